@@ -13,12 +13,7 @@ use inbye::map::{GridFrame, ObstacleGrid};
 const STEPS: u32 = 30;
 
 fn roadway(speeds: u32, turns: u32) -> Roadway {
-    Roadway {
-        vx_samples: speeds,
-        vtheta_samples: turns,
-        steps: STEPS,
-        ..Roadway::default()
-    }
+    Roadway { vx_samples: speeds, vtheta_samples: turns, steps: STEPS, ..Roadway::default() }
 }
 
 fn decisions(criterion: &mut Criterion) {
@@ -34,11 +29,7 @@ fn decisions(criterion: &mut Criterion) {
                 bencher.iter(|| {
                     let quantized = QuantizedProblem::new(&roadway.problem(&field, 0))
                         .expect("within the ranges");
-                    black_box(
-                        engine
-                            .evaluate(&quantized, Detail::Answer)
-                            .expect("an answer"),
-                    )
+                    black_box(engine.evaluate(&quantized, Detail::Answer).expect("an answer"))
                 });
             });
         }
@@ -97,12 +88,7 @@ fn cold_starts(criterion: &mut Criterion) {
 fn distance_field(criterion: &mut Criterion) {
     let side = 400;
     let origin = inbye::geometry::Pose::default();
-    let frame = GridFrame {
-        width: side,
-        height: side,
-        resolution_m: 0.05,
-        origin,
-    };
+    let frame = GridFrame { width: side, height: side, resolution_m: 0.05, origin };
     let scene = |is_blocked: fn(i32, i32) -> bool| {
         let cells = (0..frame.len()).map(|index| frame.cell_at(index));
         let blocked = cells.map(|cell| is_blocked(cell.column, cell.row));
@@ -110,18 +96,9 @@ fn distance_field(criterion: &mut Criterion) {
     };
     let scenes = [
         ("drift", roadway_obstacles()),
-        (
-            "clutter",
-            scene(|column, row| (column + 400 * row) % 97 == 0 || column % 31 == row % 37),
-        ),
-        (
-            "large room",
-            scene(|column, row| column % 399 == 0 || row % 399 == 0),
-        ),
-        (
-            "one pillar",
-            scene(|column, row| column == 200 && row == 200),
-        ),
+        ("clutter", scene(|column, row| (column + 400 * row) % 97 == 0 || column % 31 == row % 37)),
+        ("large room", scene(|column, row| column % 399 == 0 || row % 399 == 0)),
+        ("one pillar", scene(|column, row| column == 200 && row == 200)),
     ];
     let mut group = criterion.benchmark_group("clearance field of 400 x 400");
     for (name, obstacles) in &scenes {

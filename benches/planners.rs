@@ -22,11 +22,7 @@ fn scene_plan(criterion: &mut Criterion) {
     });
     let proof = FreeSpace::new(&obstacles, RADII_M.0);
     let search = FreeSpace::new(&obstacles, RADII_M.1);
-    let ground = PlanningSpace {
-        search: &search,
-        smoothing: &proof,
-        costs: None,
-    };
+    let ground = PlanningSpace { search: &search, smoothing: &proof, costs: None };
     let start = scene.start.position();
     let modes = [
         ("octile", Heuristic::Octile),
@@ -35,10 +31,7 @@ fn scene_plan(criterion: &mut Criterion) {
         ("euclid", Heuristic::Euclid),
     ];
     for (name, heuristic) in modes {
-        let settings = Settings {
-            heuristic,
-            ..Settings::default()
-        };
+        let settings = Settings { heuristic, ..Settings::default() };
         criterion.bench_function(&format!("plan 25 m, {name}"), |bencher| {
             bencher.iter(|| {
                 let found = plan(
@@ -60,19 +53,11 @@ fn scene_revolution(criterion: &mut Criterion) {
     let scene = roadway();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
     let world = World::new(obstacles.clone());
-    let lidar = Lidar {
-        beams: 450,
-        range_max_m: 12.0,
-        ..Lidar::default()
-    };
+    let lidar = Lidar { beams: 450, range_max_m: 12.0, ..Lidar::default() };
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let sweep = lidar.sweep(&world, |_| scene.start, 0.0, &mut random);
     let settings = LocalizationSettings::default();
-    let start = Pose::new(
-        scene.start.x + 0.03,
-        scene.start.y - 0.02,
-        scene.start.yaw + 0.01,
-    );
+    let start = Pose::new(scene.start.x + 0.03, scene.start.y - 0.02, scene.start.yaw + 0.01);
     let localizer = Localizer::new(&obstacles, settings, &start).expect("valid settings");
     criterion.bench_function("localizer, new on a map of 600 x 400", |bencher| {
         bencher.iter(|| black_box(Localizer::new(&obstacles, settings, &start)));

@@ -19,15 +19,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seed: 7,
         ..Simulation::new(Mission::new(Arc::new(scene.map), scene.start, goal))
     };
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut |_| {},
-    };
-    let result = simulation.run(
-        &config,
-        Box::new(CpuEngine::single_threaded()),
-        &mut observer,
-    )?;
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+    let result = simulation.run(&config, Box::new(CpuEngine::single_threaded()), &mut observer)?;
     println!(
         "reached: {}, {:.1} m in {:.1} s, trace {}",
         result.reached,

@@ -32,12 +32,9 @@ impl BitDigest {
     /// Returns the digest as hexadecimal digits.
     #[must_use]
     pub fn hex(self) -> String {
-        self.0
-            .finalize()
-            .iter()
-            .fold(String::new(), |mut text, byte| {
-                write!(text, "{byte:02x}").expect("writing to a string never fails");
-                text
-            })
+        self.0.finalize().iter().fold(String::new(), |mut text, byte| {
+            write!(text, "{byte:02x}").expect("writing to a string never fails");
+            text
+        })
     }
 }

@@ -142,10 +142,7 @@ impl From<Pose> for [f64; 3] {
 
 impl Twist {
     /// No motion.
-    pub const STOP: Self = Self {
-        linear: 0.0,
-        angular: 0.0,
-    };
+    pub const STOP: Self = Self { linear: 0.0, angular: 0.0 };
 
     /// Creates a twist from its linear and angular rate.
     #[must_use]
@@ -184,11 +181,8 @@ pub fn bearing(from: &Point, to: &Point) -> f64 {
 pub fn nearest_on_segment(from: &Point, to: &Point, point: &Point) -> Point {
     let whole = to - from;
     let squared = whole.norm_squared();
-    let fraction = if squared > 0.0 {
-        (whole.dot(&(point - from)) / squared).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let fraction =
+        if squared > 0.0 { (whole.dot(&(point - from)) / squared).clamp(0.0, 1.0) } else { 0.0 };
     from + whole * fraction
 }
 
@@ -260,10 +254,8 @@ mod tests {
             let twist = Twist::new(linear, angular);
             let end = start.after(&twist, 1.0);
             for fraction in [0.0, 0.25, 0.6, 1.0] {
-                let (interpolated, there) = (
-                    start.interpolate(&end, fraction),
-                    start.after(&twist, fraction),
-                );
+                let (interpolated, there) =
+                    (start.interpolate(&end, fraction), start.after(&twist, fraction));
                 assert!((interpolated.position() - there.position()).norm() < 1e-12);
                 assert!(wrap_angle(interpolated.yaw - there.yaw).abs() < 1e-12);
             }

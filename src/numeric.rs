@@ -75,11 +75,7 @@ pub const fn cos_q20(angle: u32) -> i32 {
 pub const fn atan2_turn(y: i32, x: i32) -> u32 {
     let (width, height) = (x.unsigned_abs(), y.unsigned_abs());
     let steep = height > width;
-    let (long, short) = if steep {
-        (height, width)
-    } else {
-        (width, height)
-    };
+    let (long, short) = if steep { (height, width) } else { (width, height) };
     if long == 0 {
         return 0;
     }

@@ -15,9 +15,7 @@ const MIN_SIMILARITY: f64 = 0.75;
 /// ```
 pub fn closest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let rated = |known: &'a str| (known, normalized_damerau_levenshtein(given, known));
-    let (known, similarity) = known
-        .into_iter()
-        .map(rated)
-        .max_by(|one, other| one.1.total_cmp(&other.1))?;
+    let (known, similarity) =
+        known.into_iter().map(rated).max_by(|one, other| one.1.total_cmp(&other.1))?;
     (similarity >= MIN_SIMILARITY).then_some(known)
 }

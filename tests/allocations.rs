@@ -61,32 +61,18 @@ fn allocations(act: impl FnOnce()) -> usize {
 type Scene = (&'static str, fn(&Arc<ClearanceField>, usize) -> Problem);
 
 const SCENES: [Scene; 5] = [
-    ("the roadway", |field, tick| {
-        Roadway::default().problem(field, tick)
-    }),
+    ("the roadway", |field, tick| Roadway::default().problem(field, tick)),
     ("3 discs", |field, tick| {
         let discs = 3;
-        Roadway {
-            discs,
-            ..Roadway::default()
-        }
-        .problem(field, tick)
+        Roadway { discs, ..Roadway::default() }.problem(field, tick)
     }),
     ("10 people", |field, tick| {
         let people = 10;
-        Roadway {
-            people,
-            ..Roadway::default()
-        }
-        .problem(field, tick)
+        Roadway { people, ..Roadway::default() }.problem(field, tick)
     }),
     ("a narrow window", |field, tick| {
         let window_s = 0.1;
-        Roadway {
-            window_s,
-            ..Roadway::default()
-        }
-        .problem(field, tick)
+        Roadway { window_s, ..Roadway::default() }.problem(field, tick)
     }),
     ("off the field, stopping by arc", |field, tick| {
         let edge = field.frame().resolution_m * f64::from(field.frame().width);
@@ -104,12 +90,8 @@ fn in_every_scene(
     count: impl Fn(&mut CpuEngine, &[QuantizedProblem]) -> Result<usize, Failed>,
 ) -> Result<(), Failed> {
     let field = roadway_field();
-    let here = InstructionSet::ALL
-        .into_iter()
-        .filter(|one| one.is_available());
-    let engines: Vec<_> = here
-        .flat_map(|one| [1, 2, 4].map(|threads| (one, threads)))
-        .collect();
+    let here = InstructionSet::ALL.into_iter().filter(|one| one.is_available());
+    let engines: Vec<_> = here.flat_map(|one| [1, 2, 4].map(|threads| (one, threads))).collect();
     for (scene, problem) in SCENES {
         let lap = (0..LAP).map(|tick| QuantizedProblem::new(&problem(&field, tick)));
         let lap = lap.collect::<Result<Vec<QuantizedProblem>, _>>()?;
@@ -144,9 +126,7 @@ fn decide(engine: &mut CpuEngine, problems: &[QuantizedProblem]) -> Result<usize
     let mut failed = None;
     let count = allocations(|| {
         for problem in problems {
-            failed = failed
-                .take()
-                .or(engine.evaluate(problem, Detail::Answer).err());
+            failed = failed.take().or(engine.evaluate(problem, Detail::Answer).err());
         }
     });
     failed.map_or(Ok(count), |error| Err(error.into()))
@@ -303,11 +283,7 @@ fn allocations_are_counted() -> Result<(), Failed> {
         black_box(engine.evaluate(&problem, Detail::Samples).is_ok());
     });
     let larger = Window {
-        vx: Axis {
-            low: 0.0,
-            high: 1.0,
-            count: 200,
-        },
+        vx: Axis { low: 0.0, high: 1.0, count: 200 },
         ..Roadway::default().problem(&field, 0).window
     };
     let wider = QuantizedProblem::new(&Problem {

@@ -49,23 +49,11 @@ impl Scene {
     fn new(roadway: Roadway, field: &Arc<ClearanceField>, world: &World) -> Self {
         let mut cells = roadway.cells(field, TICK).repeat(roadway.discs);
         cells.truncate(cells.len() / BLOCK * BLOCK);
-        Self {
-            roadway,
-            field: Arc::clone(field),
-            cells,
-            points: as_points(&roadway, field, world),
-        }
+        Self { roadway, field: Arc::clone(field), cells, points: as_points(&roadway, field, world) }
     }
 
     fn name(&self) -> String {
-        let Roadway {
-            vx_samples,
-            vtheta_samples,
-            steps,
-            window_s,
-            discs,
-            people,
-        } = self.roadway;
+        let Roadway { vx_samples, vtheta_samples, steps, window_s, discs, people } = self.roadway;
         format!(
             "{vx_samples} x {vtheta_samples} x {steps}, window {window_s} s, {discs} discs, {people} people"
         )
@@ -83,17 +71,10 @@ impl Scene {
     /// same command.
     fn check(&self, engines: &mut [CpuEngine], baselines: &[(&str, GatherBaseline)]) {
         let units = self.field.units();
-        let least = self
-            .cells
-            .iter()
-            .map(|&cell| i32::from(units[cell as usize]));
+        let least = self.cells.iter().map(|&cell| i32::from(units[cell as usize]));
         let least = least.min().expect("the robot is on the field");
         for (name, baseline) in baselines {
-            assert_eq!(
-                baseline.min_entry(&self.field, &self.cells),
-                least,
-                "{name}"
-            );
+            assert_eq!(baseline.min_entry(&self.field, &self.cells), least, "{name}");
         }
         let expected = self.decide(&mut engines[0]);
         for engine in engines {
@@ -101,12 +82,7 @@ impl Scene {
         }
         let winner = expected.winner.expect("the drift is open").index;
         let chosen = self.points.choose().expect("the drift is open") as u32;
-        let place = |index: u32| {
-            (
-                index % self.roadway.vx_samples,
-                index / self.roadway.vx_samples,
-            )
-        };
+        let place = |index: u32| (index % self.roadway.vx_samples, index / self.roadway.vx_samples);
         let ((v, omega), (by_v, by_omega)) = (place(winner), place(chosen));
         assert!(
             v.abs_diff(by_v) <= SLACK && omega.abs_diff(by_omega) <= SLACK,
@@ -119,11 +95,7 @@ impl Scene {
 /// The same decision for points, as a lidar of 360 beams without noise measures the walls.
 fn as_points(roadway: &Roadway, field: &Arc<ClearanceField>, world: &World) -> PointDwa {
     let problem = roadway.problem(field, TICK);
-    let lidar = Lidar {
-        range_sigma_m: 0.0,
-        dropout: 0.0,
-        ..Lidar::default()
-    };
+    let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
     let rng = &mut Pcg64Mcg::seed_from_u64(0);
     let seen = lidar.scan(world, &problem.pose, rng).scan;
     let weights = problem.weights;
@@ -141,12 +113,7 @@ fn as_points(roadway: &Roadway, field: &Arc<ClearanceField>, world: &World) -> P
         braking: [problem.braking_x, problem.braking_theta],
         target: problem.target,
         key_node: problem.key_node,
-        weights: [
-            weights.heading,
-            weights.clearance,
-            weights.velocity,
-            weights.path,
-        ],
+        weights: [weights.heading, weights.clearance, weights.velocity, weights.path],
     }
 }
 
@@ -155,32 +122,17 @@ fn scenes() -> Vec<Scene> {
     let plain = Roadway::default();
     let roadways = [
         plain,
-        Roadway {
-            window_s: 0.1,
-            ..plain
-        },
-        Roadway {
-            vx_samples: 128,
-            vtheta_samples: 128,
-            window_s: 0.1,
-            ..plain
-        },
+        Roadway { window_s: 0.1, ..plain },
+        Roadway { vx_samples: 128, vtheta_samples: 128, window_s: 0.1, ..plain },
         Roadway { discs: 3, ..plain },
-        Roadway {
-            people: 10,
-            ..plain
-        },
+        Roadway { people: 10, ..plain },
     ];
-    roadways
-        .map(|roadway| Scene::new(roadway, &field, &world))
-        .into()
+    roadways.map(|roadway| Scene::new(roadway, &field, &world)).into()
 }
 
 /// One thread with each instruction set, then two with the fastest.
 fn engines() -> Vec<CpuEngine> {
-    let here = InstructionSet::ALL
-        .into_iter()
-        .filter(|one| one.is_available());
+    let here = InstructionSet::ALL.into_iter().filter(|one| one.is_available());
     here.map(|instructions| (instructions, 1))
         .chain([(InstructionSet::best(), 2)])
         .map(|(instructions, threads)| {
@@ -190,16 +142,8 @@ fn engines() -> Vec<CpuEngine> {
 }
 
 fn baselines() -> Vec<(&'static str, GatherBaseline)> {
-    let here = InstructionSet::ALL
-        .into_iter()
-        .filter(|one| one.is_available());
-    here.map(|one| {
-        (
-            one.as_str(),
-            GatherBaseline::new(one).expect("they are here"),
-        )
-    })
-    .collect()
+    let here = InstructionSet::ALL.into_iter().filter(|one| one.is_available());
+    here.map(|one| (one.as_str(), GatherBaseline::new(one).expect("they are here"))).collect()
 }
 
 fn compare(criterion: &mut Criterion) {
@@ -208,9 +152,7 @@ fn compare(criterion: &mut Criterion) {
         scene.check(&mut engines, &baselines);
         let mut group = criterion.benchmark_group(scene.name());
         let samples = scene.roadway.vx_samples * scene.roadway.vtheta_samples;
-        group.throughput(Throughput::Elements(u64::from(
-            samples * scene.roadway.steps,
-        )));
+        group.throughput(Throughput::Elements(u64::from(samples * scene.roadway.steps)));
         group.warm_up_time(Duration::from_millis(200));
         group.measurement_time(Duration::from_millis(800));
         measure(&mut group, &scene, &mut engines, &baselines);

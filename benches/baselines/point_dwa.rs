@@ -33,11 +33,8 @@ pub struct PointDwa {
 impl PointDwa {
     /// The index of the best velocity; `None` if every one collides or cannot stop.
     pub fn choose(&self) -> Option<usize> {
-        let terms: Vec<Option<[f64; 4]>> = self
-            .velocities
-            .iter()
-            .map(|velocity| self.terms(velocity))
-            .collect();
+        let terms: Vec<Option<[f64; 4]>> =
+            self.velocities.iter().map(|velocity| self.terms(velocity)).collect();
         // Eq. 33: each term divided by its sum.
         let mut sums = [0.0; 4];
         for terms in terms.iter().flatten() {
@@ -93,12 +90,7 @@ impl PointDwa {
         let direction = libm::atan2(self.target.y - pose.y, self.target.x - pose.x);
         let off = (direction - pose.yaw + PI).rem_euclid(TAU) - PI;
         let to_key = Point::new(pose.x, pose.y) - self.key_node;
-        Some([
-            PI - off.abs(),
-            clearance,
-            velocity.linear.max(0.0),
-            to_key.norm(),
-        ])
+        Some([PI - off.abs(), clearance, velocity.linear.max(0.0), to_key.norm()])
     }
 
     /// Clearance at a pose and a time, metres.

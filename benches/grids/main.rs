@@ -102,13 +102,8 @@ impl Timed {
 
 fn time(course: &TimedMap) -> Vec<Timed> {
     let mut searcher = Searcher::default();
-    let mut timed: Vec<Timed> = SEARCHES
-        .iter()
-        .map(|_| Timed {
-            times_ms: Vec::new(),
-            expanded: 0,
-        })
-        .collect();
+    let mut timed: Vec<Timed> =
+        SEARCHES.iter().map(|_| Timed { times_ms: Vec::new(), expanded: 0 }).collect();
     for &(start, goal) in &course.queries {
         let (least, _) = peer::shortest(&course.obstacles, start, goal);
         let mut best_ms = [f64::INFINITY; SEARCHES.len()];
@@ -117,15 +112,8 @@ fn time(course: &TimedMap) -> Vec<Timed> {
                 let began = Instant::now();
                 let (cost, expanded) = search(&mut searcher, course, start, goal);
                 best_ms[number] = best_ms[number].min(began.elapsed().as_secs_f64() * 1e3);
-                let right = if *exact {
-                    cost == least
-                } else {
-                    cost >= least && cost < u64::MAX
-                };
-                assert!(
-                    right,
-                    "{name} from {start:?} to {goal:?}: {cost}, not {least}"
-                );
+                let right = if *exact { cost == least } else { cost >= least && cost < u64::MAX };
+                assert!(right, "{name} from {start:?} to {goal:?}: {cost}, not {least}");
                 if pass == 0 {
                     timed[number].expanded += u64::from(expanded);
                 }

@@ -45,9 +45,7 @@ pub fn courses() -> Vec<TimedMap> {
         println!("The public maps are not next to the repository: timing generated maps.");
         return vec![
             made("pillars", |column, row, _| column % 16 < 9 && row % 16 < 9),
-            made("clutter of a quarter", |_, _, random| {
-                random.random_bool(0.25)
-            }),
+            made("clutter of a quarter", |_, _, random| random.random_bool(0.25)),
             made("drifts", |column, row, random| {
                 let wall = column % 9 == 0 || row % 9 == 0;
                 wall && !random.random_bool(0.12)
@@ -89,18 +87,9 @@ fn made(name: &str, mut is_blocked: impl FnMut(i32, i32, &mut Pcg64Mcg) -> bool)
         let mut any = || Cell::new(random.random_range(0..SIDE), random.random_range(0..SIDE));
         let (start, goal) = (any(), any());
         let far = start.column.abs_diff(goal.column) + start.row.abs_diff(goal.row) > SIDE as u32;
-        if far
-            && searcher
-                .astar(&space, start, goal, Heuristic::Octile, None)
-                .is_ok()
-        {
+        if far && searcher.astar(&space, start, goal, Heuristic::Octile, None).is_ok() {
             queries.push((start, goal));
         }
     }
-    TimedMap {
-        name: name.to_owned(),
-        obstacles,
-        space,
-        queries,
-    }
+    TimedMap { name: name.to_owned(), obstacles, space, queries }
 }

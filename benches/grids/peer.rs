@@ -16,10 +16,7 @@ pub fn shortest(obstacles: &ObstacleGrid, start: Cell, goal: Cell) -> (u64, u32)
         |&cell| octile(cell, goal),
         |&cell| cell == goal,
     );
-    (
-        found.map_or(u64::MAX, |(_, cost)| u64::from(cost)),
-        expanded,
-    )
+    (found.map_or(u64::MAX, |(_, cost)| u64::from(cost)), expanded)
 }
 
 /// The neighbours of a cell; diagonals only between two free cells.

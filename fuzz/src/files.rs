@@ -35,8 +35,7 @@ fn ground() -> &'static ObstacleGrid {
             row.replace_range(13..17, "####");
         }
         let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default());
-        map.expect("a sound map")
-            .obstacles(UnknownPolicy::default())
+        map.expect("a sound map").obstacles(UnknownPolicy::default())
     })
 }
 

@@ -64,12 +64,7 @@ stream!(
     |frame: &wheeltec::Command| frame.encode().expect("finite").to_vec(),
     any_wheeltec_command
 );
-stream!(
-    wheeltec,
-    Report,
-    |frame: &wheeltec::Report| frame.encode().to_vec(),
-    any_wheeltec_report
-);
+stream!(wheeltec, Report, |frame: &wheeltec::Report| frame.encode().to_vec(), any_wheeltec_report);
 
 impl Stream for ld19::Decoder {
     type Frame = ld19::Packet;
@@ -116,15 +111,9 @@ pub fn wheeltec(data: &[u8]) {
 pub fn ld19(data: &[u8]) {
     let (stream, found, dropped) = in_pieces::<ld19::Decoder>(data);
     let used = found.len() * ld19::PACKET_LENGTH + dropped as usize;
-    assert!(
-        stream.len() - used < ld19::PACKET_LENGTH,
-        "{} bytes wait",
-        stream.len() - used
-    );
+    assert!(stream.len() - used < ld19::PACKET_LENGTH, "{} bytes wait", stream.len() - used);
     for packet in &found {
-        let is_in = stream
-            .windows(ld19::PACKET_LENGTH)
-            .any(|bytes| bytes == packet.encode());
+        let is_in = stream.windows(ld19::PACKET_LENGTH).any(|bytes| bytes == packet.encode());
         assert!(is_in, "{packet:?}");
     }
     there_and_back::<ld19::Decoder>(data);
@@ -201,14 +190,8 @@ fn in_pieces<S: Stream>(data: &[u8]) -> (&[u8], Vec<S::Frame>, u64) {
 fn in_native_stream<S: Stream>(data: &[u8]) {
     let (stream, found, dropped) = in_pieces::<S>(data);
     let ends = stream.split(|byte| *byte == 0).count() - 1;
-    let last = stream
-        .rsplit(|byte| *byte == 0)
-        .next()
-        .map_or(0, <[u8]>::len);
-    let in_frames: usize = found
-        .iter()
-        .map(|frame| S::encode(frame).len() - ZEROS)
-        .sum();
+    let last = stream.rsplit(|byte| *byte == 0).next().map_or(0, <[u8]>::len);
+    let in_frames: usize = found.iter().map(|frame| S::encode(frame).len() - ZEROS).sum();
     assert_eq!(stream.len(), ends + in_frames + dropped as usize + last);
 }
 
@@ -281,9 +264,7 @@ fn answers(stream: &[u8], address: u8) {
                 Reply::Ack => panic!("{request:?} is a question"),
             };
             let digits = &data[..data.len().min(4)];
-            let expected = digits
-                .iter()
-                .fold(0, |number, byte| number << 8 | u32::from(*byte));
+            let expected = digits.iter().fold(0, |number, byte| number << 8 | u32::from(*byte));
             assert_eq!(number, expected, "{request:?}");
         }
     }
@@ -348,9 +329,7 @@ pub fn any_native_report(bytes: &mut Bytes) -> native::Report {
 
 /// One that is on the grid of what the wire holds.
 fn any_wheeltec_command(bytes: &mut Bytes) -> wheeltec::Command {
-    wheeltec::Command {
-        twist: Twist::new(bytes.plain(), bytes.plain()),
-    }
+    wheeltec::Command { twist: Twist::new(bytes.plain(), bytes.plain()) }
 }
 
 /// One that is on the grid of what the wire holds.

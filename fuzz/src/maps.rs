@@ -65,11 +65,7 @@ pub fn text_map(data: &[u8]) {
             UNKNOWN => '?',
             _ => '#',
         });
-        assert_eq!(
-            OccupancyGrid::from_text(&rows, 0.25).as_ref(),
-            Ok(&map),
-            "{rows}"
-        );
+        assert_eq!(OccupancyGrid::from_text(&rows, 0.25).as_ref(), Ok(&map), "{rows}");
         let rows: Vec<&str> = rows.lines().collect();
         let same = OccupancyGrid::from_rows(&rows, 0.25, Pose::default());
         assert_eq!(same, Ok(map));
@@ -91,14 +87,8 @@ pub fn scenarios(data: &[u8]) {
                     let inside = (0..query.width).contains(&x) && (0..query.height).contains(&y);
                     assert!(inside, "{query:?}");
                 }
-                assert!(
-                    query.optimal.is_finite() && query.optimal >= 0.0,
-                    "{query:?}"
-                );
-                assert!(
-                    query.rounding.is_finite() && query.rounding >= 0.0,
-                    "{query:?}"
-                );
+                assert!(query.optimal.is_finite() && query.optimal >= 0.0, "{query:?}");
+                assert!(query.rounding.is_finite() && query.rounding >= 0.0, "{query:?}");
             }
         }
     }
@@ -117,10 +107,7 @@ fn checked(map: Result<OccupancyGrid, MapError>) -> Option<OccupancyGrid> {
         assert!((1..=MAX_GRID_SIDE).contains(&side), "{frame:?}");
     }
     assert!(frame.len() <= MAX_GRID_CELLS, "{frame:?}");
-    assert!(
-        frame.resolution_m.is_finite() && frame.resolution_m > 0.0,
-        "{frame:?}"
-    );
+    assert!(frame.resolution_m.is_finite() && frame.resolution_m > 0.0, "{frame:?}");
     assert!(frame.origin.is_finite(), "{frame:?}");
     assert_eq!(map.cells().len(), frame.len());
     let known = |cell: &i8| *cell == UNKNOWN || (0..=100).contains(cell);

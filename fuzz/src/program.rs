@@ -1,13 +1,7 @@
 //! The program's parsers, included from its source: they belong to its command line, not to the library.
 
-#![expect(
-    dead_code,
-    reason = "the functions that open files are used by the program only"
-)]
-#![cfg_attr(
-    test,
-    expect(unused_imports, reason = "their unit tests run with the program")
-)]
+#![expect(dead_code, reason = "the functions that open files are used by the program only")]
+#![cfg_attr(test, expect(unused_imports, reason = "their unit tests run with the program"))]
 
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;

@@ -27,10 +27,7 @@ pub fn problem_json(data: &[u8]) {
     // No file is opened for a name that chance has written.
     let load = |name: &str, resolution_m: f64| match name {
         "" => Err(MapError::Empty.into()),
-        _ => Ok(OccupancyGrid::from_text(
-            "....\n.##.\n....\n",
-            resolution_m,
-        )?),
+        _ => Ok(OccupancyGrid::from_text("....\n.##.\n....\n", resolution_m)?),
     };
     let problem = match problem_file::parse(text, load) {
         Ok(problem) => problem,
@@ -120,11 +117,7 @@ pub fn base_config(data: &[u8]) {
         Ok(file) => {
             let written = toml::to_string(&file).expect("settings are a table");
             let again =
-                toml_merge::parse(
-                    &written,
-                    &BaseConfig::default(),
-                    |read| Ok(read.validate()?),
-                );
+                toml_merge::parse(&written, &BaseConfig::default(), |read| Ok(read.validate()?));
             assert_eq!(again.expect("what is written is sound"), file);
             wire::short(file.base);
         }
@@ -164,16 +157,9 @@ pub fn words(data: &[u8]) {
     match text.parse::<ScheduledFault>() {
         Err(error) => one_line(&error),
         Ok(planned) => {
-            let ScheduledFault {
-                fault,
-                from_s,
-                to_s,
-            } = planned;
+            let ScheduledFault { fault, from_s, to_s } = planned;
             assert!(InjectedFault::ALL.contains(&fault));
-            assert!(
-                from_s.is_finite() && from_s >= 0.0 && to_s > from_s,
-                "{planned:?}"
-            );
+            assert!(from_s.is_finite() && from_s >= 0.0 && to_s > from_s, "{planned:?}");
             let written = if to_s.is_finite() {
                 format!("{fault}@{from_s}..{to_s}")
             } else {
@@ -211,25 +197,17 @@ pub fn short_drive(data: &[u8]) {
     if is_much {
         return;
     }
-    let goal = Goal {
-        position: Point::new(4.5, 3.0),
-        yaw: Some(1.0),
-    };
+    let goal = Goal { position: Point::new(4.5, 3.0), yaw: Some(1.0) };
     let start = Pose::new(1.0, 1.0, 0.0);
     let mut mission = Mission::new(Arc::clone(room()), start, goal);
     mission.time_limit_s = 6.0 * local.control_period_s;
     let people = r#"[{"x": 2, "y": 2, "radius": 0.2, "speed": 0.5, "route": [[4, 2]]}]"#;
     let ground = room().obstacles(UnknownPolicy::Blocked);
     let people = MovingObstacles::parse(people, "people.json", &ground, 1);
-    let simulation = Simulation {
-        moving_obstacles: people.expect("a pedestrian"),
-        ..Simulation::new(mission)
-    };
+    let simulation =
+        Simulation { moving_obstacles: people.expect("a pedestrian"), ..Simulation::new(mission) };
     let engine = Box::new(CpuEngine::single_threaded());
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut |_| {},
-    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     match simulation.run(&config, engine, &mut observer) {
         Err(error) => one_line(&error),
         Ok(result) => {

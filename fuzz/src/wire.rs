@@ -40,13 +40,7 @@ struct ArduinoEar;
 /// Our own frames.
 pub fn native(data: &[u8]) {
     let (settings, story) = opened(data);
-    tell(
-        NativeSession::new(settings),
-        NativeDevice::new(settings),
-        NativeEar,
-        settings,
-        story,
-    );
+    tell(NativeSession::new(settings), NativeDevice::new(settings), NativeEar, settings, story);
 }
 
 /// WHEELTEC's frames.
@@ -76,13 +70,7 @@ pub fn roboclaw(data: &[u8]) {
 /// A `ROSArduinoBridge`.
 pub fn arduino(data: &[u8]) {
     let (settings, story) = opened(data);
-    tell(
-        ArduinoSession::new(settings),
-        ArduinoDevice::new(settings),
-        ArduinoEar,
-        settings,
-        story,
-    );
+    tell(ArduinoSession::new(settings), ArduinoDevice::new(settings), ArduinoEar, settings, story);
 }
 
 /// A short story in all four, with settings that were found sound.
@@ -101,29 +89,11 @@ pub fn short(settings: BaseSettings) {
     let story = [command, &rounds(0), command, &rounds(16)].concat();
     let bytes = || Bytes(&story);
     let (s, b) = (settings, bytes);
-    tell(
-        NativeSession::new(s),
-        NativeDevice::new(s),
-        NativeEar,
-        s,
-        b(),
-    );
-    tell(
-        WheeltecSession::new(s),
-        WheeltecDevice::new(&s),
-        WheeltecEar,
-        s,
-        b(),
-    );
+    tell(NativeSession::new(s), NativeDevice::new(s), NativeEar, s, b());
+    tell(WheeltecSession::new(s), WheeltecDevice::new(&s), WheeltecEar, s, b());
     let ear = RoboClawEar(None);
     tell(RoboClawSession::new(s), RoboClawDevice::new(s), ear, s, b());
-    tell(
-        ArduinoSession::new(s),
-        ArduinoDevice::new(s),
-        ArduinoEar,
-        s,
-        b(),
-    );
+    tell(ArduinoSession::new(s), ArduinoDevice::new(s), ArduinoEar, s, b());
 }
 
 /// The settings that a story begins with, and the rest of it.
@@ -266,21 +236,14 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
         let flags = story.byte();
         let machine = MachineState {
             encoder_counts: PerTrack::new(story.u16().into(), story.u32()),
-            speeds: TrackSpeeds {
-                left: story.plain(),
-                right: story.plain(),
-            },
+            speeds: TrackSpeeds { left: story.plain(), right: story.plain() },
             yaw_rate: story.plain(),
             battery_v: story.plain(),
             faults: Faults::from_bits(if flags & 2 == 0 { 0 } else { story.u16() }),
             button_pressed: flags & 1 != 0,
         };
         let set = self.peer.step(self.now_s, &machine, &mut self.to_host);
-        assert!(
-            set.left.is_finite() && set.right.is_finite(),
-            "{set:?} of {:?}",
-            self.peer
-        );
+        assert!(set.left.is_finite() && set.right.is_finite(), "{set:?} of {:?}", self.peer);
         self.to_host.truncate(1000);
     }
 
@@ -290,10 +253,7 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
             let feedback = &latest.feedback;
             assert!(latest.received_s <= self.now_s, "{latest:?}");
             assert!(feedback.twist.is_finite(), "{latest:?}");
-            for number in [feedback.battery_v, feedback.yaw_rate]
-                .into_iter()
-                .flatten()
-            {
+            for number in [feedback.battery_v, feedback.yaw_rate].into_iter().flatten() {
                 assert!(number.is_finite(), "{latest:?}");
             }
         }
@@ -313,23 +273,14 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
     fn end(mut self) {
         self.turn(&mut Bytes(&[]));
         for held in [format!("{:?}", self.session), format!("{:?}", self.peer)] {
-            assert!(
-                held.len() <= MOST_HELD,
-                "{} characters: {}...",
-                held.len(),
-                &held[..2000]
-            );
+            assert!(held.len() <= MOST_HELD, "{} characters: {}...", held.len(), &held[..2000]);
         }
     }
 }
 
 /// Channels as tracks but for the sign, and half a unit of rounding as speed.
 fn of_channels(rates: [f64; 2], settings: &BaseSettings) -> (TrackSpeeds, f64) {
-    let [left, right] = if settings.swap_tracks {
-        [rates[1], rates[0]]
-    } else {
-        rates
-    };
+    let [left, right] = if settings.swap_tracks { [rates[1], rates[0]] } else { rates };
     let speeds = TrackSpeeds {
         left: left / settings.ticks_per_m.left,
         right: right / settings.ticks_per_m.right,
@@ -421,12 +372,8 @@ impl Ear for ArduinoEar {
         let lines = text.split('\r').filter(|line| !matches!(*line, "" | "e"));
         let asked = lines.map(|line| {
             let rate = |text: &str| f64::from(text.parse::<i16>().expect("16 bits")) / interval_s;
-            let numbers: Vec<f64> = line
-                .strip_prefix("m ")
-                .expect("a command to run")
-                .split(' ')
-                .map(rate)
-                .collect();
+            let numbers: Vec<f64> =
+                line.strip_prefix("m ").expect("a command to run").split(' ').map(rate).collect();
             let rates = numbers.try_into().expect("two numbers");
             let (speeds, rounding) = of_channels(rates, settings);
             (speeds, rounding / interval_s)

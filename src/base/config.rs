@@ -48,25 +48,16 @@ impl BaseConfig {
     /// # Errors
     /// [`BaseError::BadConfig`] names the table and its first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
-        in_table(
-            "base.tracks",
-            self.base.tracks.validate().map_err(BaseError::from),
-        )?;
+        in_table("base.tracks", self.base.tracks.validate().map_err(BaseError::from))?;
         in_table("base.roboclaw", self.base.roboclaw.validate())?;
         in_table("base.arduino", self.base.arduino.validate())?;
         in_table("base", self.base.validate())?;
-        in_table(
-            "supervisor.fault_detector",
-            self.supervisor.fault_detector.validate(),
-        )?;
+        in_table("supervisor.fault_detector", self.supervisor.fault_detector.validate())?;
         in_table("supervisor", self.supervisor.validate())?;
         in_table("lidar", self.lidar.validate())
     }
 }
 
 fn in_table(table: &'static str, result: Result<(), BaseError>) -> Result<(), BaseError> {
-    result.map_err(|error| BaseError::BadConfig {
-        table,
-        reason: error.to_string(),
-    })
+    result.map_err(|error| BaseError::BadConfig { table, reason: error.to_string() })
 }

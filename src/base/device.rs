@@ -46,11 +46,8 @@ impl CommandCounter {
     /// Counts an accepted command.
     pub(super) const fn command(&mut self, is_zero: bool) {
         self.stats.commands += 1;
-        self.stats.final_zero_commands = if is_zero {
-            self.stats.final_zero_commands + 1
-        } else {
-            0
-        };
+        self.stats.final_zero_commands =
+            if is_zero { self.stats.final_zero_commands + 1 } else { 0 };
     }
 
     /// Counts the watchdog's stops; call it in every cycle with whether the watchdog holds motors that were commanded to run.

@@ -49,11 +49,7 @@ impl EncoderSpeed {
     /// restarts the measurement and sets [`Faults::ENCODER`].
     pub(super) fn update(&mut self, counts: PerTrack<u32>, time_s: f64) -> Option<TrackSpeeds> {
         let reading = (time_s, counts);
-        if self
-            .readings
-            .back()
-            .is_some_and(|last| !self.is_plausible(last, &reading))
-        {
+        if self.readings.back().is_some_and(|last| !self.is_plausible(last, &reading)) {
             self.rejections += 1;
             let consistent = match &self.rejected {
                 Some((last, consistent)) if self.is_plausible(last, &reading) => consistent + 1,
@@ -136,10 +132,8 @@ mod tests {
         let mut speed = encoder_speed();
         let start = u32::MAX - 50;
         for tick in 0..20_u32 {
-            let counts = PerTrack::new(
-                start.wrapping_add(100 * tick),
-                start.wrapping_sub(50 * tick),
-            );
+            let counts =
+                PerTrack::new(start.wrapping_add(100 * tick), start.wrapping_sub(50 * tick));
             let speeds = speed.update(counts, 0.02 * f64::from(tick));
             let speeds = speeds.expect("plausible");
             if tick > 0 {
@@ -165,10 +159,7 @@ mod tests {
         speed.update(PerTrack::both(1_000_000), 0.0);
         assert_eq!(speed.update(PerTrack::both(0), 0.02), None);
         assert_eq!(speed.update(PerTrack::both(10), 0.04), None);
-        assert_eq!(
-            speed.update(PerTrack::both(20), 0.06),
-            Some(TrackSpeeds::default())
-        );
+        assert_eq!(speed.update(PerTrack::both(20), 0.06), Some(TrackSpeeds::default()));
         assert_eq!(speed.faults(), Faults::ENCODER);
         speed.clear_fault();
         assert_eq!((speed.rejected(), speed.faults()), (3, Faults::NONE));

@@ -153,17 +153,11 @@ impl FaultDetector {
     }
 
     fn detect(&mut self, sample: &BaseSample) -> Option<StopCause> {
-        let BaseSample {
-            now_s, feedback, ..
-        } = *sample;
+        let BaseSample { now_s, feedback, .. } = *sample;
         let commanded = self.drive.tracks(&sample.sent);
         self.recent.push_back((now_s, commanded));
         let oldest_s = now_s - self.settings.runaway_s;
-        while self
-            .recent
-            .front()
-            .is_some_and(|(at_s, _)| *at_s < oldest_s)
-        {
+        while self.recent.front().is_some_and(|(at_s, _)| *at_s < oldest_s) {
             self.recent.pop_front();
         }
         if feedback.emergency_stop {
@@ -215,23 +209,11 @@ impl FaultDetector {
         let too_fast = timers.too_fast.elapsed(too_fast, now_s, settings.runaway_s);
         // Under speed control swapped leads make a track ever faster: that is no runaway.
         if reversed || too_fast && against {
-            Some(StopCause::Reversed {
-                side,
-                commanded,
-                measured,
-            })
+            Some(StopCause::Reversed { side, commanded, measured })
         } else if too_fast {
-            Some(StopCause::Runaway {
-                side,
-                commanded,
-                measured,
-            })
+            Some(StopCause::Runaway { side, commanded, measured })
         } else if stuck {
-            Some(StopCause::Stuck {
-                side,
-                commanded,
-                measured,
-            })
+            Some(StopCause::Stuck { side, commanded, measured })
         } else {
             None
         }

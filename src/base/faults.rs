@@ -45,11 +45,7 @@ impl Faults {
     #[must_use]
     pub const fn from_bits(bits: u16) -> Self {
         const KNOWN: u16 = 0x80FF;
-        if bits & !KNOWN == 0 {
-            Self(bits)
-        } else {
-            Self(bits & KNOWN | Self::OTHER.0)
-        }
+        if bits & !KNOWN == 0 { Self(bits) } else { Self(bits & KNOWN | Self::OTHER.0) }
     }
 
     /// The bits.

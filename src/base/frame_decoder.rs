@@ -28,11 +28,7 @@ pub struct FrameDecoder<F> {
 
 impl<F> Default for FrameDecoder<F> {
     fn default() -> Self {
-        Self {
-            pending: VecDeque::new(),
-            dropped: 0,
-            frame: PhantomData,
-        }
+        Self { pending: VecDeque::new(), dropped: 0, frame: PhantomData }
     }
 }
 

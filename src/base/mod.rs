@@ -109,9 +109,6 @@ pub(crate) fn require_finite(command: &Twist) -> Result<&Twist, BaseError> {
     if command.is_finite() {
         Ok(command)
     } else {
-        Err(BaseError::NotFinite {
-            linear: command.linear,
-            angular: command.angular,
-        })
+        Err(BaseError::NotFinite { linear: command.linear, angular: command.angular })
     }
 }

@@ -38,10 +38,7 @@ pub(super) enum RequestState<Q> {
 
 impl<Q: Copy> RequestTracker<Q> {
     pub(super) const fn new(policy: RetryPolicy) -> Self {
-        Self {
-            policy,
-            outstanding: None,
-        }
+        Self { policy, outstanding: None }
     }
 
     /// Starts a request.
@@ -55,9 +52,7 @@ impl<Q: Copy> RequestTracker<Q> {
 
     /// The outstanding request.
     pub(super) fn outstanding(&self) -> Option<Q> {
-        self.outstanding
-            .as_ref()
-            .map(|outstanding| outstanding.request)
+        self.outstanding.as_ref().map(|outstanding| outstanding.request)
     }
 
     /// Ends the request: it was answered or is dropped.
@@ -88,10 +83,7 @@ impl<Q: Copy> RequestTracker<Q> {
 mod tests {
     use super::*;
 
-    const POLICY: RetryPolicy = RetryPolicy {
-        answer_timeout_s: 0.01,
-        max_attempts: 3,
-    };
+    const POLICY: RetryPolicy = RetryPolicy { answer_timeout_s: 0.01, max_attempts: 3 };
 
     #[test]
     fn request_is_retried_then_given_up() {

@@ -66,12 +66,9 @@ impl SerialBase {
         session: Box<dyn Session>,
         settings: SerialSettings,
     ) -> Result<Self, BaseError> {
-        let port = serialport::new(name, session.baud())
-            .timeout(MIN_TIMEOUT)
-            .open()
-            .map_err(|error| BaseError::CannotOpen {
-                port: name.to_owned(),
-                reason: error.to_string(),
+        let port =
+            serialport::new(name, session.baud()).timeout(MIN_TIMEOUT).open().map_err(|error| {
+                BaseError::CannotOpen { port: name.to_owned(), reason: error.to_string() }
             })?;
         // Older bytes are no answer to this session. An error here shows again at the first use.
         let _ = port.clear(ClearBuffer::All);
@@ -143,8 +140,7 @@ impl SerialBase {
 
     /// Reads the bytes that have arrived.
     fn read(&mut self) -> Result<(), BaseError> {
-        self.read_pending()
-            .map_err(|error| self.convert_error(&error))
+        self.read_pending().map_err(|error| self.convert_error(&error))
     }
 
     /// Writes all bytes or fails after the timeout.
@@ -202,10 +198,7 @@ impl SerialBase {
             | ErrorKind::WriteZero
             | ErrorKind::NotConnected
             | ErrorKind::NotFound => BaseError::Disconnected { port },
-            _ => BaseError::Port {
-                port,
-                reason: error.to_string(),
-            },
+            _ => BaseError::Port { port, reason: error.to_string() },
         }
     }
 }
@@ -237,9 +230,7 @@ impl Base for SerialBase {
             });
         }
         let latest = latest.map(|latest| latest.feedback);
-        latest.ok_or_else(|| BaseError::NoFeedbackYet {
-            port: self.name.clone(),
-        })
+        latest.ok_or_else(|| BaseError::NoFeedbackYet { port: self.name.clone() })
     }
 
     fn engage_stop(&mut self) -> Result<(), BaseError> {
@@ -258,13 +249,9 @@ impl Base for SerialBase {
 /// # Errors
 /// [`BaseError::CannotOpen`].
 pub fn open_lidar_port(name: &str) -> Result<Box<dyn Read + Send>, BaseError> {
-    let port = serialport::new(name, BAUD)
-        .timeout(LIDAR_TIMEOUT)
-        .open()
-        .map_err(|error| BaseError::CannotOpen {
-            port: name.to_owned(),
-            reason: error.to_string(),
-        })?;
+    let port = serialport::new(name, BAUD).timeout(LIDAR_TIMEOUT).open().map_err(|error| {
+        BaseError::CannotOpen { port: name.to_owned(), reason: error.to_string() }
+    })?;
     // Older bytes measure from where the robot was before.
     let _ = port.clear(ClearBuffer::Input);
     Ok(port)

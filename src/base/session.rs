@@ -117,16 +117,10 @@ impl TrackSession {
     }
 
     pub(super) fn report(&mut self, feedback: Feedback, received_s: f64) {
-        self.latest = Some(TimedFeedback {
-            received_s,
-            feedback,
-        });
+        self.latest = Some(TimedFeedback { received_s, feedback });
     }
 
     pub(super) const fn counters(&self) -> SessionCounters {
-        SessionCounters {
-            rejected_readings: self.encoder_speed.rejected(),
-            ..self.counters
-        }
+        SessionCounters { rejected_readings: self.encoder_speed.rejected(), ..self.counters }
     }
 }

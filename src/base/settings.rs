@@ -54,9 +54,7 @@ impl BaseSettings {
     /// The kinematics with the effective track width.
     #[must_use]
     pub fn drive(&self) -> TrackedDrive {
-        TrackedDrive {
-            track_width_m: self.track_width_m * self.effective_width_ratio,
-        }
+        TrackedDrive { track_width_m: self.track_width_m * self.effective_width_ratio }
     }
 
     /// Limits a command to the tracks' highest speed at constant curvature.
@@ -68,38 +66,27 @@ impl BaseSettings {
         let tracks = self.drive().tracks(twist);
         let within = self.tracks.scale_to_max(&tracks);
         // A command within the limits must not lose its last bits in the conversion to tracks and back.
-        Ok(if within == tracks {
-            *twist
-        } else {
-            self.drive().twist(&within)
-        })
+        Ok(if within == tracks { *twist } else { self.drive().twist(&within) })
     }
 
     /// Converts track speeds, m/s, to ticks per second of the controller's two channels.
     pub(super) fn channel_rates(&self, speeds: &TrackSpeeds) -> [f64; 2] {
         let rates = speeds
             .zip(self.ticks_per_m, |speed, per_m| speed * per_m)
-            .zip(
-                self.reversed,
-                |rate, reversed| if reversed { -rate } else { rate },
-            );
+            .zip(self.reversed, |rate, reversed| if reversed { -rate } else { rate });
         array(self.swapped(rates))
     }
 
     /// Converts ticks per second of the controller's two channels to track speeds, m/s.
     pub(super) fn track_speeds(&self, rates: [f64; 2]) -> TrackSpeeds {
         self.swapped(PerTrack::new(rates[0], rates[1]))
-            .zip(
-                self.reversed,
-                |rate, reversed| if reversed { -rate } else { rate },
-            )
+            .zip(self.reversed, |rate, reversed| if reversed { -rate } else { rate })
             .zip(self.ticks_per_m, |rate, per_m| rate / per_m)
     }
 
     /// Converts counts of the controller's two channels to counts of the tracks.
     pub(super) fn track_counts(&self, counts: [u32; 2]) -> PerTrack<u32> {
-        self.swapped(PerTrack::new(counts[0], counts[1]))
-            .zip(self.reversed, negated)
+        self.swapped(PerTrack::new(counts[0], counts[1])).zip(self.reversed, negated)
     }
 
     /// Converts counts of the tracks to counts of the controller's two channels.
@@ -109,20 +96,12 @@ impl BaseSettings {
 
     /// The motor fault of the first or the second channel.
     pub(super) const fn motor_fault(&self, second: bool) -> Faults {
-        if second == self.swap_tracks {
-            Faults::MOTOR_LEFT
-        } else {
-            Faults::MOTOR_RIGHT
-        }
+        if second == self.swap_tracks { Faults::MOTOR_LEFT } else { Faults::MOTOR_RIGHT }
     }
 
     /// Converts the order of tracks to that of channels, or back.
     fn swapped<T>(&self, sides: PerTrack<T>) -> PerTrack<T> {
-        if self.swap_tracks {
-            sides.swapped()
-        } else {
-            sides
-        }
+        if self.swap_tracks { sides.swapped() } else { sides }
     }
 }
 
@@ -131,11 +110,7 @@ fn array<T>(sides: PerTrack<T>) -> [T; 2] {
 }
 
 const fn negated(count: u32, reversed: bool) -> u32 {
-    if reversed {
-        count.wrapping_neg()
-    } else {
-        count
-    }
+    if reversed { count.wrapping_neg() } else { count }
 }
 
 #[cfg(test)]
@@ -151,10 +126,7 @@ mod tests {
                 ticks_per_m: PerTrack::new(1000.0, 2000.0),
                 ..BaseSettings::default()
             };
-            let speeds = TrackSpeeds {
-                left: 0.5,
-                right: -0.25,
-            };
+            let speeds = TrackSpeeds { left: 0.5, right: -0.25 };
             let channels = settings.channel_rates(&speeds);
             assert_eq!(settings.track_speeds(channels), speeds, "{wiring}");
             let counts = PerTrack::new(7, u32::MAX);
@@ -170,10 +142,7 @@ mod tests {
             reversed: PerTrack::new(true, false),
             ..BaseSettings::default()
         };
-        let speeds = TrackSpeeds {
-            left: 0.5,
-            right: 0.1,
-        };
+        let speeds = TrackSpeeds { left: 0.5, right: 0.1 };
         assert_eq!(settings.channel_rates(&speeds), [1000.0, -5000.0]);
         assert_eq!(settings.motor_fault(true), Faults::MOTOR_LEFT);
     }
@@ -181,9 +150,7 @@ mod tests {
     #[test]
     fn limit_scales_command_at_constant_curvature() {
         let settings = BaseSettings::default();
-        let limited = settings
-            .limit(&Twist::new(2.0, 2.0))
-            .expect("a finite command");
+        let limited = settings.limit(&Twist::new(2.0, 2.0)).expect("a finite command");
         // The right track would run at 2.5 m/s, twice its highest speed.
         assert!((limited.linear - 1.0).abs() < 1e-12 && (limited.angular - 1.0).abs() < 1e-12);
         let slow = Twist::new(0.3, -0.1);
@@ -196,34 +163,10 @@ mod tests {
         valid.validate().expect("valid settings");
         let no_ticks = PerTrack::new(0.0, 1.0);
         for (settings, words) in [
-            (
-                BaseSettings {
-                    track_width_m: -1.0,
-                    ..valid
-                },
-                "track_width_m is -1",
-            ),
-            (
-                BaseSettings {
-                    effective_width_ratio: 6.0,
-                    ..valid
-                },
-                "effective_width_ratio is 6",
-            ),
-            (
-                BaseSettings {
-                    ticks_per_m: no_ticks,
-                    ..valid
-                },
-                "ticks_per_m is 0",
-            ),
-            (
-                BaseSettings {
-                    min_battery_v: Some(f64::NAN),
-                    ..valid
-                },
-                "min_battery_v is NaN",
-            ),
+            (BaseSettings { track_width_m: -1.0, ..valid }, "track_width_m is -1"),
+            (BaseSettings { effective_width_ratio: 6.0, ..valid }, "effective_width_ratio is 6"),
+            (BaseSettings { ticks_per_m: no_ticks, ..valid }, "ticks_per_m is 0"),
+            (BaseSettings { min_battery_v: Some(f64::NAN), ..valid }, "min_battery_v is NaN"),
         ] {
             let message = settings.validate().unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}");

@@ -149,11 +149,7 @@ pub fn csv_text<R: Columns>(rows: &[R]) -> String {
     let header = csv_line(R::COLUMNS.iter().map(|column| column.name));
     let lines = rows.iter().map(|row| {
         let record = record(row);
-        csv_line(
-            R::COLUMNS
-                .iter()
-                .map(|column| csv_field(&record[column.name])),
-        )
+        csv_line(R::COLUMNS.iter().map(|column| csv_field(&record[column.name])))
     });
     header + &lines.collect::<String>()
 }
@@ -257,10 +253,7 @@ mod tests {
 
     #[test]
     fn csv_quotes_commas_and_keeps_rows_on_one_line() {
-        assert_eq!(
-            csv_text(&rows()),
-            "name,mean_speed_m_s,runs\n\"a, b\",1.005,7\n,12.0,1234\n"
-        );
+        assert_eq!(csv_text(&rows()), "name,mean_speed_m_s,runs\n\"a, b\",1.005,7\n,12.0,1234\n");
         assert_eq!(Row::COLUMNS[1].doc, "Its speed.");
         assert_eq!(Row::COLUMNS[1].unit(), Some("m/s"));
     }

@@ -37,12 +37,9 @@ pub fn crossovers(rows: &[DensityRow]) -> Vec<Crossover> {
         }
     }
     let crossover = |name: &&str| {
-        let own = rows
-            .iter()
-            .filter(|row| row.engine == "gpu" && row.name == **name);
-        let mut pairs: Vec<(&DensityRow, &DensityRow)> = own
-            .filter_map(|row| Some((row, *fastest_cpu.get(&row.samples)?)))
-            .collect();
+        let own = rows.iter().filter(|row| row.engine == "gpu" && row.name == **name);
+        let mut pairs: Vec<(&DensityRow, &DensityRow)> =
+            own.filter_map(|row| Some((row, *fastest_cpu.get(&row.samples)?))).collect();
         pairs.sort_by_key(|(gpu, _)| gpu.samples);
         let wins = |(gpu, cpu): &&(&DensityRow, &DensityRow)| gpu.p50_ms < cpu.p50_ms;
         let first = pairs.iter().rev().take_while(wins).last();
@@ -90,10 +87,7 @@ mod tests {
                 [row("cpu", "one thread", samples, ms), many]
             })
             .collect();
-        rows.extend(
-            gpu.iter()
-                .map(|&(samples, ms)| row("gpu", "A", samples, ms)),
-        );
+        rows.extend(gpu.iter().map(|&(samples, ms)| row("gpu", "A", samples, ms)));
         crossovers(&rows).remove(0)
     }
 
@@ -123,10 +117,7 @@ mod tests {
     #[test]
     fn crossover_is_none_without_common_densities() {
         let found = crossover(&[(100, 0.1)]);
-        assert_eq!(
-            (found.samples, found.fastest_cpu, found.up_to),
-            (None, None, 0)
-        );
+        assert_eq!((found.samples, found.fastest_cpu, found.up_to), (None, None, 0));
         assert!(crossovers(&[]).is_empty());
         let alone = [row("gpu", "A", 64, 1.0), row("gpu", "B", 64, 1.0)];
         assert_eq!(crossovers(&alone).len(), 2);

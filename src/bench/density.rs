@@ -77,10 +77,7 @@ pub fn measure_density(
         let scene = Scene::new(&field, plan.steps, samples);
         let mut expected: Option<(String, String)> = None;
         for (engine, last) in engines.iter_mut().zip(&mut last) {
-            if let Some(skipped) = last
-                .as_ref()
-                .and_then(|last| predict_skip(last, &scene, plan))
-            {
+            if let Some(skipped) = last.as_ref().and_then(|last| predict_skip(last, &scene, plan)) {
                 done(Err(&skipped));
                 density.skipped.push(skipped);
                 continue;
@@ -90,11 +87,7 @@ pub fn measure_density(
                 None => expected = Some((engine.name(), digest)),
                 Some((first, answer)) if *answer != digest => {
                     let (engine, first) = (engine.name(), first.clone());
-                    return Err(BenchError::Differs {
-                        which: scene.name(),
-                        engine,
-                        first,
-                    });
+                    return Err(BenchError::Differs { which: scene.name(), engine, first });
                 }
                 Some(_) => {}
             }
@@ -136,12 +129,7 @@ struct Scene<'a> {
 impl<'a> Scene<'a> {
     fn new(field: &'a Arc<ClearanceField>, steps: u32, samples: usize) -> Self {
         let (vx_samples, vtheta_samples) = grid_counts(samples, 1.0);
-        let roadway = Roadway {
-            vx_samples,
-            vtheta_samples,
-            steps,
-            ..Roadway::default()
-        };
+        let roadway = Roadway { vx_samples, vtheta_samples, steps, ..Roadway::default() };
         Self { field, roadway }
     }
 
@@ -155,16 +143,11 @@ impl<'a> Scene<'a> {
 
     fn decide(&self, engine: &mut dyn Engine, tick: usize) -> Result<Evaluation, BenchError> {
         let problem = self.roadway.problem(self.field, tick);
-        let prepared = QuantizedProblem::new(&problem).map_err(|error| BenchError::Problem {
-            which: self.name(),
-            error,
-        })?;
+        let prepared = QuantizedProblem::new(&problem)
+            .map_err(|error| BenchError::Problem { which: self.name(), error })?;
         engine
             .evaluate(&prepared, Detail::Answer)
-            .map_err(|error| BenchError::Engine {
-                which: self.name(),
-                error,
-            })
+            .map_err(|error| BenchError::Engine { which: self.name(), error })
     }
 
     /// Warms an engine up and returns the digest of its answers.
@@ -288,25 +271,16 @@ mod tests {
     #[test]
     fn density_plan_counts_by_powers_of_four() {
         let plan = DensityPlan::powers_of_four(40, 256, 1_048_576, 0.5);
-        assert_eq!(
-            plan.samples,
-            [256, 1024, 4096, 16_384, 65_536, 262_144, 1_048_576]
-        );
+        assert_eq!(plan.samples, [256, 1024, 4096, 16_384, 65_536, 262_144, 1_048_576]);
         assert_eq!(plan.max_seconds, 10.0);
-        assert_eq!(
-            DensityPlan::powers_of_four(40, 3, 11, 0.01).max_seconds,
-            1.0
-        );
+        assert_eq!(DensityPlan::powers_of_four(40, 3, 11, 0.01).max_seconds, 1.0);
     }
 
     #[test]
     fn density_rows_report_the_clock() {
         // 4, 16 and 64 ms for a decision.
         let (density, reported) = measure(&[1_000_000]);
-        assert_eq!(
-            reported,
-            ["1000000 ns at 4", "1000000 ns at 16", "1000000 ns at 64"]
-        );
+        assert_eq!(reported, ["1000000 ns at 4", "1000000 ns at 16", "1000000 ns at 64"]);
         let found: Vec<_> = density
             .rows
             .iter()
@@ -316,10 +290,7 @@ mod tests {
             })
             .collect();
         // Decisions for half a second and one more; for the slowest engine at least 20.
-        assert_eq!(
-            found,
-            [(126, [0, 0, 0]), (32, [0, 0, 32]), (20, [20, 20, 20])]
-        );
+        assert_eq!(found, [(126, [0, 0, 0]), (32, [0, 0, 32]), (20, [20, 20, 20])]);
         for row in &density.rows {
             let expected_ms = row.samples as f64;
             for ms in [row.p50_ms, row.p95_ms, row.p99_ms, row.max_ms] {
@@ -343,10 +314,7 @@ mod tests {
         let [skipped] = &density.skipped[..] else {
             panic!("{:?}", density.skipped);
         };
-        assert_eq!(
-            (skipped.name.as_str(), skipped.samples),
-            ("100000000 ns", 64)
-        );
+        assert_eq!((skipped.name.as_str(), skipped.samples), ("100000000 ns", 64));
         assert!(
             skipped.reason.contains("about 6.4 s") && skipped.reason.contains("10 s"),
             "{}",

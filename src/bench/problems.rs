@@ -39,16 +39,10 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
     let fastest = (side / (f64::from(steps) * step_s)).min(2.0);
     let low = rng.random_range(-0.3..0.5) * fastest;
     let turn = rng.random_range(-1.0..0.8);
-    let linear = Axis {
-        low,
-        high: rng.random_range(low..fastest),
-        count: rng.random_range(1..=30),
-    };
-    let angular = Axis {
-        low: turn,
-        high: rng.random_range(turn..1.2),
-        count: rng.random_range(1..=30),
-    };
+    let linear =
+        Axis { low, high: rng.random_range(low..fastest), count: rng.random_range(1..=30) };
+    let angular =
+        Axis { low: turn, high: rng.random_range(turn..1.2), count: rng.random_range(1..=30) };
     let discs = (0..rng.random_range(1..=3)).map(|_| Disc {
         x: rng.random_range(-0.4..0.4),
         y: rng.random_range(-0.2..0.2),
@@ -69,10 +63,7 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
         obstacles: obstacles.collect(),
         field: Arc::new(field),
         pose: Pose::new(start.x, start.y, rng.random_range(-PI..PI)),
-        window: Window {
-            vx: linear,
-            vtheta: angular,
-        },
+        window: Window { vx: linear, vtheta: angular },
         braking_x: rng.random_range(0.2..3.0),
         braking_theta: rng.random_range(0.5..6.0),
         step_s,

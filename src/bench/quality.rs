@@ -51,13 +51,8 @@ pub fn measure_quality(
     let field = roadway_field();
     let mut rows = Vec::new();
     for &window_s in &plan.windows_s {
-        let roadway = Roadway {
-            steps: plan.steps,
-            window_s,
-            discs: 2,
-            people: 3,
-            ..Roadway::default()
-        };
+        let roadway =
+            Roadway { steps: plan.steps, window_s, discs: 2, people: 3, ..Roadway::default() };
         let mut decide = |counts, tick| decide(engine, &roadway, &field, counts, tick);
         let densest = grid_counts(plan.densest, 1.0);
         let grids = plan.samples.iter().flat_map(|&samples| {
@@ -80,11 +75,7 @@ pub fn measure_quality(
             done();
         }
         let densest = densest.0 as usize * densest.1 as usize;
-        rows.extend(
-            cells
-                .iter()
-                .map(|(grid, losses)| losses.row(window_s, *grid, densest)),
-        );
+        rows.extend(cells.iter().map(|(grid, losses)| losses.row(window_s, *grid, densest)));
     }
     Ok(rows)
 }
@@ -107,30 +98,15 @@ fn decide(
     tick: usize,
 ) -> Result<Decision, BenchError> {
     let which = || format!("{vx_samples} x {vtheta_samples} samples");
-    let roadway = Roadway {
-        vx_samples,
-        vtheta_samples,
-        ..*roadway
-    };
+    let roadway = Roadway { vx_samples, vtheta_samples, ..*roadway };
     let problem = roadway.problem(field, tick);
-    let prepared = QuantizedProblem::new(&problem).map_err(|error| BenchError::Problem {
-        which: which(),
-        error,
-    })?;
+    let prepared = QuantizedProblem::new(&problem)
+        .map_err(|error| BenchError::Problem { which: which(), error })?;
     let answer = engine
         .evaluate(&prepared, Detail::Answer)
-        .map_err(|error| BenchError::Engine {
-            which: which(),
-            error,
-        })?;
-    let command = answer
-        .winner
-        .map(|winner| (problem.window.twist(winner.index), winner.terms));
-    Ok(Decision {
-        header: prepared.header,
-        answer,
-        command,
-    })
+        .map_err(|error| BenchError::Engine { which: which(), error })?;
+    let command = answer.winner.map(|winner| (problem.window.twist(winner.index), winner.terms));
+    Ok(Decision { header: prepared.header, answer, command })
 }
 
 /// Losses of one sampling against the densest one, a number for each decision in which it found a command.
@@ -218,38 +194,18 @@ mod tests {
 
     #[test]
     fn losses_are_distances_from_the_best_command() {
-        let header = Header {
-            weights: [0, 0, 1 << 30, 0],
-            ..Header::default()
-        };
-        let terms = |velocity| Terms {
-            velocity,
-            ..Terms::default()
-        };
+        let header = Header { weights: [0, 0, 1 << 30, 0], ..Header::default() };
+        let terms = |velocity| Terms { velocity, ..Terms::default() };
         let densest = Evaluation {
-            counts: Counts {
-                admissible: 2,
-                ..Counts::default()
-            },
-            totals: Totals {
-                sums: [0, 0, 400, 0],
-                ..Totals::default()
-            },
-            winner: Some(Winner {
-                index: 1,
-                score: 0,
-                terms: terms(300),
-            }),
+            counts: Counts { admissible: 2, ..Counts::default() },
+            totals: Totals { sums: [0, 0, 400, 0], ..Totals::default() },
+            winner: Some(Winner { index: 1, score: 0, terms: terms(300) }),
             samples: None,
         };
         let baseline = RegretBaseline::new(&header, &densest).expect("it has a winner");
         let best = Twist::new(0.5, -0.1);
         let mut losses = Losses::default();
-        losses.add(
-            &baseline,
-            &best,
-            Some(&(Twist::new(0.25, 0.15), terms(250))),
-        );
+        losses.add(&baseline, &best, Some(&(Twist::new(0.25, 0.15), terms(250))));
         losses.add(&baseline, &best, Some(&(best, terms(300))));
         losses.add(&baseline, &best, None);
         let row = losses.row(0.1, (4, 8), 1024);

@@ -99,9 +99,6 @@ mod tests {
         let text = r#"{"engine": "cpu", "adapter": null, "threads": 2, "samples": 256, "steps": 40, "p50_ms": 0.05,
             "p95_ms": 0.08, "p99_ms": 0.1, "max_ms": 2.7, "decisions": 5000, "steps_per_s": 2e8}"#;
         let row: DensityRow = serde_json::from_str(text).expect("a row");
-        assert_eq!(
-            (row.samples, row.name.as_str(), row.missed_20_hz),
-            (256, "", 0)
-        );
+        assert_eq!((row.samples, row.name.as_str(), row.missed_20_hz), (256, "", 0));
     }
 }

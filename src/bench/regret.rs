@@ -38,11 +38,7 @@ impl RegretBaseline {
     pub fn regret(&self, terms: &Terms) -> f64 {
         let gain = self.best - self.mean;
         let lost = self.best - score(&self.normalizers, terms.to_array().map(f64::from));
-        if lost > 0.0 && gain > 0.0 {
-            lost / gain
-        } else {
-            0.0
-        }
+        if lost > 0.0 && gain > 0.0 { lost / gain } else { 0.0 }
     }
 }
 
@@ -66,39 +62,19 @@ mod tests {
     /// Terms 0, 1, 2 and 5 of velocity, and 3, 3, 3 and 1 of the distance to the key node, by hand.
     fn densest() -> Evaluation {
         Evaluation {
-            counts: Counts {
-                admissible: 4,
-                collision: 9,
-                ..Counts::default()
-            },
-            totals: Totals {
-                sums: [0, 0, 8, 10],
-                min: [0, 0, 0, 1],
-                max: [0, 0, 5, 3],
-            },
-            winner: Some(Winner {
-                index: 3,
-                score: 0,
-                terms: terms(5, 1),
-            }),
+            counts: Counts { admissible: 4, collision: 9, ..Counts::default() },
+            totals: Totals { sums: [0, 0, 8, 10], min: [0, 0, 0, 1], max: [0, 0, 5, 3] },
+            winner: Some(Winner { index: 3, score: 0, terms: terms(5, 1) }),
             samples: None,
         }
     }
 
     fn terms(velocity: u32, path: u32) -> Terms {
-        Terms {
-            velocity,
-            path,
-            ..Terms::default()
-        }
+        Terms { velocity, path, ..Terms::default() }
     }
 
     fn baseline(min_max: u32) -> RegretBaseline {
-        let header = Header {
-            weights: [0, 0, 3 << 28, 1 << 28],
-            min_max,
-            ..Header::default()
-        };
+        let header = Header { weights: [0, 0, 3 << 28, 1 << 28], min_max, ..Header::default() };
         RegretBaseline::new(&header, &densest()).expect("it has a winner")
     }
 
@@ -141,10 +117,7 @@ mod tests {
     fn regret_is_zero_where_all_samples_are_equal() {
         let mut same = densest();
         (same.totals.sums, same.counts.admissible) = ([0, 0, 5, 1], 1);
-        let header = Header {
-            weights: [0, 0, 3 << 28, 1 << 28],
-            ..Header::default()
-        };
+        let header = Header { weights: [0, 0, 3 << 28, 1 << 28], ..Header::default() };
         let baseline = RegretBaseline::new(&header, &same).expect("it has a winner");
         assert_near(baseline.regret(&terms(1, 9)), 0.0);
     }

@@ -33,14 +33,7 @@ pub struct Roadway {
 impl Default for Roadway {
     /// 80 x 63 samples over 3 s in the widest window: one disc, no people.
     fn default() -> Self {
-        Self {
-            vx_samples: 80,
-            vtheta_samples: 63,
-            steps: 30,
-            window_s: 1.0,
-            discs: 1,
-            people: 0,
-        }
+        Self { vx_samples: 80, vtheta_samples: 63, steps: 30, window_s: 1.0, discs: 1, people: 0 }
     }
 }
 
@@ -50,12 +43,8 @@ impl Default for Roadway {
 /// Never: it has a place for every cell.
 #[must_use]
 pub fn roadway_obstacles() -> ObstacleGrid {
-    let frame = GridFrame {
-        width: SIDE,
-        height: SIDE,
-        resolution_m: CELL_M,
-        origin: Pose::default(),
-    };
+    let frame =
+        GridFrame { width: SIDE, height: SIDE, resolution_m: CELL_M, origin: Pose::default() };
     // Up to 0.3 m from the wall's line, constant over a few columns.
     let rough = |column: i32, salt: i32| ((column / 5) * 7919 + salt).rem_euclid(13) / 2;
     let blocked = (0..frame.len()).map(|index| {
@@ -108,10 +97,7 @@ impl Roadway {
             footprint: &footprint.expect("one to eight discs"),
             weights: settings.weights,
         };
-        Problem {
-            steps: self.steps,
-            ..situation.problem(&settings)
-        }
+        Problem { steps: self.steps, ..situation.problem(&settings) }
     }
 
     /// Indices of the cells that the robot's origin visits, by turn rate, speed and step: the look-ups of a decision with one
@@ -142,11 +128,7 @@ impl Roadway {
     /// A disc of the footprint; they are 0.25 m apart.
     fn disc(&self, number: usize) -> Disc {
         let middle = (self.discs as f64 - 1.0) / 2.0;
-        Disc {
-            x: (middle - number as f64) * 0.25,
-            y: 0.0,
-            radius: 0.3,
-        }
+        Disc { x: (middle - number as f64) * 0.25, y: 0.0, radius: 0.3 }
     }
 }
 

@@ -58,8 +58,7 @@ impl Latencies {
         if !(seconds.is_finite() && seconds >= 0.0) {
             return Err(BenchError::NotATime { seconds });
         }
-        self.nanoseconds
-            .saturating_record((seconds * NANOSECONDS_PER_SECOND).round() as u64);
+        self.nanoseconds.saturating_record((seconds * NANOSECONDS_PER_SECOND).round() as u64);
         Ok(())
     }
 
@@ -108,9 +107,7 @@ mod tests {
         // Each value once, out of order: 7 and 1000 have no common factor.
         for index in 0..1000 {
             let microseconds = f64::from(index * 7 % 1000 + 1);
-            latencies
-                .record(microseconds * 1e-6)
-                .expect("finite and in range");
+            latencies.record(microseconds * 1e-6).expect("finite and in range");
         }
         let summary = latencies.summary().expect("finite and in range");
         assert_eq!(summary.count, 1000);

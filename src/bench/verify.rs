@@ -57,27 +57,17 @@ pub fn verify(
     seed: u64,
     mut progress: impl FnMut(u64),
 ) -> Result<Verification, BenchError> {
-    let mut verification = Verification {
-        cases,
-        ..Verification::default()
-    };
+    let mut verification = Verification { cases, ..Verification::default() };
     let mut digests = vec![EvaluationDigest::default(); engines.len()];
     for case in 0..cases {
-        let problem = QuantizedProblem::new(&random_problem(seed, case)).map_err(|error| {
-            BenchError::Problem {
-                which: format!("case {case}"),
-                error,
-            }
-        })?;
+        let problem = QuantizedProblem::new(&random_problem(seed, case))
+            .map_err(|error| BenchError::Problem { which: format!("case {case}"), error })?;
         verification.samples += problem.len() as u64;
         let mut first: Option<Evaluation> = None;
         for (engine, digest) in engines.iter_mut().zip(&mut digests) {
             let evaluation = engine
                 .evaluate(&problem, Detail::Samples)
-                .map_err(|error| BenchError::Engine {
-                    which: format!("case {case}"),
-                    error,
-                })?;
+                .map_err(|error| BenchError::Engine { which: format!("case {case}"), error })?;
             digest.add(&evaluation);
             match &first {
                 None => first = Some(evaluation),
@@ -86,13 +76,7 @@ pub fn verify(
                         verification.difference_count += 1;
                         if verification.differences.len() < SHOWN {
                             let engine = engine.name();
-                            let difference = Difference {
-                                engine,
-                                case,
-                                what,
-                                expected,
-                                found,
-                            };
+                            let difference = Difference { engine, case, what, expected, found };
                             verification.differences.push(difference);
                         }
                     };
@@ -127,49 +111,25 @@ pub fn compare(
     for (term, name) in TERMS.iter().enumerate() {
         let (one, other) = (&expected.totals, &found.totals);
         check(format!("sum of {name}"), one.sums[term], other.sums[term]);
-        check(
-            format!("least {name}"),
-            one.min[term].into(),
-            other.min[term].into(),
-        );
-        check(
-            format!("greatest {name}"),
-            one.max[term].into(),
-            other.max[term].into(),
-        );
+        check(format!("least {name}"), one.min[term].into(), other.min[term].into());
+        check(format!("greatest {name}"), one.max[term].into(), other.max[term].into());
     }
     let winner = |evaluation: &Evaluation| {
         evaluation.winner.map_or((u64::MAX, 0, [0; 4]), |winner| {
-            (
-                u64::from(winner.index),
-                winner.score as u64,
-                winner.terms.to_array(),
-            )
+            (u64::from(winner.index), winner.score as u64, winner.terms.to_array())
         })
     };
     let (one, other) = (winner(expected), winner(found));
     check("winner".to_owned(), one.0, other.0);
     check("winning score".to_owned(), one.1, other.1);
     for (term, name) in TERMS.iter().enumerate() {
-        check(
-            format!("winner's {name}"),
-            one.2[term].into(),
-            other.2[term].into(),
-        );
+        check(format!("winner's {name}"), one.2[term].into(), other.2[term].into());
     }
     let one = expected.samples.as_deref().unwrap_or_default();
     let other = found.samples.as_deref().unwrap_or_default();
-    check(
-        "number of samples".to_owned(),
-        one.len() as u64,
-        other.len() as u64,
-    );
+    check("number of samples".to_owned(), one.len() as u64, other.len() as u64);
     for (index, (one, other)) in one.iter().zip(other).enumerate() {
-        check(
-            format!("sample {index} reason"),
-            one.status as u64,
-            other.status as u64,
-        );
+        check(format!("sample {index} reason"), one.status as u64, other.status as u64);
         let terms = one.terms.to_array().into_iter().zip(other.terms.to_array());
         for (name, (one, other)) in TERMS.iter().zip(terms) {
             check(format!("sample {index} {name}"), one.into(), other.into());

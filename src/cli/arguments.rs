@@ -31,14 +31,12 @@ pub struct MapArguments {
 
 /// `inbye plan`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
+#[command(after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
     inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png\n\n\
     With --via all figures are those of the whole path, and `legs` has those of each leg. If the goal cannot be reached, \
     `nearest_reachable` is the reachable point nearest to it; --svg and --png show it.\n\
     `curvature` compares the smoothed path with the robot's limits: the share of the path that the base can follow at max_vel_x, \
-    and its highest speed in the tightest bend; 0 if it must turn in place."
-)]
+    and its highest speed in the tightest bend; 0 if it must turn in place.")]
 pub struct PlanArguments {
     #[command(flatten)]
     pub map: MapArguments,
@@ -86,12 +84,7 @@ pub struct DriveArguments {
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
     /// Number of pedestrians, or a JSON or TOML file of moving obstacles.
-    #[arg(
-        long,
-        default_value = "0",
-        value_name = "N or FILE",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, default_value = "0", value_name = "N or FILE", allow_negative_numbers = true)]
     pub obstacles: Obstacles,
     /// Seed of pedestrians and lidar noise.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
@@ -212,12 +205,7 @@ pub struct DensityArguments {
 )]
 pub struct MovingAiArguments {
     /// The map, MovingAI .map.
-    #[arg(
-        long,
-        value_name = "M.map",
-        requires = "scen",
-        required_unless_present = "folder"
-    )]
+    #[arg(long, value_name = "M.map", requires = "scen", required_unless_present = "folder")]
     pub map: Option<PathBuf>,
     /// The map's scenarios.
     #[arg(long, value_name = "M.map.scen", requires = "map")]
@@ -295,22 +283,13 @@ impl FromStr for Place {
         let numbers = text
             .split(',')
             .map(|part| {
-                part.trim()
-                    .parse::<f64>()
-                    .ok()
-                    .filter(|number| number.abs() <= MAX_COORDINATE)
+                part.trim().parse::<f64>().ok().filter(|number| number.abs() <= MAX_COORDINATE)
             })
             .collect::<Option<Vec<f64>>>()
             .ok_or_else(error)?;
         match numbers[..] {
-            [x, y] => Ok(Self {
-                position: Point::new(x, y),
-                yaw: None,
-            }),
-            [x, y, yaw] => Ok(Self {
-                position: Point::new(x, y),
-                yaw: Some(yaw),
-            }),
+            [x, y] => Ok(Self { position: Point::new(x, y), yaw: None }),
+            [x, y, yaw] => Ok(Self { position: Point::new(x, y), yaw: Some(yaw) }),
             _ => Err(error()),
         }
     }

@@ -73,12 +73,7 @@ pub fn run(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
 fn text(summary: &BarnSummary, max_speed: f64) -> Vec<String> {
     let mut lines = group_table(core::slice::from_ref(&summary.all));
     let means = |title: &str, means: &OverWorlds| {
-        let OverWorlds {
-            worlds,
-            success,
-            score,
-            ..
-        } = means;
+        let OverWorlds { worlds, success, score, .. } = means;
         format!("{title}: {worlds} worlds, success {success:.3}, score {score:.4}")
     };
     let here = format!("here, {max_speed} m/s at most");

@@ -15,11 +15,9 @@ const MAX_SPEED: f64 = 100.0;
 
 /// `inbye base`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  inbye base emulate --protocol native --for 1 --json\n\n\
+#[command(after_help = "Example:\n  inbye base emulate --protocol native --for 1 --json\n\n\
     Run `inbye base emulate` in one terminal: it prints the path of a port. Then run `inbye base monitor --port PATH`, \
-    `inbye base send --port PATH` or `inbye drive --port PATH` in another."
-)]
+    `inbye base send --port PATH` or `inbye drive --port PATH` in another.")]
 pub struct BaseArguments {
     /// The subcommand.
     #[command(subcommand)]
@@ -73,12 +71,7 @@ pub struct EmulateArguments {
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, requires = "lidar_map", value_parser = length)]
     pub resolution: f64,
     /// Start pose on that map.
-    #[arg(
-        long,
-        value_name = "X,Y[,YAW]",
-        allow_hyphen_values = true,
-        requires = "lidar_map"
-    )]
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "lidar_map")]
     pub start: Option<Place>,
     /// Unplug the lidar after this time, seconds.
     #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "lidar_map", value_parser = duration)]

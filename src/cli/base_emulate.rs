@@ -184,10 +184,7 @@ mod on_pseudo_terminal {
     }
 
     fn is_timeout(kind: ErrorKind) -> bool {
-        matches!(
-            kind,
-            ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-        )
+        matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
     }
 
     fn print(

@@ -15,9 +15,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// Prints a base's reports. Returns false if the base is silent at the end.
 pub fn run(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool> {
     let line = base_arguments::line_of(&arguments.line)?;
-    let supervisor = line
-        .supervise(process::interrupt_flag()?)
-        .context("--port")?;
+    let supervisor = line.supervise(process::interrupt_flag()?).context("--port")?;
     line.await_report(&supervisor).context("--port")?;
     let start_s = supervisor.now_s();
     loop {

@@ -21,9 +21,7 @@ const SETTLING_S: f64 = 1.0;
 /// Commands a motion. Returns false if the base was stopped before the time was over.
 pub fn run(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
     let line = base_arguments::line_of(&arguments.line)?;
-    let supervisor = line
-        .supervise(process::interrupt_flag()?)
-        .context("--port")?;
+    let supervisor = line.supervise(process::interrupt_flag()?).context("--port")?;
     if arguments.release {
         // No motion was commanded yet, so this fails only for a base that moves by itself.
         supervisor.release()?;

@@ -39,10 +39,9 @@ pub fn drive_status(status: &SupervisorStatus) -> String {
     }
     match &status.drive_status {
         DriveStatus::NoTarget => "stands".to_owned(),
-        DriveStatus::Driving => format!(
-            "drives {:.2} m/s, {:.2} rad/s",
-            status.sent.linear, status.sent.angular
-        ),
+        DriveStatus::Driving => {
+            format!("drives {:.2} m/s, {:.2} rad/s", status.sent.linear, status.sent.angular)
+        }
         DriveStatus::TargetExpired { age_s } => {
             format!("stands: the target is {age_s:.2} s old")
         }
@@ -54,10 +53,8 @@ pub fn drive_status(status: &SupervisorStatus) -> String {
 
 /// A report of a base as a line of text.
 pub fn line(feedback: &Feedback) -> String {
-    let mut parts = vec![format!(
-        "{:6.3} m/s  {:6.3} rad/s",
-        feedback.twist.linear, feedback.twist.angular
-    )];
+    let mut parts =
+        vec![format!("{:6.3} m/s  {:6.3} rad/s", feedback.twist.linear, feedback.twist.angular)];
     if let Some(counts) = feedback.encoder_counts {
         parts.push(format!("encoders {} {}", counts.left, counts.right));
     }

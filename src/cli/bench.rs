@@ -34,11 +34,8 @@ pub fn density(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool>
         );
     }
     let table = Output::create("--record", arguments.record.as_deref(), &["csv", "json"])?;
-    let losses = Output::create(
-        "--record-quality",
-        arguments.record_quality.as_deref(),
-        &["csv", "json"],
-    )?;
+    let losses =
+        Output::create("--record-quality", arguments.record_quality.as_deref(), &["csv", "json"])?;
     let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
     if let Some(folder) = &arguments.report {
         report_file::create_folder(folder)?;

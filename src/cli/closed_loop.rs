@@ -50,10 +50,7 @@ pub fn drive(
     let steps = config.local.steps();
     let (least, most) = (MIN_SAMPLES.min(most), MAX_SAMPLES.min(most));
     let samples = DensityPlan::powers_of_four(steps, least, most, 1.0).samples;
-    let worlds = built_in_maps(Rules {
-        longest_m: LONGEST_M,
-        ..Rules::default()
-    });
+    let worlds = built_in_maps(Rules { longest_m: LONGEST_M, ..Rules::default() });
     let setups = sampling_setups(&config, &samples, shapes);
     let grid = Grid::of_missions("closed loop", &worlds, &setups, missions, SEED)?;
     let mut rows = run_grid(&grid, None, 1)?;

@@ -88,11 +88,7 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
         (Some(ConfigCommand::ImportNav2(command)), _) => import_nav2::run(command, json),
         (None, Some(file)) => check(file, arguments.base, json),
         (None, None) if action.schema => {
-            let schema = if arguments.base {
-                BaseConfig::schema()
-            } else {
-                Config::schema()
-            };
+            let schema = if arguments.base { BaseConfig::schema() } else { Config::schema() };
             output::json(&schema)?;
             Ok(true)
         }

@@ -31,9 +31,7 @@ impl CurvatureCheck {
         let slowest = if curvature.sharp_turns > 0 {
             0.0
         } else if max_per_m > limit_per_m {
-            drive
-                .max_speed(max_per_m, top_track, turn_rate)
-                .min(max_speed)
+            drive.max_speed(max_per_m, top_track, turn_rate).min(max_speed)
         } else {
             max_speed
         };
@@ -62,10 +60,9 @@ impl CurvatureCheck {
     /// The line of text.
     pub fn line(&self) -> String {
         let bends = match self.min_radius_m() {
-            Some(radius_m) => format!(
-                "{:8.3} 1/m at the tightest, radius {radius_m:.2} m",
-                self.max_per_m
-            ),
+            Some(radius_m) => {
+                format!("{:8.3} 1/m at the tightest, radius {radius_m:.2} m", self.max_per_m)
+            }
             None => "   0.000 1/m".to_owned(),
         };
         let turns = match self.sharp_turns {

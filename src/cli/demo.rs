@@ -95,9 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         density_command: "inbye bench density",
     });
     report_file::write(&folder, &page)?;
-    let reached = drives
-        .iter()
-        .all(|(_, _, result, ..)| result.reached && !result.collided);
+    let reached = drives.iter().all(|(_, _, result, ..)| result.reached && !result.collided);
     if arguments.json {
         let missions: Vec<_> = drives
             .iter()
@@ -139,14 +137,8 @@ fn drive_scene(
 ) -> anyhow::Result<(Simulation, MissionResult, PlaybackRecorder)> {
     let (start, goal) = (scene.start, scene.goal);
     let ends = (start.position(), goal);
-    let spawner = config
-        .simulation
-        .pedestrians
-        .spawner(scene.obstacles, scene.seed);
-    let goal = Goal {
-        position: goal,
-        yaw: None,
-    };
+    let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
+    let goal = Goal { position: goal, yaw: None };
     let simulation = Simulation {
         moving_obstacles: spawner.spawn_on_route(&scene.map, config, ends)?,
         seed: scene.seed,
@@ -156,14 +148,7 @@ fn drive_scene(
         })
     };
     let mut playback = PlaybackRecorder::default();
-    let result = drive::drive(
-        &simulation,
-        config,
-        engine,
-        scene.name,
-        None,
-        Some(&mut playback),
-        None,
-    )?;
+    let result =
+        drive::drive(&simulation, config, engine, scene.name, None, Some(&mut playback), None)?;
     Ok((simulation, result, playback))
 }

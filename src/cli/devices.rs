@@ -21,22 +21,14 @@ pub fn run(json: bool) -> anyhow::Result<bool> {
         "CPU: {} cores, {}, {}",
         engines::cores(),
         std::env::consts::ARCH,
-        if features.is_empty() {
-            "no vector features".to_owned()
-        } else {
-            features.join(" ")
-        },
+        if features.is_empty() { "no vector features".to_owned() } else { features.join(" ") },
     ));
     if adapters.is_empty() {
         output::line("GPU: no adapter found (Debian's mesa-vulkan-drivers has a software one)");
     }
     for adapter in &adapters {
         let text = |key: &str| adapter[key].as_str().unwrap_or_default().to_owned();
-        let kind = if adapter["software"] == true {
-            "software"
-        } else {
-            "hardware"
-        };
+        let kind = if adapter["software"] == true { "software" } else { "hardware" };
         let (name, backend, driver) = (text("name"), text("backend"), text("driver"));
         output::line(format!("GPU: {name} ({kind}, {backend}, {driver})"));
     }
@@ -45,10 +37,7 @@ pub fn run(json: bool) -> anyhow::Result<bool> {
 
 #[cfg(feature = "gpu")]
 fn adapters() -> Vec<serde_json::Value> {
-    inbye::local::adapters()
-        .iter()
-        .map(|adapter| json!(adapter.summary))
-        .collect()
+    inbye::local::adapters().iter().map(|adapter| json!(adapter.summary)).collect()
 }
 
 #[cfg(not(feature = "gpu"))]
@@ -65,11 +54,7 @@ fn cpu_features() -> Vec<&'static str> {
         ("avx512f", is_x86_feature_detected!("avx512f")),
         ("avx512bw", is_x86_feature_detected!("avx512bw")),
     ];
-    found
-        .into_iter()
-        .filter(|(_, present)| *present)
-        .map(|(name, _)| name)
-        .collect()
+    found.into_iter().filter(|(_, present)| *present).map(|(name, _)| name).collect()
 }
 
 #[cfg(not(target_arch = "x86_64"))]

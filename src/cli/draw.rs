@@ -16,13 +16,11 @@ const TITLE: &str = "inbye: benchmark records";
 
 /// `inbye bench draw`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  inbye bench draw latency.csv --svg latency.svg\n  \
+#[command(after_help = "Example:\n  inbye bench draw latency.csv --svg latency.svg\n  \
     inbye bench draw barn.csv dynabarn.csv --report records\n\n\
     Nothing is measured. The columns tell what a record contains: latencies, regrets and missions of `bench density`, runs of \
     `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`, tables of `sweep merge`. A picture shows at most one \
-    record of each kind. Records of `bench movingai` and `bench grids` cannot be drawn."
-)]
+    record of each kind. Records of `bench movingai` and `bench grids` cannot be drawn.")]
 pub struct DrawArguments {
     /// The records, CSV.
     #[arg(required = true, value_name = "RECORD.csv")]
@@ -64,9 +62,8 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
     let records = paths.iter().map(|path| read(path));
     let records: Vec<Record> = records.collect::<Result<_, _>>()?;
     let named = || paths.iter().zip(&records);
-    let sources: Vec<String> = named()
-        .map(|(path, record)| format!("{} ({})", path.display(), record.title()))
-        .collect();
+    let sources: Vec<String> =
+        named().map(|(path, record)| format!("{} ({})", path.display(), record.title())).collect();
     let intro = format!("Drawn from {}.", sources.join("; "));
     let (machine, command) = (machines(paths).join(", "), report_file::command_line());
     let mut report = BenchReport {

@@ -41,18 +41,11 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         Err(error) => return no_path_or(error, arguments, &map, &config, json),
     };
     // Created before the drive: a wrong name must not cost an hour of driving.
-    let record_file = arguments
-        .record
-        .as_deref()
-        .map(output::create_record)
-        .transpose()?;
+    let record_file = arguments.record.as_deref().map(output::create_record).transpose()?;
     if let Some(folder) = &arguments.report {
         report_file::create_folder(folder)?;
     }
-    let stop = |place: &Place| Goal {
-        position: place.position,
-        yaw: place.yaw,
-    };
+    let stop = |place: &Place| Goal { position: place.position, yaw: place.yaw };
     let goal = stop(&arguments.goal);
     let simulation = Simulation {
         moving_obstacles,
@@ -67,10 +60,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let engine =
         engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
     // Frames cost time in every tick, so they are recorded for a report only.
-    let mut playback = arguments
-        .report
-        .as_ref()
-        .map(|_| PlaybackRecorder::default());
+    let mut playback = arguments.report.as_ref().map(|_| PlaybackRecorder::default());
     let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
         let is_real_time = hardware.is_some();
         Recording::begin(file, mission, &config, engine.name(), is_real_time)
@@ -134,10 +124,7 @@ fn show(
         if let Some(text) = map_file::unknown_cells_text(map, policy) {
             output::line(format!("unknown      {text}"));
         }
-        for line in base
-            .into_iter()
-            .flat_map(hardware_drive::HardwareReport::lines)
-        {
+        for line in base.into_iter().flat_map(hardware_drive::HardwareReport::lines) {
             output::line(line);
         }
         if let Some(recording) = recording {
@@ -182,10 +169,7 @@ pub fn drive(
         }
     };
     let mut clock = wall_clock();
-    let mut observer = Observer {
-        clock: &mut clock,
-        on_tick: &mut on_tick,
-    };
+    let mut observer = Observer { clock: &mut clock, on_tick: &mut on_tick };
     let result = match hardware {
         Some(hardware) if hardware.has_lidar() => {
             let robot = &mut hardware.robot;
@@ -312,12 +296,7 @@ fn print(result: &MissionResult) {
     }
     for (number, error) in result.stop_errors.iter().enumerate() {
         let StopError { x_m, y_m, yaw_rad } = *error;
-        output::line(error_line(
-            &format!("stop {}", number + 1),
-            x_m,
-            y_m,
-            yaw_rad,
-        ));
+        output::line(error_line(&format!("stop {}", number + 1), x_m, y_m, yaw_rad));
     }
     let (x_m, y_m) = result.final_error_m;
     output::line(error_line("final error", x_m, y_m, result.final_yaw_error));

@@ -20,10 +20,7 @@ impl DriveLog {
         let row = tick.row;
         let at = || {
             let position = row.belief.position();
-            format!(
-                "{:7.1} s at {:.2}, {:.2}",
-                row.time_s, position.x, position.y
-            )
+            format!("{:7.1} s at {:.2}, {:.2}", row.time_s, position.x, position.y)
         };
         let plans = tick.navigator.plans();
         for plan in plans.iter().skip(self.plans) {

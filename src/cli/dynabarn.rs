@@ -63,9 +63,6 @@ pub fn run(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<bool> {
         ),
         format!("Driven in {SIMULATOR}."),
     ];
-    lines
-        .chain(notes)
-        .chain(unreached(&rows))
-        .for_each(output::line);
+    lines.chain(notes).chain(unreached(&rows)).for_each(output::line);
     Ok(true)
 }

@@ -18,12 +18,10 @@ pub fn cores() -> usize {
 /// Describes this machine for records: processor, cores, system.
 pub fn machine() -> String {
     use std::env::consts::{ARCH, OS};
-    let model = std::fs::read_to_string("/proc/cpuinfo")
-        .ok()
-        .and_then(|text| {
-            let line = text.lines().find(|line| line.starts_with("model name"))?;
-            Some(line.split_once(':')?.1.trim().to_owned())
-        });
+    let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
     let model = model.unwrap_or_else(|| "processor unknown".to_owned());
     format!("{model}, {} cores, {ARCH}, {OS}", cores())
 }

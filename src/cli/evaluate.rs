@@ -49,15 +49,9 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
             ));
             output::line(format!("score        {:.6}", winner.score));
             let terms = &winner.terms;
-            output::line(format!(
-                "heading      {:.4} rad; pi faces the target",
-                terms.heading
-            ));
+            output::line(format!("heading      {:.4} rad; pi faces the target", terms.heading));
             output::line(format!("clearance    {:.3} m", terms.clearance));
-            output::line(format!(
-                "path         {:.3} m from the key node",
-                terms.path
-            ));
+            output::line(format!("path         {:.3} m from the key node", terms.path));
         }
     }
     output::line(format!(
@@ -68,9 +62,7 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     if arguments.samples {
         output::line("index     vx vtheta  status        heading  clear    path    score");
         for sample in explainer.samples(&evaluation) {
-            let score = sample
-                .score
-                .map_or_else(String::new, |score| format!("{score:.6}"));
+            let score = sample.score.map_or_else(String::new, |score| format!("{score:.6}"));
             output::line(format!(
                 "{:5} {:6.3} {:+6.3}  {:12} {:8.4} {:6.3} {:7.3} {score:>8}",
                 sample.index,

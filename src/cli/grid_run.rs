@@ -46,11 +46,7 @@ pub fn run_grid(grid: &Grid, out: Option<&Path>, jobs: usize) -> anyhow::Result<
         return in_memory(grid, jobs, run);
     };
     let store = ResultStore::open(out, &manifest)?;
-    let workers = Workers {
-        store: &store,
-        machine: &machine,
-        title: &grid.title,
-    };
+    let workers = Workers { store: &store, machine: &machine, title: &grid.title };
     let done = workers.run(&grid.distinct(), jobs)?;
     if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
         bail!("{reason}");

@@ -71,19 +71,13 @@ pub fn connect(
     };
     let file = arguments.base_config.as_deref();
     let line = base_arguments::load_line(port, arguments.protocol.unwrap_or_default(), file)?;
-    let mut robot = line
-        .connect(start, process::interrupt_flag()?)
-        .context("--port")?;
+    let mut robot = line.connect(start, process::interrupt_flag()?).context("--port")?;
     let lidar_port = arguments.lidar.clone();
     if let Some(port) = &lidar_port {
         let reader = connect_lidar(port, line.config.lidar).context("--lidar")?;
         robot = robot.with_lidar(reader);
     }
-    Ok(Some(HardwareDrive {
-        line,
-        lidar_port,
-        robot,
-    }))
+    Ok(Some(HardwareDrive { line, lidar_port, robot }))
 }
 
 impl HardwareDrive {

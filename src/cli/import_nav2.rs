@@ -94,10 +94,7 @@ fn note_unmapped(imported: &Import) {
         ));
     }
     if !imported.ignored_nodes.is_empty() {
-        output::note(format!(
-            "ignored nodes: {}",
-            imported.ignored_nodes.join(", ")
-        ));
+        output::note(format!("ignored nodes: {}", imported.ignored_nodes.join(", ")));
     }
     output::note(format!(
         "{} parameters mapped, {} not mapped",

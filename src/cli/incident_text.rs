@@ -9,22 +9,10 @@ use serde_json::{Value, json};
 pub fn fields(result: &MissionResult) -> [(&'static str, Value); 6] {
     let incidents = result.incidents.as_ref();
     [
-        (
-            "gpu_losses",
-            json!(incidents.map(|incidents| &incidents.failures)),
-        ),
-        (
-            "gpu_reopened",
-            json!(incidents.map(|incidents| incidents.reopened)),
-        ),
-        (
-            "gpu_incidents",
-            json!(incidents.map(|incidents| &incidents.messages)),
-        ),
-        (
-            "cpu_ticks",
-            json!(incidents.map(|incidents| incidents.on_cpu)),
-        ),
+        ("gpu_losses", json!(incidents.map(|incidents| &incidents.failures))),
+        ("gpu_reopened", json!(incidents.map(|incidents| incidents.reopened))),
+        ("gpu_incidents", json!(incidents.map(|incidents| &incidents.messages))),
+        ("cpu_ticks", json!(incidents.map(|incidents| incidents.on_cpu))),
         ("deadline", json!(result.deadline_stats)),
         ("observation_faults", json!(result.observation_faults)),
     ]
@@ -39,18 +27,10 @@ pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
         && (incidents.failures.keys().any(lost) || incidents.reopened > 0)
     {
         facts.push(("GPU", losses(incidents)));
-        let first = incidents
-            .messages
-            .first()
-            .map(|first| first.message.clone());
+        let first = incidents.messages.first().map(|first| first.message.clone());
         facts.extend(first.map(|message| ("GPU, first", message)));
     }
-    facts.extend(
-        result
-            .deadline_stats
-            .iter()
-            .map(|stats| ("deadline", misses(stats))),
-    );
+    facts.extend(result.deadline_stats.iter().map(|stats| ("deadline", misses(stats))));
     facts.extend(
         result
             .observation_faults
@@ -76,10 +56,7 @@ fn losses(incidents: &Incidents) -> String {
 }
 
 fn misses(stats: &DeadlineStats) -> String {
-    let Sampling {
-        vx_samples,
-        vtheta_samples,
-    } = stats.lowest;
+    let Sampling { vx_samples, vtheta_samples } = stats.lowest;
     format!(
         "{} of {} decisions took longer than {} ms; fewest samples {vx_samples} x {vtheta_samples}",
         stats.misses,

@@ -19,16 +19,14 @@ const WITHIN: (f64, f64) = (0.05, 0.02);
 
 /// `inbye bench localization`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  inbye bench localization --case tour --seeds 1 --tour 30\n\n\
+#[command(after_help = "Example:\n  inbye bench localization --case tour --seeds 1 --tour 30\n\n\
     The closed loop with the pose only from wheel odometry with slip and from scans matched to the map; errors are relative to \
     the simulator's truth, at each tick. Cases: tour (back and forth), people, coarse_map (the map's cells are \
     twice the world's), smooth (a straight roadway without any feature along it), kidnapped (2 m back), kidnapped_far (anywhere), \
     kidnapped_to_twin (into an identical roadway), occluded, briefly_occluded, other_map.\n\
     Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
     of noise.\n\
-    Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad."
-)]
+    Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad.")]
 pub struct LocalizationArguments {
     /// Map that is the world, of any kind that `drive` reads; with --start and --goal.
     #[arg(long, requires_all = ["start", "goal"])]
@@ -37,12 +35,7 @@ pub struct LocalizationArguments {
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = super::arguments::length)]
     pub resolution: f64,
     /// Where drives start.
-    #[arg(
-        long,
-        value_name = "X,Y[,YAW]",
-        allow_hyphen_values = true,
-        requires = "map"
-    )]
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "map")]
     pub start: Option<Place>,
     /// Where they turn back.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "map")]
@@ -79,11 +72,7 @@ fn case(text: &str) -> Result<LocalizationCase, String> {
 }
 
 fn tour_length(text: &str) -> Result<f64, String> {
-    number(
-        text,
-        |metres| (1.0..=10_000.0).contains(&metres),
-        "metres, 1 to 10000",
-    )
+    number(text, |metres| (1.0..=10_000.0).contains(&metres), "metres, 1 to 10000")
 }
 
 fn slip(text: &str) -> Result<f64, String> {
@@ -133,25 +122,12 @@ fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
             (name.into_owned(), map, start, goal)
         }
         (None, None, None) => {
-            let Scene {
-                name,
-                map,
-                start,
-                goal,
-                ..
-            } = roadway();
+            let Scene { name, map, start, goal, .. } = roadway();
             (name.to_owned(), map, start, goal)
         }
         _ => bail!("--map needs --start and --goal: name where drives start and turn back"),
     };
-    Ok(LocalizationPlan {
-        name,
-        map: Arc::new(map),
-        start,
-        goal,
-        config,
-        tour_m: arguments.tour,
-    })
+    Ok(LocalizationPlan { name, map: Arc::new(map), start, goal, config, tour_m: arguments.tour })
 }
 
 /// Whether a tour was within its bounds; other cases have none.

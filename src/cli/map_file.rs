@@ -26,12 +26,7 @@ pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)>
 
 fn print_details(file: &Path, map: &OccupancyGrid, policy: UnknownPolicy) {
     let unknown = unknown_cells_text(map, policy);
-    let GridFrame {
-        width,
-        height,
-        resolution_m,
-        ..
-    } = map.frame();
+    let GridFrame { width, height, resolution_m, .. } = map.frame();
     output::detail(format!(
         "map: {}: {width} x {height} cells of {resolution_m} m; {}",
         file.display(),

@@ -74,12 +74,7 @@ pub fn plan(
         };
         let clearances = clearances.get_or_insert_with(|| PathClearance::new(obstacles));
         let clearance_m = clearances.min_m(&plan.smoothed);
-        legs.push(Leg {
-            from,
-            to,
-            plan,
-            clearance_m,
-        });
+        legs.push(Leg { from, to, plan, clearance_m });
         from = to;
     }
     Ok(MultiLegPlan { legs })
@@ -97,11 +92,7 @@ fn planner<'a>(
         let costs = config.global.costs(obstacles);
         let mut searcher = Searcher::default();
         return Box::new(move |from, to| {
-            let space = PlanningSpace {
-                search: &space,
-                smoothing: &space,
-                costs: costs.as_ref(),
-            };
+            let space = PlanningSpace { search: &space, smoothing: &space, costs: costs.as_ref() };
             global::plan(&mut searcher, &space, from, to, &config.global, clock)
         });
     }
@@ -110,22 +101,13 @@ fn planner<'a>(
 }
 
 fn stop_name(index: usize, count: usize) -> Option<String> {
-    (count > 0).then(|| {
-        if index < count {
-            format!("via {}", index + 1)
-        } else {
-            GOAL.to_owned()
-        }
-    })
+    (count > 0).then(|| if index < count { format!("via {}", index + 1) } else { GOAL.to_owned() })
 }
 
 /// Joins one stage of all legs to a path; none without legs.
 pub fn joined(legs: &[Leg], stage: impl Fn(&Plan) -> &Path) -> Option<Path> {
-    let points: Vec<Point> = legs
-        .iter()
-        .flat_map(|leg| stage(&leg.plan).points())
-        .copied()
-        .collect();
+    let points: Vec<Point> =
+        legs.iter().flat_map(|leg| stage(&leg.plan).points()).copied().collect();
     (!points.is_empty()).then(|| Path::new(points))
 }
 
@@ -148,10 +130,7 @@ impl MultiLegPlan {
 
     /// Number of cells expanded by all searches.
     pub fn expanded(&self) -> u64 {
-        self.legs
-            .iter()
-            .map(|leg| u64::from(leg.plan.expanded))
-            .sum()
+        self.legs.iter().map(|leg| u64::from(leg.plan.expanded)).sum()
     }
 
     /// Time of each stage over all legs, seconds.

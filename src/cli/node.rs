@@ -100,13 +100,8 @@ mod dds {
         let engine = engines::choose_to_drive(&arguments.engine, arguments.threads, false)?;
         let stop = process::interrupt_flag()?;
         let mut dds = DdsNode::open(&settings)?;
-        let mut core = NodeCore::new(
-            NodeSettings {
-                config,
-                odom_is_map: arguments.odom_is_map,
-            },
-            engine,
-        );
+        let mut core =
+            NodeCore::new(NodeSettings { config, odom_is_map: arguments.odom_is_map }, engine);
         let namespace = &settings.namespace;
         let domain = settings.domain;
         output::note(format!("node {namespace}/inbye in domain {domain}"));
@@ -146,10 +141,7 @@ mod dds {
             return;
         };
         for _ in 0..STOP_REPEATS {
-            let outgoing = Outgoing {
-                command: Some(zero),
-                ..Outgoing::default()
-            };
+            let outgoing = Outgoing { command: Some(zero), ..Outgoing::default() };
             dds.publish(outgoing, now(), core.base_frame());
             thread::sleep(STOP_INTERVAL);
         }
@@ -172,9 +164,7 @@ mod dds {
             dds.unsent(),
         ));
         for (what, counts) in [("received", &stats.received), ("rejected", &stats.rejected)] {
-            let counts = counts
-                .iter()
-                .map(|(topic, count)| format!("{topic} {count}"));
+            let counts = counts.iter().map(|(topic, count)| format!("{topic} {count}"));
             let counts: Vec<String> = counts.collect();
             if !counts.is_empty() {
                 output::line(format!("{what:<12} {}", counts.join(", ")));

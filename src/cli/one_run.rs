@@ -28,13 +28,8 @@ impl FromStr for OneRun {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (world, seed) = text
-            .split_once(',')
-            .ok_or("write WORLD,SEED, such as 12,0")?;
-        Ok(Self {
-            world: whole(0, u64::from(u32::MAX))(world)?,
-            seed: whole(0, u64::MAX)(seed)?,
-        })
+        let (world, seed) = text.split_once(',').ok_or("write WORLD,SEED, such as 12,0")?;
+        Ok(Self { world: whole(0, u64::from(u32::MAX))(world)?, seed: whole(0, u64::MAX)(seed)? })
     }
 }
 
@@ -77,9 +72,7 @@ impl<'a> Files<'a> {
         }
         if let Some(file) = self.ticks {
             let recorded = recording::lines(file, result);
-            recorded
-                .stopped
-                .map_or(Ok(()), |why| bail!("--record: {why}"))?;
+            recorded.stopped.map_or(Ok(()), |why| bail!("--record: {why}"))?;
         }
         Ok(())
     }

@@ -69,11 +69,7 @@ pub fn print_error(error: &anyhow::Error) {
 pub fn print_usage_error(error: &clap::Error) {
     let text = error.render().to_string();
     let paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
-    let starts = |with: &str| {
-        paragraphs
-            .iter()
-            .find(|paragraph| paragraph.starts_with(with))
-    };
+    let starts = |with: &str| paragraphs.iter().find(|paragraph| paragraph.starts_with(with));
     // For a missing subcommand clap renders the whole help instead of an error.
     let message = match (starts("error:"), starts("Usage:")) {
         (None, Some(usage)) => format!("a command is missing: {usage}"),
@@ -111,9 +107,7 @@ pub fn progress(steps: u64, what: &str) -> ProgressBar {
     if log::max_level() != LevelFilter::Info {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(steps)
-        .with_style(style)
-        .with_message(what.to_owned());
+    let bar = ProgressBar::new(steps).with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

@@ -26,26 +26,16 @@ impl<'a> Output<'a> {
             return Ok(None);
         };
         let given = name.extension().and_then(|extension| extension.to_str());
-        let known = extensions
-            .iter()
-            .find(|extension| given == Some(**extension));
+        let known = extensions.iter().find(|extension| given == Some(**extension));
         let Some(&extension) = known else {
             let extensions = extensions.join(" or .");
-            bail!(
-                "{flag} {}: the name must end in .{extensions}",
-                name.display()
-            );
+            bail!("{flag} {}: the name must end in .{extensions}", name.display());
         };
         let file = File::create(name).with_context(|| {
             let name = name.display();
             format!("{flag} {name}: cannot be written: name a file in a folder that exists")
         })?;
-        Ok(Some(Self {
-            flag,
-            name,
-            file,
-            extension,
-        }))
+        Ok(Some(Self { flag, name, file, extension }))
     }
 
     /// The extension of its name.

@@ -25,12 +25,10 @@ const MINE_SHARE: usize = 5;
 
 /// `inbye bench paper`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  inbye bench paper --repetitions 5 --runs 1 --report paper\n\n\
+#[command(after_help = "Example:\n  inbye bench paper --repetitions 5 --runs 1 --report paper\n\n\
     Every variant searches the same free cells, for the default robot. Times are medians of searching, pruning and \
     smoothing, all variants in turn. Exit status 1: a path is closer to an obstacle than it must be, an exact search has one \
-    that is not shortest, or a drive touched something or did not arrive."
-)]
+    that is not shortest, or a drive touched something or did not arrive.")]
 pub struct PaperArguments {
     /// Map of a mine for Table 2, any that `inbye plan` takes [default: a generated mine].
     #[arg(long, value_name = "FILE.yaml")]
@@ -76,14 +74,10 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let drives = drives(arguments, &courses, &config)?;
     let (paths, steps) = path_tables(&roadways, &mine_paths, &mine.title);
     let paths = paths.into_iter().map(PaperTable::Paths);
-    let mut tables: Vec<PaperTable> = paths
-        .chain(steps.into_iter().map(PaperTable::Ablation))
-        .collect();
-    let mut faults: Vec<String> = sites
-        .iter()
-        .zip(&roadways)
-        .flat_map(|(site, task)| task.faults(site))
-        .collect();
+    let mut tables: Vec<PaperTable> =
+        paths.chain(steps.into_iter().map(PaperTable::Ablation)).collect();
+    let mut faults: Vec<String> =
+        sites.iter().zip(&roadways).flat_map(|(site, task)| task.faults(site)).collect();
     faults.extend(mine_paths.iter().flat_map(|task| task.faults(&mine)));
     for table in drives.iter().map(drive_table) {
         faults.extend(table.faults());
@@ -156,12 +150,7 @@ fn command(arguments: &PaperArguments) -> String {
         .mine
         .as_ref()
         .map_or_else(String::new, |file| format!(" --mine {}", file.display()));
-    let PaperArguments {
-        repetitions,
-        runs,
-        seed,
-        ..
-    } = arguments;
+    let PaperArguments { repetitions, runs, seed, .. } = arguments;
     format!(
         "inbye bench paper{mine} --repetitions {repetitions} --runs {runs} --seed {seed} --report DIR"
     )

@@ -32,9 +32,8 @@ fn run_row(run: &DriveRun, paper: Option<&Deviation>) -> String {
     let printed = paper.map_or_else(String::new, |row| {
         row.to_array().map(|value| format!("{value:.3}")).join("  ")
     });
-    let nearest = run
-        .nearest_person_m
-        .map_or_else(|| "-".to_owned(), |gap_m| format!("{gap_m:.3}"));
+    let nearest =
+        run.nearest_person_m.map_or_else(|| "-".to_owned(), |gap_m| format!("{gap_m:.3}"));
     format!(
         "{:9} {:5} {dx_m:7.4} {dy_m:7.4} {dyaw_rad:11.4} {printed:>27} {:7.1} {:9.2} {:7.2} {:6.3} {nearest:>13} {:6} {:8.1} {:10.1}  {}",
         run.scene,

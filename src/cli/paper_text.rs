@@ -36,10 +36,7 @@ fn paths(table: &PathTable) -> Vec<String> {
         );
         lines.extend(table.reductions.iter().map(reduction));
         lines.extend(
-            table
-                .paper_reductions
-                .iter()
-                .map(|of_paper| figures("the paper's own", of_paper)),
+            table.paper_reductions.iter().map(|of_paper| figures("the paper's own", of_paper)),
         );
     }
     lines.extend(table.findings.iter().cloned());
@@ -96,17 +93,13 @@ fn changes(measure: Measure, reduced: Reduced) -> String {
     // Lengths differ by little.
     let decimals = if measure == Measure::Length { 2 } else { 1 };
     let percent = |share: Option<f64>| {
-        share.map_or_else(
-            || "-".to_owned(),
-            |share| format!("{:+.decimals$}", -100.0 * share),
-        )
+        share.map_or_else(|| "-".to_owned(), |share| format!("{:+.decimals$}", -100.0 * share))
     };
     match reduced {
         Reduced { of_sums: None, .. } => "-".to_owned(),
-        Reduced {
-            of_sums,
-            mean_of_rows,
-        } => format!("{} % ({} %)", percent(of_sums), percent(mean_of_rows)),
+        Reduced { of_sums, mean_of_rows } => {
+            format!("{} % ({} %)", percent(of_sums), percent(mean_of_rows))
+        }
     }
 }
 

@@ -32,9 +32,7 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
         if let Some(text) = map_file::unknown_cells_text(&map, config.unknown) {
             output::line(format!("unknown   {text}"));
         }
-        plan_text::lines(&plan, &config)
-            .iter()
-            .for_each(output::line);
+        plan_text::lines(&plan, &config).iter().for_each(output::line);
     }
     Ok(true)
 }
@@ -62,9 +60,7 @@ fn no_path(
 /// The JSON object for a missing path.
 pub fn no_path_json(error: &PlanError) -> Value {
     let (expanded, nearest) = match error {
-        PlanError::NoValidPath {
-            expanded, nearest, ..
-        } => (Some(expanded), nearest.as_ref()),
+        PlanError::NoValidPath { expanded, nearest, .. } => (Some(expanded), nearest.as_ref()),
         _ => (None, None),
     };
     json!({

@@ -58,15 +58,8 @@ impl<'a> Drawing<'a> {
             _ => None,
         };
         let to = failure.stop.as_deref().filter(|stop| *stop != GOAL);
-        let why = format!(
-            "no path to {} ({})",
-            to.unwrap_or("the goal"),
-            failure.error.code()
-        );
-        let outcome = PlanOutcome::NotFound {
-            reason: &why,
-            nearest,
-        };
+        let why = format!("no path to {} ({})", to.unwrap_or("the goal"), failure.error.code());
+        let outcome = PlanOutcome::NotFound { reason: &why, nearest };
         self.write(map, &failure.legs, outcome)
     }
 
@@ -79,9 +72,8 @@ impl<'a> Drawing<'a> {
             joined(legs, |plan| &plan.pruned),
             joined(legs, |plan| &plan.smoothed),
         ];
-        let [searched, pruned, smoothed] = stages
-            .each_ref()
-            .map(|path| path.as_ref().map_or(&[][..], Path::points));
+        let [searched, pruned, smoothed] =
+            stages.each_ref().map(|path| path.as_ref().map_or(&[][..], Path::points));
         let stops: Vec<Point> = self.arguments.via.iter().map(|via| via.position).collect();
         let svg = plan_svg(&PlanView {
             title: &title(self.arguments),

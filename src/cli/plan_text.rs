@@ -54,11 +54,7 @@ pub fn pair(point: &Point) -> [f64; 2] {
 
 /// A number, or null for an infinite distance.
 fn finite(number: f64) -> Value {
-    if number.is_finite() {
-        json!(number)
-    } else {
-        Value::Null
-    }
+    if number.is_finite() { json!(number) } else { Value::Null }
 }
 
 fn times(of: &StageTimes) -> Value {
@@ -90,16 +86,10 @@ pub fn lines(plan: &MultiLegPlan, config: &Config) -> Vec<String> {
         ));
     }
     let times = plan.time_s();
-    lines.push(format!(
-        "clearance {:8.3} m at the narrowest",
-        plan.clearance_m()
-    ));
+    lines.push(format!("clearance {:8.3} m at the narrowest", plan.clearance_m()));
     lines.push(CurvatureCheck::new(&plan.curvature(), &config.robot).line());
-    let optimality = if config.global.is_optimal() {
-        "a shortest path"
-    } else {
-        "near a shortest path"
-    };
+    let optimality =
+        if config.global.is_optimal() { "a shortest path" } else { "near a shortest path" };
     lines.push(format!(
         "search {:.2} ms ({} cells expanded, {optimality}), prune {:.2} ms, smooth {:.2} ms",
         times.search * 1e3,

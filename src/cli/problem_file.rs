@@ -28,10 +28,7 @@ pub const HELP: &str = concat!(
 const MAX_QUOTE: usize = 40;
 
 #[derive(Debug, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    expecting = "an object with map, robot and target"
-)]
+#[serde(deny_unknown_fields, expecting = "an object with map, robot and target")]
 struct ProblemFile {
     map: MapSource,
     robot: RobotState,
@@ -73,11 +70,7 @@ impl MapSource {
     /// The file name; none if the map is given as rows.
     pub fn name(&self) -> Option<&str> {
         match self {
-            Self {
-                rows: None,
-                file: Some(name),
-                ..
-            } => Some(name),
+            Self { rows: None, file: Some(name), .. } => Some(name),
             _ => None,
         }
     }
@@ -101,10 +94,8 @@ pub fn read(
         .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
     // The map is relative to the problem, like a map's image to its YAML file.
     let folder = file.parent().unwrap_or(Path::new(""));
-    parse(&text, |map, resolution_m| {
-        load(&folder.join(map), resolution_m)
-    })
-    .with_context(|| format!("{}", file.display()))
+    parse(&text, |map, resolution_m| load(&folder.join(map), resolution_m))
+        .with_context(|| format!("{}", file.display()))
 }
 
 /// Parses the text of a problem. `load` loads a map file.
@@ -131,25 +122,13 @@ pub fn parse_on(
 
 fn one_line(error: &serde_json::Error, text: &str) -> String {
     let (line, column) = (error.line(), error.column());
-    let read: Vec<char> = text
-        .lines()
-        .nth(line.saturating_sub(1))
-        .unwrap_or_default()
-        .chars()
-        .take(column)
-        .collect();
-    let quote: String = read[read.len().saturating_sub(MAX_QUOTE)..]
-        .iter()
-        .collect();
+    let read: Vec<char> =
+        text.lines().nth(line.saturating_sub(1)).unwrap_or_default().chars().take(column).collect();
+    let quote: String = read[read.len().saturating_sub(MAX_QUOTE)..].iter().collect();
     let text = error.to_string();
-    let message = text
-        .rsplit_once(" at line ")
-        .map_or(&*text, |(message, _)| message);
+    let message = text.rsplit_once(" at line ").map_or(&*text, |(message, _)| message);
     let message = plain_message(message, |_| None);
-    format!(
-        "line {line}, column {column}, after `{}`: {message}",
-        quote.trim()
-    )
+    format!("line {line}, column {column}, after `{}`: {message}", quote.trim())
 }
 
 fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Problem> {
@@ -197,12 +176,7 @@ fn occupancy(
     if let Some(file) = source.name() {
         return load(file, source.resolution_m.unwrap_or(1.0));
     }
-    let MapSource {
-        rows: Some(rows),
-        file: None,
-        ..
-    } = source
-    else {
+    let MapSource { rows: Some(rows), file: None, .. } = source else {
         bail!("map needs either `rows` or `file`");
     };
     let origin = match source.origin.as_deref() {

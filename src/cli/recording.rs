@@ -42,11 +42,8 @@ impl<'a> Recording<'a> {
             let kind = Kind::Lines(file);
             return Self { name, kind };
         }
-        let policy = if is_real_time {
-            BackpressurePolicy::Stop
-        } else {
-            BackpressurePolicy::Block
-        };
+        let policy =
+            if is_real_time { BackpressurePolicy::Stop } else { BackpressurePolicy::Block };
         let metadata = DriveMetadata::new(mission, config, engine);
         let kind = match Recorder::new(file, &metadata, policy) {
             Ok(recorder) => Kind::Mcap(Box::new(recorder)),
@@ -84,26 +81,19 @@ impl<'a> Recording<'a> {
         let recorded = match self.kind {
             Kind::Mcap(recorder) => recorder.finish(result.trace.digest()),
             Kind::Lines(file) => lines(file, result),
-            Kind::Stopped(why) => RecordingReport {
-                stopped: Some(why),
-                ..RecordingReport::default()
-            },
+            Kind::Stopped(why) => {
+                RecordingReport { stopped: Some(why), ..RecordingReport::default() }
+            }
         };
         if let Some(why) = recorded.stopped.as_ref().filter(|_| !has_warned) {
             output::warn(warning(self.name, why));
         }
-        Ending {
-            name: self.name,
-            recorded,
-        }
+        Ending { name: self.name, recorded }
     }
 }
 
 fn warning(name: &Path, why: &str) -> String {
-    format!(
-        "the recording stopped: --record {}: {why}; the drive is not affected",
-        name.display()
-    )
+    format!("the recording stopped: --record {}: {why}; the drive is not affected", name.display())
 }
 
 impl Ending<'_> {
@@ -114,26 +104,18 @@ impl Ending<'_> {
 
     /// The JSON object.
     pub fn object(&self) -> Value {
-        let RecordingReport {
-            messages,
-            bytes,
-            stopped,
-        } = &self.recorded;
+        let RecordingReport { messages, bytes, stopped } = &self.recorded;
         json!({ "file": self.name, "messages": messages, "bytes": bytes, "stopped": stopped })
     }
 
     /// The line of text.
     pub fn line(&self) -> String {
-        let RecordingReport {
-            messages,
-            bytes,
-            stopped,
-        } = &self.recorded;
+        let RecordingReport { messages, bytes, stopped } = &self.recorded;
         let name = self.name.display();
         let mb = *bytes as f64 / 1e6;
-        let stopped = stopped.as_ref().map_or_else(String::new, |why| {
-            format!("; STOPPED before the end: {why}")
-        });
+        let stopped = stopped
+            .as_ref()
+            .map_or_else(String::new, |why| format!("; STOPPED before the end: {why}"));
         format!("recording    {name}: {messages} messages, {mb:.1} MB{stopped}")
     }
 }

@@ -68,13 +68,7 @@ fn object(replay: &Replay, recorded_engine: &str) -> Value {
 }
 
 fn difference(difference: &Difference) -> Value {
-    let Difference {
-        tick,
-        time_s,
-        field,
-        recorded,
-        replayed,
-    } = difference;
+    let Difference { tick, time_s, field, recorded, replayed } = difference;
     let value = |number: &FieldValue| match number {
         FieldValue::Real(value) => json!(value),
         FieldValue::Count(value) => json!(value),
@@ -100,13 +94,7 @@ fn print(replay: &Replay, recorded_engine: &str) {
     match &replay.first_difference {
         None => output::line(format!("the same bits in all {ticks} ticks")),
         Some(difference) => {
-            let Difference {
-                tick,
-                time_s,
-                field,
-                recorded,
-                replayed,
-            } = difference;
+            let Difference { tick, time_s, field, recorded, replayed } = difference;
             output::line(format!(
                 "DIFFERS first at tick {tick} of {ticks}, at {time_s:.3} s: {field} was {}, is {}",
                 with_hex(recorded),

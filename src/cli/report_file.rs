@@ -22,10 +22,7 @@ impl MissionPage {
     /// Creates the page of a run; `command` repeats the run.
     pub fn new(title: &str, command: &str, result: &MissionResult) -> Self {
         let mut facts = vec![
-            (
-                "Version".to_owned(),
-                format!("inbye {}", env!("CARGO_PKG_VERSION")),
-            ),
+            ("Version".to_owned(), format!("inbye {}", env!("CARGO_PKG_VERSION"))),
             ("Global plans".to_owned(), result.plans.len().to_string()),
             ("Trace digest".to_owned(), result.trace.digest()),
         ];
@@ -37,11 +34,7 @@ impl MissionPage {
         Self {
             title: title.to_owned(),
             command: command.to_owned(),
-            latency_ms: result
-                .decision_s
-                .iter()
-                .map(|seconds| seconds * 1e3)
-                .collect(),
+            latency_ms: result.decision_s.iter().map(|seconds| seconds * 1e3).collect(),
             facts,
         }
     }

@@ -51,11 +51,7 @@ impl ResultStore {
         }
         let opened = Self::prepared(path, manifest);
         let (in_use, log) = opened.with_context(place)?;
-        Ok(Self {
-            path: path.to_owned(),
-            log_file: log,
-            _in_use: in_use,
-        })
+        Ok(Self { path: path.to_owned(), log_file: log, _in_use: in_use })
     }
 
     fn prepared(path: &Path, manifest: &Manifest) -> anyhow::Result<(File, File)> {
@@ -91,10 +87,7 @@ impl ResultStore {
             write_whole(&file, &text)?;
             in_use.unlock()?;
         }
-        let log = OpenOptions::new()
-            .append(true)
-            .create(true)
-            .open(path.join(LOG))?;
+        let log = OpenOptions::new().append(true).create(true).open(path.join(LOG))?;
         Ok((in_use, log))
     }
 

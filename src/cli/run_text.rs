@@ -37,13 +37,8 @@ pub fn run_text(row: &RunRow) -> String {
         (RunOutcome::Contact, Some(ContactCause::Other)) => "was hit",
         (outcome, _) => outcome.text(),
     };
-    let path = row
-        .path_m
-        .map_or_else(String::new, |path_m| format!(" of {path_m:.1} m"));
-    let why = row
-        .reason
-        .as_ref()
-        .map_or_else(String::new, |reason| format!(": {reason}"));
+    let path = row.path_m.map_or_else(String::new, |path_m| format!(" of {path_m:.1} m"));
+    let why = row.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
     format!(
         "{}: {how} after {:.1} s and {:.1} m{path}{why}",
         run_name(row),

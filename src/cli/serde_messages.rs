@@ -16,9 +16,7 @@ const TYPES: [(&str, &str); 4] = [
 pub fn plain_message(message: &str, table_of: impl Fn(&str) -> Option<String>) -> String {
     // A quoted key may contain line breaks.
     let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-    let plain = TYPES.iter().fold(message.clone(), |text, (rust, plain)| {
-        text.replace(rust, plain)
-    });
+    let plain = TYPES.iter().fold(message.clone(), |text, (rust, plain)| text.replace(rust, plain));
     let plain = match plain.split_once("expected struct ") {
         Some((before, _name)) => format!("{before}expected a table of keys and values"),
         None => plain,
@@ -54,14 +52,8 @@ mod tests {
         let message =
             |key| format!("unknown field `{key}`, expected one of `max_vel_x`, `min_vel_x`");
         let suggested = |key| suggestion(&message(key), |_| None);
-        assert_eq!(
-            suggested("max_vel").as_deref(),
-            Some("did you mean `max_vel_x`?")
-        );
-        assert_eq!(
-            suggested("mxa_vel_x").as_deref(),
-            Some("did you mean `max_vel_x`?")
-        );
+        assert_eq!(suggested("max_vel").as_deref(), Some("did you mean `max_vel_x`?"));
+        assert_eq!(suggested("mxa_vel_x").as_deref(), Some("did you mean `max_vel_x`?"));
         assert_eq!(suggested("colour"), None);
         let elsewhere = suggestion(&message("beams"), |_| Some("[lidar]".to_owned()));
         assert_eq!(elsewhere.as_deref(), Some("`beams` belongs in [lidar]"));
@@ -70,9 +62,6 @@ mod tests {
     #[test]
     fn plain_message_replaces_type_names() {
         let plain = plain_message("invalid type: string `u32`, expected u32", |_| None);
-        assert_eq!(
-            plain,
-            "invalid type: string `u32`, expected a whole number, at least 0"
-        );
+        assert_eq!(plain, "invalid type: string `u32`, expected a whole number, at least 0");
     }
 }

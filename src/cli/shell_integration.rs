@@ -46,17 +46,13 @@ pub fn man(arguments: &ManArguments) -> anyhow::Result<bool> {
 
 /// Removes the command `help`, whose page would be empty.
 fn without_help(command: Command) -> Command {
-    command
-        .disable_help_subcommand(true)
-        .mut_subcommands(without_help)
+    command.disable_help_subcommand(true).mut_subcommands(without_help)
 }
 
 /// Collects the pages of a command and its subcommands, with their file names.
 fn collect_pages(command: &Command, pages: &mut Vec<(String, String)>) -> anyhow::Result<()> {
     pages.push((format!("{}.1", name(command)), page(command)?));
-    command
-        .get_subcommands()
-        .try_for_each(|subcommand| collect_pages(subcommand, pages))
+    command.get_subcommands().try_for_each(|subcommand| collect_pages(subcommand, pages))
 }
 
 /// A command's full name, with hyphens.
@@ -65,9 +61,7 @@ fn name(command: &Command) -> &str {
 }
 
 fn page(command: &Command) -> anyhow::Result<String> {
-    let man = Man::new(command.clone())
-        .title(name(command))
-        .manual("inbye");
+    let man = Man::new(command.clone()).title(name(command)).manual("inbye");
     let mut page = Vec::new();
     man.render_title(&mut page)?;
     man.render_name_section(&mut page)?;
@@ -118,12 +112,7 @@ pub struct CompletionsArguments {
 /// Prints the script that completes commands, flags and keywords.
 pub fn completions(arguments: &CompletionsArguments) -> anyhow::Result<bool> {
     let mut script = Vec::new();
-    clap_complete::generate(
-        arguments.shell,
-        &mut Arguments::command(),
-        "inbye",
-        &mut script,
-    );
+    clap_complete::generate(arguments.shell, &mut Arguments::command(), "inbye", &mut script);
     let script = String::from_utf8(script).context("the completions are not UTF-8")?;
     output::line(script.trim_end());
     Ok(true)

@@ -223,10 +223,8 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
 fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     report_file::create_folder(folder)?;
     let mut playback = PlaybackRecorder::default();
-    let mut observer = Observer {
-        clock: &mut wall_clock(),
-        on_tick: &mut |moment| playback.record(moment),
-    };
+    let mut observer =
+        Observer { clock: &mut wall_clock(), on_tick: &mut |moment| playback.record(moment) };
     let engine = Box::new(CpuEngine::single_threaded());
     let (world, config) = (&cell.world, &cell.config);
     let run = world.drive(cell.id.seed, config, engine, &mut observer)?;

@@ -99,11 +99,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     }
     let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
     let folder = ResultStore::open(out, &manifest)?;
-    let workers = Workers {
-        store: &folder,
-        machine: &machine,
-        title: "cells of the sweep",
-    };
+    let workers = Workers { store: &folder, machine: &machine, title: "cells of the sweep" };
     let jobs = arguments.jobs.unwrap_or_else(engines::cores);
     let done = workers.run(&cells, jobs)?;
     let count = |kind: fn(&Done) -> bool| done.iter().filter(|(_, done)| kind(done)).count();
@@ -112,14 +108,10 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
         count(|done| matches!(done, Done::Driven { .. })),
         count(|done| matches!(done, Done::Found)),
     );
-    let left: Vec<(&str, &str)> = done
-        .iter()
-        .filter_map(|(key, done)| Some((key.as_str(), done.no_engine()?)))
-        .collect();
+    let left: Vec<(&str, &str)> =
+        done.iter().filter_map(|(key, done)| Some((key.as_str(), done.no_engine()?))).collect();
     if json {
-        let listed = left
-            .iter()
-            .map(|(key, reason)| json!({ "key": key, "reason": reason }));
+        let listed = left.iter().map(|(key, reason)| json!({ "key": key, "reason": reason }));
         output::json(&json!({
             "cells": cells.len(),
             "found": found,
@@ -150,11 +142,10 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let change = |base: &_, changes: &toml::Table| {
-        let changed = toml_merge::parse(
-            &changes.to_string(),
-            base,
-            |config: &inbye::runtime::Config| Ok(config.validate()?),
-        );
+        let changed =
+            toml_merge::parse(&changes.to_string(), base, |config: &inbye::runtime::Config| {
+                Ok(config.validate()?)
+            });
         changed.map_err(|error| {
             let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
             causes.join(": ")

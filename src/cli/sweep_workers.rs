@@ -138,13 +138,7 @@ fn machine(alone: bool) -> anyhow::Result<File> {
         _ => Err(error),
     });
     let file = opened.with_context(|| path.display().to_string())?;
-    let locked = if alone {
-        file.lock()
-    } else {
-        file.lock_shared()
-    };
-    locked
-        .context(NO_LOCKS)
-        .with_context(|| path.display().to_string())?;
+    let locked = if alone { file.lock() } else { file.lock_shared() };
+    locked.context(NO_LOCKS).with_context(|| path.display().to_string())?;
     Ok(file)
 }

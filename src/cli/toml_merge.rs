@@ -26,9 +26,7 @@ pub fn parse<T: Default + Serialize + DeserializeOwned>(
 }
 
 fn one_line<T: Default + Serialize>(error: &toml::de::Error, text: &str) -> String {
-    let number = error
-        .span()
-        .map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+    let number = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
     let line = text.lines().nth(number - 1).unwrap_or_default().trim();
     let quote: String = line.chars().take(MAX_QUOTE).collect();
     let message = plain_message(error.message(), table_of::<T>);
@@ -46,11 +44,7 @@ fn find(table: &toml::Table, key: &str, path: &str) -> Option<String> {
         return Some(format!("[{path}]"));
     }
     table.iter().find_map(|(name, value)| {
-        let path = if path.is_empty() {
-            name.clone()
-        } else {
-            format!("{path}.{name}")
-        };
+        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
         find(value.as_table()?, key, &path)
     })
 }

@@ -34,11 +34,7 @@ impl Verbosity {
             (false, 1) => (LevelFilter::Debug, LevelFilter::Off),
             (false, _) => (LevelFilter::Debug, LevelFilter::Debug),
         };
-        Builder::new()
-            .filter_level(libraries)
-            .filter_module(PROGRAM, program)
-            .format(write)
-            .init();
+        Builder::new().filter_level(libraries).filter_module(PROGRAM, program).format(write).init();
     }
 }
 
@@ -47,9 +43,8 @@ fn write(out: &mut Formatter, record: &Record) -> io::Result<()> {
     let (level, message) = (record.level(), record.args());
     let style = out.default_level_style(level);
     let target = record.target();
-    let is_own = target
-        .strip_prefix(PROGRAM)
-        .is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
+    let is_own =
+        target.strip_prefix(PROGRAM).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
     match (is_own, level) {
         (true, Level::Warn) => writeln!(out, "{style}warning:{style:#} {message}"),
         (true, _) => writeln!(out, "{message}"),

@@ -40,10 +40,7 @@ pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
         }))?;
         return Ok(agree);
     }
-    output::line(format!(
-        "{} problems, {} samples",
-        result.cases, result.samples
-    ));
+    output::line(format!("{} problems, {} samples", result.cases, result.samples));
     for (engine, digest) in all.iter().zip(&result.digests) {
         output::line(format!("{digest}  {}", engine.name()));
     }

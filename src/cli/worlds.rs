@@ -70,9 +70,7 @@ impl WorldsArguments {
         }
         let seeds: Vec<u64> = (0..self.seeds).collect();
         let setups = [Setup::unnamed(config.clone())];
-        let rows = self
-            .run
-            .run(&Grid::of_worlds(title, worlds, &setups, &seeds)?)?;
+        let rows = self.run.run(&Grid::of_worlds(title, worlds, &setups, &seeds)?)?;
         if let Some(record) = record {
             output_file::write_rows(record, &rows)?;
         }
@@ -98,10 +96,7 @@ impl WorldsArguments {
         json: bool,
     ) -> anyhow::Result<bool> {
         let files = Files::create(self.svg.as_deref(), self.ticks.as_deref())?;
-        let mut observer = Observer {
-            clock: &mut wall_clock(),
-            on_tick: &mut |_| {},
-        };
+        let mut observer = Observer { clock: &mut wall_clock(), on_tick: &mut |_| {} };
         let engine = Box::new(CpuEngine::single_threaded());
         let driven = world.drive(run.seed, config, engine, &mut observer)?;
         if let (Some(drawn), Some(result)) = (&driven.simulation, &driven.result) {

@@ -29,39 +29,17 @@ const fn variant(
     title: &'static str,
     features: NavigatorFeatures,
 ) -> AblationVariant {
-    AblationVariant {
-        name,
-        title,
-        features,
-    }
+    AblationVariant { name, title, features }
 }
 
 /// The variants, from the dynamic window alone to the whole navigator. Each has one feature more than the previous one.
 pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
-    let astar = NavigatorFeatures {
-        global_path: true,
-        ..NONE
-    };
-    let progress = NavigatorFeatures {
-        progress: true,
-        ..astar
-    };
-    let tracking = NavigatorFeatures {
-        tracking: true,
-        ..progress
-    };
-    let replanning = NavigatorFeatures {
-        replanning: true,
-        ..tracking
-    };
-    let passive_safety = NavigatorFeatures {
-        passive_safety: true,
-        ..replanning
-    };
-    let recovery = NavigatorFeatures {
-        recovery: true,
-        ..passive_safety
-    };
+    let astar = NavigatorFeatures { global_path: true, ..NONE };
+    let progress = NavigatorFeatures { progress: true, ..astar };
+    let tracking = NavigatorFeatures { tracking: true, ..progress };
+    let replanning = NavigatorFeatures { replanning: true, ..tracking };
+    let passive_safety = NavigatorFeatures { passive_safety: true, ..replanning };
+    let recovery = NavigatorFeatures { recovery: true, ..passive_safety };
     [
         variant("dwa", "DWA alone, towards the goal", NONE),
         variant("astar_dwa", "A* and DWA as in the paper", astar),
@@ -90,10 +68,7 @@ pub fn ablation_groups(rows: &[RunRow]) -> Vec<Group> {
     let of_variant = |variant: &AblationVariant| {
         let is_own = |group: &&Group| group.config.as_deref() == Some(variant.name);
         let group = groups.iter().find(is_own)?;
-        Some(Group {
-            name: variant.title.to_owned(),
-            ..group.clone()
-        })
+        Some(Group { name: variant.title.to_owned(), ..group.clone() })
     };
     ABLATION_VARIANTS.iter().filter_map(of_variant).collect()
 }

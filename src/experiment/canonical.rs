@@ -30,10 +30,7 @@ mod tests {
     fn canonical_json_ignores_only_the_order_of_fields() {
         let text = |json: &str| canonical(&serde_json::from_str(json).expect("JSON"));
         let expected = r#"{"a":[1,{"c":null,"d":"x\"y"}],"b":0.1}"#;
-        assert_eq!(
-            text(r#"{ "b": 0.1, "a": [1, {"d": "x\"y", "c": null}] }"#),
-            expected
-        );
+        assert_eq!(text(r#"{ "b": 0.1, "a": [1, {"d": "x\"y", "c": null}] }"#), expected);
         assert_eq!(text(expected), expected);
         assert_ne!(text(r#"{"a":[{"c":null,"d":"x\"y"},1],"b":0.1}"#), expected);
     }

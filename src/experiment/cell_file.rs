@@ -39,9 +39,7 @@ impl CellFile {
             reason: reason.to_owned(),
         };
         let text = str::from_utf8(bytes).map_err(|_| bad("it is no text"))?;
-        let lines = text
-            .strip_suffix('\n')
-            .and_then(|text| text.split_once('\n'));
+        let lines = text.strip_suffix('\n').and_then(|text| text.split_once('\n'));
         let (line, written) = lines.ok_or_else(|| bad("it does not have two lines"))?;
         if digest(line) != written {
             return Err(bad("its digest is not that of its line"));

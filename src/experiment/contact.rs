@@ -80,11 +80,8 @@ pub fn contact(
     let closing_m_s = closing_m_s(row, footprint, &center);
     let closing_m_s = earlier.map_or(closing_m_s, |earlier| closing_m_s.max(earlier));
     let stands = body_m_s.is_some_and(|body_m_s| body_m_s <= STANDING_M_S);
-    let cause = if stands || closing_m_s > CLOSING_M_S {
-        ContactCause::Robot
-    } else {
-        ContactCause::Other
-    };
+    let cause =
+        if stands || closing_m_s > CLOSING_M_S { ContactCause::Robot } else { ContactCause::Other };
     Some(Contact {
         body: TouchedBody::Moving(index),
         cause,
@@ -96,9 +93,7 @@ pub fn contact(
 /// Speed at which the robot's true motion brings the nearest disc of its footprint closer to a point, m/s.
 fn closing_m_s(row: &TraceRow, footprint: &Footprint, center: &Point) -> f64 {
     let gap = |(own, radius_m): &(Point, f64)| (center - own).norm() - radius_m;
-    let nearest = footprint
-        .at(&row.pose)
-        .min_by(|one, other| gap(one).total_cmp(&gap(other)));
+    let nearest = footprint.at(&row.pose).min_by(|one, other| gap(one).total_cmp(&gap(other)));
     let Some((own, _)) = nearest else {
         return 0.0;
     };
@@ -109,11 +104,7 @@ fn closing_m_s(row: &TraceRow, footprint: &Footprint, center: &Point) -> f64 {
         Vector::new(cos, sin) * row.twist.linear + Vector::new(-arm.y, arm.x) * row.twist.angular;
     let towards = center - own;
     let distance_m = towards.norm();
-    if distance_m > 0.0 {
-        velocity.dot(&towards) / distance_m
-    } else {
-        velocity.norm()
-    }
+    if distance_m > 0.0 { velocity.dot(&towards) / distance_m } else { velocity.norm() }
 }
 
 #[cfg(test)]
@@ -199,11 +190,7 @@ mod tests {
     fn contact_attribution_depends_on_the_sign_of_the_closing_speed() {
         let wrong = |robot_m_s: f64, body_m_s| {
             let closing_m_s = -touch(robot_m_s, body_m_s).closing_m_s.expect("it moves");
-            if closing_m_s > CLOSING_M_S {
-                ContactCause::Robot
-            } else {
-                ContactCause::Other
-            }
+            if closing_m_s > CLOSING_M_S { ContactCause::Robot } else { ContactCause::Other }
         };
         assert_ne!(wrong(0.5, -0.8), touch(0.5, -0.8).cause);
         assert_ne!(wrong(-0.3, -0.8), touch(-0.3, -0.8).cause);
@@ -211,29 +198,15 @@ mod tests {
 
     #[test]
     fn contact_counts_the_speed_before_braking_within_the_tick() {
-        let before = row(
-            0.0,
-            Pose::new(3.97, 5.0, 0.0),
-            Twist::new(0.4, 0.0),
-            Some([4.74, 5.0]),
-        );
-        let at = row(
-            0.1,
-            Pose::new(4.0, 5.0, 0.0),
-            Twist::default(),
-            Some([4.69, 5.0]),
-        );
+        let before = row(0.0, Pose::new(3.97, 5.0, 0.0), Twist::new(0.4, 0.0), Some([4.74, 5.0]));
+        let at = row(0.1, Pose::new(4.0, 5.0, 0.0), Twist::default(), Some([4.69, 5.0]));
         let found = contact(&at, Some(&before), &RADII_M, &footprint(), &world());
         assert_eq!(found.map(|found| found.cause), Some(ContactCause::Robot));
     }
 
     #[test]
     fn contact_of_a_swinging_tail_is_caused_by_the_robot() {
-        let discs = [0.2, -0.2].map(|x| crate::robot::Disc {
-            x,
-            y: 0.0,
-            radius: 0.3,
-        });
+        let discs = [0.2, -0.2].map(|x| crate::robot::Disc { x, y: 0.0, radius: 0.3 });
         let footprint = Footprint::new(discs.to_vec()).expect("two discs with a radius");
         // Turning left in place swings the tail to the right, where a body approaches.
         for (rate, expected) in [(0.8, ContactCause::Robot), (-0.8, ContactCause::Other)] {
@@ -251,14 +224,8 @@ mod tests {
         let twist = Twist::new(-0.5, 0.0);
         let at = row(0.0, Pose::new(7.61, 5.0, 0.0), twist, None);
         let found = contact(&at, None, &RADII_M, &footprint(), &world()).expect("they touch");
-        assert_eq!(
-            (found.cause, found.body),
-            (ContactCause::Robot, TouchedBody::Static)
-        );
+        assert_eq!((found.cause, found.body), (ContactCause::Robot, TouchedBody::Static));
         let clear = row(0.0, Pose::new(7.5, 5.0, 0.0), twist, Some([6.0, 5.0]));
-        assert_eq!(
-            contact(&clear, None, &RADII_M, &footprint(), &world()),
-            None
-        );
+        assert_eq!(contact(&clear, None, &RADII_M, &footprint(), &world()), None);
     }
 }

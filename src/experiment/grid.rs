@@ -33,20 +33,13 @@ impl Setup {
     /// Settings under a name.
     #[must_use]
     pub fn named(name: &str, config: Config) -> Self {
-        Self {
-            name: Some(name.to_owned()),
-            config,
-            ..Self::default()
-        }
+        Self { name: Some(name.to_owned()), config, ..Self::default() }
     }
 
     /// Settings without a name.
     #[must_use]
     pub fn unnamed(config: Config) -> Self {
-        Self {
-            config,
-            ..Self::default()
-        }
+        Self { config, ..Self::default() }
     }
 
     /// The settings with this sampling of the dynamic window.
@@ -91,11 +84,7 @@ impl Grid {
         for world in worlds(plan, folder)? {
             for setup in setups(plan, &world.settings, &change)? {
                 setup.check_pure()?;
-                let threads = if world.latency {
-                    plan.latency_threads
-                } else {
-                    1
-                };
+                let threads = if world.latency { plan.latency_threads } else { 1 };
                 for engine in &plan.engines {
                     for &seed in &plan.seeds {
                         grid.add(&world, &setup, engine, seed, threads);
@@ -161,18 +150,12 @@ impl Grid {
     #[must_use]
     pub fn on_engine(&self, engine: &str) -> Self {
         let moved = |cell: &Cell| {
-            let id = CellId {
-                engine: engine.to_owned(),
-                ..cell.id.clone()
-            };
+            let id = CellId { engine: engine.to_owned(), ..cell.id.clone() };
             let timed = cell.timed;
             let cell = Cell::new(id, &cell.world, cell.config.clone(), cell.threads);
             Cell { timed, ..cell }
         };
-        Self {
-            title: self.title.clone(),
-            cells: self.cells.iter().map(moved).collect(),
-        }
+        Self { title: self.title.clone(), cells: self.cells.iter().map(moved).collect() }
     }
 
     /// The first cell of each key.
@@ -180,16 +163,11 @@ impl Grid {
     pub fn distinct(&self) -> Vec<&Cell> {
         let mut seen = BTreeSet::new();
         let cells = self.cells.iter();
-        cells
-            .filter(|cell| seen.insert(cell.key.as_str()))
-            .collect()
+        cells.filter(|cell| seen.insert(cell.key.as_str())).collect()
     }
 
     fn empty(title: &str) -> Self {
-        Self {
-            title: title.to_owned(),
-            cells: Vec::new(),
-        }
+        Self { title: title.to_owned(), cells: Vec::new() }
     }
 
     fn add(&mut self, world: &World, setup: &Setup, engine: &str, seed: u64, threads: usize) {
@@ -266,10 +244,8 @@ fn setups(
 
 fn check(setup: &Setup, place: impl Fn() -> String) -> Result<(), ExperimentError> {
     let checked = setup.config.validate();
-    checked.map_err(|error| ExperimentError::BadChange {
-        place: place(),
-        reason: error.to_string(),
-    })
+    checked
+        .map_err(|error| ExperimentError::BadChange { place: place(), reason: error.to_string() })
 }
 
 /// A configuration with each sampling, as [`grid_counts`](crate::bench::grid_counts) shapes it: each number of samples

@@ -117,10 +117,8 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
     let of = |((_, rows), own): (&(_, Vec<&RunRow>), &BTreeMap<Task<'_>, f64>)| {
         let shared = shared(rows[0].kind);
         let shared_s = rows.iter().filter(|row| shared.contains(&task(row)));
-        let shared_s: Vec<f64> = shared_s
-            .filter(|row| row.reached())
-            .map(|row| row.time_s)
-            .collect();
+        let shared_s: Vec<f64> =
+            shared_s.filter(|row| row.reached()).map(|row| row.time_s).collect();
         let ratios = rows.iter().filter_map(|row| {
             let (_, times) = densest(rows[0])?;
             let least_s = times.get(&task(row)).filter(|&&least_s| least_s > 0.0)?;

@@ -34,10 +34,7 @@ impl Manifest {
     /// The manifest of a grid.
     #[must_use]
     pub fn of(grid: &Grid) -> Self {
-        let listed = |cell: &Cell| ListedCell {
-            key: cell.key.clone(),
-            id: cell.id.clone(),
-        };
+        let listed = |cell: &Cell| ListedCell { key: cell.key.clone(), id: cell.id.clone() };
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             format: FORMAT,
@@ -58,11 +55,9 @@ impl Manifest {
     /// # Errors
     /// Fails when it is no manifest, or another version wrote it.
     pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, ExperimentError> {
-        let read: Self =
-            serde_json::from_slice(bytes).map_err(|error| ExperimentError::BadManifest {
-                file: file.to_owned(),
-                reason: error.to_string(),
-            })?;
+        let read: Self = serde_json::from_slice(bytes).map_err(|error| {
+            ExperimentError::BadManifest { file: file.to_owned(), reason: error.to_string() }
+        })?;
         let expected = (env!("CARGO_PKG_VERSION").to_owned(), FORMAT);
         if (&read.version, read.format) == (&expected.0, expected.1) {
             return Ok(read);

@@ -53,9 +53,6 @@ pub fn merge(
     let missing = manifest.keys().into_iter();
     Ok(Merged {
         rows: manifest.cells.iter().filter_map(row).collect(),
-        missing: missing
-            .filter(|key| !by_key.contains_key(*key))
-            .map(str::to_owned)
-            .collect(),
+        missing: missing.filter(|key| !by_key.contains_key(*key)).map(str::to_owned).collect(),
     })
 }

@@ -51,18 +51,10 @@ pub(super) fn outcome(simulation: &Simulation, config: &Config, result: &Mission
 
 fn touched(found: Option<Contact>) -> String {
     let speed = |speed: Option<f64>| {
-        speed.map_or_else(
-            || "an unknown speed".to_owned(),
-            |speed| format!("{speed:.2} m/s"),
-        )
+        speed.map_or_else(|| "an unknown speed".to_owned(), |speed| format!("{speed:.2} m/s"))
     };
     match found {
-        Some(Contact {
-            body: TouchedBody::Moving(number),
-            closing_m_s,
-            body_m_s,
-            ..
-        }) => format!(
+        Some(Contact { body: TouchedBody::Moving(number), closing_m_s, body_m_s, .. }) => format!(
             "touched moving obstacle {number}, closing in at {}, which moved at {},",
             speed(closing_m_s),
             speed(body_m_s)

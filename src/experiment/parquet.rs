@@ -19,9 +19,7 @@ use crate::bench::{Column, ColumnKind, Columns};
 /// # Errors
 /// Fails when the writer refuses the rows.
 pub fn parquet_bytes<R: Columns>(rows: &[R]) -> Result<Vec<u8>, ExperimentError> {
-    let reason = |error: &dyn ToString| ExperimentError::Parquet {
-        reason: error.to_string(),
-    };
+    let reason = |error: &dyn ToString| ExperimentError::Parquet { reason: error.to_string() };
     let records: Result<Vec<Value>, _> = rows.iter().map(serde_json::to_value).collect();
     let records = records.map_err(|error| reason(&error))?;
     write_file(R::COLUMNS, &records).map_err(|error| reason(&error))
@@ -29,9 +27,7 @@ pub fn parquet_bytes<R: Columns>(rows: &[R]) -> Result<Vec<u8>, ExperimentError>
 
 fn write_file(columns: &[Column], records: &[Value]) -> Result<Vec<u8>, ParquetError> {
     let fields: Result<Vec<TypePtr>, _> = columns.iter().map(field).collect();
-    let schema = Type::group_type_builder("row")
-        .with_fields(fields?)
-        .build()?;
+    let schema = Type::group_type_builder("row").with_fields(fields?).build()?;
     let properties = WriterProperties::builder()
         .set_created_by(concat!("inbye ", env!("CARGO_PKG_VERSION")).to_owned())
         .build();
@@ -78,13 +74,8 @@ fn write<'v, T: DataType>(
     read: impl Fn(&Value) -> Option<T::T>,
 ) -> Result<(), ParquetError> {
     let values: Vec<Option<T::T>> = values.map(read).collect();
-    let levels: Vec<i16> = values
-        .iter()
-        .map(|value| i16::from(value.is_some()))
-        .collect();
+    let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
     let present: Vec<T::T> = values.into_iter().flatten().collect();
-    column
-        .typed::<T>()
-        .write_batch(&present, Some(&levels), None)?;
+    column.typed::<T>().write_batch(&present, Some(&levels), None)?;
     column.close()
 }

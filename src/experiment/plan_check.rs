@@ -24,12 +24,7 @@ impl Plan {
             require(is_one, "engines", engine, expected)?;
         }
         let threads = self.latency_threads;
-        require(
-            (1..=1024).contains(&threads),
-            "latency_threads",
-            threads,
-            "1 to 1024",
-        )?;
+        require((1..=1024).contains(&threads), "latency_threads", threads, "1 to 1024")?;
         self.worlds.iter().try_for_each(PlanWorlds::validate)
     }
 }
@@ -41,12 +36,7 @@ impl PlanWorlds {
         let is = |kinds: &[WorldKind]| kinds.contains(&kind);
         let path = self.path.as_ref().map_or("missing", |_| "given");
         let needs = is(&[Map, Barn, DynaBarn]);
-        require(
-            !needs || self.path.is_some(),
-            "worlds.path",
-            path,
-            "given for this kind",
-        )?;
+        require(!needs || self.path.is_some(), "worlds.path", path, "given for this kind")?;
         require(
             !is(&[Scenes]) || self.path.is_none(),
             "worlds.path",
@@ -55,31 +45,16 @@ impl PlanWorlds {
         )?;
         let only = self.only.len();
         let expected = "left out: only barn and dynabarn have numbered worlds";
-        require(
-            only == 0 || is(&[Barn, DynaBarn]),
-            "worlds.only",
-            only,
-            expected,
-        )?;
+        require(only == 0 || is(&[Barn, DynaBarn]), "worlds.only", only, expected)?;
         let routes = self.routes.len();
         let expected = "at least one route for \"map\", none for other kinds";
-        require(
-            (routes > 0) == is(&[Map]),
-            "worlds.routes",
-            routes,
-            expected,
-        )?;
+        require((routes > 0) == is(&[Map]), "worlds.routes", routes, expected)?;
         let ends = |route: &PlanRoute| {
             let numbers = || route.start.iter().chain(&route.goal);
             (2..=3).contains(&route.goal.len()) && numbers().all(|number| number.abs() <= 1e9)
         };
         let expected = "start = [x, y, yaw], goal = [x, y] or [x, y, yaw], each -1e9 to 1e9";
-        require(
-            self.routes.iter().all(ends),
-            "worlds.routes",
-            "malformed",
-            expected,
-        )?;
+        require(self.routes.iter().all(ends), "worlds.routes", "malformed", expected)?;
         for (name, value, fits, expected) in [
             (
                 "worlds.max_speed_m_s",

@@ -36,14 +36,12 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
             .into_iter()
             .map(|world| World::barn(world, speed_m_s))
             .collect(),
-        WorldKind::DynaBarn => dynabarn::read_worlds(&path, only)?
-            .into_iter()
-            .map(World::dynabarn)
-            .collect(),
-        WorldKind::Scenes => scenes()
-            .into_iter()
-            .map(|scene| of_scene(scene, group.time_limit_s))
-            .collect(),
+        WorldKind::DynaBarn => {
+            dynabarn::read_worlds(&path, only)?.into_iter().map(World::dynabarn).collect()
+        }
+        WorldKind::Scenes => {
+            scenes().into_iter().map(|scene| of_scene(scene, group.time_limit_s)).collect()
+        }
         WorldKind::Map => routes(group, &path)?,
         WorldKind::Missions => {
             let rules = Rules {
@@ -63,10 +61,7 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
 }
 
 fn of_scene(scene: Scene, time_limit_s: f64) -> World {
-    let goal = Goal {
-        position: scene.goal,
-        yaw: None,
-    };
+    let goal = Goal { position: scene.goal, yaw: None };
     let route = Route {
         map: Arc::new(scene.map),
         start: scene.start,
@@ -107,9 +102,7 @@ pub fn built_in_maps(rules: Rules) -> Vec<World> {
 }
 
 fn map(group: &PlanWorlds, path: &Path) -> Result<(String, Arc<OccupancyGrid>), ExperimentError> {
-    let options = LoadOptions {
-        resolution_m: group.resolution_m,
-    };
+    let options = LoadOptions { resolution_m: group.resolution_m };
     let map = load(path, &options)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     Ok((name.into_owned(), Arc::new(map)))

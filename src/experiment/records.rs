@@ -55,15 +55,11 @@ impl Record {
         let is_variant = |row: &RunRow| {
             let variants = ABLATION_VARIANTS.iter();
             row.config.is_some()
-                && variants
-                    .map(|it| Some(it.name))
-                    .any(|it| it == row.config.as_deref())
+                && variants.map(|it| Some(it.name)).any(|it| it == row.config.as_deref())
         };
         let is_plain = |row: &RunRow| row.config.is_none() && row.weights.is_none();
-        let samplings: BTreeSet<(u32, u32)> = rows
-            .iter()
-            .map(|row| (row.vx_samples, row.vtheta_samples))
-            .collect();
+        let samplings: BTreeSet<(u32, u32)> =
+            rows.iter().map(|row| (row.vx_samples, row.vtheta_samples)).collect();
         let has_one_setup = samplings.len() == 1 && all(&is_plain);
         if are(WorldKind::Barn) && has_one_setup {
             Self::Barn(rows)
@@ -126,9 +122,7 @@ pub fn read_record(bytes: &[u8], file: &Path) -> Result<Record, RecordError> {
     };
     // These columns occur in no other record.
     if has(&["engine", "samples", "p99_ms"]) {
-        Ok(Record::Density(
-            lines.rows()?.into_iter().map(named).collect(),
-        ))
+        Ok(Record::Density(lines.rows()?.into_iter().map(named).collect()))
     } else if has(&["window_s", "samples", "regret_p50"]) {
         Ok(Record::Quality(lines.rows()?))
     } else if has(&["kind", "world", "seed", "outcome"]) {
@@ -165,11 +159,7 @@ impl<'a> Lines<'a> {
         let mut reader = ReaderBuilder::new()
             .flexible(true)
             .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
-        let bad = |line, reason| RecordError::BadRow {
-            file: file.to_owned(),
-            line,
-            reason,
-        };
+        let bad = |line, reason| RecordError::BadRow { file: file.to_owned(), line, reason };
         let unread = |error: csv::Error| {
             let line = error.position().map_or(1, Position::line);
             bad(line as usize, error.to_string())
@@ -185,22 +175,14 @@ impl<'a> Lines<'a> {
             }
             records.push(record);
         }
-        Ok(Self {
-            file,
-            header,
-            records,
-        })
+        Ok(Self { file, header, records })
     }
 
     /// All rows, at least one. Their numbers are finite.
     fn rows<R: DeserializeOwned + Columns>(&self) -> Result<Vec<R>, RecordError> {
         let file = || self.file.to_owned();
         let row = |record: &StringRecord| {
-            let bad = |reason| RecordError::BadRow {
-                file: file(),
-                line: line(record),
-                reason,
-            };
+            let bad = |reason| RecordError::BadRow { file: file(), line: line(record), reason };
             if let Some(column) = self.non_finite::<R>(record) {
                 return Err(bad(format!("{column}: expected a finite number")));
             }
@@ -222,9 +204,7 @@ impl<'a> Lines<'a> {
             let number = index.and_then(|index| record.get(index)?.parse::<f64>().ok());
             number.is_some_and(|number| !number.is_finite())
         };
-        let mut numbers = R::COLUMNS
-            .iter()
-            .filter(|column| column.kind == ColumnKind::Real);
+        let mut numbers = R::COLUMNS.iter().filter(|column| column.kind == ColumnKind::Real);
         Some(numbers.find(is_non_finite)?.name)
     }
 }

@@ -48,9 +48,7 @@ pub fn compare_digests(rows: &[RunRow], others: &[RunRow]) -> Vec<Comparison> {
 #[must_use]
 pub fn spread_evenly<T: Clone>(all: &[T], wanted: usize) -> Vec<T> {
     let wanted = wanted.min(all.len());
-    (0..wanted)
-        .map(|index| all[index * all.len() / wanted].clone())
-        .collect()
+    (0..wanted).map(|index| all[index * all.len() / wanted].clone()).collect()
 }
 
 #[cfg(test)]

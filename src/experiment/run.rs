@@ -46,11 +46,7 @@ impl World {
         let refused = |mut row: RunRow, fault: String, simulation| {
             row.fault = Some(fault_name(&fault));
             row.reason = Some(fault);
-            Run {
-                row,
-                simulation,
-                result: None,
-            }
+            Run { row, simulation, result: None }
         };
         let generated = match self.simulation(seed, config) {
             Err(RunError::Simulation(SimError::Fault(fault))) => {
@@ -86,11 +82,7 @@ impl World {
             }
             WorldSource::Route(_) | WorldSource::Mission { .. } => {}
         }
-        Ok(Run {
-            row,
-            simulation: Some(generated),
-            result: Some(result),
-        })
+        Ok(Run { row, simulation: Some(generated), result: Some(result) })
     }
 }
 
@@ -115,19 +107,12 @@ pub fn run_cell(
 ) -> CellFile {
     let mut no_clock = || 0.0;
     let is_timed = cell.timed || cell.id.latency;
-    let mut observer = Observer {
-        clock: if is_timed { clock } else { &mut no_clock },
-        on_tick: &mut |_| {},
-    };
-    let driven = cell
-        .world
-        .drive(cell.id.seed, &cell.config, engine, &mut observer);
+    let mut observer =
+        Observer { clock: if is_timed { clock } else { &mut no_clock }, on_tick: &mut |_| {} };
+    let driven = cell.world.drive(cell.id.seed, &cell.config, engine, &mut observer);
     let row = match driven {
         Ok(run) => run.row,
-        Err(error) => RunRow {
-            reason: Some(error.to_string()),
-            ..RunRow::default()
-        },
+        Err(error) => RunRow { reason: Some(error.to_string()), ..RunRow::default() },
     };
     let mut row = row.named(&cell.id, &cell.key);
     if !is_timed {
@@ -136,8 +121,5 @@ pub fn run_cell(
         row.machine = Some(machine.to_owned());
         row.threads = Some(cell.threads);
     }
-    CellFile {
-        inputs: cell.inputs.clone(),
-        row,
-    }
+    CellFile { inputs: cell.inputs.clone(), row }
 }

@@ -23,10 +23,7 @@ impl FromStr for SamplingGrid {
         let counts = text.split_once('x');
         counts
             .and_then(|(v, omega)| {
-                Some(Self {
-                    vx_samples: count(v)?,
-                    vtheta_samples: count(omega)?,
-                })
+                Some(Self { vx_samples: count(v)?, vtheta_samples: count(omega)? })
             })
             .ok_or_else(|| {
                 let text = text.escape_debug();

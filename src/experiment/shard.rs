@@ -24,9 +24,7 @@ impl FromStr for Shard {
         });
         parts
             .filter(|shard| (1..=shard.count).contains(&shard.index) && shard.count <= MAX_SHARDS)
-            .ok_or_else(|| ExperimentError::BadShard {
-                text: text.escape_debug().to_string(),
-            })
+            .ok_or_else(|| ExperimentError::BadShard { text: text.escape_debug().to_string() })
     }
 }
 

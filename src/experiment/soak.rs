@@ -55,17 +55,13 @@ impl SoakSummary {
         let faults = faults(rows).into_iter();
         Self {
             all: Group::of("all", &rows.iter().collect::<Vec<_>>()),
-            faults: faults
-                .map(|(name, count)| (name.to_owned(), count))
-                .collect(),
+            faults: faults.map(|(name, count)| (name.to_owned(), count)).collect(),
             mean_speed_m_s: (time_s > 0.0).then(|| distance_m / time_s),
             final_error: final_error(reached()),
             travelled_m: rows.iter().map(|row| row.travelled_m).sum::<f64>(),
             time_s: rows.iter().map(|row| row.time_s).sum::<f64>(),
             worlds: groups_by(rows, |row| row.world.clone()),
-            traffic: groups_by(rows, |row| {
-                row.traffic.map_or("-", TrafficKind::name).to_owned()
-            }),
+            traffic: groups_by(rows, |row| row.traffic.map_or("-", TrafficKind::name).to_owned()),
             digests_compared: comparisons.len(),
             digests_equal: comparisons.iter().filter(|one| one.equal).count(),
         }
@@ -81,14 +77,8 @@ impl SoakSummary {
 }
 
 fn final_error<'a>(reached: impl Iterator<Item = &'a RunRow> + Clone) -> Option<FinalError> {
-    let distances: Vec<f64> = reached
-        .clone()
-        .filter_map(|row| row.final_error_m)
-        .collect();
-    let yaws: Vec<f64> = reached
-        .filter_map(|row| row.final_yaw_error_rad)
-        .map(f64::abs)
-        .collect();
+    let distances: Vec<f64> = reached.clone().filter_map(|row| row.final_error_m).collect();
+    let yaws: Vec<f64> = reached.filter_map(|row| row.final_yaw_error_rad).map(f64::abs).collect();
     Some(FinalError {
         mean_m: mean(distances.iter().copied())?,
         p95_m: percentile(distances, 0.95)?,

@@ -38,10 +38,7 @@ pub(super) enum WorldSource {
     /// A route on a map.
     Route(Route),
     /// A map, on which the seed determines a mission.
-    Mission {
-        map: Arc<OccupancyGrid>,
-        rules: Rules,
-    },
+    Mission { map: Arc<OccupancyGrid>, rules: Rules },
 }
 
 /// A route on a map, among people.
@@ -98,12 +95,7 @@ impl World {
     #[must_use]
     pub fn missions(name: &str, map: Arc<OccupancyGrid>, rules: Rules) -> Self {
         let source = WorldSource::Mission { map, rules };
-        Self::new(
-            WorldKind::Missions,
-            name.to_owned(),
-            Config::default(),
-            source,
-        )
+        Self::new(WorldKind::Missions, name.to_owned(), Config::default(), source)
     }
 
     pub(super) fn route(kind: WorldKind, name: String, route: Route) -> Self {
@@ -131,12 +123,7 @@ impl World {
                 });
             }
         };
-        Ok(WorldSimulation {
-            simulation,
-            path_m: None,
-            traffic: None,
-            unmapped: 0,
-        })
+        Ok(WorldSimulation { simulation, path_m: None, traffic: None, unmapped: 0 })
     }
 }
 
@@ -187,21 +174,10 @@ impl WorldSource {
 }
 
 fn add_barn(digest: &mut BitDigest, world: &BarnWorld) {
-    let Course {
-        start,
-        goal,
-        goal_radius_m,
-        time_limit_s,
-    } = world.course;
+    let Course { start, goal, goal_radius_m, time_limit_s } = world.course;
     digest.text("barn");
     add_pose(digest, &start);
-    let numbers = [
-        goal.x,
-        goal.y,
-        goal_radius_m,
-        time_limit_s,
-        world.optimal_time_s,
-    ];
+    let numbers = [goal.x, goal.y, goal_radius_m, time_limit_s, world.optimal_time_s];
     numbers.iter().for_each(|&number| digest.real(number));
     for cylinder in &world.cylinders {
         let numbers = [cylinder.x_m, cylinder.y_m, cylinder.radius_m];
@@ -219,9 +195,7 @@ fn add_dynabarn(digest: &mut BitDigest, world: &DynaBarnWorld) {
         add_optional(digest, cylinder.script.period_s());
         digest.wide(cylinder.script.keys().len() as u64);
         for (time_s, place) in cylinder.script.keys() {
-            [*time_s, place.x, place.y]
-                .iter()
-                .for_each(|&number| digest.real(number));
+            [*time_s, place.x, place.y].iter().for_each(|&number| digest.real(number));
         }
     }
 }
@@ -237,9 +211,7 @@ fn add_map(digest: &mut BitDigest, map: &OccupancyGrid) {
 }
 
 fn add_pose(digest: &mut BitDigest, pose: &Pose) {
-    [pose.x, pose.y, pose.yaw]
-        .iter()
-        .for_each(|&number| digest.real(number));
+    [pose.x, pose.y, pose.yaw].iter().for_each(|&number| digest.real(number));
 }
 
 fn add_optional(digest: &mut BitDigest, number: Option<f64>) {

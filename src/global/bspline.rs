@@ -76,12 +76,7 @@ impl<'a> Segment<'a> {
 
     /// Emits the points of the segment after its first. Their chords stay within 3 mm and 0.04 rad of the curve.
     pub fn chords(&self, mut next: impl FnMut(Point)) {
-        self.bisect(
-            &self.sample(0.0),
-            &self.sample(1.0),
-            MAX_BISECTIONS,
-            &mut next,
-        );
+        self.bisect(&self.sample(0.0), &self.sample(1.0), MAX_BISECTIONS, &mut next);
     }
 
     /// Emits the points after `from` up to `to`, as many as the tolerances require.
@@ -100,11 +95,7 @@ impl<'a> Segment<'a> {
     }
 
     fn sample(&self, u: f64) -> Sample {
-        Sample {
-            u,
-            point: self.point(u),
-            tangent: self.tangent(u),
-        }
+        Sample { u, point: self.point(u), tangent: self.tangent(u) }
     }
 
     const fn degree(&self) -> usize {
@@ -120,9 +111,7 @@ impl<'a> Segment<'a> {
     /// The first derivative at `u`.
     fn tangent(&self, u: f64) -> Vector {
         let powers = (1..=self.degree()).rev();
-        powers.fold(Vector::zeros(), |sum, power| {
-            sum * u + self.factors[power] * power as f64
-        })
+        powers.fold(Vector::zeros(), |sum, power| sum * u + self.factors[power] * power as f64)
     }
 
     /// The second derivative at `u`.
@@ -137,11 +126,7 @@ impl<'a> Segment<'a> {
     pub fn curvature(&self, u: f64) -> f64 {
         let tangent = self.tangent(u);
         let curvature = tangent.perp(&self.second_derivative(u)).abs() / tangent.norm().powi(3);
-        if curvature.is_finite() {
-            curvature
-        } else {
-            0.0
-        }
+        if curvature.is_finite() { curvature } else { 0.0 }
     }
 
     /// Upper bound of the second derivative along a unit direction. The second derivative is a weighted mean of the second
@@ -149,11 +134,7 @@ impl<'a> Segment<'a> {
     fn max_second_derivative(&self, across: &Vector) -> f64 {
         self.control
             .windows(3)
-            .map(|triple| {
-                ((triple[2] - triple[1]) - (triple[1] - triple[0]))
-                    .dot(across)
-                    .abs()
-            })
+            .map(|triple| ((triple[2] - triple[1]) - (triple[1] - triple[0])).dot(across).abs())
             .fold(0.0, f64::max)
     }
 }
@@ -177,10 +158,7 @@ mod tests {
 
     fn weight(k: usize, degree: usize, u: f64) -> f64 {
         let factors = Basis::new(degree).weights[k];
-        factors
-            .iter()
-            .rev()
-            .fold(0.0, |sum, factor| sum * u + factor)
+        factors.iter().rev().fold(0.0, |sum, factor| sum * u + factor)
     }
 
     #[test]
@@ -195,10 +173,7 @@ mod tests {
                         sign * binomial(degree + 1, j) * base.powi(degree as i32) / factorial
                     };
                     let expected: f64 = (0..=degree - k).map(term).sum();
-                    assert!(
-                        (weight(k, degree, u) - expected).abs() < 1e-9,
-                        "{k} of {degree}"
-                    );
+                    assert!((weight(k, degree, u) - expected).abs() < 1e-9, "{k} of {degree}");
                 }
             }
         }
@@ -247,10 +222,7 @@ mod tests {
         for step in 0..=1000 {
             let point = spline.point(f64::from(step) / 1000.0);
             let distance_m = chords.project(&point).distance_m;
-            assert!(
-                distance_m <= MAX_DEVIATION_M,
-                "{distance_m} m at step {step}"
-            );
+            assert!(distance_m <= MAX_DEVIATION_M, "{distance_m} m at step {step}");
         }
     }
 }

@@ -33,10 +33,7 @@ impl ClearanceCosts {
             let clearance_m = field.distance_m(frame.cell_at(index)) - frame.resolution_m / 2.0;
             (full * (1.0 - clearance_m.max(0.0) / preferred_m)).max(0.0) as u8
         };
-        Self {
-            frame,
-            extra: (0..frame.len()).map(extra).collect(),
-        }
+        Self { frame, extra: (0..frame.len()).map(extra).collect() }
     }
 
     /// The cost, including clearance, of a move with a base cost to the cell at an index.
@@ -56,11 +53,7 @@ impl ClearanceCosts {
             // The fraction of the segment at which it leaves the cell along each axis.
             let leaves = [0, 1].map(|axis| {
                 let line = cell[axis] + if whole[axis] > 0.0 { 1.0 } else { 0.0 };
-                if whole[axis] == 0.0 {
-                    f64::INFINITY
-                } else {
-                    (line - from[axis]) / whole[axis]
-                }
+                if whole[axis] == 0.0 { f64::INFINITY } else { (line - from[axis]) / whole[axis] }
             });
             let axis = usize::from(leaves[1] < leaves[0]);
             let left = leaves[axis].clamp(entered, 1.0);
@@ -101,14 +94,7 @@ mod tests {
     #[test]
     fn equivalent_length_equals_the_sampled_sum() {
         let costs = costs(&["......", "#....."], 2.0, 15.0);
-        let ends = [
-            (5.3, 1.9),
-            (1.1, 0.2),
-            (1.0, 1.0),
-            (3.0, 0.0),
-            (2.5, 1.5),
-            (2.5, 0.5),
-        ];
+        let ends = [(5.3, 1.9), (1.1, 0.2), (1.0, 1.0), (3.0, 0.0), (2.5, 1.5), (2.5, 0.5)];
         let points = ends.map(|(x, y)| Point::new(x, y));
         for from in &points {
             for to in &points {
@@ -118,10 +104,7 @@ mod tests {
                 let factors = (0..steps).map(|step| costs.factor(&[at(step).x, at(step).y]));
                 let expected = factors.sum::<f64>() / f64::from(steps) * (to - from).norm();
                 let found = costs.equivalent_length(from, to);
-                assert!(
-                    (found - expected).abs() < 1e-3,
-                    "{from} to {to}: {found}, not {expected}"
-                );
+                assert!((found - expected).abs() < 1e-3, "{from} to {to}: {found}, not {expected}");
             }
         }
     }

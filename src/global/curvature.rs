@@ -79,10 +79,7 @@ impl Curvature {
             let windows = spline.control.windows(spline.degree + 1);
             pieces.extend(windows.flat_map(|control| pieces_of(&basis, control)));
         }
-        Self {
-            sharp_turns,
-            pieces,
-        }
+        Self { sharp_turns, pieces }
     }
 
     /// The largest curvature between the corners, 1/m; zero on a straight path.
@@ -100,11 +97,7 @@ impl Curvature {
             within.map(|piece| piece.0).sum()
         };
         let whole_m = length_m(f64::INFINITY);
-        if whole_m > 0.0 {
-            length_m(limit_per_m) / whole_m
-        } else {
-            1.0
-        }
+        if whole_m > 0.0 { length_m(limit_per_m) / whole_m } else { 1.0 }
     }
 }
 
@@ -161,10 +154,7 @@ mod tests {
         for radius_m in [0.5, 3.0, 40.0] {
             let control = (0..=90).map(|step| {
                 let angle = TAU * f64::from(step) / 120.0;
-                Point::new(
-                    5.0 + radius_m * libm::cos(angle),
-                    radius_m * libm::sin(angle),
-                )
+                Point::new(5.0 + radius_m * libm::cos(angle), radius_m * libm::sin(angle))
             });
             let curvature = Curvature::of([&Spline::new(3, control.collect())]);
             // The spline runs slightly inside the polygon of its control points.

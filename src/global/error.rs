@@ -84,9 +84,6 @@ impl PlanError {
 /// Names the nearest reachable point, to the millimetre, so that it lies in the cell found.
 fn as_far_as(nearest: Option<&Point>) -> String {
     nearest.map_or_else(String::new, |point| {
-        format!(
-            "; the reachable point nearest to the goal is ({:.3}, {:.3})",
-            point.x, point.y
-        )
+        format!("; the reachable point nearest to the goal is ({:.3}, {:.3})", point.x, point.y)
     })
 }

@@ -139,10 +139,7 @@ impl Estimator {
 }
 
 fn difference(from: Cell, to: Cell) -> (f64, f64) {
-    (
-        f64::from(from.column - to.column),
-        f64::from(from.row - to.row),
-    )
+    (f64::from(from.column - to.column), f64::from(from.row - to.row))
 }
 
 #[cfg(test)]

@@ -57,9 +57,7 @@ pub(super) fn is_blocked_at(space: &FreeSpace, a: &Point, b: &Point, fraction: f
 /// probes detect faster than the full check.
 fn blocked_probe(space: &FreeSpace, a: &Point, b: &Point) -> Option<f64> {
     let is_blocked = |&fraction: &f64| is_blocked_at(space, a, b, fraction);
-    ((b - a).amax() >= MIN_PROBED_CELLS)
-        .then(|| PROBES.into_iter().find(is_blocked))
-        .flatten()
+    ((b - a).amax() >= MIN_PROBED_CELLS).then(|| PROBES.into_iter().find(is_blocked)).flatten()
 }
 
 /// Checks the touched cells line by line: along rows, or along columns for a steep segment. This gives few lines, each read
@@ -83,9 +81,7 @@ fn first_blocked_along(bits: &BitGrid, a: (f64, f64), b: (f64, f64)) -> Option<f
     if rise <= TOUCH || lines.start() == lines.end() {
         let from = cell_of(low.0.min(high.0) - TOUCH);
         let to = cell_of(low.0.max(high.0) + TOUCH);
-        let are_clear = lines
-            .into_iter()
-            .all(|line| bits.all_set_in_row(line, from..=to));
+        let are_clear = lines.into_iter().all(|line| bits.all_set_in_row(line, from..=to));
         return (!are_clear).then_some(0.5);
     }
     let run = (high.0 - low.0) / rise;

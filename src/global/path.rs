@@ -63,10 +63,7 @@ impl Path {
         let change = |triple: &[Point]| {
             wrap_angle(bearing(&triple[1], &triple[2]) - bearing(&triple[0], &triple[1])).abs()
         };
-        self.points
-            .windows(3)
-            .filter(|triple| change(triple) > MIN_TURN_RAD)
-            .count()
+        self.points.windows(3).filter(|triple| change(triple) > MIN_TURN_RAD).count()
     }
 
     /// The point at an arc length, clamped to the path.
@@ -136,11 +133,7 @@ impl Path {
 
     fn projection(&self, point: &Point, arc_m: f64) -> Projection {
         let on_path = self.point_at(arc_m);
-        Projection {
-            arc_m,
-            distance_m: (point - on_path).norm(),
-            point: on_path,
-        }
+        Projection { arc_m, distance_m: (point - on_path).norm(), point: on_path }
     }
 }
 
@@ -192,12 +185,8 @@ mod tests {
         let nearly = f64::from_bits(100_f64.to_bits() + 1);
         let mut points = corner().points().to_vec();
         points.extend(
-            [
-                (100.0, 3.0),
-                (100.0, f64::from_bits(3_f64.to_bits() + 1)),
-                (nearly, 3.0),
-            ]
-            .map(|(x, y)| Point::new(x, y)),
+            [(100.0, 3.0), (100.0, f64::from_bits(3_f64.to_bits() + 1)), (nearly, 3.0)]
+                .map(|(x, y)| Point::new(x, y)),
         );
         let path = Path::new(points);
         let found = path.project_within(&Point::new(0.0, 0.0), 4.0..path.length_m());

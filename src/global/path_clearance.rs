@@ -16,10 +16,7 @@ impl<'a> PathClearance<'a> {
     /// Prepares the clearance computation for these obstacles.
     #[must_use]
     pub fn new(obstacles: &'a ObstacleGrid) -> Self {
-        Self {
-            obstacles,
-            field: DistanceField::new(obstacles),
-        }
+        Self { obstacles, field: DistanceField::new(obstacles) }
     }
 
     /// The smallest distance from a path to the square of any obstacle cell, metres, exact up to rounding: zero on contact,
@@ -29,10 +26,7 @@ impl<'a> PathClearance<'a> {
         let frame = self.obstacles.frame();
         let pieces = pieces(path, frame, &self.field);
         // Upper bounds from the middles of the pieces select the pieces to examine.
-        let mut min = pieces
-            .iter()
-            .map(|piece| piece.upper_bound)
-            .fold(f64::INFINITY, f64::min);
+        let mut min = pieces.iter().map(|piece| piece.upper_bound).fold(f64::INFINITY, f64::min);
         if min == f64::INFINITY {
             return min;
         }
@@ -63,16 +57,10 @@ struct Piece {
 }
 
 fn pieces(path: &Path, frame: &GridFrame, field: &DistanceField) -> Vec<Piece> {
-    let points: Vec<Point> = path
-        .points()
-        .iter()
-        .map(|point| frame.to_cell_units(point))
-        .collect();
+    let points: Vec<Point> = path.points().iter().map(|point| frame.to_cell_units(point)).collect();
     let mut pieces = Vec::new();
     // A path of a single point is one piece of length zero.
-    let ends = points
-        .iter()
-        .zip(points.iter().skip(1).chain(points.last()));
+    let ends = points.iter().zip(points.iter().skip(1).chain(points.last()));
     for (from, to) in ends {
         let chord = to - from;
         let count = (chord.norm() / MAX_PIECE_CELLS).ceil().max(1.0);
@@ -88,10 +76,7 @@ impl Piece {
         let middle = from + (to - from) / 2.0;
         // All obstacles lie inside the grid, so clamping a point to it reduces the distance to each.
         let inside = |at: f64, side: i32| (at as i32).clamp(0, side - 1);
-        let cell = Cell::new(
-            inside(middle.x, frame.width),
-            inside(middle.y, frame.height),
-        );
+        let cell = Cell::new(inside(middle.x, frame.width), inside(middle.y, frame.height));
         let between_centers = field.distance_m(cell) / frame.resolution_m;
         let half_length = (to - from).norm() / 2.0;
         Self {

@@ -113,14 +113,7 @@ pub fn plan(
         prune: pruned_at - searched,
         smooth: clock() - pruned_at,
     };
-    Ok(Plan {
-        raw,
-        pruned,
-        smoothed,
-        spline,
-        expanded: found.expanded,
-        time_s,
-    })
+    Ok(Plan { raw, pruned, smoothed, spline, expanded: found.expanded, time_s })
 }
 
 /// Joins start, cell centres and goal. A centre equal to an end up to rounding is omitted, since the step between them has
@@ -130,16 +123,8 @@ fn through_centers(space: &FreeSpace, start: Point, cells: &[Cell], goal: Point)
     let same_m = 1e-6 * frame.resolution_m;
     let is_apart =
         |center: &Point| (center - start).norm() > same_m && (center - goal).norm() > same_m;
-    let centers = cells
-        .iter()
-        .map(|&cell| frame.center_of(cell))
-        .filter(is_apart);
-    Path::new(
-        core::iter::once(start)
-            .chain(centers)
-            .chain(core::iter::once(goal))
-            .collect(),
-    )
+    let centers = cells.iter().map(|&cell| frame.center_of(cell)).filter(is_apart);
+    Path::new(core::iter::once(start).chain(centers).chain(core::iter::once(goal)).collect())
 }
 
 /// Why an end of the path is not usable.
@@ -157,9 +142,7 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
     let Some(cell) = space.frame().cell_of(&point) else {
         let extent = extent(space.frame());
         let hint = nearest_free(space, &point);
-        return Err(EndError::Outside(format!(
-            "is off the map, which spans {extent}: {hint}"
-        )));
+        return Err(EndError::Outside(format!("is off the map, which spans {extent}: {hint}")));
     };
     if space.is_free(cell) {
         return Ok(cell);
@@ -176,16 +159,9 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
 /// The corners of the bounding rectangle of a grid in the map frame.
 fn extent(frame: &GridFrame) -> String {
     let corners = frame.corners();
-    let low = corners
-        .iter()
-        .fold(corners[0], |low, corner| low.inf(corner));
-    let high = corners
-        .iter()
-        .fold(corners[0], |high, corner| high.sup(corner));
-    format!(
-        "({:.2}, {:.2}) to ({:.2}, {:.2})",
-        low.x, low.y, high.x, high.y
-    )
+    let low = corners.iter().fold(corners[0], |low, corner| low.inf(corner));
+    let high = corners.iter().fold(corners[0], |high, corner| high.sup(corner));
+    format!("({:.2}, {:.2}) to ({:.2}, {:.2})", low.x, low.y, high.x, high.y)
 }
 
 /// Names the centre of the nearest free cell, to the millimetre. This is in the cell, whose side is rarely below a
@@ -200,10 +176,7 @@ fn nearest_free(space: &FreeSpace, point: &Point) -> String {
         },
         |cell| {
             let center = space.frame().center_of(cell);
-            format!(
-                "the nearest free point is ({:.3}, {:.3})",
-                center.x, center.y
-            )
+            format!("the nearest free point is ({:.3}, {:.3})", center.x, center.y)
         },
     )
 }

@@ -55,9 +55,8 @@ mod tests {
         let all = || (0..frame.len()).map(|index| frame.cell_at(index));
         let mut searcher = Searcher::default();
         for start in all() {
-            let reached: Vec<Cell> = all()
-                .filter(|&cell| searcher.jump_points(&space, start, cell).is_ok())
-                .collect();
+            let reached: Vec<Cell> =
+                all().filter(|&cell| searcher.jump_points(&space, start, cell).is_ok()).collect();
             for goal in all().map(|cell| frame.center_of(cell)) {
                 let distance = |cell: Cell| (frame.center_of(cell) - goal).norm_squared();
                 let nearest = reached

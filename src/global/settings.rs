@@ -66,11 +66,7 @@ impl Settings {
     /// The clearance costs of these settings for a map; none if they request the shortest path.
     #[must_use]
     pub fn costs(&self, obstacles: &ObstacleGrid) -> Option<ClearanceCosts> {
-        let Self {
-            clearance_weight: weight,
-            preferred_clearance_m,
-            ..
-        } = *self;
+        let Self { clearance_weight: weight, preferred_clearance_m, .. } = *self;
         (weight > 0.0).then(|| ClearanceCosts::new(obstacles, preferred_clearance_m, weight))
     }
 

@@ -105,28 +105,16 @@ impl Curve {
 
     fn widest(vertices: &[Point], degree: usize) -> Self {
         let (start, goal) = (vertices[0], vertices[vertices.len() - 1]);
-        let edges_m: Vec<f64> = vertices
-            .windows(2)
-            .map(|edge| (edge[1] - edge[0]).norm())
-            .collect();
+        let edges_m: Vec<f64> =
+            vertices.windows(2).map(|edge| (edge[1] - edge[0]).norm()).collect();
         let half = |edges: &[f64]| edges[0].min(edges[1]) / 2.0;
-        let reach_m = [
-            &[0.0][..],
-            &edges_m.windows(2).map(half).collect::<Vec<f64>>(),
-            &[0.0],
-        ]
-        .concat();
+        let reach_m =
+            [&[0.0][..], &edges_m.windows(2).map(half).collect::<Vec<f64>>(), &[0.0]].concat();
         let inner = (vertices.len() - 2) * Self::per_vertex(degree);
         let mut control = vec![start; degree + inner];
         control.extend(core::iter::repeat_n(goal, degree));
         let samples = vec![Vec::new(); control.len() - degree];
-        let mut curve = Self {
-            degree,
-            basis: Basis::new(degree),
-            control,
-            reach_m,
-            samples,
-        };
+        let mut curve = Self { degree, basis: Basis::new(degree), control, reach_m, samples };
         for vertex in 1..vertices.len() - 1 {
             curve.place(vertices, vertex);
         }
@@ -194,9 +182,7 @@ impl Curve {
         let goal = vertices[vertices.len() - 1];
         let mut points = vec![vertices[0]];
         for &point in self.samples.iter().flatten() {
-            let is_new = points
-                .last()
-                .is_none_or(|last| (point - last).norm() > SAME_M);
+            let is_new = points.last().is_none_or(|last| (point - last).norm() > SAME_M);
             if is_new && (point - goal).norm() > SAME_M {
                 points.push(point);
             }
@@ -215,30 +201,19 @@ mod tests {
 
     /// Free space of 40 m by 40 m in cells of 0.1 m, with rectangular obstacles: columns, rows.
     fn ground(rock: &[[core::ops::Range<i32>; 2]]) -> FreeSpace {
-        let frame = GridFrame {
-            width: 400,
-            height: 400,
-            resolution_m: 0.1,
-            origin: Pose::default(),
-        };
+        let frame =
+            GridFrame { width: 400, height: 400, resolution_m: 0.1, origin: Pose::default() };
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         for [columns, rows] in rock {
             for column in columns.clone() {
-                rows.clone()
-                    .for_each(|row| obstacles.set(Cell::new(column, row), true));
+                rows.clone().for_each(|row| obstacles.set(Cell::new(column, row), true));
             }
         }
         FreeSpace::new(&obstacles, 0.0)
     }
 
     fn zigzag() -> Path {
-        let vertices = [
-            (2.0, 2.0),
-            (18.0, 2.0),
-            (18.0, 18.0),
-            (36.0, 20.0),
-            (36.0, 38.0),
-        ];
+        let vertices = [(2.0, 2.0), (18.0, 2.0), (18.0, 18.0), (36.0, 20.0), (36.0, 38.0)];
         Path::new(vertices.map(|(x, y)| Point::new(x, y)).to_vec())
     }
 
@@ -248,10 +223,7 @@ mod tests {
         for degree in 2..=9 {
             let smoothed = smooth(&space, &zigzag(), degree);
             assert_eq!(smoothed.turns(), 0, "degree {degree}");
-            assert!(
-                smoothed.length_m() < 0.98 * zigzag().length_m(),
-                "degree {degree}"
-            );
+            assert!(smoothed.length_m() < 0.98 * zigzag().length_m(), "degree {degree}");
             assert!(smoothed.points().len() < 500, "{}", smoothed.points().len());
         }
     }
@@ -262,12 +234,7 @@ mod tests {
         // An obstacle inside the first corner, one cell off the path.
         let space = ground(&[[100..178, 22..100]]);
         let smoothed = smooth(&space, &zigzag(), 3);
-        assert!(
-            smoothed
-                .points()
-                .windows(2)
-                .all(|chord| is_clear(&space, &chord[0], &chord[1]))
-        );
+        assert!(smoothed.points().windows(2).all(|chord| is_clear(&space, &chord[0], &chord[1])));
         let off_m = |path: &Path, x, y| path.project(&Point::new(x, y)).distance_m;
         assert!(off_m(&smoothed, 18.0, 2.0) < 0.3, "tight at the obstacle");
         for (x, y) in [(18.0, 18.0), (36.0, 20.0)] {
@@ -286,12 +253,7 @@ mod tests {
         let vertices = [(2.05, 2.0999), (18.0001, 2.0999), (18.0001, 18.05)];
         let path = Path::new(vertices.map(|(x, y)| Point::new(x, y)).to_vec());
         let smoothed = smooth(&space, &path, 3);
-        assert!(
-            smoothed
-                .points()
-                .windows(2)
-                .all(|chord| is_clear(&space, &chord[0], &chord[1]))
-        );
+        assert!(smoothed.points().windows(2).all(|chord| is_clear(&space, &chord[0], &chord[1])));
         assert!(smoothed.project(&path.points()[1]).distance_m < 1e-9);
         let (_, spline) = smooth_with_spline(&space, &path, 3);
         assert_eq!(Curvature::of([&spline]).sharp_turns, 1);
@@ -311,14 +273,8 @@ mod tests {
             });
             let ratio = by_chords.fold(0.0, f64::max) / curvature.max_per_m();
             assert!((0.9..1.01).contains(&ratio), "{ratio} at degree {degree}");
-            let (straight, all) = (
-                curvature.fraction_within(0.0),
-                curvature.fraction_within(1e9),
-            );
-            assert!(
-                straight < 0.8 && all == 1.0,
-                "{straight} at degree {degree}"
-            );
+            let (straight, all) = (curvature.fraction_within(0.0), curvature.fraction_within(1e9));
+            assert!(straight < 0.8 && all == 1.0, "{straight} at degree {degree}");
         }
     }
 

@@ -103,12 +103,7 @@ impl Counts {
     /// The counts as an array: admissible, collision, cannot stop, outside.
     #[must_use]
     pub const fn to_array(self) -> [u32; 4] {
-        [
-            self.admissible,
-            self.collision,
-            self.cannot_stop,
-            self.outside,
-        ]
+        [self.admissible, self.collision, self.cannot_stop, self.outside]
     }
 }
 
@@ -127,11 +122,7 @@ pub struct Totals {
 
 impl Default for Totals {
     fn default() -> Self {
-        Self {
-            sums: [0; 4],
-            min: [u32::MAX; 4],
-            max: [0; 4],
-        }
+        Self { sums: [0; 4], min: [u32::MAX; 4], max: [0; 4] }
     }
 }
 

@@ -64,16 +64,10 @@ pub fn open_engine(choice: &EngineChoice, threads: usize) -> Result<SelectedEngi
         EngineChoice::Cpu => open_cpu(threads, "requested"),
         EngineChoice::Gpu(name) => {
             let (engine, reason) = requested_gpu(name.as_deref())?;
-            Ok(SelectedEngine {
-                engine: Box::new(engine),
-                reason,
-            })
+            Ok(SelectedEngine { engine: Box::new(engine), reason })
         }
         EngineChoice::Auto => match best_gpu() {
-            Ok((engine, reason)) => Ok(SelectedEngine {
-                engine: Box::new(engine),
-                reason,
-            }),
+            Ok((engine, reason)) => Ok(SelectedEngine { engine: Box::new(engine), reason }),
             Err(error) => open_cpu(threads, &no_gpu_reason(&error)),
         },
     }
@@ -98,9 +92,7 @@ pub fn open_with_fallback(
         EngineChoice::Auto => open_best_with_fallback(threads),
     }?;
     if gpu_required && selected.engine.kind() != "gpu" {
-        return Err(EngineError::GpuRequired {
-            selected: selected.reason,
-        });
+        return Err(EngineError::GpuRequired { selected: selected.reason });
     }
     Ok(selected)
 }
@@ -161,10 +153,7 @@ fn add_adapters(_engines: &mut Vec<Box<dyn Engine>>, mut left_out: impl FnMut(En
 
 fn open_cpu(threads: usize, reason: &str) -> Result<SelectedEngine, EngineError> {
     let engine = CpuEngine::with_threads(threads)?;
-    Ok(SelectedEngine {
-        reason: format!("{}: {reason}", engine.name()),
-        engine: Box::new(engine),
-    })
+    Ok(SelectedEngine { reason: format!("{}: {reason}", engine.name()), engine: Box::new(engine) })
 }
 
 /// Opens the first adapter, or the first whose name contains `name`, and gives the reason.
@@ -189,11 +178,7 @@ fn requested_gpu(name: Option<&str>) -> Result<(GpuEngine, String), EngineError>
             })?
         }
     };
-    let kind = if adapter.summary.software {
-        "software adapter"
-    } else {
-        "hardware adapter"
-    };
+    let kind = if adapter.summary.software { "software adapter" } else { "hardware adapter" };
     let reason = format!("GPU, {}: requested, {kind}", adapter.summary.name);
     Ok((GpuEngine::new(adapter)?, reason))
 }
@@ -210,9 +195,7 @@ fn best_gpu() -> Result<(GpuEngine, String), EngineError> {
     let first = adapters.first().ok_or(EngineError::NoAdapter)?;
     let name = &first.summary.name;
     if first.summary.software {
-        return Err(EngineError::SoftwareAdapterOnly {
-            adapter: name.clone(),
-        });
+        return Err(EngineError::SoftwareAdapterOnly { adapter: name.clone() });
     }
     let reason = format!("GPU, {name}: hardware adapter found");
     Ok((GpuEngine::new(first)?, reason))
@@ -255,11 +238,7 @@ fn open_best_with_fallback(threads: usize) -> Result<SelectedEngine, EngineError
             let cpu = CpuEngine::with_threads(threads)?;
             Ok(SelectedEngine {
                 reason: format!("{}: {}", cpu.name(), no_gpu_reason(&error)),
-                engine: Box::new(Failover::new(
-                    Err(error),
-                    BackgroundOpener::new(reopen),
-                    cpu,
-                )),
+                engine: Box::new(Failover::new(Err(error), BackgroundOpener::new(reopen), cpu)),
             })
         }
     }

@@ -55,11 +55,7 @@ fn measured(value: f64, unit: &str) -> String {
     } else {
         value.to_string()
     };
-    if unit.is_empty() {
-        number
-    } else {
-        format!("{number} {unit}")
-    }
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 
 /// An engine that does not open, or gives no answer.

@@ -100,11 +100,7 @@ impl<'a> Explainer<'a> {
         quantized: &'a QuantizedProblem,
         evaluation: &Evaluation,
     ) -> Self {
-        Self {
-            problem,
-            quantized,
-            totals: evaluation.totals,
-        }
+        Self { problem, quantized, totals: evaluation.totals }
     }
 
     /// Terms in SI units.
@@ -123,12 +119,7 @@ impl<'a> Explainer<'a> {
     #[must_use]
     pub fn score(&self, terms: &Terms) -> f64 {
         let weights = &self.problem.weights;
-        let signed = [
-            weights.heading,
-            weights.clearance,
-            weights.velocity,
-            -weights.path,
-        ];
+        let signed = [weights.heading, weights.clearance, weights.velocity, -weights.path];
         let value = self.terms(terms).to_array();
         let min = self.scale(self.totals.min.map(f64::from)).to_array();
         let max = self.scale(self.totals.max.map(f64::from)).to_array();
@@ -138,11 +129,7 @@ impl<'a> Explainer<'a> {
                 Normalization::Sum => (value[term], sums[term]),
                 Normalization::MinMax => (value[term] - min[term], max[term] - min[term]),
             };
-            if whole == 0.0 {
-                0.0
-            } else {
-                signed[term] * part / whole
-            }
+            if whole == 0.0 { 0.0 } else { signed[term] * part / whole }
         };
         (0..4).map(share).sum()
     }
@@ -165,10 +152,7 @@ impl<'a> Explainer<'a> {
     /// The decision of an evaluation.
     #[must_use]
     pub fn decision(&self, evaluation: &Evaluation) -> Decision {
-        Decision {
-            winner: self.winner(evaluation),
-            counts: evaluation.counts,
-        }
+        Decision { winner: self.winner(evaluation), counts: evaluation.counts }
     }
 
     /// Every sample of an evaluation; empty for one without [`Detail::Samples`](super::Detail).
@@ -206,11 +190,7 @@ impl<'a> Explainer<'a> {
         let displacement = Vector::new(f64::from(fine_x), f64::from(fine_y)) * fine_m;
         let end = self.problem.pose.position() + origin.isometry().rotation * displacement;
         let horizon_s = f64::from(self.problem.steps) * self.problem.step_s;
-        Pose::new(
-            end.x,
-            end.y,
-            wrap_angle(self.problem.pose.yaw + turn_rate * horizon_s),
-        )
+        Pose::new(end.x, end.y, wrap_angle(self.problem.pose.yaw + turn_rate * horizon_s))
     }
 
     fn scale(&self, [heading, clearance, velocity, path]: [f64; 4]) -> TermsSi {

@@ -55,12 +55,7 @@ impl ClearanceField {
         DistanceField::for_each_row(obstacles, |row, squared| {
             all_in_units(squared, units_per_cell, &mut units[row * width..][..width]);
         });
-        Ok(Self {
-            frame,
-            cell_bits,
-            units,
-            id: NEXT_ID.fetch_add(1, Ordering::Relaxed),
-        })
+        Ok(Self { frame, cell_bits, units, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) })
     }
 
     /// Size and pose of the grid.

@@ -20,12 +20,7 @@ impl LocalPlanner {
     /// Creates a planner that owns its engine.
     #[must_use]
     pub fn new(engine: Box<dyn Engine>, settings: LocalSettings) -> Self {
-        Self {
-            engine,
-            settings,
-            last: None,
-            answer: None,
-        }
+        Self { engine, settings, last: None, answer: None }
     }
 
     /// Name of the engine, see [`Engine::name`].
@@ -87,10 +82,7 @@ impl LocalPlanner {
         self.answer = None;
         let evaluation = evaluation?;
         self.answer = Some(evaluation.clone());
-        let command = evaluation
-            .winner
-            .as_ref()
-            .map(|winner| window.twist(winner.index));
+        let command = evaluation.winner.as_ref().map(|winner| window.twist(winner.index));
         Ok((command, evaluation))
     }
 }

@@ -191,11 +191,8 @@ impl DecisionInput<'_> {
     /// As [`Self::problem`], in the memory of an old problem: allocates nothing for an unchanged footprint and for
     /// moving obstacles that fit into the old list.
     pub(super) fn problem_in(&self, old: Problem, settings: &LocalSettings) -> Problem {
-        let footprint = if old.footprint == *self.footprint {
-            old.footprint
-        } else {
-            self.footprint.clone()
-        };
+        let footprint =
+            if old.footprint == *self.footprint { old.footprint } else { self.footprint.clone() };
         self.problem_with(settings, footprint, old.obstacles)
     }
 

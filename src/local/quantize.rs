@@ -75,36 +75,16 @@ impl QuantizedProblem {
         let step_units = problem.window.vx.max_abs() * problem.step_s / unit_m;
         let reach_units = step_units * steps;
         at_most("distance in one step", step_units, MAX_STEP_UNITS, unit_m)?;
-        at_most(
-            "distance over the horizon",
-            reach_units,
-            MAX_REACH_UNITS,
-            unit_m,
-        )?;
+        at_most("distance over the horizon", reach_units, MAX_REACH_UNITS, unit_m)?;
         let frame = problem.field.frame();
         let start = frame.origin.inverse_transform(&problem.pose.position());
         let relative = |point: &Point| (frame.origin.inverse_transform(point) - start) / unit_m;
         let target = relative(&problem.target);
         let key_node = relative(&problem.key_node);
-        at_most(
-            "distance to the target",
-            target.norm(),
-            MAX_REACH_UNITS,
-            unit_m,
-        )?;
-        at_most(
-            "distance to the key node",
-            key_node.norm(),
-            MAX_REACH_UNITS,
-            unit_m,
-        )?;
+        at_most("distance to the target", target.norm(), MAX_REACH_UNITS, unit_m)?;
+        at_most("distance to the key node", key_node.norm(), MAX_REACH_UNITS, unit_m)?;
         let from_field = start.x.abs().max(start.y.abs()) / unit_m;
-        at_most(
-            "distance to the field's corner",
-            from_field,
-            2.0_f64.powi(29),
-            unit_m,
-        )?;
+        at_most("distance to the field's corner", from_field, 2.0_f64.powi(29), unit_m)?;
 
         let table_bits = bits_to_fit(steps * 2.0_f64.powi(20), 65_535.0);
         // At most 24 bits are shifted out of a coarse product, so rounding it cannot overflow.
@@ -172,10 +152,7 @@ fn fill_speeds(
     fine_scale: u32,
 ) {
     let units_per_step = problem.step_s / problem.field.unit_m();
-    let (coarse, fine) = (
-        2.0_f64.powi(coarse_scale as i32),
-        2.0_f64.powi(fine_scale as i32),
-    );
+    let (coarse, fine) = (2.0_f64.powi(coarse_scale as i32), 2.0_f64.powi(fine_scale as i32));
     let axis = &problem.window.vx;
     vx_samples.clear();
     vx_samples.resize(axis.count as usize, VxSample::default());
@@ -227,19 +204,9 @@ fn fill_discs(discs: &mut Vec<QuantizedDisc>, problem: &Problem) -> Result<(), P
     discs.clear();
     discs.reserve(problem.footprint.discs().len());
     for disc in problem.footprint.discs() {
-        at_most(
-            "disc offset",
-            disc.x.abs().max(disc.y.abs()) / unit_m,
-            MAX_OFFSET_UNITS,
-            unit_m,
-        )?;
+        at_most("disc offset", disc.x.abs().max(disc.y.abs()) / unit_m, MAX_OFFSET_UNITS, unit_m)?;
         let sum = (problem.max_clearance_m + disc.radius) / unit_m;
-        at_most(
-            "clearance cap plus disc radius",
-            sum,
-            MAX_CLEARANCE_UNITS,
-            unit_m,
-        )?;
+        at_most("clearance cap plus disc radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
         discs.push(QuantizedDisc {
             x: round_i32(disc.x / unit_m),
             y: round_i32(disc.y / unit_m),
@@ -279,19 +246,9 @@ fn fill_obstacles(
             continue;
         }
         let sum = (problem.max_clearance_m + largest_disc + disc.radius) / unit_m;
-        at_most(
-            "clearance cap plus disc and obstacle radius",
-            sum,
-            MAX_CLEARANCE_UNITS,
-            unit_m,
-        )?;
+        at_most("clearance cap plus disc and obstacle radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
         let moved = (center.norm() + velocity.norm() * time_s) / unit_m;
-        at_most(
-            "distance of a moving obstacle",
-            moved,
-            2.0_f64.powi(22),
-            unit_m,
-        )?;
+        at_most("distance of a moving obstacle", moved, 2.0_f64.powi(22), unit_m)?;
         let in_256ths = |metres: f64| round_i32(metres / unit_m * 256.0);
         bodies.push(QuantizedObstacle {
             x: in_256ths(center.x),
@@ -307,12 +264,7 @@ fn fill_obstacles(
 /// Weights as shares of 2^30. If all are zero, they stay zero.
 fn weights(problem: &Problem) -> [u32; 4] {
     let weights = &problem.weights;
-    let list = [
-        weights.heading,
-        weights.clearance,
-        weights.velocity,
-        weights.path,
-    ];
+    let list = [weights.heading, weights.clearance, weights.velocity, weights.path];
     let sum: f64 = list.iter().sum();
     if sum == 0.0 {
         return [0; 4];

@@ -26,14 +26,8 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     let Window { vx, vtheta } = &problem.window;
     let finite = [
         ("pose", problem.pose.is_finite()),
-        (
-            "forward speed window",
-            vx.low.is_finite() && vx.high.is_finite(),
-        ),
-        (
-            "turn rate window",
-            vtheta.low.is_finite() && vtheta.high.is_finite(),
-        ),
+        ("forward speed window", vx.low.is_finite() && vx.high.is_finite()),
+        ("turn rate window", vtheta.low.is_finite() && vtheta.high.is_finite()),
         ("target", problem.target.iter().all(|c| c.is_finite())),
         ("key node", problem.key_node.iter().all(|c| c.is_finite())),
     ];
@@ -46,59 +40,23 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         ("angular deceleration", problem.braking_theta, "rad/s^2"),
         ("duration of a step", problem.step_s, "s"),
     ] {
-        in_range(
-            quantity,
-            value,
-            unit,
-            value > 0.0 && value.is_finite(),
-            above_zero,
-        )?;
+        in_range(quantity, value, unit, value > 0.0 && value.is_finite(), above_zero)?;
     }
     // A cap below one unit of length rounds to zero, and every sample collides.
     let cap = problem.max_clearance_m;
     let cap_fits = cap >= 0.001 && cap.is_finite();
-    in_range(
-        "clearance cap",
-        cap,
-        "m",
-        cap_fits,
-        "finite and at least 0.001 m",
-    )?;
+    in_range("clearance cap", cap, "m", cap_fits, "finite and at least 0.001 m")?;
     let fastest = vx.max_abs();
     let speed_fits = fastest <= MAX_SPEED;
-    in_range(
-        "forward speed",
-        fastest,
-        "m/s",
-        speed_fits,
-        "at most 15.99 m/s",
-    )?;
+    in_range("forward speed", fastest, "m/s", speed_fits, "at most 15.99 m/s")?;
     problem.weights.validate()?;
     let turn = vtheta.max_abs() * problem.step_s;
-    in_range(
-        "turn in one step",
-        turn,
-        "rad",
-        turn <= 1.5,
-        "at most 1.5 rad",
-    )?;
+    in_range("turn in one step", turn, "rad", turn <= 1.5, "at most 1.5 rad")?;
     check_counts(vx.count, vtheta.count, problem.steps)?;
     let discs = problem.footprint.discs().len();
-    in_range(
-        "number of discs",
-        discs as f64,
-        "",
-        discs <= MAX_DISCS,
-        "1 to 8",
-    )?;
+    in_range("number of discs", discs as f64, "", discs <= MAX_DISCS, "1 to 8")?;
     let moving = problem.obstacles.len();
-    in_range(
-        "moving obstacles",
-        moving as f64,
-        "",
-        moving <= MAX_OBSTACLES,
-        "at most 1024",
-    )
+    in_range("moving obstacles", moving as f64, "", moving <= MAX_OBSTACLES, "at most 1024")
 }
 
 /// Checks the numbers of forward speeds, turn rates and steps.
@@ -133,16 +91,7 @@ pub(super) fn in_range(
     good: bool,
     limit: &'static str,
 ) -> Result<(), ProblemError> {
-    if good {
-        Ok(())
-    } else {
-        Err(ProblemError::OutOfRange {
-            quantity,
-            value,
-            unit,
-            limit,
-        })
-    }
+    if good { Ok(()) } else { Err(ProblemError::OutOfRange { quantity, value, unit, limit }) }
 }
 
 /// Checks a length in units against a limit in units.
@@ -155,10 +104,6 @@ pub(super) fn at_most(
     if units <= limit {
         Ok(())
     } else {
-        Err(ProblemError::TooFar {
-            quantity,
-            value: units * unit_m,
-            limit_m: limit * unit_m,
-        })
+        Err(ProblemError::TooFar { quantity, value: units * unit_m, limit_m: limit * unit_m })
     }
 }

@@ -98,11 +98,7 @@ pub fn evaluate_sample(
     let mut done = 0;
     let mut ended_by = SampleStatus::Ok;
     while done < header.steps {
-        let step = if by_arc {
-            done
-        } else {
-            header.steps - 1 - done
-        };
+        let step = if by_arc { done } else { header.steps - 1 - done };
         let step_result = step_clearance(problem, vx, table, step);
         if step_result.clearance <= 0 {
             ended_by = SampleStatus::Collision;
@@ -119,14 +115,7 @@ pub fn evaluate_sample(
     }
     let free_steps = done.min(header.steps);
     let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
-    (
-        status,
-        if status == SampleStatus::Ok {
-            min_clearance as u32
-        } else {
-            0
-        },
-    )
+    (status, if status == SampleStatus::Ok { min_clearance as u32 } else { 0 })
 }
 
 fn classify(
@@ -137,11 +126,7 @@ fn classify(
     free_steps: u32,
     min_clearance: i32,
 ) -> SampleStatus {
-    let available = if header.stop_by_arc == 1 {
-        free_steps
-    } else {
-        min_clearance as u32
-    };
+    let available = if header.stop_by_arc == 1 { free_steps } else { min_clearance as u32 };
     let ends_trajectory = header.stop_by_arc == 0 || free_steps == 0;
     if ended_by != SampleStatus::Ok && ends_trajectory {
         return ended_by;
@@ -177,10 +162,7 @@ fn clearance_rate(
     // of a side. A coarse displacement is rounded to 1/64 step or finer, twice along x and y: 1/32 covers that. All
     // other roundings, of positions, discs, obstacles and distances, stay below 16 units.
     let margin = ((1449 << header.cell_bits) >> 10) + (max_change >> 5) + 16;
-    ClearanceRate {
-        margin: margin as i32,
-        steps_per_unit: 65_536 / max_change,
-    }
+    ClearanceRate { margin: margin as i32, steps_per_unit: 65_536 / max_change }
 }
 
 /// The number of steps after the evaluated one that can neither lower the clearance below `min_clearance`, which is
@@ -268,11 +250,7 @@ fn capped_distance(
     let across = (x - header.start_x - body_x).clamp(-46_340, 46_340);
     let along = (y - header.start_y - body_y).clamp(-46_340, 46_340);
     let squared = (across * across) as u32 + (along * along) as u32;
-    if reach > 0 && squared < (reach * reach) as u32 {
-        isqrt32(squared) as i32
-    } else {
-        reach
-    }
+    if reach > 0 && squared < (reach * reach) as u32 { isqrt32(squared) as i32 } else { reach }
 }
 
 /// Final position relative to the start, fine units, along x and y.
@@ -288,9 +266,7 @@ pub fn end_position(header: &Header, vx: &VxSample, table: &[i32]) -> (i32, i32)
 /// Final heading, binary angle.
 #[must_use]
 pub const fn end_heading(header: &Header, vtheta: &VthetaSample) -> u32 {
-    header
-        .heading
-        .wrapping_add(vtheta.angle_per_step.wrapping_mul(header.steps))
+    header.heading.wrapping_add(vtheta.angle_per_step.wrapping_mul(header.steps))
 }
 
 #[cfg(test)]
@@ -340,11 +316,7 @@ mod tests {
                 free_steps += 1;
             }
             let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
-            let clearance = if status == SampleStatus::Ok {
-                min_clearance
-            } else {
-                0
-            };
+            let clearance = if status == SampleStatus::Ok { min_clearance } else { 0 };
             let outcome = evaluate_sample(problem, vx, vtheta, table);
             assert_eq!(outcome, (status, clearance as u32), "{row} {column}");
         });

@@ -18,11 +18,7 @@ pub fn terms(
     let to_key_x = header.key_x - end_x;
     let to_key_y = header.key_y - end_y;
     Terms {
-        heading: heading_term(
-            header.target_x - end_x,
-            header.target_y - end_y,
-            end_heading,
-        ),
+        heading: heading_term(header.target_x - end_x, header.target_y - end_y, end_heading),
         clearance,
         velocity: vx.velocity_term,
         path: isqrt64(squared_length(to_key_x, to_key_y)),
@@ -82,11 +78,7 @@ pub fn normalizer(offset: u32, weight: u32, scale: u64) -> Normalizer {
     let halved = u32::from(dividend >= divisor);
     let mantissa = div_wide(dividend >> halved, divisor);
     let bits = 32 - halved as i32 + weight_zeros as i32 - scale_zeros as i32;
-    Normalizer {
-        offset,
-        mantissa,
-        bits,
-    }
+    Normalizer { offset, mantissa, bits }
 }
 
 /// The weighted share of a term.

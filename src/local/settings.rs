@@ -50,10 +50,7 @@ impl LocalSettings {
     /// The sampling density of these settings.
     #[must_use]
     pub const fn sampling(&self) -> Sampling {
-        Sampling {
-            vx_samples: self.vx_samples,
-            vtheta_samples: self.vtheta_samples,
-        }
+        Sampling { vx_samples: self.vx_samples, vtheta_samples: self.vtheta_samples }
     }
 
     /// Number of steps of the horizon, at least one.

@@ -86,10 +86,7 @@ impl TrajectoryFan {
     #[must_use]
     pub fn score_range(&self) -> (f64, f64) {
         let scores = || self.arcs.iter().filter_map(|arc| arc.score);
-        (
-            scores().fold(f64::INFINITY, f64::min),
-            scores().fold(f64::NEG_INFINITY, f64::max),
-        )
+        (scores().fold(f64::INFINITY, f64::min), scores().fold(f64::NEG_INFINITY, f64::max))
     }
 
     /// The score of each arc, scaled to 0 for the worst and 1 for the best in the fan; 1 when all are equal. `None` for
@@ -98,11 +95,7 @@ impl TrajectoryFan {
         let (worst, best) = self.score_range();
         let range = best - worst;
         let relative = move |score: f64| {
-            if range > 0.0 {
-                (score - worst) / range
-            } else {
-                1.0
-            }
+            if range > 0.0 { (score - worst) / range } else { 1.0 }
         };
         self.arcs.iter().map(move |arc| arc.score.map(relative))
     }

@@ -66,13 +66,7 @@ impl Window {
         let vx_range = (limits.min_vel_x, limits.max_vel_x);
         let vtheta_range = (-limits.max_vel_theta, limits.max_vel_theta);
         Self {
-            vx: axis(
-                current.linear,
-                limits.decel_lim_x,
-                limits.acc_lim_x,
-                vx_range,
-                vx_samples,
-            ),
+            vx: axis(current.linear, limits.decel_lim_x, limits.acc_lim_x, vx_range, vx_samples),
             vtheta: axis(
                 current.angular,
                 limits.decel_lim_theta,
@@ -129,10 +123,7 @@ mod tests {
     #[test]
     fn axis_value_never_exceeds_high() {
         let (low, high, count) = (0.0, 0.4, 4);
-        assert!(
-            low + 3.0 * (high - low) / 3.0 > high,
-            "the plain formula exceeds `high` here"
-        );
+        assert!(low + 3.0 * (high - low) / 3.0 > high, "the plain formula exceeds `high` here");
         assert_eq!(Axis { low, high, count }.value(3), high);
     }
 }

@@ -77,10 +77,8 @@ impl Agreement {
             }
         }
         for ray in &scan.open {
-            let (from, end) = (
-                to_grid(&ray.from),
-                to_grid(&(ray.from + scan.range_max * ray.direction)),
-            );
+            let (from, end) =
+                (to_grid(&ray.from), to_grid(&(ray.from + scan.range_max * ray.direction)));
             let is_blocked = map
                 .cell_distance_m(end.x, end.y)
                 .is_none_or(|distance_m| distance_m < -tolerance_m)

@@ -104,29 +104,15 @@ mod tests {
         let beam = |index: u32| {
             let time_s = 0.001 * f64::from(index);
             let seen = start.after(&twist, time_s).inverse_transform(&post);
-            Beam {
-                angle: libm::atan2(seen.y, seen.x),
-                range: seen.coords.norm(),
-                time_s,
-            }
+            Beam { angle: libm::atan2(seen.y, seen.x), range: seen.coords.norm(), time_s }
         };
-        let mut timed = TimedScan {
-            beams: (0..=100).map(beam).collect(),
-            range_max: 10.0,
-        };
+        let mut timed = TimedScan { beams: (0..=100).map(beam).collect(), range_max: 10.0 };
         timed.beams[50].range = f64::INFINITY;
         timed.beams[51].range = f64::NAN;
         timed.beams[52].range = -1.0;
         let mut deskewed = DeskewedScan::default();
         deskewed.deskew(&timed, &history);
-        assert_eq!(
-            (
-                deskewed.hits.len(),
-                deskewed.open.len(),
-                deskewed.unmeasured
-            ),
-            (98, 1, 2)
-        );
+        assert_eq!((deskewed.hits.len(), deskewed.open.len(), deskewed.unmeasured), (98, 1, 2));
         let here = start.after(&twist, 0.1);
         for hit in &deskewed.hits {
             assert!((here.transform(&hit.end) - post).norm() < 1e-9);
@@ -140,9 +126,6 @@ mod tests {
         let ends: Vec<Point> = scan.hits(&here).collect();
         assert!(!ends.is_empty());
         // Within half a beam's angle.
-        assert!(
-            ends.iter().all(|end| (end - post).norm() < 0.03),
-            "{ends:?}"
-        );
+        assert!(ends.iter().all(|end| (end - post).norm() < 0.03), "{ends:?}");
     }
 }

@@ -108,8 +108,7 @@ impl Localizer {
         }
         if let Some((previous_s, previous)) = self.history.newest() {
             let elapsed_s = (time_s - previous_s).max(0.0);
-            self.ekf
-                .predict(&previous, odometry, elapsed_s, &self.settings);
+            self.ekf.predict(&previous, odometry, elapsed_s, &self.settings);
         }
         self.history.record(time_s, odometry);
         self.estimate.time_s = time_s;

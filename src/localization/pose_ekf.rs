@@ -86,10 +86,7 @@ impl PoseEkf {
         // The step's direction changes by half of the additional turn.
         let (sin, cos) = libm::sincos(self.pose.yaw + 0.5 * (self.turn_scale - 1.0) * turn);
         let unscaled = (cos * step.x - sin * step.y, sin * step.x + cos * step.y);
-        let (dx, dy) = (
-            self.distance_scale * unscaled.0,
-            self.distance_scale * unscaled.1,
-        );
+        let (dx, dy) = (self.distance_scale * unscaled.0, self.distance_scale * unscaled.1);
         self.pose = Pose {
             x: self.pose.x + dx,
             y: self.pose.y + dy,

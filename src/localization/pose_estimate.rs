@@ -87,11 +87,7 @@ impl PoseEstimate {
     /// Largest standard deviation of the position along any axis, metres.
     #[must_use]
     pub fn sigma_m(&self) -> f64 {
-        let (a, b, c) = (
-            self.covariance[(0, 0)],
-            self.covariance[(0, 1)],
-            self.covariance[(1, 1)],
-        );
+        let (a, b, c) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
         let (mean, half) = (f64::midpoint(a, c), (a - c) / 2.0);
         (mean + (half * half + b * b).sqrt()).max(0.0).sqrt()
     }

@@ -48,12 +48,7 @@ impl PoseFilter {
     /// A filter for a robot that stands at a measured pose.
     #[must_use]
     pub fn new(start: &PoseMeasurement) -> Self {
-        Self {
-            pose: start.pose,
-            covariance: noise(start),
-            odometry: None,
-            outliers: 0,
-        }
+        Self { pose: start.pose, covariance: noise(start), odometry: None, outliers: 0 }
     }
 
     /// The estimate.
@@ -117,10 +112,7 @@ impl PoseFilter {
         if (off.transpose() * information * off)[0] > GATE_SIGMAS * GATE_SIGMAS {
             self.outliers += 1;
             if self.outliers >= ACCEPTED_AFTER {
-                *self = Self {
-                    odometry: self.odometry,
-                    ..Self::new(measured)
-                };
+                *self = Self { odometry: self.odometry, ..Self::new(measured) };
                 return true;
             }
             return false;
@@ -155,11 +147,8 @@ mod tests {
     use super::*;
     use core::f64::consts::FRAC_PI_2;
 
-    const START: PoseMeasurement = PoseMeasurement {
-        pose: Pose::new(3.0, -2.0, FRAC_PI_2),
-        sigma_m: 0.01,
-        sigma_rad: 0.005,
-    };
+    const START: PoseMeasurement =
+        PoseMeasurement { pose: Pose::new(3.0, -2.0, FRAC_PI_2), sigma_m: 0.01, sigma_rad: 0.005 };
 
     /// A quarter circle to the left of radius 2 m, in its own frame.
     fn arc(step: u32) -> Pose {
@@ -173,10 +162,7 @@ mod tests {
         let mut filter = PoseFilter::new(&START);
         (0..=100).for_each(|step| filter.predict(&arc(step)));
         let pose = filter.pose();
-        assert!(
-            (pose.x - 1.0).abs() < 1e-12 && pose.y.abs() < 1e-12,
-            "{pose:?}"
-        );
+        assert!((pose.x - 1.0).abs() < 1e-12 && pose.y.abs() < 1e-12, "{pose:?}");
         assert!((wrap_angle(pose.yaw).abs() - core::f64::consts::PI).abs() < 1e-12);
         let variance = filter.covariance[(0, 0)].max(filter.covariance[(1, 1)]);
         let sigma_m = variance.sqrt();
@@ -189,46 +175,29 @@ mod tests {
         for step in 0..=100 {
             // Odometry that measures 5 % too much.
             let true_pose = arc(step);
-            filter.predict(&Pose::new(
-                1.05 * true_pose.x,
-                1.05 * true_pose.y,
-                true_pose.yaw,
-            ));
+            filter.predict(&Pose::new(1.05 * true_pose.x, 1.05 * true_pose.y, true_pose.yaw));
             let pose = START.pose.isometry() * true_pose.isometry();
             let measured = PoseMeasurement {
-                pose: Pose::new(
-                    pose.translation.x,
-                    pose.translation.y,
-                    pose.rotation.angle(),
-                ),
+                pose: Pose::new(pose.translation.x, pose.translation.y, pose.rotation.angle()),
                 ..START
             };
             assert!(filter.correct(&measured));
         }
         let pose = filter.pose();
-        assert!(
-            (pose.x - 1.0).abs() < 5e-3 && pose.y.abs() < 5e-3,
-            "{pose:?}"
-        );
+        assert!((pose.x - 1.0).abs() < 5e-3 && pose.y.abs() < 5e-3, "{pose:?}");
     }
 
     #[test]
     fn outlier_is_rejected_until_ten_agree() {
         let mut filter = PoseFilter::new(&START);
-        let outlier = PoseMeasurement {
-            pose: Pose::new(4.0, -2.0, FRAC_PI_2),
-            ..START
-        };
+        let outlier = PoseMeasurement { pose: Pose::new(4.0, -2.0, FRAC_PI_2), ..START };
         for _ in 1..ACCEPTED_AFTER {
             assert!(!filter.correct(&outlier));
             assert_eq!(*filter.pose(), START.pose);
         }
         assert!(filter.correct(&outlier));
         assert_eq!(*filter.pose(), outlier.pose);
-        let nan = PoseMeasurement {
-            pose: Pose::new(f64::NAN, 0.0, 0.0),
-            ..START
-        };
+        let nan = PoseMeasurement { pose: Pose::new(f64::NAN, 0.0, 0.0), ..START };
         assert!(!filter.correct(&nan));
         filter.predict(&Pose::new(f64::INFINITY, 0.0, 0.0));
         assert_eq!(*filter.pose(), outlier.pose);

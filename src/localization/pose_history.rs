@@ -20,9 +20,7 @@ impl PoseHistory {
     /// Creates an empty history with preallocated memory.
     #[must_use]
     pub fn new() -> Self {
-        Self {
-            rows: VecDeque::with_capacity(MAX_POSES),
-        }
+        Self { rows: VecDeque::with_capacity(MAX_POSES) }
     }
 
     /// Records a pose at a time, seconds. A pose at the same time as the last replaces it; an earlier time clears the
@@ -40,10 +38,7 @@ impl PoseHistory {
         }
         // One pose older than the limit is kept for interpolation.
         while self.rows.len() >= MAX_POSES
-            || self
-                .rows
-                .get(1)
-                .is_some_and(|(next_s, _)| time_s - next_s > HISTORY_S)
+            || self.rows.get(1).is_some_and(|(next_s, _)| time_s - next_s > HISTORY_S)
         {
             self.rows.pop_front();
         }
@@ -91,10 +86,7 @@ mod tests {
     fn pose_history_drops_old_poses_and_restarts_when_time_decreases() {
         let mut track = PoseHistory::new();
         for tick in 0..100_000 {
-            track.record(
-                0.01 * f64::from(tick),
-                &Pose::new(f64::from(tick), 0.0, 0.0),
-            );
+            track.record(0.01 * f64::from(tick), &Pose::new(f64::from(tick), 0.0, 0.0));
         }
         assert!(track.rows.len() < 110, "{}", track.rows.len());
         track.record(f64::NAN, &Pose::default());

@@ -39,21 +39,15 @@ pub(super) fn find(
     center: &Pose,
     settings: &LocalizationSettings,
 ) -> Option<Pose> {
-    let refined = best_samples(map, scan, center, settings)
-        .into_iter()
-        .map(|pose| {
-            let pose = refine(map, scan, &pose, settings).pose;
-            let tolerance_m = tolerance_m(map, settings);
-            (Agreement::of(map, scan, &pose, tolerance_m), pose)
-        });
+    let refined = best_samples(map, scan, center, settings).into_iter().map(|pose| {
+        let pose = refine(map, scan, &pose, settings).pose;
+        let tolerance_m = tolerance_m(map, settings);
+        (Agreement::of(map, scan, &pose, tolerance_m), pose)
+    });
     let candidates: Vec<(Agreement, Pose)> = refined.collect();
     // Ties go to the first, so that the result is deterministic.
     let best = candidates.iter().reduce(|best, other| {
-        if other.0.matching_fraction() > best.0.matching_fraction() {
-            other
-        } else {
-            best
-        }
+        if other.0.matching_fraction() > best.0.matching_fraction() { other } else { best }
     })?;
     let (agreement, pose) = best;
     let second = candidates
@@ -108,15 +102,10 @@ fn best_samples(
                 if column * column + row * row > steps * steps {
                     continue;
                 }
-                let (x, y) = (
-                    center.x + STEP_M * f64::from(column),
-                    center.y + STEP_M * f64::from(row),
-                );
+                let (x, y) =
+                    (center.x + STEP_M * f64::from(column), center.y + STEP_M * f64::from(row));
                 // The robot stands in free space.
-                if map
-                    .cell_distance_m(x, y)
-                    .is_none_or(|distance_m| distance_m <= 0.0)
-                {
+                if map.cell_distance_m(x, y).is_none_or(|distance_m| distance_m <= 0.0) {
                     continue;
                 }
                 let score = |(along, up): &(f64, f64)| {

@@ -61,11 +61,8 @@ pub(super) fn match_scan(
     loop {
         let equations = normal_equations(map, hits, &pose, narrow_m + wide_m);
         let observable = observable_part(&equations, hits.len(), settings);
-        let offset = Vector3::new(
-            pose.x - prior.x,
-            pose.y - prior.y,
-            wrap_angle(pose.yaw - prior.yaw),
-        );
+        let offset =
+            Vector3::new(pose.x - prior.x, pose.y - prior.y, wrap_angle(pose.yaw - prior.yaw));
         let step = (prior_information + observable.information)
             .cholesky()
             .map_or_else(Vector3::zeros, |whole| {
@@ -90,11 +87,7 @@ pub(super) fn match_scan(
         }
         let excess = (step.xy().norm() / MAX_STEP_M).max(step.z.abs() / MAX_STEP_RAD);
         let step = step / excess.max(1.0);
-        pose = Pose {
-            x: pose.x + step.x,
-            y: pose.y + step.y,
-            yaw: wrap_angle(pose.yaw + step.z),
-        };
+        pose = Pose { x: pose.x + step.x, y: pose.y + step.y, yaw: wrap_angle(pose.yaw + step.z) };
         wide_m *= 0.5;
     }
 }
@@ -114,10 +107,7 @@ fn normal_equations(
     let (sin, cos) = libm::sincos(pose.yaw);
     let mut sums = NormalEquations::default();
     for hit in hits {
-        let (x, y) = (
-            cos * hit.end.x - sin * hit.end.y,
-            sin * hit.end.x + cos * hit.end.y,
-        );
+        let (x, y) = (cos * hit.end.x - sin * hit.end.y, sin * hit.end.x + cos * hit.end.y);
         let Some(sample) = map.sample(pose.x + x, pose.y + y) else {
             continue;
         };
@@ -166,11 +156,7 @@ fn observable_part(
     let eigen = SymmetricEigen::new(to_scaled * sums.hessian * to_scaled);
     let threshold = settings.min_information * beams as f64;
     let (mut projection, mut unobservable_directions) = (Matrix3::zeros(), 0);
-    for (direction, value) in eigen
-        .eigenvectors
-        .column_iter()
-        .zip(eigen.eigenvalues.iter())
-    {
+    for (direction, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
         if *value >= threshold {
             projection += direction * direction.transpose();
         } else {

@@ -127,12 +127,7 @@ mod tests {
 
     /// Free space from 1 m to 3 m along both axes, surrounded by obstacles, in cells of 0.1 m.
     fn room(origin: Pose) -> SignedDistanceField {
-        let frame = GridFrame {
-            width: 40,
-            height: 40,
-            resolution_m: 0.1,
-            origin,
-        };
+        let frame = GridFrame { width: 40, height: 40, resolution_m: 0.1, origin };
         let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
         for row in 10..30 {
             for column in 10..30 {
@@ -155,15 +150,9 @@ mod tests {
             (3.1, -0.1),
         ] {
             let sample = field.sample(x, 2.0).expect("on the map");
-            assert!(
-                (sample.distance_m - expected).abs() < 1e-3,
-                "{x}: {sample:?}"
-            );
+            assert!((sample.distance_m - expected).abs() < 1e-3, "{x}: {sample:?}");
             let outward = if x < 2.0 { 1.0 } else { -1.0 };
-            assert!(
-                (sample.gradient[0] - outward).abs() < 1e-2,
-                "{x}: {sample:?}"
-            );
+            assert!((sample.gradient[0] - outward).abs() < 1e-2, "{x}: {sample:?}");
             assert!(sample.gradient[1].abs() < 1e-9);
         }
         assert_eq!(field.sample(0.01, 2.0), None);
@@ -183,12 +172,7 @@ mod tests {
 
     #[test]
     fn signed_distance_is_flat_without_surfaces() {
-        let frame = GridFrame {
-            width: 9,
-            height: 9,
-            resolution_m: 0.1,
-            origin: Pose::default(),
-        };
+        let frame = GridFrame { width: 9, height: 9, resolution_m: 0.1, origin: Pose::default() };
         for blocked in [false, true] {
             let field = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![blocked; 81]));
             let sample = field.sample(0.45, 0.45).expect("on the map");

@@ -26,12 +26,7 @@ impl BitGrid {
         let stride = (width as usize / WORD + 1) * WORD;
         // One extra word at each end, for windows that start before the first row or end after the last.
         let words = vec![0; stride / WORD * (height as usize + 2) + 2];
-        Self {
-            width,
-            height,
-            stride,
-            words,
-        }
+        Self { width, height, stride, words }
     }
 
     /// Creates a grid from one value per cell, row-major, lowest row first.
@@ -59,11 +54,7 @@ impl BitGrid {
             for column in (0..self.width).step_by(WORD) {
                 let number = column as usize / WORD;
                 for (line, word) in (row..).zip(&mut block) {
-                    *word = if line < self.height {
-                        self.row(line)[number]
-                    } else {
-                        0
-                    };
+                    *word = if line < self.height { self.row(line)[number] } else { 0 };
                 }
                 transpose(&mut block);
                 let number = row as usize / WORD;
@@ -160,26 +151,20 @@ impl BitGrid {
 
     /// Number of set cells.
     pub fn count(&self) -> usize {
-        self.words
-            .iter()
-            .map(|word| word.count_ones() as usize)
-            .sum()
+        self.words.iter().map(|word| word.count_ones() as usize).sum()
     }
 
     /// The set cells, in storage order.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..self.height).flat_map(move |row| {
-            self.row(row)
-                .iter()
-                .enumerate()
-                .flat_map(move |(number, &word)| {
-                    let rest = |&word: &u64| Some(word & (word - 1)).filter(|&rest| rest != 0);
-                    core::iter::successors(Some(word).filter(|&word| word != 0), rest).map(
-                        move |word| {
-                            Cell::new((number * WORD) as i32 + word.trailing_zeros() as i32, row)
-                        },
-                    )
-                })
+            self.row(row).iter().enumerate().flat_map(move |(number, &word)| {
+                let rest = |&word: &u64| Some(word & (word - 1)).filter(|&rest| rest != 0);
+                core::iter::successors(Some(word).filter(|&word| word != 0), rest).map(
+                    move |word| {
+                        Cell::new((number * WORD) as i32 + word.trailing_zeros() as i32, row)
+                    },
+                )
+            })
         })
     }
 }
@@ -215,15 +200,8 @@ mod tests {
     use super::*;
 
     /// Widths and heights below, at and above multiples of a word.
-    const SIDES: [(i32, i32); 7] = [
-        (1, 1),
-        (5, 70),
-        (63, 3),
-        (64, 64),
-        (65, 2),
-        (130, 67),
-        (3, 200),
-    ];
+    const SIDES: [(i32, i32); 7] =
+        [(1, 1), (5, 70), (63, 3), (64, 64), (65, 2), (130, 67), (3, 200)];
 
     fn is_set(width: i32, cell: Cell) -> bool {
         (cell.row * width + cell.column) * 7919 % 11 < 6

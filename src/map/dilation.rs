@@ -26,9 +26,7 @@ pub(super) fn dilate(cells: &BitGrid, width: i32, height: i32, distance: f64) ->
             for target_row in [row - row_offset, row + row_offset] {
                 if (0..height).contains(&target_row) {
                     let target = near.row_mut(target_row).iter_mut();
-                    target
-                        .zip(&dilated.words)
-                        .for_each(|(to, from)| *to |= from);
+                    target.zip(&dilated.words).for_each(|(to, from)| *to |= from);
                 }
             }
         }
@@ -91,11 +89,7 @@ impl DilatedRow {
         for (index, to) in self.spare.iter_mut().enumerate() {
             let here = self.words[index];
             let before = if index > 0 { self.words[index - 1] } else { 0 };
-            let behind = if index < last {
-                self.words[index + 1]
-            } else {
-                0
-            };
+            let behind = if index < last { self.words[index + 1] } else { 0 };
             *to = here | here << step | before >> back | here >> step | behind << back;
         }
         core::mem::swap(&mut self.words, &mut self.spare);
@@ -111,23 +105,10 @@ mod tests {
     fn dilation_includes_exactly_the_cells_below_the_distance() {
         for (width, height) in [(40, 30), (129, 5), (3, 90), (64, 9)] {
             let chosen = [3, 77, width * height / 2, width * height - 1];
-            let cells: Vec<bool> = (0..width * height)
-                .map(|index| chosen.contains(&index))
-                .collect();
+            let cells: Vec<bool> =
+                (0..width * height).map(|index| chosen.contains(&index)).collect();
             let cells = BitGrid::from_cells(width, height, &cells);
-            for distance in [
-                -1.0,
-                0.0,
-                0.3,
-                1.0,
-                1.5,
-                2.0,
-                3.7,
-                5.0,
-                31.0,
-                1e3,
-                f64::INFINITY,
-            ] {
+            for distance in [-1.0, 0.0, 0.3, 1.0, 1.5, 2.0, 3.7, 5.0, 31.0, 1e3, f64::INFINITY] {
                 let near = dilate(&cells, width, height, distance);
                 for index in 0..width * height {
                     let cell = Cell::new(index % width, index / width);

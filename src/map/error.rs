@@ -152,10 +152,7 @@ impl MapError {
     /// Wraps the error with the file in which it occurred.
     #[must_use]
     pub fn in_file(self, path: &Path) -> Self {
-        Self::InFile {
-            path: path.to_owned(),
-            problem: Box::new(self),
-        }
+        Self::InFile { path: path.to_owned(), problem: Box::new(self) }
     }
 }
 
@@ -176,11 +173,7 @@ pub enum MapWarning {
 
 impl Display for MapWarning {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let Self::MisspelledKey {
-            line,
-            found,
-            suggestion,
-        } = self;
+        let Self::MisspelledKey { line, found, suggestion } = self;
         write!(
             formatter,
             "line {line}: unknown key `{found}` is ignored: did you mean `{suggestion}`?"

@@ -104,9 +104,7 @@ impl FreeSpace {
     pub fn nearest_free(&self, point: &Point) -> Option<Cell> {
         let at = self.frame.to_cell_units(point);
         let squared = |cell: Cell| (cell.center() - at).norm_squared();
-        self.free
-            .cells()
-            .min_by(|&one, &other| squared(one).total_cmp(&squared(other)))
+        self.free.cells().min_by(|&one, &other| squared(one).total_cmp(&squared(other)))
     }
 
     /// Number of free cells.

@@ -62,12 +62,7 @@ impl GridFrame {
             let Pose { x, y, yaw } = origin;
             return Err(MapError::BadOrigin { x, y, yaw });
         }
-        Ok(Self {
-            width,
-            height,
-            resolution_m,
-            origin,
-        })
+        Ok(Self { width, height, resolution_m, origin })
     }
 
     /// Number of cells.
@@ -98,10 +93,7 @@ impl GridFrame {
     /// The cell at a row-major index.
     #[must_use]
     pub const fn cell_at(&self, index: usize) -> Cell {
-        Cell::new(
-            (index % self.width as usize) as i32,
-            (index / self.width as usize) as i32,
-        )
+        Cell::new((index % self.width as usize) as i32, (index / self.width as usize) as i32)
     }
 
     /// Converts a point from the map frame to cell units: cell (c, r) covers [c, c+1) x [r, r+1).
@@ -188,11 +180,7 @@ impl OccupancyGrid {
     /// Panics if the number of cells differs from the frame's.
     #[must_use]
     pub fn new(frame: GridFrame, cells: Vec<i8>) -> Self {
-        assert_eq!(
-            cells.len(),
-            frame.len(),
-            "one value for each cell of the frame"
-        );
+        assert_eq!(cells.len(), frame.len(), "one value for each cell of the frame");
         Self { frame, cells }
     }
 
@@ -239,11 +227,7 @@ impl ObstacleGrid {
     /// Panics if the number of cells differs from the frame's.
     #[must_use]
     pub fn new(frame: GridFrame, blocked: Vec<bool>) -> Self {
-        assert_eq!(
-            blocked.len(),
-            frame.len(),
-            "one value for each cell of the frame"
-        );
+        assert_eq!(blocked.len(), frame.len(), "one value for each cell of the frame");
         Self { frame, blocked }
     }
 

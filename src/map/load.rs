@@ -70,9 +70,7 @@ fn read(
 
 /// Reads a text file of at most `limit` bytes and removes its byte order mark.
 pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, MapError> {
-    let unreadable = |error: std::io::Error| MapError::Unreadable {
-        reason: error.to_string(),
-    };
+    let unreadable = |error: std::io::Error| MapError::Unreadable { reason: error.to_string() };
     let mut bytes = Vec::new();
     File::open(path)
         .and_then(|file| file.take(limit + 1).read_to_end(&mut bytes))
@@ -82,9 +80,7 @@ pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, MapError> {
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        MapError::NotUtf8 {
-            line: valid.split(|&byte| byte == b'\n').count(),
-        }
+        MapError::NotUtf8 { line: valid.split(|&byte| byte == b'\n').count() }
     })?;
     Ok(match text.strip_prefix('\u{feff}') {
         Some(rest) => rest.to_owned(),

@@ -74,17 +74,10 @@ fn occupancies(yaml: &MapYaml, pixels: &[Pixel]) -> Vec<i8> {
 /// The occupancy of an opaque pixel.
 fn occupancy(yaml: &MapYaml, grey: u8) -> i8 {
     let occupancy = f64::from(grey) / 255.0;
-    let occupancy = if yaml.negate {
-        occupancy
-    } else {
-        1.0 - occupancy
-    };
+    let occupancy = if yaml.negate { occupancy } else { 1.0 - occupancy };
     let (free, occupied) = (yaml.free_thresh, yaml.occupied_thresh);
     match yaml.mode {
-        Mode::Raw => i8::try_from(grey)
-            .ok()
-            .filter(|&percent| percent <= 100)
-            .unwrap_or(UNKNOWN),
+        Mode::Raw => i8::try_from(grey).ok().filter(|&percent| percent <= 100).unwrap_or(UNKNOWN),
         _ if occupancy >= occupied => 100,
         _ if occupancy <= free => 0,
         Mode::Trinary => UNKNOWN,
@@ -98,13 +91,8 @@ mod tests {
 
     #[test]
     fn image_path_is_relative_to_the_yaml_file_or_the_home_directory() {
-        let resolved = |image| {
-            image_path(
-                Path::new("maps/mine.yaml"),
-                image,
-                Some(Path::new("/home/me")),
-            )
-        };
+        let resolved =
+            |image| image_path(Path::new("maps/mine.yaml"), image, Some(Path::new("/home/me")));
         assert_eq!(resolved("mine.png"), Path::new("maps/mine.png"));
         assert_eq!(resolved("scans/mine.png"), Path::new("maps/scans/mine.png"));
         assert_eq!(resolved("/data/mine.png"), Path::new("/data/mine.png"));

@@ -49,15 +49,8 @@ pub(super) enum Mode {
 const MAX_NODES: usize = 10_000;
 
 /// All known keys.
-const KEYS: [&str; 7] = [
-    "image",
-    "resolution",
-    "origin",
-    "negate",
-    "occupied_thresh",
-    "free_thresh",
-    "mode",
-];
+const KEYS: [&str; 7] =
+    ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode"];
 
 impl MapYaml {
     /// Parses a YAML file. Unknown keys are ignored, as in Nav2, since other tools store theirs in the same file; a key
@@ -130,10 +123,7 @@ impl Entries {
     fn required(&self, key: &'static str) -> Result<(usize, &Value), MapError> {
         match self.entries.get(key) {
             Some(entry) => Ok((entry.referenced.line() as usize, &entry.value)),
-            None => Err(MapError::MissingKey {
-                key,
-                found: self.misspelling_of(key),
-            }),
+            None => Err(MapError::MissingKey { key, found: self.misspelling_of(key) }),
         }
     }
 
@@ -155,17 +145,10 @@ impl Entries {
 
     /// Line and name of the unknown key most similar to this one, if any is similar.
     fn misspelling_of(&self, key: &str) -> Option<(usize, String)> {
-        let unknown = self
-            .entries
-            .iter()
-            .filter(|(found, _)| !KEYS.contains(&found.as_str()));
+        let unknown = self.entries.iter().filter(|(found, _)| !KEYS.contains(&found.as_str()));
         unknown
             .map(|(found, entry)| {
-                (
-                    levenshtein(found, key),
-                    entry.referenced.line() as usize,
-                    found,
-                )
+                (levenshtein(found, key), entry.referenced.line() as usize, found)
             })
             .filter(|(edits, ..)| 2 * edits <= key.len())
             .min()

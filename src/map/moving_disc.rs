@@ -32,19 +32,13 @@ impl MovingDisc {
     /// The disc moved by its velocity for a time, seconds.
     #[must_use]
     pub const fn after(&self, time_s: f64) -> Self {
-        Self {
-            x: self.x + self.vx * time_s,
-            y: self.y + self.vy * time_s,
-            ..*self
-        }
+        Self { x: self.x + self.vx * time_s, y: self.y + self.vy * time_s, ..*self }
     }
 
     /// Whether every number is finite and the radius above zero.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        [self.x, self.y, self.radius, self.vx, self.vy]
-            .iter()
-            .all(|value| value.is_finite())
+        [self.x, self.y, self.radius, self.vx, self.vy].iter().all(|value| value.is_finite())
             && self.radius > 0.0
     }
 }

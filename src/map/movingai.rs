@@ -83,12 +83,10 @@ fn header<'a>(lines: &mut impl Iterator<Item = (usize, &'a str)>) -> Result<(i32
 
 fn side(line: usize, key: &str, value: &str) -> Result<i32, MapError> {
     let cells = value.trim().parse().ok();
-    cells
-        .filter(|cells| (1..=MAX_GRID_SIDE).contains(cells))
-        .ok_or_else(|| {
-            let expected = format!("a whole number from 1 to {MAX_GRID_SIDE}");
-            bad_line(line, format!("`{key}` is {}", quoted(value)), expected)
-        })
+    cells.filter(|cells| (1..=MAX_GRID_SIDE).contains(cells)).ok_or_else(|| {
+        let expected = format!("a whole number from 1 to {MAX_GRID_SIDE}");
+        bad_line(line, format!("`{key}` is {}", quoted(value)), expected)
+    })
 }
 
 fn append_row(cells: &mut Vec<i8>, line: usize, row: &str, width: i32) -> Result<(), MapError> {
@@ -118,9 +116,5 @@ pub(super) fn quoted(text: &str) -> String {
 }
 
 pub(super) fn bad_line(line: usize, found: String, expected: String) -> MapError {
-    MapError::BadLine {
-        line,
-        found,
-        expected,
-    }
+    MapError::BadLine { line, found, expected }
 }

@@ -66,15 +66,10 @@ impl Scan {
         let pose = *pose;
         let within = |range: &f64| (0.0..=self.range_max).contains(range);
         let beams = self.ranges.iter().enumerate();
-        beams
-            .filter(move |(_, range)| within(range))
-            .map(move |(beam, &range)| {
-                let direction = pose.yaw + self.angle(beam);
-                Point::new(
-                    pose.x + range * libm::cos(direction),
-                    pose.y + range * libm::sin(direction),
-                )
-            })
+        beams.filter(move |(_, range)| within(range)).map(move |(beam, &range)| {
+            let direction = pose.yaw + self.angle(beam);
+            Point::new(pose.x + range * libm::cos(direction), pose.y + range * libm::sin(direction))
+        })
     }
 }
 
@@ -99,11 +94,7 @@ impl Beam {
         }
         let (sin, cos) = libm::sincos(angle);
         let (x, y) = (mount.x + self.range * cos, mount.y + self.range * sin);
-        Self {
-            angle: libm::atan2(y, x),
-            range: libm::hypot(x, y),
-            ..self
-        }
+        Self { angle: libm::atan2(y, x), range: libm::hypot(x, y), ..self }
     }
 }
 
@@ -161,14 +152,8 @@ mod tests {
         let timed = TimedScan::from_scan(&scan, 7.0, 0.1);
         let angles: Vec<f64> = timed.beams.iter().map(|beam| beam.angle).collect();
         let times: Vec<f64> = timed.beams.iter().map(|beam| beam.time_s).collect();
-        assert_eq!(
-            (angles, times),
-            (vec![-1.0, -0.5, 0.0], vec![6.9, 6.95, 7.0])
-        );
+        assert_eq!((angles, times), (vec![-1.0, -0.5, 0.0], vec![6.9, 6.95, 7.0]));
         assert!(timed.is_valid() && timed.end_s() == Some(7.0));
-        assert_eq!(
-            TimedScan::from_scan(&Scan::default(), 7.0, 0.1).end_s(),
-            None
-        );
+        assert_eq!(TimedScan::from_scan(&Scan::default(), 7.0, 0.1).end_s(), None);
     }
 }

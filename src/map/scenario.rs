@@ -111,17 +111,8 @@ fn scenario(line: usize, text: &str) -> Result<(Scenario, &str), MapError> {
     } else {
         text.split(' ').filter(|field| !field.is_empty()).collect()
     };
-    let &[
-        bucket,
-        map,
-        width,
-        height,
-        start_x,
-        start_y,
-        goal_x,
-        goal_y,
-        optimal,
-    ] = fields.as_slice()
+    let &[bucket, map, width, height, start_x, start_y, goal_x, goal_y, optimal] =
+        fields.as_slice()
     else {
         let found = format!("{} fields", fields.len());
         let expected = "9: bucket, map, width, height, start x, start y, goal x, goal y, optimal";
@@ -143,13 +134,9 @@ fn scenario(line: usize, text: &str) -> Result<(Scenario, &str), MapError> {
             field(line, "goal x", goal_x, whole, |_| true)?,
             field(line, "goal y", goal_y, whole, |_| true)?,
         ),
-        optimal: field(
-            line,
-            "optimal",
-            optimal,
-            "a length of at least zero",
-            |length: &f64| length.is_finite() && *length >= 0.0,
-        )?,
+        optimal: field(line, "optimal", optimal, "a length of at least zero", |length: &f64| {
+            length.is_finite() && *length >= 0.0
+        })?,
         // Computed after all lines are read.
         rounding: 0.0,
     };
@@ -170,13 +157,10 @@ fn field<T: FromStr>(
     expected: &str,
     accept: impl Fn(&T) -> bool,
 ) -> Result<T, MapError> {
-    text.parse().ok().filter(accept).ok_or_else(|| {
-        bad_line(
-            line,
-            format!("{name} is {}", quoted(text)),
-            expected.to_owned(),
-        )
-    })
+    text.parse()
+        .ok()
+        .filter(accept)
+        .ok_or_else(|| bad_line(line, format!("{name} is {}", quoted(text)), expected.to_owned()))
 }
 
 #[cfg(test)]
@@ -185,20 +169,15 @@ mod tests {
 
     /// The rounding errors for a file with these lengths.
     fn roundings(lengths: &[&str]) -> Vec<f64> {
-        let lines: Vec<String> = lengths
-            .iter()
-            .map(|length| format!("0 m.map 9 9 1 1 2 2 {length}"))
-            .collect();
+        let lines: Vec<String> =
+            lengths.iter().map(|length| format!("0 m.map 9 9 1 1 2 2 {length}")).collect();
         let scenarios = parse_scen(&lines.join("\n")).expect("lines of nine fields");
         scenarios.iter().map(|query| query.rounding).collect()
     }
 
     fn assert_near(found: &[f64], expected: &[f64]) {
         let near = |(found, expected): (&f64, &f64)| (found - expected).abs() <= 1e-9 * expected;
-        assert!(
-            found.len() == expected.len() && found.iter().zip(expected).all(near),
-            "{found:?}"
-        );
+        assert!(found.len() == expected.len() && found.iter().zip(expected).all(near), "{found:?}");
     }
 
     #[test]

@@ -33,11 +33,7 @@ impl OccupancyGrid {
             }
             let found = cells.len() - row * width;
             if found != width {
-                return Err(MapError::RaggedRow {
-                    row: row + 1,
-                    found,
-                    expected: width,
-                });
+                return Err(MapError::RaggedRow { row: row + 1, found, expected: width });
             }
         }
         Ok(Self::from_top_down(frame, &cells))

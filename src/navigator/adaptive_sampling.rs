@@ -50,11 +50,7 @@ impl AdaptiveSampling {
     pub fn update(&mut self, share: f64) {
         let is_late = share > 1.0 || share.is_nan();
         self.late = (self.late << 1 | u32::from(is_late)) & ((1 << MISSES_REMEMBERED) - 1);
-        self.with_slack = if share <= SLACK {
-            self.with_slack + 1
-        } else {
-            0
-        };
+        self.with_slack = if share <= SLACK { self.with_slack + 1 } else { 0 };
         if self.late.count_ones() >= MISSES_TO_LOWER {
             self.go_to((self.level + 1).min(self.levels.len() - 1));
         } else if self.with_slack >= SLACK_TO_RAISE {
@@ -85,16 +81,10 @@ impl AdaptiveSampling {
 mod tests {
     use super::*;
 
-    const FULL: Sampling = Sampling {
-        vx_samples: 20,
-        vtheta_samples: 40,
-    };
+    const FULL: Sampling = Sampling { vx_samples: 20, vtheta_samples: 40 };
 
     fn counts(sampling: &AdaptiveSampling) -> (u32, u32) {
-        let Sampling {
-            vx_samples,
-            vtheta_samples,
-        } = sampling.sampling();
+        let Sampling { vx_samples, vtheta_samples } = sampling.sampling();
         (vx_samples, vtheta_samples)
     }
 
@@ -112,10 +102,7 @@ mod tests {
         }
         assert_eq!(seen, [(20, 40), (10, 20), (8, 10), (8, 8), (8, 8), (8, 8)]);
         assert_eq!(sampling.lowest(), sampling.sampling());
-        let few = Sampling {
-            vx_samples: 3,
-            vtheta_samples: 5,
-        };
+        let few = Sampling { vx_samples: 3, vtheta_samples: 5 };
         assert_eq!(after(&mut AdaptiveSampling::new(few), [2.0; 9]), (3, 5));
     }
 

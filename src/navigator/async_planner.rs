@@ -50,14 +50,8 @@ impl<R> AsyncPlanner<R> {
         std::thread::Builder::new()
             .name("inbye-planner".to_owned())
             .spawn(move || work(&known, planner, &received, &done))
-            .map_err(|error| Fault::NoThread {
-                reason: error.to_string(),
-            })?;
-        Ok(Self {
-            requests,
-            plans,
-            pending: None,
-        })
+            .map_err(|error| Fault::NoThread { reason: error.to_string() })?;
+        Ok(Self { requests, plans, pending: None })
     }
 
     /// Whether a request is pending.

@@ -22,22 +22,14 @@ pub(super) struct CommandDecay {
 impl Default for CommandDecay {
     /// No decision yet: stand.
     fn default() -> Self {
-        Self {
-            command: Twist::STOP,
-            decided_s: f64::NEG_INFINITY,
-            share: 0.0,
-        }
+        Self { command: Twist::STOP, decided_s: f64::NEG_INFINITY, share: 0.0 }
     }
 }
 
 impl CommandDecay {
     /// Takes a command decided at a time, seconds.
     pub const fn renew(&mut self, time_s: f64, command: Twist) {
-        *self = Self {
-            command,
-            decided_s: time_s,
-            share: 1.0,
-        };
+        *self = Self { command, decided_s: time_s, share: 1.0 };
     }
 
     /// The command to send at a time, `period_s` after the last one, both in seconds. It never grows, even if the clock goes
@@ -53,10 +45,7 @@ impl CommandDecay {
         let most = fall(self.command.linear, limits.decel_lim_x)
             .min(fall(self.command.angular, limits.decel_lim_theta));
         self.share = self.share.min(wanted.max(self.share - most));
-        Twist::new(
-            self.command.linear * self.share,
-            self.command.angular * self.share,
-        )
+        Twist::new(self.command.linear * self.share, self.command.angular * self.share)
     }
 }
 
@@ -67,11 +56,7 @@ mod tests {
     const PERIOD_S: f64 = 0.05;
 
     fn limits(brake_x: f64, brake_theta: f64) -> Limits {
-        Limits {
-            decel_lim_x: -brake_x,
-            decel_lim_theta: -brake_theta,
-            ..Limits::default()
-        }
+        Limits { decel_lim_x: -brake_x, decel_lim_theta: -brake_theta, ..Limits::default() }
     }
 
     /// The commands sent at the ticks after a decision.

@@ -67,11 +67,6 @@ pub struct Decision {
 impl Decision {
     /// A decision without sampling.
     pub(super) const fn new(command: Twist, mode: Mode, local_target: Point) -> Self {
-        Self {
-            command,
-            mode,
-            local_target,
-            counts: None,
-        }
+        Self { command, mode, local_target, counts: None }
     }
 }

@@ -33,11 +33,7 @@ impl ExactClearance {
             .filter(|&cell| units[frame.index(cell)] == 0)
             .map(|cell| Point::new(f64::from(cell.column), f64::from(cell.row)))
             .collect();
-        Self {
-            frame,
-            squares,
-            reach_m,
-        }
+        Self { frame, squares, reach_m }
     }
 
     /// The gap between a footprint at a pose and the nearest occupied cell, metres: at or below zero they touch. At most the
@@ -50,11 +46,7 @@ impl ExactClearance {
                 let (dx, dy) = (beyond(units.x, square.x), beyond(units.y, square.y));
                 dx * dx + dy * dy
             };
-            let nearest = self
-                .squares
-                .iter()
-                .map(squared)
-                .fold(f64::INFINITY, f64::min);
+            let nearest = self.squares.iter().map(squared).fold(f64::INFINITY, f64::min);
             nearest.sqrt() * self.frame.resolution_m - radius_m
         };
         footprint.at(pose).map(gap).fold(self.reach_m, f64::min)
@@ -82,9 +74,6 @@ mod tests {
         }
         let far = frame.from_cell_units(&Point::new(5.0, 5.0));
         let clearance = ExactClearance::new(&field, &far, 0.5);
-        assert_eq!(
-            clearance.gap_m(&footprint, &Pose::new(far.x, far.y, 0.0)),
-            0.5
-        );
+        assert_eq!(clearance.gap_m(&footprint, &Pose::new(far.x, far.y, 0.0)), 0.5);
     }
 }

@@ -57,10 +57,7 @@ impl InflatedBodies {
                 settings.moving_margin_m
             };
             // The footprint's own padding counts towards the gap.
-            MovingDisc {
-                radius: (disc.radius + (kept_m - margin_m)).max(SLACK_M),
-                ..*disc
-            }
+            MovingDisc { radius: (disc.radius + (kept_m - margin_m)).max(SLACK_M), ..*disc }
         };
         Self {
             moving: now.moving.iter().map(inflate).collect(),
@@ -88,9 +85,7 @@ impl InflatedBodies {
     pub fn is_clear_of_moving(&self, pose: &Pose, time_s: f64) -> bool {
         self.moving.iter().all(|disc| {
             let then = disc.after(time_s);
-            let gap_m = self
-                .footprint
-                .gap_to_disc_m(pose, &then.center(), then.radius);
+            let gap_m = self.footprint.gap_to_disc_m(pose, &then.center(), then.radius);
             gap_m > 0.0
         })
     }

@@ -81,10 +81,8 @@ impl LocalMap {
         if self.is_near_known(cell) {
             return ReturnOrigin::Mapped;
         }
-        let settled = |cell: Cell| {
-            self.mark_of(cell)
-                .is_some_and(|mark| time_s - mark.first_s > SETTLED_S)
-        };
+        let settled =
+            |cell: Cell| self.mark_of(cell).is_some_and(|mark| time_s - mark.first_s > SETTLED_S);
         // Its own cell first: it is the most likely one.
         if settled(cell) || neighbours(cell).any(settled) {
             ReturnOrigin::Settled
@@ -243,17 +241,8 @@ impl LocalMap {
         let lowest = |units: f64| units.floor().clamp(-FARTHEST_CELL, FARTHEST_CELL) as i32 - half;
         let (left, bottom) = (lowest(units.x), lowest(units.y));
         let corner = frame.from_cell_units(&Point::new(f64::from(left), f64::from(bottom)));
-        let origin = Pose {
-            x: corner.x,
-            y: corner.y,
-            ..frame.origin
-        };
-        let window = GridFrame {
-            width: side,
-            height: side,
-            origin,
-            ..frame
-        };
+        let origin = Pose { x: corner.x, y: corner.y, ..frame.origin };
+        let window = GridFrame { width: side, height: side, origin, ..frame };
         let mut blocked = vec![true; window.len()];
         let columns = left.max(0)..(left + side).min(frame.width);
         if !columns.is_empty() {
@@ -275,19 +264,9 @@ impl LocalMap {
 
 /// The eight neighbours of a cell.
 fn neighbours(Cell { column, row }: Cell) -> impl Iterator<Item = Cell> {
-    const AROUND: [(i32, i32); 8] = [
-        (-1, -1),
-        (0, -1),
-        (1, -1),
-        (-1, 0),
-        (1, 0),
-        (-1, 1),
-        (0, 1),
-        (1, 1),
-    ];
-    AROUND
-        .into_iter()
-        .map(move |(right, up)| Cell::new(column + right, row + up))
+    const AROUND: [(i32, i32); 8] =
+        [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+    AROUND.into_iter().map(move |(right, up)| Cell::new(column + right, row + up))
 }
 
 /// The cells within reach of a place, in a row of this many cells.

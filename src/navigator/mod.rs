@@ -14,10 +14,7 @@ mod exact_clearance;
 mod fault;
 mod inflated_bodies;
 mod local_map;
-#[expect(
-    clippy::module_inception,
-    reason = "the main type of this module has its name"
-)]
+#[expect(clippy::module_inception, reason = "the main type of this module has its name")]
 mod navigator;
 mod observation_validator;
 mod obstacle_model;

@@ -187,20 +187,12 @@ impl Navigator {
     fn decide(&mut self, observation: &Observation) -> Decision {
         let limits = &self.robot.limits;
         let validated =
-            self.validator
-                .validate(observation, &self.last_command, limits, &self.settings);
+            self.validator.validate(observation, &self.last_command, limits, &self.settings);
         let has_new_scan = match validated {
             Ok(has_new_scan) => has_new_scan,
             Err(fault) => return self.brake_without_observation(fault),
         };
-        let Observation {
-            time_s,
-            pose,
-            twist,
-            scan,
-            lost: _,
-            scan_s: _,
-        } = observation;
+        let Observation { time_s, pose, twist, scan, lost: _, scan_s: _ } = observation;
         if has_new_scan && !self.is_over() {
             self.obstacles.update(*time_s, pose, scan);
         }
@@ -330,21 +322,14 @@ impl Navigator {
         if matches!(self.mode, Mode::Blocked | Mode::Escaping) {
             return Fault::NoControl { stuck_s, left_m };
         }
-        Fault::NoProgress {
-            stuck_s,
-            radius_m: self.settings.required_movement_radius,
-            left_m,
-        }
+        Fault::NoProgress { stuck_s, radius_m: self.settings.required_movement_radius, left_m }
     }
 }
 
 /// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.
 fn window_half_m(settings: &NavigatorSettings, local: &LocalSettings, robot: &RobotModel) -> f64 {
     let limits = &robot.limits;
-    let fastest = limits
-        .max_vel_x
-        .max(-limits.min_vel_x)
-        .max(settings.escape_speed);
+    let fastest = limits.max_vel_x.max(-limits.min_vel_x).max(settings.escape_speed);
     fastest * local.sim_time_s
         + local.max_clearance_m.min(WINDOW_CLEARANCE_M)
         + robot.footprint.circumscribed_radius_m()

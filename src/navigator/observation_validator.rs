@@ -144,10 +144,7 @@ impl ObservationValidator {
             self.frozen_since_s = None;
             // A scan timed by another clock has no age in this one.
             self.scan_s = self.scan_s.filter(|scan_s| *scan_s <= now_s);
-            self.last = self.last.map(|last| Accepted {
-                time_s: now_s,
-                ..last
-            });
+            self.last = self.last.map(|last| Accepted { time_s: now_s, ..last });
             return Err(ObservationFault::ClockJump);
         }
         let measures = seen.scan.ranges.iter().any(|range| !range.is_nan());
@@ -155,10 +152,7 @@ impl ObservationValidator {
         if is_new {
             self.scan_s = Some(seen.scan_s);
         }
-        if self
-            .scan_s
-            .is_none_or(|scan_s| now_s - scan_s > settings.scan_timeout_s)
-        {
+        if self.scan_s.is_none_or(|scan_s| now_s - scan_s > settings.scan_timeout_s) {
             return Err(ObservationFault::NoScan);
         }
         if let Some(why) = seen.lost {
@@ -225,18 +219,10 @@ impl ObservationValidator {
 
     /// Compares the motion by poses with the motion by speeds.
     fn check_direction(&mut self, seen: &Observation) -> Result<(), ObservationFault> {
-        let now = Accepted {
-            time_s: seen.time_s,
-            pose: seen.pose,
-            twist: seen.twist,
-        };
+        let now = Accepted { time_s: seen.time_s, pose: seen.pose, twist: seen.twist };
         self.last = Some(now);
         self.recent.push_back(now);
-        while self
-            .recent
-            .front()
-            .is_some_and(|first| now.time_s - first.time_s > COMPARED_S)
-        {
+        while self.recent.front().is_some_and(|first| now.time_s - first.time_s > COMPARED_S) {
             self.recent.pop_front();
         }
         // Step by step, so that forward and backward motion do not cancel.

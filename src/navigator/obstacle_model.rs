@@ -24,19 +24,13 @@ impl ObstacleModel {
     /// A model over the known obstacles, without any others.
     #[must_use]
     pub fn new(known: ObstacleGrid) -> Self {
-        Self {
-            map: LocalMap::new(known),
-            tracker: Some(Tracker::default()),
-        }
+        Self { map: LocalMap::new(known), tracker: Some(Tracker::default()) }
     }
 
     /// As [`Self::new`], but without tracking: every obstacle counts as static.
     #[must_use]
     pub fn without_tracking(known: ObstacleGrid) -> Self {
-        Self {
-            tracker: None,
-            ..Self::new(known)
-        }
+        Self { tracker: None, ..Self::new(known) }
     }
 
     /// Updates the model with a scan made at a time, seconds, from a pose in the map frame: tracks moving obstacles, marks the
@@ -53,8 +47,7 @@ impl ObstacleModel {
         let map = &self.map;
         tracker.update(time_s, pose, scan, |point| map.origin_at(time_s, point));
         for (disc, since_s) in tracker.swept_discs() {
-            self.map
-                .erase(&disc, MOVING_MARGIN_M, since_s - BEFORE_TRACK_S);
+            self.map.erase(&disc, MOVING_MARGIN_M, since_s - BEFORE_TRACK_S);
         }
         self.map.clear_seen_through(pose, scan);
         let moving = tracker.moving();

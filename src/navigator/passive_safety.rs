@@ -97,13 +97,7 @@ mod tests {
     const DELAY_S: f64 = 0.1;
 
     fn at(x: f64, y: f64, vx: f64) -> PredictedState {
-        let disc = MovingDisc {
-            x,
-            y,
-            radius: 0.3,
-            vx,
-            vy: 0.0,
-        };
+        let disc = MovingDisc { x, y, radius: 0.3, vx, vy: 0.0 };
         PredictedState {
             time_s: 0.0,
             pose: Pose::default(),
@@ -114,17 +108,9 @@ mod tests {
 
     fn fastest(now: &PredictedState, most: f64) -> f64 {
         let footprint = Footprint::round(0.3).expect("a sound radius");
-        let limits = Limits {
-            max_vel_x: 2.0,
-            acc_lim_x: 100.0,
-            ..Limits::default()
-        };
-        let safety = PassiveSafety {
-            now,
-            footprint: &footprint,
-            limits: &limits,
-            delay_s: DELAY_S,
-        };
+        let limits = Limits { max_vel_x: 2.0, acc_lim_x: 100.0, ..Limits::default() };
+        let safety =
+            PassiveSafety { now, footprint: &footprint, limits: &limits, delay_s: DELAY_S };
         safety.fastest(most)
     }
 
@@ -160,16 +146,9 @@ mod tests {
     fn reversing_away_is_safe_and_reversing_towards_an_obstacle_is_not() {
         let now = at(0.8, 0.0, -0.5);
         let footprint = Footprint::round(0.3).expect("a sound radius");
-        let limits = Limits {
-            min_vel_x: -0.5,
-            ..Limits::default()
-        };
-        let safety = |now| PassiveSafety {
-            now,
-            footprint: &footprint,
-            limits: &limits,
-            delay_s: DELAY_S,
-        };
+        let limits = Limits { min_vel_x: -0.5, ..Limits::default() };
+        let safety =
+            |now| PassiveSafety { now, footprint: &footprint, limits: &limits, delay_s: DELAY_S };
         assert!(safety(&now).stops_in_time(&Twist::new(-0.5, 0.0)));
         assert!(!safety(&at(-0.8, 0.0, 0.5)).stops_in_time(&Twist::new(-0.5, 0.0)));
     }

@@ -15,10 +15,7 @@ impl ProgressChecker {
 
     /// Updates with the length of path left and returns the time since it last shrank by `radius_m`, seconds.
     pub fn stuck_s(&mut self, now_s: f64, left_m: f64, radius_m: f64) -> f64 {
-        if self
-            .least_left_m
-            .is_none_or(|least| left_m <= least - radius_m)
-        {
+        if self.least_left_m.is_none_or(|least| left_m <= least - radius_m) {
             self.least_left_m = Some(left_m);
             self.since_s = now_s;
         }

@@ -26,11 +26,7 @@ impl Route {
     /// The route of a plan. Its key nodes are the nodes of the pruned path, and points between them at most
     /// `key_node_spacing_m` apart. Without some features there are fewer nodes, or only the goal.
     pub fn new(plan: &Plan, settings: &NavigatorSettings) -> Self {
-        let NavigatorFeatures {
-            global_path,
-            progress,
-            ..
-        } = settings.features;
+        let NavigatorFeatures { global_path, progress, .. } = settings.features;
         if !global_path {
             let ends = plan.raw.points();
             let straight = Path::new(vec![ends[0], ends[ends.len() - 1]]);
@@ -42,10 +38,7 @@ impl Route {
         if progress {
             return Self::with_nodes(path, nodes, settings.key_node_spacing_m);
         }
-        Self {
-            touched: Some(0),
-            ..Self::with_nodes(path, nodes, f64::INFINITY)
-        }
+        Self { touched: Some(0), ..Self::with_nodes(path, nodes, f64::INFINITY) }
     }
 
     fn with_nodes(path: Path, mut nodes: Vec<f64>, spacing_m: f64) -> Self {
@@ -60,12 +53,7 @@ impl Route {
             key_nodes_m.extend(between);
             last = node;
         }
-        Self {
-            path,
-            key_nodes_m,
-            progress_m: 0.0,
-            touched: None,
-        }
+        Self { path, key_nodes_m, progress_m: 0.0, touched: None }
     }
 
     /// The path.
@@ -93,10 +81,7 @@ impl Route {
     pub fn advance(&mut self, robot: &Point) -> f64 {
         if let Some(touched) = &mut self.touched {
             let is_touched = |&&arc: &&f64| (self.path.point_at(arc) - robot).norm() <= TOUCH_M;
-            *touched += self.key_nodes_m[*touched..]
-                .iter()
-                .take_while(is_touched)
-                .count();
+            *touched += self.key_nodes_m[*touched..].iter().take_while(is_touched).count();
         }
         let range = self.progress_m - SEARCH_BACK_M..self.progress_m + SEARCH_AHEAD_M;
         let found = self.path.project_within(robot, range);
@@ -125,19 +110,13 @@ impl Route {
         };
         let nearest = first_after(nearest_m);
         let candidates = (nearest..=first_after(farthest_m)).rev().map(node);
-        candidates
-            .into_iter()
-            .find(in_sight)
-            .unwrap_or_else(|| node(nearest))
+        candidates.into_iter().find(in_sight).unwrap_or_else(|| node(nearest))
     }
 
     /// Points on the next `ahead_m` metres of the path, `spacing_m` apart.
     pub fn ahead(&self, ahead_m: f64, spacing_m: f64) -> impl Iterator<Item = Point> + '_ {
         let stretch_m = ahead_m.min(self.left_m());
         let count = (stretch_m / spacing_m) as usize;
-        (0..=count).map(move |index| {
-            self.path
-                .point_at(self.progress_m + index as f64 * spacing_m)
-        })
+        (0..=count).map(move |index| self.path.point_at(self.progress_m + index as f64 * spacing_m))
     }
 }

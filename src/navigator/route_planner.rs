@@ -123,11 +123,7 @@ impl RoutePlanner {
         }
         let detour = self.comfort_detour;
         let mut within = |search| {
-            let ground = PlanningSpace {
-                search,
-                smoothing: least,
-                costs: terrain.costs.as_ref(),
-            };
+            let ground = PlanningSpace { search, smoothing: least, costs: terrain.costs.as_ref() };
             let from = self.free_start(&terrain.obstacles, search, start);
             let settings = &self.settings;
             global::plan(&mut self.searcher, &ground, from, goal, settings, clock)
@@ -143,16 +139,8 @@ impl RoutePlanner {
         }
         let close = within(least)?;
         let (expanded, time_s) = (wide.expanded + close.expanded, wide.time_s + close.time_s);
-        let chosen = if is_detour(close.smoothed.length_m()) {
-            close
-        } else {
-            wide
-        };
-        Ok(Plan {
-            expanded,
-            time_s,
-            ..chosen
-        })
+        let chosen = if is_detour(close.smoothed.length_m()) { close } else { wide };
+        Ok(Plan { expanded, time_s, ..chosen })
     }
 
     /// A path that may pass obstacles near its start more closely; the given error where there is none.
@@ -164,20 +152,14 @@ impl RoutePlanner {
         clock: &mut dyn FnMut() -> f64,
         error: PlanError,
     ) -> Result<Plan, PlanError> {
-        if !matches!(
-            error,
-            PlanError::StartOccupied { .. } | PlanError::NoValidPath { .. }
-        ) {
+        if !matches!(error, PlanError::StartOccupied { .. } | PlanError::NoValidPath { .. }) {
             return Err(error);
         }
         let tight = FreeSpace::new(&terrain.obstacles, self.squeezing_radius_m);
         let mut space = terrain.least.clone();
         space.free_cells_near(&tight, &start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
-        let ground = PlanningSpace {
-            search: &space,
-            smoothing: &space,
-            costs: terrain.costs.as_ref(),
-        };
+        let ground =
+            PlanningSpace { search: &space, smoothing: &space, costs: terrain.costs.as_ref() };
         let from = self.free_start(&terrain.obstacles, &space, start);
         let settings = &self.settings;
         global::plan(&mut self.searcher, &ground, from, goal, settings, clock).map_err(|_| error)
@@ -195,9 +177,7 @@ impl RoutePlanner {
         let nearest = space.nearest_free(&start).map(|cell| frame.center_of(cell));
         let near = |point: &Point| (point - start).norm() < self.least_radius_m;
         let stands_clear = || FreeSpace::new(obstacles, self.body_radius_m).is_free(cell);
-        nearest
-            .filter(|point| near(point) && stands_clear())
-            .unwrap_or(start)
+        nearest.filter(|point| near(point) && stands_clear()).unwrap_or(start)
     }
 }
 
@@ -221,20 +201,13 @@ mod tests {
 
     #[test]
     fn path_from_a_start_near_a_wall_keeps_the_comfort_margin() {
-        let frame = GridFrame {
-            width: 400,
-            height: 80,
-            resolution_m: 0.05,
-            origin: Pose::default(),
-        };
+        let frame =
+            GridFrame { width: 400, height: 80, resolution_m: 0.05, origin: Pose::default() };
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         for column in 0..400 {
             // A roadway 3 m wide with a pillar in the middle.
             let is_pillar = (190..210).contains(&column);
-            for row in (0..10)
-                .chain(70..80)
-                .chain(if is_pillar { 10..36 } else { 0..0 })
-            {
+            for row in (0..10).chain(70..80).chain(if is_pillar { 10..36 } else { 0..0 }) {
                 obstacles.set(Cell::new(column, row), true);
             }
         }
@@ -265,10 +238,7 @@ mod tests {
             obstacles.set(Cell::new(100, row), true);
         }
         let length_m = |comfort_detour| {
-            let navigator = NavigatorSettings {
-                comfort_detour,
-                ..NavigatorSettings::default()
-            };
+            let navigator = NavigatorSettings { comfort_detour, ..NavigatorSettings::default() };
             let footprint = Footprint::round(0.3).expect("a sound radius");
             let settings = global::Settings::default();
             let mut planner = RoutePlanner::new(&footprint, &navigator, settings, 0.1);

@@ -71,13 +71,7 @@ impl<'a> State<'a> {
         field: &'a Arc<ClearanceField>,
         off_path_m: f64,
     ) -> Self {
-        let Leg {
-            settings,
-            robot,
-            period_s,
-            goal,
-            mode,
-        } = leg;
+        let Leg { settings, robot, period_s, goal, mode } = leg;
         let place = now.pose.position();
         let in_sight = |node: &Point| is_straight_clear(&robot.footprint, field, &place, node);
         let local_target = route.key_node(settings.min_lookahead_m, settings.lookahead_m, in_sight);
@@ -125,17 +119,12 @@ impl<'a> State<'a> {
     /// Whether driving towards a velocity until the next tick keeps passive safety.
     pub fn is_safe_towards(&self, wanted: &Twist) -> bool {
         let next = self.towards(wanted);
-        self.passive_safety()
-            .is_none_or(|safety| safety.stops_in_time(&next))
+        self.passive_safety().is_none_or(|safety| safety.stops_in_time(&next))
     }
 
     /// As [`Self::towards`], or braking where that would break passive safety.
     pub fn safe_towards(&self, wanted: &Twist) -> Twist {
-        if self.is_safe_towards(wanted) {
-            self.towards(wanted)
-        } else {
-            self.brake()
-        }
+        if self.is_safe_towards(wanted) { self.towards(wanted) } else { self.brake() }
     }
 
     /// Whether the robot could drive straight from its position to a point, as far as the local window shows.

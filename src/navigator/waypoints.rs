@@ -16,10 +16,7 @@ impl Goal {
     /// A goal with any yaw.
     #[must_use]
     pub const fn at(position: Point) -> Self {
-        Self {
-            position,
-            yaw: None,
-        }
+        Self { position, yaw: None }
     }
 }
 
@@ -63,20 +60,9 @@ impl WaypointQueue {
         let (goal, first) = match ahead.pop() {
             Some(next) => next,
             // Without a goal the robot stays where it is.
-            None => (
-                Goal {
-                    position: from,
-                    yaw: None,
-                },
-                plan(from, from)?,
-            ),
+            None => (Goal { position: from, yaw: None }, plan(from, from)?),
         };
-        let queue = Self {
-            goal,
-            passed: 0,
-            ahead,
-            pause_until_s: f64::NEG_INFINITY,
-        };
+        let queue = Self { goal, passed: 0, ahead, pause_until_s: f64::NEG_INFINITY };
         Ok((queue, first))
     }
 

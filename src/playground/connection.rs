@@ -88,9 +88,8 @@ async fn send(stream: &mut TcpStream, error: HttpError, stats: &RequestStats) {
     let both = io::join(&b"GET / HTTP/1.1\r\n\r\n"[..], writer);
     let service = service_fn(|_| ready(Ok::<_, Infallible>(response.clone())));
     // The client may have closed the connection: that is no error here.
-    let _ = http(Instant::now() + REQUEST_TIMEOUT)
-        .serve_connection(TokioIo::new(both), service)
-        .await;
+    let _ =
+        http(Instant::now() + REQUEST_TIMEOUT).serve_connection(TokioIo::new(both), service).await;
 }
 
 fn http(deadline: Instant) -> Builder {

@@ -113,9 +113,8 @@ impl DecisionService {
     pub fn records(&self, body: &[u8]) -> Result<Vec<u8>, HttpError> {
         self.with_engine(|engine| {
             let (_, prepared) = self.prepare(body)?;
-            let evaluation = engine
-                .evaluate(&prepared, Detail::Samples)
-                .map_err(|error| internal(&error))?;
+            let evaluation =
+                engine.evaluate(&prepared, Detail::Samples).map_err(|error| internal(&error))?;
             let samples = evaluation.samples.iter().flatten().flat_map(words);
             Ok(samples.flat_map(u32::to_le_bytes).collect())
         })
@@ -138,10 +137,7 @@ impl DecisionService {
         unknown: UnknownPolicy,
     ) -> Result<Arc<ClearanceField>, String> {
         let scene = map.and_then(|name| self.scene(name)).ok_or_else(|| {
-            let names = self
-                .scenes
-                .iter()
-                .map(|scene| json!(scene.name).to_string());
+            let names = self.scenes.iter().map(|scene| json!(scene.name).to_string());
             let names = names.collect::<Vec<_>>().join(", ");
             format!("map must be a scene of this playground: {{\"file\": one of {names}}}")
         })?;
@@ -193,12 +189,7 @@ fn check_limits(problem: &Problem) -> Result<(), HttpError> {
 
 /// The size of one unit of each term in SI units.
 fn unit(problem: &Problem, prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
-    let one = Terms {
-        heading: 1,
-        clearance: 1,
-        velocity: 1,
-        path: 1,
-    };
+    let one = Terms { heading: 1, clearance: 1, velocity: 1, path: 1 };
     json!(Explainer::new(problem, prepared, evaluation).terms(&one))
 }
 
@@ -231,12 +222,7 @@ fn fan(prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
         for column in evenly_spaced(speeds, columns) {
             let index = row * speeds + column;
             indices.push(index);
-            records.extend(
-                evaluation
-                    .samples
-                    .iter()
-                    .flat_map(|samples| words(&samples[index])),
-            );
+            records.extend(evaluation.samples.iter().flat_map(|samples| words(&samples[index])));
         }
     }
     json!({ "indices": indices, "records": records })

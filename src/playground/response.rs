@@ -52,11 +52,7 @@ pub struct HttpError {
 
 impl HttpError {
     pub fn new(status: StatusCode, message: impl Into<String>) -> Self {
-        Self {
-            status,
-            message: message.into(),
-            allow: None,
-        }
+        Self { status, message: message.into(), allow: None }
     }
 
     /// An error response with status 400.
@@ -67,10 +63,7 @@ impl HttpError {
     /// The error for a method that the path does not support.
     pub fn method_not_allowed(method: &Method, allow: &'static str) -> Self {
         let message = format!("this path does not support {method}: use {allow}");
-        Self {
-            allow: Some(allow),
-            ..Self::new(StatusCode::METHOD_NOT_ALLOWED, message)
-        }
+        Self { allow: Some(allow), ..Self::new(StatusCode::METHOD_NOT_ALLOWED, message) }
     }
 }
 

@@ -24,11 +24,7 @@ const BYTES: &str = "application/octet-stream";
 
 macro_rules! page_file {
     ($name:literal, $content_type:expr) => {
-        (
-            concat!("/", $name),
-            $content_type,
-            include_bytes!(concat!("page/", $name)),
-        )
+        (concat!("/", $name), $content_type, include_bytes!(concat!("page/", $name)))
     };
 }
 
@@ -100,17 +96,16 @@ impl Router {
             "/setup" => return Ok(response::json(&self.setup)),
             _ => {}
         }
-        let found = path
-            .strip_prefix("/scenes/")
-            .and_then(|rest| rest.split_once('/'))
-            .and_then(|(name, part)| {
+        let found = path.strip_prefix("/scenes/").and_then(|rest| rest.split_once('/')).and_then(
+            |(name, part)| {
                 let scene = self.decisions.scene(name)?;
                 match part {
                     "cells" => Some(&scene.cells),
                     "field" => Some(&scene.field_bytes),
                     _ => None,
                 }
-            });
+            },
+        );
         let bytes = found.ok_or_else(|| {
             let message = format!("there is nothing at {}: start at /", quoted(path));
             HttpError::new(StatusCode::NOT_FOUND, message)
@@ -125,10 +120,7 @@ impl Router {
             return Ok(());
         }
         let [address, _] = self.hosts();
-        let message = format!(
-            "this server is not {}: open http://{address}/",
-            quoted(&host)
-        );
+        let message = format!("this server is not {}: open http://{address}/", quoted(&host));
         Err(HttpError::new(StatusCode::FORBIDDEN, message))
     }
 

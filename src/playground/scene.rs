@@ -76,13 +76,7 @@ impl DecisionInput {
         Some(Self {
             pose: Pose::from(pose),
             goal: Point::new(goal_x, goal_y),
-            obstacles: vec![MovingDisc {
-                x,
-                y,
-                radius,
-                vx,
-                vy,
-            }],
+            obstacles: vec![MovingDisc { x, y, radius, vx, vy }],
         })
     }
 }
@@ -189,10 +183,8 @@ fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> DecisionInpu
         (yaw, ahead(yaw))
     });
     // Of equal distances the first.
-    let (yaw, distance) = yaws.fold(
-        (0.0, -1.0),
-        |best, next| if next.1 > best.1 { next } else { best },
-    );
+    let (yaw, distance) =
+        yaws.fold((0.0, -1.0), |best, next| if next.1 > best.1 { next } else { best });
     let pose = Pose::new(center.x, center.y, yaw);
     DecisionInput {
         pose,

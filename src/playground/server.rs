@@ -35,11 +35,7 @@ pub struct RequestStats {
 impl RequestStats {
     /// Counts a response.
     pub fn count(&self, status: StatusCode) {
-        let count = if status.is_success() {
-            &self.answered
-        } else {
-            &self.rejected
-        };
+        let count = if status.is_success() { &self.answered } else { &self.rejected };
         count.fetch_add(1, Ordering::Relaxed);
     }
 }

@@ -21,10 +21,7 @@ pub enum McapEvent {
     /// A message.
     Message { channel: u16, bytes: Vec<u8> },
     /// Named values.
-    Metadata {
-        name: String,
-        values: BTreeMap<String, String>,
-    },
+    Metadata { name: String, values: BTreeMap<String, String> },
     /// Any other record.
     Other,
 }
@@ -40,10 +37,7 @@ impl<R: Read> McapReader<R> {
         let options = LinearReaderOptions::default()
             .with_prevalidate_chunk_crcs(true)
             .with_record_length_limit(MAX_RECORD_BYTES);
-        Self {
-            file,
-            reader: LinearReader::new_with_options(options),
-        }
+        Self { file, reader: LinearReader::new_with_options(options) }
     }
 
     /// The next record, or nothing at the end of a whole file.
@@ -72,22 +66,16 @@ impl<R: Read> McapReader<R> {
 
 fn event(record: Record<'_>) -> McapEvent {
     match record {
-        Record::Attachment { header, data, .. } => McapEvent::Attachment {
-            name: header.name,
-            bytes: data.into_owned(),
-        },
-        Record::Channel(channel) => McapEvent::Channel {
-            id: channel.id,
-            topic: channel.topic,
-        },
-        Record::Message { header, data } => McapEvent::Message {
-            channel: header.channel_id,
-            bytes: data.into_owned(),
-        },
-        Record::Metadata(metadata) => McapEvent::Metadata {
-            name: metadata.name,
-            values: metadata.metadata,
-        },
+        Record::Attachment { header, data, .. } => {
+            McapEvent::Attachment { name: header.name, bytes: data.into_owned() }
+        }
+        Record::Channel(channel) => McapEvent::Channel { id: channel.id, topic: channel.topic },
+        Record::Message { header, data } => {
+            McapEvent::Message { channel: header.channel_id, bytes: data.into_owned() }
+        }
+        Record::Metadata(metadata) => {
+            McapEvent::Metadata { name: metadata.name, values: metadata.metadata }
+        }
         _ => McapEvent::Other,
     }
 }

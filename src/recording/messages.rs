@@ -18,10 +18,7 @@ pub const BASE_FRAME: &str = "base_link";
 
 /// A header with a time in seconds and a frame.
 pub fn header(time_s: f64, frame: &str) -> Header {
-    Header {
-        stamp: Time::from_seconds(time_s),
-        frame_id: frame.to_owned(),
-    }
+    Header { stamp: Time::from_seconds(time_s), frame_id: frame.to_owned() }
 }
 
 /// The map. Its resolution is rounded to float32.
@@ -112,10 +109,7 @@ pub fn diagnostics(
             hardware_id: engine.to_owned(),
             values: values
                 .into_iter()
-                .map(|(key, value)| KeyValue {
-                    key: key.to_owned(),
-                    value,
-                })
+                .map(|(key, value)| KeyValue { key: key.to_owned(), value })
                 .collect(),
         }],
     }

@@ -43,10 +43,7 @@ impl DriveMetadata {
     pub fn new(mission: &Mission, config: &Config, engine: String) -> Self {
         Self {
             config: config.clone(),
-            waypoints: Waypoints {
-                start: mission.start.position(),
-                goals: mission.stops(),
-            },
+            waypoints: Waypoints { start: mission.start.position(), goals: mission.stops() },
             map: Arc::clone(&mission.map),
             engine,
         }
@@ -68,10 +65,7 @@ impl DriveMetadata {
             },
             stops: self.waypoints.goals.iter().map(Stop::of).collect(),
         };
-        Ok([
-            (CONFIG, toml(CONFIG, &self.config)?),
-            (DRIVE, toml(DRIVE, &drive)?),
-        ])
+        Ok([(CONFIG, toml(CONFIG, &self.config)?), (DRIVE, toml(DRIVE, &drive)?)])
     }
 
     /// Parses the attachments. The cells of the map come from its message.
@@ -85,19 +79,11 @@ impl DriveMetadata {
         }
         let config: Config = parse(CONFIG, config)?;
         config.validate()?;
-        let MapFrame {
-            width,
-            height,
-            resolution_m,
-            origin,
-        } = drive.map;
+        let MapFrame { width, height, resolution_m, origin } = drive.map;
         let frame = GridFrame::new(width, height, resolution_m, origin)?;
         if cells.len() != frame.len() {
             let reason = format!("{} cells of {width} x {height}", cells.len());
-            return Err(RecordingError::BadMetadata {
-                name: DRIVE,
-                reason,
-            });
+            return Err(RecordingError::BadMetadata { name: DRIVE, reason });
         }
         let [x, y] = drive.start;
         Ok(Self {
@@ -146,10 +132,7 @@ impl Stop {
     }
 
     fn goal(&self) -> Goal {
-        Goal {
-            position: Point::new(self.x, self.y),
-            yaw: self.yaw,
-        }
+        Goal { position: Point::new(self.x, self.y), yaw: self.yaw }
     }
 }
 
@@ -180,10 +163,7 @@ mod tests {
         config.robot.track_width_m = third;
         config.local.sim_time_s = 2.9_f64.next_up();
         config.navigator.deadline_s = Some(0.1_f64.next_down());
-        let goal = |yaw| Goal {
-            position: Point::new(0.1_f64.next_up(), -1e22),
-            yaw,
-        };
+        let goal = |yaw| Goal { position: Point::new(0.1_f64.next_up(), -1e22), yaw };
         DriveMetadata {
             config,
             waypoints: Waypoints {

@@ -49,14 +49,7 @@ impl<R: Read> Reader<R> {
             }
         }
         let (metadata, tick_channel) = parts.join()?;
-        Ok(Self {
-            mcap,
-            metadata,
-            tick_channel,
-            ticks: 0,
-            summary: None,
-            is_truncated: false,
-        })
+        Ok(Self { mcap, metadata, tick_channel, ticks: 0, summary: None, is_truncated: false })
     }
 
     /// The initial state of the drive.
@@ -95,10 +88,7 @@ impl<R: Read> Reader<R> {
     }
 
     fn tick(&mut self, message: &[u8]) -> Result<RecordedTick, RecordingError> {
-        let bad = |reason: String| RecordingError::Damaged {
-            ticks: self.ticks,
-            reason,
-        };
+        let bad = |reason: String| RecordingError::Damaged { ticks: self.ticks, reason };
         let tick =
             RecordedTick::from_cdr(message).ok_or_else(|| bad("a tick is invalid".to_owned()))?;
         if tick.tick != self.ticks {
@@ -161,18 +151,13 @@ impl Parts {
 }
 
 fn text(name: &'static str, bytes: Vec<u8>) -> Result<String, RecordingError> {
-    String::from_utf8(bytes).map_err(|error| RecordingError::BadMetadata {
-        name,
-        reason: error.to_string(),
-    })
+    String::from_utf8(bytes)
+        .map_err(|error| RecordingError::BadMetadata { name, reason: error.to_string() })
 }
 
 fn damaged(ticks: u64, error: McapError) -> RecordingError {
     match error {
         McapError::Io(error) => RecordingError::Io(error),
-        other => RecordingError::Damaged {
-            ticks,
-            reason: other.to_string(),
-        },
+        other => RecordingError::Damaged { ticks, reason: other.to_string() },
     }
 }

@@ -73,10 +73,7 @@ impl Recorder {
         policy: BackpressurePolicy,
     ) -> Result<Self, RecordingError> {
         let bytes = Arc::new(AtomicU64::new(0));
-        let file = CountingWriter {
-            file,
-            bytes: Arc::clone(&bytes),
-        };
+        let file = CountingWriter { file, bytes: Arc::clone(&bytes) };
         let writer = RecordingWriter::new(file, metadata)?;
         let (queue, jobs) = sync_channel(QUEUE_TICKS);
         let thread = std::thread::Builder::new()
@@ -132,10 +129,7 @@ impl Recorder {
     pub fn finish(mut self, trace_digest: String) -> RecordingReport {
         if let Some(queue) = self.queue.take() {
             // If the thread has ended, its report has the cause.
-            let _ = queue.send(Job::End(DriveSummary {
-                ticks: self.ticks,
-                trace_digest,
-            }));
+            let _ = queue.send(Job::End(DriveSummary { ticks: self.ticks, trace_digest }));
         }
         self.join();
         self.report
@@ -150,37 +144,22 @@ impl Recorder {
             ..RecordingReport::default()
         };
         let report = thread.join().unwrap_or_else(panicked);
-        self.report = RecordingReport {
-            stopped: self.report.stopped.take().or(report.stopped),
-            ..report
-        };
+        self.report =
+            RecordingReport { stopped: self.report.stopped.take().or(report.stopped), ..report };
     }
 
     /// The messages of a tick.
     fn entries(&self, event: &TickEvent<'_>) -> Vec<Entry> {
-        let TickEvent {
-            observation,
-            odometry,
-            decision,
-            took_s,
-            navigator,
-            ..
-        } = *event;
+        let TickEvent { observation, odometry, decision, took_s, navigator, .. } = *event;
         let (time_s, scan_s) = (observation.time_s, observation.scan_s);
         let time_ns = nanoseconds(time_s);
-        let entry = |topic, bytes| Entry {
-            topic,
-            time_ns,
-            bytes,
-        };
+        let entry = |topic, bytes| Entry { topic, time_ns, bytes };
         let map_header = header(time_s, MAP_FRAME);
         let plans = navigator.plans();
         let new_plan = plans.get(self.plans..).and_then(<[_]>::last);
         let plan = new_plan.map(|plan| convert::path(plan.smoothed.points(), &map_header).to_cdr());
-        let mut entries: Vec<Entry> = plan
-            .into_iter()
-            .map(|plan| entry(Topic::Plan, plan))
-            .collect();
+        let mut entries: Vec<Entry> =
+            plan.into_iter().map(|plan| entry(Topic::Plan, plan)).collect();
         let scan = messages::laser_scan(scan_s, &observation.scan, self.range_min_m);
         entries.push(Entry {
             topic: Topic::Scan,
@@ -203,10 +182,7 @@ impl Recorder {
             took_s,
         };
         entries.extend([
-            entry(
-                Topic::Odometry,
-                messages::odometry(time_s, odometry).to_cdr(),
-            ),
+            entry(Topic::Odometry, messages::odometry(time_s, odometry).to_cdr()),
             entry(Topic::Transforms, transforms.to_cdr()),
             entry(Topic::Markers, markers.to_cdr()),
             entry(Topic::Command, command.to_cdr()),
@@ -235,11 +211,7 @@ fn write<W: Write>(
     let stopped = work().err().map(|error: RecordingError| error.to_string());
     let messages = writer.written();
     drop(writer);
-    RecordingReport {
-        messages,
-        bytes: bytes.load(Ordering::Relaxed),
-        stopped,
-    }
+    RecordingReport { messages, bytes: bytes.load(Ordering::Relaxed), stopped }
 }
 
 /// Counts the bytes that a file accepts.

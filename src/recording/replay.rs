@@ -88,12 +88,7 @@ pub fn replay<R: Read>(
             first_difference = repeat(&mut navigator, &tick);
         }
     }
-    Ok(Replay {
-        ticks,
-        first_difference,
-        is_complete: reader.is_complete(),
-        engine,
-    })
+    Ok(Replay { ticks, first_difference, is_complete: reader.is_complete(), engine })
 }
 
 /// The navigator at the start of the drive.
@@ -145,12 +140,7 @@ fn fields(
     plans: u64,
     plans_received: u64,
 ) -> [(&'static str, FieldValue); 12] {
-    let Decision {
-        command,
-        mode,
-        local_target,
-        counts,
-    } = decision;
+    let Decision { command, mode, local_target, counts } = decision;
     let [admissible, collision, cannot_stop, outside] =
         counts.unwrap_or_default().to_array().map(u64::from);
     [

@@ -122,12 +122,7 @@ mod message {
 pub fn schema() -> String {
     let mut text = String::new();
     for mode in MODES {
-        let _ = writeln!(
-            text,
-            "uint8 {}={}",
-            mode.as_str().to_uppercase(),
-            mode as u8
-        );
+        let _ = writeln!(text, "uint8 {}={}", mode.as_str().to_uppercase(), mode as u8);
     }
     text += "uint8 LOCALIZED=0\n";
     for reason in LOST_REASONS {
@@ -151,14 +146,7 @@ fn constant_name(reason: LostReason) -> String {
 impl RecordedTick {
     /// The tick as a message in CDR.
     pub(super) fn to_cdr(&self) -> Vec<u8> {
-        let Observation {
-            time_s,
-            pose,
-            lost,
-            twist,
-            scan,
-            scan_s,
-        } = &self.observation;
+        let Observation { time_s, pose, lost, twist, scan, scan_s } = &self.observation;
         let decision = &self.decision;
         let counts = decision.counts.unwrap_or_default();
         let message = message::Tick {
@@ -281,15 +269,9 @@ mod tests {
             plans_received: 7,
             took_s: 0.001,
         };
-        for counts in [
-            None,
-            Some(Counts {
-                admissible: 1,
-                collision: 2,
-                cannot_stop: 3,
-                outside: 4,
-            }),
-        ] {
+        for counts in
+            [None, Some(Counts { admissible: 1, collision: 2, cannot_stop: 3, outside: 4 })]
+        {
             tick.decision.counts = counts;
             let message = tick.to_cdr();
             let decoded = RecordedTick::from_cdr(&message).expect("a whole message");

@@ -57,9 +57,7 @@ impl<W: Write> RecordingWriter<W> {
             .disable_seeking(true)
             // This writer ends the chunks.
             .chunk_size(None);
-        let mut file = options
-            .create(NoSeek::new(BufWriter::new(file)))
-            .map_err(io_error)?;
+        let mut file = options.create(NoSeek::new(BufWriter::new(file))).map_err(io_error)?;
         for (name, text) in metadata.attachments()? {
             let attachment = Attachment {
                 log_time: 0,
@@ -73,13 +71,8 @@ impl<W: Write> RecordingWriter<W> {
         let mut channels = Vec::new();
         for topic in Topic::ALL {
             let (name, schema) = topic.message_type();
-            let schema = file
-                .add_schema(&name, "ros2msg", schema.as_bytes())
-                .map_err(io_error)?;
-            let quality = (
-                "offered_qos_profiles".to_owned(),
-                topic.quality_of_service(),
-            );
+            let schema = file.add_schema(&name, "ros2msg", schema.as_bytes()).map_err(io_error)?;
+            let quality = ("offered_qos_profiles".to_owned(), topic.quality_of_service());
             let channel = file
                 .add_channel(schema, topic.name(), "cdr", &BTreeMap::from([quality]))
                 .map_err(io_error)?;
@@ -94,11 +87,8 @@ impl<W: Write> RecordingWriter<W> {
             buffered: 0,
             written: 0,
         };
-        let map = Entry {
-            topic: Topic::Map,
-            time_ns: 0,
-            bytes: messages::map(&metadata.map).to_cdr(),
-        };
+        let map =
+            Entry { topic: Topic::Map, time_ns: 0, bytes: messages::map(&metadata.map).to_cdr() };
         writer.write(&[map])?;
         writer.end_chunk()?;
         Ok(writer)
@@ -117,9 +107,7 @@ impl<W: Write> RecordingWriter<W> {
                 log_time: entry.time_ns,
                 publish_time: entry.time_ns,
             };
-            self.file
-                .write_to_known_channel(&header, &entry.bytes)
-                .map_err(io_error)?;
+            self.file.write_to_known_channel(&header, &entry.bytes).map_err(io_error)?;
             self.sequence[number] = self.sequence[number].wrapping_add(1);
             self.chunk_bytes += entry.bytes.len();
             self.buffered += 1;
@@ -160,10 +148,7 @@ impl<W: Write> RecordingWriter<W> {
             (TICKS.to_owned(), summary.ticks.to_string()),
             (TRACE_DIGEST.to_owned(), summary.trace_digest.clone()),
         ]);
-        let metadata = Metadata {
-            name: SUMMARY.to_owned(),
-            metadata: values,
-        };
+        let metadata = Metadata { name: SUMMARY.to_owned(), metadata: values };
         self.file.write_metadata(&metadata).map_err(io_error)?;
         self.file.finish().map_err(io_error)?;
         Ok(())

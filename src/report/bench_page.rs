@@ -90,14 +90,9 @@ impl Section {
 
     /// The figures with links to the files. Several figures use the full width of the page.
     fn markup(&self) -> Markup {
-        let extensions: &[&str] = if self.has_data() {
-            &["csv", "json", "svg"]
-        } else {
-            &["csv", "json"]
-        };
-        let files = extensions
-            .iter()
-            .map(|extension| format!("{}.{extension}", self.name));
+        let extensions: &[&str] =
+            if self.has_data() { &["csv", "json", "svg"] } else { &["csv", "json"] };
+        let files = extensions.iter().map(|extension| format!("{}.{extension}", self.name));
         let has_several = self.figures.len() > 1;
         html! {
             div class=[has_several.then_some("full-row")] {
@@ -141,34 +136,21 @@ fn sections(report: &BenchReport) -> Vec<Section> {
         Section::new("latency", report.density, |_| vec![samples.latency()])
             .map(|section| section.with_notes(density_notes(report.density, report.skipped))),
         Section::new("quality", report.quality, |_| vec![samples.quality()]),
-        Section::new("closed_loop", report.closed_loop, |_| {
-            vec![samples.closed_loop()]
-        }),
+        Section::new("closed_loop", report.closed_loop, |_| vec![samples.closed_loop()]),
         Section::new("barn", report.barn, |rows| vec![barn_worlds(rows).figure()]),
-        Section::new("dynabarn", report.dynabarn, |rows| {
-            vec![dynabarn_worlds(rows).figure()]
-        }),
+        Section::new("dynabarn", report.dynabarn, |rows| vec![dynabarn_worlds(rows).figure()]),
         Section::new("soak", report.soak, mission_set_charts::soak)
             .map(|section| section.with_notes(missed_missions(report.soak))),
         Section::new("ablation", report.ablation, mission_set_charts::ablation),
     ];
-    let sweeps = sweep_charts::by_kind(report.sweep)
-        .into_iter()
-        .filter_map(|groups| {
-            let (file, title) = sweep_charts::names(groups[0].kind);
-            Section::new(file, &groups, |groups| {
-                vec![sweep_charts::groups(title, groups)]
-            })
-        });
+    let sweeps = sweep_charts::by_kind(report.sweep).into_iter().filter_map(|groups| {
+        let (file, title) = sweep_charts::names(groups[0].kind);
+        Section::new(file, &groups, |groups| vec![sweep_charts::groups(title, groups)])
+    });
     let latency = Section::new("latency-groups", report.sweep_latency, |rows| {
         vec![sweep_charts::latency(rows)]
     });
-    sections
-        .into_iter()
-        .flatten()
-        .chain(sweeps)
-        .chain(latency)
-        .collect()
+    sections.into_iter().flatten().chain(sweeps).chain(latency).collect()
 }
 
 fn page(report: &BenchReport, sections: &[Section]) -> String {

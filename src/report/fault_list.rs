@@ -43,13 +43,7 @@ impl FaultList {
             span.to_s = time_s;
             return;
         }
-        self.spans.push(Span {
-            tick,
-            ticks: 1,
-            from_s: time_s,
-            to_s: time_s,
-            text,
-        });
+        self.spans.push(Span { tick, ticks: 1, from_s: time_s, to_s: time_s, text });
     }
 
     /// The faults for the script: all distinct texts, and for each fault its first frame, its last frame and the index of

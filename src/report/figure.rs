@@ -47,10 +47,7 @@ impl Table {
         let texts = |row: &R| columns.iter().map(|(_, text)| text(row)).collect();
         Self {
             title: title.into(),
-            headers: columns
-                .iter()
-                .map(|(header, _)| (*header).to_owned())
-                .collect(),
+            headers: columns.iter().map(|(header, _)| (*header).to_owned()).collect(),
             rows: rows.into_iter().map(texts).collect(),
         }
     }
@@ -66,10 +63,7 @@ impl Table {
                 Value::Null => NONE.to_owned(),
                 value => column.text(value),
             };
-            columns
-                .iter()
-                .map(|column| text(&record[column.name], column))
-                .collect()
+            columns.iter().map(|column| text(&record[column.name], column)).collect()
         };
         Self {
             title: title.to_owned(),
@@ -81,22 +75,15 @@ impl Table {
     /// A table of the ticks of a run. A long run shows one tick in several, and its title says so.
     pub(super) fn of_ticks<R>(title: &str, ticks: &[R], columns: &[Column<R>]) -> Self {
         let stride = ticks.len().div_ceil(MAX_TICK_ROWS).max(1);
-        let title = if stride == 1 {
-            title.to_owned()
-        } else {
-            format!("{title}, one tick in {stride}")
-        };
+        let title =
+            if stride == 1 { title.to_owned() } else { format!("{title}, one tick in {stride}") };
         Self::new(title, ticks.iter().step_by(stride), columns)
     }
 
     /// The table as a CSV file. Missing numbers are empty fields.
     pub(super) fn csv(&self) -> String {
         let field = |cell: &String| {
-            if cell == NONE {
-                String::new()
-            } else {
-                cell.clone()
-            }
+            if cell == NONE { String::new() } else { cell.clone() }
         };
         let lines = self.rows.iter().map(|row| csv_line(row.iter().map(field)));
         csv_line(&self.headers) + &lines.collect::<String>()

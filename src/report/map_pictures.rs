@@ -90,11 +90,7 @@ pub struct DriveView<'a> {
 /// classes.
 #[must_use]
 pub fn plan_svg(plan: &PlanView) -> String {
-    let stages = Stages {
-        searched: plan.searched,
-        pruned: plan.pruned,
-        smoothed: plan.smoothed,
-    };
+    let stages = Stages { searched: plan.searched, pruned: plan.pruned, smoothed: plan.smoothed };
     let nearest = match plan.outcome {
         PlanOutcome::NotFound { nearest, .. } => nearest,
         PlanOutcome::Found(_) => None,
@@ -148,10 +144,7 @@ fn plan_legend(plan: &PlanView, has_nearest: bool, view: &Viewport) -> Vec<Legen
         legend.extend(stage_legend());
     }
     if has_nearest {
-        legend.push(LegendEntry::new(
-            nearest_mark([14.0, 7.0]),
-            "nearest reachable point",
-        ));
+        legend.push(LegendEntry::new(nearest_mark([14.0, 7.0]), "nearest reachable point"));
     }
     legend.extend(ground_legend(plan.map, view));
     legend
@@ -180,10 +173,7 @@ fn metrics_text(metrics: &PlanMetrics, stops: usize) -> String {
     } else {
         "no obstacle on the map".to_owned()
     };
-    format!(
-        "{} m long{stops}, {turns}, {clearance}",
-        fixed(metrics.length_m, 2)
-    )
+    format!("{} m long{stops}, {turns}, {clearance}", fixed(metrics.length_m, 2))
 }
 
 /// Returns an SVG file with the map, every planned path, the driven track coloured by speed, a scale bar and a legend.

@@ -54,9 +54,7 @@ pub(super) fn motion(mission: &MissionView) -> ChartFigure {
                 ("turn rate, rad/s", |row| fixed(row.twist.angular, 3)),
                 ("commanded, rad/s", |row| fixed(row.command.angular, 3)),
                 ("mode", |row| row.mode.as_str().to_owned()),
-                ("admissible samples", |row| {
-                    format!("{} of {}", row.admissible, row.samples)
-                }),
+                ("admissible samples", |row| format!("{} of {}", row.admissible, row.samples)),
             ],
         ),
     }
@@ -64,20 +62,13 @@ pub(super) fn motion(mission: &MissionView) -> ChartFigure {
 
 fn motion_chart(rows: &[TraceRow], period_s: f64) -> Chart {
     if rows.is_empty() {
-        return Chart::empty(
-            MOTION,
-            "The run has no tick, so there is no motion to show.",
-        );
+        return Chart::empty(MOTION, "The run has no tick, so there is no motion to show.");
     }
     let panel = |title: &str, value: fn(&Twist) -> f64| {
-        let values = rows
-            .iter()
-            .flat_map(|row| [value(&row.twist), value(&row.command)]);
+        let values = rows.iter().flat_map(|row| [value(&row.twist), value(&row.command)]);
         let (low, high) = range(values).unwrap_or((0.0, 0.0));
         let line = |of: fn(&TraceRow) -> &Twist| {
-            rows.iter()
-                .map(|row| [row.time_s, value(of(row))])
-                .collect()
+            rows.iter().map(|row| [row.time_s, value(of(row))]).collect()
         };
         let bands = MODES.iter().skip(1).map(|(mode, class)| {
             let bands = mode_bands(rows, *mode, period_s);
@@ -97,18 +88,14 @@ fn motion_chart(rows: &[TraceRow], period_s: f64) -> Chart {
         panel("Speed, m/s", |twist| twist.linear),
         panel("Turn rate, rad/s (left is positive)", |twist| twist.angular),
     ];
-    let mut legend = vec![
-        LegendEntry::line("true", "true"),
-        LegendEntry::line("command", "command"),
-    ];
+    let mut legend =
+        vec![LegendEntry::line("true", "true"), LegendEntry::line("command", "command")];
     for (mode, class) in MODES {
         let count = rows.iter().filter(|row| row.mode == mode).count();
         if count > 0 {
             let percent = fixed(100.0 * count as f64 / rows.len() as f64, 1);
-            legend.push(LegendEntry::area(
-                class,
-                format!("{}, {percent} % of ticks", mode.as_str()),
-            ));
+            legend
+                .push(LegendEntry::area(class, format!("{}, {percent} % of ticks", mode.as_str())));
         }
     }
     let ends = |value: fn(&Twist) -> f64| {
@@ -118,10 +105,7 @@ fn motion_chart(rows: &[TraceRow], period_s: f64) -> Chart {
     };
     Chart {
         title: MOTION.to_owned(),
-        plot: Plot::Panels {
-            x: time_axis(rows),
-            panels,
-        },
+        plot: Plot::Panels { x: time_axis(rows), panels },
         legend,
         alt_text: format!(
             "True and commanded speed and turn rate over time. The true speed is {} m/s, the true turn rate {} rad/s.",
@@ -149,12 +133,8 @@ pub(super) fn gap(mission: &MissionView) -> ChartFigure {
     let mut caption = "At or below zero the robot touches something.".to_owned();
     if out_of_range > 0 {
         let ticks = out_of_range.to_string();
-        caption += &[
-            " The line breaks at ",
-            &ticks,
-            " ticks without an obstacle in range.",
-        ]
-        .concat();
+        caption +=
+            &[" The line breaks at ", &ticks, " ticks without an obstacle in range."].concat();
     }
     ChartFigure {
         chart: gap_chart(rows),
@@ -162,10 +142,7 @@ pub(super) fn gap(mission: &MissionView) -> ChartFigure {
         table: Table::of_ticks(
             "gap",
             rows,
-            &[
-                ("time, s", |row| fixed(row.time_s, 2)),
-                ("gap, m", |row| fixed(row.gap_m, 3)),
-            ],
+            &[("time, s", |row| fixed(row.time_s, 2)), ("gap, m", |row| fixed(row.gap_m, 3))],
         ),
     }
 }
@@ -174,9 +151,7 @@ fn gap_chart(rows: &[TraceRow]) -> Chart {
     let Some(closest) = closest(rows) else {
         return Chart::empty(GAP, "No obstacle was in range at any tick.");
     };
-    let widest = finite_gaps(rows)
-        .map(|row| row.gap_m)
-        .fold(MIN_GAP_RANGE_M, f64::max);
+    let widest = finite_gaps(rows).map(|row| row.gap_m).fold(MIN_GAP_RANGE_M, f64::max);
     let (gap_m, time_s) = (fixed(closest.gap_m, 3), fixed(closest.time_s, 1));
     Chart {
         title: GAP.to_owned(),
@@ -188,10 +163,7 @@ fn gap_chart(rows: &[TraceRow]) -> Chart {
                 y: Axis::rounded(closest.gap_m.min(0.0), widest),
                 marks: vec![
                     Mark::AreaBelow("contact", 0.0),
-                    Mark::Line(
-                        "gap",
-                        rows.iter().map(|row| [row.time_s, row.gap_m]).collect(),
-                    ),
+                    Mark::Line("gap", rows.iter().map(|row| [row.time_s, row.gap_m]).collect()),
                     Mark::Level(0.0, None),
                     Mark::Circles("closest", 5.0, vec![[closest.time_s, closest.gap_m]]),
                 ],
@@ -210,8 +182,7 @@ fn gap_chart(rows: &[TraceRow]) -> Chart {
 }
 
 fn finite_gaps(rows: &[TraceRow]) -> impl Iterator<Item = &TraceRow> {
-    rows.iter()
-        .filter(|row| row.gap_m.is_finite() && row.time_s.is_finite())
+    rows.iter().filter(|row| row.gap_m.is_finite() && row.time_s.is_finite())
 }
 
 /// The tick of the smallest gap, the first of several.

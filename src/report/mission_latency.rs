@@ -197,9 +197,7 @@ impl Latency {
                 "percentiles",
                 &quantiles,
                 &[
-                    ("share of decisions", |[share, _]| {
-                        format!("{} %", fixed(share * 100.0, 1))
-                    }),
+                    ("share of decisions", |[share, _]| format!("{} %", fixed(share * 100.0, 1))),
                     ("latency at most, ms", |[_, ms]| significant(*ms)),
                 ],
             ),

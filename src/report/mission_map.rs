@@ -57,11 +57,7 @@ pub(super) fn viewport(mission: &MissionView) -> Viewport {
 }
 
 const fn path_stages<'a>(mission: &MissionView<'a>) -> Stages<'a> {
-    Stages {
-        searched: mission.searched,
-        pruned: mission.pruned,
-        smoothed: mission.smoothed,
-    }
+    Stages { searched: mission.searched, pruned: mission.pruned, smoothed: mission.smoothed }
 }
 
 fn picture(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Markup {
@@ -103,9 +99,7 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
     }
     if !trace.rows.is_empty() {
         let speed = fixed(top_speed(&trace.rows), 2);
-        legend.push(track_legend(format!(
-            "driven track, speed 0 to {speed} m/s"
-        )));
+        legend.push(track_legend(format!("driven track, speed 0 to {speed} m/s")));
     }
     legend.extend(encounters.legend());
     if has_trails(trace, view) {
@@ -131,16 +125,8 @@ fn alt_text(mission: &MissionView) -> String {
         fixed(mission.start.y, 1),
         fixed(mission.goal.x, 1),
         fixed(mission.goal.y, 1),
-        if outcome.reached {
-            "reached"
-        } else {
-            "not reached"
-        },
-        if outcome.collided {
-            "with contact"
-        } else {
-            "without contact"
-        },
+        if outcome.reached { "reached" } else { "not reached" },
+        if outcome.collided { "with contact" } else { "without contact" },
         mission.trace.moving_radii.len(),
         mission.trace.paths.len().max(1)
     )

@@ -35,10 +35,7 @@ pub fn html(report: &Report) -> String {
         @if has_player { (player::script()) }
     };
     let extras = if has_player {
-        Extras {
-            style: player::STYLE,
-            script_source: Some(player::script_source()),
-        }
+        Extras { style: player::STYLE, script_source: Some(player::script_source()) }
     } else {
         Extras::default()
     };
@@ -84,16 +81,8 @@ fn section(mission: &MissionView, number: usize) -> Markup {
 }
 
 fn outcome_badges(outcome: &Outcome) -> Markup {
-    let reached = if outcome.reached {
-        "goal reached"
-    } else {
-        "goal not reached"
-    };
-    let contact = if outcome.collided {
-        "contact"
-    } else {
-        "no contact"
-    };
+    let reached = if outcome.reached { "goal reached" } else { "goal not reached" };
+    let contact = if outcome.collided { "contact" } else { "no contact" };
     html! { (badge(outcome.reached, reached)) " " (badge(!outcome.collided, contact)) }
 }
 
@@ -166,18 +155,12 @@ fn details(mission: &MissionView) -> Markup {
 }
 
 fn length_m(path: &[Point]) -> f64 {
-    path.windows(2)
-        .map(|ends| libm::hypot(ends[1].x - ends[0].x, ends[1].y - ends[0].y))
-        .sum()
+    path.windows(2).map(|ends| libm::hypot(ends[1].x - ends[0].x, ends[1].y - ends[0].y)).sum()
 }
 
 fn comparisons(comparisons: &[EngineComparison]) -> Markup {
     let agree = comparisons.iter().all(|engine| engine.agrees);
-    let verdict = if agree {
-        "all agree, bit for bit"
-    } else {
-        "they differ"
-    };
+    let verdict = if agree { "all agree, bit for bit" } else { "they differ" };
     html! {
         section id="engines" {
             h2 { "Do the engines agree?" }

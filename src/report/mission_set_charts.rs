@@ -67,19 +67,11 @@ fn soak_ends(groups: &[Group]) -> ChartFigure {
     let most = groups.iter().map(missed_percent).fold(1.0, f64::max);
     let rows = groups.iter().map(|group| {
         let (reached, missions) = (group.counts.of(RunEnd::Reached), group.missions.len());
-        group.row(
-            format!("{reached} of {missions} reached"),
-            group.counts.stack(&RunEnd::MISSED),
-        )
+        group.row(format!("{reached} of {missions} reached"), group.counts.stack(&RunEnd::MISSED))
     });
     let legend = end_legend(&RunEnd::MISSED, &groups.iter().map(|group| &group.counts));
     ChartFigure {
-        chart: Chart::of_rows(
-            TITLE,
-            (Axis::rounded(0.0, most), "%"),
-            rows.collect(),
-            legend,
-        ),
+        chart: Chart::of_rows(TITLE, (Axis::rounded(0.0, most), "%"), rows.collect(), legend),
         caption,
         table: Table::new(
             "ends of the missions",
@@ -87,9 +79,7 @@ fn soak_ends(groups: &[Group]) -> ChartFigure {
             &[
                 ("group", |group| group.label.clone()),
                 ("missions", |group| group.missions.len().to_string()),
-                ("reached", |group| {
-                    group.counts.of(RunEnd::Reached).to_string()
-                }),
+                ("reached", |group| group.counts.of(RunEnd::Reached).to_string()),
                 ("reached, %", |group| {
                     fixed(group.counts.percent(group.counts.of(RunEnd::Reached)), 1)
                 }),
@@ -99,12 +89,8 @@ fn soak_ends(groups: &[Group]) -> ChartFigure {
                 ("contact caused by an obstacle", |group| {
                     group.counts.of(RunEnd::ObstacleContact).to_string()
                 }),
-                ("gave up", |group| {
-                    group.counts.of(RunEnd::GaveUp).to_string()
-                }),
-                ("timeout", |group| {
-                    group.counts.of(RunEnd::Timeout).to_string()
-                }),
+                ("gave up", |group| group.counts.of(RunEnd::GaveUp).to_string()),
+                ("timeout", |group| group.counts.of(RunEnd::Timeout).to_string()),
             ],
         ),
     }
@@ -112,25 +98,20 @@ fn soak_ends(groups: &[Group]) -> ChartFigure {
 
 impl Measure {
     fn figure(&self, groups: &[Group]) -> ChartFigure {
-        let spreads: Vec<(&Group, Option<[f64; 5]>)> = groups
-            .iter()
-            .map(|group| (group, group.spread(self.value)))
-            .collect();
+        let spreads: Vec<(&Group, Option<[f64; 5]>)> =
+            groups.iter().map(|group| (group, group.spread(self.value))).collect();
         let ends = spreads.iter().filter_map(|(_, spread)| *spread);
         let (least, most) = range(ends.flatten()).unwrap_or((1.0, 10.0));
         let rows = spreads.iter().map(|(group, spread)| match spread {
-            Some(values) => group.row(
-                format!("median {}", significant(values[2])),
-                RowMark::Spread(*values),
-            ),
+            Some(values) => {
+                group.row(format!("median {}", significant(values[2])), RowMark::Spread(*values))
+            }
             None => group.row("none reached".to_owned(), RowMark::None),
         });
         let legend = LegendEntry::new(spread_mark(), "median, 10 to 90 %, least to greatest");
         let columns: [Column<(&Group, Spread)>; 7] = [
             ("group", |(group, _)| group.label.clone()),
-            ("reached", |(group, _)| {
-                group.counts.of(RunEnd::Reached).to_string()
-            }),
+            ("reached", |(group, _)| group.counts.of(RunEnd::Reached).to_string()),
             ("least", |(_, spread)| spread_text(spread.as_ref(), 0)),
             ("10 %", |(_, spread)| spread_text(spread.as_ref(), 1)),
             ("median", |(_, spread)| spread_text(spread.as_ref(), 2)),
@@ -179,14 +160,12 @@ fn groups(rows: &[RunRow]) -> Vec<Group<'_>> {
     all.into_iter()
         .chain(maps)
         .chain(traffic)
-        .map(
-            |(kind, label, missions): (usize, String, Vec<&RunRow>)| Group {
-                kind,
-                label,
-                counts: EndCounts::new(missions.iter().map(|row| (RunEnd::new(row), 1))),
-                missions,
-            },
-        )
+        .map(|(kind, label, missions): (usize, String, Vec<&RunRow>)| Group {
+            kind,
+            label,
+            counts: EndCounts::new(missions.iter().map(|row| (RunEnd::new(row), 1))),
+            missions,
+        })
         .collect()
 }
 
@@ -201,12 +180,7 @@ const fn traffic_text(kind: TrafficKind) -> &'static str {
 
 impl Group<'_> {
     fn row(&self, value: String, mark: RowMark) -> Row {
-        Row {
-            group: self.kind,
-            label: self.label.clone(),
-            value,
-            mark,
-        }
+        Row { group: self.kind, label: self.label.clone(), value, mark }
     }
 
     /// Least, 10th, 50th and 90th percentile, and greatest value of the missions that reached their goal; none if no value
@@ -220,13 +194,7 @@ impl Group<'_> {
             .filter(|value| value.is_finite() && *value > 0.0)
             .collect();
         let at = |share| percentile(values.clone(), share);
-        Some([
-            at(f64::MIN_POSITIVE)?,
-            at(0.1)?,
-            at(0.5)?,
-            at(0.9)?,
-            at(1.0)?,
-        ])
+        Some([at(f64::MIN_POSITIVE)?, at(0.1)?, at(0.5)?, at(0.9)?, at(1.0)?])
     }
 }
 
@@ -241,10 +209,7 @@ pub(super) fn missed_missions(rows: &[RunRow]) -> Markup {
             ("seed", |row| row.seed.to_string()),
             ("traffic", |row| match row.obstacles {
                 0 => "none".to_owned(),
-                count => format!(
-                    "{count}, {}",
-                    row.traffic.map_or("unknown", TrafficKind::name)
-                ),
+                count => format!("{count}, {}", row.traffic.map_or("unknown", TrafficKind::name)),
             }),
             ("end", |row| row.outcome.text().to_owned()),
             ("time, s", |row| fixed(row.time_s, 1)),
@@ -281,11 +246,7 @@ pub(super) fn ablation(rows: &[experiment::Group]) -> Vec<ChartFigure> {
     charts
         .into_iter()
         .zip(captions)
-        .map(|(chart, caption)| ChartFigure {
-            chart,
-            caption,
-            table: ablation_table(rows),
-        })
+        .map(|(chart, caption)| ChartFigure { chart, caption, table: ablation_table(rows) })
         .collect()
 }
 

@@ -49,8 +49,7 @@ pub(super) fn shortened(value: f64) -> String {
 /// A coordinate or length of a drawing, to a tenth of a unit, which is less than a pixel.
 pub(super) fn coordinate(value: f64) -> String {
     let text = fixed(value, 1);
-    text.strip_suffix(".0")
-        .map_or_else(|| text.clone(), str::to_owned)
+    text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
 }
 
 #[cfg(test)]

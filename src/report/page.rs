@@ -41,9 +41,8 @@ pub(super) struct Extras {
 /// Returns a whole page as text.
 pub(super) fn document(title: &str, extras: &Extras, content: &Markup) -> String {
     let scripts = extras.script_source.iter();
-    let policy = scripts.fold(POLICY.to_owned(), |policy, source| {
-        format!("{policy}; script-src {source}")
-    });
+    let policy =
+        scripts.fold(POLICY.to_owned(), |policy, source| format!("{policy}; script-src {source}"));
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -86,11 +85,7 @@ pub(super) fn reproduction(command: &str) -> Markup {
 
 /// A short statement, marked as good or bad by colour and sign.
 pub(super) fn badge(is_good: bool, text: &str) -> Markup {
-    let (class, sign) = if is_good {
-        ("badge good", "✓")
-    } else {
-        ("badge bad", "✗")
-    };
+    let (class, sign) = if is_good { ("badge good", "✓") } else { ("badge bad", "✗") };
     html! { span class=(class) { (sign) " " (text) } }
 }
 

@@ -13,11 +13,8 @@ use crate::experiment::paper_drives::{
 /// Name of the table whose paths are shown as bars.
 const FIGURE_5: &str = "figure_5";
 /// Classes of the stages of a search, and their names.
-const STAGES: [(&str, &str); 3] = [
-    ("stage-0", "search"),
-    ("stage-1", "pruning"),
-    ("stage-2", "spline"),
-];
+const STAGES: [(&str, &str); 3] =
+    [("stage-0", "search"), ("stage-1", "pruning"), ("stage-2", "spline")];
 /// Least deviation of the charts, m or rad. A logarithmic axis has no zero.
 const MIN_DEVIATION: f64 = 1e-4;
 const MEASURED: &str = "deviation measured";
@@ -33,12 +30,9 @@ pub(super) fn charts(table: &PaperTable) -> Vec<Chart> {
                 &table.rows,
                 |row| row.time_ms.p50_ms,
             ),
-            angles(
-                "(b) Length of the paths: sums over the scenes",
-                "m",
-                &table.rows,
-                |row| row.length_m,
-            ),
+            angles("(b) Length of the paths: sums over the scenes", "m", &table.rows, |row| {
+                row.length_m
+            }),
         ],
         PaperTable::Paths(_) => Vec::new(),
         PaperTable::Ablation(table) => vec![stages(&table.rows)],
@@ -69,12 +63,7 @@ fn stages(rows: &[StepRow]) -> Chart {
         }
     }
     let legend = STAGES.map(|(class, name)| LegendEntry::area(class, name));
-    bar_chart(
-        "Planning time by stage: sums of median times",
-        "ms",
-        &bars,
-        legend.to_vec(),
-    )
+    bar_chart("Planning time by stage: sums of median times", "ms", &bars, legend.to_vec())
 }
 
 /// Sums over the scenes for each angle of the distance model (fig. 5).
@@ -103,18 +92,11 @@ fn bar_chart(
         Row {
             group: 0,
             label: label.split(" (").next().unwrap_or_default().to_owned(),
-            value: format!(
-                "{} {unit}",
-                significant(ends.last().copied().unwrap_or(0.0))
-            ),
+            value: format!("{} {unit}", significant(ends.last().copied().unwrap_or(0.0))),
             mark: RowMark::Stack(parts.collect()),
         }
     };
-    let longest = bars
-        .iter()
-        .flat_map(|(_, ends)| ends)
-        .copied()
-        .fold(0.0, f64::max);
+    let longest = bars.iter().flat_map(|(_, ends)| ends).copied().fold(0.0, f64::max);
     let axis = Axis::rounded(0.0, longest);
     Chart::of_rows(title, (axis, unit), bars.iter().map(row).collect(), legend)
 }
@@ -127,18 +109,12 @@ fn deviations(table: &DriveTable) -> [Vec<(usize, Deviation)>; 2] {
         .filter(|(_, run)| run.reached())
         .map(|(index, run)| (index + 1, run.deviation));
     let published = table.paper.rows.iter().enumerate();
-    [
-        measured.collect(),
-        published.map(|(index, row)| (index + 1, *row)).collect(),
-    ]
+    [measured.collect(), published.map(|(index, row)| (index + 1, *row)).collect()]
 }
 
 fn positions(table: &DriveTable) -> Chart {
     let all = deviations(table);
-    let largest = all
-        .iter()
-        .flatten()
-        .flat_map(|(_, off)| [off.dx_m, off.dy_m]);
+    let largest = all.iter().flatten().flat_map(|(_, off)| [off.dx_m, off.dy_m]);
     let most = largest.fold(2.0 * MEAN_LIMIT_M, f64::max);
     let axis = || Axis::logarithmic(MIN_DEVIATION, most);
     let points = |of: &[(usize, Deviation)]| {
@@ -170,14 +146,8 @@ fn angle_errors(table: &DriveTable) -> Chart {
     };
     deviation_chart(
         "Yaw error: |dyaw| of each drive",
-        XAxis::new(
-            Axis::exact(0.0, last.unwrap_or(1) as f64 + 1.0),
-            "number of the drive",
-        ),
-        (
-            "|dyaw|, rad (logarithmic)",
-            Axis::logarithmic(MIN_DEVIATION, most),
-        ),
+        XAxis::new(Axis::exact(0.0, last.unwrap_or(1) as f64 + 1.0), "number of the drive"),
+        ("|dyaw|, rad (logarithmic)", Axis::logarithmic(MIN_DEVIATION, most)),
         vec![
             Mark::Level(MEAN_LIMIT_RAD, None),
             Mark::Circles(MEASURED, 4.0, points(&all[0])),
@@ -198,12 +168,7 @@ fn deviation_chart(
         title: title.to_owned(),
         plot: Plot::Panels {
             x,
-            panels: vec![Panel {
-                title: y_title.to_owned(),
-                height: 256.0,
-                y,
-                marks,
-            }],
+            panels: vec![Panel { title: y_title.to_owned(), height: 256.0, y, marks }],
         },
         legend: vec![
             LegendEntry::circle(MEASURED, 4.5, "measured, all scenes"),

@@ -19,17 +19,9 @@ const MARK_SCALE: f64 = 2.2;
 
 /// The paths on maps side by side: search, class of the line, and name.
 const SHOWN: [(Search, &str, &str); 3] = [
-    (
-        Search::Manhattan,
-        "traditional-path",
-        "traditional A*, Manhattan",
-    ),
+    (Search::Manhattan, "traditional-path", "traditional A*, Manhattan"),
     (Search::Improved, "improved-path", "improved"),
-    (
-        Search::JumpPoints,
-        "jump-path",
-        "jump points, pruning, spline",
-    ),
+    (Search::JumpPoints, "jump-path", "jump points, pruning, spline"),
 ];
 
 /// The searches on the overview map.
@@ -38,11 +30,7 @@ const OVERVIEW: [Search; 2] = [Search::Manhattan, Search::JumpPoints];
 /// The final path of a run, and the nodes that remain after pruning.
 fn final_path(run: &Run) -> (&[Point], &[Point]) {
     let is_pruned = run.search.last_stage() > Stage::Raw;
-    let nodes = if is_pruned {
-        run.at(Stage::Pruned).path.points()
-    } else {
-        &[]
-    };
+    let nodes = if is_pruned { run.at(Stage::Pruned).path.points() } else { &[] };
     (run.at(run.search.last_stage()).path.points(), nodes)
 }
 
@@ -70,10 +58,7 @@ fn path_text(run: &Run) -> String {
     let last = run.at(run.search.last_stage());
     let turns = match run.search.last_stage() {
         Stage::Raw => format!("{} turns", last.path.turns()),
-        _ => format!(
-            "{} turns before smoothing",
-            run.at(Stage::Pruned).path.turns()
-        ),
+        _ => format!("{} turns before smoothing", run.at(Stage::Pruned).path.turns()),
     };
     format!(
         "{} m, {turns}, {} m from obstacles",
@@ -89,9 +74,7 @@ pub(super) fn overview(name: &str, title: &str, site: &Site, tasks: &[TaskRuns])
         .into_iter()
         .zip(["traditional-path", "jump-path"])
         .flat_map(|(search, class)| {
-            tasks
-                .iter()
-                .filter_map(move |task| Some((task, task.of(search)?, class)))
+            tasks.iter().filter_map(move |task| Some((task, task.of(search)?, class)))
         })
         .collect();
     MapsSideBySide {
@@ -123,11 +106,8 @@ fn one_map(
 ) -> MapPanel {
     let height = view.height();
     // On a map with many paths, nodes would hide them.
-    let nodes: Vec<&Point> = drawn
-        .iter()
-        .filter(|_| !with_numbers)
-        .flat_map(|(_, run, _)| final_path(run).1)
-        .collect();
+    let nodes: Vec<&Point> =
+        drawn.iter().filter(|_| !with_numbers).flat_map(|(_, run, _)| final_path(run).1).collect();
     let content = html! {
         rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
         (ground(&site.map, view, PAGE_RASTER))
@@ -220,13 +200,7 @@ impl<'a> DriveMap<'a> {
         } else {
             Encounters::new(trace, footprint, &view)
         };
-        Self {
-            course,
-            trace,
-            footprint,
-            view,
-            encounters,
-        }
+        Self { course, trace, footprint, view, encounters }
     }
 
     fn panel(&self, letter: &str) -> MapPanel {
@@ -254,20 +228,13 @@ impl<'a> DriveMap<'a> {
             content,
             height: height + STRIP,
             alt_text: self.alt_text(),
-            caption: format!(
-                "({letter}) {}: {}{moments}",
-                course.title,
-                self.result_text()
-            ),
+            caption: format!("({letter}) {}: {}{moments}", course.title, self.result_text()),
         }
     }
 
     fn result_text(&self) -> String {
         let rows = &self.trace.rows;
-        let gap_m = rows
-            .iter()
-            .map(|row| row.gap_m)
-            .fold(f64::INFINITY, f64::min);
+        let gap_m = rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min);
         let time_s = rows.last().map_or(0.0, |row| row.time_s);
         let pedestrians = match self.trace.moving_radii.len() {
             0 => String::new(),
@@ -278,11 +245,7 @@ impl<'a> DriveMap<'a> {
             0 | 1 => "one plan".to_owned(),
             plans => format!("{plans} plans"),
         };
-        format!(
-            "{pedestrians}{} s, smallest gap {} m, {plans}.",
-            fixed(time_s, 1),
-            fixed(gap_m, 2),
-        )
+        format!("{pedestrians}{} s, smallest gap {} m, {plans}.", fixed(time_s, 1), fixed(gap_m, 2),)
     }
 
     fn alt_text(&self) -> String {
@@ -313,9 +276,7 @@ fn drive_legend(maps: &[DriveMap]) -> Vec<LegendEntry> {
     if is_replanned {
         legend.push(LegendEntry::line("replanned", "replanned path"));
     }
-    legend.push(track_legend(
-        "driven track, from standstill to top speed".to_owned(),
-    ));
+    legend.push(track_legend("driven track, from standstill to top speed".to_owned()));
     let encounters = maps.iter().map(|map| map.encounters.legend());
     legend.extend(encounters.max_by_key(Vec::len).unwrap_or_default());
     if has_trails {

@@ -99,10 +99,7 @@ fn page(report: &PaperReport, sections: &[Section]) -> String {
         @for section in sections { (section.markup()) (section.files()) }
         (reproduction(report.command))
     };
-    let extras = Extras {
-        style: include_str!("paper.css"),
-        ..Extras::default()
-    };
+    let extras = Extras { style: include_str!("paper.css"), ..Extras::default() };
     document(TITLE, &extras, &content)
 }
 
@@ -142,11 +139,7 @@ fn summary(report: &PaperReport) -> Markup {
 fn drive_summary(table: &DriveTable) -> Markup {
     let acceptance = &table.acceptance;
     let choose = |is_met, met, unmet| badge(is_met, if is_met { met } else { unmet });
-    let within = if acceptance.means_within_limits {
-        "within"
-    } else {
-        "not within"
-    };
+    let within = if acceptance.means_within_limits { "within" } else { "not within" };
     let means = format!(
         "mean deviations {within} {MEAN_LIMIT_M} m and {MEAN_LIMIT_RAD} rad in every scene"
     );
@@ -169,23 +162,15 @@ impl<'a> Section<'a> {
             PaperTable::Drives(table) => vec![drive_maps(report, table)],
             PaperTable::Paths(_) | PaperTable::Ablation(_) => Vec::new(),
         };
-        Self {
-            table,
-            maps,
-            charts: charts(table),
-        }
+        Self { table, maps, charts: charts(table) }
     }
 
     /// The SVG files.
     fn pictures(&self) -> impl Iterator<Item = ReportFile> {
-        let maps = self
-            .maps
-            .iter()
-            .map(|map| (map.name.as_str(), map.standalone_svg()));
+        let maps = self.maps.iter().map(|map| (map.name.as_str(), map.standalone_svg()));
         let charts = (!self.charts.is_empty())
             .then(|| (self.table.name(), standalone_svg(&self.charts, "")));
-        maps.chain(charts)
-            .map(|(name, text)| ReportFile::new(format!("{name}.svg"), text))
+        maps.chain(charts).map(|(name, text)| ReportFile::new(format!("{name}.svg"), text))
     }
 
     fn markup(&self) -> Markup {
@@ -247,36 +232,27 @@ fn scene_maps(report: &PaperReport) -> Vec<MapsSideBySide> {
 fn mine_maps(report: &PaperReport) -> Vec<MapsSideBySide> {
     let (site, tasks) = report.mine;
     let all = "All five paths: traditional with Manhattan distance, and jump points with pruning and spline";
-    let close_ups = tasks
-        .iter()
-        .take(CLOSE_UPS)
-        .enumerate()
-        .map(|(index, task)| {
-            let title = format!("Fig. 16: {}", task.task.name);
-            variants(&format!("figure_16_{}", index + 1), title, site, task)
-        });
-    [overview("mine", all, site, tasks)]
-        .into_iter()
-        .chain(close_ups)
-        .collect()
+    let close_ups = tasks.iter().take(CLOSE_UPS).enumerate().map(|(index, task)| {
+        let title = format!("Fig. 16: {}", task.task.name);
+        variants(&format!("figure_16_{}", index + 1), title, site, task)
+    });
+    [overview("mine", all, site, tasks)].into_iter().chain(close_ups).collect()
 }
 
 /// The drives with one kind of traffic.
 fn drive_maps(report: &PaperReport, table: &DriveTable) -> MapsSideBySide {
     let drives = report.drives.iter();
-    let shown = drives
-        .filter(|drives| drives.traffic == table.traffic)
-        .flat_map(|drives| &drives.shown);
+    let shown =
+        drives.filter(|drives| drives.traffic == table.traffic).flat_map(|drives| &drives.shown);
     let names = match table.traffic {
         TrafficKind::None => ["figure_12", "Fig. 12: no pedestrians"],
         TrafficKind::Yielding | TrafficKind::Appearing => {
             ["figure_13", "Fig. 13: pedestrians that stop for the robot"]
         }
 
-        TrafficKind::NonYielding => [
-            "figure_13_heedless",
-            "Fig. 13 again: pedestrians that ignore the robot",
-        ],
+        TrafficKind::NonYielding => {
+            ["figure_13_heedless", "Fig. 13 again: pedestrians that ignore the robot"]
+        }
     };
     paper_maps::drives(names, report.courses, shown, report.footprint)
 }

@@ -20,29 +20,22 @@ pub(super) fn path_table(table: &PathTable) -> Table {
             ("length, m", |row| fixed(row.length_m, 2)),
             ("turns", |row| row.turns.to_string()),
             ("turns, smoothed", |row| {
-                row.turns_smoothed
-                    .map_or_else(dash, |turns| turns.to_string())
+                row.turns_smoothed.map_or_else(dash, |turns| turns.to_string())
             }),
             ("clearance, m", |row| fixed(row.min_clearance_m, 3)),
             ("time, ms", |row| significant(row.time_ms.p50_ms)),
-            ("time, 95th percentile, ms", |row| {
-                significant(row.time_ms.p95_ms)
-            }),
+            ("time, 95th percentile, ms", |row| significant(row.time_ms.p95_ms)),
             ("search, ms", |row| significant(row.stage_ms.search)),
             ("pruning + spline, ms", |row| {
                 let stages = row.stage_ms.prune.zip(row.stage_ms.smooth);
                 stages.map_or_else(dash, |(prune, smooth)| significant(prune + smooth))
             }),
             ("cells expanded", |row| row.expanded.to_string()),
-            ("raw path over shortest, %", |row| {
-                fixed(100.0 * row.over_shortest, 2)
-            }),
+            ("raw path over shortest, %", |row| fixed(100.0 * row.over_shortest, 2)),
         ],
     );
     let columns = paths.headers.len();
-    paths
-        .rows
-        .extend(table.paper.iter().map(|row| published_path(row, columns)));
+    paths.rows.extend(table.paper.iter().map(|row| published_path(row, columns)));
     paths
 }
 
@@ -131,9 +124,7 @@ pub(super) fn step_table(table: &AblationTable) -> Table {
             ("turns", |row| row.turns.to_string()),
             ("clearance, m", |row| fixed(row.min_clearance_m, 3)),
             ("cells expanded", |row| row.expanded.to_string()),
-            ("raw paths over shortest, %", |row| {
-                fixed(100.0 * row.over_shortest, 2)
-            }),
+            ("raw paths over shortest, %", |row| fixed(100.0 * row.over_shortest, 2)),
             ("worst, %", |row| fixed(100.0 * row.worst_over_shortest, 1)),
         ],
     )
@@ -159,22 +150,14 @@ pub(super) fn summary_table(table: &DriveTable) -> Table {
             ("contacts", |summary| summary.contacts.to_string()),
             ("mean |dx|, m", |summary| deviation_text(summary, false, 0)),
             ("mean |dy|, m", |summary| deviation_text(summary, false, 1)),
-            ("mean |dyaw|, rad", |summary| {
-                deviation_text(summary, false, 2)
-            }),
+            ("mean |dyaw|, rad", |summary| deviation_text(summary, false, 2)),
             ("max |dx|, m", |summary| deviation_text(summary, true, 0)),
             ("max |dy|, m", |summary| deviation_text(summary, true, 1)),
-            ("max |dyaw|, rad", |summary| {
-                deviation_text(summary, true, 2)
-            }),
+            ("max |dyaw|, rad", |summary| deviation_text(summary, true, 2)),
             ("mean time, s", |summary| fixed(summary.time_s, 1)),
             ("mean distance, m", |summary| fixed(summary.travelled_m, 2)),
-            ("smallest gap, m", |summary| {
-                fixed(summary.min_clearance_m, 3)
-            }),
-            ("standing, %", |summary| {
-                fixed(100.0 * summary.waited_share, 1)
-            }),
+            ("smallest gap, m", |summary| fixed(summary.min_clearance_m, 3)),
+            ("standing, %", |summary| fixed(100.0 * summary.waited_share, 1)),
         ],
     );
     let columns = summaries.headers.len();
@@ -188,29 +171,16 @@ pub(super) fn summary_table(table: &DriveTable) -> Table {
     let paper = &table.paper;
     let (of_rows, of_text) = (paper.of_rows, paper.of_text);
     summaries.rows.extend([
-        published(
-            "rows of the paper",
-            paper.rows.len().to_string(),
-            [of_rows.mean, of_rows.max],
-        ),
-        published(
-            "text of the paper",
-            String::new(),
-            [of_text.mean, of_text.max],
-        ),
+        published("rows of the paper", paper.rows.len().to_string(), [of_rows.mean, of_rows.max]),
+        published("text of the paper", String::new(), [of_text.mean, of_text.max]),
     ]);
     summaries
 }
 
 /// The mean or greatest deviation of the drives along an axis.
 fn deviation_text(summary: &DriveSummary, is_max: bool, axis: usize) -> String {
-    let deviation = summary
-        .deviation
-        .map(|spread| if is_max { spread.max } else { spread.mean });
-    fixed(
-        deviation.map_or(f64::NAN, |deviation| deviation.to_array()[axis]),
-        4,
-    )
+    let deviation = summary.deviation.map(|spread| if is_max { spread.max } else { spread.mean });
+    fixed(deviation.map_or(f64::NAN, |deviation| deviation.to_array()[axis]), 4)
 }
 
 /// Every drive. The ten drives of the paper stand next to those of the first scene.
@@ -230,9 +200,7 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
         format!("{}: every drive", table.title),
         &rows,
         &[
-            ("scene, seed", |(run, _)| {
-                format!("{}, {}", run.scene, run.seed)
-            }),
+            ("scene, seed", |(run, _)| format!("{}, {}", run.scene, run.seed)),
             ("|dx|, m", |(run, _)| fixed(run.deviation.dx_m, 4)),
             ("|dy|, m", |(run, _)| fixed(run.deviation.dy_m, 4)),
             ("|dyaw|, rad", |(run, _)| fixed(run.deviation.dyaw_rad, 4)),
@@ -243,9 +211,7 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
             ("distance, m", |(run, _)| fixed(run.travelled_m, 2)),
             ("path, m", |(run, _)| fixed(run.path_length_m, 2)),
             ("smallest gap, m", |(run, _)| fixed(run.min_clearance_m, 3)),
-            ("to a pedestrian, m", |(run, _)| {
-                fixed(run.nearest_person_m.unwrap_or(f64::NAN), 3)
-            }),
+            ("to a pedestrian, m", |(run, _)| fixed(run.nearest_person_m.unwrap_or(f64::NAN), 3)),
             ("plans", |(run, _)| run.plans.to_string()),
             ("standing, %", |(run, _)| fixed(100.0 * run.waited_share, 1)),
             ("longest stop, s", |(run, _)| fixed(run.longest_wait_s, 1)),
@@ -256,9 +222,5 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
 
 /// A published value; empty if the paper has no drive.
 fn published_text(value: f64) -> String {
-    if value.is_finite() {
-        fixed(value, 3)
-    } else {
-        String::new()
-    }
+    if value.is_finite() { fixed(value, 3) } else { String::new() }
 }

@@ -13,10 +13,7 @@ const MAX_FRAMES: usize = 6000;
 const MAX_BEAMS: usize = 120;
 
 /// Most trajectories of a frame along each axis.
-const SAMPLING: Sampling = Sampling {
-    vx_samples: 5,
-    vtheta_samples: 11,
-};
+const SAMPLING: Sampling = Sampling { vx_samples: 5, vtheta_samples: 11 };
 
 /// Range within which moving obstacles are recorded, m. It is a little more than the range of the lidar.
 const NEAR_M: f64 = 12.0;
@@ -76,12 +73,7 @@ pub(super) struct Window {
 
 impl Default for PlaybackRecorder {
     fn default() -> Self {
-        Self {
-            frames: Vec::new(),
-            faults: FaultList::default(),
-            stride: 1,
-            ticks: 0,
-        }
+        Self { frames: Vec::new(), faults: FaultList::default(), stride: 1, ticks: 0 }
     }
 }
 
@@ -136,10 +128,7 @@ impl Frame {
             scan: ThinnedScan::new(&event.observation.scan),
             window: event.fan(SAMPLING).map(Window::new),
             moving: moving.filter(is_near).collect(),
-            row: TraceRow {
-                moving: Vec::new(),
-                ..row.clone()
-            },
+            row: TraceRow { moving: Vec::new(), ..row.clone() },
         }
     }
 }
@@ -224,11 +213,8 @@ mod tests {
     #[test]
     fn score_bytes_are_above_the_status_bytes() {
         let bytes = |scores: [f64; 2]| {
-            let arc = |score| FanArc {
-                twist: Twist::STOP,
-                score: Some(score),
-                status: SampleStatus::Ok,
-            };
+            let arc =
+                |score| FanArc { twist: Twist::STOP, score: Some(score), status: SampleStatus::Ok };
             let fan = TrajectoryFan {
                 from: Pose::default(),
                 horizon_s: 1.0,
@@ -241,17 +227,8 @@ mod tests {
         };
         assert_eq!(bytes([-1.0, 3.0]), [MIN_SCORE, 255]);
         assert_eq!(bytes([2.0, 2.0]), [255, 255]);
-        let statuses = [
-            SampleStatus::Collision,
-            SampleStatus::CannotStop,
-            SampleStatus::Outside,
-        ];
-        assert!(
-            statuses
-                .map(status_byte)
-                .iter()
-                .all(|byte| *byte < MIN_SCORE)
-        );
+        let statuses = [SampleStatus::Collision, SampleStatus::CannotStop, SampleStatus::Outside];
+        assert!(statuses.map(status_byte).iter().all(|byte| *byte < MIN_SCORE));
     }
 
     #[test]

@@ -25,18 +25,10 @@ pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, PngError> {
     let scale = width_px as f32 / tree.size().width();
     let height_px = (tree.size().height() * scale).ceil() as u32;
     let mut pixels = Pixmap::new(width_px, height_px).ok_or_else(|| {
-        PngError(format!(
-            "an image of {width_px} x {height_px} pixels is not possible"
-        ))
+        PngError(format!("an image of {width_px} x {height_px} pixels is not possible"))
     })?;
-    render(
-        &tree,
-        Transform::from_scale(scale, scale),
-        &mut pixels.as_mut(),
-    );
-    pixels
-        .encode_png()
-        .map_err(|error| PngError(error.to_string()))
+    render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| PngError(error.to_string()))
 }
 
 /// Options with the program's own font and no others.
@@ -45,9 +37,5 @@ fn options() -> Options<'static> {
     fonts.load_font_data(dejavu::sans::regular().to_vec());
     fonts.load_font_data(dejavu::sans::bold().to_vec());
     fonts.set_sans_serif_family(FAMILY);
-    Options {
-        font_family: FAMILY.to_owned(),
-        fontdb: Arc::new(fonts),
-        ..Options::default()
-    }
+    Options { font_family: FAMILY.to_owned(), fontdb: Arc::new(fonts), ..Options::default() }
 }

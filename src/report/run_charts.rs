@@ -112,9 +112,7 @@ pub(super) fn end_legend<'a>(
 ) -> Vec<LegendEntry> {
     let occurs = |end: &&RunEnd| counts.clone().any(|counts| counts.of(**end) > 0);
     let occurring = ends.iter().filter(occurs);
-    occurring
-        .map(|end| LegendEntry::area(end.class(), end.text()))
-        .collect()
+    occurring.map(|end| LegendEntry::area(end.class(), end.text())).collect()
 }
 
 /// The worlds of a benchmark.
@@ -151,9 +149,7 @@ impl Worlds<'_> {
             &[
                 ("world", |world| world.name.to_owned()),
                 ("runs", |world| world.runs.len().to_string()),
-                ("reached", |world| {
-                    world.counts.of(RunEnd::Reached).to_string()
-                }),
+                ("reached", |world| world.counts.of(RunEnd::Reached).to_string()),
                 ("contact caused by the robot", |world| {
                     world.counts.of(RunEnd::RobotContact).to_string()
                 }),
@@ -163,12 +159,8 @@ impl Worlds<'_> {
                 ("contact caused by an obstacle", |world| {
                     world.counts.of(RunEnd::ObstacleContact).to_string()
                 }),
-                ("gave up", |world| {
-                    world.counts.of(RunEnd::GaveUp).to_string()
-                }),
-                ("timeout", |world| {
-                    world.counts.of(RunEnd::Timeout).to_string()
-                }),
+                ("gave up", |world| world.counts.of(RunEnd::GaveUp).to_string()),
+                ("timeout", |world| world.counts.of(RunEnd::Timeout).to_string()),
                 ("fastest, s", |world| significant(world.times_s()[0])),
                 ("median, s", |world| significant(world.times_s()[1])),
                 ("slowest, s", |world| significant(world.times_s()[2])),
@@ -198,10 +190,10 @@ impl Worlds<'_> {
         let level = self
             .level
             .map(|(value, text)| Mark::Level(value, Some((LabelSide::Left, text.to_owned()))));
-        let ticks = worlds.iter().enumerate().map(|(index, world)| Tick {
-            value: index as f64 + 0.5,
-            label: world.name.to_owned(),
-        });
+        let ticks = worlds
+            .iter()
+            .enumerate()
+            .map(|(index, world)| Tick { value: index as f64 + 0.5, label: world.name.to_owned() });
         let missed = Panel {
             title: "Runs that did not reach the goal, % of each world".to_owned(),
             height: 74.0,
@@ -215,10 +207,7 @@ impl Worlds<'_> {
         let ranges = worlds.iter().enumerate().map(|(index, world)| {
             let times = world.charted_times();
             let range = times.map(|times| (index as f64 + 0.5, times));
-            Mark::Group(
-                world.text(),
-                vec![Mark::Ranges(range.into_iter().collect())],
-            )
+            Mark::Group(world.text(), vec![Mark::Ranges(range.into_iter().collect())])
         });
         let time = Panel {
             title: self.time_title.to_owned(),
@@ -274,11 +263,8 @@ impl Worlds<'_> {
             })
             .collect();
         // A world without a run that reached the goal has no median.
-        let median = |world: &World| {
-            world
-                .charted_times()
-                .map_or(f64::INFINITY, |[_, median, _]| median)
-        };
+        let median =
+            |world: &World| world.charted_times().map_or(f64::INFINITY, |[_, median, _]| median);
         let missed = |world: &World| world.counts.percent(world.counts.missed());
         worlds.sort_by(|a, b| {
             let by_missed = missed(a).total_cmp(&missed(b));
@@ -336,18 +322,13 @@ impl World<'_> {
             String::new()
         };
         let (reached, runs) = (self.counts.of(RunEnd::Reached), self.runs.len());
-        format!(
-            "world {}: {reached} of {runs} runs reached the goal{times}",
-            self.name
-        )
+        format!("world {}: {reached} of {runs} runs reached the goal{times}", self.name)
     }
 }
 
 /// Least, median and greatest of the positive finite values; none without any.
 fn spread(values: impl Iterator<Item = f64>) -> Option<[f64; 3]> {
-    let mut values: Vec<f64> = values
-        .filter(|value| value.is_finite() && *value > 0.0)
-        .collect();
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite() && *value > 0.0).collect();
     values.sort_by(f64::total_cmp);
     let (first, last) = (values.first()?, values.last()?);
     let median = f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2]);

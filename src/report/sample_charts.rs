@@ -35,10 +35,7 @@ pub(super) struct SampleRows<'a> {
 pub(super) fn samples_axis(counts: impl Iterator<Item = u64>) -> XAxis {
     let counts = counts.filter(|&count| count > 0).map(|count| count as f64);
     let (fewest, most) = range(counts).unwrap_or((1.0, 1.0));
-    XAxis::new(
-        Axis::logarithmic(fewest, most),
-        "Samples of the dynamic window (logarithmic)",
-    )
+    XAxis::new(Axis::logarithmic(fewest, most), "Samples of the dynamic window (logarithmic)")
 }
 
 impl<'a> SampleRows<'a> {
@@ -49,15 +46,9 @@ impl<'a> SampleRows<'a> {
     ) -> Self {
         let density_counts = density.iter().map(|row| row.samples as u64);
         let quality_counts = quality.iter().map(|row| row.samples as u64);
-        let counts = density_counts
-            .chain(quality_counts)
-            .chain(closed_loop.iter().map(|row| row.samples));
-        Self {
-            density,
-            quality,
-            closed_loop,
-            counts: counts.collect(),
-        }
+        let counts =
+            density_counts.chain(quality_counts).chain(closed_loop.iter().map(|row| row.samples));
+        Self { density, quality, closed_loop, counts: counts.collect() }
     }
 
     fn axis(&self) -> XAxis {
@@ -99,10 +90,8 @@ impl<'a> SampleRows<'a> {
 
     fn latency_chart(&self) -> Chart {
         let series = latency_series(self.density);
-        let values = series
-            .iter()
-            .flat_map(|series| &series.rows)
-            .flat_map(|row| [row.p50_ms, row.p99_ms]);
+        let values =
+            series.iter().flat_map(|series| &series.rows).flat_map(|row| [row.p50_ms, row.p99_ms]);
         let periods_ms = RATES_HZ.map(|rate_hz| 1e3 / rate_hz);
         if series.is_empty() {
             return Chart::empty(LATENCY, NO_LATENCY);
@@ -112,9 +101,8 @@ impl<'a> SampleRows<'a> {
             let label = format!("{rate_hz} Hz");
             Mark::Level(period_ms, Some((LabelSide::Outside, label)))
         });
-        let curves = curves(&series, Upper::Band, |row| {
-            Some([row.samples as f64, row.p50_ms, row.p99_ms])
-        });
+        let curves =
+            curves(&series, Upper::Band, |row| Some([row.samples as f64, row.p50_ms, row.p99_ms]));
         let mut legend = series_legend(&series);
         legend.push(LegendEntry::line("limit", "period of a control loop"));
         Chart {
@@ -143,9 +131,7 @@ impl<'a> SampleRows<'a> {
     /// The regret of each window and shape.
     pub(super) fn quality(&self) -> ChartFigure {
         let rows = self.quality;
-        let (decisions, densest) = rows
-            .first()
-            .map_or((0, 0), |row| (row.decisions, row.densest));
+        let (decisions, densest) = rows.first().map_or((0, 0), |row| (row.decisions, row.densest));
         ChartFigure {
             chart: self.quality_chart(),
             caption: format!(
@@ -193,9 +179,7 @@ impl<'a> SampleRows<'a> {
             return Chart::empty(QUALITY, "No commands were compared.");
         }
         let rows = series.iter().flat_map(|series| &series.rows);
-        let worst = rows
-            .filter_map(|row| percent(row.regret_max))
-            .fold(MIN_PERCENT, f64::max);
+        let worst = rows.filter_map(|row| percent(row.regret_max)).fold(MIN_PERCENT, f64::max);
         let mut legend = series_legend(&series);
         legend.push(LegendEntry::line("upper", "the worst of all decisions"));
         Chart {
@@ -285,10 +269,7 @@ impl<'a> SampleRows<'a> {
         legend.push(LegendEntry::line("upper", "time, 90th percentile"));
         Chart {
             title: CLOSED_LOOP.to_owned(),
-            plot: Plot::Panels {
-                x: self.axis(),
-                panels: vec![success, time],
-            },
+            plot: Plot::Panels { x: self.axis(), panels: vec![success, time] },
             legend,
             alt_text: series_alt_text(
                 "Share of missions that reached their goal, and their median time, against the number of samples",
@@ -298,10 +279,7 @@ impl<'a> SampleRows<'a> {
                         time_s(row).map(|(median_s, _)| format!("{} s", significant(median_s)));
                     let time = time.unwrap_or_else(|| "no time".to_owned());
                     let reached = fixed(reached_percent(row), 0);
-                    Some(format!(
-                        "{reached} % and {time} with {} samples",
-                        row.samples
-                    ))
+                    Some(format!("{reached} % and {time} with {} samples", row.samples))
                 },
             ),
         }
@@ -317,10 +295,7 @@ fn grouped_bars<R>(series: &[Series<R>], point: impl Fn(&R) -> (f64, f64)) -> Ve
         let bar = |row: &&R| {
             let (x, height) = point(row);
             let left = x * libm::pow(ratio, index as f64 - count / 2.0);
-            Bar {
-                x: [left, left * ratio],
-                y: [0.0, height],
-            }
+            Bar { x: [left, left * ratio], y: [0.0, height] }
         };
         let class = format!("{} marker", series_class(index));
         Mark::Bars(class, series.rows.iter().map(bar).collect())
@@ -336,9 +311,7 @@ fn time_s(row: &Group) -> Option<(f64, f64)> {
 
 /// A finite share as a percentage of at least [`MIN_PERCENT`].
 fn percent(share: Option<f64>) -> Option<f64> {
-    share
-        .filter(|share| share.is_finite())
-        .map(|share| (share * 100.0).max(MIN_PERCENT))
+    share.filter(|share| share.is_finite()).map(|share| (share * 100.0).max(MIN_PERCENT))
 }
 
 /// Engines with the rows that a logarithmic scale can show.

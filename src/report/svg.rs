@@ -87,10 +87,8 @@ pub(super) fn legend_height(entries: usize, columns: usize) -> f64 {
 
 /// The `points` attribute of a polyline or polygon.
 pub(super) fn points_attribute(points: &[[f64; 2]]) -> String {
-    let pairs: Vec<String> = points
-        .iter()
-        .map(|&[x, y]| format!("{},{}", coordinate(x), coordinate(y)))
-        .collect();
+    let pairs: Vec<String> =
+        points.iter().map(|&[x, y]| format!("{},{}", coordinate(x), coordinate(y))).collect();
     pairs.join(" ")
 }
 
@@ -122,9 +120,7 @@ fn with_values(style: &str, colours: &str) -> String {
     let mut parts = style.split("var(");
     let mut text = parts.next().unwrap_or_default().to_owned();
     for part in parts {
-        let used = part
-            .split_once(')')
-            .and_then(|(name, rest)| Some((value(name)?, rest)));
+        let used = part.split_once(')').and_then(|(name, rest)| Some((value(name)?, rest)));
         if let Some((value, rest)) = used {
             text.push_str(value);
             text.push_str(rest);
@@ -161,11 +157,7 @@ pub(super) fn simplify(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
             spans.push((index, to));
         }
     }
-    points
-        .iter()
-        .zip(keep)
-        .filter_map(|(&point, kept)| kept.then_some(point))
-        .collect()
+    points.iter().zip(keep).filter_map(|(&point, kept)| kept.then_some(point)).collect()
 }
 
 /// The squared distance from a point to the segment between two others.
@@ -173,11 +165,8 @@ fn squared_distance(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let (along, across) = (to[0] - from[0], to[1] - from[1]);
     let (x, y) = (point[0] - from[0], point[1] - from[1]);
     let length = along * along + across * across;
-    let share = if length > 0.0 {
-        ((x * along + y * across) / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let share =
+        if length > 0.0 { ((x * along + y * across) / length).clamp(0.0, 1.0) } else { 0.0 };
     let (dx, dy) = (x - share * along, y - share * across);
     dx * dx + dy * dy
 }

@@ -104,10 +104,7 @@ fn groups_chart(title: &str, groups: &[Group]) -> Chart {
             let time = shared_time_s(group).map(|time_s| format!("{} s", significant(time_s)));
             let time = time.unwrap_or_else(|| "no time".to_owned());
             let reached = fixed(reached_percent(group), 1);
-            Some(format!(
-                "{reached} % and {time} with {} samples",
-                group.samples
-            ))
+            Some(format!("{reached} % and {time} with {} samples", group.samples))
         }),
     }
 }
@@ -119,11 +116,8 @@ fn group_series(groups: &[Group]) -> Vec<Series<'_, Group>> {
         let engine = has_engines.then(|| group.engine.clone());
         let parts = [group.config.clone(), group.weights.clone(), engine];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
-        let name = if parts.is_empty() {
-            "settings of the worlds".to_owned()
-        } else {
-            parts.join(", ")
-        };
+        let name =
+            if parts.is_empty() { "settings of the worlds".to_owned() } else { parts.join(", ") };
         (group.samples > 0 && group.runs > 0).then_some(name)
     };
     series_by_name(groups, name, |group| group.samples)
@@ -161,14 +155,8 @@ pub(super) fn latency(rows: &[RunRow]) -> ChartFigure {
     const CAPTION: &str = "From the scan to the command; no other cell ran at the same time. Lines are means of the medians of \
         the cells, the bands end at the worst 99th percentile of a cell.";
     let points = latency_points(rows);
-    let series = series_by_name(
-        &points,
-        |point| Some(point.engine.clone()),
-        |point| point.samples,
-    );
-    let values = points
-        .iter()
-        .flat_map(|point| [point.p50_ms(), point.worst_p99_ms]);
+    let series = series_by_name(&points, |point| Some(point.engine.clone()), |point| point.samples);
+    let values = points.iter().flat_map(|point| [point.p50_ms(), point.worst_p99_ms]);
     let (least_ms, worst_ms) = range(values).unwrap_or((1.0, 1.0));
     let chart = Chart {
         title: TITLE.to_owned(),

@@ -31,12 +31,7 @@ impl TrackOdometry {
     /// Creates odometry that starts at a pose. The drive's width is the effective one.
     #[must_use]
     pub fn new(drive: TrackedDrive, ticks_per_m: PerTrack<f64>, pose: Pose) -> Self {
-        Self {
-            drive,
-            ticks_per_m,
-            last: None,
-            pose,
-        }
+        Self { drive, ticks_per_m, last: None, pose }
     }
 
     /// Adds a reading and returns the motion since the last one, metres and radians; zero for the first.
@@ -94,10 +89,7 @@ mod tests {
         odometry.update(PerTrack::new(100, u32::MAX - 99));
         // Each track travels pi / 2 times 0.5 m = 0.7854 m: 785 and 1571 ticks, across both wraps.
         let moved = odometry.update(PerTrack::new(100_u32.wrapping_sub(785), 1471));
-        assert!(
-            moved.linear.abs() < 3e-4 && (moved.angular - PI).abs() < 2e-3,
-            "{moved:?}"
-        );
+        assert!(moved.linear.abs() < 3e-4 && (moved.angular - PI).abs() < 2e-3, "{moved:?}");
         assert!(odometry.pose().x.abs() < 1e-3 && odometry.pose().yaw.abs() > PI - 2e-3);
     }
 

@@ -35,12 +35,7 @@ impl Footprint {
         }
         for (index, &Disc { x, y, radius }) in discs.iter().enumerate() {
             if !(x.is_finite() && y.is_finite() && radius.is_finite() && radius > 0.0) {
-                return Err(RobotError::BadDisc {
-                    index,
-                    x,
-                    y,
-                    radius,
-                });
+                return Err(RobotError::BadDisc { index, x, y, radius });
             }
         }
         Ok(Self { discs })
@@ -86,24 +81,16 @@ impl Footprint {
     /// Adds a margin, metres, to each radius. A negative margin shrinks the discs, down to 1 mm.
     #[must_use]
     pub fn padded(&self, margin_m: f64) -> Self {
-        let grow = |disc: &Disc| Disc {
-            radius: (disc.radius + margin_m).max(1e-3),
-            ..*disc
-        };
-        Self {
-            discs: self.discs.iter().map(grow).collect(),
-        }
+        let grow = |disc: &Disc| Disc { radius: (disc.radius + margin_m).max(1e-3), ..*disc };
+        Self { discs: self.discs.iter().map(grow).collect() }
     }
 
     /// Centre and radius of each disc in the map frame, for a robot at a pose.
     pub fn at(&self, pose: &Pose) -> impl Iterator<Item = (Point, f64)> + '_ {
         let isometry = pose.isometry();
-        self.discs.iter().map(move |disc| {
-            (
-                isometry.transform_point(&Point::new(disc.x, disc.y)),
-                disc.radius,
-            )
-        })
+        self.discs
+            .iter()
+            .map(move |disc| (isometry.transform_point(&Point::new(disc.x, disc.y)), disc.radius))
     }
 }
 

@@ -30,21 +30,14 @@ impl TrackedDrive {
     #[must_use]
     pub fn tracks(&self, twist: &Twist) -> TrackSpeeds {
         let half = twist.angular * self.track_width_m / 2.0;
-        TrackSpeeds {
-            left: twist.linear - half,
-            right: twist.linear + half,
-        }
+        TrackSpeeds { left: twist.linear - half, right: twist.linear + half }
     }
 
     /// Turning radius, metres, positive to the left (eq. 9); infinite for equal track speeds.
     #[must_use]
     pub fn turning_radius_m(&self, tracks: &TrackSpeeds) -> f64 {
         let twist = self.twist(tracks);
-        if twist.angular == 0.0 {
-            f64::INFINITY
-        } else {
-            twist.linear / twist.angular
-        }
+        if twist.angular == 0.0 { f64::INFINITY } else { twist.linear / twist.angular }
     }
 
     /// The largest curvature, 1/m, at a forward speed above zero: the smaller of eq. 12, with the outer track at
@@ -86,10 +79,7 @@ mod tests {
 
     #[test]
     fn equal_track_speeds_have_an_infinite_radius() {
-        let radius = DRIVE.turning_radius_m(&TrackSpeeds {
-            left: 0.3,
-            right: 0.3,
-        });
+        let radius = DRIVE.turning_radius_m(&TrackSpeeds { left: 0.3, right: 0.3 });
         assert_eq!(radius, f64::INFINITY);
     }
 
@@ -106,21 +96,14 @@ mod tests {
             for max_vel_theta in [0.2, 1.0, 1e9] {
                 let speed = DRIVE.max_speed(curvature, 1.2, max_vel_theta);
                 let back = DRIVE.max_curvature(speed, 1.2, max_vel_theta);
-                assert!(
-                    (back / curvature - 1.0).abs() < 1e-12,
-                    "{back} of {curvature}"
-                );
+                assert!((back / curvature - 1.0).abs() < 1e-12, "{back} of {curvature}");
             }
         }
     }
 
     #[test]
     fn top_track_speed_combines_both_limits() {
-        let limits = Limits {
-            max_vel_x: 0.8,
-            max_vel_theta: 1.2,
-            ..Limits::default()
-        };
+        let limits = Limits { max_vel_x: 0.8, max_vel_theta: 1.2, ..Limits::default() };
         let top = DRIVE.top_track_speed(&limits);
         assert!((top - (0.8 + 1.2 * 0.25)).abs() < 1e-15);
         assert!((DRIVE.max_curvature(0.8, top, 1.2) - 1.5).abs() < 1e-12);

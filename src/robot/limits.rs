@@ -48,9 +48,7 @@ impl Limits {
     pub fn clamp(&self, target: &Twist) -> Twist {
         Twist {
             linear: target.linear.clamp(self.min_vel_x, self.max_vel_x),
-            angular: target
-                .angular
-                .clamp(-self.max_vel_theta, self.max_vel_theta),
+            angular: target.angular.clamp(-self.max_vel_theta, self.max_vel_theta),
         }
     }
 
@@ -67,12 +65,7 @@ impl Limits {
             to.clamp(from + down * time_s, from + up * time_s)
         };
         Twist {
-            linear: step(
-                current.linear,
-                target.linear,
-                self.acc_lim_x,
-                self.decel_lim_x,
-            ),
+            linear: step(current.linear, target.linear, self.acc_lim_x, self.decel_lim_x),
             angular: step(
                 current.angular,
                 target.angular,
@@ -91,13 +84,7 @@ impl Limits {
             return hardest;
         }
         let on_arc = twist.angular * (hardest.linear / twist.linear);
-        Twist::new(
-            hardest.linear,
-            on_arc
-                .abs()
-                .max(hardest.angular.abs())
-                .copysign(twist.angular),
-        )
+        Twist::new(hardest.linear, on_arc.abs().max(hardest.angular.abs()).copysign(twist.angular))
     }
 
     /// Pose and twist after a time, seconds, of motion towards a target twist. The twist changes linearly to the reachable one;
@@ -123,10 +110,7 @@ impl Limits {
 }
 
 fn mean(one: &Twist, other: &Twist) -> Twist {
-    Twist::new(
-        f64::midpoint(one.linear, other.linear),
-        f64::midpoint(one.angular, other.angular),
-    )
+    Twist::new(f64::midpoint(one.linear, other.linear), f64::midpoint(one.angular, other.angular))
 }
 
 #[cfg(test)]
@@ -138,14 +122,8 @@ mod tests {
         let limits = Limits::default();
         let twist = Twist::new(0.8, -0.6);
         let braked = limits.brake(&twist, 0.1);
-        assert!(
-            (braked.angular / braked.linear + 0.75).abs() < 1e-12,
-            "{braked:?}"
-        );
-        assert_eq!(
-            braked.linear,
-            limits.reachable(&twist, &Twist::STOP, 0.1).linear
-        );
+        assert!((braked.angular / braked.linear + 0.75).abs() < 1e-12, "{braked:?}");
+        assert_eq!(braked.linear, limits.reachable(&twist, &Twist::STOP, 0.1).linear);
         // The arc is too sharp: angular deceleration takes longer than linear.
         let sharp = Twist::new(0.01, 0.9);
         let expected = limits.reachable(&sharp, &Twist::STOP, 0.1);
@@ -157,16 +135,9 @@ mod tests {
 
     #[test]
     fn acceleration_and_deceleration_limits_apply_in_both_directions() {
-        let limits = Limits {
-            acc_lim_x: 1.0,
-            decel_lim_x: -2.0,
-            ..Limits::default()
-        };
-        let reach = |from, to| {
-            limits
-                .reachable(&Twist::new(from, 0.0), &Twist::new(to, 0.0), 0.1)
-                .linear
-        };
+        let limits = Limits { acc_lim_x: 1.0, decel_lim_x: -2.0, ..Limits::default() };
+        let reach =
+            |from, to| limits.reachable(&Twist::new(from, 0.0), &Twist::new(to, 0.0), 0.1).linear;
         assert!((reach(0.5, 1.0) - 0.6).abs() < 1e-12);
         assert!((reach(0.5, 0.0) - 0.3).abs() < 1e-12);
         assert!((reach(-0.5, -1.0) + 0.6).abs() < 1e-12);
@@ -175,10 +146,7 @@ mod tests {
 
     #[test]
     fn limits_reject_a_positive_deceleration_by_name() {
-        let limits = Limits {
-            decel_lim_x: 0.5,
-            ..Limits::default()
-        };
+        let limits = Limits { decel_lim_x: 0.5, ..Limits::default() };
         let message = limits.validate().unwrap_err().to_string();
         assert!(message.contains("decel_lim_x is 0.5"), "{message}");
     }

@@ -16,11 +16,7 @@ impl Mixer {
     /// Creates a mixer for standing tracks. The drive's width is the effective one; the limits are valid.
     #[must_use]
     pub fn new(drive: TrackedDrive, limits: TrackLimits) -> Self {
-        Self {
-            drive,
-            limits,
-            ramp: TrackSpeeds::default(),
-        }
+        Self { drive, limits, ramp: TrackSpeeds::default() }
     }
 
     /// Computes the track speeds to command, `elapsed_s` seconds after the last call. The target is mixed (eqs. 1 and 2), scaled
@@ -28,15 +24,9 @@ impl Mixer {
     ///
     /// A target that is not finite counts as a stop.
     pub fn mix(&mut self, target: &Twist, elapsed_s: f64) -> TrackSpeeds {
-        let target = if target.is_finite() {
-            *target
-        } else {
-            Twist::STOP
-        };
+        let target = if target.is_finite() { *target } else { Twist::STOP };
         let target = self.limits.scale_to_max(&self.drive.tracks(&target));
-        self.ramp = self
-            .limits
-            .reachable(&self.ramp, &target, elapsed_s.max(0.0));
+        self.ramp = self.limits.reachable(&self.ramp, &target, elapsed_s.max(0.0));
         self.limits.apply_deadband(&self.ramp)
     }
 
@@ -69,9 +59,8 @@ mod tests {
     #[test]
     fn ramp_of_small_steps_leaves_the_deadband() {
         let mut mixer = mixer();
-        let commanded: Vec<f64> = (0..10)
-            .map(|_| mixer.mix(&Twist::new(0.5, 0.0), 0.01).left)
-            .collect();
+        let commanded: Vec<f64> =
+            (0..10).map(|_| mixer.mix(&Twist::new(0.5, 0.0), 0.01).left).collect();
         assert_eq!(commanded[3], 0.0, "0.04 m/s is within the deadband");
         assert!((commanded[9] - 0.1).abs() < 1e-12, "{commanded:?}");
     }

@@ -49,10 +49,7 @@ impl TrackLimits {
         let factor = self.max_track_speed / fastest;
         // Rounding may leave the product one ulp above the limit.
         let keep = |speed: f64| (speed * factor).clamp(-self.max_track_speed, self.max_track_speed);
-        TrackSpeeds {
-            left: keep(target.left),
-            right: keep(target.right),
-        }
+        TrackSpeeds { left: keep(target.left), right: keep(target.right) }
     }
 
     /// The speeds nearest to the target that the tracks can reach from the current ones within a time, seconds.
@@ -102,16 +99,9 @@ impl TrackLimits {
     #[must_use]
     pub fn apply_deadband(&self, speeds: &TrackSpeeds) -> TrackSpeeds {
         let keep = |speed: f64| {
-            if speed.abs() < self.deadband {
-                0.0
-            } else {
-                speed
-            }
+            if speed.abs() < self.deadband { 0.0 } else { speed }
         };
-        TrackSpeeds {
-            left: keep(speeds.left),
-            right: keep(speeds.right),
-        }
+        TrackSpeeds { left: keep(speeds.left), right: keep(speeds.right) }
     }
 
     /// The longest time to standstill, seconds.
@@ -164,43 +154,16 @@ mod tests {
 
     #[test]
     fn speeds_within_the_deadband_become_zero() {
-        assert_eq!(
-            LIMITS.apply_deadband(&tracks(0.049, -0.05)),
-            tracks(0.0, -0.05)
-        );
+        assert_eq!(LIMITS.apply_deadband(&tracks(0.049, -0.05)), tracks(0.0, -0.05));
     }
 
     #[test]
     fn track_limits_reject_bad_values_by_name() {
         for (limits, start) in [
-            (
-                TrackLimits {
-                    max_track_speed: 0.0,
-                    ..LIMITS
-                },
-                "max_track_speed is 0",
-            ),
-            (
-                TrackLimits {
-                    acc_lim_track: f64::NAN,
-                    ..LIMITS
-                },
-                "acc_lim_track is NaN",
-            ),
-            (
-                TrackLimits {
-                    decel_lim_track: 1.0,
-                    ..LIMITS
-                },
-                "decel_lim_track is 1",
-            ),
-            (
-                TrackLimits {
-                    deadband: 1.0,
-                    ..LIMITS
-                },
-                "deadband is 1",
-            ),
+            (TrackLimits { max_track_speed: 0.0, ..LIMITS }, "max_track_speed is 0"),
+            (TrackLimits { acc_lim_track: f64::NAN, ..LIMITS }, "acc_lim_track is NaN"),
+            (TrackLimits { decel_lim_track: 1.0, ..LIMITS }, "decel_lim_track is 1"),
+            (TrackLimits { deadband: 1.0, ..LIMITS }, "deadband is 1"),
         ] {
             let message = limits.validate().unwrap_err().to_string();
             assert!(message.starts_with(start), "{message}");

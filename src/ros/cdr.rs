@@ -73,8 +73,7 @@ impl<'a> Decoder<'a> {
     }
 
     fn length(&mut self) -> Option<usize> {
-        self.number()
-            .map(|bytes| u32::from_le_bytes(bytes) as usize)
+        self.number().map(|bytes| u32::from_le_bytes(bytes) as usize)
     }
 }
 

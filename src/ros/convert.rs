@@ -28,11 +28,7 @@ impl Time {
 
 impl From<&geometry::Point> for Point {
     fn from(point: &geometry::Point) -> Self {
-        Self {
-            x: point.x,
-            y: point.y,
-            z: 0.0,
-        }
+        Self { x: point.x, y: point.y, z: 0.0 }
     }
 }
 
@@ -41,40 +37,23 @@ impl From<&geometry::Pose> for Pose {
         let (sin, cos) = libm::sincos(pose.yaw / 2.0);
         Self {
             position: Point::from(&pose.position()),
-            orientation: Quaternion {
-                x: 0.0,
-                y: 0.0,
-                z: sin,
-                w: cos,
-            },
+            orientation: Quaternion { x: 0.0, y: 0.0, z: sin, w: cos },
         }
     }
 }
 
 impl From<&geometry::Pose> for Transform {
     fn from(pose: &geometry::Pose) -> Self {
-        let Pose {
-            position: Point { x, y, z },
-            orientation: rotation,
-        } = Pose::from(pose);
-        Self {
-            translation: Vector3 { x, y, z },
-            rotation,
-        }
+        let Pose { position: Point { x, y, z }, orientation: rotation } = Pose::from(pose);
+        Self { translation: Vector3 { x, y, z }, rotation }
     }
 }
 
 impl From<&geometry::Twist> for Twist {
     fn from(twist: &geometry::Twist) -> Self {
         Self {
-            linear: Vector3 {
-                x: twist.linear,
-                ..Vector3::default()
-            },
-            angular: Vector3 {
-                z: twist.angular,
-                ..Vector3::default()
-            },
+            linear: Vector3 { x: twist.linear, ..Vector3::default() },
+            angular: Vector3 { z: twist.angular, ..Vector3::default() },
         }
     }
 }
@@ -83,13 +62,7 @@ impl TwistStamped {
     /// A velocity with time and frame.
     #[must_use]
     pub fn new(twist: &geometry::Twist, stamp: Time, frame: &str) -> Self {
-        Self {
-            header: Header {
-                stamp,
-                frame_id: frame.to_owned(),
-            },
-            twist: Twist::from(twist),
-        }
+        Self { header: Header { stamp, frame_id: frame.to_owned() }, twist: Twist::from(twist) }
     }
 }
 
@@ -107,10 +80,7 @@ pub(crate) fn path(points: &[geometry::Point], header: &Header) -> Path {
             pose: Pose::from(&geometry::Pose::new(point.x, point.y, yaw)),
         }
     };
-    Path {
-        header: header.clone(),
-        poses: points.iter().enumerate().map(pose).collect(),
-    }
+    Path { header: header.clone(), poses: points.iter().enumerate().map(pose).collect() }
 }
 
 #[cfg(test)]
@@ -123,10 +93,7 @@ mod tests {
         assert_eq!(nanoseconds(3_600.3), 3_600_300_000_000);
         assert_eq!(nanoseconds(-1.0), 0);
         assert_eq!(nanoseconds(f64::NAN), 0);
-        let time = Time {
-            sec: 2,
-            nanosec: 500_000_000,
-        };
+        let time = Time { sec: 2, nanosec: 500_000_000 };
         assert_eq!(Time::from_seconds(2.5), time);
     }
 }

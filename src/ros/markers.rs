@@ -6,10 +6,7 @@ use crate::local::{Sampling, TrajectoryFan};
 use crate::map::MovingDisc;
 
 /// Number of arcs along each axis of the dynamic window. Nav2 warns of more (`nav2_mppi_controller/README.md`).
-pub const SAMPLING: Sampling = Sampling {
-    vx_samples: 5,
-    vtheta_samples: 13,
-};
+pub const SAMPLING: Sampling = Sampling { vx_samples: 5, vtheta_samples: 13 };
 /// Line segments of an arc.
 const SEGMENTS: u32 = 10;
 const ARC_WIDTH_M: f64 = 0.01;
@@ -39,10 +36,7 @@ pub fn markers(
         lifetime,
         ..Marker::default()
     };
-    let mut markers = vec![Marker {
-        action: Marker::DELETEALL,
-        ..new("", Marker::ARROW)
-    }];
+    let mut markers = vec![Marker { action: Marker::DELETEALL, ..new("", Marker::ARROW) }];
     if let Some(fan) = fan {
         let (points, colors) = arcs(fan);
         markers.push(Marker {
@@ -68,17 +62,10 @@ pub fn markers(
             markers.push(Marker {
                 id: markers.len() as i32,
                 pose: Pose {
-                    position: Point {
-                        z: OBSTACLE_HEIGHT_M / 2.0,
-                        ..Point::from(&disc.center())
-                    },
+                    position: Point { z: OBSTACLE_HEIGHT_M / 2.0, ..Point::from(&disc.center()) },
                     ..Pose::default()
                 },
-                scale: Vector3 {
-                    x: 2.0 * disc.radius,
-                    y: 2.0 * disc.radius,
-                    z: OBSTACLE_HEIGHT_M,
-                },
+                scale: Vector3 { x: 2.0 * disc.radius, y: 2.0 * disc.radius, z: OBSTACLE_HEIGHT_M },
                 color,
                 ..new(ns, Marker::CYLINDER)
             });
@@ -91,9 +78,8 @@ pub fn markers(
 fn arcs(fan: &TrajectoryFan) -> (Vec<Point>, Vec<ColorRGBA>) {
     let (mut points, mut colors) = (Vec::new(), Vec::new());
     for (sample, share) in fan.arcs.iter().zip(fan.relative_scores()) {
-        let color = share.map_or(REJECTED, |share| {
-            rgba(0.0, share as f32, 1.0 - share as f32, 0.8)
-        });
+        let color =
+            share.map_or(REJECTED, |share| rgba(0.0, share as f32, 1.0 - share as f32, 0.8));
         for segment in arc(fan, &sample.twist).windows(2) {
             points.extend(segment);
             colors.extend([color; 2]);
@@ -112,10 +98,7 @@ fn arc(fan: &TrajectoryFan, twist: &Twist) -> Vec<Point> {
 }
 
 fn width(metres: f64) -> Vector3 {
-    Vector3 {
-        x: metres,
-        ..Vector3::default()
-    }
+    Vector3 { x: metres, ..Vector3::default() }
 }
 
 const fn rgba(r: f32, g: f32, b: f32, a: f32) -> ColorRGBA {

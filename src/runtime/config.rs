@@ -35,11 +35,7 @@ settings! {
 
 /// A tracked base of about 0.7 by 0.5 m, covered by two discs.
 fn default_footprint() -> Footprint {
-    let discs = [0.12, -0.12].map(|x| Disc {
-        x,
-        y: 0.0,
-        radius: 0.3,
-    });
+    let discs = [0.12, -0.12].map(|x| Disc { x, y: 0.0, radius: 0.3 });
     Footprint::new(discs.to_vec()).expect("two discs with a radius")
 }
 
@@ -47,10 +43,7 @@ impl RobotConfig {
     /// The navigator's model of the robot.
     #[must_use]
     pub fn model(&self) -> RobotModel {
-        RobotModel {
-            footprint: self.footprint.clone(),
-            limits: self.limits,
-        }
+        RobotModel { footprint: self.footprint.clone(), limits: self.limits }
     }
 
     /// Checks every number except the limits'.
@@ -59,21 +52,14 @@ impl RobotConfig {
     /// Names the first number out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         let discs = self.footprint.discs().len();
-        require(
-            discs <= MAX_DISCS,
-            "number of footprint discs",
-            discs as f64,
-            "1 to 8",
-        )?;
+        require(discs <= MAX_DISCS, "number of footprint discs", discs as f64, "1 to 8")?;
         self.check_ranges()
     }
 
     /// The kinematics of its tracks.
     #[must_use]
     pub const fn drive(&self) -> TrackedDrive {
-        TrackedDrive {
-            track_width_m: self.track_width_m,
-        }
+        TrackedDrive { track_width_m: self.track_width_m }
     }
 }
 
@@ -227,12 +213,7 @@ impl Config {
     /// Creates the planner of global paths for this robot, on maps of a resolution in metres.
     #[must_use]
     pub fn route_planner(&self, resolution_m: f64) -> RoutePlanner {
-        RoutePlanner::new(
-            &self.robot.footprint,
-            &self.navigator,
-            self.global.clone(),
-            resolution_m,
-        )
+        RoutePlanner::new(&self.robot.footprint, &self.navigator, self.global.clone(), resolution_m)
     }
 
     /// Checks every number.
@@ -250,10 +231,7 @@ impl Config {
         let simulation = &self.simulation;
         in_table("simulation.lidar", simulation.lidar.validate())?;
         in_table("simulation.dynamics", simulation.dynamics.validate())?;
-        in_table(
-            "simulation.dynamics.slip",
-            simulation.dynamics.slip.validate(),
-        )?;
+        in_table("simulation.dynamics.slip", simulation.dynamics.slip.validate())?;
         in_table("simulation.odometry", simulation.odometry.validate())?;
         in_table("simulation.fixes", simulation.fixes.validate())?;
         in_table("simulation.pedestrians", simulation.pedestrians.validate())
@@ -261,8 +239,5 @@ impl Config {
 }
 
 fn in_table(table: &'static str, result: Result<(), impl Display>) -> Result<(), ConfigError> {
-    result.map_err(|error| ConfigError {
-        table,
-        reason: error.to_string(),
-    })
+    result.map_err(|error| ConfigError { table, reason: error.to_string() })
 }

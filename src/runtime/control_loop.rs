@@ -41,10 +41,7 @@ impl<'a> ControlLoop<'a> {
         let pose_estimator = PoseEstimator::new(config, &known, mission.start)?;
         let navigator = Navigator::new(
             known,
-            &Waypoints {
-                start: mission.start.position(),
-                goals: mission.stops(),
-            },
+            &Waypoints { start: mission.start.position(), goals: mission.stops() },
             config.robot.model(),
             planner,
             route_planner,
@@ -61,10 +58,7 @@ impl<'a> ControlLoop<'a> {
             deskewed: DeskewedScan::default(),
             navigator,
             map_gap: None,
-            trace: Trace {
-                moving_radii,
-                ..Trace::default()
-            },
+            trace: Trace { moving_radii, ..Trace::default() },
             decision_s: Vec::new(),
             stop_errors: Vec::new(),
             engine,
@@ -114,9 +108,7 @@ impl<'a> ControlLoop<'a> {
             twist: truth.twist,
             command: decision.command,
             local_target: decision.local_target,
-            gap_m: truth
-                .gap_m
-                .unwrap_or_else(|| self.gap_on_map_m(&truth.pose)),
+            gap_m: truth.gap_m.unwrap_or_else(|| self.gap_on_map_m(&truth.pose)),
             admissible: counts.admissible,
             samples: counts.to_array().iter().sum(),
             mode: decision.mode,
@@ -145,8 +137,7 @@ impl<'a> ControlLoop<'a> {
         let odometry = sensed.odometry;
         self.odometry.record(time_s, &odometry.pose);
         let lidar = sensed.lidar.as_ref();
-        self.pose_estimator
-            .update(time_s, &odometry.pose, sensed.pose, lidar);
+        self.pose_estimator.update(time_s, &odometry.pose, sensed.pose, lidar);
         let (scan, scan_s) = match sensed.lidar {
             Some(LidarData::Scan(scan)) => (scan, time_s),
             // The navigator takes a revolution as seen from the newest odometry.
@@ -179,17 +170,13 @@ impl<'a> ControlLoop<'a> {
     fn record_stop(&mut self, mode: Mode, pose: &Pose) {
         let number = self.navigator.goals_passed();
         if mode == Mode::AtWaypoint && self.stop_errors.len() == number {
-            self.stop_errors
-                .push(StopError::of(pose, self.navigator.goal()));
+            self.stop_errors.push(StopError::of(pose, self.navigator.goal()));
         }
     }
 
     fn result(mut self) -> MissionResult {
         let plans = self.navigator.plans().to_vec();
-        self.trace.paths = plans
-            .iter()
-            .map(|plan| plan.smoothed.points().to_vec())
-            .collect();
+        self.trace.paths = plans.iter().map(|plan| plan.smoothed.points().to_vec()).collect();
         let rows = &self.trace.rows;
         let last = rows.last();
         let pose = last.map_or(self.mission.start, |row| row.pose);
@@ -199,14 +186,8 @@ impl<'a> ControlLoop<'a> {
             reached: last.is_some_and(|row| row.mode == Mode::Arrived || self.is_done(&row.pose)),
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
-            travelled_m: rows
-                .windows(2)
-                .map(step)
-                .fold(0.0, |sum, step_m| sum + step_m),
-            min_clearance_m: rows
-                .iter()
-                .map(|row| row.gap_m)
-                .fold(f64::INFINITY, f64::min),
+            travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),
+            min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
             final_error_m: (error.x_m, error.y_m),
             final_yaw_error: error.yaw_rad,
             stop_errors: self.stop_errors,

@@ -70,11 +70,7 @@ impl SerialLine {
     /// Creates the description of a base with the default settings.
     #[must_use]
     pub fn new(port: &str, protocol: Protocol) -> Self {
-        Self {
-            port: port.to_owned(),
-            protocol,
-            config: BaseConfig::default(),
-        }
+        Self { port: port.to_owned(), protocol, config: BaseConfig::default() }
     }
 
     /// Opens the port and starts the supervisor. The base stands until a target is set. It stops again when the flag is set,
@@ -83,15 +79,8 @@ impl SerialLine {
     /// # Errors
     /// [`HardwareError::Base`].
     pub fn supervise(&self, end: Arc<AtomicBool>) -> Result<BaseSupervisor, HardwareError> {
-        let BaseConfig {
-            base, supervisor, ..
-        } = self.config;
-        Ok(BaseSupervisor::start(
-            self.opener(),
-            &base,
-            supervisor,
-            end,
-        )?)
+        let BaseConfig { base, supervisor, .. } = self.config;
+        Ok(BaseSupervisor::start(self.opener(), &base, supervisor, end)?)
     }
 
     /// Waits for the first report of the base, or for the end of its supervisor.
@@ -131,11 +120,7 @@ impl SerialLine {
     #[cfg(feature = "serial")]
     fn opener(&self) -> OpenBase {
         use crate::base::{SerialBase, SerialSettings};
-        let Self {
-            port,
-            protocol,
-            config,
-        } = self.clone();
+        let Self { port, protocol, config } = self.clone();
         // One exchange must fit into the period of the commands.
         let settings = SerialSettings {
             request_timeout: Duration::from_millis(10),
@@ -233,10 +218,7 @@ impl HardwareRobot {
     /// Adds a lidar at the origin of the robot.
     #[must_use]
     pub fn with_lidar(self, reader: LidarReader) -> Self {
-        let lidar = Some(Lidar {
-            reader,
-            newest: (0, TimedScan::default()),
-        });
+        let lidar = Some(Lidar { reader, newest: (0, TimedScan::default()) });
         Self { lidar, ..self }
     }
 
@@ -261,8 +243,7 @@ impl HardwareRobot {
     /// The base's pose in the map by dead reckoning.
     fn pose(&self, status: &SupervisorStatus) -> Pose {
         self.origin.map_or(self.start, |origin| {
-            self.start
-                .transform_pose(&origin.inverse_transform_pose(&status.pose))
+            self.start.transform_pose(&origin.inverse_transform_pose(&status.pose))
         })
     }
 }

@@ -36,14 +36,7 @@ impl Mission {
     /// Creates a mission of at most an hour without stops before the goal.
     #[must_use]
     pub const fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
-        Self {
-            map,
-            start,
-            via: Vec::new(),
-            goal,
-            time_limit_s: 3600.0,
-            done_within_m: None,
-        }
+        Self { map, start, via: Vec::new(), goal, time_limit_s: 3600.0, done_within_m: None }
     }
 
     /// All stops in order, the goal last.

@@ -40,10 +40,7 @@ impl PoseEstimator {
     ) {
         match self {
             Self::Fixes(pose) => *pose = reported.unwrap_or(*odometry),
-            Self::Scans {
-                localizer,
-                matched_s,
-            } => {
+            Self::Scans { localizer, matched_s } => {
                 localizer.predict(time_s, odometry);
                 match lidar {
                     Some(LidarData::Scan(scan)) => {

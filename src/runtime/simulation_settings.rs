@@ -55,13 +55,7 @@ impl Lidar {
     /// Returns a common small planar lidar: 450 beams in a revolution of 0.1 s, up to 12 m, with 2 cm of noise.
     #[must_use]
     pub fn turning() -> Self {
-        Self {
-            beams: 450,
-            range_max_m: 12.0,
-            range_sigma_m: 0.02,
-            sweep_s: 0.1,
-            ..Self::default()
-        }
+        Self { beams: 450, range_max_m: 12.0, range_sigma_m: 0.02, sweep_s: 0.1, ..Self::default() }
     }
 
     /// Checks every number.
@@ -103,12 +97,7 @@ impl DriveDynamics {
     /// Returns a base that follows its ramp at once and exactly: no delay, no lag, no slip.
     #[must_use]
     pub fn ideal() -> Self {
-        Self {
-            command_delay_s: 0.0,
-            motor_lag_s: 0.0,
-            slip: Slip::none(),
-            ..Self::default()
-        }
+        Self { command_delay_s: 0.0, motor_lag_s: 0.0, slip: Slip::none(), ..Self::default() }
     }
 
     /// Checks every number except the slip's.

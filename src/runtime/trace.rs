@@ -55,21 +55,14 @@ impl Trace {
             digest.wide(path.len() as u64);
             path.iter().for_each(|point| add_point(&mut digest, point));
         }
-        self.moving_radii
-            .iter()
-            .for_each(|&radius| digest.real(radius));
+        self.moving_radii.iter().for_each(|&radius| digest.real(radius));
         digest.hex()
     }
 }
 
 impl TraceRow {
     fn add_to(&self, digest: &mut BitDigest) {
-        let Self {
-            pose,
-            twist,
-            command,
-            ..
-        } = self;
+        let Self { pose, twist, command, .. } = self;
         for value in [
             self.time_s,
             pose.x,
@@ -93,9 +86,7 @@ impl TraceRow {
         digest.wide(self.path as u64);
         // No centre is NaN, so this value is distinct from every centre.
         let absent = Point::new(f64::NAN, f64::NAN);
-        self.moving
-            .iter()
-            .for_each(|center| add_point(digest, center.as_ref().unwrap_or(&absent)));
+        self.moving.iter().for_each(|center| add_point(digest, center.as_ref().unwrap_or(&absent)));
     }
 }
 

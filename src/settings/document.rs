@@ -112,17 +112,11 @@ fn collect_keys(fields: &[Field], path: &str, defaults: &Value, found: &mut Vec<
 }
 
 fn join(path: &str, key: &str) -> String {
-    if path.is_empty() {
-        key.to_owned()
-    } else {
-        format!("{path}.{key}")
-    }
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
 }
 
 fn example(description: &str) -> &str {
-    let after = description
-        .split_once(EXAMPLE)
-        .map_or("", |(_, after)| after);
+    let after = description.split_once(EXAMPLE).map_or("", |(_, after)| after);
     let word = after.split_whitespace().next().unwrap_or_default();
     word.trim_end_matches([',', ';', ':', '.'])
 }

@@ -40,28 +40,14 @@ impl Range {
         (max, is_max_open): (f64, bool),
         text: &'static str,
     ) -> Self {
-        Self {
-            min,
-            is_min_open,
-            max,
-            is_max_open,
-            text,
-        }
+        Self { min, is_min_open, max, is_max_open, text }
     }
 
     /// Whether a value is permitted.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
-        let is_above = if self.is_min_open {
-            value > self.min
-        } else {
-            value >= self.min
-        };
-        let is_below = if self.is_max_open {
-            value < self.max
-        } else {
-            value <= self.max
-        };
+        let is_above = if self.is_min_open { value > self.min } else { value >= self.min };
+        let is_below = if self.is_max_open { value < self.max } else { value <= self.max };
         value.is_finite() && is_above && is_below
     }
 }
@@ -81,11 +67,7 @@ pub struct SettingError {
 
 impl SettingError {
     pub(crate) const fn new(name: &'static str, value: f64, expected: &'static str) -> Self {
-        Self {
-            name,
-            value,
-            expected,
-        }
+        Self { name, value, expected }
     }
 }
 
@@ -96,11 +78,7 @@ pub(crate) const fn require(
     value: f64,
     expected: &'static str,
 ) -> Result<(), SettingError> {
-    if is_valid {
-        Ok(())
-    } else {
-        Err(SettingError::new(name, value, expected))
-    }
+    if is_valid { Ok(()) } else { Err(SettingError::new(name, value, expected)) }
 }
 
 /// One key of a settings struct.
@@ -175,8 +153,7 @@ impl<T: Setting> Setting for Option<T> {
     }
 
     fn check(&self, name: &'static str, range: &Range) -> Result<(), SettingError> {
-        self.as_ref()
-            .map_or(Ok(()), |value| value.check(name, range))
+        self.as_ref().map_or(Ok(()), |value| value.check(name, range))
     }
 }
 
@@ -372,10 +349,8 @@ pub(crate) use settings;
 #[doc(hidden)]
 #[must_use]
 pub fn table_schema(fields: &[Field]) -> Value {
-    let properties: Map<String, Value> = fields
-        .iter()
-        .map(|field| (field.name.to_owned(), field_schema(field)))
-        .collect();
+    let properties: Map<String, Value> =
+        fields.iter().map(|field| (field.name.to_owned(), field_schema(field))).collect();
     json!({ "type": "object", "properties": properties, "additionalProperties": false })
 }
 
@@ -388,16 +363,8 @@ fn field_schema(field: &Field) -> Value {
                 schema[if is_open { open } else { closed }] = bound.into();
             }
         };
-        set(
-            range.min,
-            range.is_min_open,
-            ["minimum", "exclusiveMinimum"],
-        );
-        set(
-            range.max,
-            range.is_max_open,
-            ["maximum", "exclusiveMaximum"],
-        );
+        set(range.min, range.is_min_open, ["minimum", "exclusiveMinimum"]);
+        set(range.max, range.is_max_open, ["maximum", "exclusiveMaximum"]);
     }
     schema
 }

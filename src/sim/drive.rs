@@ -59,11 +59,7 @@ impl SimBase {
         dynamics.slip.validate()?;
         noise.validate()?;
         above_zero("track_width_m", drive.track_width_m)?;
-        for (name, value) in [
-            ("start x", pose.x),
-            ("start y", pose.y),
-            ("start yaw", pose.yaw),
-        ] {
+        for (name, value) in [("start x", pose.x), ("start y", pose.y), ("start yaw", pose.yaw)] {
             require(value.is_finite(), name, value, "finite")?;
         }
         Ok(Self {
@@ -89,14 +85,7 @@ impl SimBase {
     /// As [`SimBase::new`].
     pub fn of(config: &Config, pose: Pose, seed: u64) -> Result<Self, SimError> {
         let (dynamics, noise) = (config.simulation.dynamics, config.simulation.odometry);
-        Self::new(
-            config.robot.drive(),
-            config.robot.limits,
-            dynamics,
-            noise,
-            pose,
-            seed,
-        )
+        Self::new(config.robot.drive(), config.robot.limits, dynamics, noise, pose, seed)
     }
 
     /// True pose; its yaw is in (-pi, pi].
@@ -190,8 +179,7 @@ impl SimBase {
         let moved = self.ground.twist(&self.drive, &mean);
         self.pose = self.pose.after(&moved, time_s);
         self.odometry.roll(&mean, moved.angular * time_s, time_s);
-        self.ground
-            .roll(f64::midpoint(mean.left.abs(), mean.right.abs()) * time_s);
+        self.ground.roll(f64::midpoint(mean.left.abs(), mean.right.abs()) * time_s);
         self.advance_clocks(time_s);
     }
 
@@ -211,20 +199,11 @@ impl SimBase {
 impl Robot for SimBase {
     /// Senses odometry only.
     fn sense(&mut self, _time_s: f64) -> SensorData {
-        SensorData {
-            odometry: self.odometry(),
-            lidar: None,
-            pose: None,
-        }
+        SensorData { odometry: self.odometry(), lidar: None, pose: None }
     }
 
     fn ground_truth(&self) -> Option<GroundTruth> {
-        Some(GroundTruth {
-            pose: self.pose,
-            twist: self.twist(),
-            gap_m: None,
-            moving: Vec::new(),
-        })
+        Some(GroundTruth { pose: self.pose, twist: self.twist(), gap_m: None, moving: Vec::new() })
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {

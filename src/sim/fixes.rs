@@ -27,11 +27,7 @@ impl FixSource {
     /// [`SimError::Setting`] names the first setting that is out of range.
     pub fn new(fixes: Fixes, seed: u64) -> Result<Self, SimError> {
         fixes.validate()?;
-        Ok(Self {
-            fixes,
-            rng: generator(seed, RngStream::Fixes),
-            next: 0.0,
-        })
+        Ok(Self { fixes, rng: generator(seed, RngStream::Fixes), next: 0.0 })
     }
 
     /// Returns the fix of a robot at a true pose at a time, seconds, if one is due; its yaw is in (-pi, pi].
@@ -81,10 +77,7 @@ impl SimulatedPositioning {
     pub fn pose(&mut self, time_s: f64, odometry: &Pose, truth: &Pose) -> Pose {
         self.filter.predict(odometry);
         if let Some(pose) = self.source.fix(time_s, truth) {
-            self.filter.correct(&PoseMeasurement {
-                pose,
-                ..self.accuracy
-            });
+            self.filter.correct(&PoseMeasurement { pose, ..self.accuracy });
         }
         *self.filter.pose()
     }

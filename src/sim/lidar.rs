@@ -70,10 +70,7 @@ impl Lidar {
             }
             scan.ranges.push(range);
         }
-        LidarReturn {
-            scan,
-            visible: (0..seen.len()).filter(|&disc| seen[disc]).collect(),
-        }
+        LidarReturn { scan, visible: (0..seen.len()).filter(|&disc| seen[disc]).collect() }
     }
 
     /// Returns the range of one beam in a direction of the robot's frame, radians.
@@ -106,11 +103,7 @@ impl Lidar {
 
     /// A full turn has one beam at its seam; a smaller field of view has a beam at both edges.
     fn angle_increment(&self) -> f64 {
-        let gaps = if self.field_of_view_rad < TAU {
-            (self.beams - 1).max(1)
-        } else {
-            self.beams
-        };
+        let gaps = if self.field_of_view_rad < TAU { (self.beams - 1).max(1) } else { self.beams };
         self.field_of_view_rad / gaps as f64
     }
 

@@ -28,11 +28,7 @@ impl MineMapBuilder {
             resolution_m: RESOLUTION_M,
             origin: Pose::default(),
         };
-        Self {
-            frame,
-            cells: vec![OCCUPIED; frame.len()],
-            seed,
-        }
+        Self { frame, cells: vec![OCCUPIED; frame.len()], seed }
     }
 
     /// Cuts a roadway along a polyline, with round ends and walls that are rough by at most 0.23 m.

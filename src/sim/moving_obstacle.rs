@@ -59,11 +59,7 @@ impl MovingObstacle {
         for value in route.iter().flat_map(|point| [point.x, point.y]) {
             require(value.is_finite(), "point of a route", value, "finite")?;
         }
-        Self::new(
-            radius_m,
-            true,
-            Motion::Patrol(Patrol::new(Path::new(route), speed_m_s)),
-        )
+        Self::new(radius_m, true, Motion::Patrol(Patrol::new(Path::new(route), speed_m_s)))
     }
 
     /// Creates an obstacle that follows a timed path and does not yield. If it is made to yield, its clock stops while
@@ -72,11 +68,7 @@ impl MovingObstacle {
     /// # Errors
     /// [`SimError::Setting`] for a radius that is not finite and above zero.
     pub fn timed_path(radius_m: f64, path: TimedPath) -> Result<Self, SimError> {
-        Self::new(
-            radius_m,
-            false,
-            Motion::TimedPath(TimedPathPlayer::new(path)),
-        )
+        Self::new(radius_m, false, Motion::TimedPath(TimedPathPlayer::new(path)))
     }
 
     /// Creates a yielding obstacle that moves at a speed, m/s, to one random waypoint after another, over free space
@@ -103,14 +95,7 @@ impl MovingObstacle {
 
     fn new(radius_m: f64, yields: bool, motion: Motion) -> Result<Self, SimError> {
         above_zero("radius", radius_m)?;
-        Ok(Self {
-            radius_m,
-            yields,
-            appears: None,
-            waited_s: 0.0,
-            held_s: 0.0,
-            motion,
-        })
+        Ok(Self { radius_m, yields, appears: None, waited_s: 0.0, held_s: 0.0, motion })
     }
 
     /// Creates an obstacle in the middle of a patrol.
@@ -135,10 +120,7 @@ impl MovingObstacle {
                 at_least_zero("appears_within_m", distance_m)?;
             }
         }
-        Ok(Self {
-            appears: Some(appears),
-            ..self
-        })
+        Ok(Self { appears: Some(appears), ..self })
     }
 
     /// Radius, metres.
@@ -154,11 +136,7 @@ impl MovingObstacle {
             return None;
         }
         let center = self.center();
-        let velocity = if self.held_s > 0.0 {
-            Vector::zeros()
-        } else {
-            self.velocity()
-        };
+        let velocity = if self.held_s > 0.0 { Vector::zeros() } else { self.velocity() };
         Some(MovingDisc {
             x: center.x,
             y: center.y,

@@ -68,9 +68,6 @@ impl MovingObstacles {
     /// Positions and velocities of the obstacles that have appeared, in order.
     #[must_use]
     pub fn discs(&self) -> Vec<MovingDisc> {
-        self.moving
-            .iter()
-            .filter_map(MovingObstacle::disc)
-            .collect()
+        self.moving.iter().filter_map(MovingObstacle::disc).collect()
     }
 }

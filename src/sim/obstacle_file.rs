@@ -43,10 +43,7 @@ impl MovingObstacles {
         let name = file.display().to_string();
         match std::fs::read_to_string(file) {
             Ok(text) => Self::parse(&text, &name, ground, seed),
-            Err(error) => Err(SimError::Unreadable {
-                file: name,
-                reason: error.to_string(),
-            }),
+            Err(error) => Err(SimError::Unreadable { file: name, reason: error.to_string() }),
         }
     }
 
@@ -77,13 +74,11 @@ impl MovingObstacles {
             .extension()
             .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
         let entries = if is_toml {
-            toml::from_str::<Document>(text)
-                .map(|document| document.obstacles)
-                .map_err(|error| {
-                    let before = error.span().map_or("", |span| &text[..span.start]);
-                    let line = before.matches('\n').count() + 1;
-                    format!("{} at line {line}", error.message())
-                })
+            toml::from_str::<Document>(text).map(|document| document.obstacles).map_err(|error| {
+                let before = error.span().map_or("", |span| &text[..span.start]);
+                let line = before.matches('\n').count() + 1;
+                format!("{} at line {line}", error.message())
+            })
         } else {
             serde_json::from_str::<Vec<Entry>>(text).map_err(|error| error.to_string())
         };
@@ -97,13 +92,11 @@ impl MovingObstacles {
             .enumerate()
             .map(|(index, entry)| {
                 // Drawn for each entry, so that a change of one obstacle leaves the others unchanged.
-                entry
-                    .moving(ground, seeds.random())
-                    .map_err(|reason| SimError::InvalidObstacle {
-                        file: file.to_owned(),
-                        index,
-                        reason: Box::new(reason),
-                    })
+                entry.moving(ground, seeds.random()).map_err(|reason| SimError::InvalidObstacle {
+                    file: file.to_owned(),
+                    index,
+                    reason: Box::new(reason),
+                })
             })
             .collect::<Result<Vec<_>, _>>()
             .map(Self::new)
@@ -114,10 +107,8 @@ impl Entry {
     fn moving(&self, ground: &ObstacleGrid, seed: u64) -> Result<MovingObstacle, SimError> {
         self.check_keys()?;
         let (moving, points) = if let Some(keyframes) = &self.keyframes {
-            let keys: Vec<(f64, Point)> = keyframes
-                .iter()
-                .map(|&[time_s, x, y]| (time_s, Point::new(x, y)))
-                .collect();
+            let keys: Vec<(f64, Point)> =
+                keyframes.iter().map(|&[time_s, x, y]| (time_s, Point::new(x, y))).collect();
             let moving =
                 MovingObstacle::timed_path(self.radius, TimedPath::new(&keys, self.loop_s)?)?;
             (moving, keys.iter().map(|key| key.1).collect())
@@ -139,10 +130,7 @@ impl Entry {
                 let route = self.route.iter().flatten();
                 let further = route.map(|&[x, y]| Point::new(x, y));
                 let points: Vec<Point> = core::iter::once(start).chain(further).collect();
-                (
-                    MovingObstacle::patrol(self.radius, speed, points.clone())?,
-                    points,
-                )
+                (MovingObstacle::patrol(self.radius, speed, points.clone())?, points)
             }
         };
         for point in &points {

@@ -50,10 +50,7 @@ impl Odometry {
             elapsed_s: 0.0,
             turned_rad: 0.0,
             window: VecDeque::new(),
-            reading: OdometryReading {
-                pose: start,
-                twist: Twist::STOP,
-            },
+            reading: OdometryReading { pose: start, twist: Twist::STOP },
         }
     }
 
@@ -78,16 +75,10 @@ impl Odometry {
         let turned_rad = core::mem::take(&mut self.turned_rad);
         let counted = self.travel_m.map(|travel| {
             let tick = self.noise.encoder_tick_m;
-            if tick > 0.0 {
-                (travel / tick).floor() * tick
-            } else {
-                travel
-            }
+            if tick > 0.0 { (travel / tick).floor() * tick } else { travel }
         });
-        let travel_step_m = f64::midpoint(
-            counted[0] - self.counted_m[0],
-            counted[1] - self.counted_m[1],
-        );
+        let travel_step_m =
+            f64::midpoint(counted[0] - self.counted_m[0], counted[1] - self.counted_m[1]);
         self.counted_m = counted;
         let angular = self.turn_rate(turned_rad / time_s);
         let moved = Twist::new(travel_step_m / time_s, angular);
@@ -101,11 +92,7 @@ impl Odometry {
         let noise = normal(&mut self.rng, self.noise.gyro_sigma_rad_s);
         let rate = self.gyro_scale * truth + self.gyro_bias + noise;
         let bit = self.noise.gyro_bit_rad_s;
-        if bit > 0.0 {
-            (rate / bit).round() * bit
-        } else {
-            rate
-        }
+        if bit > 0.0 { (rate / bit).round() * bit } else { rate }
     }
 
     /// Adds a sample; returns the mean speed over the window.

@@ -15,12 +15,7 @@ pub(super) struct Patrol {
 
 impl Patrol {
     pub(super) const fn new(route: Path, speed_m_s: f64) -> Self {
-        Self {
-            route,
-            speed_m_s,
-            along_m: 0.0,
-            forward: true,
-        }
+        Self { route, speed_m_s, along_m: 0.0, forward: true }
     }
 
     pub(super) fn center(&self) -> Point {

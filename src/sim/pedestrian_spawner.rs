@@ -46,13 +46,7 @@ impl PedestrianSpawner {
     /// Creates a spawner of yielding pedestrians with usual size and speed.
     #[must_use]
     pub const fn new(count: usize, seed: u64) -> Self {
-        Self {
-            count,
-            seed,
-            radius_m: 0.3,
-            speed_m_s: (0.3, 0.8),
-            yields: true,
-        }
+        Self { count, seed, radius_m: 0.3, speed_m_s: (0.3, 0.8), yields: true }
     }
 }
 
@@ -86,9 +80,7 @@ impl PedestrianSpawner {
         }
         let obstacles = map.obstacles(config.unknown);
         let mut planner = config.route_planner(map.frame().resolution_m);
-        let plan = planner
-            .plan(&obstacles, start, goal, &mut || 0.0)
-            .map_err(Fault::Plan)?;
+        let plan = planner.plan(&obstacles, start, goal, &mut || 0.0).map_err(Fault::Plan)?;
         self.spawn(&obstacles, plan.smoothed.points(), &[start, goal])
     }
 
@@ -134,11 +126,7 @@ impl PedestrianSpawner {
             let mut walk = Patrol::new(route, speed);
             walk.along_m = walk.route.length_m() * rng.random::<f64>();
             walk.forward = rng.random_bool(0.5);
-            moving_obstacles.push(MovingObstacle::mid_patrol(
-                self.radius_m,
-                self.yields,
-                walk,
-            )?);
+            moving_obstacles.push(MovingObstacle::mid_patrol(self.radius_m, self.yields, walk)?);
         }
         Ok(MovingObstacles::new(moving_obstacles))
     }
@@ -180,9 +168,7 @@ impl<'a> Places<'a> {
     }
 
     fn may_walk(&self, point: &Point) -> bool {
-        self.keep_clear
-            .iter()
-            .all(|place| (point - place).norm() >= self.keep_clear_m)
+        self.keep_clear.iter().all(|place| (point - place).norm() >= self.keep_clear_m)
     }
 
     /// Finds a walk across or along the pedestrian's own part of the path, or elsewhere if there is none.
@@ -190,11 +176,7 @@ impl<'a> Places<'a> {
         let spots = self.spots.len();
         let own = index * spots / count..(index + 1) * spots / count;
         for attempt in 0..ATTEMPTS {
-            let range = if attempt < ATTEMPTS / 2 {
-                own.clone()
-            } else {
-                0..spots
-            };
+            let range = if attempt < ATTEMPTS / 2 { own.clone() } else { 0..spots };
             if range.is_empty() {
                 continue;
             }

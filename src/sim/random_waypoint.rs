@@ -46,12 +46,7 @@ impl RandomWaypoint {
         if wander.route.length_m() > 0.0 {
             Ok(wander)
         } else {
-            Err(SimError::NoFreeSpace {
-                x: home.x,
-                y: home.y,
-                radius_m,
-                reach_m,
-            })
+            Err(SimError::NoFreeSpace { x: home.x, y: home.y, radius_m, reach_m })
         }
     }
 
@@ -78,13 +73,9 @@ impl RandomWaypoint {
     /// Chooses another waypoint; the route stays the same if there is none, as at a corner of a cell that is not free.
     pub(super) fn choose(&mut self) {
         let position = self.center();
-        if let Some(walk) = roaming_route(
-            &self.ground,
-            &position,
-            &self.home,
-            self.reach_m,
-            &mut self.rng,
-        ) {
+        if let Some(walk) =
+            roaming_route(&self.ground, &position, &self.home, self.reach_m, &mut self.rng)
+        {
             self.route = Path::new(walk);
             self.along_m = 0.0;
         }

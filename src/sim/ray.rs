@@ -39,23 +39,11 @@ impl Crossing {
     fn new(start: f64, direction: f64) -> Self {
         let within = start - start.floor();
         if direction > 0.0 {
-            Self {
-                step: 1,
-                next: (1.0 - within) / direction,
-                pitch: 1.0 / direction,
-            }
+            Self { step: 1, next: (1.0 - within) / direction, pitch: 1.0 / direction }
         } else if direction < 0.0 {
-            Self {
-                step: -1,
-                next: within / -direction,
-                pitch: 1.0 / -direction,
-            }
+            Self { step: -1, next: within / -direction, pitch: 1.0 / -direction }
         } else {
-            Self {
-                step: 0,
-                next: f64::INFINITY,
-                pitch: f64::INFINITY,
-            }
+            Self { step: 0, next: f64::INFINITY, pitch: f64::INFINITY }
         }
     }
 

@@ -30,9 +30,5 @@ pub(super) fn standard_normal(rng: &mut Pcg64Mcg) -> f64 {
 
 /// Draws from a normal distribution with mean zero. A deviation of zero gives zero and draws nothing.
 pub(super) fn normal(rng: &mut Pcg64Mcg, deviation: f64) -> f64 {
-    if deviation > 0.0 {
-        deviation * standard_normal(rng)
-    } else {
-        0.0
-    }
+    if deviation > 0.0 { deviation * standard_normal(rng) } else { 0.0 }
 }

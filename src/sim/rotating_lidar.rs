@@ -40,10 +40,7 @@ impl RotatingLidar {
     /// # Errors
     /// [`SimError::Setting`] names the first setting out of range.
     pub fn new(lidar: Lidar, world: World, seed: u64) -> Result<Self, SimError> {
-        let lidar = Lidar {
-            range_max_m: RANGE_MAX_M,
-            ..lidar
-        };
+        let lidar = Lidar { range_max_m: RANGE_MAX_M, ..lidar };
         lidar.validate()?;
         Ok(Self {
             lidar,
@@ -83,15 +80,9 @@ impl RotatingLidar {
             self.packet.first = angle;
         }
         // A distance of zero means no return.
-        let distance_mm = if range.is_finite() {
-            (range * 1e3).round() as u16
-        } else {
-            0
-        };
-        self.packet.points[index] = Point {
-            distance_mm,
-            intensity: if distance_mm > 0 { INTENSITY } else { 0 },
-        };
+        let distance_mm = if range.is_finite() { (range * 1e3).round() as u16 } else { 0 };
+        self.packet.points[index] =
+            Point { distance_mm, intensity: if distance_mm > 0 { INTENSITY } else { 0 } };
         if index == POINTS - 1 {
             self.packet.last = angle;
             self.packet.speed_deg_s = SPEED_DEG_S as u16;

@@ -92,11 +92,7 @@ impl<'a> FloodFill<'a> {
         may_enter: impl Fn(Cell) -> bool,
     ) -> Self {
         let frame = free.frame();
-        let mut reached = Self {
-            free,
-            step: vec![UNREACHED; frame.len()],
-            order: vec![start],
-        };
+        let mut reached = Self { free, step: vec![UNREACHED; frame.len()], order: vec![start] };
         // The entry of the start only marks it as reached.
         reached.step[frame.index(start)] = 0;
         let mut queue = VecDeque::from([(start, 0)]);

@@ -107,11 +107,9 @@ impl<'a> SimulatedRobot<'a> {
         let known = || mission.map.obstacles(config.unknown);
         let truth = simulation.truth.clone().unwrap_or_else(known);
         let positioning = match config.pose_source {
-            PoseSource::Fixes => Some(SimulatedPositioning::new(
-                config.simulation.fixes,
-                mission.start,
-                *seed,
-            )?),
+            PoseSource::Fixes => {
+                Some(SimulatedPositioning::new(config.simulation.fixes, mission.start, *seed)?)
+            }
             PoseSource::Scans => None,
         };
         Ok(Self {
@@ -180,10 +178,7 @@ impl Robot for SimulatedRobot<'_> {
             pose: self.pose,
             twist: self.twist,
             gap_m: Some(self.world.gap_m(footprint, &self.pose)),
-            moving: places
-                .iter()
-                .map(|place| place.as_ref().map(MovingDisc::center))
-                .collect(),
+            moving: places.iter().map(|place| place.as_ref().map(MovingDisc::center)).collect(),
         })
     }
 
@@ -198,8 +193,7 @@ impl Robot for SimulatedRobot<'_> {
             None => self.base.sense(self.time_s + period_s).odometry.pose,
         };
         let pose = self.kidnapping.pose_in_map(&own);
-        self.moving_obstacles
-            .step(period_s, &pose, &self.config.robot.footprint);
+        self.moving_obstacles.step(period_s, &pose, &self.config.robot.footprint);
         flow
     }
 

@@ -16,9 +16,7 @@ const MIN_WIDTH: f64 = 0.5;
 impl Slip {
     /// The drive with the controller's calibrated width.
     pub(super) fn calibrated(&self, drive: &TrackedDrive) -> TrackedDrive {
-        TrackedDrive {
-            track_width_m: drive.track_width_m * self.calibrated_width_ratio,
-        }
+        TrackedDrive { track_width_m: drive.track_width_m * self.calibrated_width_ratio }
     }
 }
 
@@ -37,27 +35,15 @@ impl Ground {
     pub(super) fn new(slip: Slip, seed: u64) -> Self {
         let mut rng = generator(seed, RngStream::Ground);
         let (slip_state, width_state) = (standard_normal(&mut rng), standard_normal(&mut rng));
-        Self {
-            slip,
-            rng,
-            slip_state,
-            width_state,
-        }
+        Self { slip, rng, slip_state, width_state }
     }
 
     /// Returns the true motion of a base with these belt speeds.
     pub(super) fn twist(&self, drive: &TrackedDrive, tracks: &TrackSpeeds) -> Twist {
-        let Slip {
-            mean,
-            width_ratio,
-            variation,
-            ..
-        } = self.slip;
+        let Slip { mean, width_ratio, variation, .. } = self.slip;
         let slip = (mean + variation * self.slip_state).min(MAX_SLIP);
         let width = width_ratio * (1.0 + variation * self.width_state).max(MIN_WIDTH);
-        let effective = TrackedDrive {
-            track_width_m: drive.track_width_m * width,
-        };
+        let effective = TrackedDrive { track_width_m: drive.track_width_m * width };
         effective.twist(&TrackSpeeds {
             left: tracks.left * (1.0 - slip),
             right: tracks.right * (1.0 - slip),

@@ -31,12 +31,7 @@ impl TimedPath {
     /// [`SimError::Setting`] without keys, for times below zero or less than a microsecond apart, for a
     /// period that is not above zero or ends before the last time, for a coordinate beyond 1e9 m, or a number that is not finite.
     pub fn new(keys: &[(f64, Point)], loop_s: Option<f64>) -> Result<Self, SimError> {
-        require(
-            !keys.is_empty(),
-            "number of keyframes",
-            keys.len() as f64,
-            "at least one",
-        )?;
+        require(!keys.is_empty(), "number of keyframes", keys.len() as f64, "at least one")?;
         let mut latest = -SHORTEST_LEG_S;
         for &(time_s, point) in keys {
             require(
@@ -59,11 +54,7 @@ impl TimedPath {
                 "finite, above zero and not before the last keyframe",
             )?;
         }
-        Ok(Self {
-            keys: keys.to_vec(),
-            loop_s,
-            interpolation: Interpolation::Linear,
-        })
+        Ok(Self { keys: keys.to_vec(), loop_s, interpolation: Interpolation::Linear })
     }
 
     /// Interpolates by a Catmull-Rom spline, as Gazebo's animated models: the tangent at a key is half the vector from
@@ -71,10 +62,7 @@ impl TimedPath {
     /// neighbour.
     #[must_use]
     pub fn on_spline(self) -> Self {
-        Self {
-            interpolation: Interpolation::Spline,
-            ..self
-        }
+        Self { interpolation: Interpolation::Spline, ..self }
     }
 
     /// The period, seconds.
@@ -121,10 +109,7 @@ impl TimedPath {
                     polynomial(share, [1.0, -4.0, 3.0, 0.0]),
                     polynomial(share, [0.0, -2.0, 3.0, 0.0]),
                 ];
-                (
-                    position,
-                    (displacement * along + sum(bends, tangents)) / leg_s,
-                )
+                (position, (displacement * along + sum(bends, tangents)) / leg_s)
             }
         }
     }
@@ -145,8 +130,7 @@ impl TimedPath {
     }
 
     fn within_period(&self, time_s: f64) -> f64 {
-        self.loop_s
-            .map_or(time_s, |period_s| libm::fmod(time_s, period_s))
+        self.loop_s.map_or(time_s, |period_s| libm::fmod(time_s, period_s))
     }
 }
 
@@ -194,21 +178,13 @@ mod tests {
     use super::*;
 
     fn path(keys: &[(f64, f64, f64)], loop_s: Option<f64>) -> TimedPath {
-        let keys: Vec<_> = keys
-            .iter()
-            .map(|&(time_s, x, y)| (time_s, Point::new(x, y)))
-            .collect();
+        let keys: Vec<_> = keys.iter().map(|&(time_s, x, y)| (time_s, Point::new(x, y))).collect();
         TimedPath::new(&keys, loop_s).expect("a valid path")
     }
 
     #[test]
     fn spline_passes_keys_with_tangents_along_their_neighbours() {
-        let keys = [
-            (0.0, 0.0, 0.0),
-            (1.0, 1.0, 2.0),
-            (3.0, 4.0, 2.0),
-            (4.0, 4.0, 0.0),
-        ];
+        let keys = [(0.0, 0.0, 0.0), (1.0, 1.0, 2.0), (3.0, 4.0, 2.0), (4.0, 4.0, 0.0)];
         let spline = path(&keys, None).on_spline();
         for (time_s, x, y) in keys {
             assert_eq!(spline.at(time_s).0, Point::new(x, y), "{time_s}");
@@ -230,33 +206,20 @@ mod tests {
 
     #[test]
     fn velocity_is_derivative_of_position() {
-        let keys = [
-            (0.5, 0.0, 0.0),
-            (1.0, 1.0, 2.0),
-            (3.0, 4.0, 2.0),
-            (4.0, 0.0, 0.0),
-        ];
+        let keys = [(0.5, 0.0, 0.0), (1.0, 1.0, 2.0), (3.0, 4.0, 2.0), (4.0, 0.0, 0.0)];
         for path in [path(&keys, Some(5.0)), path(&keys, Some(5.0)).on_spline()] {
             for tick in 0..240_u32 {
                 let time_s = 0.013 + f64::from(tick) * 0.05;
                 let slope = (path.at(time_s + 1e-6).0 - path.at(time_s - 1e-6).0) / 2e-6;
                 let velocity = path.at(time_s).1;
-                assert!(
-                    (slope - velocity).norm() < 1e-4,
-                    "{time_s}: {slope} {velocity}"
-                );
+                assert!((slope - velocity).norm() < 1e-4, "{time_s}: {slope} {velocity}");
             }
         }
     }
 
     #[test]
     fn closed_spline_has_equal_velocity_at_both_ends() {
-        let keys = [
-            (0.0, 0.0, 0.0),
-            (1.0, 2.0, 0.0),
-            (2.0, 1.0, 2.0),
-            (3.0, 0.0, 0.0),
-        ];
+        let keys = [(0.0, 0.0, 0.0), (1.0, 2.0, 0.0), (2.0, 1.0, 2.0), (3.0, 0.0, 0.0)];
         let spline = path(&keys, Some(3.0)).on_spline();
         let (end, begin) = (spline.at(3.0 - 1e-9).1, spline.at(1e-9).1);
         assert!((end - begin).norm() < 1e-6, "{end} {begin}");

@@ -17,10 +17,7 @@ impl World {
     /// Creates a world without moving obstacles.
     #[must_use]
     pub fn new(obstacles: ObstacleGrid) -> Self {
-        Self {
-            obstacles: ObstacleGap::new(obstacles),
-            moving: Vec::new(),
-        }
+        Self { obstacles: ObstacleGap::new(obstacles), moving: Vec::new() }
     }
 
     /// The static obstacles.
@@ -32,8 +29,7 @@ impl World {
     /// The smallest gap between the footprint and anything solid.
     #[must_use]
     pub fn gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
-        self.gap_to_static_m(footprint, pose)
-            .min(self.gap_to_moving_m(footprint, pose))
+        self.gap_to_static_m(footprint, pose).min(self.gap_to_moving_m(footprint, pose))
     }
 
     /// The smallest gap between the footprint and the static obstacles: see [`ObstacleGap::gap_m`].

@@ -56,15 +56,8 @@ pub fn trials(tests: &[(&'static str, GpuTest)]) -> Vec<Trial> {
 
 /// The required adapters that are missing, each with a message.
 fn missing(adapters: &[Arc<Adapter>]) -> Vec<(String, String)> {
-    let names: Vec<&str> = adapters
-        .iter()
-        .map(|adapter| adapter.summary.name.as_str())
-        .collect();
-    let found = if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join("; ")
-    };
+    let names: Vec<&str> = adapters.iter().map(|adapter| adapter.summary.name.as_str()).collect();
+    let found = if names.is_empty() { "none".to_owned() } else { names.join("; ") };
     let mut missing = Vec::new();
     for word in required() {
         if OTHERS.contains(&word.as_str()) {

@@ -23,11 +23,7 @@ const SIDE: i32 = 160;
 
 /// Tests a property over the same problems in every run.
 fn for_any_scene(cases: u32, property: impl Fn(Scene) -> Result<(), TestCaseError>) {
-    let config = Config {
-        cases,
-        failure_persistence: None,
-        ..Config::default()
-    };
+    let config = Config { cases, failure_persistence: None, ..Config::default() };
     let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
     let outcome = TestRunner::new_with_rng(config, rng).run(&scene(), property);
     if let Err(failure) = outcome {
@@ -61,13 +57,7 @@ fn scene() -> impl Strategy<Value = Scene> {
             let (max_clearance_m, weights, normalization, stopping, outside, target) = judging;
             let obstacles = obstacles.into_iter().map(|[x, y, radius, vx, vy]| {
                 let center = at([x, y]);
-                MovingDisc {
-                    x: center.x,
-                    y: center.y,
-                    radius,
-                    vx,
-                    vy,
-                }
+                MovingDisc { x: center.x, y: center.y, radius, vx, vy }
             });
             let problem = Problem {
                 field: Arc::new(ClearanceField::new(&grid).expect("a resolution in range")),
@@ -105,23 +95,11 @@ fn grid() -> impl Strategy<Value = (f64, Vec<Cell>)> {
 fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64)> {
     let axis = |least: f64, most: f64, width: f64, count: u32| {
         let range = (least..most, 0.0..width, 1..=count);
-        range.prop_map(|(low, width, count)| Axis {
-            low,
-            high: low + width,
-            count,
-        })
+        range.prop_map(|(low, width, count)| Axis { low, high: low + width, count })
     };
     let window = (axis(-0.3, 1.0, 0.8, 120), axis(-1.0, 0.9, 0.3, 20));
-    let window = window.prop_map(|(linear, angular)| Window {
-        vx: linear,
-        vtheta: angular,
-    });
-    (
-        [0.3..0.7, 0.3..0.7, -3.1..3.1_f64],
-        window,
-        1..=60_u32,
-        prop_oneof![Just(0.05), Just(0.1)],
-    )
+    let window = window.prop_map(|(linear, angular)| Window { vx: linear, vtheta: angular });
+    ([0.3..0.7, 0.3..0.7, -3.1..3.1_f64], window, 1..=60_u32, prop_oneof![Just(0.05), Just(0.1)])
 }
 
 /// Discs of the robot; moving obstacles as fractions of the field, with radius and velocity.
@@ -220,8 +198,5 @@ fn differ(
     });
     let count = differences.len();
     differences.truncate(4);
-    fail(&format!(
-        "{}: {count} differ: {differences:?}",
-        engine.name()
-    ))
+    fail(&format!("{}: {count} differ: {differences:?}", engine.name()))
 }

@@ -89,17 +89,7 @@ pub fn random_batches(
 
 /// Batches that grow and shrink; the longest needs several submissions.
 pub fn growth(adapter: &Adapter) -> Result<(), Failed> {
-    let batches = [
-        (0, 1),
-        (1, 2),
-        (3, 7),
-        (10, 64),
-        (74, 1),
-        (75, 0),
-        (75, 7),
-        (0, 300),
-        (82, 2),
-    ];
+    let batches = [(0, 1), (1, 2), (3, 7), (10, 64), (74, 1), (75, 0), (75, 7), (0, 300), (82, 2)];
     random_batches(&mut GpuEngine::new(adapter)?, 44, &batches)
 }
 
@@ -130,10 +120,7 @@ pub fn fields(adapter: &Adapter) -> Result<(), Failed> {
 /// Fields of 1.3 MB: the first buffer holds only one, so fields must be replaced and uploaded again.
 pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
     let beside = |column| {
-        QuantizedProblem::new(&Problem {
-            field: field(801, 0.1, &[[column, 25]]),
-            ..plain()
-        })
+        QuantizedProblem::new(&Problem { field: field(801, 0.1, &[[column, 25]]), ..plain() })
     };
     let all = [beside(29)?, beside(30)?, beside(31)?];
     let answers = expected(&all, Detail::Answer)?;
@@ -141,16 +128,7 @@ pub fn large_fields(adapter: &Adapter) -> Result<(), Failed> {
         return Err("worlds with one answer: a stale one could not show".into());
     }
     let engine = &mut GpuEngine::new(adapter)?;
-    for chosen in [
-        &[0][..],
-        &[1],
-        &[0],
-        &[0, 1],
-        &[2],
-        &[1],
-        &[0, 2],
-        &[2, 1, 0],
-    ] {
+    for chosen in [&[0][..], &[1], &[0], &[0, 1], &[2], &[1], &[0, 2], &[2, 1, 0]] {
         let batch: Vec<QuantizedProblem> = chosen.iter().map(|&index| all[index].clone()).collect();
         same(engine, &format!("worlds {chosen:?}"), &batch)?;
     }
@@ -173,34 +151,22 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
         }
     }
     // At the end of the longest batch: finding the problem takes the most loop iterations there.
-    let crowd = extremes()
-        .into_iter()
-        .find(|(what, _)| what.starts_with("as many moving obstacles"));
+    let crowd =
+        extremes().into_iter().find(|(what, _)| what.starts_with("as many moving obstacles"));
     let (what, crowd) = crowd.ok_or("no such problem")?;
     let mut longest = vec![easy.clone(); 256];
     longest[255] = QuantizedProblem::new(&crowd)?;
     same(engine, what, &longest)?;
     // 4.8 GB of tables: more than an adapter can bind.
-    let axis = |count| Axis {
-        low: -0.5,
-        high: 0.5,
-        count,
-    };
+    let axis = |count| Axis { low: -0.5, high: 0.5, count };
     let too_large = Problem {
-        window: Window {
-            vx: axis(1),
-            vtheta: axis(65_536),
-        },
+        window: Window { vx: axis(1), vtheta: axis(65_536) },
         steps: 1023,
         step_s: 0.01,
         footprint: footprint(&[[0.0, 0.0, 0.2]; 8]),
         ..plain()
     };
-    let batch = [
-        easy.clone(),
-        QuantizedProblem::new(&too_large)?,
-        easy.clone(),
-    ];
+    let batch = [easy.clone(), QuantizedProblem::new(&too_large)?, easy.clone()];
     match engine.evaluate_batch(&batch, Detail::Answer) {
         Err(EngineError::TooLarge { message, .. }) if message.contains("sample less densely") => {}
         other => return Err(format!("too large, yet {other:?}").into()),

@@ -24,10 +24,7 @@ use program::{BrowserTest, Program};
 const TRIALS: [(&str, BrowserTest); 7] = [
     ("operations_return_the_bits_of_rust", operations),
     ("a_slip_in_an_operation_is_reported", slip_in_an_operation),
-    (
-        "random_problems_return_the_bits_of_the_cpu",
-        random_problems,
-    ),
+    ("random_problems_return_the_bits_of_the_cpu", random_problems),
     ("batches_return_the_bits_of_one_at_a_time", batches),
     ("a_slip_in_a_shader_is_reported", slip_in_a_shader),
     ("the_digest_is_the_pinned_one", the_digest),
@@ -49,11 +46,7 @@ impl ChromiumEngine {
     /// An engine in a browser of its own. The page asks for no limits above WebGPU's default ones: shaders that need
     /// more are refused.
     fn new(program: &Program, wgsl: String) -> Result<Self, Failed> {
-        Ok(Self {
-            browser: Browser::start(program)?,
-            wgsl,
-            stamp: 0,
-        })
+        Ok(Self { browser: Browser::start(program)?, wgsl, stamp: 0 })
     }
 
     fn lost(&self, what: impl Into<String>) -> EngineError {
@@ -128,11 +121,7 @@ fn differences(program: &Program, wgsl: &str) -> Result<Vec<String>, Failed> {
 
 fn operations(program: &Program) -> Result<(), Failed> {
     let differences = differences(program, &kernel_source())?;
-    if differences.is_empty() {
-        Ok(())
-    } else {
-        Err(differences.join("\n").into())
-    }
+    if differences.is_empty() { Ok(()) } else { Err(differences.join("\n").into()) }
 }
 
 fn slip_in_an_operation(program: &Program) -> Result<(), Failed> {
@@ -146,10 +135,8 @@ fn slip_in_an_operation(program: &Program) -> Result<(), Failed> {
 }
 
 fn random_problems(program: &Program) -> Result<(), Failed> {
-    let mut engines: [Box<dyn Engine>; 2] = [
-        Box::new(CpuEngine::single_threaded()),
-        Box::new(ChromiumEngine::new(program, source())?),
-    ];
+    let mut engines: [Box<dyn Engine>; 2] =
+        [Box::new(CpuEngine::single_threaded()), Box::new(ChromiumEngine::new(program, source())?)];
     agree(&mut engines, 100, 43)
 }
 
@@ -189,9 +176,7 @@ fn what_goes_wrong(program: &Program) -> Result<(), Failed> {
     };
     let refused = |outcome: Result<Vec<u8>, Failed>, what: &str| match outcome {
         Err(failed) if failed.message().unwrap_or_default().contains(what) => Ok(()),
-        other => Err(Failed::from(format!(
-            "not an error with `{what}`: {other:?}"
-        ))),
+        other => Err(Failed::from(format!("not an error with `{what}`: {other:?}"))),
     };
     let misspelt = altered("header.steps", "header.step")?;
     refused(run(browser, &misspelt), "member step not found")?;

@@ -71,13 +71,7 @@ impl Worst {
 
 impl fmt::Display for Worst {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            scenes,
-            samples,
-            admissible,
-            undecided,
-            ..
-        } = self;
+        let Self { scenes, samples, admissible, undecided, .. } = self;
         writeln!(
             f,
             "  {scenes} scenes, {samples} samples, {admissible} admissible, {undecided} undecided"
@@ -102,11 +96,7 @@ impl fmt::Display for Worst {
             self.score
         )?;
         let (badly, there) = (self.badly_scaled, self.loss_badly_scaled);
-        write!(
-            f,
-            "  loss {:.1e}; in {badly} badly scaled scenes {there:.1e}",
-            self.loss
-        )
+        write!(f, "  loss {:.1e}; in {badly} badly scaled scenes {there:.1e}", self.loss)
     }
 }
 
@@ -131,10 +121,7 @@ pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
         worst,
     };
     comparison.worst.scenes += 1;
-    let records = evaluation
-        .samples
-        .as_deref()
-        .expect("samples are requested");
+    let records = evaluation.samples.as_deref().expect("samples are requested");
     let ends = ends(&quantized);
     let mut theirs = Vec::new();
     for (index, record) in records.iter().enumerate() {
@@ -186,18 +173,13 @@ impl Comparison<'_> {
         // Written so that a NaN counts as out of bounds.
         let within = error <= bound;
         if !within {
-            self.fail(
-                index,
-                &format!("{what} off by {error:.3e}, allowed {bound:.3e}"),
-            );
+            self.fail(index, &format!("{what} off by {error:.3e}, allowed {bound:.3e}"));
         }
     }
 
     fn fail(&mut self, index: usize, what: &str) {
         let name = self.name;
-        self.worst
-            .failures
-            .push(format!("{name}, sample {index}: {what}"));
+        self.worst.failures.push(format!("{name}, sample {index}: {what}"));
     }
 
     fn end(&mut self, index: usize, trajectory: &Trajectory, end: [f64; 2]) {
@@ -219,10 +201,7 @@ impl Comparison<'_> {
         self.worst.undecided += u32::from(most.reason != least.reason);
         if !(rank(least.reason)..=rank(most.reason)).contains(&rank(record.status)) {
             let (found, least, most) = (record.status, least.reason, most.reason);
-            self.fail(
-                index,
-                &format!("{found:?}, where the oracle has {least:?} to {most:?}"),
-            );
+            self.fail(index, &format!("{found:?}, where the oracle has {least:?} to {most:?}"));
             return None;
         }
         if record.status != SampleStatus::Ok {
@@ -307,12 +286,8 @@ impl Comparison<'_> {
             self.fail(index, "wins, yet is not admissible");
             return;
         };
-        let admissible = records
-            .iter()
-            .filter(|record| record.status == SampleStatus::Ok);
-        let ours: Vec<Terms> = admissible
-            .map(|record| in_si(self.problem, record))
-            .collect();
+        let admissible = records.iter().filter(|record| record.status == SampleStatus::Ok);
+        let ours: Vec<Terms> = admissible.map(|record| in_si(self.problem, record)).collect();
         if ours.len() != theirs.len() {
             // Recorded as a failure above; the scores cannot be compared then.
             return;
@@ -321,21 +296,12 @@ impl Comparison<'_> {
         let error = (winner.score as f64 / 2.0_f64.powi(62) - scores[place]).abs();
         raise(&mut self.worst.score, error);
         self.check("score", index, error, SCORE);
-        self.check(
-            "winner below the best of its own terms,",
-            index,
-            loss(&scores, place),
-            SCORE,
-        );
+        self.check("winner below the best of its own terms,", index, loss(&scores, place), SCORE);
 
         let terms: Vec<Terms> = theirs.iter().map(|(_, terms)| *terms).collect();
         let loss = loss(&self.oracle.scores(&terms), place);
         let scales = self.oracle.scales(&terms);
-        if scales
-            .iter()
-            .zip(SCALES)
-            .all(|((_, scale), least)| *scale >= least)
-        {
+        if scales.iter().zip(SCALES).all(|((_, scale), least)| *scale >= least) {
             raise(&mut self.worst.loss, loss);
             self.check("winner below the best,", index, loss, LOSS);
         } else {

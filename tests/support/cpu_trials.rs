@@ -15,17 +15,11 @@ use super::operations::{OPERATIONS, cases, differences};
 pub fn trials() -> Vec<Trial> {
     vec![
         Trial::test("threads_change_no_bit", threads_change_no_bit),
-        Trial::test(
-            "instruction_sets_change_no_bit",
-            instruction_sets_change_no_bit,
-        ),
+        Trial::test("instruction_sets_change_no_bit", instruction_sets_change_no_bit),
         Trial::test("step_pruning_changes_no_bit", step_pruning_changes_no_bit),
         Trial::test("digest_equals_the_pinned_one", digest_equals_the_pinned_one),
         Trial::test("one_flipped_bit_is_reported", one_flipped_bit_is_reported),
-        Trial::test(
-            "one_flipped_bit_of_an_operation_is_reported",
-            a_flipped_bit_of_an_operation,
-        ),
+        Trial::test("one_flipped_bit_of_an_operation_is_reported", a_flipped_bit_of_an_operation),
     ]
 }
 
@@ -68,10 +62,7 @@ fn step_pruning_changes_no_bit() -> Result<(), Failed> {
         // In every other case there are many close turn rates, so that rows share a tile.
         let axis = random.window.vtheta;
         let angular = if case % 2 == 0 {
-            Axis {
-                count: rng.random_range(1..=4),
-                ..axis
-            }
+            Axis { count: rng.random_range(1..=4), ..axis }
         } else {
             Axis {
                 high: axis.low + (axis.high - axis.low) * 0.1,
@@ -80,10 +71,7 @@ fn step_pruning_changes_no_bit() -> Result<(), Failed> {
             }
         };
         let problem = QuantizedProblem::new(&Problem {
-            window: Window {
-                vx: linear,
-                vtheta: angular,
-            },
+            window: Window { vx: linear, vtheta: angular },
             ..random
         })?;
         let expected = engines[0].evaluate(&problem, Detail::Samples)?;
@@ -121,12 +109,7 @@ pub fn golden(engine: Box<dyn Engine>) -> Result<(), Failed> {
 /// Compares engines on random problems.
 pub fn agree(engines: &mut [Box<dyn Engine>], problems: u64, seed: u64) -> Result<(), Failed> {
     let verification = verify(engines, problems, seed, |_| {})?;
-    if verification.agree()
-        && verification
-            .digests
-            .windows(2)
-            .all(|pair| pair[0] == pair[1])
-    {
+    if verification.agree() && verification.digests.windows(2).all(|pair| pair[0] == pair[1]) {
         return Ok(());
     }
     let (count, samples) = (verification.difference_count, verification.samples);
@@ -176,37 +159,13 @@ impl Engine for Falsified {
 type Falsification = (fn(&mut Evaluation), &'static str, u64);
 
 const FALSIFICATIONS: [Falsification; 9] = [
-    (
-        |found| sample(found).terms.heading ^= 1,
-        "sample 3 heading",
-        1,
-    ),
-    (
-        |found| sample(found).terms.clearance ^= 1 << 15,
-        "sample 3 clearance",
-        1 << 15,
-    ),
-    (
-        |found| sample(found).terms.velocity ^= 1 << 23,
-        "sample 3 velocity",
-        1 << 23,
-    ),
-    (
-        |found| sample(found).terms.path ^= 1 << 7,
-        "sample 3 path",
-        1 << 7,
-    ),
-    (
-        |found| found.totals.sums[3] ^= 1 << 33,
-        "sum of path",
-        1 << 33,
-    ),
+    (|found| sample(found).terms.heading ^= 1, "sample 3 heading", 1),
+    (|found| sample(found).terms.clearance ^= 1 << 15, "sample 3 clearance", 1 << 15),
+    (|found| sample(found).terms.velocity ^= 1 << 23, "sample 3 velocity", 1 << 23),
+    (|found| sample(found).terms.path ^= 1 << 7, "sample 3 path", 1 << 7),
+    (|found| found.totals.sums[3] ^= 1 << 33, "sum of path", 1 << 33),
     (|found| found.totals.min[1] ^= 1, "least clearance", 1),
-    (
-        |found| winner(found).score ^= i64::MIN,
-        "winning score",
-        1 << 63,
-    ),
+    (|found| winner(found).score ^= i64::MIN, "winning score", 1 << 63),
     (|found| winner(found).index ^= 1, "winner", 1),
     (|found| found.counts.outside ^= 2, "count of outside", 2),
 ];
@@ -235,24 +194,12 @@ fn one_flipped_bit_is_reported() -> Result<(), Failed> {
     let seed = 33;
     let case = case_with_a_winner(seed)?;
     for (falsify, quantity, bits) in FALSIFICATIONS {
-        let falsified = Falsified {
-            inner: CpuEngine::single_threaded(),
-            asked: 0,
-            case,
-            falsify,
-        };
+        let falsified = Falsified { inner: CpuEngine::single_threaded(), asked: 0, case, falsify };
         let mut engines: [Box<dyn Engine>; 2] =
             [Box::new(CpuEngine::single_threaded()), Box::new(falsified)];
         let verification = verify(&mut engines, case + 2, seed, |_| {})?;
-        let [
-            Difference {
-                engine,
-                case: at,
-                what,
-                expected,
-                found,
-            },
-        ] = verification.differences.as_slice()
+        let [Difference { engine, case: at, what, expected, found }] =
+            verification.differences.as_slice()
         else {
             return Err(format!(
                 "{quantity}: not one difference but {:#?}",
@@ -272,10 +219,7 @@ fn one_flipped_bit_is_reported() -> Result<(), Failed> {
 }
 
 fn number(hexadecimal: &str) -> Result<u64, Failed> {
-    Ok(u64::from_str_radix(
-        hexadecimal.trim_start_matches("0x"),
-        16,
-    )?)
+    Ok(u64::from_str_radix(hexadecimal.trim_start_matches("0x"), 16)?)
 }
 
 fn a_flipped_bit_of_an_operation() -> Result<(), Failed> {
@@ -289,15 +233,10 @@ fn a_flipped_bit_of_an_operation() -> Result<(), Failed> {
         found[777][0] ^= 1 << 31;
         let reported = differences(operation, &cases, &found);
         let expected = format!("{}: 1 of {} differ, 0 missing", operation.name, cases.len());
-        if !reported
-            .as_ref()
-            .is_some_and(|reported| reported.starts_with(&expected))
-        {
-            return Err(format!(
-                "{}: a flipped bit was reported as {reported:?}",
-                operation.name
-            )
-            .into());
+        if !reported.as_ref().is_some_and(|reported| reported.starts_with(&expected)) {
+            return Err(
+                format!("{}: a flipped bit was reported as {reported:?}", operation.name).into()
+            );
         }
     }
     Ok(())

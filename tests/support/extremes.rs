@@ -14,12 +14,7 @@ const RESOLUTION_M: f64 = 0.124_99;
 
 /// A square grid with its corner at the map's origin, free except for these cells (column and row).
 pub fn field(side: i32, resolution_m: f64, blocked: &[[i32; 2]]) -> Arc<ClearanceField> {
-    let frame = GridFrame {
-        width: side,
-        height: side,
-        resolution_m,
-        origin: Pose::default(),
-    };
+    let frame = GridFrame { width: side, height: side, resolution_m, origin: Pose::default() };
     let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
     for &[column, row] in blocked {
         obstacles.set(Cell::new(column, row), true);
@@ -32,10 +27,7 @@ pub fn plain() -> Problem {
     Problem {
         field: field(40, RESOLUTION_M, &[[39, 0]]),
         pose: Pose::new(2.5, 2.5, 0.0),
-        window: Window {
-            vx: axis(0.0, 0.5, 3),
-            vtheta: axis(-0.5, 0.5, 3),
-        },
+        window: Window { vx: axis(0.0, 0.5, 3), vtheta: axis(-0.5, 0.5, 3) },
         braking_x: 1.0,
         braking_theta: 2.0,
         step_s: 0.1,
@@ -77,10 +69,7 @@ fn axis(low: f64, high: f64, count: u32) -> Axis {
 fn fast(metres_per_step: f64, steps: u32, step_s: f64) -> Problem {
     let (speed, rate) = (metres_per_step / step_s, 1.5 / step_s);
     Problem {
-        window: Window {
-            vx: axis(-speed, speed, 7),
-            vtheta: axis(-rate, rate, 9),
-        },
+        window: Window { vx: axis(-speed, speed, 7), vtheta: axis(-rate, rate, 9) },
         steps,
         step_s,
         pose: Pose::new(2.5, 2.5, 0.785),
@@ -97,22 +86,12 @@ fn long_distances() -> Vec<Named> {
     let far = 32_767.0 * unit_m;
     let corners = [[far, far], [-far, far], [far, -far], [-far, -far]];
     let sides = [[far, 0.0], [0.0, far], [0.0, 0.0], [-0.5, 0.0]];
-    let discs: Vec<[f64; 3]> = corners
-        .iter()
-        .chain(&sides)
-        .map(|&[x, y]| [x, y, 0.1])
-        .collect();
+    let discs: Vec<[f64; 3]> = corners.iter().chain(&sides).map(|&[x, y]| [x, y, 0.1]).collect();
     let away = Point::new(-536_870_000.0 * unit_m, 536_870_000.0 * unit_m);
     vec![
         ("longest steps", fast(16_383.9 * unit_m, 16, 0.3)),
         ("farthest reach", fast(longest_m / 1023.0, 1023, 0.1)),
-        (
-            "widest footprint",
-            Problem {
-                footprint: footprint(&discs),
-                ..fast(0.01, 200, 0.1)
-            },
-        ),
+        ("widest footprint", Problem { footprint: footprint(&discs), ..fast(0.01, 200, 0.1) }),
         (
             "farthest target and key node",
             Problem {
@@ -152,18 +131,9 @@ fn crowds() -> Vec<Named> {
         obstacles: bodies.map(body).collect(),
         ..fast(0.3, 50, 0.1)
     };
-    let lone = MovingDisc {
-        x: 9.0,
-        y: 2.5,
-        radius: 0.3,
-        vx: -0.5,
-        vy: 0.0,
-    };
+    let lone = MovingDisc { x: 9.0, y: 2.5, radius: 0.3, vx: -0.5, vy: 0.0 };
     vec![
-        (
-            "as many moving obstacles as any adapter takes",
-            crowd(300..625),
-        ),
+        ("as many moving obstacles as any adapter takes", crowd(300..625)),
         ("a thousand moving obstacles", crowd(0..1024)),
         (
             "greatest clearance",
@@ -179,26 +149,12 @@ fn crowds() -> Vec<Named> {
 
 fn stationary_windows() -> Vec<Named> {
     let with = |rate: f64| Problem {
-        window: Window {
-            vx: axis(-rate, rate, 5),
-            vtheta: axis(-rate, rate, 5),
-        },
+        window: Window { vx: axis(-rate, rate, 5), vtheta: axis(-rate, rate, 5) },
         ..plain()
     };
-    let weights = Weights {
-        heading: 0.0,
-        clearance: 0.0,
-        velocity: 0.0,
-        path: 0.0,
-    };
+    let weights = Weights { heading: 0.0, clearance: 0.0, velocity: 0.0, path: 0.0 };
     vec![
-        (
-            "standing still without weights",
-            Problem {
-                weights,
-                ..with(0.0)
-            },
-        ),
+        ("standing still without weights", Problem { weights, ..with(0.0) }),
         ("a crawl", with(1e-12)),
     ]
 }

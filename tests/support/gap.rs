@@ -39,10 +39,7 @@ fn in_cells(point: &Point, obstacles: &ObstacleGrid) -> (f64, f64) {
     let frame = obstacles.frame();
     let (sine, cosine) = libm::sincos(frame.origin.yaw);
     let (x, y) = (point.x - frame.origin.x, point.y - frame.origin.y);
-    (
-        (cosine * x + sine * y) / frame.resolution_m,
-        (cosine * y - sine * x) / frame.resolution_m,
-    )
+    ((cosine * x + sine * y) / frame.resolution_m, (cosine * y - sine * x) / frame.resolution_m)
 }
 
 fn squared_gap((x, y): (f64, f64), obstacles: &ObstacleGrid, reach: f64) -> f64 {

@@ -19,65 +19,32 @@ use super::loss_trials;
 
 pub const TRIALS: [(&str, GpuTest); 16] = [
     ("operations_return_the_bits_of_rust", operations),
-    (
-        "random_problems_return_the_bits_of_the_cpu",
-        random_problems,
-    ),
+    ("random_problems_return_the_bits_of_the_cpu", random_problems),
     ("digest_equals_the_pinned_one", the_digest),
-    (
-        "problems_of_any_size_in_sequence_return_the_bits_of_the_cpu",
-        sizes,
-    ),
+    ("problems_of_any_size_in_sequence_return_the_bits_of_the_cpu", sizes),
     ("changed_field_is_uploaded", fields),
     ("problems_at_the_limits_return_the_bits_of_the_cpu", limits),
     ("lost_device_is_an_error", lost_device),
-    (
-        "batches_return_the_bits_of_single_problems",
-        batch_trials::growth,
-    ),
+    ("batches_return_the_bits_of_single_problems", batch_trials::growth),
     ("batches_share_and_change_fields", batch_trials::fields),
     ("batches_replace_large_fields", batch_trials::large_fields),
-    (
-        "batch_rejects_a_problem_that_is_rejected_alone",
-        batch_trials::refusals,
-    ),
-    (
-        "falsified_answer_of_a_batch_is_reported",
-        batch_trials::falsified,
-    ),
-    (
-        "late_answer_is_never_used_for_another_problem",
-        loss_trials::late_answers,
-    ),
-    (
-        "device_lost_during_a_decision_gives_an_error_or_the_answer",
-        loss_trials::lost_in_the_middle,
-    ),
-    (
-        "rejected_call_is_an_error_of_its_kind",
-        loss_trials::refused_calls,
-    ),
-    (
-        "ten_gpu_failures_do_not_change_the_trace",
-        loss_trials::ten_losses,
-    ),
+    ("batch_rejects_a_problem_that_is_rejected_alone", batch_trials::refusals),
+    ("falsified_answer_of_a_batch_is_reported", batch_trials::falsified),
+    ("late_answer_is_never_used_for_another_problem", loss_trials::late_answers),
+    ("device_lost_during_a_decision_gives_an_error_or_the_answer", loss_trials::lost_in_the_middle),
+    ("rejected_call_is_an_error_of_its_kind", loss_trials::refused_calls),
+    ("ten_gpu_failures_do_not_change_the_trace", loss_trials::ten_losses),
 ];
 
 fn operations(adapter: &Adapter) -> Result<(), Failed> {
     let kernel = Kernel::new(adapter)?;
     let differences = every_difference(|operation, cases| kernel.run(operation, cases))?;
-    if differences.is_empty() {
-        Ok(())
-    } else {
-        Err(differences.join("\n").into())
-    }
+    if differences.is_empty() { Ok(()) } else { Err(differences.join("\n").into()) }
 }
 
 fn random_problems(adapter: &Adapter) -> Result<(), Failed> {
-    let mut engines: [Box<dyn Engine>; 2] = [
-        Box::new(CpuEngine::single_threaded()),
-        Box::new(GpuEngine::new(adapter)?),
-    ];
+    let mut engines: [Box<dyn Engine>; 2] =
+        [Box::new(CpuEngine::single_threaded()), Box::new(GpuEngine::new(adapter)?)];
     agree(&mut engines, 300, 42)
 }
 
@@ -103,7 +70,7 @@ fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Fai
         }
         if expected != found {
             return Err(
-                format!("{name}, {detail:?}: unequal, yet no difference is reported").into(),
+                format!("{name}, {detail:?}: unequal, yet no difference is reported").into()
             );
         }
     }
@@ -112,10 +79,7 @@ fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Fai
 
 pub fn window(speeds: u32, turns: u32) -> Window {
     let axis = |low, high, count| Axis { low, high, count };
-    Window {
-        vx: axis(-0.2, 0.8, speeds),
-        vtheta: axis(-1.0, 1.0, turns),
-    }
+    Window { vx: axis(-0.2, 0.8, speeds), vtheta: axis(-1.0, 1.0, turns) }
 }
 
 fn sizes(adapter: &Adapter) -> Result<(), Failed> {
@@ -154,11 +118,7 @@ fn sizes(adapter: &Adapter) -> Result<(), Failed> {
             footprint: footprint(&DISCS[..discs]),
             obstacles: (0..moving).map(body).collect(),
             pose: Pose::new(middle, middle, 0.4),
-            outside: if side < 10 {
-                Outside::Free
-            } else {
-                Outside::Obstacle
-            },
+            outside: if side < 10 { Outside::Free } else { Outside::Obstacle },
             field,
             ..plain()
         };
@@ -182,10 +142,7 @@ fn fields(adapter: &Adapter) -> Result<(), Failed> {
         return Err("two fields with one answer: a stale field could not show".into());
     }
     let engine = &mut GpuEngine::new(adapter)?;
-    let moved = Problem {
-        pose: Pose::new(2.0, 2.2, 1.0),
-        ..near.clone()
-    };
+    let moved = Problem { pose: Pose::new(2.0, 2.2, 1.0), ..near.clone() };
     for (what, problem) in [
         ("the first field", &near),
         ("the same field", &near),
@@ -222,17 +179,9 @@ fn limits(adapter: &Adapter) -> Result<(), Failed> {
     }
     same(engine, "after one that was too large", &plain())?;
     // The largest number of samples; a CPU would take minutes.
-    let side = if adapter.summary.software {
-        1 << 8
-    } else {
-        1 << 11
-    };
+    let side = if adapter.summary.software { 1 << 8 } else { 1 << 11 };
     for (speeds, turns) in [(side, side), (side * side, 1), (1, side * side)] {
-        let most = Problem {
-            window: window(speeds, turns),
-            steps: 1,
-            ..plain()
-        };
+        let most = Problem { window: window(speeds, turns), steps: 1, ..plain() };
         same(engine, &format!("{speeds} x {turns} samples"), &most)?;
     }
     Ok(())

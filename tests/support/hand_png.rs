@@ -13,10 +13,8 @@ pub fn png(
     header.extend(width.to_be_bytes());
     header.extend(height.to_be_bytes());
     header.extend([bit_depth, color_type, 0, 0, 0]);
-    let scanlines: Vec<u8> = rows
-        .iter()
-        .flat_map(|row| core::iter::once(0).chain(row.iter().copied()))
-        .collect();
+    let scanlines: Vec<u8> =
+        rows.iter().flat_map(|row| core::iter::once(0).chain(row.iter().copied())).collect();
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
     append_chunk(&mut file, *b"IHDR", &header);
     for (name, data) in chunks {
@@ -58,8 +56,6 @@ fn stored_zlib(data: &[u8]) -> Vec<u8> {
 
 fn crc_32(data: &[u8]) -> u32 {
     !data.iter().fold(u32::MAX, |sum, &byte| {
-        (0..8).fold(sum ^ u32::from(byte), |sum, _| {
-            (sum >> 1) ^ (0xedb8_8320 * (sum & 1))
-        })
+        (0..8).fold(sum ^ u32::from(byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 * (sum & 1)))
     })
 }

@@ -12,9 +12,7 @@ pub const BINDINGS: [u32; 2] = [20, 21];
 
 /// The tested parts of the shaders, and an entry point per operation.
 pub fn source() -> String {
-    let parts = shaders::PARTS
-        .iter()
-        .filter(|(name, _)| *name != "evaluate.wgsl");
+    let parts = shaders::PARTS.iter().filter(|(name, _)| *name != "evaluate.wgsl");
     let mut source: Vec<String> = parts.map(|(_, text)| (*text).to_owned()).collect();
     source.push(
         "
@@ -95,26 +93,20 @@ impl Kernel {
             label: Some("operations"),
             source: wgpu::ShaderSource::Wgsl(source().into()),
         });
-        Ok(Self {
-            device,
-            queue,
-            module,
-        })
+        Ok(Self { device, queue, module })
     }
 
     /// Runs one operation over all cases.
     pub fn run(&self, operation: &Operation, cases: &[Arguments]) -> Result<Vec<Outcome>, Failed> {
         use wgpu::BufferUsages as Usage;
-        let pipeline = self
-            .device
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(operation.name),
-                layout: None,
-                module: &self.module,
-                entry_point: Some(&entry_point(operation)?),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(operation.name),
+            layout: None,
+            module: &self.module,
+            entry_point: Some(&entry_point(operation)?),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
         let make = |size, usage| {
             self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,
@@ -127,23 +119,18 @@ impl Kernel {
         let input = make(size_of_val(cases) as u64, Usage::STORAGE | Usage::COPY_DST);
         let output = make(outcome_bytes, Usage::STORAGE | Usage::COPY_SRC);
         let readback = make(outcome_bytes, Usage::MAP_READ | Usage::COPY_DST);
-        self.queue
-            .write_buffer(&input, 0, bytemuck::cast_slice(cases));
+        self.queue.write_buffer(&input, 0, bytemuck::cast_slice(cases));
         let [input_at, output_at] = BINDINGS;
         let entries = [(input_at, &input), (output_at, &output)].map(|(binding, buffer)| {
-            wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            }
+            wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
         });
         let bind_group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
-        let mut encoder = self
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&pipeline);

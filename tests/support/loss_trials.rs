@@ -24,28 +24,16 @@ use super::gpu_trials::window;
 
 /// A problem that keeps an adapter busy for much more than a millisecond.
 fn heavy(adapter: &Adapter) -> Result<QuantizedProblem, Failed> {
-    let (side, steps) = if adapter.summary.software {
-        (256, 20)
-    } else {
-        (2048, 1000)
-    };
-    let problem = Problem {
-        window: window(side, side),
-        steps,
-        step_s: 0.01,
-        ..plain()
-    };
+    let (side, steps) = if adapter.summary.software { (256, 20) } else { (2048, 1000) };
+    let problem = Problem { window: window(side, side), steps, step_s: 0.01, ..plain() };
     Ok(QuantizedProblem::new(&problem)?)
 }
 
 /// More turn rates than one dispatch allows and no forward speed, so that no buffer is too large: no checked problem is
 /// like this.
 fn refused() -> Result<QuantizedProblem, Failed> {
-    let mut problem = QuantizedProblem::new(&Problem {
-        window: window(1, 1),
-        steps: 1,
-        ..plain()
-    })?;
+    let mut problem =
+        QuantizedProblem::new(&Problem { window: window(1, 1), steps: 1, ..plain() })?;
     problem.vx_samples.clear();
     problem.vtheta_samples = vec![problem.vtheta_samples[0]; VTHETA_PER_GROUP as usize * 65_536];
     problem.header.steps = 0;
@@ -234,10 +222,7 @@ impl Engine for Battered {
 /// Around the pillars among people, back and forth: long enough for ten failures and the delays after them.
 fn mission(config: &Config) -> Result<Simulation, Failed> {
     let scene = crossing();
-    let goal = |position| Goal {
-        position,
-        yaw: None,
-    };
+    let goal = |position| Goal { position, yaw: None };
     let ground = scene.map.obstacles(config.unknown);
     let (start, end) = (scene.start.position(), scene.goal);
     let spawner = PedestrianSpawner::new(3, scene.seed);
@@ -259,10 +244,7 @@ fn drive(engine: Box<dyn Engine>) -> Result<MissionResult, Failed> {
     config.local.vx_samples = 8;
     config.local.vtheta_samples = 16;
     config.local.sim_time_s = 2.0;
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut |_| {},
-    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let result = mission(&config)?.run(&config, engine, &mut observer)?;
     if result.reached && !result.collided {
         Ok(result)
@@ -278,9 +260,7 @@ pub fn ten_losses(adapter: &Adapter) -> Result<(), Failed> {
     let mut later = || rng.random_range(100..=110);
     let plan: VecDeque<(u32, Blow)> = BLOWS.map(|blow| (later(), blow)).into();
     let plan: Plan = Arc::new(Mutex::new(plan));
-    let expected = drive(Box::new(CpuEngine::single_threaded()))?
-        .trace
-        .digest();
+    let expected = drive(Box::new(CpuEngine::single_threaded()))?.trace.digest();
     let first = Battered::boxed(adapter, &plan)?;
     let mut attempts = 0;
     let (wanted, its_plan) = (adapter.summary.clone(), Arc::clone(&plan));

@@ -24,57 +24,28 @@ const SIZE: (u32, u32) = (WIDTH as u32, HEIGHT as u32);
 /// All formats; the first is the simplest.
 pub const KINDS: [Kind; 12] = [
     kind("grey pgm", "pgm", |random| {
-        [
-            b"P5\n# random\n61 47\n255\n".to_vec(),
-            bytes(random, WIDTH * HEIGHT),
-        ]
-        .concat()
+        [b"P5\n# random\n61 47\n255\n".to_vec(), bytes(random, WIDTH * HEIGHT)].concat()
     }),
     kind("grey pgm in digits", "pgm", |random| {
-        let digits: Vec<String> = bytes(random, WIDTH * HEIGHT)
-            .iter()
-            .map(u8::to_string)
-            .collect();
+        let digits: Vec<String> = bytes(random, WIDTH * HEIGHT).iter().map(u8::to_string).collect();
         format!("P2 61 47 255\n{}\n", digits.join("\n")).into()
     }),
     kind("grey pgm of 16 bits", "pgm", |random| {
-        [
-            b"P5 61 47 65535\n".to_vec(),
-            bytes(random, 2 * WIDTH * HEIGHT),
-        ]
-        .concat()
+        [b"P5 61 47 65535\n".to_vec(), bytes(random, 2 * WIDTH * HEIGHT)].concat()
     }),
     // An odd maximum, since the two readers round a half of an even one to different sides.
     kind("grey pgm up to 101", "pgm", |random| {
         let greys = (0..WIDTH * HEIGHT).map(|_| random.random_range(0..=101));
         b"P5 61 47 101\n".iter().copied().chain(greys).collect()
     }),
-    kind("grey png", "png", |random| {
-        png(SIZE, 8, 0, &[], &rows(random, WIDTH))
-    }),
-    kind("grey png of 16 bits", "png", |random| {
-        png(SIZE, 16, 0, &[], &rows(random, 2 * WIDTH))
-    }),
+    kind("grey png", "png", |random| png(SIZE, 8, 0, &[], &rows(random, WIDTH))),
+    kind("grey png of 16 bits", "png", |random| png(SIZE, 16, 0, &[], &rows(random, 2 * WIDTH))),
     kind("grey png with alpha", "png", |random| {
-        png(
-            SIZE,
-            8,
-            4,
-            &[],
-            &opaque_for_half(rows(random, 2 * WIDTH), 2),
-        )
+        png(SIZE, 8, 4, &[], &opaque_for_half(rows(random, 2 * WIDTH), 2))
     }),
-    kind("color png", "png", |random| {
-        png(SIZE, 8, 2, &[], &rows(random, 3 * WIDTH))
-    }),
+    kind("color png", "png", |random| png(SIZE, 8, 2, &[], &rows(random, 3 * WIDTH))),
     kind("color png with alpha", "png", |random| {
-        png(
-            SIZE,
-            8,
-            6,
-            &[],
-            &opaque_for_half(rows(random, 4 * WIDTH), 4),
-        )
+        png(SIZE, 8, 6, &[], &opaque_for_half(rows(random, 4 * WIDTH), 4))
     }),
     kind("palette png with alpha", "png", |random| {
         let colors = bytes(random, 3 * 256);
@@ -101,11 +72,7 @@ const fn kind(
     extension: &'static str,
     encode: fn(&mut Pcg64Mcg) -> Vec<u8>,
 ) -> Kind {
-    Kind {
-        name,
-        extension,
-        encode,
-    }
+    Kind { name, extension, encode }
 }
 
 impl Kind {

@@ -39,8 +39,7 @@ pub fn altered(file: &[u8], what: &str, number: usize, alter: impl Fn(&mut [u8])
                     }
                     seen += 1;
                 }
-                copy.write_to_known_channel(&header, &data)
-                    .expect("writable memory");
+                copy.write_to_known_channel(&header, &data).expect("writable memory");
             }
             Record::Attachment { header, data, .. } => {
                 let mut data = data.into_owned();

@@ -113,10 +113,7 @@ impl<'a> Oracle<'a> {
     pub fn new(problem: &'a Problem, blocked: &[Cell], rounding_m: f64, fault: Fault) -> Self {
         let side = problem.field.frame().resolution_m;
         let center = |cell: &Cell| {
-            [
-                (f64::from(cell.column) + 0.5) * side,
-                (f64::from(cell.row) + 0.5) * side,
-            ]
+            [(f64::from(cell.column) + 0.5) * side, (f64::from(cell.row) + 0.5) * side]
         };
         let pose = problem.pose;
         let [x, y] = to_grid(problem, pose.x, pose.y);
@@ -155,21 +152,13 @@ impl<'a> Oracle<'a> {
             }
             steps.push(self.meet(x, y, heading, step));
         }
-        Trajectory {
-            v,
-            omega,
-            end: [x - start_x, y - start_y, heading],
-            steps,
-        }
+        Trajectory { v, omega, end: [x - start_x, y - start_y, heading], steps }
     }
 
     fn meet(&self, x: f64, y: f64, heading: f64, step: u32) -> Vec<DiscClearance> {
         let frame = self.problem.field.frame();
         let side = frame.resolution_m;
-        let (width, height) = (
-            f64::from(frame.width) * side,
-            f64::from(frame.height) * side,
-        );
+        let (width, height) = (f64::from(frame.width) * side, f64::from(frame.height) * side);
         let heading = match self.fault {
             Fault::StiffFootprint => self.start[2],
             _ => heading,
@@ -191,10 +180,8 @@ impl<'a> Oracle<'a> {
             // Centres of the cells along one axis that can contain a coordinate: almost always one.
             let centers = |along: f64| {
                 let center = |along: f64| ((along / side).floor() + 0.5) * side;
-                let mut centers = vec![
-                    center(along - self.rounding_m),
-                    center(along + self.rounding_m),
-                ];
+                let mut centers =
+                    vec![center(along - self.rounding_m), center(along + self.rounding_m)];
                 centers.dedup();
                 centers
             };
@@ -240,10 +227,7 @@ impl<'a> Oracle<'a> {
     pub fn clearance(&self, trajectory: &Trajectory, steps: usize, lean: Lean) -> f64 {
         let clearance = |discs: &Vec<DiscClearance>| self.step_clearance(discs, lean);
         let least = trajectory.steps[..steps].iter().map(clearance);
-        least.fold(
-            self.problem.max_clearance_m + lean.by(self.rounding_m),
-            f64::min,
-        )
+        least.fold(self.problem.max_clearance_m + lean.by(self.rounding_m), f64::min)
     }
 
     /// Status of a sample (eqs. 30 and 31).
@@ -261,11 +245,7 @@ impl<'a> Oracle<'a> {
             _ => steps.len(),
         };
         let reason = if by_arc && free_steps == 0 {
-            if contact(&steps[0]) {
-                SampleStatus::Collision
-            } else {
-                SampleStatus::Outside
-            }
+            if contact(&steps[0]) { SampleStatus::Collision } else { SampleStatus::Outside }
         } else if !by_arc && steps.iter().any(|discs| contact(discs)) {
             SampleStatus::Collision
         } else if !by_arc && steps.iter().any(|discs| off_grid(discs)) {
@@ -318,10 +298,7 @@ impl<'a> Oracle<'a> {
 
     fn seen_from_end(&self, trajectory: &Trajectory, x: f64, y: f64) -> [f64; 2] {
         let [x, y] = to_grid(self.problem, x, y);
-        [
-            x - self.start[0] - trajectory.end[0],
-            y - self.start[1] - trajectory.end[1],
-        ]
+        [x - self.start[0] - trajectory.end[0], y - self.start[1] - trajectory.end[1]]
     }
 
     /// Offset and divisor of each term (eq. 33): zero and the sum, or the minimum and the range.
@@ -340,17 +317,8 @@ impl<'a> Oracle<'a> {
     /// The scores (eqs. 33 and 35) of the admissible samples with these terms; the weights are scaled to a sum of one.
     pub fn scores(&self, terms: &[Terms]) -> Vec<f64> {
         let weights = &self.problem.weights;
-        let sign = if self.fault == Fault::AddsPath {
-            1.0
-        } else {
-            -1.0
-        };
-        let weights = [
-            weights.heading,
-            weights.clearance,
-            weights.velocity,
-            sign * weights.path,
-        ];
+        let sign = if self.fault == Fault::AddsPath { 1.0 } else { -1.0 };
+        let weights = [weights.heading, weights.clearance, weights.velocity, sign * weights.path];
         let all: f64 = weights.iter().map(|weight| weight.abs()).sum();
         let scales = self.scales(terms);
         let score = |terms: &Terms| {

@@ -156,26 +156,13 @@ pub const OPERATIONS: [Operation; 20] = [
             [u32::from(one < other), one.leading_zeros(), 0, 0]
         },
         // Half of the upper halves are equal.
-        fit: |a| {
-            [
-                a[0],
-                a[1],
-                a[2],
-                if a[4] & 1 == 0 { a[1] } else { a[3] },
-                0,
-                0,
-            ]
-        },
+        fit: |a| [a[0], a[1], a[2], if a[4] & 1 == 0 { a[1] } else { a[3] }, 0, 0],
     },
     Operation {
         name: "normalizer",
         wgsl: "of_normalizer(normalizer(a[0], a[1], vec2<u32>(a[2], a[3])))",
         rust: |a| {
-            let Normalizer {
-                offset,
-                mantissa,
-                bits,
-            } = normalizer(a[0], a[1], wide(a[2], a[3]));
+            let Normalizer { offset, mantissa, bits } = normalizer(a[0], a[1], wide(a[2], a[3]));
             [offset, mantissa, bits as u32, 0]
         },
         // Weights are at most 2^30; scales are sums of up to 2^22 terms below 2^24.
@@ -185,24 +172,11 @@ pub const OPERATIONS: [Operation; 20] = [
         name: "share",
         wgsl: "two(share(a[0], Normalizer(a[1], a[2], bitcast<i32>(a[3]))))",
         rust: |a| {
-            let by = Normalizer {
-                offset: a[1],
-                mantissa: a[2],
-                bits: a[3] as i32,
-            };
+            let by = Normalizer { offset: a[1], mantissa: a[2], bits: a[3] as i32 };
             two(share(a[0], &by))
         },
         // A term is at least its offset.
-        fit: |a| {
-            [
-                a[0].max(a[1]),
-                a[1],
-                a[2],
-                (a[3] % 128).wrapping_sub(63),
-                0,
-                0,
-            ]
-        },
+        fit: |a| [a[0].max(a[1]), a[1], a[2], (a[3] % 128).wrapping_sub(63), 0, 0],
     },
     Operation {
         name: "better",
@@ -280,10 +254,7 @@ pub fn differences(
         .zip(found)
         .filter(|(case, found)| (operation.rust)(**case) != **found)
         .map(|(case, found)| {
-            format!(
-                "{case:x?} gives {found:x?}, not {:x?}",
-                (operation.rust)(*case)
-            )
+            format!("{case:x?} gives {found:x?}, not {:x?}", (operation.rust)(*case))
         })
         .collect();
     let missing = cases.len().abs_diff(found.len());

@@ -50,8 +50,5 @@ pub fn obstacles(random: &mut Pcg64Mcg, most_side: i32) -> ObstacleGrid {
 
 /// A random cell of a grid.
 pub fn cell(random: &mut Pcg64Mcg, frame: &GridFrame) -> Cell {
-    Cell::new(
-        random.random_range(0..frame.width),
-        random.random_range(0..frame.height),
-    )
+    Cell::new(random.random_range(0..frame.width), random.random_range(0..frame.height))
 }

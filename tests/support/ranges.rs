@@ -39,10 +39,7 @@ fn assert_rejected(what: &str, problem: &Problem) {
     };
     assert_eq!(quantity(&error), what, "{error}");
     let message = error.to_string();
-    assert!(
-        message.contains(what) && !message.contains('\n'),
-        "{message}"
-    );
+    assert!(message.contains(what) && !message.contains('\n'), "{message}");
 }
 
 /// Sets a number of the plain problem to a value just inside and then just outside a limit.
@@ -64,10 +61,7 @@ fn linear(low: f64, high: f64, count: u32) -> Axis {
 fn resolution_out_of_range_is_rejected() {
     for (inside, outside) in [(0.001, 0.000_999), (2.0, 2.001)] {
         let with = |resolution_m| {
-            let frame = GridFrame {
-                resolution_m,
-                ..*plain().field.frame()
-            };
+            let frame = GridFrame { resolution_m, ..*plain().field.frame() };
             ClearanceField::new(&ObstacleGrid::new(frame, vec![false; frame.len()]))
         };
         let unit_m = with(inside).expect("just inside").unit_m();
@@ -104,41 +98,21 @@ fn counts_out_of_range_are_rejected() {
 fn trajectory_distances_out_of_range_are_rejected() {
     let unit_m = plain().field.unit_m();
     let longest_m = 16_384.0 * unit_m;
-    limit(
-        "distance in one step",
-        0.999 * longest_m,
-        1.001 * longest_m,
-        |problem, metres| {
-            problem.step_s = 0.5;
-            problem.window.vx = linear(-metres / 0.5, 0.0, 3);
-        },
-    );
+    limit("distance in one step", 0.999 * longest_m, 1.001 * longest_m, |problem, metres| {
+        problem.step_s = 0.5;
+        problem.window.vx = linear(-metres / 0.5, 0.0, 3);
+    });
     let reach_m = 262_144.0 * unit_m;
-    limit(
-        "distance over the horizon",
-        0.999 * reach_m,
-        1.001 * reach_m,
-        |problem, metres| {
-            problem.steps = 100;
-            problem.window.vx = linear(0.0, metres / 10.0, 3);
-        },
-    );
-    limit(
-        "distance to the target",
-        0.999 * reach_m,
-        1.001 * reach_m,
-        |problem, metres| {
-            problem.target = problem.pose.position() + Point::new(0.6, -0.8).coords * metres;
-        },
-    );
-    limit(
-        "distance to the key node",
-        0.999 * reach_m,
-        1.001 * reach_m,
-        |problem, metres| {
-            problem.key_node = problem.pose.position() + Point::new(-0.8, 0.6).coords * metres;
-        },
-    );
+    limit("distance over the horizon", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
+        problem.steps = 100;
+        problem.window.vx = linear(0.0, metres / 10.0, 3);
+    });
+    limit("distance to the target", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
+        problem.target = problem.pose.position() + Point::new(0.6, -0.8).coords * metres;
+    });
+    limit("distance to the key node", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
+        problem.key_node = problem.pose.position() + Point::new(-0.8, 0.6).coords * metres;
+    });
     let corner_m = 2.0_f64.powi(29) * unit_m;
     limit(
         "distance to the field's corner",
@@ -165,23 +139,13 @@ fn rates_out_of_range_are_rejected() {
 fn footprints_and_clearances_out_of_range_are_rejected() {
     let unit_m = plain().field.unit_m();
     let offset_m = 32_767.0 * unit_m;
-    limit(
-        "disc offset",
-        0.999 * offset_m,
-        1.001 * offset_m,
-        |problem, metres| {
-            problem.footprint = footprint(&[[0.1, -metres, 0.2]]);
-        },
-    );
+    limit("disc offset", 0.999 * offset_m, 1.001 * offset_m, |problem, metres| {
+        problem.footprint = footprint(&[[0.1, -metres, 0.2]]);
+    });
     let sum_m = 46_330.0 * unit_m;
-    limit(
-        "clearance cap plus disc radius",
-        0.999 * sum_m,
-        1.001 * sum_m,
-        |problem, metres| {
-            problem.max_clearance_m = metres - 0.2;
-        },
-    );
+    limit("clearance cap plus disc radius", 0.999 * sum_m, 1.001 * sum_m, |problem, metres| {
+        problem.max_clearance_m = metres - 0.2;
+    });
     let together = "clearance cap plus disc and obstacle radius";
     limit(together, 0.999 * sum_m, 1.001 * sum_m, |problem, metres| {
         problem.max_clearance_m = metres - 0.7;
@@ -196,13 +160,7 @@ fn footprints_and_clearances_out_of_range_are_rejected() {
 }
 
 fn body(x: f64, radius: f64, vx: f64) -> MovingDisc {
-    MovingDisc {
-        x,
-        y: 2.5,
-        radius,
-        vx,
-        vy: 0.0,
-    }
+    MovingDisc { x, y: 2.5, radius, vx, vy: 0.0 }
 }
 
 #[test]
@@ -211,47 +169,24 @@ fn moving_obstacles_out_of_range_are_rejected() {
         problem.obstacles = vec![body(4.0, 0.1, 0.1); count as usize];
     });
     let way_m = 2.0_f64.powi(22) * plain().field.unit_m();
-    limit(
-        "distance of a moving obstacle",
-        0.999 * way_m,
-        1.001 * way_m,
-        |problem, metres| {
-            problem.obstacles = vec![body(3.5, 0.1, (metres - 1.0) / 0.5)];
-        },
-    );
+    limit("distance of a moving obstacle", 0.999 * way_m, 1.001 * way_m, |problem, metres| {
+        problem.obstacles = vec![body(3.5, 0.1, (metres - 1.0) / 0.5)];
+    });
     for value in [f64::NAN, f64::INFINITY] {
         for broken in [
-            MovingDisc {
-                x: value,
-                ..body(3.0, 0.1, 0.0)
-            },
-            MovingDisc {
-                vy: value,
-                ..body(3.0, 0.1, 0.0)
-            },
+            MovingDisc { x: value, ..body(3.0, 0.1, 0.0) },
+            MovingDisc { vy: value, ..body(3.0, 0.1, 0.0) },
             body(3.0, value, 0.0),
             body(3.0, 0.0, 0.0),
             body(3.0, -0.1, 0.0),
         ] {
             let obstacles = vec![body(4.0, 0.1, 0.0), broken];
-            assert_rejected(
-                "moving obstacle 1",
-                &Problem {
-                    obstacles,
-                    ..plain()
-                },
-            );
+            assert_rejected("moving obstacle 1", &Problem { obstacles, ..plain() });
         }
     }
     // An obstacle too far away to matter may have any size and speed.
     let obstacles = vec![body(-1e6, 0.1, 3.0)];
-    assert_accepted(
-        "moving obstacles",
-        &Problem {
-            obstacles,
-            ..plain()
-        },
-    );
+    assert_accepted("moving obstacles", &Problem { obstacles, ..plain() });
 }
 
 #[test]
@@ -330,14 +265,8 @@ fn problems_at_the_limits_do_not_overflow() {
         pose: Pose::new(75.0, 75.0, 1.0),
         target: Point::new(80.0, 80.0),
         key_node: Point::new(76.0, 76.0),
-        window: Window {
-            vx: linear(0.0, 1.0, 20),
-            vtheta: linear(-1.0, 1.0, 20),
-        },
+        window: Window { vx: linear(0.0, 1.0, 20), vtheta: linear(-1.0, 1.0, 20) },
         ..plain()
     };
-    assert_eq!(
-        assert_accepted("a large grid", &large).counts.admissible,
-        400
-    );
+    assert_eq!(assert_accepted("a large grid", &large).counts.admissible, 400);
 }

@@ -7,8 +7,5 @@ pub const VARIABLE: &str = "INBYE_REQUIRE";
 pub fn required() -> Vec<String> {
     let required = std::env::var(VARIABLE).unwrap_or_default().to_lowercase();
     let words = required.split(',').map(str::trim);
-    words
-        .filter(|word| !word.is_empty())
-        .map(str::to_owned)
-        .collect()
+    words.filter(|word| !word.is_empty()).map(str::to_owned).collect()
 }

@@ -49,10 +49,7 @@ impl Scene {
         let frame = *problem.field.frame();
         let units = problem.field.units();
         let blocked = (0..frame.len()).filter(|&index| units[index] == 0);
-        Self {
-            blocked: blocked.map(|index| frame.cell_at(index)).collect(),
-            problem,
-        }
+        Self { blocked: blocked.map(|index| frame.cell_at(index)).collect(), problem }
     }
 
     /// A scene with trajectories of up to `reach_m` metres: 10 to 200 steps, 1 to 400 samples, 1 to 8 discs, 0 to 8
@@ -88,9 +85,7 @@ impl Scene {
             footprint: footprint(rng),
             max_clearance_m: rng.random_range(0.3..4.0),
             outside: [Outside::Obstacle, Outside::Free][rng.random_range(0..2)],
-            obstacles: (0..rng.random_range(0..=8))
-                .map(|_| moving(rng, &frame))
-                .collect(),
+            obstacles: (0..rng.random_range(0..=8)).map(|_| moving(rng, &frame)).collect(),
             target,
             key_node,
             weights: Weights {
@@ -132,11 +127,7 @@ fn window(rng: &mut Pcg64Mcg, fastest: f64) -> Window {
     let low = rng.random_range(-0.4..0.8) * fastest;
     let turn = rng.random_range(-1.5..1.0);
     Window {
-        vx: Axis {
-            low,
-            high: rng.random_range(low..=fastest),
-            count: rng.random_range(1..=20),
-        },
+        vx: Axis { low, high: rng.random_range(low..=fastest), count: rng.random_range(1..=20) },
         vtheta: Axis {
             low: turn,
             high: rng.random_range(turn..=1.5),

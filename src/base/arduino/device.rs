@@ -79,9 +79,7 @@ fn leading_integer(text: &[u8]) -> i32 {
     digits
         .iter()
         .map_while(|digit| digit.is_ascii_digit().then(|| i32::from(digit - b'0')))
-        .fold(0, |number: i32, digit| {
-            number.saturating_mul(10).saturating_add(sign * digit)
-        })
+        .fold(0, |number: i32, digit| number.saturating_mul(10).saturating_add(sign * digit))
 }
 
 impl DeviceProtocol for ArduinoDevice {

@@ -75,11 +75,7 @@ impl ScheduledFault {
     /// A fault that starts at a time and never ends.
     #[must_use]
     pub const fn from(fault: InjectedFault, from_s: f64) -> Self {
-        Self {
-            fault,
-            from_s,
-            to_s: f64::INFINITY,
-        }
+        Self { fault, from_s, to_s: f64::INFINITY }
     }
 
     /// Whether the fault is active at a time.
@@ -103,18 +99,15 @@ impl FromStr for ScheduledFault {
                 known.join(", ")
             ));
         };
-        let (from, to) = times
-            .split_once("..")
-            .map_or((times, None), |(from, to)| (from, Some(to)));
+        let (from, to) =
+            times.split_once("..").map_or((times, None), |(from, to)| (from, Some(to)));
         let seconds = |text: &str| text.parse().ok().filter(|time: &f64| time.is_finite());
         let from_s = seconds(from);
         let to_s = to.map_or(Some(f64::INFINITY), seconds);
         match from_s.zip(to_s) {
-            Some((from_s, to_s)) if from_s >= 0.0 && to_s > from_s => Ok(Self {
-                fault: *fault,
-                from_s,
-                to_s,
-            }),
+            Some((from_s, to_s)) if from_s >= 0.0 && to_s > from_s => {
+                Ok(Self { fault: *fault, from_s, to_s })
+            }
             _ => Err(format!(
                 "`{}` is not a time: write {name}@SECONDS or {name}@FROM..TO, such as {name}@2 or {name}@2..3.5",
                 times.escape_debug()
@@ -130,15 +123,12 @@ mod tests {
     #[test]
     fn scheduled_fault_parses_every_name_and_its_times() {
         for fault in InjectedFault::ALL {
-            let scheduled: ScheduledFault = fault
-                .to_string()
-                .parse()
-                .expect("a name, or a name and times");
+            let scheduled: ScheduledFault =
+                fault.to_string().parse().expect("a name, or a name and times");
             assert_eq!(scheduled, ScheduledFault::from(fault, 0.0));
         }
-        let scheduled: ScheduledFault = "button@2..3.5"
-            .parse()
-            .expect("a name, or a name and times");
+        let scheduled: ScheduledFault =
+            "button@2..3.5".parse().expect("a name, or a name and times");
         assert_eq!(
             [1.9, 2.0, 3.4, 3.5].map(|now_s| scheduled.is_active(now_s)),
             [false, true, true, false]

@@ -82,11 +82,7 @@ impl Emulator {
     /// Advances the base to a time and appends the bytes that it writes to `line`. Time never runs backwards; a typical controller
     /// needs steps of 10 ms or less.
     pub fn step(&mut self, now_s: f64, line: &mut Vec<u8>) {
-        while self
-            .delayed
-            .front()
-            .is_some_and(|(due_s, _)| *due_s <= now_s)
-        {
+        while self.delayed.front().is_some_and(|(due_s, _)| *due_s <= now_s) {
             if let Some((_, bytes)) = self.delayed.pop_front() {
                 self.device.receive(&bytes, now_s);
             }
@@ -111,10 +107,7 @@ impl Emulator {
     #[must_use]
     pub fn machine(&self) -> MachineState {
         let button_pressed = self.has(InjectedFault::Button, self.last_s);
-        MachineState {
-            button_pressed,
-            ..self.plant.machine()
-        }
+        MachineState { button_pressed, ..self.plant.machine() }
     }
 
     /// Statistics of the commands received so far.
@@ -143,10 +136,7 @@ impl Emulator {
 
     fn active(&self, now_s: f64) -> impl Iterator<Item = InjectedFault> + '_ {
         let is_active = move |scheduled: &&ScheduledFault| scheduled.is_active(now_s);
-        self.faults
-            .iter()
-            .filter(is_active)
-            .map(|scheduled| scheduled.fault)
+        self.faults.iter().filter(is_active).map(|scheduled| scheduled.fault)
     }
 
     fn has(&self, fault: InjectedFault, now_s: f64) -> bool {

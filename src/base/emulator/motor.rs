@@ -92,11 +92,7 @@ impl Motor {
         if self.speed == 0.0 && driven.abs() <= FRICTION {
             return;
         }
-        let along = if self.speed == 0.0 {
-            driven
-        } else {
-            self.speed
-        };
+        let along = if self.speed == 0.0 { driven } else { self.speed };
         let slope = (driven - self.speed - FRICTION * along.signum()) / LAG_S;
         let next = self.speed + slope * time_s;
         // Friction stops a motion and starts none.
@@ -131,10 +127,7 @@ mod tests {
             let speeds = step_response(start, set, 200);
             let step = set - start;
             assert!((speeds[14] - set).abs() < 0.3 * step.abs(), "{speeds:?}");
-            assert!(
-                (speeds[199] - set).abs() < 0.01,
-                "{start} to {set}: {speeds:?}"
-            );
+            assert!((speeds[199] - set).abs() < 0.01, "{start} to {set}: {speeds:?}");
             let overshoot = speeds.iter().map(|speed| (speed - set) / step);
             assert!(overshoot.fold(0.0, f64::max) < 0.25, "{speeds:?}");
         }

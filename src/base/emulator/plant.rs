@@ -117,12 +117,8 @@ impl Plant {
             volts = PerTrack::both(0.0);
         }
         let motors = &mut self.motors;
-        motors
-            .left
-            .run(volts.left, has(InjectedFault::StuckLeft), time_s);
-        motors
-            .right
-            .run(volts.right, has(InjectedFault::StuckRight), time_s);
+        motors.left.run(volts.left, has(InjectedFault::StuckLeft), time_s);
+        motors.right.run(volts.right, has(InjectedFault::StuckRight), time_s);
         // The driver converts voltage: it draws the motor's current scaled by the voltage ratio.
         let duty = volts.map(|volts| volts.abs() / self.battery_v);
         let drawn_a = motors.zip(duty, |motor, duty| motor.current_a() * duty);
@@ -131,18 +127,14 @@ impl Plant {
         let open_v = FULL_V - (FULL_V - EMPTY_V) * self.drawn_as / CHARGE_AS;
         self.battery_v = open_v - INTERNAL_OHM * current_a;
         let step_m = self.motors.map(|motor| motor.speed() * time_s);
-        self.travel_m = self
-            .travel_m
-            .zip(step_m, |travel_m, step_m| travel_m + step_m);
+        self.travel_m = self.travel_m.zip(step_m, |travel_m, step_m| travel_m + step_m);
         self.travelled_m += (0.5 * (step_m.left + step_m.right)).abs();
         self.pose = self.settings.drive().after(&self.pose, &step_m);
     }
 
     fn counts(&self) -> PerTrack<i64> {
         self.travel_m
-            .zip(self.settings.ticks_per_m, |travel_m, per_m| {
-                (travel_m * per_m).floor() as i64
-            })
+            .zip(self.settings.ticks_per_m, |travel_m, per_m| (travel_m * per_m).floor() as i64)
     }
 
     /// State as the controller measures it, with the button released.

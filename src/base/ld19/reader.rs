@@ -136,13 +136,7 @@ impl LidarReader {
                 port: "lidar".to_owned(),
                 reason: format!("cannot start its thread ({error})"),
             })?;
-        Ok(Self {
-            shared,
-            settings,
-            started,
-            shutdown,
-            thread: Some(thread),
-        })
+        Ok(Self { shared, settings, started, shutdown, thread: Some(thread) })
     }
 
     /// The reader's clock, seconds since its start: the time base of the beams.
@@ -169,10 +163,7 @@ impl LidarReader {
         } else {
             Some(LidarFault::Silent { for_s })
         };
-        LidarStatus {
-            fault,
-            ..shared.status.clone()
-        }
+        LidarStatus { fault, ..shared.status.clone() }
     }
 }
 

@@ -71,9 +71,8 @@ impl RevolutionAssembler {
         let mut complete = None;
         for (index, point) in packet.points.iter().enumerate() {
             let angle = (f64::from(packet.first) + step * index as f64) % f64::from(REVOLUTION);
-            let passes_front = self
-                .angle
-                .is_some_and(|before| before - angle > f64::from(REVOLUTION) / 2.0);
+            let passes_front =
+                self.angle.is_some_and(|before| before - angle > f64::from(REVOLUTION) / 2.0);
             if passes_front {
                 complete = self.complete().or(complete);
             }
@@ -84,10 +83,7 @@ impl RevolutionAssembler {
                 self.span_s.0 = lidar_s;
             }
             self.span_s.1 = lidar_s;
-            let before_s = self
-                .beams
-                .last()
-                .map_or(f64::NEG_INFINITY, |beam| beam.time_s);
+            let before_s = self.beams.last().map_or(f64::NEG_INFINITY, |beam| beam.time_s);
             let time_s = (last_s - earlier_s).max(before_s);
             if self.beams.len() < MAX_POINTS {
                 self.beams.push(self.beam(angle, point.distance_mm, time_s));
@@ -120,20 +116,12 @@ impl RevolutionAssembler {
 
     fn beam(&self, angle: f64, distance_mm: u16, time_s: f64) -> Beam {
         let clockwise = angle / f64::from(REVOLUTION) * TAU;
-        let counter_clockwise = if self.settings.upside_down {
-            clockwise
-        } else {
-            -clockwise
-        };
+        let counter_clockwise = if self.settings.upside_down { clockwise } else { -clockwise };
         let range = f64::from(distance_mm) / 1e3;
         let is_measured = distance_mm != 0 && range >= self.settings.range_min_m;
         let beam = Beam {
             angle: counter_clockwise,
-            range: if is_measured && range <= RANGE_MAX_M {
-                range
-            } else {
-                f64::NAN
-            },
+            range: if is_measured && range <= RANGE_MAX_M { range } else { f64::NAN },
             time_s,
         };
         beam.from_mount(&self.mount)

@@ -43,10 +43,7 @@ impl NativeDevice {
     }
 
     fn accept(&mut self, command: &Command, now_s: f64) {
-        if self
-            .accepted
-            .is_some_and(|(last, _)| last == command.sequence)
-        {
+        if self.accepted.is_some_and(|(last, _)| last == command.sequence) {
             return;
         }
         self.accepted = Some((command.sequence, now_s));
@@ -76,19 +73,12 @@ impl DeviceProtocol for NativeDevice {
             self.release = false;
         }
         self.stopped |= machine.button_pressed || !machine.faults.is_empty();
-        let silent = self
-            .accepted
-            .is_none_or(|(_, at_s)| now_s - at_s >= WATCHDOG_S);
-        self.commands
-            .watchdog(silent && !self.stopped && self.set != TrackSpeeds::default());
+        let silent = self.accepted.is_none_or(|(_, at_s)| now_s - at_s >= WATCHDOG_S);
+        self.commands.watchdog(silent && !self.stopped && self.set != TrackSpeeds::default());
         if now_s >= self.next_report_s {
             let next_s = self.next_report_s + REPORT_PERIOD_S;
             // No burst of reports after a pause.
-            self.next_report_s = if next_s > now_s {
-                next_s
-            } else {
-                now_s + REPORT_PERIOD_S
-            };
+            self.next_report_s = if next_s > now_s { next_s } else { now_s + REPORT_PERIOD_S };
             self.sequence = self.sequence.wrapping_add(1);
             let report = Report {
                 sequence: self.sequence,
@@ -103,11 +93,7 @@ impl DeviceProtocol for NativeDevice {
             };
             line.extend(report.encode());
         }
-        if self.stopped || silent {
-            TrackSpeeds::default()
-        } else {
-            self.set
-        }
+        if self.stopped || silent { TrackSpeeds::default() } else { self.set }
     }
 
     fn command_stats(&self) -> CommandStats {

@@ -104,12 +104,7 @@ impl Report {
         let mut payload = vec![VERSION, Self::KIND];
         payload.extend(self.sequence.to_le_bytes());
         payload.extend(self.echo.unwrap_or_default().to_le_bytes());
-        payload.push(
-            (0..)
-                .zip(flags)
-                .map(|(bit, flag)| u8::from(flag) << bit)
-                .sum(),
-        );
+        payload.push((0..).zip(flags).map(|(bit, flag)| u8::from(flag) << bit).sum());
         payload.extend(self.faults.bits().to_le_bytes());
         payload.extend(self.time_ms.to_le_bytes());
         for count in self.counts {
@@ -205,9 +200,7 @@ impl<F: Frame> Decoder<F> {
             return None;
         }
         let (content, check) = payload.split_at(F::LENGTH - 2);
-        (CRC.checksum(content).to_le_bytes() == check)
-            .then(|| F::from_checked(payload))
-            .flatten()
+        (CRC.checksum(content).to_le_bytes() == check).then(|| F::from_checked(payload)).flatten()
     }
 }
 
@@ -224,11 +217,7 @@ impl<F: Frame> Iterator for Decoder<F> {
                 }
                 continue;
             }
-            let frame = if self.excess == 0 {
-                self.decode()
-            } else {
-                None
-            };
+            let frame = if self.excess == 0 { self.decode() } else { None };
             if frame.is_none() {
                 self.dropped += self.piece.len() as u64 + self.excess;
             }

@@ -64,17 +64,10 @@ impl NativeSession {
     fn acknowledge(&mut self, report: &Report, now_s: f64) -> Option<f64> {
         let echo = report.echo?;
         // A later command's echo also covers commands that were lost.
-        if let Some(index) = self
-            .unacknowledged
-            .iter()
-            .position(|(number, _)| *number == echo)
-        {
+        if let Some(index) = self.unacknowledged.iter().position(|(number, _)| *number == echo) {
             self.unacknowledged.drain(..=index);
         }
-        let oldest_s = self
-            .unacknowledged
-            .front()
-            .map_or(now_s, |(_, sent_s)| *sent_s);
+        let oldest_s = self.unacknowledged.front().map_or(now_s, |(_, sent_s)| *sent_s);
         Some(now_s - oldest_s)
     }
 
@@ -85,9 +78,7 @@ impl NativeSession {
         Some(Feedback {
             twist: self.core.settings.drive().twist(&speeds),
             emergency_stop: report.stopped || report.button_pressed,
-            battery_v: report
-                .battery_mv
-                .map(|millivolts| f64::from(millivolts) / 1000.0),
+            battery_v: report.battery_mv.map(|millivolts| f64::from(millivolts) / 1000.0),
             encoder_counts: Some(counts),
             yaw_rate: report.yaw_rate_mrad_s.map(|rate| f64::from(rate) / 1000.0),
             faults: report.faults.union(self.core.encoder_speed.faults()),
@@ -130,17 +121,10 @@ impl Session for NativeSession {
             [0, 0]
         } else {
             // The cast saturates.
-            self.core
-                .settings
-                .channel_rates(&self.core.target)
-                .map(|rate| rate.round() as i32)
+            self.core.settings.channel_rates(&self.core.target).map(|rate| rate.round() as i32)
         };
-        let command = Command {
-            sequence: self.sequence,
-            stop: self.stop,
-            release: self.release,
-            speeds,
-        };
+        let command =
+            Command { sequence: self.sequence, stop: self.stop, release: self.release, speeds };
         self.release = false;
         if self.unacknowledged.len() == MAX_UNACKNOWLEDGED {
             self.unacknowledged.pop_front();
@@ -158,10 +142,7 @@ impl Session for NativeSession {
     }
 
     fn counters(&self) -> SessionCounters {
-        SessionCounters {
-            dropped_bytes: self.decoder.dropped_bytes(),
-            ..self.core.counters()
-        }
+        SessionCounters { dropped_bytes: self.decoder.dropped_bytes(), ..self.core.counters() }
     }
 
     fn engage_stop(&mut self) {

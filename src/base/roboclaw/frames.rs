@@ -108,10 +108,7 @@ impl Request {
                 Reply::Speed(i32::from_be_bytes(number()?))
             }
             Self::Battery => Reply::Battery(u16::from_be_bytes(*data.first_chunk()?)),
-            _ => Reply::Status(
-                data.iter()
-                    .fold(0, |bits, byte| bits << 8 | u32::from(*byte)),
-            ),
+            _ => Reply::Status(data.iter().fold(0, |bits, byte| bits << 8 | u32::from(*byte))),
         })
     }
 
@@ -166,12 +163,7 @@ impl Request {
             Self::SetTimeout(content[2])
         } else {
             let speed = |at: usize| {
-                i32::from_be_bytes([
-                    content[at],
-                    content[at + 1],
-                    content[at + 2],
-                    content[at + 3],
-                ])
+                i32::from_be_bytes([content[at], content[at + 1], content[at + 2], content[at + 3]])
             };
             Self::Drive([speed(2), speed(6)])
         };

@@ -58,12 +58,7 @@ impl RoboClawSettings {
     /// [`BaseError::Setting`] for the first number out of range.
     pub fn validate(&self) -> Result<(), BaseError> {
         self.check_ranges()?;
-        Ok(require(
-            self.status_bytes != 3,
-            "status_bytes",
-            self.status_bytes as f64,
-            "2 or 4",
-        )?)
+        Ok(require(self.status_bytes != 3, "status_bytes", self.status_bytes as f64, "2 or 4")?)
     }
 
     /// The watchdog in the controller's unit of 0.1 s.

@@ -129,11 +129,7 @@ impl RoboClawSession {
             (Request::SetTimeout(_), _) => self.watchdog = Watchdog::Set,
             (_, Reply::Timeout(tenths)) => {
                 let confirmed = tenths == self.core.settings.roboclaw.watchdog_tenths();
-                self.watchdog = if confirmed {
-                    Watchdog::Confirmed
-                } else {
-                    Watchdog::Unconfirmed
-                };
+                self.watchdog = if confirmed { Watchdog::Confirmed } else { Watchdog::Unconfirmed };
             }
             (Request::Encoder { second }, Reply::Encoder(count)) => {
                 self.answers.counts[usize::from(second)] = count;
@@ -231,11 +227,7 @@ impl Session for RoboClawSession {
             RequestState::Retry(request) => {
                 self.core.counters.retries += 1;
                 // A repeated command carries the latest target.
-                let request = if is_drive(request) {
-                    self.drive()
-                } else {
-                    request
-                };
+                let request = if is_drive(request) { self.drive() } else { request };
                 self.send(request, line);
                 return;
             }

@@ -10,11 +10,8 @@ pub(super) fn read(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
     let any = |mask: u32| bits & mask != 0;
     let wide = settings.roboclaw.status_bytes == 4;
     let drivers = if wide { [0x40, 0x80] } else { [0x100, 0x200] };
-    let [stop, hot, supply, current, stalled, other] = if wide {
-        [0x01, 0x06, 0x38, 0x3000, 0x0300, 0xCC00]
-    } else {
-        [0x04, 0x18, 0xE0, 0, 0, 0]
-    };
+    let [stop, hot, supply, current, stalled, other] =
+        if wide { [0x01, 0x06, 0x38, 0x3000, 0x0300, 0xCC00] } else { [0x04, 0x18, 0xE0, 0, 0, 0] };
     let faults = [
         (any(drivers[0]), settings.motor_fault(false)),
         (any(drivers[1]), settings.motor_fault(true)),
@@ -24,9 +21,7 @@ pub(super) fn read(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
         (any(stalled), Faults::STALLED),
         (any(other), Faults::OTHER),
     ];
-    let all = faults
-        .into_iter()
-        .fold(Faults::NONE, |all, (set, fault)| all.union(fault.when(set)));
+    let all = faults.into_iter().fold(Faults::NONE, |all, (set, fault)| all.union(fault.when(set)));
     (any(stop), all)
 }
 
@@ -52,24 +47,15 @@ mod tests {
         for status_bytes in [2, 4] {
             let settings = BaseSettings {
                 swap_tracks: true,
-                roboclaw: RoboClawSettings {
-                    status_bytes,
-                    ..RoboClawSettings::default()
-                },
+                roboclaw: RoboClawSettings { status_bytes, ..RoboClawSettings::default() },
                 ..BaseSettings::default()
             };
-            for faults in [
-                Faults::NONE,
-                Faults::MOTOR_LEFT,
-                Faults::SUPPLY.union(Faults::OVERHEATED),
-            ] {
+            for faults in
+                [Faults::NONE, Faults::MOTOR_LEFT, Faults::SUPPLY.union(Faults::OVERHEATED)]
+            {
                 for stopped in [false, true] {
                     let bits = write(&settings, stopped, faults);
-                    assert_eq!(
-                        read(&settings, bits),
-                        (stopped, faults),
-                        "{status_bytes} {bits:X}"
-                    );
+                    assert_eq!(read(&settings, bits), (stopped, faults), "{status_bytes} {bits:X}");
                 }
             }
         }

@@ -12,12 +12,7 @@ pub(in crate::base) struct Backoff {
 impl Backoff {
     /// Creates a backoff without failures; times in seconds.
     pub(in crate::base) const fn new(min_s: f64, max_s: f64) -> Self {
-        Self {
-            min_s,
-            max_s,
-            failures: 0,
-            due_s: f64::NEG_INFINITY,
-        }
+        Self { min_s, max_s, failures: 0, due_s: f64::NEG_INFINITY }
     }
 
     /// Whether the next attempt is due.

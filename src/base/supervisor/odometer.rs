@@ -106,17 +106,11 @@ mod tests {
             };
             counts.update(&by_counts, now_s);
             counts.update(&by_counts, now_s);
-            let by_speeds = Feedback {
-                twist: Twist::new(0.5, 0.4),
-                ..Feedback::default()
-            };
+            let by_speeds = Feedback { twist: Twist::new(0.5, 0.4), ..Feedback::default() };
             speeds.update(&by_speeds, now_s);
         }
         let (one, other) = (counts.pose(), speeds.pose());
-        assert!(
-            (one.position() - other.position()).norm() < 1e-6,
-            "{one:?} {other:?}"
-        );
+        assert!((one.position() - other.position()).norm() < 1e-6, "{one:?} {other:?}");
         assert!((one.yaw - 0.8).abs() < 1e-6 && (other.yaw - 0.8).abs() < 1e-6);
         assert!((counts.travelled_m() - 1.0).abs() < 1e-6);
     }
@@ -125,10 +119,8 @@ mod tests {
     fn odometer_bridges_interruption_unless_counters_reset() {
         let base = BaseSettings::default();
         let mut odometer = Odometer::new(&base);
-        let at = |count| Feedback {
-            encoder_counts: Some(PerTrack::both(count)),
-            ..Feedback::default()
-        };
+        let at =
+            |count| Feedback { encoder_counts: Some(PerTrack::both(count)), ..Feedback::default() };
         let x_m = |odometer: &Odometer| odometer.pose().x;
         odometer.update(&at(0), 0.0);
         odometer.update(&at(1000), 0.1);
@@ -147,10 +139,7 @@ mod tests {
     #[test]
     fn odometer_without_encoders_ignores_motion_during_interruption() {
         let mut odometer = Odometer::new(&BaseSettings::default());
-        let feedback = Feedback {
-            twist: Twist::new(0.5, 0.0),
-            ..Feedback::default()
-        };
+        let feedback = Feedback { twist: Twist::new(0.5, 0.0), ..Feedback::default() };
         odometer.update(&feedback, 0.0);
         odometer.update(&feedback, 0.2);
         odometer.interrupt();

@@ -151,10 +151,7 @@ impl SafetyController {
         match checked {
             Ok(()) => {
                 self.newest_stamp_s = stamp_s;
-                self.target = Some(Target {
-                    twist: *twist,
-                    stamp_s,
-                });
+                self.target = Some(Target { twist: *twist, stamp_s });
             }
             Err(_) => self.rejected += 1,
         }
@@ -263,11 +260,7 @@ impl SafetyController {
             }
             _ => self.release = Release::None,
         }
-        let sample = BaseSample {
-            now_s,
-            sent: self.sent,
-            feedback: *feedback,
-        };
+        let sample = BaseSample { now_s, sent: self.sent, feedback: *feedback };
         if let Some(cause) = self.detector.update(&sample).copied() {
             self.stop(cause);
         }

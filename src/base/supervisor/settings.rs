@@ -56,27 +56,9 @@ mod tests {
         let valid = SupervisorSettings::default();
         valid.validate().expect("valid settings");
         for (settings, words) in [
-            (
-                SupervisorSettings {
-                    rate_hz: 1.0,
-                    ..valid
-                },
-                "rate_hz is 1",
-            ),
-            (
-                SupervisorSettings {
-                    target_timeout_s: f64::NAN,
-                    ..valid
-                },
-                "target_timeout_s is NaN",
-            ),
-            (
-                SupervisorSettings {
-                    reconnect_max_s: 0.01,
-                    ..valid
-                },
-                "reconnect_max_s is 0.01",
-            ),
+            (SupervisorSettings { rate_hz: 1.0, ..valid }, "rate_hz is 1"),
+            (SupervisorSettings { target_timeout_s: f64::NAN, ..valid }, "target_timeout_s is NaN"),
+            (SupervisorSettings { reconnect_max_s: 0.01, ..valid }, "reconnect_max_s is 0.01"),
         ] {
             let message = settings.validate().unwrap_err().to_string();
             assert!(message.starts_with(words), "{message}");

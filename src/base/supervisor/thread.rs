@@ -89,10 +89,7 @@ impl BaseSupervisor {
             controller: SafetyController::new(base, settings)?,
             odometer: Odometer::new(base),
             feedback: None,
-            counters: SupervisorCounters {
-                connections: 1,
-                ..SupervisorCounters::default()
-            },
+            counters: SupervisorCounters { connections: 1, ..SupervisorCounters::default() },
             last_failure: None,
             is_running: true,
         }));
@@ -112,12 +109,7 @@ impl BaseSupervisor {
                 port: "supervisor thread".to_owned(),
                 reason: error.to_string(),
             })?;
-        Ok(Self {
-            started,
-            shared,
-            shutdown,
-            thread: Some(thread),
-        })
+        Ok(Self { started, shared, shutdown, thread: Some(thread) })
     }
 
     /// The supervisor's clock, seconds since its start: the time base of [`Self::set_target`].
@@ -132,9 +124,7 @@ impl BaseSupervisor {
     /// Those of [`SafetyController::set_target`].
     pub fn set_target(&self, twist: &Twist, stamp_s: f64) -> Result<(), CommandRejected> {
         let now_s = self.now_s();
-        lock(&self.shared)
-            .controller
-            .set_target(twist, stamp_s, now_s)
+        lock(&self.shared).controller.set_target(twist, stamp_s, now_s)
     }
 
     /// Latches a stop, which goes out with the next command.

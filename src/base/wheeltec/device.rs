@@ -28,9 +28,7 @@ impl WheeltecDevice {
     pub fn new(settings: &BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
         Ok(Self {
-            drive: TrackedDrive {
-                track_width_m: settings.track_width_m,
-            },
+            drive: TrackedDrive { track_width_m: settings.track_width_m },
             decoder: Decoder::default(),
             set: Twist::STOP,
             next_report_s: f64::NEG_INFINITY,
@@ -53,11 +51,7 @@ impl DeviceProtocol for WheeltecDevice {
         if now_s >= self.next_report_s {
             let next_s = self.next_report_s + REPORT_PERIOD_S;
             // No burst of reports after a pause.
-            self.next_report_s = if next_s > now_s {
-                next_s
-            } else {
-                now_s + REPORT_PERIOD_S
-            };
+            self.next_report_s = if next_s > now_s { next_s } else { now_s + REPORT_PERIOD_S };
             let report = Report {
                 motors_disabled: stopped,
                 twist: self.drive.twist(&machine.speeds),
@@ -67,11 +61,7 @@ impl DeviceProtocol for WheeltecDevice {
             };
             line.extend(report.encode());
         }
-        if stopped {
-            TrackSpeeds::default()
-        } else {
-            self.drive.tracks(&self.set)
-        }
+        if stopped { TrackSpeeds::default() } else { self.drive.tracks(&self.set) }
     }
 
     fn command_stats(&self) -> CommandStats {

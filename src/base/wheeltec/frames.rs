@@ -79,11 +79,7 @@ impl Report {
         write_i16(&mut bytes, 4, self.lateral * 1000.0);
         write_i16(&mut bytes, 6, self.twist.angular * 1000.0);
         for axis in 0..3 {
-            write_i16(
-                &mut bytes,
-                8 + 2 * axis,
-                self.acceleration[axis] * COUNTS_PER_M_S2,
-            );
+            write_i16(&mut bytes, 8 + 2 * axis, self.acceleration[axis] * COUNTS_PER_M_S2);
             write_i16(&mut bytes, 14 + 2 * axis, self.gyro[axis] / RAD_S_PER_COUNT);
         }
         let millivolts = (self.battery_v * 1000.0).round() as u16;
@@ -134,9 +130,7 @@ fn read_i16(bytes: &[u8], at: usize) -> f64 {
 
 /// Exclusive or of all bytes before the check byte.
 fn check_byte(frame: &[u8]) -> u8 {
-    frame[..frame.len() - 2]
-        .iter()
-        .fold(0, |check, byte| check ^ byte)
+    frame[..frame.len() - 2].iter().fold(0, |check, byte| check ^ byte)
 }
 
 fn seal(frame: &mut [u8]) {

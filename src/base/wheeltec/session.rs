@@ -28,13 +28,7 @@ impl WheeltecSession {
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
-        Ok(Self {
-            settings,
-            pending: None,
-            decoder: Decoder::default(),
-            latest: None,
-            rejected: 0,
-        })
+        Ok(Self { settings, pending: None, decoder: Decoder::default(), latest: None, rejected: 0 })
     }
 
     /// Converts a report, or returns none if no track runs that fast: the check byte accepts one of 256 damaged frames.
@@ -55,9 +49,7 @@ impl Session for WheeltecSession {
     fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
         let limited = self.settings.limit(twist)?;
         let angular = limited.angular * self.settings.effective_width_ratio;
-        self.pending = Some(Command {
-            twist: Twist::new(limited.linear, angular),
-        });
+        self.pending = Some(Command { twist: Twist::new(limited.linear, angular) });
         Ok(())
     }
 
@@ -66,10 +58,7 @@ impl Session for WheeltecSession {
         while let Some(report) = self.decoder.next() {
             match self.feedback(report) {
                 Some(feedback) => {
-                    self.latest = Some(TimedFeedback {
-                        received_s: now_s,
-                        feedback,
-                    });
+                    self.latest = Some(TimedFeedback { received_s: now_s, feedback });
                 }
                 None => self.rejected += 1,
             }

@@ -15,14 +15,8 @@ pub struct Answer<'a> {
 impl<'a> From<Result<CellPath<'a>, NoPath>> for Answer<'a> {
     fn from(outcome: Result<CellPath<'a>, NoPath>) -> Self {
         match outcome {
-            Ok(found) => Self {
-                cells: Some(found.cells),
-                expanded: found.expanded,
-            },
-            Err(not_found) => Self {
-                cells: None,
-                expanded: not_found.expanded,
-            },
+            Ok(found) => Self { cells: Some(found.cells), expanded: found.expanded },
+            Err(not_found) => Self { cells: None, expanded: not_found.expanded },
         }
     }
 }
@@ -46,102 +40,42 @@ pub struct Algorithm {
 /// All algorithms: name, exactness, whether it is measured by default, and its search.
 pub const ALGORITHMS: [Algorithm; 11] = [
     row("Dijkstra", true, false, |searcher, space, start, goal| {
-        searcher
-            .astar(space, start, goal, Heuristic::Literal { k: 0.0 }, None)
-            .into()
+        searcher.astar(space, start, goal, Heuristic::Literal { k: 0.0 }, None).into()
     }),
     row("A* Euclid", true, false, |searcher, space, start, goal| {
-        searcher
-            .astar(space, start, goal, Heuristic::Euclid, None)
-            .into()
+        searcher.astar(space, start, goal, Heuristic::Euclid, None).into()
     }),
     row("A* octile", true, true, |searcher, space, start, goal| {
-        searcher
-            .astar(space, start, goal, Heuristic::Octile, None)
-            .into()
+        searcher.astar(space, start, goal, Heuristic::Octile, None).into()
     }),
     row("jump points", true, true, |searcher, space, start, goal| {
         searcher.jump_points(space, start, goal).into()
     }),
-    row(
-        "A* theta 30",
-        true,
-        false,
-        |searcher, space, start, goal| {
-            searcher
-                .astar(space, start, goal, Heuristic::Theta { degrees: 30.0 }, None)
-                .into()
-        },
-    ),
-    row(
-        "A* theta 45",
-        true,
-        false,
-        |searcher, space, start, goal| {
-            searcher
-                .astar(space, start, goal, Heuristic::Theta { degrees: 45.0 }, None)
-                .into()
-        },
-    ),
-    row(
-        "A* normalized 0.1",
-        false,
-        true,
-        |searcher, space, start, goal| {
-            searcher
-                .astar(space, start, goal, Heuristic::Normalized { k: 0.1 }, None)
-                .into()
-        },
-    ),
-    row(
-        "A* Manhattan",
-        false,
-        false,
-        |searcher, space, start, goal| {
-            searcher
-                .astar(space, start, goal, Heuristic::Manhattan, None)
-                .into()
-        },
-    ),
-    row(
-        "A* theta 60",
-        false,
-        false,
-        |searcher, space, start, goal| {
-            searcher
-                .astar(space, start, goal, Heuristic::Theta { degrees: 60.0 }, None)
-                .into()
-        },
-    ),
-    row(
-        "A* additive 0.001",
-        false,
-        false,
-        |searcher, space, start, goal| {
-            searcher
-                .astar(space, start, goal, Heuristic::Additive { k: 0.001 }, None)
-                .into()
-        },
-    ),
-    row(
-        "A* literal 0.001",
-        false,
-        false,
-        |searcher, space, start, goal| {
-            searcher
-                .astar(space, start, goal, Heuristic::Literal { k: 0.001 }, None)
-                .into()
-        },
-    ),
+    row("A* theta 30", true, false, |searcher, space, start, goal| {
+        searcher.astar(space, start, goal, Heuristic::Theta { degrees: 30.0 }, None).into()
+    }),
+    row("A* theta 45", true, false, |searcher, space, start, goal| {
+        searcher.astar(space, start, goal, Heuristic::Theta { degrees: 45.0 }, None).into()
+    }),
+    row("A* normalized 0.1", false, true, |searcher, space, start, goal| {
+        searcher.astar(space, start, goal, Heuristic::Normalized { k: 0.1 }, None).into()
+    }),
+    row("A* Manhattan", false, false, |searcher, space, start, goal| {
+        searcher.astar(space, start, goal, Heuristic::Manhattan, None).into()
+    }),
+    row("A* theta 60", false, false, |searcher, space, start, goal| {
+        searcher.astar(space, start, goal, Heuristic::Theta { degrees: 60.0 }, None).into()
+    }),
+    row("A* additive 0.001", false, false, |searcher, space, start, goal| {
+        searcher.astar(space, start, goal, Heuristic::Additive { k: 0.001 }, None).into()
+    }),
+    row("A* literal 0.001", false, false, |searcher, space, start, goal| {
+        searcher.astar(space, start, goal, Heuristic::Literal { k: 0.001 }, None).into()
+    }),
 ];
 
 const fn row(name: &'static str, exact: bool, usual: bool, search: Search) -> Algorithm {
-    Algorithm {
-        name,
-        exact,
-        usual,
-        search,
-    }
+    Algorithm { name, exact, usual, search }
 }
 
 #[cfg(test)]
@@ -155,11 +89,8 @@ mod tests {
             let others = &ALGORITHMS[index + 1..];
             assert!(others.iter().all(|other| other.name != algorithm.name));
         }
-        let usual = |exact| {
-            ALGORITHMS
-                .iter()
-                .any(|algorithm| algorithm.usual && algorithm.exact == exact)
-        };
+        let usual =
+            |exact| ALGORITHMS.iter().any(|algorithm| algorithm.usual && algorithm.exact == exact);
         assert!(usual(true) && usual(false));
     }
 

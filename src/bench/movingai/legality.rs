@@ -83,10 +83,7 @@ pub fn path_length(
         match (from.column.abs_diff(to.column), from.row.abs_diff(to.row)) {
             (1, 0) | (0, 1) => straight += 1,
             (1, 1) => {
-                let corners = [
-                    Cell::new(from.column, to.row),
-                    Cell::new(to.column, from.row),
-                ];
+                let corners = [Cell::new(from.column, to.row), Cell::new(to.column, from.row)];
                 if corners.iter().any(|&cell| obstacles.is_blocked(cell)) {
                     return Err(IllegalPath::CutCorner { from, to });
                 }

@@ -47,11 +47,7 @@ impl Bench {
         clock: &mut dyn FnMut() -> f64,
         mut done: impl FnMut(),
     ) -> Result<MapRows, BenchError> {
-        let Queries {
-            name,
-            obstacles,
-            scenarios,
-        } = queries;
+        let Queries { name, obstacles, scenarios } = queries;
         let space = FreeSpace::new(obstacles, 0.0);
         let mut searcher = Searcher::default();
         let mut rows = Vec::new();
@@ -78,28 +74,20 @@ impl Bench {
                 statistics.add(scenario, &checked.check, checked.seconds, checked.expanded)?;
                 statistics.add_fault(|| {
                     let fault = checked.check.fault(algorithm.exact, scenario.optimal)?;
-                    Some(format!(
-                        "{name}, scenario of line {}: {fault}",
-                        scenario.line
-                    ))
+                    Some(format!("{name}, scenario of line {}: {fault}", scenario.line))
                 });
             }
             total.merge(&statistics);
             rows.push(statistics.row(name, algorithm));
         }
-        Ok(MapRows {
-            map: name.clone(),
-            scenarios: scenarios.len(),
-            algorithms: rows,
-        })
+        Ok(MapRows { map: name.clone(), scenarios: scenarios.len(), algorithms: rows })
     }
 
     /// Each algorithm over all maps so far.
     #[must_use]
     pub fn totals(&self) -> Vec<AlgorithmRow> {
         let both = self.totals.iter().zip(&self.algorithms);
-        both.map(|(statistics, algorithm)| statistics.row("all", algorithm))
-            .collect()
+        both.map(|(statistics, algorithm)| statistics.row("all", algorithm)).collect()
     }
 }
 
@@ -169,10 +157,7 @@ mod tests {
             assert!((found / expected - 1.0).abs() < 1e-3, "{row:?}");
         }
         assert_eq!((row.solved, row.total, row.expanded), (3, 3, 3.0));
-        assert_eq!(
-            (row.mean_length_ratio, row.worst_length_ratio),
-            (Some(1.0), Some(1.0))
-        );
+        assert_eq!((row.mean_length_ratio, row.worst_length_ratio), (Some(1.0), Some(1.0)));
         assert!(row.passed() && row.first_fault.is_none());
     }
 
@@ -194,10 +179,7 @@ mod tests {
             assert_eq!((row.solved, row.total, row.illegal), (8, 9, 1), "{row:?}");
             assert!(!row.passed());
             let fault = row.first_fault.expect("one is wrong");
-            assert!(
-                fault.starts_with("other.map, scenario of line 2: "),
-                "{fault}"
-            );
+            assert!(fault.starts_with("other.map, scenario of line 2: "), "{fault}");
             assert!(fault.contains("shorter than the 3.01 listed"), "{fault}");
         }
     }

@@ -35,9 +35,9 @@ impl AnswerCheck {
             Self::Optimal => None,
             Self::Longer { length } => exact
                 .then(|| format!("the path is {length:.6} long, longer than the {listed} listed")),
-            Self::Shorter { length } => Some(format!(
-                "the path is {length:.6} long, shorter than the {listed} listed"
-            )),
+            Self::Shorter { length } => {
+                Some(format!("the path is {length:.6} long, shorter than the {listed} listed"))
+            }
             Self::Illegal(why) => Some(why.to_string()),
             Self::NotFound => Some("no path was found".to_owned()),
         }

@@ -55,10 +55,7 @@ pub struct StepRow {
 /// The rows of [`STEPS`] whose search was run.
 #[must_use]
 pub fn step_rows(measured: &[TaskRuns]) -> Vec<StepRow> {
-    STEPS
-        .iter()
-        .filter_map(|&(search, stage)| step_row(measured, search, stage))
-        .collect()
+    STEPS.iter().filter_map(|&(search, stage)| step_row(measured, search, stage)).collect()
 }
 
 fn step_row(measured: &[TaskRuns], search: Search, stage: Stage) -> Option<StepRow> {
@@ -185,9 +182,7 @@ impl Breakdown {
 pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
     let figure = |search: Search, stage: &str, measure: Measure| -> Option<f64> {
         let name = search.name();
-        let row = rows
-            .iter()
-            .find(|row| row.search == name && row.stage == stage)?;
+        let row = rows.iter().find(|row| row.search == name && row.stage == stage)?;
         Some(match measure {
             Measure::Time => row.time_ms,
             Measure::Length => row.length_m,
@@ -207,11 +202,7 @@ pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
     // Smoothing is one of the steps here, so turns are counted once.
     for measure in [Measure::Time, Measure::Length, Measure::Turns] {
         for against in BASELINES {
-            all.extend(
-                CHAINS
-                    .into_iter()
-                    .filter_map(|chain| breakdown(chain, against, measure)),
-            );
+            all.extend(CHAINS.into_iter().filter_map(|chain| breakdown(chain, against, measure)));
         }
     }
     all

@@ -14,21 +14,9 @@ pub(super) struct AsciiMap {
 
 /// In the paper's order: environments 1 to 3.
 pub(super) const ASCII_MAPS: [AsciiMap; 3] = [
-    AsciiMap {
-        name: "drift",
-        title: "A straight drift with parked machines",
-        rows: &DRIFT,
-    },
-    AsciiMap {
-        name: "junction",
-        title: "A bend and a junction with cross-cuts",
-        rows: &JUNCTION,
-    },
-    AsciiMap {
-        name: "rooms",
-        title: "Rooms and pillars with clutter",
-        rows: &ROOMS,
-    },
+    AsciiMap { name: "drift", title: "A straight drift with parked machines", rows: &DRIFT },
+    AsciiMap { name: "junction", title: "A bend and a junction with cross-cuts", rows: &JUNCTION },
+    AsciiMap { name: "rooms", title: "Rooms and pillars with clutter", rows: &ROOMS },
 ];
 
 #[rustfmt::skip]

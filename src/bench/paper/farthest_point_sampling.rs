@@ -92,9 +92,6 @@ mod tests {
             farthest_points(&space(&["...................."]), 4, 7).expect("room for four");
         // For any first cell, both ends are among the next ones, and the fourth halves the longest gap.
         let columns: Vec<i32> = places.iter().map(|cell| cell.column).collect();
-        assert!(
-            columns[1..].contains(&0) && columns[1..].contains(&19),
-            "{columns:?}"
-        );
+        assert!(columns[1..].contains(&0) && columns[1..].contains(&19), "{columns:?}");
     }
 }

@@ -11,11 +11,7 @@ const NONE: f64 = 0.000_5;
 /// A share as a signed percentage of change: a reduction is negative.
 fn change(reduction: f64) -> String {
     let percent = -100.0 * reduction;
-    if percent.abs() < 0.05 {
-        "0.0 %".to_owned()
-    } else {
-        format!("{percent:+.1} %")
-    }
+    if percent.abs() < 0.05 { "0.0 %".to_owned() } else { format!("{percent:+.1} %") }
 }
 
 /// The same with the digits that the paper prints: lengths differ by little.
@@ -41,9 +37,7 @@ fn less_or_more(reduction: f64) -> String {
 
 /// The same for counts.
 fn fewer_or_more(reduction: f64) -> String {
-    less_or_more(reduction)
-        .replace("less", "fewer")
-        .replace("as much", "as many")
+    less_or_more(reduction).replace("less", "fewer").replace("as much", "as many")
 }
 
 fn plain(name: &str) -> &str {
@@ -99,11 +93,7 @@ pub fn origin(found: &Breakdown) -> String {
         step => format!("the {}", name(step)),
     };
     let origin = if found.total < NONE && found.search >= NONE {
-        let saves = if by_jumps {
-            "jump points save"
-        } else {
-            "the heuristic saves"
-        };
+        let saves = if by_jumps { "jump points save" } else { "the heuristic saves" };
         format!("there is no reduction: what {saves}, the other steps spend")
     } else if found.total < NONE && found.measure == Measure::Time && !by_jumps {
         "there is no reduction, and the heuristic brings none, where the paper sees it".to_owned()
@@ -116,10 +106,7 @@ pub fn origin(found: &Breakdown) -> String {
     } else if by_jumps {
         format!("it comes from {}", the(main))
     } else {
-        format!(
-            "it comes from {}, not from {credited_name}, where the paper sees it",
-            the(main)
-        )
+        format!("it comes from {}, not from {credited_name}, where the paper sees it", the(main))
     };
     format!("{parts}: {origin}.")
 }
@@ -138,11 +125,7 @@ pub fn acceptance(reduction: &Reduction, targets: &[(Measure, f64)]) -> String {
             change_of(measure, found),
             change_of(measure, target)
         );
-        let list = if found >= target - NONE {
-            &mut reached
-        } else {
-            &mut missed
-        };
+        let list = if found >= target - NONE { &mut reached } else { &mut missed };
         list.push(text);
     }
     let (variant, against) = (label_of(&reduction.variant), label_of(&reduction.against));
@@ -169,8 +152,7 @@ pub fn acceptance(reduction: &Reduction, targets: &[(Measure, f64)]) -> String {
 pub fn literal(rows: &[StepRow]) -> Option<String> {
     let raw = |search: Search| {
         let name = search.name();
-        rows.iter()
-            .find(|row| row.search == name && row.stage == "raw")
+        rows.iter().find(|row| row.search == name && row.stage == "raw")
     };
     let octile = raw(Search::Theta(45.0))?;
     let weights = [LITERAL_K, SMALL_K].map(|k| raw(Search::Literal(k)).map(|row| (k, row)));
@@ -192,11 +174,7 @@ pub fn literal(rows: &[StepRow]) -> Option<String> {
     } else {
         "neither weight is both faster and as short."
     };
-    Some(format!(
-        "Eq. 19 as printed: {}; {}: {verdict}",
-        text(large),
-        text(small)
-    ))
+    Some(format!("Eq. 19 as printed: {}; {}: {verdict}", text(large), text(small)))
 }
 
 /// Reads a figure from a row.
@@ -206,17 +184,11 @@ type Figure = fn(&PathRow) -> f64;
 #[must_use]
 pub fn theta(rows: &[PathRow]) -> String {
     let sum = |name: &str, figure: fn(&PathRow) -> f64| -> f64 {
-        rows.iter()
-            .filter(|row| row.variant == name)
-            .map(figure)
-            .sum()
+        rows.iter().filter(|row| row.variant == name).map(figure).sum()
     };
     let best = |figure: fn(&PathRow) -> f64| -> (Vec<&str>, f64) {
         let sums = THETAS.map(|theta| (theta, sum(theta.name, figure)));
-        let least = sums
-            .iter()
-            .map(|(_, sum)| *sum)
-            .fold(f64::INFINITY, f64::min);
+        let least = sums.iter().map(|(_, sum)| *sum).fold(f64::INFINITY, f64::min);
         let is_best = |(_, sum): &&_| *sum <= least * (1.0 + 1e-9);
         let names = sums.iter().filter(is_best).map(|(theta, _)| theta.label);
         (names.collect(), least)
@@ -233,15 +205,9 @@ pub fn theta(rows: &[PathRow]) -> String {
         let own = sum("theta_45", figure);
         let digits = if unit.is_empty() { 0 } else { 2 };
         let is_own = names.contains(&"45 degrees");
-        let other = if is_own {
-            String::new()
-        } else {
-            format!("; 45 degrees {own:.digits$}{unit}")
-        };
-        sentences.push(format!(
-            "{what}: {} ({least:.digits$}{unit}{other})",
-            names.join(", ")
-        ));
+        let other =
+            if is_own { String::new() } else { format!("; 45 degrees {own:.digits$}{unit}") };
+        sentences.push(format!("{what}: {} ({least:.digits$}{unit}{other})", names.join(", ")));
         if !unit.is_empty() {
             is_confirmed.push(is_own);
         }
@@ -292,10 +258,7 @@ mod tests {
             "{time}"
         );
         let spent = text("improved", Measure::Time, [10.0, 9.0, 10.0, 11.0]);
-        assert!(
-            spent.contains("what the heuristic saves, the other steps spend"),
-            "{spent}"
-        );
+        assert!(spent.contains("what the heuristic saves, the other steps spend"), "{spent}");
         let jumps = text("jump_points", Measure::Time, [10.0, 2.0, 3.0, 3.5]);
         assert!(
             jumps.ends_with("it comes from searching by jump points, not from a heuristic."),
@@ -318,10 +281,7 @@ mod tests {
 
     #[test]
     fn acceptance_lists_reached_and_missed_reductions() {
-        let reduced = |share| Reduced {
-            of_sums: Some(share),
-            mean_of_rows: None,
-        };
+        let reduced = |share| Reduced { of_sums: Some(share), mean_of_rows: None };
         let of = |time, length| Reduction {
             variant: "improved".to_owned(),
             against: "traditional_euclid".to_owned(),
@@ -330,11 +290,7 @@ mod tests {
             turns: Reduced::default(),
             turns_smoothed: Reduced::default(),
         };
-        let targets = [
-            (Measure::Time, 0.56),
-            (Measure::Length, 0.03),
-            (Measure::Turns, 0.68),
-        ];
+        let targets = [(Measure::Time, 0.56), (Measure::Length, 0.03), (Measure::Turns, 0.68)];
         let text = |time, length| acceptance(&of(time, length), &targets);
         assert_eq!(
             text(0.6, 0.04),
@@ -370,14 +326,8 @@ mod tests {
             .expect("all rows are there")
         };
         let poor = text((50, 0.07), (300, 0.0));
-        assert!(
-            poor.contains("with k = 1 it expands 50.0 % fewer cells"),
-            "{poor}"
-        );
-        assert!(
-            poor.contains("200.0 % more cells") && poor.contains("neither weight"),
-            "{poor}"
-        );
+        assert!(poor.contains("with k = 1 it expands 50.0 % fewer cells"), "{poor}");
+        assert!(poor.contains("200.0 % more cells") && poor.contains("neither weight"), "{poor}");
         assert!(text((50, 0.0), (300, 0.0)).contains("one of the two weights is both"));
         assert_eq!(literal(&[]), None);
     }

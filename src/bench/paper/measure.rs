@@ -87,19 +87,13 @@ impl TaskRuns {
             let (name, task) = (run.search.label(), &self.task.name);
             let (cost, least) = (run.cost, self.shortest);
             if cost < least || (run.search.is_exact() && cost > least) {
-                faults.push(format!(
-                    "{task}, {name}: its path costs {cost}, a shortest one {least}"
-                ));
+                faults
+                    .push(format!("{task}, {name}: its path costs {cost}, a shortest one {least}"));
             }
-            for (stage, staged) in [Stage::Raw, Stage::Pruned, Stage::Smoothed]
-                .iter()
-                .zip(&run.stages)
+            for (stage, staged) in
+                [Stage::Raw, Stage::Pruned, Stage::Smoothed].iter().zip(&run.stages)
             {
-                let ground = if *stage == Stage::Smoothed {
-                    &site.proof
-                } else {
-                    &site.search
-                };
+                let ground = if *stage == Stage::Smoothed { &site.proof } else { &site.search };
                 let (clear_m, promised_m) = (staged.min_clearance_m, ground.radius_m());
                 if clear_m < promised_m - ROUNDING_M {
                     faults.push(format!(
@@ -129,10 +123,8 @@ pub fn measure(
     let clearances = PathClearance::new(&site.obstacles);
     let mut measured = Vec::new();
     for task in &site.tasks {
-        let no_path = || PaperError::NoPath {
-            task: task.name.clone(),
-            radius_m: site.search.radius_m(),
-        };
+        let no_path =
+            || PaperError::NoPath { task: task.name.clone(), radius_m: site.search.radius_m() };
         let shortest = shortest_cost(&site.search, task.start, task.goal).ok_or_else(no_path)?;
         // The first pass also grows the searcher's memory and is not timed.
         let mut checked = Vec::new();
@@ -155,11 +147,7 @@ pub fn measure(
             .zip(&seconds)
             .map(|((&search, attempt), seconds)| run(&clearances, search, attempt, seconds))
             .collect();
-        measured.push(TaskRuns {
-            task: task.clone(),
-            shortest,
-            runs,
-        });
+        measured.push(TaskRuns { task: task.clone(), shortest, runs });
     }
     Ok(measured)
 }
@@ -182,9 +170,7 @@ fn attempt(
 ) -> Option<Attempt> {
     let frame = site.search.frame();
     let began = clock();
-    let found = search
-        .run(searcher, &site.search, task.start, task.goal)
-        .ok()?;
+    let found = search.run(searcher, &site.search, task.start, task.goal).ok()?;
     let centers = found.cells.iter().map(|&cell| frame.center_of(cell));
     let mut paths = vec![Path::new(centers.collect())];
     let (cost, expanded) = (found.cost, found.expanded);
@@ -197,12 +183,7 @@ fn attempt(
         paths.push(smooth(&site.proof, &paths[1], SPLINE_DEGREE));
         ended_s.push(clock() - began);
     }
-    Some(Attempt {
-        cost,
-        expanded,
-        paths,
-        ended_s,
-    })
+    Some(Attempt { cost, expanded, paths, ended_s })
 }
 
 fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[Vec<f64>]) -> Run {
@@ -213,10 +194,7 @@ fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[
         .map(|(stage, path)| {
             let total = seconds.iter().map(|ends| ends[stage]).collect();
             let before = |ends: &Vec<f64>| stage.checked_sub(1).map_or(0.0, |one| ends[one]);
-            let own = seconds
-                .iter()
-                .map(|ends| ends[stage] - before(ends))
-                .collect();
+            let own = seconds.iter().map(|ends| ends[stage] - before(ends)).collect();
             StagePath {
                 min_clearance_m: clearances.min_m(&path),
                 path,
@@ -225,12 +203,7 @@ fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[
             }
         })
         .collect();
-    Run {
-        search,
-        cost: attempt.cost,
-        expanded: attempt.expanded,
-        stages,
-    }
+    Run { search, cost: attempt.cost, expanded: attempt.expanded, stages }
 }
 
 /// Median and tail of times in seconds; zero for no times.
@@ -241,10 +214,7 @@ fn times(mut seconds: Vec<f64>) -> Times {
         let rank = (seconds.len() as f64 * share).ceil() as usize;
         seconds.get(rank.max(1) - 1).map_or(0.0, |time| time * 1e3)
     };
-    Times {
-        p50_ms: quantile(0.5),
-        p95_ms: quantile(0.95),
-    }
+    Times { p50_ms: quantile(0.5), p95_ms: quantile(0.95) }
 }
 
 #[cfg(test)]
@@ -255,10 +225,7 @@ mod tests {
     #[test]
     fn times_are_ranks() {
         let hundred = (1..=100).rev().map(|index| f64::from(index) / 1e3);
-        let expected = Times {
-            p50_ms: 50.0,
-            p95_ms: 95.0,
-        };
+        let expected = Times { p50_ms: 50.0, p95_ms: 95.0 };
         assert_eq!(times(hundred.collect()), expected);
         assert_eq!(times(vec![0.002]).p95_ms, 2.0);
         assert_eq!(times(Vec::new()), Times::default());

@@ -129,14 +129,7 @@ impl Workings {
                 let aside = (f64::from(offset) + 0.5) * RESOLUTION_M - middle;
                 let wall = &walls[usize::from(aside > 0.0)];
                 if aside.abs() < WIDTH_M / 2.0 + wall.height_at(at) {
-                    self.set(
-                        if along == 0 {
-                            [step, offset]
-                        } else {
-                            [offset, step]
-                        },
-                        0,
-                    );
+                    self.set(if along == 0 { [step, offset] } else { [offset, step] }, 0);
                 }
             }
         }
@@ -158,11 +151,7 @@ impl Workings {
             let [from, to] = self.cut[self.rng.random_range(0..self.cut.len())];
             let share = self.draw([0.1, 0.9]);
             let aside = self.draw([0.3, 0.55]) * WIDTH_M;
-            let aside = if self.rng.random_bool(0.5) {
-                aside
-            } else {
-                -aside
-            };
+            let aside = if self.rng.random_bool(0.5) { aside } else { -aside };
             let along_x = from[1] == to[1];
             let center = Point::new(
                 from[0] + (to[0] - from[0]) * share + if along_x { 0.0 } else { aside },
@@ -222,9 +211,6 @@ mod tests {
         assert!(made_mine(1) == mine && made_mine(2) != mine);
         let open = mine.cells().iter().filter(|&&cell| cell == 0).count();
         let share = open as f64 / mine.cells().len() as f64;
-        assert!(
-            (0.25..0.6).contains(&share),
-            "{share} of the ground is open"
-        );
+        assert!((0.25..0.6).contains(&share), "{share} of the ground is open");
     }
 }

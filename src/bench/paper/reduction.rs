@@ -18,11 +18,8 @@ impl Reduced {
     /// Computes the reduction from figures before and after, row by row.
     #[must_use]
     pub fn of(before: &[f64], after: &[f64]) -> Self {
-        let rows: Vec<f64> = before
-            .iter()
-            .zip(after)
-            .filter_map(|(&before, &after)| share(before, after))
-            .collect();
+        let rows: Vec<f64> =
+            before.iter().zip(after).filter_map(|(&before, &after)| share(before, after)).collect();
         let mean = rows.iter().sum::<f64>() / rows.len() as f64;
         Self {
             of_sums: share(before.iter().sum(), after.iter().sum()),
@@ -154,10 +151,7 @@ mod tests {
     #[test]
     fn reduction_ignores_rows_of_zero() {
         let reduced = Reduced::of(&[0.0, 4.0], &[1.0, 1.0]);
-        assert_eq!(
-            (reduced.of_sums, reduced.mean_of_rows),
-            (Some(0.5), Some(0.75))
-        );
+        assert_eq!((reduced.of_sums, reduced.mean_of_rows), (Some(0.5), Some(0.75)));
         assert_eq!(Reduced::of(&[], &[]), Reduced::default());
     }
 }

@@ -53,8 +53,7 @@ impl Search {
     /// Whether its paths are always shortest ones on the grid.
     #[must_use]
     pub fn is_exact(self) -> bool {
-        self.heuristic()
-            .is_none_or(|heuristic| heuristic.is_admissible())
+        self.heuristic().is_none_or(|heuristic| heuristic.is_admissible())
     }
 
     /// Its last stage in this comparison: the baselines only search.

@@ -30,11 +30,7 @@ pub(super) fn shortest_cost(space: &FreeSpace, start: Cell, goal: Cell) -> Optio
             if !(moves && is_free(right, up) && is_free(right, 0) && is_free(0, up)) {
                 continue;
             }
-            let step = if right != 0 && up != 0 {
-                DIAGONAL
-            } else {
-                STRAIGHT
-            };
+            let step = if right != 0 && up != 0 { DIAGONAL } else { STRAIGHT };
             let neighbour = frame.index(Cell::new(column + right, row + up));
             if cost + step < least[neighbour] {
                 least[neighbour] = cost + step;

@@ -49,10 +49,7 @@ impl Site {
     /// # Errors
     /// Fails when that robot does not fit into one of them.
     pub fn roadways(config: &Config) -> Result<Vec<Self>, PaperError> {
-        ASCII_MAPS
-            .iter()
-            .map(|map| Self::from_ascii(map, config))
-            .collect()
+        ASCII_MAPS.iter().map(|map| Self::from_ascii(map, config)).collect()
     }
 
     /// A mine with this number of tasks, for Table 2 and fig. 16. Their ends are spread over all reachable cells. The seed
@@ -70,10 +67,8 @@ impl Site {
     ) -> Result<Self, PaperError> {
         let mut site = Self::without_tasks("mine", title, map, config);
         let places = 2 * tasks;
-        let ends = farthest_points(&site.search, places, seed).ok_or(PaperError::TooNarrow {
-            places,
-            radius_m: site.search.radius_m(),
-        })?;
+        let ends = farthest_points(&site.search, places, seed)
+            .ok_or(PaperError::TooNarrow { places, radius_m: site.search.radius_m() })?;
         let (starts, goals) = ends.split_at(tasks);
         site.tasks = starts
             .iter()
@@ -112,25 +107,14 @@ impl Site {
             .flat_map(|row| core::iter::repeat_n(enlarged(row), CELLS))
             .collect();
         let resolution_m = CHARACTER_M / CELLS as f64;
-        let map =
-            OccupancyGrid::from_rows(&rows, resolution_m, Pose::default()).map_err(|error| {
-                PaperError::AsciiMap {
-                    scene: drawing.name.to_owned(),
-                    error,
-                }
-            })?;
+        let map = OccupancyGrid::from_rows(&rows, resolution_m, Pose::default())
+            .map_err(|error| PaperError::AsciiMap { scene: drawing.name.to_owned(), error })?;
         let mut site = Self::without_tasks(drawing.name, drawing.title, map, config);
         let end = |mark| {
-            middle_of(drawing, mark).ok_or(PaperError::NoMark {
-                scene: drawing.name.to_owned(),
-                mark,
-            })
+            middle_of(drawing, mark)
+                .ok_or(PaperError::NoMark { scene: drawing.name.to_owned(), mark })
         };
-        site.tasks.push(Task {
-            name: drawing.name.to_owned(),
-            start: end('S')?,
-            goal: end('G')?,
-        });
+        site.tasks.push(Task { name: drawing.name.to_owned(), start: end('S')?, goal: end('G')? });
         Ok(site)
     }
 }
@@ -164,11 +148,7 @@ mod tests {
             };
             let frame = site.map.frame();
             let apart_m = (frame.center_of(task.goal) - frame.center_of(task.start)).norm();
-            assert!(
-                (19.0..26.0).contains(&apart_m),
-                "{}: {apart_m} m",
-                site.name
-            );
+            assert!((19.0..26.0).contains(&apart_m), "{}: {apart_m} m", site.name);
             assert!(site.search.is_free(task.start) && site.search.is_free(task.goal));
         }
         assert_eq!(sites.len(), 3);
@@ -176,11 +156,7 @@ mod tests {
 
     #[test]
     fn marks_are_found_in_the_text_map() {
-        let drawing = AsciiMap {
-            name: "",
-            title: "",
-            rows: &["..G", "S.#"],
-        };
+        let drawing = AsciiMap { name: "", title: "", rows: &["..G", "S.#"] };
         assert_eq!(middle_of(&drawing, 'S'), Some(Cell::new(5, 5)));
         assert_eq!(middle_of(&drawing, 'G'), Some(Cell::new(25, 15)));
         assert_eq!(middle_of(&drawing, 'x'), None);

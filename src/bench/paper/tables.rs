@@ -67,11 +67,7 @@ pub fn path_tables(
         ),
     ];
     let steps = vec![
-        steps(
-            "steps_roadways",
-            "Effect of each step: the three scenes",
-            roadways,
-        ),
+        steps("steps_roadways", "Effect of each step: the three scenes", roadways),
         steps("steps_mine", "Effect of each step: the mine", mine),
     ];
     (paths, steps)
@@ -124,17 +120,6 @@ fn steps(name: &'static str, title: &str, measured: &[TaskRuns]) -> AblationTabl
         found.chain == "improved"
             || (found.chain == "jump_points" && found.measure == Measure::Time)
     };
-    let findings = breakdowns
-        .iter()
-        .filter(is_shown)
-        .map(origin)
-        .chain(literal(&rows))
-        .collect();
-    AblationTable {
-        name,
-        title: title.to_owned(),
-        rows,
-        breakdowns,
-        findings,
-    }
+    let findings = breakdowns.iter().filter(is_shown).map(origin).chain(literal(&rows)).collect();
+    AblationTable { name, title: title.to_owned(), rows, breakdowns, findings }
 }

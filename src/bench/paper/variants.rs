@@ -25,41 +25,16 @@ const fn variant(
     search: Search,
     delivers: Stage,
 ) -> Variant {
-    Variant {
-        name,
-        label,
-        search,
-        delivers,
-    }
+    Variant { name, label, search, delivers }
 }
 
 /// The variants of Tables 1 and 2: both traditional ones first.
 pub const VARIANTS: [Variant; 5] = [
-    variant(
-        "traditional_manhattan",
-        "traditional, Manhattan",
-        Search::Manhattan,
-        Stage::Raw,
-    ),
-    variant(
-        "traditional_euclid",
-        "traditional, Euclid",
-        Search::Euclid,
-        Stage::Raw,
-    ),
+    variant("traditional_manhattan", "traditional, Manhattan", Search::Manhattan, Stage::Raw),
+    variant("traditional_euclid", "traditional, Euclid", Search::Euclid, Stage::Raw),
     variant("improved", "improved", Search::Improved, Stage::Smoothed),
-    variant(
-        "literal",
-        "literal eq. 19",
-        Search::Literal(LITERAL_K),
-        Stage::Smoothed,
-    ),
-    variant(
-        "jump_points",
-        "jump points",
-        Search::JumpPoints,
-        Stage::Smoothed,
-    ),
+    variant("literal", "literal eq. 19", Search::Literal(LITERAL_K), Stage::Smoothed),
+    variant("jump_points", "jump points", Search::JumpPoints, Stage::Smoothed),
 ];
 
 /// Number of traditional variants at the start of [`VARIANTS`].

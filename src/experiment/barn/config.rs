@@ -46,10 +46,7 @@ pub fn barn_config(max_speed: f64) -> Config {
                 ..Lidar::default()
             },
             // There is no map to match scans to.
-            fixes: Fixes {
-                rate_hz: 0.0,
-                ..Fixes::default()
-            },
+            fixes: Fixes { rate_hz: 0.0, ..Fixes::default() },
             ..SimulationSettings::default()
         },
         local: LocalSettings {
@@ -67,12 +64,7 @@ pub fn barn_config(max_speed: f64) -> Config {
             // runs of ten touched something: it brakes at the last moment, and the base brakes later than commanded.
             stopping: Stopping::Clearance,
             // Chosen by hand; the paper's weights reached as many goals in our study, 2 % sooner.
-            weights: Weights {
-                heading: 0.05,
-                clearance: 0.1,
-                velocity: 0.2,
-                path: 0.4,
-            },
+            weights: Weights { heading: 0.05, clearance: 0.1, velocity: 0.2, path: 0.4 },
             ..LocalSettings::default()
         },
         navigator: NavigatorSettings {

@@ -29,10 +29,7 @@ pub(super) struct Column {
 impl Table {
     /// Reads a file; see [`Table::parse`].
     pub fn read(file: &Path) -> Result<Self, BarnError> {
-        let unreadable = |reason: String| BarnError::Unreadable {
-            file: file.to_owned(),
-            reason,
-        };
+        let unreadable = |reason: String| BarnError::Unreadable { file: file.to_owned(), reason };
         let bytes = fs::read(file).map_err(|error| unreadable(error.to_string()))?;
         let text = String::from_utf8(bytes).map_err(|_| unreadable("it is no text".to_owned()))?;
         Self::parse(&text, file)
@@ -47,29 +44,19 @@ impl Table {
             .map(|(index, line)| (index + 1, fields(line)))
             .filter(|(_, fields)| fields.iter().any(|field| !field.is_empty()));
         let columns = lines.next().map(|(_, fields)| fields).unwrap_or_default();
-        let table = Self {
-            file: file.to_owned(),
-            rows: lines.collect(),
-            columns,
-        };
+        let table = Self { file: file.to_owned(), rows: lines.collect(), columns };
         let expected = table.columns.len();
         match table.rows.iter().find(|(_, row)| row.len() != expected) {
             None => Ok(table),
-            Some(&(line, ref row)) => Err(BarnError::BadRow {
-                file: table.file,
-                line,
-                found: row.len(),
-                expected,
-            }),
+            Some(&(line, ref row)) => {
+                Err(BarnError::BadRow { file: table.file, line, found: row.len(), expected })
+            }
         }
     }
 
     pub fn column(&self, name: &'static str) -> Result<Column, BarnError> {
         self.optional_column(name)
-            .ok_or_else(|| BarnError::NoColumn {
-                file: self.file.clone(),
-                column: name,
-            })
+            .ok_or_else(|| BarnError::NoColumn { file: self.file.clone(), column: name })
     }
 
     pub fn optional_column(&self, name: &'static str) -> Option<Column> {
@@ -78,18 +65,12 @@ impl Table {
     }
 
     pub fn rows(&self) -> impl Iterator<Item = TableRow<'_>> {
-        self.rows.iter().map(|(line, fields)| TableRow {
-            table: self,
-            line: *line,
-            fields,
-        })
+        self.rows.iter().map(|(line, fields)| TableRow { table: self, line: *line, fields })
     }
 }
 
 fn fields(line: &str) -> Vec<String> {
-    line.split(',')
-        .map(|field| field.trim().to_owned())
-        .collect()
+    line.split(',').map(|field| field.trim().to_owned()).collect()
 }
 
 impl TableRow<'_> {
@@ -101,9 +82,7 @@ impl TableRow<'_> {
         fits: impl Fn(f64) -> bool,
     ) -> Result<f64, BarnError> {
         let number = self.text(column).parse().ok();
-        number
-            .filter(|&number| fits(number))
-            .ok_or_else(|| self.bad(column, expected))
+        number.filter(|&number| fits(number)).ok_or_else(|| self.bad(column, expected))
     }
 
     /// Returns a number that satisfies `fits`; none for an empty field.

@@ -125,12 +125,7 @@ fn published(table: &Table, row: &TableRow) -> Result<Option<Published>, BarnErr
         }
     }
     let [success, collided, timeout, score] = figures;
-    Ok(Some(Published {
-        success,
-        collided,
-        timeout,
-        score,
-    }))
+    Ok(Some(Published { success, collided, timeout, score }))
 }
 
 fn cylinders(table: &Table, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
@@ -141,17 +136,13 @@ fn cylinders(table: &Table, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
         Ok(Cylinder {
             x_m: row.real(x, "-1000 to 1000", near)?,
             y_m: row.real(y, "-1000 to 1000", near)?,
-            radius_m: row.real(radius, "above zero and at most 1000", |value| {
-                value > 0.0 && near(value)
-            })?,
+            radius_m: row
+                .real(radius, "above zero and at most 1000", |value| value > 0.0 && near(value))?,
         })
     };
     let cylinders = table.rows().map(cylinder).collect::<Result<Vec<_>, _>>()?;
     if cylinders.is_empty() {
-        return Err(BarnError::NoRow {
-            file: file.to_owned(),
-            what: "cylinder",
-        });
+        return Err(BarnError::NoRow { file: file.to_owned(), what: "cylinder" });
     }
     Ok(cylinders)
 }

@@ -32,12 +32,7 @@ pub fn dynabarn_config() -> Config {
             // An open field has room, and distance gives time: the tracker detects motion only after half a second and
             // more, in which a cylinder comes a metre closer.
             max_clearance_m: 2.0,
-            weights: Weights {
-                heading: 0.05,
-                clearance: 0.2,
-                velocity: 0.2,
-                path: 0.4,
-            },
+            weights: Weights { heading: 0.05, clearance: 0.2, velocity: 0.2, path: 0.4 },
             ..standing.local
         },
         navigator: NavigatorSettings {
@@ -52,10 +47,7 @@ pub fn dynabarn_config() -> Config {
             // The robot almost never turns in place: it would stand, and a standing robot is hit.
             rotate_in_place_from: 2.8,
             // The cylinders do not yield: a robot that stands in front of them is hit.
-            features: NavigatorFeatures {
-                passive_safety: false,
-                ..NavigatorFeatures::default()
-            },
+            features: NavigatorFeatures { passive_safety: false, ..NavigatorFeatures::default() },
             ..standing.navigator
         },
         ..standing

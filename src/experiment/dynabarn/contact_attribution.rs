@@ -57,10 +57,7 @@ impl ContactAttribution<'_> {
     pub fn cause(&self, before: &State, contact: &State) -> ContactCause {
         if self.closing_m_s(contact) > CLOSING_M_S {
             ContactCause::Robot
-        } else if self
-            .avoiding_command(before, contact.time_s + CLEAR_AFTER_S)
-            .is_some()
-        {
+        } else if self.avoiding_command(before, contact.time_s + CLEAR_AFTER_S).is_some() {
             ContactCause::Avoidable
         } else {
             ContactCause::Other
@@ -95,9 +92,8 @@ impl ContactAttribution<'_> {
         };
         let steps = ((until_s - from.time_s) / STEP_S).ceil().max(0.0) as u32;
         // The obstacles at each step are the same for every command.
-        let moving: Vec<Vec<MovingDisc>> = (0..=steps)
-            .map(|step| (self.moving)(from.time_s + f64::from(step) * STEP_S))
-            .collect();
+        let moving: Vec<Vec<MovingDisc>> =
+            (0..=steps).map(|step| (self.moving)(from.time_s + f64::from(step) * STEP_S)).collect();
         let commands = (0..TRIED * TRIED).map(|index| {
             let turn = limits.max_vel_theta;
             Twist::new(
@@ -107,17 +103,14 @@ impl ContactAttribution<'_> {
         });
         // An odd count from a negative lowest speed need not contain zero.
         let all = [Twist::STOP].into_iter().chain(commands);
-        all.into_iter()
-            .find(|command| self.stays_clear(from, command, &moving))
+        all.into_iter().find(|command| self.stays_clear(from, command, &moving))
     }
 
     fn stays_clear(&self, from: &State, command: &Twist, moving: &[Vec<MovingDisc>]) -> bool {
         let (mut pose, mut twist) = (from.pose, from.twist);
         for discs in moving {
             let touches = |disc: &MovingDisc| {
-                self.footprint
-                    .gap_to_disc_m(&pose, &disc.center(), disc.radius)
-                    <= 0.0
+                self.footprint.gap_to_disc_m(&pose, &disc.center(), disc.radius) <= 0.0
             };
             if discs.iter().any(touches) {
                 return false;

@@ -31,10 +31,7 @@ impl DynaBarnWorld {
             MovingObstacle::timed_path(cylinder.radius_m, cylinder.script.clone())
         });
         let moving = moving.collect::<Result<Vec<_>, _>>()?;
-        let goal = Goal {
-            position: self.goal,
-            yaw: None,
-        };
+        let goal = Goal { position: self.goal, yaw: None };
         Ok(Simulation {
             moving_obstacles: MovingObstacles::new(moving),
             seed,
@@ -103,9 +100,5 @@ fn empty_map(world: &DynaBarnWorld) -> Result<OccupancyGrid, MapError> {
 }
 
 const fn state(row: &TraceRow) -> State {
-    State {
-        time_s: row.time_s,
-        pose: row.pose,
-        twist: row.twist,
-    }
+    State { time_s: row.time_s, pose: row.pose, twist: row.twist }
 }

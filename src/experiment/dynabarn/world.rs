@@ -134,19 +134,10 @@ impl Check<'_> {
         let of = |what: &str| format!("obstacle {index}: {what}");
         let above_zero = "above zero and at most 1000";
         let fits = |value: f64| value > 0.0 && value <= 1000.0;
-        let ObstacleFile {
-            radius_m,
-            loop_s,
-            keyframes_t_x_y,
-        } = obstacle;
+        let ObstacleFile { radius_m, loop_s, keyframes_t_x_y } = obstacle;
         self.number(of("radius_m"), radius_m, fits(radius_m), above_zero)?;
         let count = keyframes_t_x_y.len();
-        self.number(
-            of("number of keyframes"),
-            count as f64,
-            count > 0,
-            "at least one",
-        )?;
+        self.number(of("number of keyframes"), count as f64, count > 0, "at least one")?;
         let mut latest_s = -1.0;
         for (key, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
             let of = |what: &str| format!("obstacle {index}: keyframe {key}: {what}");
@@ -167,10 +158,7 @@ impl Check<'_> {
                 file: self.file.to_owned(),
                 reason: format!("obstacle {index}: {error}"),
             })?;
-        Ok(ScriptedCylinder {
-            radius_m,
-            script: script.on_spline(),
-        })
+        Ok(ScriptedCylinder { radius_m, script: script.on_spline() })
     }
 
     fn near(&self, place: String, value: f64) -> Result<(), DynaBarnError> {
@@ -187,12 +175,7 @@ impl Check<'_> {
         if fits {
             return Ok(());
         }
-        Err(DynaBarnError::BadNumber {
-            file: self.file.to_owned(),
-            place,
-            value,
-            expected,
-        })
+        Err(DynaBarnError::BadNumber { file: self.file.to_owned(), place, value, expected })
     }
 }
 
@@ -201,12 +184,6 @@ impl ScriptedCylinder {
     #[must_use]
     pub fn at(&self, time_s: f64) -> MovingDisc {
         let (place, velocity) = self.script.at(time_s);
-        MovingDisc {
-            x: place.x,
-            y: place.y,
-            radius: self.radius_m,
-            vx: velocity.x,
-            vy: velocity.y,
-        }
+        MovingDisc { x: place.x, y: place.y, radius: self.radius_m, vx: velocity.x, vy: velocity.y }
     }
 }

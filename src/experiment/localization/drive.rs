@@ -53,20 +53,14 @@ impl LocalizationPlan {
     /// # Errors
     /// When a setting is out of range, or no path leads from the start to the goal.
     pub fn drive(&self, case: LocalizationCase, seed: u64) -> Result<LocalizationRow, SimError> {
-        let config = Config {
-            pose_source: PoseSource::Scans,
-            ..self.config.clone()
-        };
+        let config = Config { pose_source: PoseSource::Scans, ..self.config.clone() };
         let simulation = self.simulation(case, seed, &config)?;
         let mut monitor = ErrorMonitor::new(case.fault_s());
         let mut clock = || 0.0;
         let result = simulation.run(
             &config,
             Box::new(CpuEngine::single_threaded()),
-            &mut Observer {
-                clock: &mut clock,
-                on_tick: &mut |moment| monitor.on_tick(moment),
-            },
+            &mut Observer { clock: &mut clock, on_tick: &mut |moment| monitor.on_tick(moment) },
         )?;
         Ok(LocalizationRow {
             case: case.name().to_owned(),
@@ -91,10 +85,7 @@ impl LocalizationPlan {
     ) -> Result<Simulation, SimError> {
         let (length_m, width_m) = ROADWAY_M;
         let along = |x: f64| Point::new(x, 1.0 + width_m / 2.0);
-        let seeded = |mission| Simulation {
-            seed,
-            ..Simulation::new(mission)
-        };
+        let seeded = |mission| Simulation { seed, ..Simulation::new(mission) };
         let roadway = |map: OccupancyGrid| {
             seeded(Mission::new(
                 Arc::new(map),
@@ -102,11 +93,7 @@ impl LocalizationPlan {
                 stop(along(length_m - 2.0)),
             ))
         };
-        let one_leg = seeded(Mission::new(
-            Arc::clone(&self.map),
-            self.start,
-            stop(self.goal),
-        ));
+        let one_leg = seeded(Mission::new(Arc::clone(&self.map), self.start, stop(self.goal)));
         let (from_s, to_s) = (FAULT_S, f64::INFINITY);
         Ok(match case {
             LocalizationCase::Tour => self.back_and_forth(one_leg, config)?,
@@ -121,10 +108,7 @@ impl LocalizationPlan {
             LocalizationCase::Kidnapped => {
                 let before = self.place_behind(config, &one_leg)?;
                 Simulation {
-                    faults: vec![FaultInjection::Kidnapped {
-                        at_s: FAULT_S,
-                        to: before,
-                    }],
+                    faults: vec![FaultInjection::Kidnapped { at_s: FAULT_S, to: before }],
                     ..one_leg
                 }
             }
@@ -147,10 +131,7 @@ impl LocalizationPlan {
                 ..one_leg
             },
             LocalizationCase::BrieflyOccluded => Simulation {
-                faults: vec![FaultInjection::LidarOccluded {
-                    from_s,
-                    to_s: FAULT_S + 3.0,
-                }],
+                faults: vec![FaultInjection::LidarOccluded { from_s, to_s: FAULT_S + 3.0 }],
                 ..one_leg
             },
             LocalizationCase::OtherMap => {
@@ -175,12 +156,8 @@ impl LocalizationPlan {
         let ends = [self.goal, self.start.position()];
         let mut stops: Vec<Goal> = (0..legs).map(|leg| stop(ends[leg % 2])).collect();
         let goal = stops.pop().unwrap_or_else(|| stop(self.goal));
-        simulation.mission = Mission {
-            via: stops,
-            goal,
-            time_limit_s: LONGEST_S,
-            ..simulation.mission
-        };
+        simulation.mission =
+            Mission { via: stops, goal, time_limit_s: LONGEST_S, ..simulation.mission };
         Ok(simulation)
     }
 
@@ -191,10 +168,7 @@ impl LocalizationPlan {
         let spawner = PedestrianSpawner::new(5, one_leg.seed);
         let moving_obstacles = spawner.spawn(&ground, &path, &ends)?;
         let tour = self.back_and_forth(one_leg, config)?;
-        Ok(Simulation {
-            moving_obstacles,
-            ..tour
-        })
+        Ok(Simulation { moving_obstacles, ..tour })
     }
 
     /// The pose two metres behind the robot at the time of the fault, from a drive without it.
@@ -206,17 +180,12 @@ impl LocalizationPlan {
         let result = simulation.run(
             config,
             Box::new(CpuEngine::single_threaded()),
-            &mut Observer {
-                clock: &mut clock,
-                on_tick: &mut no_action,
-            },
+            &mut Observer { clock: &mut clock, on_tick: &mut no_action },
         )?;
         let rows = &result.trace.rows;
         let last = rows.last().map_or(self.start, |row| row.pose);
-        let behind = rows
-            .iter()
-            .rev()
-            .find(|row| (row.pose.position() - last.position()).norm() >= 2.0);
+        let behind =
+            rows.iter().rev().find(|row| (row.pose.position() - last.position()).norm() >= 2.0);
         Ok(behind.map_or(self.start, |row| row.pose))
     }
 
@@ -256,8 +225,5 @@ impl LocalizationPlan {
 }
 
 const fn stop(position: Point) -> Goal {
-    Goal {
-        position,
-        yaw: None,
-    }
+    Goal { position, yaw: None }
 }

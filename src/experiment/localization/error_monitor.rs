@@ -30,10 +30,7 @@ impl ErrorMonitor {
     pub fn new(fault_s: f64) -> Self {
         Self {
             fault_s,
-            row: LocalizationRow {
-                least_agreement: 1.0,
-                ..LocalizationRow::default()
-            },
+            row: LocalizationRow { least_agreement: 1.0, ..LocalizationRow::default() },
             squares: 0.0,
             known_ticks: 0,
             ticks: 0,

@@ -30,17 +30,10 @@ fn roadways(length_m: f64, lower_m: &[f64], width_m: f64) -> OccupancyGrid {
     };
     let is_open = |place: &Point| {
         let along = place.x > 1.0 && place.x < 1.0 + length_m;
-        along
-            && lower_m
-                .iter()
-                .any(|&low| place.y > low && place.y < low + width_m)
+        along && lower_m.iter().any(|&low| place.y > low && place.y < low + width_m)
     };
     let cell = |index| {
-        if is_open(&frame.center_of(frame.cell_at(index))) {
-            FREE
-        } else {
-            OCCUPIED
-        }
+        if is_open(&frame.center_of(frame.cell_at(index))) { FREE } else { OCCUPIED }
     };
     OccupancyGrid::new(frame, (0..frame.len()).map(cell).collect())
 }

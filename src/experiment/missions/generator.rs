@@ -65,10 +65,7 @@ impl MissionSite {
         };
         let (traffic, moving_obstacles) = traffic(rules, config, &truth, path, &mut rng);
         let path_m = path.length_m();
-        let goal = Goal {
-            position: goal,
-            yaw: Some(goal_yaw),
-        };
+        let goal = Goal { position: goal, yaw: Some(goal_yaw) };
         let start = Pose::new(start.x, start.y, start_yaw);
         let simulation = Simulation {
             truth: (unmapped > 0).then_some(truth),
@@ -79,12 +76,7 @@ impl MissionSite {
                 ..Mission::new(Arc::clone(&self.map), start, goal)
             })
         };
-        Ok(GeneratedMission {
-            simulation,
-            path_m,
-            traffic,
-            unmapped,
-        })
+        Ok(GeneratedMission { simulation, path_m, traffic, unmapped })
     }
 
     fn ends(
@@ -95,11 +87,7 @@ impl MissionSite {
     ) -> Result<(Point, Point, Plan), MissionsError> {
         let frame = *self.free.frame();
         let most_steps = (rules.longest_m / frame.resolution_m) as u32;
-        let attempts = if self.free_cells.is_empty() {
-            0
-        } else {
-            ATTEMPTS
-        };
+        let attempts = if self.free_cells.is_empty() { 0 } else { ATTEMPTS };
         for _ in 0..attempts {
             let first = frame.cell_at(self.free_cells[rng.random_range(0..self.free_cells.len())]);
             let start = frame.center_of(first);

@@ -20,12 +20,7 @@ pub struct Rules {
 impl Default for Rules {
     /// 4 to 60 m, up to four moving obstacles, and a correct map.
     fn default() -> Self {
-        Self {
-            least_m: 4.0,
-            longest_m: 60.0,
-            most_people: 4,
-            unmapped_share: 0.0,
-        }
+        Self { least_m: 4.0, longest_m: 60.0, most_people: 4, unmapped_share: 0.0 }
     }
 }
 
@@ -39,11 +34,7 @@ impl Rules {
             if (least..=most).contains(&value) {
                 return Ok(());
             }
-            Err(MissionsError::BadRule {
-                name,
-                value,
-                expected,
-            })
+            Err(MissionsError::BadRule { name, value, expected })
         };
         within("least_m", self.least_m, 0.5, 1000.0, "0.5 to 1000")?;
         let expected = "least_m to 10000";

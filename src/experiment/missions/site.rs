@@ -37,12 +37,6 @@ impl MissionSite {
         let free_cells = (0..frame.len())
             .filter(|&index| free.is_free(frame.cell_at(index)) && is_inner(frame.cell_at(index)))
             .collect();
-        Self {
-            name: name.to_owned(),
-            map: Arc::new(map),
-            obstacles,
-            free,
-            free_cells,
-        }
+        Self { name: name.to_owned(), map: Arc::new(map), obstacles, free, free_cells }
     }
 }

@@ -86,12 +86,7 @@ pub(super) fn traffic(
 
 fn along(spawner: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> MovingObstacles {
     let points = path.points();
-    let ends: Vec<Point> = points
-        .iter()
-        .take(1)
-        .chain(points.last())
-        .copied()
-        .collect();
+    let ends: Vec<Point> = points.iter().take(1).chain(points.last()).copied().collect();
     let placed = (1..=spawner.count).rev().find_map(|count| {
         let spawner = PedestrianSpawner { count, ..spawner };
         spawner.spawn(ground, points, &ends).ok()

@@ -50,9 +50,7 @@ pub(super) fn add_unmapped(
         } else {
             fill_box(&mut tried, &middle, libm::atan2(along.y, along.x), half_m);
         }
-        let near_an_end = [start, goal]
-            .iter()
-            .any(|end| (end - middle).norm() < FROM_ENDS_M);
+        let near_an_end = [start, goal].iter().any(|end| (end - middle).norm() < FROM_ENDS_M);
         if !near_an_end && planner.plan(&tried, start, goal, &mut || 0.0).is_ok() {
             truth = tried;
             placed += 1;

@@ -49,25 +49,19 @@ impl Course {
     pub fn new(site: &Site, people: usize, config: &Config) -> Result<Self, PaperError> {
         let frame = site.map.frame();
         let mut planner = config.route_planner(frame.resolution_m);
-        let no_path = || PaperError::NoPath {
-            task: site.name.clone(),
-            radius_m: site.proof.radius_m(),
-        };
+        let no_path =
+            || PaperError::NoPath { task: site.name.clone(), radius_m: site.proof.radius_m() };
         let task = site.tasks.first().ok_or_else(no_path)?;
         let [start, goal] = [task.start, task.goal].map(|end| frame.center_of(end));
-        let plan = planner
-            .plan(&site.obstacles, start, goal, &mut || 0.0)
-            .map_err(|_| no_path())?;
+        let plan =
+            planner.plan(&site.obstacles, start, goal, &mut || 0.0).map_err(|_| no_path())?;
         let route = Route::new(&plan, &config.navigator);
         Ok(Self {
             name: site.name.clone(),
             title: site.title.clone(),
             map: Arc::new(site.map.clone()),
             start: Pose::new(start.x, start.y, START_YAW_RAD),
-            goal: Goal {
-                position: goal,
-                yaw: Some(GOAL_YAW_RAD),
-            },
+            goal: Goal { position: goal, yaw: Some(GOAL_YAW_RAD) },
             key_nodes: route.key_nodes().collect(),
             plan,
             people,
@@ -81,9 +75,7 @@ impl Course {
     /// As [`Course::new`].
     pub fn all(sites: &[Site], config: &Config) -> Result<Vec<Self>, PaperError> {
         let courses = sites.iter().enumerate();
-        courses
-            .map(|(index, site)| Self::new(site, index + 1, config))
-            .collect()
+        courses.map(|(index, site)| Self::new(site, index + 1, config)).collect()
     }
 
     /// The simulation of a seed, which determines the people and the noise of the simulation.
@@ -124,17 +116,11 @@ impl Course {
         };
         let path = self.plan.smoothed.points();
         let keep_clear = [self.start.position(), self.goal.position];
-        spawner
-            .spawn(&self.obstacles, path, &keep_clear)
-            .map_err(|error| self.failed(seed, &error))
+        spawner.spawn(&self.obstacles, path, &keep_clear).map_err(|error| self.failed(seed, &error))
     }
 
     /// The error of a drive that cannot start.
     pub(super) fn failed(&self, seed: u64, reason: &dyn core::fmt::Display) -> PaperError {
-        PaperError::Drive {
-            scene: self.name.clone(),
-            seed,
-            reason: reason.to_string(),
-        }
+        PaperError::Drive { scene: self.name.clone(), seed, reason: reason.to_string() }
     }
 }

@@ -41,11 +41,7 @@ impl Deviation {
     /// The reverse of [`Deviation::to_array`].
     #[must_use]
     pub const fn from_array([dx_m, dy_m, dyaw_rad]: [f64; 3]) -> Self {
-        Self {
-            dx_m,
-            dy_m,
-            dyaw_rad,
-        }
+        Self { dx_m, dy_m, dyaw_rad }
     }
 }
 
@@ -66,10 +62,8 @@ impl Spread {
         let column = |index: usize| deviations.iter().map(move |row| row.to_array()[index]);
         let mean = columns.map(|index| column(index).sum::<f64>() / deviations.len() as f64);
         let max = columns.map(|index| column(index).fold(0.0, f64::max));
-        (!deviations.is_empty()).then(|| Self {
-            mean: Deviation::from_array(mean),
-            max: Deviation::from_array(max),
-        })
+        (!deviations.is_empty())
+            .then(|| Self { mean: Deviation::from_array(mean), max: Deviation::from_array(max) })
     }
 }
 

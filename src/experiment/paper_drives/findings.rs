@@ -50,10 +50,7 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
         count if count == all.runs => "all".to_owned(),
         count => format!("{count} of {}", all.runs),
     };
-    let standing = || {
-        rows.iter()
-            .filter(|run| run.collided() && !run.was_moving())
-    };
+    let standing = || rows.iter().filter(|run| run.collided() && !run.was_moving());
     let of_these = match all.contacts {
         0 => String::new(),
         _ => format!(" ({} of these while standing)", standing().count()),
@@ -71,10 +68,7 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
 fn distinct_traces(rows: &[DriveRun]) -> Option<String> {
     let digests: BTreeSet<&str> = rows.iter().map(|run| run.trace_digest.as_str()).collect();
     (digests.len() < rows.len()).then(|| {
-        format!(
-            "Only {} of them differ: the seed has no effect on the others.",
-            digests.len()
-        )
+        format!("Only {} of them differ: the seed has no effect on the others.", digests.len())
     })
 }
 
@@ -90,18 +84,12 @@ fn accuracy(subject: &str, summary: &DriveSummary, found: &Spread, paper: &Sprea
     let largest = each(&|column| format!("{:.4}", largest[column]));
     let times = each(&|column| times_smaller(ours[column], theirs[column]));
     let is_good = |column: &usize| ours[*column] * TARGET_RATIO <= theirs[*column];
-    let good: Vec<&str> = columns
-        .iter()
-        .filter(|column| is_good(column))
-        .map(|&column| COLUMNS[column])
-        .collect();
+    let good: Vec<&str> =
+        columns.iter().filter(|column| is_good(column)).map(|&column| COLUMNS[column]).collect();
     let verdict = match good.len() {
         3 => "all three ten times better than the paper's table".to_owned(),
         0 => "none of them ten times better than the paper's table".to_owned(),
-        _ => format!(
-            "ten times better than the paper's table in {} only",
-            good.join(" and ")
-        ),
+        _ => format!("ten times better than the paper's table in {} only", good.join(" and ")),
     };
     let drives = match (summary.reached, summary.runs) {
         (1, 1) => "its one drive".to_owned(),
@@ -136,10 +124,7 @@ fn limits(summaries: &[DriveSummary]) -> String {
     if beyond.is_empty() {
         format!("In every scene the mean deviations are within {wanted}.")
     } else {
-        format!(
-            "Mean deviations beyond {wanted}, or no arrival: {}.",
-            beyond.join(", ")
-        )
+        format!("Mean deviations beyond {wanted}, or no arrival: {}.", beyond.join(", "))
     }
 }
 
@@ -154,10 +139,7 @@ fn people(rows: &[DriveRun], all: &DriveSummary) -> String {
 
 fn waits(rows: &[DriveRun], all: &DriveSummary) -> Option<String> {
     // `max_by` returns the last of equal ones; from the end that is the first.
-    let longest = rows
-        .iter()
-        .rev()
-        .max_by(|a, b| a.longest_wait_s.total_cmp(&b.longest_wait_s))?;
+    let longest = rows.iter().rev().max_by(|a, b| a.longest_wait_s.total_cmp(&b.longest_wait_s))?;
     Some(format!(
         "The robot stood for {:.1} % of the time, at most {:.1} s at a time, in {} with seed {}.",
         100.0 * all.waited_share,
@@ -179,9 +161,8 @@ fn contradiction(paper: &PublishedDeviations) -> Option<String> {
         for (column, name) in COLUMNS.iter().enumerate() {
             let (rows, text, unit) = (of_rows[column], of_text[column], UNITS[column]);
             if (rows - text).abs() > PRINTED {
-                differences.push(format!(
-                    "{what} {name} {text:.3} {unit}, its rows have {rows:.3}"
-                ));
+                differences
+                    .push(format!("{what} {name} {text:.3} {unit}, its rows have {rows:.3}"));
             }
         }
     }

@@ -61,10 +61,7 @@ fn published(rows: [[f64; 3]; 10], mean: [f64; 3], max: [f64; 3]) -> PublishedDe
     let rows = rows.map(Deviation::from_array).to_vec();
     PublishedDeviations {
         of_rows: Spread::of(&rows).expect("ten rows have a mean"),
-        of_text: Spread {
-            mean: Deviation::from_array(mean),
-            max: Deviation::from_array(max),
-        },
+        of_text: Spread { mean: Deviation::from_array(mean), max: Deviation::from_array(max) },
         rows,
     }
 }

@@ -74,17 +74,11 @@ impl Drive {
     ) -> Result<Self, PaperError> {
         let simulation = course.simulation(traffic, seed, config)?;
         let engine = Box::new(CpuEngine::single_threaded());
-        let mut observer = Observer {
-            clock: &mut || 0.0,
-            on_tick: &mut |_| {},
-        };
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
         let result = simulation
             .run(config, engine, &mut observer)
             .map_err(|error| course.failed(seed, &error))?;
-        Ok(Self {
-            run: DriveRun::of(course, &simulation, &result, config),
-            trace: result.trace,
-        })
+        Ok(Self { run: DriveRun::of(course, &simulation, &result, config), trace: result.trace })
     }
 }
 
@@ -141,8 +135,7 @@ impl DriveRun {
     /// Whether a person came within [`MET_WITHIN_M`].
     #[must_use]
     pub fn is_near_person(&self) -> bool {
-        self.nearest_person_m
-            .is_some_and(|gap_m| gap_m <= MET_WITHIN_M)
+        self.nearest_person_m.is_some_and(|gap_m| gap_m <= MET_WITHIN_M)
     }
 }
 
@@ -167,8 +160,5 @@ fn waits(rows: &[TraceRow], period_s: f64) -> (f64, f64) {
         .filter(|stretch| stretch.first().is_some_and(stands))
         .map(<[TraceRow]>::len)
         .max();
-    (
-        stood as f64 / rows.len().max(1) as f64,
-        longest.unwrap_or(0) as f64 * period_s,
-    )
+    (stood as f64 / rows.len().max(1) as f64, longest.unwrap_or(0) as f64 * period_s)
 }

@@ -6,11 +6,8 @@ use crate::experiment::{TrafficKind, run_in_order};
 use crate::runtime::{Config, Trace};
 
 /// The kinds of traffic, in the order of the tables.
-pub const TRAFFIC: [TrafficKind; 3] = [
-    TrafficKind::None,
-    TrafficKind::Yielding,
-    TrafficKind::NonYielding,
-];
+pub const TRAFFIC: [TrafficKind; 3] =
+    [TrafficKind::None, TrafficKind::Yielding, TrafficKind::NonYielding];
 
 /// All drives of one kind of traffic.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,11 +47,7 @@ pub fn drive_all(
     let of_traffic = |traffic| {
         let drives = driven.by_ref().take(courses.len() * seeds.len());
         let (runs, shown): (Vec<_>, Vec<_>) = drives.unzip();
-        Drives {
-            traffic,
-            runs,
-            shown: shown.into_iter().flatten().collect(),
-        }
+        Drives { traffic, runs, shown: shown.into_iter().flatten().collect() }
     };
     Ok(TRAFFIC.into_iter().map(of_traffic).collect())
 }

@@ -164,10 +164,7 @@ impl DriveTable {
         let was_hit_standing = |run: &DriveRun| {
             self.traffic == TrafficKind::NonYielding && run.collided() && !run.was_moving()
         };
-        let bad = self
-            .rows
-            .iter()
-            .filter(|run| !run.reached() && !was_hit_standing(run));
+        let bad = self.rows.iter().filter(|run| !run.reached() && !was_hit_standing(run));
         bad.map(|run| {
             let what = match (&run.fault, run.collided()) {
                 (_, true) => format!("contact, at {:.2} m/s", run.final_speed_m_s),
@@ -175,10 +172,7 @@ impl DriveTable {
                 (None, false) => "did not arrive in time".to_owned(),
             };
             let (scene, seed, traffic) = (&run.scene, run.seed, text(self.traffic));
-            format!(
-                "{scene}, seed {seed}, {traffic}: {what} after {:.1} s",
-                run.time_s
-            )
+            format!("{scene}, seed {seed}, {traffic}: {what} after {:.1} s", run.time_s)
         })
         .collect()
     }
@@ -190,16 +184,12 @@ pub fn drive_table(drives: &Drives) -> DriveTable {
     let rows = drives.runs.clone();
     let text = text(drives.traffic);
     let (name, title, paper) = match drives.traffic {
-        TrafficKind::None => (
-            "table_3",
-            format!("Table 3, figs. 12 and 17: driven {text}"),
-            published_table_3(),
-        ),
-        TrafficKind::Yielding | TrafficKind::Appearing => (
-            "table_4",
-            format!("Table 4, figs. 13, 18 and 19: driven {text}"),
-            published_table_4(),
-        ),
+        TrafficKind::None => {
+            ("table_3", format!("Table 3, figs. 12 and 17: driven {text}"), published_table_3())
+        }
+        TrafficKind::Yielding | TrafficKind::Appearing => {
+            ("table_4", format!("Table 4, figs. 13, 18 and 19: driven {text}"), published_table_4())
+        }
         TrafficKind::NonYielding => (
             "table_4_non_yielding",
             format!("Table 4 and fig. 13 again: driven {text}"),
@@ -240,7 +230,5 @@ const fn text(traffic: TrafficKind) -> &'static str {
 fn summaries(rows: &[DriveRun]) -> Vec<DriveSummary> {
     let scenes = rows.chunk_by(|a, b| a.scene == b.scene);
     let each = scenes.map(|runs| (runs[0].scene.as_str(), runs));
-    each.chain([(ALL_SCENES, rows)])
-        .map(|(scene, runs)| DriveSummary::of(scene, runs))
-        .collect()
+    each.chain([(ALL_SCENES, rows)]).map(|(scene, runs)| DriveSummary::of(scene, runs)).collect()
 }

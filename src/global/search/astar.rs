@@ -66,10 +66,7 @@ pub(super) fn search<O: OpenList>(
             }
         }
     }
-    Outcome {
-        cost: (best < u64::MAX).then_some(best),
-        expanded,
-    }
+    Outcome { cost: (best < u64::MAX).then_some(best), expanded }
 }
 
 /// Follows the labels from the goal back to the start and appends the cells.

@@ -60,10 +60,7 @@ impl Jumps<'_> {
                 self.turn(run, usize::from(arrival));
             }
         }
-        Outcome {
-            cost: (self.best < u64::MAX).then_some(self.best),
-            expanded,
-        }
+        Outcome { cost: (self.best < u64::MAX).then_some(self.best), expanded }
     }
 
     /// Continues from a cell reached by a straight run, and turns to each side on which an obstacle ended.
@@ -208,10 +205,7 @@ fn look_back(bits: &BitGrid, position: usize) -> Stop {
 
 #[inline]
 fn stop(steps: u32, is_free: bool) -> Stop {
-    Stop {
-        steps: steps as i32 - i32::from(!is_free),
-        may_turn: is_free,
-    }
+    Stop { steps: steps as i32 - i32::from(!is_free), may_turn: is_free }
 }
 
 /// Follows the parents from the goal back to the start and appends the cells. Each run is straight at its end and diagonal

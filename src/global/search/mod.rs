@@ -71,12 +71,7 @@ impl Searcher {
         costs: Option<&ClearanceCosts>,
     ) -> Result<CellPath<'_>, NoPath> {
         let ends = self.begin(space, start, goal)?;
-        let Self {
-            labels,
-            buckets,
-            sorted,
-            ..
-        } = self;
+        let Self { labels, buckets, sorted, .. } = self;
         let same = |_, cost| cost;
         let estimator = heuristic.estimator(start, goal);
         let estimate = |cell| estimator.cost(cell);
@@ -157,10 +152,6 @@ impl Searcher {
         trace_back(self, &mut cells);
         cells.reverse();
         self.cells = cells;
-        Ok(CellPath {
-            cells: &self.cells,
-            cost,
-            expanded,
-        })
+        Ok(CellPath { cells: &self.cells, cost, expanded })
     }
 }

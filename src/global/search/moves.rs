@@ -5,21 +5,12 @@ use crate::map::BitGrid;
 
 /// Column and row offset of each move: four straight moves counter-clockwise, then four diagonal ones, each between the
 /// straight move of the same index and the next.
-pub(super) const MOVES: [(i32, i32); 8] = [
-    (1, 0),
-    (0, 1),
-    (-1, 0),
-    (0, -1),
-    (1, 1),
-    (-1, 1),
-    (-1, -1),
-    (1, -1),
-];
+pub(super) const MOVES: [(i32, i32); 8] =
+    [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
 
 /// Cost of each move.
-pub(super) const COSTS: [u64; 8] = [
-    STRAIGHT, STRAIGHT, STRAIGHT, STRAIGHT, DIAGONAL, DIAGONAL, DIAGONAL, DIAGONAL,
-];
+pub(super) const COSTS: [u64; 8] =
+    [STRAIGHT, STRAIGHT, STRAIGHT, STRAIGHT, DIAGONAL, DIAGONAL, DIAGONAL, DIAGONAL];
 
 /// The allowed moves, one bit each, by the free cells among a cell and its eight neighbours: three bits each for the row
 /// below, the own row and the row above, from the left.

@@ -50,9 +50,7 @@ const WIDTH_SHIFT: u32 = 12;
 impl Buckets {
     /// Clears the list for a search whose estimates start at `base` and grow by at most `largest_step` per move.
     pub fn begin(&mut self, base: u64, largest_step: u64) {
-        let count = ((largest_step >> WIDTH_SHIFT) as usize + 2)
-            .next_power_of_two()
-            .max(64);
+        let count = ((largest_step >> WIDTH_SHIFT) as usize + 2).next_power_of_two().max(64);
         for (word, bits) in self.filled.iter_mut().enumerate() {
             while *bits != 0 {
                 self.heads[word * 64 + bits.trailing_zeros() as usize] = 0;
@@ -92,10 +90,7 @@ impl OpenList for Buckets {
         let bucket = (estimate - self.base) >> WIDTH_SHIFT;
         debug_assert!(bucket >= self.current && bucket - self.current < self.heads.len() as u64);
         let bucket = bucket as usize & (self.heads.len() - 1);
-        let entry = Entry {
-            node,
-            next: self.heads[bucket],
-        };
+        let entry = Entry { node, next: self.heads[bucket] };
         let place = if self.spare == 0 {
             self.entries.push(entry);
             self.entries.len() as u32
@@ -159,9 +154,6 @@ impl OpenList for Sorted {
     #[inline]
     fn pop(&mut self) -> Option<(Node, u64)> {
         let key = self.keys.pop()?;
-        Some((
-            Node::from_bits(!(key as u32)),
-            MAX_ESTIMATE - (key >> 80) as u64,
-        ))
+        Some((Node::from_bits(!(key as u32)), MAX_ESTIMATE - (key >> 80) as u64))
     }
 }

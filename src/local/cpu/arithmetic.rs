@@ -17,10 +17,7 @@ pub fn sin_q20<L: Lanes>(token: L::FeatureToken, angle: L) -> L {
     let beyond = half.less_unsigned(angle.add(quarter));
     let folded = L::select(beyond, half.sub(angle), angle);
     let x = folded.min(L::splat(token, QUARTER_TURN as i32 - 1));
-    let sine = x.odd_polynomial(
-        30,
-        [80_971, -2_508_383, 42_782_427, -346_798_938, 843_314_837],
-    );
+    let sine = x.odd_polynomial(30, [80_971, -2_508_383, 42_782_427, -346_798_938, 843_314_837]);
     shift_round(token, sine, 9)
 }
 
@@ -46,14 +43,7 @@ pub fn atan2_turn<L: Lanes>(token: L::FeatureToken, y: L, x: L) -> L {
     let ratio = short.shl_each(scale).div_unsigned(divisor);
     let flat = ratio.shl(14).odd_polynomial(
         29,
-        [
-            -4_005_397,
-            17_993_950,
-            -39_792_550,
-            66_148_740,
-            -113_684_708,
-            341_774_852,
-        ],
+        [-4_005_397, 17_993_950, -39_792_550, 66_148_740, -113_684_708, 341_774_852],
     );
     let octant = L::select(steep, L::splat(token, QUARTER_TURN as i32).sub(flat), flat);
     let back = x.less(zero);

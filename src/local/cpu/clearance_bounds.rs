@@ -26,9 +26,7 @@ impl ClearanceBounds {
         (displacements, pyramid): (&DisplacementBounds, &MinPyramid),
         register_tiles: &mut RegisterTiles,
     ) {
-        let SampleTile {
-            problem, inputs, ..
-        } = *tile;
+        let SampleTile { problem, inputs, .. } = *tile;
         self.lower.resize(tile.lists() * inputs.boxes, [0; GROUPS]);
         if L::HAS_REGISTER_LOOKUP {
             register_tiles.begin(tile);

@@ -29,10 +29,7 @@ struct ColumnBounds {
 
 impl Default for ColumnBounds {
     fn default() -> Self {
-        Self {
-            min: [0; ROOM],
-            max: [0; ROOM],
-        }
+        Self { min: [0; ROOM], max: [0; ROOM] }
     }
 }
 
@@ -49,8 +46,7 @@ impl DisplacementBounds {
         for list in [&mut self.min, &mut self.max] {
             list.resize(inputs.steps + inputs.group as usize, 0);
         }
-        self.columns
-            .resize(2 + 2 * discs.len(), ColumnBounds::default());
+        self.columns.resize(2 + 2 * discs.len(), ColumnBounds::default());
         for number in 0..self.columns.len() {
             if number >= 2 && discs[number / 2 - 1].is_central() {
                 let place = column(&tables[0], inputs, number)[0];
@@ -157,10 +153,7 @@ fn cells<L: Lanes>(
     (displacement, disc_bounds): (&ColumnBounds, &ColumnBounds),
     at: usize,
 ) -> (L, L) {
-    let (slowest, fastest) = (
-        L::splat(token, vx_samples[0]),
-        L::splat(token, vx_samples[1]),
-    );
+    let (slowest, fastest) = (L::splat(token, vx_samples[0]), L::splat(token, vx_samples[1]));
     let min = L::load(token, &displacement.min[at..]);
     let max = L::load(token, &displacement.max[at..]);
     let [one, two] = [slowest.mul(min), fastest.mul(min)];

@@ -98,21 +98,12 @@ impl DisplacementTable {
         }
         self.cosines.resize(angles, 0);
         self.sines.resize(angles, 0);
-        for list in [
-            &mut self.x,
-            &mut self.y,
-            &mut self.x_halves,
-            &mut self.y_halves,
-        ] {
+        for list in [&mut self.x, &mut self.y, &mut self.x_halves, &mut self.y_halves] {
             list.resize(inputs.steps, 0);
         }
-        for list in [
-            &mut self.disc_x,
-            &mut self.disc_y,
-            &mut self.across,
-            &mut self.along,
-            &mut self.cell,
-        ] {
+        for list in
+            [&mut self.disc_x, &mut self.disc_y, &mut self.across, &mut self.along, &mut self.cell]
+        {
             list.resize(cells, 0);
         }
         if L::HAS_REGISTER_LOOKUP {
@@ -158,18 +149,8 @@ impl DisplacementTable {
         let (zero, low) = (L::splat(token, 0), L::splat(token, 0xFFFF));
         let steps = L::splat(token, header.steps as i32);
         let lists = [
-            (
-                &self.cosines,
-                &mut self.x,
-                &mut self.x_halves,
-                &mut self.end_x,
-            ),
-            (
-                &self.sines,
-                &mut self.y,
-                &mut self.y_halves,
-                &mut self.end_y,
-            ),
+            (&self.cosines, &mut self.x, &mut self.x_halves, &mut self.end_x),
+            (&self.sines, &mut self.y, &mut self.y_halves, &mut self.end_y),
         ];
         for (values, sums, halves, end) in lists {
             *end = 0;

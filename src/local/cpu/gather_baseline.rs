@@ -63,9 +63,6 @@ impl LaneTask for Gathering<'_> {
                 );
             }
         }
-        one.min_dirty_high(two)
-            .min_dirty_high(three.min_dirty_high(four))
-            .mask_high()
-            .reduce_min()
+        one.min_dirty_high(two).min_dirty_high(three.min_dirty_high(four)).mask_high().reduce_min()
     }
 }

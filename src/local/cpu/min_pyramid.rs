@@ -47,19 +47,13 @@ impl<L: Lanes> Boxes<L> {
     #[inline(always)]
     pub fn empty(token: L::FeatureToken) -> Self {
         let empty = (L::splat(token, i32::MAX), L::splat(token, i32::MIN));
-        Self {
-            columns: empty,
-            rows: empty,
-        }
+        Self { columns: empty, rows: empty }
     }
 
     /// The smallest boxes that contain both.
     #[inline(always)]
     pub fn union(self, other: Self) -> Self {
-        Self {
-            columns: union(self.columns, other.columns),
-            rows: union(self.rows, other.rows),
-        }
+        Self { columns: union(self.columns, other.columns), rows: union(self.rows, other.rows) }
     }
 }
 
@@ -139,12 +133,7 @@ impl MinPyramid {
     /// Lower bounds of the entries in the boxes; zero for a box that is too large. Boxes are clipped to the region.
     #[inline(always)]
     pub fn lower_bounds<L: Lanes>(&self, token: L::FeatureToken, boxes: &Boxes<L>) -> L {
-        let Region {
-            column,
-            row,
-            width,
-            height,
-        } = self.region;
+        let Region { column, row, width, height } = self.region;
         let columns = within(token, boxes.columns, column, width);
         let rows = within(token, boxes.rows, row, height);
         let one = L::splat(token, 1);
@@ -191,10 +180,7 @@ fn within<L: Lanes>(
 ) -> (L, L) {
     let (corner, most) = (L::splat(token, corner), L::splat(token, cells - 1));
     let zero = L::splat(token, 0);
-    (
-        first.sub(corner).max(zero).min(most),
-        last.sub(corner).max(zero).min(most),
-    )
+    (first.sub(corner).max(zero).min(most), last.sub(corner).max(zero).min(most))
 }
 
 /// Starts of the two squares along one axis. If the box is longer than a square, they are at both ends; otherwise both
@@ -219,10 +205,8 @@ fn square_starts<L: Lanes>(
 fn build_level(smaller: &[u16], larger: &mut [u16], stride: usize, side: usize) {
     let len = larger.len();
     let (left, right) = (&smaller[..len], &smaller[side..][..len]);
-    let (above, diagonal) = (
-        &smaller[side * stride..][..len],
-        &smaller[side * stride + side..][..len],
-    );
+    let (above, diagonal) =
+        (&smaller[side * stride..][..len], &smaller[side * stride + side..][..len]);
     for index in 0..len {
         let lower = left[index].min(right[index]);
         larger[index] = lower.min(above[index].min(diagonal[index]));

@@ -69,12 +69,7 @@ impl CpuEngine {
     #[must_use]
     pub fn single_threaded() -> Self {
         let instructions = InstructionSet::best();
-        Self::new(
-            instructions,
-            Kernel::of(instructions).unwrap_or(Kernel::Portable),
-            None,
-            1,
-        )
+        Self::new(instructions, Kernel::of(instructions).unwrap_or(Kernel::Portable), None, 1)
     }
 
     /// An engine that works in the caller's thread and `threads - 1` others; with 0 or 1 in the caller's alone.
@@ -94,18 +89,13 @@ impl CpuEngine {
         threads: usize,
     ) -> Result<Self, EngineError> {
         let kernel = Self::kernel_of(instructions)?;
-        let pool = if threads > 1 {
-            Some(ThreadPool::new(threads - 1)?)
-        } else {
-            None
-        };
+        let pool = if threads > 1 { Some(ThreadPool::new(threads - 1)?) } else { None };
         Ok(Self::new(instructions, kernel, pool, threads.max(1)))
     }
 
     fn kernel_of(instructions: InstructionSet) -> Result<Kernel, EngineError> {
-        Kernel::of(instructions).ok_or(EngineError::UnsupportedInstructionSet {
-            name: instructions.as_str(),
-        })
+        Kernel::of(instructions)
+            .ok_or(EngineError::UnsupportedInstructionSet { name: instructions.as_str() })
     }
 
     fn new(
@@ -114,11 +104,7 @@ impl CpuEngine {
         pool: Option<ThreadPool>,
         threads: usize,
     ) -> Self {
-        let shards = if threads > 1 {
-            threads * SHARDS_PER_THREAD
-        } else {
-            1
-        };
+        let shards = if threads > 1 { threads * SHARDS_PER_THREAD } else { 1 };
         Self {
             instructions,
             kernel,
@@ -176,10 +162,7 @@ impl CpuEngine {
         let row = bound.1 as usize / problem.vx_samples.len();
         let candidate = unlocked(&mut self.shards[number]).best_of_row(&argmax, row, NO_CANDIDATE);
         let shards = &self.shards;
-        let pool = self
-            .pool
-            .as_mut()
-            .filter(|_| problem.len() >= PARALLEL_ARGMAX_SAMPLES);
+        let pool = self.pool.as_mut().filter(|_| problem.len() >= PARALLEL_ARGMAX_SAMPLES);
         for_each_shard(pool, shards, |_, shard| {
             shard.select_best(&argmax, candidate);
         });
@@ -194,11 +177,7 @@ impl CpuEngine {
         let inputs = &self.inputs;
         let mut shards = self.shards.iter_mut().map(unlocked);
         let shard = shards.find(|shard| shard.rows().contains(&row))?;
-        Some(Winner {
-            index,
-            score,
-            terms: shard.sample(problem, inputs, row, column).terms,
-        })
+        Some(Winner { index, score, terms: shard.sample(problem, inputs, row, column).terms })
     }
 
     /// All samples in order of index: shards and their rows are in that order.
@@ -230,10 +209,7 @@ fn for_each_shard(
             let Some(shard) = shards.get(number) else {
                 break;
             };
-            each(
-                number,
-                &mut shard.lock().unwrap_or_else(PoisonError::into_inner),
-            );
+            each(number, &mut shard.lock().unwrap_or_else(PoisonError::into_inner));
         }
     };
     match pool {
@@ -270,20 +246,12 @@ impl Engine for CpuEngine {
         self.pyramid.clear();
         let is_scalar = matches!(self.kernel, Kernel::Scalar);
         if !is_scalar && self.inputs.order_free && self.inputs.allows_pruning {
-            self.kernel.run(BuildMinPyramid {
-                pyramid: &mut self.pyramid,
-                problem,
-            });
+            self.kernel.run(BuildMinPyramid { pyramid: &mut self.pyramid, problem });
         }
         self.evaluate_rows(problem);
         let (stats, best) = self.select(problem);
         let winner = self.winner(problem, best);
         let samples = (detail == Detail::Samples).then(|| self.samples(problem));
-        Ok(Evaluation {
-            counts: stats.counts,
-            totals: stats.totals,
-            winner,
-            samples,
-        })
+        Ok(Evaluation { counts: stats.counts, totals: stats.totals, winner, samples })
     }
 }

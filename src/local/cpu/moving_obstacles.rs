@@ -162,10 +162,8 @@ impl MovingObstacles {
             return;
         }
         let bits = problem.header.coarse_bits;
-        for (table, clearances) in chunk
-            .tables
-            .iter()
-            .zip(clearances.chunks_exact_mut(inputs.stride))
+        for (table, clearances) in
+            chunk.tables.iter().zip(clearances.chunks_exact_mut(inputs.stride))
         {
             for at in (chunk.first..chunk.end).step_by(L::COUNT) {
                 let coarse = L::load(token, &inputs.coarse[at..]);
@@ -187,9 +185,5 @@ impl MovingObstacles {
 /// Bit mask of the lanes that are steps of the horizon.
 fn horizon_lanes(steps: u32, at: usize, lanes: usize) -> u32 {
     let left = (steps as usize).saturating_sub(at);
-    if left >= lanes {
-        u32::MAX
-    } else {
-        (1 << left) - 1
-    }
+    if left >= lanes { u32::MAX } else { (1 << left) - 1 }
 }

@@ -86,12 +86,7 @@ pub fn evaluate<L: Lanes>(
         free = L::select(active, free.add(L::splat(token, 1)), free);
     }
     if !by_arc {
-        return LaneOutcome {
-            collision,
-            outside,
-            clearance: least,
-            available: least,
-        };
+        return LaneOutcome { collision, outside, clearance: least, available: least };
     }
     // The end of a trajectory decides only if no step is free.
     let started = zero.less(free);
@@ -118,16 +113,11 @@ fn distance_or_off<L: Lanes>(
     y: L,
 ) -> (L, L::Mask) {
     let header = &problem.header;
-    let (width, height) = (
-        L::splat(token, header.width as i32),
-        L::splat(token, header.height as i32),
-    );
+    let (width, height) =
+        (L::splat(token, header.width as i32), L::splat(token, header.height as i32));
     let (column, row) = (x.sar(header.cell_bits), y.sar(header.cell_bits));
     let on = L::mask_and(column.less_unsigned(width), row.less_unsigned(height));
-    let distance = row
-        .mul(width)
-        .add(column)
-        .gather(problem.field.padded_units());
+    let distance = row.mul(width).add(column).gather(problem.field.padded_units());
     let zero = L::splat(token, 0);
     (distance, L::mask_and_not(zero.equal(zero), on))
 }
@@ -143,9 +133,7 @@ pub fn squared_distance<L: Lanes>(token: L::FeatureToken, x: L, y: L, to_x: i32,
 /// Limits a coordinate so that two squares fit in 32 bits.
 #[inline(always)]
 pub fn clamp_offset<L: Lanes>(token: L::FeatureToken, value: L) -> L {
-    value
-        .min(L::splat(token, MAX_OFFSET))
-        .max(L::splat(token, -MAX_OFFSET))
+    value.min(L::splat(token, MAX_OFFSET)).max(L::splat(token, -MAX_OFFSET))
 }
 
 /// Two squares of this fit in 32 bits.
@@ -161,10 +149,7 @@ pub fn nearest_clearance<L: Lanes>(
 ) -> L {
     let radii = L::splat(token, radii);
     let reach = clearance.add(radii);
-    let near = L::mask_and(
-        L::splat(token, 0).less(reach),
-        squared.less_unsigned(reach.mul(reach)),
-    );
+    let near = L::mask_and(L::splat(token, 0).less(reach), squared.less_unsigned(reach.mul(reach)));
     // The root is computed only where it can matter, which is rare.
     if L::bitmask(near) == 0 {
         clearance

@@ -26,10 +26,7 @@ impl<'a> Positions<'a> {
         let first = disc * steps;
         Self {
             moved: [&table.x_halves[..steps], &table.y_halves[..steps]],
-            standing: [
-                &table.x_scaled[first..][..steps],
-                &table.y_scaled[first..][..steps],
-            ],
+            standing: [&table.x_scaled[first..][..steps], &table.y_scaled[first..][..steps]],
         }
     }
 
@@ -53,10 +50,7 @@ impl<'a> PairedLookup<'a> {
         other: &'a DisplacementTable,
         disc: usize,
     ) -> Self {
-        Self {
-            one: Positions::new(inputs, one, disc),
-            other: Positions::new(inputs, other, disc),
-        }
+        Self { one: Positions::new(inputs, one, disc), other: Positions::new(inputs, other, disc) }
     }
 
     /// The smallest entries at the steps of some groups, the first row in the lower halves of the lanes.

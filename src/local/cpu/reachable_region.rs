@@ -69,10 +69,8 @@ fn displacement_range<L: Lanes>(
     heading: u32,
 ) -> (i32, i32) {
     let header = &problem.header;
-    let (Some(first), Some(last)) = (
-        problem.vtheta_samples.first(),
-        problem.vtheta_samples.last(),
-    ) else {
+    let (Some(first), Some(last)) = (problem.vtheta_samples.first(), problem.vtheta_samples.last())
+    else {
         return (0, 0);
     };
     // Turn rates increase from the first to the last, and differ by less than a full turn per step.
@@ -83,11 +81,7 @@ fn displacement_range<L: Lanes>(
         let (min_cosines, max_cosines) =
             cosines::<L>(token, begin, heading, (first.angle_per_step, apart));
         let left = (header.steps - begin) as usize;
-        for (one, other) in min_cosines
-            .iter()
-            .zip(&max_cosines)
-            .take(left.min(L::COUNT))
-        {
+        for (one, other) in min_cosines.iter().zip(&max_cosines).take(left.min(L::COUNT)) {
             min_sum += one - ROUNDING_Q20;
             max_sum += other + ROUNDING_Q20;
             for sum in [min_sum, max_sum] {
@@ -105,17 +99,11 @@ fn displacement_range<L: Lanes>(
 /// The coarse speeds of the slowest and of the fastest sample.
 fn speed_range(problem: &QuantizedProblem) -> [i32; 2] {
     let coarse = |vx: Option<&VxSample>| vx.map_or(0, |vx| vx.coarse);
-    [
-        coarse(problem.vx_samples.first()),
-        coarse(problem.vx_samples.last()),
-    ]
+    [coarse(problem.vx_samples.first()), coarse(problem.vx_samples.last())]
 }
 
 fn displacement(header: &Header, coarse: i32, sum: i32) -> i32 {
-    shift_round(
-        coarse * shift_round(sum, header.table_bits),
-        header.coarse_bits,
-    )
+    shift_round(coarse * shift_round(sum, header.table_bits), header.coarse_bits)
 }
 
 /// Minima and maxima of the cosines of all headings at the steps from `begin`. The first row turns by `angle_per_step`

@@ -55,10 +55,7 @@ struct Cells {
 impl Cells {
     #[inline(always)]
     fn union(self, other: Self) -> Self {
-        Self {
-            columns: union(self.columns, other.columns),
-            rows: union(self.rows, other.rows),
-        }
+        Self { columns: union(self.columns, other.columns), rows: union(self.rows, other.rows) }
     }
 
     #[inline(always)]
@@ -110,10 +107,7 @@ impl RegisterTiles {
     ) {
         remaining.clear();
         self.batch.clear();
-        let mut all = Cells {
-            columns: [0; 2],
-            rows: [0; 2],
-        };
+        let mut all = Cells { columns: [0; 2], rows: [0; 2] };
         let mut groups = groups.iter();
         loop {
             let group = groups.next().copied();
@@ -123,11 +117,7 @@ impl RegisterTiles {
                     remaining.push(group);
                     continue;
                 }
-                let both = if self.batch.as_slice().is_empty() {
-                    here
-                } else {
-                    all.union(here)
-                };
+                let both = if self.batch.as_slice().is_empty() { here } else { all.union(here) };
                 if both.fit(LARGE_TILE) {
                     all = both;
                     self.batch.push(group);
@@ -190,9 +180,7 @@ impl RegisterTiles {
         cells: Cells,
         clearances: &mut [i32],
     ) {
-        let SampleTile {
-            problem, inputs, ..
-        } = *tile;
+        let SampleTile { problem, inputs, .. } = *tile;
         let header = &problem.header;
         let square = pyramid.square(cells.columns[0], cells.rows[0]);
         let register_tile = L::register_tile::<SIDE>(token, &square);
@@ -207,16 +195,8 @@ impl RegisterTiles {
                 let vx = L::load(token, &inputs.coarse_twice[at..]);
                 let groups = (self.batch.as_slice(), inputs);
                 let both = two.nearest::<L, SIDE>(token, &register_tile, groups, vx, bits);
-                lower(
-                    token,
-                    both.mask_high().sub(radius),
-                    &mut clearances[row + at..],
-                );
-                lower(
-                    token,
-                    both.shr(16).sub(radius),
-                    &mut clearances[last + at..],
-                );
+                lower(token, both.mask_high().sub(radius), &mut clearances[row + at..]);
+                lower(token, both.shr(16).sub(radius), &mut clearances[last + at..]);
             }
         }
     }

@@ -112,25 +112,15 @@ impl<L: Lanes> Row<'_, L> {
         let ended = L::mask_or(outcome.collision, outcome.outside);
         let rejected = L::mask_or(L::mask_or(ended, short), missing);
         let word = L::select(rejected, status_word(token, SampleStatus::CannotStop), zero);
-        let word = L::select(
-            outcome.outside,
-            status_word(token, SampleStatus::Outside),
-            word,
-        );
-        let word = L::select(
-            outcome.collision,
-            status_word(token, SampleStatus::Collision),
-            word,
-        );
+        let word = L::select(outcome.outside, status_word(token, SampleStatus::Outside), word);
+        let word = L::select(outcome.collision, status_word(token, SampleStatus::Collision), word);
         let valid = !L::bitmask(missing) & (u32::MAX >> (32 - L::COUNT));
         let bad = L::bitmask(rejected) & valid;
         let collision = L::bitmask(outcome.collision) & valid;
         let outside = L::bitmask(outcome.outside) & valid & !collision;
         self.stats.count(valid, bad, collision, outside);
         word.store(&mut samples[first..]);
-        outcome
-            .clearance
-            .store(&mut samples[inputs.stride + first..]);
+        outcome.clearance.store(&mut samples[inputs.stride + first..]);
     }
 
     /// Computes the final positions of one vector relative to the start, fine units.
@@ -149,10 +139,7 @@ impl<L: Lanes> Row<'_, L> {
     /// The final positions.
     #[inline(always)]
     fn end(&self, first: usize) -> (L, L) {
-        (
-            L::load(self.token, &self.ends.x[first..]),
-            L::load(self.token, &self.ends.y[first..]),
-        )
+        (L::load(self.token, &self.ends.x[first..]), L::load(self.token, &self.ends.y[first..]))
     }
 
     /// Stores the heading terms of the admissible samples of one vector.
@@ -188,9 +175,7 @@ impl<L: Lanes> Row<'_, L> {
             return;
         }
         let (x, y) = self.end(first);
-        let path = L::splat(token, header.key_x)
-            .sub(x)
-            .hypot(L::splat(token, header.key_y).sub(y));
+        let path = L::splat(token, header.key_x).sub(x).hypot(L::splat(token, header.key_y).sub(y));
         path.store(&mut samples[2 * inputs.stride + first..]);
     }
 

@@ -21,11 +21,7 @@ impl TermScale {
         Self {
             offset: normalizer.offset,
             mantissa: if bits >= 64 { 0 } else { normalizer.mantissa },
-            right: if bits > 0 && bits < 64 {
-                bits as u32
-            } else {
-                0
-            },
+            right: if bits > 0 && bits < 64 { bits as u32 } else { 0 },
             left: if bits < 0 { -bits as u32 } else { 0 },
         }
     }
@@ -66,13 +62,7 @@ impl LaneTask for RowArgmax<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, _: L::FeatureToken) -> Self::Output {
-        let Self {
-            inputs,
-            row,
-            samples,
-            scales,
-            min_score,
-        } = self;
+        let Self { inputs, row, samples, scales, min_score } = self;
         let columns = Columns {
             heading: &row[..samples],
             clearance: &row[inputs.stride..][..samples],

@@ -72,12 +72,7 @@ impl RowShard {
         if matches!(kernel, Kernel::Scalar) {
             self.evaluate_scalar(problem, inputs);
         } else {
-            kernel.run(EvaluateRows {
-                shard: self,
-                problem,
-                inputs,
-                pyramid,
-            });
+            kernel.run(EvaluateRows { shard: self, problem, inputs, pyramid });
         }
     }
 
@@ -87,8 +82,7 @@ impl RowShard {
         for (vtheta, row) in vtheta_samples.iter().zip(rows) {
             let stats = scalar::evaluate_row(problem, inputs, vtheta, &mut self.table, row);
             let has_admissible = stats.counts.admissible > 0;
-            self.best_terms
-                .push(has_admissible.then(|| best_terms(&stats.totals)));
+            self.best_terms.push(has_admissible.then(|| best_terms(&stats.totals)));
             self.total.merge(&stats);
         }
     }
@@ -103,20 +97,13 @@ impl RowShard {
     ) {
         let vtheta_samples = &problem.vtheta_samples[self.rows.clone()];
         let words = COLUMNS * inputs.stride;
-        let Scratch {
-            tables,
-            pruning,
-            ends,
-        } = &mut self.scratch;
+        let Scratch { tables, pruning, ends } = &mut self.scratch;
         let tiles = self.samples.chunks_mut(inputs.tile_rows * words);
         // Sized for the largest tile: the next decision may have more rows per tile.
         for table in tables.iter_mut().take(vtheta_samples.len()) {
             table.resize::<L>(inputs, problem.discs.len());
         }
-        for table in tables
-            .iter_mut()
-            .take(inputs.tile_rows.min(vtheta_samples.len()))
-        {
+        for table in tables.iter_mut().take(inputs.tile_rows.min(vtheta_samples.len())) {
             table.fill_central_discs::<L>(token, problem, inputs);
         }
         for (vtheta_samples, rows) in vtheta_samples.chunks(inputs.tile_rows).zip(tiles) {
@@ -125,12 +112,7 @@ impl RowShard {
                 table.fill::<L>(token, problem, inputs, vtheta);
             }
             if inputs.order_free {
-                let tile = SampleTile {
-                    problem,
-                    inputs,
-                    vtheta_samples,
-                    tables,
-                };
+                let tile = SampleTile { problem, inputs, vtheta_samples, tables };
                 pruning.prune::<L>(token, &tile, pyramid);
             }
             let mut stats = LaneStats::<L>::new(token);
@@ -257,20 +239,14 @@ impl LaneTask for EvaluateRows<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, token: L::FeatureToken) {
-        self.shard
-            .evaluate_lanes::<L>(token, self.problem, self.inputs, self.pyramid);
+        self.shard.evaluate_lanes::<L>(token, self.problem, self.inputs, self.pyramid);
     }
 }
 
 /// The best value of each term.
 const fn best_terms(totals: &Totals) -> [i32; 4] {
     let [heading, clearance, velocity, _] = totals.max;
-    [
-        heading as i32,
-        clearance as i32,
-        velocity as i32,
-        totals.min[3] as i32,
-    ]
+    [heading as i32, clearance as i32, velocity as i32, totals.min[3] as i32]
 }
 
 fn record(
@@ -282,10 +258,7 @@ fn record(
     let word = row[index] as u32;
     let status = SampleStatus::from_u32(word >> STATUS_SHIFT);
     if status != SampleStatus::Ok {
-        return SampleRecord {
-            status,
-            terms: Terms::default(),
-        };
+        return SampleRecord { status, terms: Terms::default() };
     }
     let terms = Terms {
         heading: word,

@@ -146,25 +146,16 @@ impl<L: Lanes> LaneStats<L> {
     #[inline(always)]
     pub fn finish(mut self) -> SampleStats {
         if self.counts.admissible == 0 {
-            return SampleStats {
-                counts: self.counts,
-                totals: Totals::default(),
-            };
+            return SampleStats { counts: self.counts, totals: Totals::default() };
         }
         self.flush();
-        let mut totals = Totals {
-            sums: self.flushed,
-            ..Totals::default()
-        };
+        let mut totals = Totals { sums: self.flushed, ..Totals::default() };
         let mut term = 0;
         while term < 4 {
             totals.min[term] = self.min[term].reduce_min() as u32;
             totals.max[term] = self.max[term].reduce_max() as u32;
             term += 1;
         }
-        SampleStats {
-            counts: self.counts,
-            totals,
-        }
+        SampleStats { counts: self.counts, totals }
     }
 }

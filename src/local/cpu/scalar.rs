@@ -27,11 +27,7 @@ pub fn evaluate_row(
             let end = rollout::end_position(header, vx, table);
             let terms = score::terms(header, vx, end_heading, end, clearance);
             select::accumulate(&mut stats.totals, terms.to_array());
-            words = [
-                terms.heading as i32,
-                terms.clearance as i32,
-                terms.path as i32,
-            ];
+            words = [terms.heading as i32, terms.clearance as i32, terms.path as i32];
         }
         for (column, word) in words.into_iter().enumerate() {
             samples[column * inputs.stride + index] = word;

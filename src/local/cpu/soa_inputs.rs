@@ -94,16 +94,8 @@ impl SoaInputs {
         self.stride = problem.vx_samples.len().next_multiple_of(MAX_LANES);
         self.steps = (header.steps as usize).next_multiple_of(MAX_LANES);
         let vx_samples = &problem.vx_samples;
-        column(
-            &mut self.coarse,
-            self.stride,
-            vx_samples.iter().map(|s| s.coarse),
-        );
-        column(
-            &mut self.fine,
-            self.stride,
-            vx_samples.iter().map(|s| s.fine),
-        );
+        column(&mut self.coarse, self.stride, vx_samples.iter().map(|s| s.coarse));
+        column(&mut self.fine, self.stride, vx_samples.iter().map(|s| s.fine));
         column(
             &mut self.velocity_term,
             self.stride,
@@ -124,13 +116,7 @@ impl SoaInputs {
                 let steps = 1..=self.steps as i32;
                 steps.map(move |steps| start + shift_round(at + steps.min(last) * step, 8))
             };
-            let QuantizedObstacle {
-                x,
-                y,
-                step_x,
-                step_y,
-                ..
-            } = *body;
+            let QuantizedObstacle { x, y, step_x, step_y, .. } = *body;
             self.tracks.extend(track(header.start_x, x, step_x));
             self.tracks.extend(track(header.start_y, y, step_y));
         }
@@ -172,9 +158,8 @@ impl SoaInputs {
 
         let chunk_cells = 2.0 * away * steps / cell;
         self.allows_pruning = chunk_cells <= MAX_CELLS;
-        self.boxes = ((chunk_cells / BOX_CELLS).ceil() as usize)
-            .clamp(1, MAX_BOXES)
-            .next_power_of_two();
+        self.boxes =
+            ((chunk_cells / BOX_CELLS).ceil() as usize).clamp(1, MAX_BOXES).next_power_of_two();
 
         // The headings of two rows diverge: the distance between the rows grows with the square of the steps.
         let vtheta = largest_turn(problem);
@@ -187,8 +172,7 @@ impl SoaInputs {
         for step in 1..=self.steps {
             let step = step as f64;
             let between_rows = vtheta * step * (fastest * step / 2.0 + f64::from(reach));
-            self.max_spread
-                .push(((away * step + between_rows).ceil() + ROUNDING) as i32);
+            self.max_spread.push(((away * step + between_rows).ceil() + ROUNDING) as i32);
         }
         self.divide_steps(header);
         // The distance driven straight ahead at the largest speed bounds every displacement.
@@ -216,11 +200,7 @@ impl SoaInputs {
             if group < self.groups {
                 self.group_starts[group * self.group as usize] = 1;
             }
-            self.absent_groups[group] = if group < self.groups {
-                i32::MIN
-            } else {
-                i32::MAX
-            };
+            self.absent_groups[group] = if group < self.groups { i32::MIN } else { i32::MAX };
         }
     }
 

@@ -12,10 +12,7 @@ pub struct StepGroups {
 
 impl Default for StepGroups {
     fn default() -> Self {
-        Self {
-            list: [0; GROUPS + MAX_LANES],
-            count: 0,
-        }
+        Self { list: [0; GROUPS + MAX_LANES], count: 0 }
     }
 }
 

@@ -81,27 +81,22 @@ impl StepPruning {
         tile: &SampleTile<'_>,
         pyramid: &MinPyramid,
     ) {
-        let SampleTile {
-            problem, inputs, ..
-        } = *tile;
+        let SampleTile { problem, inputs, .. } = *tile;
         // Reserves for the largest tile and for all steps: not every decision needs them.
         self.steps.clear();
         self.steps.reserve(inputs.steps + PAIR);
         self.clearances.clear();
         self.clearances.reserve(inputs.stride * MAX_ROWS);
         let cap = problem.header.max_clearance as i32;
-        self.clearances
-            .resize(inputs.stride * tile.tables.len(), cap);
+        self.clearances.resize(inputs.stride * tile.tables.len(), cap);
         let mut all_inside = true;
         for table in tile.tables {
             all_inside &= stays_on_field::<L>(token, problem, inputs, table);
         }
         if !pyramid.is_empty() && all_inside {
-            self.displacements
-                .fill::<L>(token, inputs, &problem.discs, tile.tables);
+            self.displacements.fill::<L>(token, inputs, &problem.discs, tile.tables);
             let sources = (&self.displacements, pyramid);
-            self.bounds
-                .fill::<L>(token, tile, sources, &mut self.register_tiles);
+            self.bounds.fill::<L>(token, tile, sources, &mut self.register_tiles);
             // A loop of two rounds, because the inlined lookup is large: one copy of it stays in the instruction cache.
             for round in 0..2 {
                 if round == 0 {
@@ -124,8 +119,7 @@ impl StepPruning {
                 first,
                 end: (first + inputs.chunk).min(inputs.stride),
             };
-            self.moving
-                .lower::<L>(token, problem, inputs, &chunk, &mut self.clearances);
+            self.moving.lower::<L>(token, problem, inputs, &chunk, &mut self.clearances);
         }
     }
 
@@ -150,9 +144,7 @@ impl StepPruning {
     /// Looks up every step.
     #[inline(always)]
     fn look_up_all<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
-        let SampleTile {
-            problem, inputs, ..
-        } = *tile;
+        let SampleTile { problem, inputs, .. } = *tile;
         let rows = self.clearances.chunks_exact_mut(inputs.stride);
         for (table, clearances) in tile.tables.iter().zip(rows) {
             for disc in 0..problem.discs.len() {
@@ -167,8 +159,7 @@ impl StepPruning {
     fn select_first<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         self.selected.resize_with(tile.lists(), StepGroups::default);
         for (list, selected) in self.selected.iter_mut().enumerate() {
-            self.bounds
-                .select_smallest::<L>(token, tile.inputs, list, selected);
+            self.bounds.select_smallest::<L>(token, tile.inputs, list, selected);
         }
     }
 
@@ -200,8 +191,7 @@ impl StepPruning {
     fn select_critical<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
         for (number, selected) in self.selected.iter_mut().enumerate() {
             let critical = &self.critical[tile.list_samples(number).samples];
-            self.bounds
-                .below::<L>(token, tile.inputs, number, critical, selected);
+            self.bounds.below::<L>(token, tile.inputs, number, critical, selected);
         }
     }
 
@@ -213,9 +203,7 @@ impl StepPruning {
         tile: &SampleTile<'_>,
         pyramid: &MinPyramid,
     ) {
-        let SampleTile {
-            problem, inputs, ..
-        } = *tile;
+        let SampleTile { problem, inputs, .. } = *tile;
         for (number, selected) in self.selected.iter().enumerate() {
             let list_samples = tile.list_samples(number);
             let mut groups = selected.as_slice();

@@ -60,19 +60,15 @@ impl ThreadPool {
             wake: Condvar::new(),
             done: Condvar::new(),
         });
-        let mut pool = Self {
-            shared,
-            workers: Vec::with_capacity(workers),
-        };
+        let mut pool = Self { shared, workers: Vec::with_capacity(workers) };
         for _ in 0..workers {
             let shared = Arc::clone(&pool.shared);
             let builder = std::thread::Builder::new().name("inbye".to_owned());
             let worker = builder.spawn(move || shared.run_worker());
-            pool.workers
-                .push(worker.map_err(|error| EngineError::ThreadSpawn {
-                    threads: workers + 1,
-                    message: error.to_string(),
-                })?);
+            pool.workers.push(worker.map_err(|error| EngineError::ThreadSpawn {
+                threads: workers + 1,
+                message: error.to_string(),
+            })?);
         }
         Ok(pool)
     }
@@ -128,10 +124,7 @@ impl Shared {
         spin_until(|| self.busy.load(Ordering::Acquire) == 0);
         let mut state = self.lock();
         while self.busy.load(Ordering::Acquire) > 0 {
-            state = self
-                .done
-                .wait(state)
-                .unwrap_or_else(PoisonError::into_inner);
+            state = self.done.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         state.task = None;
         state.panicked
@@ -163,10 +156,7 @@ impl Shared {
             match state.task {
                 Some(task) if state.number != last => return Some((state.number, task)),
                 _ => {
-                    state = self
-                        .wake
-                        .wait(state)
-                        .unwrap_or_else(PoisonError::into_inner);
+                    state = self.wake.wait(state).unwrap_or_else(PoisonError::into_inner);
                 }
             }
         }

@@ -20,11 +20,7 @@ pub struct BackOff {
 
 impl Default for BackOff {
     fn default() -> Self {
-        Self {
-            next_delay: FIRST_RETRY,
-            remaining: 0,
-            successes: 0,
-        }
+        Self { next_delay: FIRST_RETRY, remaining: 0, successes: 0 }
     }
 }
 

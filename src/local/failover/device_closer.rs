@@ -20,8 +20,7 @@ pub struct DeviceCloser(Vec<Receiver<()>>);
 impl DeviceCloser {
     /// Closes an engine without waiting.
     pub fn close(&mut self, engine: Box<dyn Engine>) {
-        self.0
-            .retain(|closed| closed.try_recv() == Err(TryRecvError::Empty));
+        self.0.retain(|closed| closed.try_recv() == Err(TryRecvError::Empty));
         let (done, closed) = channel();
         let close = move || {
             drop(engine);
@@ -29,11 +28,7 @@ impl DeviceCloser {
             let _ = done.send(());
         };
         // If the system refuses the thread, the closure and the engine are dropped here.
-        if thread::Builder::new()
-            .name("inbye-closer".to_owned())
-            .spawn(close)
-            .is_ok()
-        {
+        if thread::Builder::new().name("inbye-closer".to_owned()).spawn(close).is_ok() {
             self.0.push(closed);
         }
     }

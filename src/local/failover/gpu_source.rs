@@ -37,10 +37,7 @@ impl BackgroundOpener {
     /// Creates a source that opens engines with this function.
     #[must_use]
     pub fn new(open: impl Fn() -> Outcome + Send + Sync + 'static) -> Self {
-        Self {
-            open: Arc::new(open),
-            pending: None,
-        }
+        Self { open: Arc::new(open), pending: None }
     }
 
     fn start(&mut self) -> Result<(), EngineError> {
@@ -50,10 +47,7 @@ impl BackgroundOpener {
             .name("inbye-opening".to_owned())
             // The receiver is gone only when the engine is no longer needed.
             .spawn(move || done.send(open()))
-            .map_err(|error| EngineError::ThreadSpawn {
-                threads: 1,
-                message: error.to_string(),
-            })?;
+            .map_err(|error| EngineError::ThreadSpawn { threads: 1, message: error.to_string() })?;
         self.pending = Some(outcome);
         Ok(())
     }

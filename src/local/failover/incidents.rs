@@ -67,11 +67,7 @@ impl Incidents {
 
     fn record(&mut self, kind: Option<GpuFailureKind>, message: String) {
         if self.messages.len() < MAX_MESSAGES {
-            self.messages.push(Incident {
-                decision: self.decisions,
-                kind,
-                message,
-            });
+            self.messages.push(Incident { decision: self.decisions, kind, message });
         }
     }
 }

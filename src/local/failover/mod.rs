@@ -119,8 +119,7 @@ impl Failover {
                 self.gpu = Some(gpu);
             }
             Some(Err(error)) => {
-                self.incidents
-                    .record_reopen_failure(error.failure_kind(), error.to_string());
+                self.incidents.record_reopen_failure(error.failure_kind(), error.to_string());
                 self.back_off.record_failure();
             }
         }

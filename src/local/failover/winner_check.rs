@@ -37,16 +37,12 @@ impl WinnerCheck {
         })?;
         let admissible = answer.counts.admissible;
         let Some(winner) = &answer.winner else {
-            return ensure(
-                admissible == 0 && answer.totals == Totals::default(),
-                || format!("no winner among {admissible} admissible samples"),
-            );
+            return ensure(admissible == 0 && answer.totals == Totals::default(), || {
+                format!("no winner among {admissible} admissible samples")
+            });
         };
         ensure(are_possible(&answer.totals, admissible), || {
-            format!(
-                "impossible totals of {admissible} admissible samples: {:?}",
-                answer.totals
-            )
+            format!("impossible totals of {admissible} admissible samples: {:?}", answer.totals)
         })?;
         self.check_winner(problem, answer, winner)
     }
@@ -79,10 +75,7 @@ impl WinnerCheck {
             format!("the winner is sample {index} of {}", problem.len())
         })?;
         let expected = self.evaluate_sample(problem, index);
-        let claimed = SampleRecord {
-            status: SampleStatus::Ok,
-            terms: winner.terms,
-        };
+        let claimed = SampleRecord { status: SampleStatus::Ok, terms: winner.terms };
         ensure(claimed == expected, || {
             format!("the winner, sample {index}, is {claimed:?}, expected {expected:?}")
         })?;
@@ -95,26 +88,19 @@ impl WinnerCheck {
             let value = expected.terms.to_array()[term];
             (totals.min[term]..=totals.max[term]).contains(&value)
         });
-        ensure(within, || {
-            format!("the winner, sample {index}, is outside the totals {totals:?}")
-        })?;
+        ensure(within, || format!("the winner, sample {index}, is outside the totals {totals:?}"))?;
         let normalizers = score::normalizers(&problem.header, totals);
         let score = score::score(&expected.terms, &normalizers);
         ensure(winner.score == score, || {
-            format!(
-                "the winner, sample {index}, has the score {}, expected {score}",
-                winner.score
-            )
+            format!("the winner, sample {index}, has the score {}, expected {score}", winner.score)
         })
     }
 
     fn evaluate_sample(&mut self, problem: &QuantizedProblem, index: usize) -> SampleRecord {
         let header = &problem.header;
         let vx_count = problem.vx_samples.len();
-        let (vx, vtheta) = (
-            &problem.vx_samples[index % vx_count],
-            &problem.vtheta_samples[index / vx_count],
-        );
+        let (vx, vtheta) =
+            (&problem.vx_samples[index % vx_count], &problem.vtheta_samples[index / vx_count]);
         self.table.resize(rollout::table_words(header), 0);
         rollout::tabulate(header, vtheta, &problem.discs, &mut self.table);
         let (status, clearance) = rollout::evaluate_sample(problem, vx, vtheta, &self.table);

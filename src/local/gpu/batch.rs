@@ -58,12 +58,7 @@ impl Amount {
         let vx_samples = BATCH_HEAD_BYTES as u64 + self.problems * size_of::<BatchEntry>() as u64;
         let vtheta_samples = vx_samples + self.vx_samples * size_of::<VxSample>() as u64;
         let bodies = vtheta_samples + self.vtheta_samples * size_of::<VthetaSample>() as u64;
-        [
-            vx_samples,
-            vtheta_samples,
-            bodies,
-            bodies + self.body_words * 4,
-        ]
+        [vx_samples, vtheta_samples, bodies, bodies + self.body_words * 4]
     }
 
     fn sizes(&self) -> Sizes {
@@ -123,9 +118,7 @@ impl Sizes {
     /// Size of the largest buffer.
     #[must_use]
     pub fn largest(&self) -> u64 {
-        [self.input, self.field, self.table, self.readback()]
-            .into_iter()
-            .fold(0, u64::max)
+        [self.input, self.field, self.table, self.readback()].into_iter().fold(0, u64::max)
     }
 
     /// The maximum of both, part by part.
@@ -173,11 +166,8 @@ impl<'a> Batch<'a> {
     /// The longest prefix of `problems` that fits one submission; at least one problem if there is any.
     #[must_use]
     pub fn first_of(problems: &'a [QuantizedProblem]) -> Self {
-        let mut batch = Self {
-            problems: &problems[..0],
-            fields: Vec::new(),
-            amount: Amount::default(),
-        };
+        let mut batch =
+            Self { problems: &problems[..0], fields: Vec::new(), amount: Amount::default() };
         for (count, problem) in (1..=MAX_PROBLEMS).zip(problems) {
             let field = problem.field.as_ref();
             let is_new = batch.fields.iter().all(|held| held.id() != field.id());
@@ -249,15 +239,9 @@ impl<'a> Batch<'a> {
             };
             put(1, bytemuck::bytes_of(&BatchEntry { header, offsets }));
             put(2, bytemuck::cast_slice::<VxSample, u8>(&problem.vx_samples));
-            put(
-                3,
-                bytemuck::cast_slice::<VthetaSample, u8>(&problem.vtheta_samples),
-            );
+            put(3, bytemuck::cast_slice::<VthetaSample, u8>(&problem.vtheta_samples));
             put(4, bytemuck::cast_slice::<QuantizedDisc, u8>(&problem.discs));
-            put(
-                4,
-                bytemuck::cast_slice::<QuantizedObstacle, u8>(&problem.obstacles),
-            );
+            put(4, bytemuck::cast_slice::<QuantizedObstacle, u8>(&problem.obstacles));
             before = before.and(problem);
         }
         end as usize

@@ -47,9 +47,8 @@ impl Buffers {
         let answers = make("answers", sizes.answers, Usage::STORAGE | Usage::COPY_SRC);
         let readback_usage = Usage::MAP_READ | Usage::COPY_DST;
         let readback = make("readback", sizes.readback(), readback_usage);
-        let buffers = [
-            &input, &input, &input, &input, &field, &table, &records, &partials, &answers,
-        ];
+        let buffers =
+            [&input, &input, &input, &input, &field, &table, &records, &partials, &answers];
         let resources = buffers.into_iter().zip(sizes.bindings());
         let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
             .zip(resources)
@@ -95,10 +94,9 @@ impl Buffers {
     /// Writes a batch: the inputs in one piece, and the fields that the device does not hold yet.
     pub fn upload(&mut self, queue: &wgpu::Queue, batch: &Batch<'_>, first_stamp: u32) {
         let buffer = &self.field;
-        self.fields
-            .hold(&batch.fields, self.sizes.field, |at, field| {
-                write_field(queue, buffer, at, field);
-            });
+        self.fields.hold(&batch.fields, self.sizes.field, |at, field| {
+            write_field(queue, buffer, at, field);
+        });
         let first_field = |field: &ClearanceField| {
             let held = self.fields.find(field);
             held.expect("the fields of a batch are held by now")
@@ -152,11 +150,7 @@ pub(super) fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout 
         .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty,
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
             count: None,
         })
         .collect();

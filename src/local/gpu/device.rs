@@ -49,9 +49,7 @@ impl Adapter {
         let summary = AdapterSummary {
             name: info.name,
             backend: info.backend.to_str().to_owned(),
-            driver: format!("{} {}", info.driver, info.driver_info)
-                .trim()
-                .to_owned(),
+            driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
             software: info.device_type == wgpu::DeviceType::Cpu,
         };
         Self { inner, summary }
@@ -138,9 +136,7 @@ impl Device {
     /// Size of the largest buffer that the shaders can bind, bytes; at most what a `u32` can count.
     pub fn largest_buffer(&self) -> u64 {
         let limits = self.inner.limits();
-        let largest = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
+        let largest = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         largest.min(u64::from(u32::MAX))
     }
 
@@ -152,10 +148,8 @@ impl Device {
         mut outcome: impl FnMut() -> Option<T>,
     ) -> Result<T, EngineError> {
         let asks = core::iter::repeat_n(wgpu::PollType::Poll, self.polls);
-        let sleep = wgpu::PollType::Wait {
-            submission_index: Some(submission),
-            timeout: Some(deadline),
-        };
+        let sleep =
+            wgpu::PollType::Wait { submission_index: Some(submission), timeout: Some(deadline) };
         for poll in asks.chain([sleep]) {
             self.inner.poll(poll).map_err(|error| {
                 let kind = match error {
@@ -176,11 +170,7 @@ impl Device {
 
     /// The error of a device that gave no answer.
     pub fn failure(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
-        EngineError::Lost {
-            adapter: self.adapter.clone(),
-            kind,
-            message: message.into(),
-        }
+        EngineError::Lost { adapter: self.adapter.clone(), kind, message: message.into() }
     }
 }
 
@@ -233,14 +223,8 @@ mod tests {
         let description = String::new;
         let errors = [
             wgpu::Error::OutOfMemory { source: source() },
-            wgpu::Error::Internal {
-                source: source(),
-                description: description(),
-            },
-            wgpu::Error::Validation {
-                source: source(),
-                description: description(),
-            },
+            wgpu::Error::Internal { source: source(), description: description() },
+            wgpu::Error::Validation { source: source(), description: description() },
         ];
         let faults = Faults::default();
         let mut kinds = Vec::new();

@@ -107,11 +107,7 @@ impl Record {
         let terms = Terms {
             heading: self.heading,
             clearance: self.clearance,
-            velocity: if status == SampleStatus::Ok {
-                vx.velocity_term
-            } else {
-                0
-            },
+            velocity: if status == SampleStatus::Ok { vx.velocity_term } else { 0 },
             path: self.path,
         };
         SampleRecord { status, terms }
@@ -164,12 +160,7 @@ impl Answer {
         let [heading, clearance, velocity, path] = self.terms;
         let wide = |low: u32, high: u32| u64::from(high) << 32 | u64::from(low);
         Evaluation {
-            counts: Counts {
-                admissible,
-                collision,
-                cannot_stop,
-                outside,
-            },
+            counts: Counts { admissible, collision, cannot_stop, outside },
             totals: Totals {
                 sums: core::array::from_fn(|term| wide(self.sums_low[term], self.sums_high[term])),
                 min: self.min,
@@ -178,12 +169,7 @@ impl Answer {
             winner: (admissible > 0).then(|| Winner {
                 index: self.winner,
                 score: wide(self.score_low, self.score_high) as i64,
-                terms: Terms {
-                    heading,
-                    clearance,
-                    velocity,
-                    path,
-                },
+                terms: Terms { heading, clearance, velocity, path },
             }),
             samples,
         }

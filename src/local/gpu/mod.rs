@@ -49,14 +49,8 @@ impl GpuEngine {
         let device = adapter.open()?;
         let layout = buffers::bind_group_layout(&device.inner);
         let pipelines = pipelines::make(&device, &layout)?;
-        let mut engine = Self {
-            device,
-            pipelines,
-            layout,
-            buffers: None,
-            stamp: 0,
-            timeout: TIMEOUT,
-        };
+        let mut engine =
+            Self { device, pipelines, layout, buffers: None, stamp: 0, timeout: TIMEOUT };
         engine.evaluate(&warm_up_problem(), Detail::Samples)?;
         Ok(engine)
     }
@@ -161,10 +155,8 @@ impl GpuEngine {
         batch: &Batch<'_>,
         detail: Detail,
     ) -> (wgpu::SubmissionIndex, u64) {
-        let mut encoder = self
-            .device
-            .inner
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, buffers.bind_group(), &[]);
@@ -198,9 +190,7 @@ impl GpuEngine {
             .wait(submission, deadline, || receiver.try_recv().ok())?
             .map_err(|error| unmapped(error.to_string()))?;
         let result = {
-            let view = slice
-                .get_mapped_range()
-                .map_err(|error| unmapped(error.to_string()))?;
+            let view = slice.get_mapped_range().map_err(|error| unmapped(error.to_string()))?;
             read(&view)
         };
         buffers.readback().unmap();
@@ -246,12 +236,7 @@ impl Engine for GpuEngine {
 
 /// The smallest problem: one sample of one step at rest on a free cell.
 fn warm_up_problem() -> QuantizedProblem {
-    let frame = GridFrame {
-        width: 1,
-        height: 1,
-        resolution_m: 0.1,
-        origin: Pose::default(),
-    };
+    let frame = GridFrame { width: 1, height: 1, resolution_m: 0.1, origin: Pose::default() };
     let field = ClearanceField::new(&ObstacleGrid::new(frame, vec![false]))
         .expect("10 cm is within the range of resolutions");
     QuantizedProblem {

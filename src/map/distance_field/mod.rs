@@ -109,10 +109,8 @@ mod tests {
 
     fn brute_force(obstacles: &ObstacleGrid) -> Vec<u32> {
         let frame = obstacles.frame();
-        let sites: Vec<Cell> = (0..frame.len())
-            .filter(|&i| obstacles.cells()[i])
-            .map(|i| frame.cell_at(i))
-            .collect();
+        let sites: Vec<Cell> =
+            (0..frame.len()).filter(|&i| obstacles.cells()[i]).map(|i| frame.cell_at(i)).collect();
         (0..frame.len())
             .map(|index| {
                 let cell = frame.cell_at(index);
@@ -129,12 +127,7 @@ mod tests {
     }
 
     fn check(width: i32, height: i32, blocked: Vec<bool>) {
-        let frame = GridFrame {
-            width,
-            height,
-            resolution_m: 0.1,
-            origin: Pose::default(),
-        };
+        let frame = GridFrame { width, height, resolution_m: 0.1, origin: Pose::default() };
         let obstacles = ObstacleGrid::new(frame, blocked);
         let field = DistanceField::new(&obstacles);
         let expected = brute_force(&obstacles);

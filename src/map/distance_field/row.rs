@@ -80,10 +80,7 @@ impl<T: Lane> Row<T> {
         while stride > 1 {
             let half = stride / 2;
             for end in (half..last_end).step_by(stride) {
-                let between = (
-                    self.nearest[end - half],
-                    self.nearest[(end + half).min(last_end)],
-                );
+                let between = (self.nearest[end - half], self.nearest[(end + half).min(last_end)]);
                 self.find_nearest_at(end, between, heights, reach);
             }
             stride = half;

@@ -85,11 +85,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<GreyImage, MapError> {
         let rows = pixels.chunks_exact(header.width as usize).rev();
         pixels = rows.flatten().copied().collect();
     }
-    Ok(GreyImage {
-        width: header.width,
-        height: header.height,
-        pixels,
-    })
+    Ok(GreyImage { width: header.width, height: header.height, pixels })
 }
 
 impl Header {
@@ -102,23 +98,15 @@ impl Header {
             return Err(bad_image(format!("unknown header of {size} bytes")));
         }
         let (width, height) = if is_core {
-            (
-                input.number(AT + 4, 2)? as i32,
-                input.number(AT + 6, 2)? as i32,
-            )
+            (input.number(AT + 4, 2)? as i32, input.number(AT + 6, 2)? as i32)
         } else {
-            (
-                input.number(AT + 4, 4)? as i32,
-                input.number(AT + 8, 4)? as i32,
-            )
+            (input.number(AT + 4, 4)? as i32, input.number(AT + 8, 4)? as i32)
         };
         if !(1..=MAX_SIDE).contains(&width) || height == 0 || height > MAX_SIDE {
             return Err(bad_image(format!("size of {width} x {height} pixels")));
         }
         let is_top_down = height < 0;
-        let height = height
-            .checked_abs()
-            .ok_or_else(|| bad_image("invalid height"))?;
+        let height = height.checked_abs().ok_or_else(|| bad_image("invalid height"))?;
         let after_size = if is_core { AT + 8 } else { AT + 12 };
         if input.number(after_size, 2)? != 1 {
             return Err(bad_image("more than one plane"));
@@ -137,9 +125,7 @@ impl Header {
             _ => false,
         };
         if !is_supported {
-            return Err(bad_image(format!(
-                "compression {compression} with {bits} bits per pixel"
-            )));
+            return Err(bad_image(format!("compression {compression} with {bits} bits per pixel")));
         }
         if bits <= 8 && colors > 1 << bits {
             return Err(bad_image(format!(
@@ -171,11 +157,7 @@ impl Header {
 
     /// All pixels, in the order of the file's rows.
     fn pixels(&self, input: &Input<'_>) -> Result<Vec<Pixel>, MapError> {
-        let palette = if self.bits_per_pixel <= 8 {
-            self.palette(input)?
-        } else {
-            Vec::new()
-        };
+        let palette = if self.bits_per_pixel <= 8 { self.palette(input)? } else { Vec::new() };
         match self.encoding {
             Encoding::RunLength => self.run_length_pixels(input, &palette),
             Encoding::Uncompressed => self.uncompressed_pixels(input, &palette),
@@ -190,9 +172,8 @@ impl Header {
         };
         let bytes = input.slice(self.palette_at, colors * self.color_bytes)?;
         let entries = bytes.chunks_exact(self.color_bytes);
-        let mut palette: Vec<Pixel> = entries
-            .map(|entry| Pixel::from_rgb([entry[2], entry[1], entry[0]]))
-            .collect();
+        let mut palette: Vec<Pixel> =
+            entries.map(|entry| Pixel::from_rgb([entry[2], entry[1], entry[0]])).collect();
         palette.resize(256, Pixel::BLACK);
         Ok(palette)
     }
@@ -235,12 +216,7 @@ impl Header {
         let corrupt = || bad_image("corrupt run-length data");
         let (width, height) = (self.width as usize, self.height as usize);
         let mut pixels = vec![Pixel::BLACK; width * height];
-        let mut rest = input
-            .0
-            .get(self.pixels_at..)
-            .ok_or_else(corrupt)?
-            .iter()
-            .copied();
+        let mut rest = input.0.get(self.pixels_at..).ok_or_else(corrupt)?.iter().copied();
         let mut next = || rest.next().ok_or_else(corrupt);
         // `column` counts stored pixels and may exceed the width after an 8-bit run beyond the row.
         let (mut row, mut column, mut at) = (0, 0, 0);
@@ -306,10 +282,7 @@ impl Channels {
     /// Equal channels in the order blue, green, red from the lowest bit, without alpha.
     const fn packed(bits: u32) -> Self {
         Self {
-            red: Channel {
-                shift: 2 * bits,
-                bits,
-            },
+            red: Channel { shift: 2 * bits, bits },
             green: Channel { shift: bits, bits },
             blue: Channel { shift: 0, bits },
             alpha: None,
@@ -348,10 +321,7 @@ impl Channel {
             return Err(bad_image("invalid bit mask"));
         }
         let excess = bits.saturating_sub(8);
-        Ok(Some(Self {
-            shift: shift + excess,
-            bits: bits - excess,
-        }))
+        Ok(Some(Self { shift: shift + excess, bits: bits - excess }))
     }
 
     /// The channel's value scaled to 0..=255, rounded.

@@ -61,12 +61,8 @@ impl GreyImage {
         let read = File::open(path)
             .and_then(|file| file.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes));
         match read {
-            Err(error) => Err(MapError::Unreadable {
-                reason: error.to_string(),
-            }),
-            Ok(length) if length > MAX_BYTES => Err(MapError::TooLarge {
-                limit: MAX_BYTES as u64,
-            }),
+            Err(error) => Err(MapError::Unreadable { reason: error.to_string() }),
+            Ok(length) if length > MAX_BYTES => Err(MapError::TooLarge { limit: MAX_BYTES as u64 }),
             Ok(_) => Self::decode(&bytes),
         }
     }
@@ -103,18 +99,11 @@ fn decode_png(bytes: &[u8]) -> Result<GreyImage, MapError> {
     let size = reader.output_buffer_size();
     let mut buffer = vec![0; size.ok_or_else(|| bad_image("the image is too large"))?];
     let info = reader.next_frame(&mut buffer).map_err(failed)?;
-    let sample_bytes = if info.bit_depth == BitDepth::Sixteen {
-        2
-    } else {
-        1
-    };
+    let sample_bytes = if info.bit_depth == BitDepth::Sixteen { 2 } else { 1 };
     let pixel = |bytes: &[u8]| {
         let sample = |channel: usize| match sample_bytes {
             1 => bytes[channel],
-            _ => to_8_bits(u16::from_be_bytes([
-                bytes[2 * channel],
-                bytes[2 * channel + 1],
-            ])),
+            _ => to_8_bits(u16::from_be_bytes([bytes[2 * channel], bytes[2 * channel + 1]])),
         };
         let rgb = || Pixel::from_rgb([sample(0), sample(1), sample(2)]);
         let (color, alpha) = match info.color_type {
@@ -123,10 +112,7 @@ fn decode_png(bytes: &[u8]) -> Result<GreyImage, MapError> {
             ColorType::Rgb => (rgb(), u8::MAX),
             ColorType::Rgba => (rgb(), sample(3)),
         };
-        Pixel {
-            opaque: alpha == u8::MAX,
-            ..color
-        }
+        Pixel { opaque: alpha == u8::MAX, ..color }
     };
     let pixels =
         buffer[..info.buffer_size()].chunks_exact(info.color_type.samples() * sample_bytes);
@@ -138,9 +124,7 @@ fn decode_png(bytes: &[u8]) -> Result<GreyImage, MapError> {
 }
 
 fn bad_image(reason: impl Into<String>) -> MapError {
-    MapError::BadImage {
-        reason: reason.into().chars().take(MAX_REASON).collect(),
-    }
+    MapError::BadImage { reason: reason.into().chars().take(MAX_REASON).collect() }
 }
 
 /// Rounds a sample of 16 bits to 8.

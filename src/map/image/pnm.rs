@@ -24,33 +24,19 @@ pub(super) fn decode(bytes: &[u8]) -> Result<GreyImage, MapError> {
         _ => input.header_number()?,
     };
     if !(1..=0xffff).contains(&max) {
-        return Err(bad_image(format!(
-            "largest value {max}: it must be 1 to 65535"
-        )));
+        return Err(bad_image(format!("largest value {max}: it must be 1 to 65535")));
     }
     check_size(i64::from(width), i64::from(height))?;
     let (width, height) = (width as usize, height as usize);
     let pixels: Result<Vec<Pixel>, MapError> = match bytes[1] {
         b'1' => (0..width * height).map(|_| input.text_bit()).collect(),
         b'4' => input.bits(width, height),
-        b'2' => (0..width * height)
-            .map(|_| input.text_sample(max).map(Pixel::from_grey))
-            .collect(),
-        b'3' => (0..width * height)
-            .map(|_| input.color(|input| input.text_sample(max)))
-            .collect(),
-        b'5' => (0..width * height)
-            .map(|_| input.sample(max).map(Pixel::from_grey))
-            .collect(),
-        _ => (0..width * height)
-            .map(|_| input.color(|input| input.sample(max)))
-            .collect(),
+        b'2' => (0..width * height).map(|_| input.text_sample(max).map(Pixel::from_grey)).collect(),
+        b'3' => (0..width * height).map(|_| input.color(|input| input.text_sample(max))).collect(),
+        b'5' => (0..width * height).map(|_| input.sample(max).map(Pixel::from_grey)).collect(),
+        _ => (0..width * height).map(|_| input.color(|input| input.sample(max))).collect(),
     };
-    Ok(GreyImage {
-        width: width as i32,
-        height: height as i32,
-        pixels: pixels?,
-    })
+    Ok(GreyImage { width: width as i32, height: height as i32, pixels: pixels? })
 }
 
 impl Input<'_> {
@@ -64,11 +50,7 @@ impl Input<'_> {
         let mut number: Option<u32> = None;
         while let Some(&byte) = self.0.next() {
             if byte == b'#' {
-                while self
-                    .0
-                    .next()
-                    .is_some_and(|&byte| byte != b'\n' && byte != b'\r')
-                {}
+                while self.0.next().is_some_and(|&byte| byte != b'\n' && byte != b'\r') {}
             } else if is_space(byte) {
                 if number.is_some() {
                     break;
@@ -119,11 +101,7 @@ impl Input<'_> {
         };
         let count = width as usize * height as usize;
         let pixels: Result<Vec<Pixel>, MapError> = (0..count).map(|_| pixel(&mut self)).collect();
-        Ok(GreyImage {
-            width: width as i32,
-            height: height as i32,
-            pixels: pixels?,
-        })
+        Ok(GreyImage { width: width as i32, height: height as i32, pixels: pixels? })
     }
 
     /// A line of a header, at most 200 bytes.
@@ -155,9 +133,7 @@ impl Input<'_> {
             }
         }
         if number > if max <= 0xff { 0xff } else { 0xffff } {
-            return Err(bad_image(format!(
-                "value {number} with {max} as the largest"
-            )));
+            return Err(bad_image(format!("value {number} with {max} as the largest")));
         }
         Ok(scaled(number, max))
     }
@@ -173,11 +149,7 @@ impl Input<'_> {
         &mut self,
         mut sample: impl FnMut(&mut Self) -> Result<u8, MapError>,
     ) -> Result<Pixel, MapError> {
-        Ok(Pixel::from_rgb([
-            sample(self)?,
-            sample(self)?,
-            sample(self)?,
-        ]))
+        Ok(Pixel::from_rgb([sample(self)?, sample(self)?, sample(self)?]))
     }
 
     /// A bit as text: 1 is black.
@@ -188,10 +160,7 @@ impl Input<'_> {
                 b'1' => return Ok(Pixel::BLACK),
                 byte if is_space(byte) => {}
                 byte => {
-                    return Err(bad_image(format!(
-                        "{:?} in place of a bit",
-                        char::from(byte)
-                    )));
+                    return Err(bad_image(format!("{:?} in place of a bit", char::from(byte))));
                 }
             }
         }
@@ -203,11 +172,7 @@ impl Input<'_> {
         for _ in 0..height {
             let mut byte = 0;
             for column in 0..width {
-                byte = if column.is_multiple_of(8) {
-                    self.next()?
-                } else {
-                    byte << 1
-                };
+                byte = if column.is_multiple_of(8) { self.next()? } else { byte << 1 };
                 pixels.push(Pixel::from_grey(if byte & 0x80 == 0 { u8::MAX } else { 0 }));
             }
         }
@@ -236,9 +201,5 @@ fn scaled(value: u32, max: u32) -> u8 {
         let factor = limit as f32 / max as f32;
         (value as f32 * factor).round().min(limit as f32) as u32
     };
-    if limit == 0xff {
-        scaled as u8
-    } else {
-        to_8_bits(scaled as u16)
-    }
+    if limit == 0xff { scaled as u8 } else { to_8_bits(scaled as u16) }
 }

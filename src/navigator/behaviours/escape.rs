@@ -136,11 +136,7 @@ impl Breadcrumbs {
 
     /// Removes the latest breadcrumbs that are near the robot: it is back there.
     fn forget_near(&mut self, robot: &Point) {
-        while self
-            .0
-            .pop_if(|last| (*robot - *last).norm() < MIN_DISTANCE_M)
-            .is_some()
-        {}
+        while self.0.pop_if(|last| (*robot - *last).norm() < MIN_DISTANCE_M).is_some() {}
     }
 }
 

@@ -35,10 +35,7 @@ impl Overriding for Evasion {
             return None;
         }
         let wanted = safest_motion(state)?;
-        Some(Decision {
-            command: state.towards(&wanted),
-            ..state.stand(Mode::Evading)
-        })
+        Some(Decision { command: state.towards(&wanted), ..state.stand(Mode::Evading) })
     }
 }
 
@@ -51,11 +48,7 @@ fn safest_motion(state: &State<'_>) -> Option<Twist> {
         return None;
     }
     // Never hits one obstacle to avoid another, not even more gently; stops if no escape is clear.
-    let least_m = if state.settings.features.passive_safety {
-        0.0
-    } else {
-        f64::NEG_INFINITY
-    };
+    let least_m = if state.settings.features.passive_safety { 0.0 } else { f64::NEG_INFINITY };
     let standing_m = min_gap_m(state, &Twist::STOP, moving)?.max(least_m);
     let limits = &state.robot.limits;
     let backward = BACKWARD.map(|share| share * limits.min_vel_x.min(0.0));

@@ -72,14 +72,8 @@ impl Behaviour for GoalHandling {
         };
         let command = state.safe_towards(&wanted);
         let standing = state.stand(Mode::Parking);
-        let decision = if is_clear(&command, state) {
-            Decision {
-                command,
-                ..standing
-            }
-        } else {
-            standing
-        };
+        let decision =
+            if is_clear(&command, state) { Decision { command, ..standing } } else { standing };
         Ok(Some(Proposal::Decide(decision, Override::ByEvasion)))
     }
 }
@@ -90,11 +84,7 @@ impl GoalHandling {
         let (goal, pose) = (state.goal, &state.now.pose);
         let away_m = (pose.position() - goal.position).norm();
         let tolerance_m = state.settings.xy_goal_tolerance;
-        let near_m = if self.since_s.is_some() {
-            LEAVES_GOAL * tolerance_m
-        } else {
-            tolerance_m
-        };
+        let near_m = if self.since_s.is_some() { LEAVES_GOAL * tolerance_m } else { tolerance_m };
         away_m <= near_m
             || can_begin(pose, goal, state.settings) && state.is_straight_clear_to(&goal.position)
     }
@@ -138,20 +128,14 @@ impl GoalHandling {
         let away_m = to_goal.coords.norm();
         let off_nose = libm::atan2(to_goal.y, to_goal.x);
         let reverses = off_nose.abs() > FRAC_PI_2 && limits.min_vel_x < 0.0;
-        let error = if reverses {
-            libm::atan2(-to_goal.y, -to_goal.x)
-        } else {
-            off_nose
-        };
+        let error = if reverses { libm::atan2(-to_goal.y, -to_goal.x) } else { off_nose };
         let aim_from = if self.is_aiming { AIM_UNTIL } else { AIM_FROM };
         self.is_aiming = error.abs() > aim_from;
         if self.is_aiming {
             return rotation(error, limits);
         }
         let stops_in_time = (-limits.decel_lim_x * away_m).sqrt();
-        let speed = (SPEED_PER_M * away_m)
-            .min(stops_in_time)
-            .min(limits.max_vel_x);
+        let speed = (SPEED_PER_M * away_m).min(stops_in_time).min(limits.max_vel_x);
         let sign = if reverses { -1.0 } else { 1.0 };
         Twist::new(sign * speed, RATE_PER_RAD * error)
     }
@@ -205,10 +189,7 @@ mod tests {
     fn parking_reaches_position_and_yaw_from_all_directions() {
         let settings = NavigatorSettings::default();
         for (least, slowest_s) in [(-0.3, 15.0), (0.0, 25.0)] {
-            let limits = Limits {
-                min_vel_x: least,
-                ..Limits::default()
-            };
+            let limits = Limits { min_vel_x: least, ..Limits::default() };
             for step in 0..48_u32 {
                 let (around, yaw) = (f64::from(step) * 0.131, f64::from(step) * 0.77);
                 let start = Pose::new(0.3 * libm::cos(around), 0.3 * libm::sin(around), yaw);
@@ -218,10 +199,7 @@ mod tests {
                 };
                 let (end, took_s) = park(start, goal, &limits);
                 let off_m = end.position().coords.norm();
-                assert!(
-                    off_m <= OFF_AGAIN * settings.xy_parking_tolerance,
-                    "{step}: {off_m}"
-                );
+                assert!(off_m <= OFF_AGAIN * settings.xy_parking_tolerance, "{step}: {off_m}");
                 let off = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - end.yaw));
                 assert!(off.abs() <= settings.yaw_parking_tolerance, "{step}: {off}");
                 assert!(took_s < slowest_s, "{step}: {took_s} s");
@@ -231,15 +209,9 @@ mod tests {
 
     #[test]
     fn parking_reverses_to_a_goal_behind_if_the_base_can() {
-        let goal = Goal {
-            position: Point::new(-0.2, 0.0),
-            yaw: None,
-        };
+        let goal = Goal { position: Point::new(-0.2, 0.0), yaw: None };
         for (least, backs) in [(-0.3, true), (0.0, false)] {
-            let limits = Limits {
-                min_vel_x: least,
-                ..Limits::default()
-            };
+            let limits = Limits { min_vel_x: least, ..Limits::default() };
             let (end, _) = park(Pose::default(), goal, &limits);
             assert_eq!(end.yaw.abs() < 0.1, backs, "{end:?}");
         }

@@ -55,11 +55,7 @@ impl Behaviour for PathFollowing {
             None => Override::ByEvasion,
             Some(_) => Override::Never,
         };
-        let mode = if command.is_some() {
-            Mode::Driving
-        } else {
-            Mode::Blocked
-        };
+        let mode = if command.is_some() { Mode::Driving } else { Mode::Blocked };
         let decision = Decision {
             command: command.unwrap_or_else(|| state.brake()),
             mode,

@@ -34,11 +34,7 @@ impl Behaviour for RotateInPlace {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
         let settings = state.settings;
         let is_rotating = state.mode == Mode::Rotating;
-        let from = if is_rotating {
-            self.until
-        } else {
-            settings.rotate_in_place_from
-        };
+        let from = if is_rotating { self.until } else { settings.rotate_in_place_from };
         if !settings.features.recovery || state.heading_error.abs() <= from {
             return Ok(None);
         }
@@ -49,15 +45,8 @@ impl Behaviour for RotateInPlace {
         if state.now.twist.linear.abs() >= MAX_SPEED {
             return Ok(Some(Proposal::SpeedLimit(MAX_SPEED / 2.0)));
         }
-        self.proposed_until = if is_rotating {
-            self.until
-        } else {
-            settings.rotate_in_place_until
-        };
-        Ok(Some(Proposal::Decide(
-            decision(state, angle),
-            Override::ByEvasion,
-        )))
+        self.proposed_until = if is_rotating { self.until } else { settings.rotate_in_place_until };
+        Ok(Some(Proposal::Decide(decision(state, angle), Override::ByEvasion)))
     }
 
     fn observe(&mut self, _state: &State<'_>, decision: &Decision) {
@@ -102,9 +91,7 @@ fn clear_rotation(state: &State<'_>) -> Option<f64> {
         })
     };
     let angle = state.heading_error;
-    [angle, angle - TAU.copysign(angle)]
-        .into_iter()
-        .find(is_clear)
+    [angle, angle - TAU.copysign(angle)].into_iter().find(is_clear)
 }
 
 /// A rotation in place by an angle, at a rate from which the robot stops in time.

@@ -83,13 +83,8 @@ pub(super) fn find(
         let mut from = 0;
         for step in 1..=count {
             if step == count || owner(step) != owner(from) {
-                let part = cluster(
-                    pose,
-                    scan,
-                    returns,
-                    (first + from) % returns.len(),
-                    step - from,
-                );
+                let part =
+                    cluster(pose, scan, returns, (first + from) % returns.len(), step - from);
                 found.push(part);
                 from = step;
             }
@@ -135,9 +130,7 @@ fn cluster(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: us
     let at = |step: usize| &returns[(first + step) % returns.len()];
     let (begin, end) = (at(0), at(count - 1));
     let steps = (end.beam + beams - begin.beam) % beams;
-    let near_m = (0..count)
-        .map(|step| at(step).range_m)
-        .fold(f64::INFINITY, f64::min);
+    let near_m = (0..count).map(|step| at(step).range_m).fold(f64::INFINITY, f64::min);
     let half_beam = scan.angle_increment / 2.0;
     Cluster {
         first,
@@ -157,32 +150,16 @@ fn cluster(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: us
 /// Whether the return next to one, at its left or right, belongs to it and to a settled mark.
 fn joins_settled(scan: &Scan, returns: &[Return], place: usize, to_left: bool) -> bool {
     let all = returns.len();
-    let next_to = if to_left {
-        (place + 1) % all
-    } else {
-        (place + all - 1) % all
-    };
-    let (one, next) = if to_left {
-        (place, next_to)
-    } else {
-        (next_to, place)
-    };
+    let next_to = if to_left { (place + 1) % all } else { (place + all - 1) % all };
+    let (one, next) = if to_left { (place, next_to) } else { (next_to, place) };
     !returns[next_to].is_candidate && belong_together(scan, &returns[one], &returns[next])
 }
 
 /// Whether the beam next to a return, at its left or right, goes beyond it.
 fn is_edge(scan: &Scan, edge: &Return, to_left: bool) -> bool {
     let beams = scan.ranges.len();
-    let next_to = if to_left {
-        edge.beam + 1
-    } else {
-        edge.beam + beams - 1
-    };
-    let leaves_fan = if to_left {
-        edge.beam + 1 == beams
-    } else {
-        edge.beam == 0
-    };
+    let next_to = if to_left { edge.beam + 1 } else { edge.beam + beams - 1 };
+    let leaves_fan = if to_left { edge.beam + 1 == beams } else { edge.beam == 0 };
     if leaves_fan && !is_full_turn(scan) {
         return false;
     }

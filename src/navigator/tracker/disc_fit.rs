@@ -95,10 +95,7 @@ impl Cluster {
             spread = Matrix2::identity() * radius_m.powi(2);
         }
         let pose_m = PLACE_DEVIATION_M.powi(2) + (YAW_DEVIATION * distance).powi(2);
-        Fit {
-            center,
-            covariance: spread + Matrix2::identity() * pose_m,
-        }
+        Fit { center, covariance: spread + Matrix2::identity() * pose_m }
     }
 
     /// The radius of a disc whose nearest point is at a distance, metres, by the angle between its edges; nothing where an edge
@@ -114,9 +111,6 @@ impl Cluster {
         let radius_m = distance_m * sine / (1.0 - sine);
         let slope = distance_m * libm::cos(half) / (1.0 - sine).powi(2);
         let deviation = slope * increment / 24.0_f64.sqrt() + PLACE_DEVIATION_M;
-        Some(Radius {
-            radius_m,
-            variance: deviation.powi(2),
-        })
+        Some(Radius { radius_m, variance: deviation.powi(2) })
     }
 }

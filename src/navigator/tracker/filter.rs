@@ -23,18 +23,13 @@ impl Filter {
     pub fn new(center: &Point, covariance: &Matrix2<f64>) -> Self {
         let mut whole = Matrix4::identity() * FIRST_SPEED_VARIANCE;
         whole.fixed_view_mut::<2, 2>(0, 0).copy_from(covariance);
-        Self {
-            state: SVector::from([center.x, center.y, 0.0, 0.0]),
-            covariance: whole,
-        }
+        Self { state: SVector::from([center.x, center.y, 0.0, 0.0]), covariance: whole }
     }
 
     /// Predicts over a time, seconds, with noise of acceleration, m^2/s^3.
     pub fn predict(&mut self, time_s: f64, noise: f64) {
         let mut motion = Matrix4::identity();
-        motion
-            .fixed_view_mut::<2, 2>(0, 2)
-            .copy_from(&(Matrix2::identity() * time_s));
+        motion.fixed_view_mut::<2, 2>(0, 2).copy_from(&(Matrix2::identity() * time_s));
         self.state = motion * self.state;
         self.covariance = motion * self.covariance * motion.transpose();
         self.add_noise(time_s, noise);
@@ -57,8 +52,7 @@ impl Filter {
     pub fn squared_deviations(&self, measured: &Point, covariance: &Matrix2<f64>) -> f64 {
         let error = measured - self.center();
         let sum = self.covariance.fixed_view::<2, 2>(0, 0) + covariance;
-        sum.try_inverse()
-            .map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)))
+        sum.try_inverse().map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)))
     }
 
     /// Corrects with a measured position.
@@ -98,9 +92,7 @@ impl Filter {
         let spread = self.covariance.fixed_view::<2, 2>(2, 2).into_owned();
         let squared = velocity.norm_squared();
         if squared > 0.0 {
-            (velocity.dot(&(spread * velocity)) / squared)
-                .max(0.0)
-                .sqrt()
+            (velocity.dot(&(spread * velocity)) / squared).max(0.0).sqrt()
         } else {
             spread.trace().max(0.0).sqrt()
         }

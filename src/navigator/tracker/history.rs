@@ -65,9 +65,7 @@ impl History {
             return;
         }
         let mut kept = if self.scans.len() >= KEPT {
-            self.scans
-                .pop_front()
-                .map_or_else(StampedScan::default, |(_, oldest)| oldest)
+            self.scans.pop_front().map_or_else(StampedScan::default, |(_, oldest)| oldest)
         } else {
             StampedScan::default()
         };

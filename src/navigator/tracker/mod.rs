@@ -93,13 +93,7 @@ impl Tracker {
         self.history.select(time_s);
         self.swept.clear();
         self.collect(pose, scan, origin);
-        cluster::find(
-            pose,
-            scan,
-            &self.returns,
-            &mut self.runs,
-            &mut self.clusters,
-        );
+        cluster::find(pose, scan, &self.returns, &mut self.runs, &mut self.clusters);
         self.associate(pose, scan);
         self.update_tracks((time_s, gap_s), pose, scan);
         self.drop_lost(time_s, pose, scan);
@@ -160,11 +154,7 @@ impl Tracker {
             }
             for (number, track) in self.tracks.iter().enumerate() {
                 let radius_m = track.radius_m();
-                let gate_m = if track.has_moved {
-                    GATE_M
-                } else {
-                    FIRST_GATE_M
-                };
+                let gate_m = if track.has_moved { GATE_M } else { FIRST_GATE_M };
                 let rough = cluster.rough_center(&robot, radius_m, scan.angle_increment);
                 if (rough - track.center()).norm() > gate_m {
                     continue;
@@ -181,12 +171,7 @@ impl Tracker {
                     ..fit
                 });
                 if cost < GATE && (fit.center - track.center()).norm() < gate_m {
-                    self.pairs.push(Pair {
-                        cost,
-                        track: number,
-                        cluster: place,
-                        fit,
-                    });
+                    self.pairs.push(Pair { cost, track: number, cluster: place, fit });
                 }
             }
         }
@@ -232,10 +217,7 @@ impl Tracker {
                     .earlier_points(time_s)
                     .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))
                     .count();
-                MotionEvidence {
-                    entered: entered as u32,
-                    left: left as u32,
-                }
+                MotionEvidence { entered: entered as u32, left: left as u32 }
             } else {
                 MotionEvidence::default()
             };

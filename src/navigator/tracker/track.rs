@@ -120,20 +120,13 @@ impl Track {
 
     /// The first radius, from a measured one if both edges were visible.
     pub fn first_radius(seen: Option<Radius>) -> Radius {
-        let usual = Radius {
-            radius_m: USUAL_RADIUS_M,
-            variance: RADIUS_VARIANCE,
-        };
+        let usual = Radius { radius_m: USUAL_RADIUS_M, variance: RADIUS_VARIANCE };
         seen.map_or(usual, |seen| merged(usual, seen))
     }
 
     /// Predicts over a time, seconds.
     pub fn predict(&mut self, time_s: f64) {
-        let noise = if self.surprise > SURPRISE {
-            TURNING_NOISE
-        } else {
-            STEADY_NOISE
-        };
+        let noise = if self.surprise > SURPRISE { TURNING_NOISE } else { STEADY_NOISE };
         self.filter.predict(time_s, noise);
     }
 
@@ -185,21 +178,13 @@ impl Track {
     }
 
     fn remember(&mut self, time_s: f64, points: [Point; 3]) {
-        if self
-            .places
-            .back()
-            .is_some_and(|last| time_s - last.time_s < INTERVAL_S)
-        {
+        if self.places.back().is_some_and(|last| time_s - last.time_s < INTERVAL_S) {
             return;
         }
         if self.places.len() == KEPT {
             self.places.pop_front();
         }
-        self.places.push_back(Step {
-            time_s,
-            center: self.center(),
-            points,
-        });
+        self.places.push_back(Step { time_s, center: self.center(), points });
     }
 
     /// Whether its velocity makes a search for evidence worthwhile.
@@ -225,10 +210,7 @@ impl Track {
     pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = (Point, f64)> + '_ {
         let mut last = None;
         AGES_S.into_iter().flat_map(move |age_s| {
-            let place = self
-                .places
-                .iter()
-                .rposition(|step| time_s - step.time_s >= age_s);
+            let place = self.places.iter().rposition(|step| time_s - step.time_s >= age_s);
             let fresh = place.filter(|_| place != last);
             last = place;
             fresh.into_iter().flat_map(move |place| {
@@ -325,19 +307,13 @@ impl Track {
     /// The disc with its velocity; zero while it stands.
     pub fn disc(&self) -> MovingDisc {
         let velocity = self.filter.velocity();
-        let velocity = if velocity.norm() > STANDING {
-            velocity
-        } else {
-            Vector::zeros()
-        };
+        let velocity = if velocity.norm() > STANDING { velocity } else { Vector::zeros() };
         self.disc_at(&self.center(), &velocity)
     }
 
     /// The disc at its places of the last two seconds.
     pub fn earlier_discs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
-        self.places
-            .iter()
-            .map(|step| self.disc_at(&step.center, &Vector::zeros()))
+        self.places.iter().map(|step| self.disc_at(&step.center, &Vector::zeros()))
     }
 
     fn disc_at(&self, center: &Point, velocity: &Vector) -> MovingDisc {

@@ -32,11 +32,7 @@ impl Axis {
     /// A linear axis over exactly this range. The bounds may be in either order.
     pub(crate) fn exact(a: f64, b: f64) -> Self {
         let (low, high) = widened(a.min(b), a.max(b));
-        Self {
-            low,
-            high,
-            scale: Scale::Linear,
-        }
+        Self { low, high, scale: Scale::Linear }
     }
 
     /// A linear axis over this range, widened to whole ticks.
@@ -57,11 +53,7 @@ impl Axis {
         while bound < high * (1.0 - 1e-9) || bound <= low {
             bound = round_number_above(bound);
         }
-        Self {
-            low,
-            high: bound,
-            scale: Scale::Logarithmic,
-        }
+        Self { low, high: bound, scale: Scale::Logarithmic }
     }
 
     /// The position of a value: 0 at the low end, 1 at the high end, outside 0..1 for values outside the range.
@@ -96,10 +88,7 @@ impl Axis {
         (first..=last)
             .map(|multiple| {
                 let value = multiple as f64 * step;
-                Tick {
-                    value,
-                    label: fixed(value, decimals),
-                }
+                Tick { value, label: fixed(value, decimals) }
             })
             .collect()
     }
@@ -111,10 +100,7 @@ impl Axis {
         while value <= self.high * (1.0 + 1e-9) {
             let exponent = libm::log10(value);
             if !only_tens || (exponent - libm::round(exponent)).abs() < 1e-6 {
-                ticks.push(Tick {
-                    value,
-                    label: shortened(value),
-                });
+                ticks.push(Tick { value, label: shortened(value) });
             }
             value = round_number_above(value);
         }
@@ -135,11 +121,7 @@ fn widened(low: f64, high: f64) -> (f64, f64) {
 /// The least step that is not below a given one and is 1, 2 or 5 times a power of ten.
 fn round_step(step: f64) -> f64 {
     let below = round_number_below(step);
-    if below * (1.0 + 1e-9) >= step {
-        below
-    } else {
-        round_number_above(below)
-    }
+    if below * (1.0 + 1e-9) >= step { below } else { round_number_above(below) }
 }
 
 /// The greatest number that is not above a positive value and is 1, 2 or 5 times a power of ten.
@@ -175,35 +157,19 @@ mod tests {
     fn linear_axis_has_round_ticks_with_equal_decimals() {
         let axis = Axis::rounded(0.0, 0.97);
         assert_eq!(labels(&axis), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        assert_eq!(
-            labels(&Axis::exact(0.0, 47.0)),
-            ["0", "10", "20", "30", "40"]
-        );
-        assert_eq!(
-            labels(&Axis::rounded(-0.3, 0.4)),
-            ["-0.4", "-0.2", "0.0", "0.2", "0.4"]
-        );
+        assert_eq!(labels(&Axis::exact(0.0, 47.0)), ["0", "10", "20", "30", "40"]);
+        assert_eq!(labels(&Axis::rounded(-0.3, 0.4)), ["-0.4", "-0.2", "0.0", "0.2", "0.4"]);
     }
 
     #[test]
     fn logarithmic_axis_has_ticks_at_1_2_5_or_at_decades() {
-        assert_eq!(
-            labels(&Axis::logarithmic(0.3, 4.0)),
-            ["0.2", "0.5", "1", "2", "5"]
-        );
-        assert_eq!(
-            labels(&Axis::logarithmic(1.0, 1e4)),
-            ["1", "10", "100", "1k", "10k"]
-        );
+        assert_eq!(labels(&Axis::logarithmic(0.3, 4.0)), ["0.2", "0.5", "1", "2", "5"]);
+        assert_eq!(labels(&Axis::logarithmic(1.0, 1e4)), ["1", "10", "100", "1k", "10k"]);
     }
 
     #[test]
     fn axis_of_a_single_value_has_a_range_and_ticks() {
-        for axis in [
-            Axis::rounded(0.0, 0.0),
-            Axis::exact(7.0, 7.0),
-            Axis::logarithmic(2.0, 2.0),
-        ] {
+        for axis in [Axis::rounded(0.0, 0.0), Axis::exact(7.0, 7.0), Axis::logarithmic(2.0, 2.0)] {
             assert!(axis.low < axis.high && !axis.ticks().is_empty(), "{axis:?}");
         }
     }
@@ -213,10 +179,7 @@ mod tests {
         let axis = Axis::logarithmic(0.01, 100.0);
         for (value, fraction) in [(0.01, 0.0), (0.1, 0.25), (1.0, 0.5), (100.0, 1.0)] {
             assert!((axis.fraction(value) - fraction).abs() < 1e-12, "{value}");
-            assert!(
-                (axis.value_at(fraction) / value - 1.0).abs() < 1e-12,
-                "{value}"
-            );
+            assert!((axis.value_at(fraction) / value - 1.0).abs() < 1e-12, "{value}");
         }
     }
 }

@@ -56,15 +56,10 @@ struct Area<'a> {
 pub(crate) fn draw(plot: &Plot) -> Drawn {
     match plot {
         Plot::Panels { x, panels } => draw_panels(x, panels),
-        Plot::Rows {
-            axis,
-            axis_title,
-            rows,
-        } => draw_rows(axis, axis_title, rows),
-        Plot::Empty(reason) => Drawn {
-            content: html! { text x="0" y="20" { (reason) } },
-            height: HEAD,
-        },
+        Plot::Rows { axis, axis_title, rows } => draw_rows(axis, axis_title, rows),
+        Plot::Empty(reason) => {
+            Drawn { content: html! { text x="0" y="20" { (reason) } }, height: HEAD }
+        }
     }
 }
 
@@ -73,11 +68,7 @@ fn draw_panels(x: &XAxis, panels: &[Panel]) -> Drawn {
         .iter()
         .flat_map(|panel| &panel.marks)
         .any(|mark| matches!(mark, Mark::Level(_, Some((side, _))) if *side == LabelSide::Outside));
-    let right = if has_outside_labels {
-        RIGHT_WITH_LABELS
-    } else {
-        RIGHT
-    };
+    let right = if has_outside_labels { RIGHT_WITH_LABELS } else { RIGHT };
     let mut top = 0.0;
     let areas: Vec<Area> = panels
         .iter()
@@ -110,10 +101,7 @@ fn draw_panels(x: &XAxis, panels: &[Panel]) -> Drawn {
             }
         }
     };
-    Drawn {
-        content,
-        height: top - PANEL_GAP + FOOT,
-    }
+    Drawn { content, height: top - PANEL_GAP + FOOT }
 }
 
 /// The labels above a panel.
@@ -297,11 +285,7 @@ impl Area<'_> {
         let [bottom, top] = bar.y.map(|y| self.y_at(y));
         // Narrow bars stay visible in a chart with many bars.
         let width = (right - left).max(2.0);
-        rectangle(
-            class,
-            [f64::midpoint(left, right) - width / 2.0, top],
-            [width, bottom - top],
-        )
+        rectangle(class, [f64::midpoint(left, right) - width / 2.0, top], [width, bottom - top])
     }
 
     fn ranges(&self, ranges: &[(f64, [f64; 3])]) -> Markup {
@@ -362,11 +346,8 @@ impl Area<'_> {
     fn position_label(&self, value: f64, label: &str, line: usize) -> Markup {
         let y = self.top - self.labels_height + LINE * line as f64;
         let x = self.x_at(value);
-        let (class, shift) = if x > self.left + self.width / 2.0 {
-            ("end halo", -5.0)
-        } else {
-            ("halo", 5.0)
-        };
+        let (class, shift) =
+            if x > self.left + self.width / 2.0 { ("end halo", -5.0) } else { ("halo", 5.0) };
         html! {
             line class="percentile" x1=(coordinate(x)) x2=(coordinate(x))
                 y1=(coordinate(y - 9.0)) y2=(coordinate(self.bottom())) {}
@@ -399,11 +380,8 @@ fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
     let top = |index: usize, row: &Row| {
         ROW_TOP + ROW_PITCH * index as f64 + GROUP_GAP * (row.group - first_group) as f64
     };
-    let bottom = rows
-        .iter()
-        .enumerate()
-        .next_back()
-        .map_or(ROW_TOP, |(index, row)| top(index, row));
+    let bottom =
+        rows.iter().enumerate().next_back().map_or(ROW_TOP, |(index, row)| top(index, row));
     let no_axis = Axis::exact(0.0, 1.0);
     let area = Area {
         left: ROW_SIDE,
@@ -427,10 +405,7 @@ fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
             }
         }
     };
-    Drawn {
-        content,
-        height: area.bottom() + FOOT,
-    }
+    Drawn { content, height: area.bottom() + FOOT }
 }
 
 /// Rows of horizontal bars.

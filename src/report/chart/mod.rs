@@ -28,11 +28,7 @@ pub(crate) enum Plot {
     /// Panels one below the other over one horizontal axis.
     Panels { x: XAxis, panels: Vec<Panel> },
     /// Labelled rows of horizontal bars.
-    Rows {
-        axis: Axis,
-        axis_title: String,
-        rows: Vec<Row>,
-    },
+    Rows { axis: Axis, axis_title: String, rows: Vec<Row> },
     /// A sentence that says why there is no data.
     Empty(&'static str),
 }
@@ -156,10 +152,7 @@ pub(crate) fn series_by_name<R>(
         let Some(name) = name(row) else { continue };
         match all.iter_mut().find(|series| series.name == name) {
             Some(series) => series.rows.push(row),
-            None => all.push(Series {
-                name,
-                rows: vec![row],
-            }),
+            None => all.push(Series { name, rows: vec![row] }),
         }
     }
     for series in &mut all {
@@ -176,11 +169,7 @@ pub(crate) fn curves<R>(
 ) -> Vec<Mark> {
     let curve = |(index, series): (usize, &Series<R>)| {
         let points = series.rows.iter().filter_map(|row| point(row)).collect();
-        Mark::Curve(Curve {
-            index,
-            points,
-            upper,
-        })
+        Mark::Curve(Curve { index, points, upper })
     };
     all.iter().enumerate().map(curve).collect()
 }
@@ -248,18 +237,12 @@ impl Chart {
         rows: Vec<Row>,
         legend: Vec<LegendEntry>,
     ) -> Self {
-        let texts: Vec<String> = rows
-            .iter()
-            .map(|row| format!("{} {}", row.label, row.value))
-            .collect();
+        let texts: Vec<String> =
+            rows.iter().map(|row| format!("{} {}", row.label, row.value)).collect();
         Self {
             title: title.to_owned(),
             alt_text: format!("{title}: {}.", texts.join("; ")),
-            plot: Plot::Rows {
-                axis,
-                axis_title: axis_title.to_owned(),
-                rows,
-            },
+            plot: Plot::Rows { axis, axis_title: axis_title.to_owned(), rows },
             legend,
         }
     }
@@ -279,10 +262,6 @@ impl Chart {
 impl XAxis {
     /// An axis with its own ticks.
     pub(crate) fn new(axis: Axis, title: impl Into<String>) -> Self {
-        Self {
-            axis,
-            title: title.into(),
-            ticks: None,
-        }
+        Self { axis, title: title.into(), ticks: None }
     }
 }

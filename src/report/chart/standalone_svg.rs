@@ -26,14 +26,9 @@ pub(crate) fn standalone_svg<'a>(
     charts: impl IntoIterator<Item = &'a Chart>,
     nothing: &str,
 ) -> String {
-    let charts: Vec<&Chart> = charts
-        .into_iter()
-        .filter(|chart| !matches!(chart.plot, Plot::Empty(_)))
-        .collect();
-    let drawn: Vec<_> = charts
-        .iter()
-        .map(|chart| (*chart, draw::draw(&chart.plot)))
-        .collect();
+    let charts: Vec<&Chart> =
+        charts.into_iter().filter(|chart| !matches!(chart.plot, Plot::Empty(_))).collect();
+    let drawn: Vec<_> = charts.iter().map(|chart| (*chart, draw::draw(&chart.plot))).collect();
     let columns = charts.len().clamp(1, MAX_COLUMNS) as f64;
     let width = columns * (draw::CHART_WIDTH + MARGIN) + MARGIN;
     let total = |(chart, drawn): &(&Chart, draw::Drawn)| {
@@ -53,11 +48,7 @@ pub(crate) fn standalone_svg<'a>(
         height += 2.0 * HEADLINE;
     }
     let alt_texts: Vec<&str> = charts.iter().map(|chart| chart.alt_text.as_str()).collect();
-    let alt_text = if charts.is_empty() {
-        nothing.to_owned()
-    } else {
-        alt_texts.join(" ")
-    };
+    let alt_text = if charts.is_empty() { nothing.to_owned() } else { alt_texts.join(" ") };
     let (width, height) = (coordinate(width), coordinate(height));
     html! {
         svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(alt_text)
@@ -87,9 +78,5 @@ pub(crate) fn standalone_svg<'a>(
 /// Two columns if all entries are short.
 fn legend_columns(chart: &Chart) -> usize {
     let is_short = |text: &String| text.chars().count() <= SHORT_ENTRY;
-    if chart.legend.iter().all(|entry| is_short(&entry.text)) {
-        2
-    } else {
-        1
-    }
+    if chart.legend.iter().all(|entry| is_short(&entry.text)) { 2 } else { 1 }
 }

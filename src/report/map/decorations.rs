@@ -15,11 +15,7 @@ const SCALE_BAR: f64 = 150.0;
 
 /// An arrowhead that points along a heading.
 pub(crate) fn start_mark([x, y]: [f64; 2], yaw: f64) -> Markup {
-    let degrees = if yaw.is_finite() {
-        -yaw.to_degrees()
-    } else {
-        0.0
-    };
+    let degrees = if yaw.is_finite() { -yaw.to_degrees() } else { 0.0 };
     html! {
         path class="start" d="M11 0l-17 7l4 -7l-4 -7z"
             transform=(format!("translate({} {}) rotate({})", coordinate(x), coordinate(y), coordinate(degrees))) {}
@@ -77,11 +73,7 @@ fn label(view: &Viewport, point: &Point, word: &str, above: bool) -> Markup {
     } else {
         "middle halo strong"
     };
-    let (y, shift) = if above {
-        (y - 12.0, "0")
-    } else {
-        (y + 12.0, ".8em")
-    };
+    let (y, shift) = if above { (y - 12.0, "0") } else { (y + 12.0, ".8em") };
     html! {
         @if view.shows(point) {
             text class=(class) x=(coordinate(x)) y=(coordinate(y)) dy=(shift) { (word) }

@@ -74,12 +74,7 @@ impl Encounters {
         if let Some(disc) = same {
             disc.numbers = format!("{},{number}", disc.numbers);
         } else {
-            self.obstacles.push(Disc {
-                obstacle,
-                center,
-                radius,
-                numbers: number.to_owned(),
-            });
+            self.obstacles.push(Disc { obstacle, center, radius, numbers: number.to_owned() });
         }
     }
 
@@ -96,11 +91,7 @@ impl Encounters {
         // The drawing's y axis points down.
         let left = [x - sin * reach, y - cos * reach];
         let right = [x + sin * reach, y + cos * reach];
-        if clearance(left) >= clearance(right) {
-            left
-        } else {
-            right
-        }
+        if clearance(left) >= clearance(right) { left } else { right }
     }
 
     /// The obstacles and the robot.

@@ -29,10 +29,7 @@ pub(crate) struct Stages<'a> {
 impl<'a> Stages<'a> {
     /// The points of all stages.
     pub(crate) fn points(&self) -> impl Iterator<Item = Point> + use<'a> {
-        [self.searched, self.pruned, self.smoothed]
-            .into_iter()
-            .flatten()
-            .copied()
+        [self.searched, self.pruned, self.smoothed].into_iter().flatten().copied()
     }
 }
 
@@ -73,10 +70,7 @@ fn cells_in_view(frame: &GridFrame, view: &Viewport) -> (Range<i32>, Range<i32>)
         let high = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
         (low.floor() as i32).clamp(0, end)..(high.ceil() as i32).clamp(0, end)
     };
-    (
-        range(units.map(|unit| unit.x), frame.width),
-        range(units.map(|unit| unit.y), frame.height),
-    )
+    (range(units.map(|unit| unit.x), frame.width), range(units.map(|unit| unit.y), frame.height))
 }
 
 /// The legend of the grid.

@@ -40,10 +40,7 @@ pub(crate) fn track(rows: &[TraceRow], view: &Viewport) -> Markup {
         if let Some((_, stretch)) = stretches.last_mut() {
             stretch.push(position);
         }
-        if stretches
-            .last()
-            .is_none_or(|&(last, _)| last != class as u8)
-        {
+        if stretches.last().is_none_or(|&(last, _)| last != class as u8) {
             stretches.push((class as u8, vec![position]));
         }
     }
@@ -68,10 +65,7 @@ pub(crate) fn track_legend(text: String) -> LegendEntry {
 
 /// Whether a moving obstacle is in the viewport at any tick.
 pub(crate) fn has_trails(trace: &Trace, view: &Viewport) -> bool {
-    trace
-        .rows
-        .iter()
-        .any(|row| row.moving.iter().flatten().any(|center| view.shows(center)))
+    trace.rows.iter().any(|row| row.moving.iter().flatten().any(|center| view.shows(center)))
 }
 
 /// The trails of the moving obstacles inside the viewport.

@@ -48,12 +48,7 @@ impl Raster {
                 pixels.extend(grey_and_opacity(map, across, up));
             }
         }
-        Self {
-            data_uri: data_uri(&pixels, width, height),
-            width,
-            height,
-            block,
-        }
+        Self { data_uri: data_uri(&pixels, width, height), width, height, block }
     }
 }
 
@@ -69,11 +64,7 @@ fn grey_and_opacity(map: &OccupancyGrid, columns: Range<i32>, rows: Range<i32>) 
         }
     }
     let opacity = ((occupied + unknown) * OPACITY_STEPS + all / 2) / all * (255 / OPACITY_STEPS);
-    let grey = if occupied >= unknown {
-        OBSTACLE_GREY
-    } else {
-        UNKNOWN_GREY
-    };
+    let grey = if occupied >= unknown { OBSTACLE_GREY } else { UNKNOWN_GREY };
     [grey, opacity as u8]
 }
 

@@ -58,33 +58,20 @@ impl MapsSideBySide {
     /// An SVG file that needs no page.
     pub(crate) fn standalone_svg(&self) -> String {
         let columns = self.panels.len().max(1);
-        let (map_width, class) = if columns > 1 {
-            (SHARED_WIDTH, "several")
-        } else {
-            (SINGLE_WIDTH, "single")
-        };
+        let (map_width, class) =
+            if columns > 1 { (SHARED_WIDTH, "several") } else { (SINGLE_WIDTH, "single") };
         let scale = map_width / MAP_WIDTH;
-        let captions: Vec<Vec<String>> = self
-            .panels
-            .iter()
-            .map(|panel| lines(&panel.caption))
-            .collect();
-        let tallest = self
-            .panels
-            .iter()
-            .map(|panel| panel.height * scale)
-            .fold(0.0, f64::max);
+        let captions: Vec<Vec<String>> =
+            self.panels.iter().map(|panel| lines(&panel.caption)).collect();
+        let tallest = self.panels.iter().map(|panel| panel.height * scale).fold(0.0, f64::max);
         let most_lines = captions.iter().map(Vec::len).max().unwrap_or(0) as f64;
         let below = HEAD + tallest + LINE;
         let legend_top = below + LINE * most_lines;
         let width = columns as f64 * (map_width + MARGIN) + MARGIN;
         let height = legend_top + legend_height(self.legend.len(), LEGEND_COLUMNS) + MARGIN;
         let left = |column: usize| MARGIN + column as f64 * (map_width + MARGIN);
-        let alternatives: Vec<&str> = self
-            .panels
-            .iter()
-            .map(|panel| panel.alt_text.as_str())
-            .collect();
+        let alternatives: Vec<&str> =
+            self.panels.iter().map(|panel| panel.alt_text.as_str()).collect();
         let (w, h) = (coordinate(width), coordinate(height.ceil()));
         html! {
             svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(format!("{}. {}", self.title, alternatives.join(" ")))

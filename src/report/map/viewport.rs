@@ -39,10 +39,7 @@ impl Viewport {
                     .filter(|whole| whole.longer_side() <= WHOLE_MAP * near.longer_side())
                     .map_or(near, |whole| whole.joined(&part))
             }
-            None => whole.unwrap_or(Self {
-                low: Point::new(0.0, 0.0),
-                high: Point::new(1.0, 1.0),
-            }),
+            None => whole.unwrap_or(Self { low: Point::new(0.0, 0.0), high: Point::new(1.0, 1.0) }),
         };
         view.shaped()
     }
@@ -60,10 +57,7 @@ impl Viewport {
     /// The position of a point of the map frame in the drawing.
     pub(crate) fn at(&self, point: &Point) -> [f64; 2] {
         let scale = self.scale();
-        [
-            (point.x - self.low.x) * scale,
-            (self.high.y - point.y) * scale,
-        ]
+        [(point.x - self.low.x) * scale, (self.high.y - point.y) * scale]
     }
 
     /// Whether a point is finite and inside.
@@ -75,12 +69,7 @@ impl Viewport {
     /// The four corners, metres.
     pub(crate) fn corners(&self) -> [Point; 4] {
         let Self { low, high } = self;
-        [
-            *low,
-            Point::new(high.x, low.y),
-            *high,
-            Point::new(low.x, high.y),
-        ]
+        [*low, Point::new(high.x, low.y), *high, Point::new(low.x, high.y)]
     }
 
     /// The rectangle without its outermost hundredth, which is not visible.
@@ -101,10 +90,7 @@ impl Viewport {
     }
 
     fn joined(&self, other: &Self) -> Self {
-        Self {
-            low: self.low.inf(&other.low),
-            high: self.high.sup(&other.high),
-        }
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
     /// Grows one side until the aspect is within its bounds.
@@ -121,10 +107,7 @@ fn bounds(points: impl IntoIterator<Item = Point>) -> Option<Viewport> {
     points
         .into_iter()
         .filter(|point| point.x.is_finite() && point.y.is_finite())
-        .map(|point| Viewport {
-            low: point,
-            high: point,
-        })
+        .map(|point| Viewport { low: point, high: point })
         .reduce(|all, point| all.joined(&point))
 }
 
@@ -134,12 +117,7 @@ mod tests {
     use crate::geometry::Pose;
 
     fn frame(width: i32, height: i32) -> GridFrame {
-        GridFrame {
-            width,
-            height,
-            resolution_m: 0.5,
-            origin: Pose::new(-2.0, 3.0, 0.0),
-        }
+        GridFrame { width, height, resolution_m: 0.5, origin: Pose::new(-2.0, 3.0, 0.0) }
     }
 
     #[test]
@@ -158,10 +136,7 @@ mod tests {
 
     #[test]
     fn greater_y_is_higher_in_the_drawing() {
-        let view = Viewport::around(
-            [Point::new(0.0, 5.0), Point::new(10.0, 9.0)],
-            &frame(99, 99),
-        );
+        let view = Viewport::around([Point::new(0.0, 5.0), Point::new(10.0, 9.0)], &frame(99, 99));
         assert!(view.at(&Point::new(1.0, 9.0))[1] < view.at(&Point::new(1.0, 5.0))[1]);
     }
 

@@ -43,9 +43,8 @@ pub(super) fn figure(
     view: &Viewport,
 ) -> Markup {
     // It may contain text of a GPU driver. `<` is the only character that could end the element.
-    let json = playback_json::playback_json(mission, playback, view)
-        .to_string()
-        .replace('<', "\\u003c");
+    let json =
+        playback_json::playback_json(mission, playback, view).to_string().replace('<', "\\u003c");
     let speeds = ["0.25", "0.5", "1", "2", "4", "8", "16"];
     let layers = [
         ("follow", "follow"),

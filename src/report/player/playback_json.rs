@@ -21,18 +21,9 @@ pub(super) fn playback_json(
     let frames = &playback.frames;
     let scan = frames.first().map(|frame| &frame.scan);
     let window = frames.iter().find_map(|frame| frame.window.as_ref());
-    let footprint: Vec<[f64; 3]> = mission
-        .footprint
-        .discs()
-        .iter()
-        .map(|disc| [disc.x, disc.y, disc.radius])
-        .collect();
-    let paths: Vec<_> = mission
-        .trace
-        .paths
-        .iter()
-        .map(|path| path_points(path, view))
-        .collect();
+    let footprint: Vec<[f64; 3]> =
+        mission.footprint.discs().iter().map(|disc| [disc.x, disc.y, disc.radius]).collect();
+    let paths: Vec<_> = mission.trace.paths.iter().map(|path| path_points(path, view)).collect();
     let modes = frames.iter().map(|frame| frame.row.mode.as_str());
     let predicted = |frame: &'_ Frame| -> Vec<MovingDisc> {
         let window = frame.window.as_ref();
@@ -78,10 +69,7 @@ fn path_points(path: &[Point], view: &Viewport) -> Vec<[f64; 2]> {
         .map(|point| view.at(point))
         .collect();
     let round = |point: [f64; 2]| point.map(|number| (number * 100.0).round() / 100.0);
-    simplify(&points, PATH_TOLERANCE)
-        .into_iter()
-        .map(round)
-        .collect()
+    simplify(&points, PATH_TOLERANCE).into_iter().map(round).collect()
 }
 
 /// Each text that differs from the one before, with its frame.
@@ -109,9 +97,7 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
     let of_winner = |number: fn(&WinnerSi) -> f64| {
         move |frame: &Frame| {
             let window = frame.window.as_ref();
-            window
-                .and_then(|window| window.winner.as_ref())
-                .map_or(f64::NAN, number)
+            window.and_then(|window| window.winner.as_ref()).map_or(f64::NAN, number)
         }
     };
     let lists: [(&str, Series); 29] = [
@@ -146,15 +132,11 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
         ("score", &of_winner(|winner| winner.score)),
     ];
     let encoded = |number: &dyn Fn(&Frame) -> f64| {
-        let bytes = frames
-            .iter()
-            .flat_map(|frame| (number(frame) as f32).to_le_bytes());
+        let bytes = frames.iter().flat_map(|frame| (number(frame) as f32).to_le_bytes());
         Value::from(STANDARD.encode(bytes.collect::<Vec<u8>>()))
     };
-    let object: Map<String, Value> = lists
-        .into_iter()
-        .map(|(name, number)| (name.to_owned(), encoded(number)))
-        .collect();
+    let object: Map<String, Value> =
+        lists.into_iter().map(|(name, number)| (name.to_owned(), encoded(number))).collect();
     object.into()
 }
 
@@ -173,10 +155,7 @@ fn ranges(frames: &[Frame]) -> String {
 fn scores(frames: &[Frame]) -> String {
     const NO_TRAJECTORY: u8 = 7;
     let windows = || frames.iter().map(|frame| frame.window.as_ref());
-    let trajectories = windows()
-        .flatten()
-        .next()
-        .map_or(0, |window| window.scores.len());
+    let trajectories = windows().flatten().next().map_or(0, |window| window.scores.len());
     let padded = |window: Option<&Window>| {
         let mut scores = window.map_or_else(Vec::new, |window| window.scores.clone());
         scores.resize(trajectories, NO_TRAJECTORY);

@@ -167,16 +167,8 @@ mod tests {
         let schema = Path::schema();
         let lines = || schema.lines().filter(|line| !line.starts_with('#'));
         let own: Vec<&str> = lines().take(2).collect();
-        assert_eq!(
-            own,
-            [
-                "std_msgs/Header header",
-                "geometry_msgs/PoseStamped[] poses"
-            ]
-        );
-        let names: Vec<&str> = lines()
-            .filter_map(|line| line.strip_prefix("MSG: "))
-            .collect();
+        assert_eq!(own, ["std_msgs/Header header", "geometry_msgs/PoseStamped[] poses"]);
+        let names: Vec<&str> = lines().filter_map(|line| line.strip_prefix("MSG: ")).collect();
         assert_eq!(
             names,
             [

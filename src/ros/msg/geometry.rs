@@ -124,11 +124,6 @@ messages! {
 impl Default for Quaternion {
     /// The identity.
     fn default() -> Self {
-        Self {
-            x: 0.0,
-            y: 0.0,
-            z: 0.0,
-            w: 1.0,
-        }
+        Self { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }
     }
 }

@@ -50,10 +50,7 @@ impl Setting {
         match source.own_value {
             Some(own) if self.value.as_float() != Some(own) => {
                 let gap = if source.note.is_empty() { "" } else { ": " };
-                format!(
-                    "{}{gap}{own:?}, which is not the tighter limit",
-                    source.note
-                )
+                format!("{}{gap}{own:?}, which is not the tighter limit", source.note)
             }
             _ => source.note.clone(),
         }
@@ -94,16 +91,12 @@ impl ConfigBuilder {
         note: &str,
         own_value: Option<f64>,
     ) {
-        let setting = self.settings.entry(setting).or_insert_with(|| Setting {
-            value: Value::Boolean(false),
-            sources: Vec::new(),
-        });
+        let setting = self
+            .settings
+            .entry(setting)
+            .or_insert_with(|| Setting { value: Value::Boolean(false), sources: Vec::new() });
         setting.value = value.into();
-        setting.sources.push(Source {
-            path,
-            note: note.to_owned(),
-            own_value,
-        });
+        setting.sources.push(Source { path, note: note.to_owned(), own_value });
     }
 
     /// Lists a parameter as unmapped.
@@ -113,11 +106,7 @@ impl ConfigBuilder {
         reason: UnmappedReason,
         explanation: impl Into<String>,
     ) {
-        let new = Unmapped {
-            parameter: path.clone(),
-            reason,
-            explanation: explanation.into(),
-        };
+        let new = Unmapped { parameter: path.clone(), reason, explanation: explanation.into() };
         // A parameter of all nodes is listed by each of them: a known reason replaces an unknown parameter.
         let known = self.unmapped.get(&path);
         if known.is_none_or(|before| before.reason == UnmappedReason::Unknown) {
@@ -204,17 +193,13 @@ impl ConfigBuilder {
             },
             Err(error) => error.message().to_owned(),
         };
-        Err(Nav2Error::OutOfRange {
-            parameters: self.causes(&reason),
-            reason,
-        })
+        Err(Nav2Error::OutOfRange { parameters: self.causes(&reason), reason })
     }
 
     /// The parameters of the settings that an error message names.
     fn causes(&self, message: &str) -> String {
-        let words: Vec<&str> = message
-            .split(|letter: char| !(letter.is_alphanumeric() || letter == '_'))
-            .collect();
+        let words: Vec<&str> =
+            message.split(|letter: char| !(letter.is_alphanumeric() || letter == '_')).collect();
         let is_named = |key: &str| words.contains(&key.rsplit('.').next().unwrap_or(key));
         let paths: Vec<&str> = self
             .settings

@@ -21,11 +21,7 @@ const CHECKERS: [([&str; 2], &str, &[Rule]); 2] = [
         "ProgressChecker",
         tables::PROGRESS_CHECKER,
     ),
-    (
-        ["goal_checker_plugins", "goal_checker_plugin"],
-        "GoalChecker",
-        tables::GOAL_CHECKER,
-    ),
+    (["goal_checker_plugins", "goal_checker_plugin"], "GoalChecker", tables::GOAL_CHECKER),
 ];
 
 /// Imports the parameters of the controller server.
@@ -64,9 +60,8 @@ fn import_controller(
             }
             (Some(first), Some(_)) => leave(plugin, builder, first),
             (_, None) => {
-                let kind = plugin.take("plugin", "a text", |value| {
-                    value.as_str().map(str::to_owned)
-                })?;
+                let kind =
+                    plugin.take("plugin", "a text", |value| value.as_str().map(str::to_owned))?;
                 let type_name = kind.as_ref().map_or("no type", |kind| &kind.value);
                 let explanation = format!("of {type_name}: the import supports only DWB and MPPI");
                 let kind_path = kind.as_ref().map(|kind| kind.path.clone());
@@ -111,11 +106,7 @@ impl Controller {
             MPPI => tables::MPPI,
             _ => return None,
         };
-        Some(Self {
-            rules,
-            in_shim,
-            is_nested: in_shim && primary.is_none(),
-        })
+        Some(Self { rules, in_shim, is_nested: in_shim && primary.is_none() })
     }
 
     fn import(self, mut plugin: Parameters, builder: &mut ConfigBuilder) -> Result<(), Nav2Error> {

@@ -33,23 +33,13 @@ pub(super) fn import_footprint(
         )?
     };
     let (discs, note) = if let Some(polygon) = polygon {
-        (
-            Some(polygon.map(|corners| cover(&corners))),
-            "covered by discs",
-        )
+        (Some(polygon.map(|corners| cover(&corners))), "covered by discs")
     } else {
         let expected = "a number of metres, above zero and at most 100";
         let is_valid = |radius: &f64| *radius > 0.0 && *radius <= MAX_METRES;
-        let radius = parameters.take("robot_radius", expected, |value| {
-            value.as_f64().filter(is_valid)
-        })?;
-        let disc = |radius| {
-            vec![Disc {
-                x: 0.0,
-                y: 0.0,
-                radius,
-            }]
-        };
+        let radius =
+            parameters.take("robot_radius", expected, |value| value.as_f64().filter(is_valid))?;
+        let disc = |radius| vec![Disc { x: 0.0, y: 0.0, radius }];
         (radius.map(|radius| radius.map(disc)), "one disc")
     };
     let Some(mut discs) = discs else {
@@ -57,18 +47,13 @@ pub(super) fn import_footprint(
     };
     let expected = "a number of metres, 0 to 100";
     let padding = parameters.take("footprint_padding", expected, |value| {
-        value
-            .as_f64()
-            .filter(|padding| (0.0..=MAX_METRES).contains(padding))
+        value.as_f64().filter(|padding| (0.0..=MAX_METRES).contains(padding))
     })?;
     for disc in &mut discs.value {
         disc.radius += padding.as_ref().map_or(0.0, |padding| padding.value);
     }
     let value = toml_array(&discs.value);
-    let padding = padding.map(|Parameter { path, .. }| Parameter {
-        path,
-        value: value.clone(),
-    });
+    let padding = padding.map(|Parameter { path, .. }| Parameter { path, value: value.clone() });
     builder.set("robot.footprint", discs.map(|_| value), note);
     if let Some(padding) = padding {
         builder.set("robot.footprint", padding, "added to each radius");
@@ -100,10 +85,7 @@ fn toml_array(discs: &[Disc]) -> toml::Value {
 fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
     let range = |axis: usize| {
         let along = || corners.iter().map(move |corner| corner[axis]);
-        (
-            along().fold(f64::INFINITY, f64::min),
-            along().fold(f64::NEG_INFINITY, f64::max),
-        )
+        (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max))
     };
     let [(back, front), (right, left)] = [range(0), range(1)];
     let (length, width) = (front - back, left - right);
@@ -117,19 +99,11 @@ fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
     let spacing = longer / count as f64;
     let radius = libm::hypot(spacing / 2.0, shorter / 2.0);
     if circumradius <= radius {
-        return vec![Disc {
-            x,
-            y,
-            radius: circumradius,
-        }];
+        return vec![Disc { x, y, radius: circumradius }];
     }
     let disc = |index: usize| {
         let along = (index as f64 + 0.5) * spacing - longer / 2.0;
-        let (x, y) = if length >= width {
-            (x + along, y)
-        } else {
-            (x, y + along)
-        };
+        let (x, y) = if length >= width { (x + along, y) } else { (x, y + along) };
         Disc { x, y, radius }
     };
     (0..count).map(disc).collect()
@@ -153,14 +127,9 @@ mod tests {
 
     #[test]
     fn discs_cover_rectangles() {
-        for (length, width) in [
-            (0.7, 0.5),
-            (0.5, 0.7),
-            (1.0, 1.0),
-            (3.0, 0.2),
-            (0.01, 2.0),
-            (40.0, 0.1),
-        ] {
+        for (length, width) in
+            [(0.7, 0.5), (0.5, 0.7), (1.0, 1.0), (3.0, 0.2), (0.01, 2.0), (40.0, 0.1)]
+        {
             let (x, y) = (0.1, -0.05);
             let at = |share_x: f64, share_y: f64| [x + share_x * length, y + share_y * width];
             let corners = [at(0.5, 0.5), at(0.5, -0.5), at(-0.5, -0.5), at(-0.5, 0.5)];

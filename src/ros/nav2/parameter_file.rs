@@ -46,10 +46,8 @@ impl ParameterFile {
         names: &[&str],
     ) -> Result<String, Nav2Error> {
         let known = self.0.iter().filter(|node| names.contains(&&*node.name));
-        let found: BTreeSet<&str> = known
-            .map(robot)
-            .filter(|namespace| !is_wild(namespace))
-            .collect();
+        let found: BTreeSet<&str> =
+            known.map(robot).filter(|namespace| !is_wild(namespace)).collect();
         let listed = || {
             let quoted = found.iter().map(|namespace| match *namespace {
                 "" => "the root".to_owned(),
@@ -59,10 +57,9 @@ impl ParameterFile {
         };
         match given.map(|given| given.trim_matches('/')) {
             Some(given) if found.contains(given) => Ok(given.to_owned()),
-            Some(given) => Err(Nav2Error::UnknownNamespace {
-                namespace: given.to_owned(),
-                found: listed(),
-            }),
+            Some(given) => {
+                Err(Nav2Error::UnknownNamespace { namespace: given.to_owned(), found: listed() })
+            }
             None if found.len() > 1 => Err(Nav2Error::SeveralNamespaces { found: listed() }),
             None => Ok(found.first().copied().unwrap_or_default().to_owned()),
         }
@@ -73,20 +70,14 @@ impl ParameterFile {
     pub fn node(&self, namespace: &str, name: &str) -> Option<(Parameters, Vec<(String, String)>)> {
         let mut parameters: BTreeMap<String, Parameter<Value>> = BTreeMap::new();
         let mut overridden = Vec::new();
-        let mut matching: Vec<&Node> = self
-            .0
-            .iter()
-            .filter(|node| node.matches(namespace, name))
-            .collect();
+        let mut matching: Vec<&Node> =
+            self.0.iter().filter(|node| node.matches(namespace, name)).collect();
         // The most general first: the others override it.
         matching.sort_by_key(|node| (!is_wild(&node.name), !is_wild(&node.namespace)));
         for node in &matching {
             for (key, value) in &node.parameters {
                 let path = format!("{}.{key}", node.path);
-                let parameter = Parameter {
-                    path: path.clone(),
-                    value: value.clone(),
-                };
+                let parameter = Parameter { path: path.clone(), value: value.clone() };
                 if let Some(before) = parameters.insert(key.clone(), parameter) {
                     overridden.push((before.path, path));
                 }
@@ -136,11 +127,8 @@ fn collect(
             collect(below, &[above, &[key.as_str()]].concat(), nodes)?;
             continue;
         }
-        let names: Vec<&str> = above
-            .iter()
-            .flat_map(|name| name.split('/'))
-            .filter(|name| !name.is_empty())
-            .collect();
+        let names: Vec<&str> =
+            above.iter().flat_map(|name| name.split('/')).filter(|name| !name.is_empty()).collect();
         let path = above.join(".");
         let mut parameters = BTreeMap::new();
         flatten(below, "", &path, &mut parameters)?;
@@ -163,17 +151,11 @@ fn flatten(
     found: &mut BTreeMap<String, Value>,
 ) -> Result<(), Nav2Error> {
     for (key, value) in mapping {
-        let name = if above.is_empty() {
-            key.clone()
-        } else {
-            format!("{above}.{key}")
-        };
+        let name = if above.is_empty() { key.clone() } else { format!("{above}.{key}") };
         if let Value::Object(below) = value {
             flatten(below, &name, path, found)?;
         } else if found.insert(name.clone(), value.clone()).is_some() {
-            return Err(Nav2Error::Duplicate {
-                parameter: format!("{path}.{name}"),
-            });
+            return Err(Nav2Error::Duplicate { parameter: format!("{path}.{name}") });
         }
     }
     Ok(())

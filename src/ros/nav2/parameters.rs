@@ -15,10 +15,7 @@ pub(super) struct Parameter<T> {
 
 impl<T> Parameter<T> {
     pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Parameter<U> {
-        Parameter {
-            path: self.path,
-            value: convert(self.value),
-        }
+        Parameter { path: self.path, value: convert(self.value) }
     }
 }
 
@@ -31,10 +28,7 @@ pub(super) struct Parameters {
 
 impl Parameters {
     pub const fn new(parameters: BTreeMap<String, Parameter<Value>>) -> Self {
-        Self {
-            parameters,
-            used: BTreeSet::new(),
-        }
+        Self { parameters, used: BTreeSet::new() }
     }
 
     /// Removes the parameters of a plugin and returns them without the plugin's name.
@@ -127,10 +121,7 @@ impl Parameters {
     pub fn unused(self) -> impl Iterator<Item = (String, String)> {
         let Self { parameters, used } = self;
         let unused = move |(name, _): &(String, _)| !used.contains(name);
-        parameters
-            .into_iter()
-            .filter(unused)
-            .map(|(name, parameter)| (name, parameter.path))
+        parameters.into_iter().filter(unused).map(|(name, parameter)| (name, parameter.path))
     }
 }
 

@@ -80,11 +80,7 @@ impl Rule {
     /// The same rule with a conversion and a note about it.
     pub const fn convert(self, conversion: Conversion, note: &'static str) -> Self {
         match self {
-            Self::Map(mapping) => Self::Map(Mapping {
-                conversion,
-                note,
-                ..mapping
-            }),
+            Self::Map(mapping) => Self::Map(Mapping { conversion, note, ..mapping }),
             other => other,
         }
     }
@@ -92,10 +88,7 @@ impl Rule {
     /// The same rule with a condition.
     pub const fn when(self, condition: fn(&Parameters) -> bool) -> Self {
         match self {
-            Self::Map(mapping) => Self::Map(Mapping {
-                condition,
-                ..mapping
-            }),
+            Self::Map(mapping) => Self::Map(Mapping { condition, ..mapping }),
             other => other,
         }
     }
@@ -136,9 +129,7 @@ impl Mapping {
                 })?;
                 frequency.map(|frequency| frequency.map(f64::recip))
             }
-            Conversion::Angle => parameters
-                .number(name)?
-                .map(|angle| angle.map(|a| a.min(PI))),
+            Conversion::Angle => parameters.number(name)?.map(|angle| angle.map(|a| a.min(PI))),
             Conversion::Element(index) => {
                 let triple = parameters.triple(name)?;
                 triple.map(|triple| triple.map(|values| values[index]))
@@ -223,10 +214,8 @@ pub(super) fn mppi_horizon(
         let default = steps.clone().map(|_| DEFAULT_STEP_S);
         builder.set("local.sim_step_s", default, "Nav2's default of model_dt");
     }
-    let sources = [
-        step.map(|step| step.map(|_| horizon_s)),
-        steps.map(|steps| steps.map(|_| horizon_s)),
-    ];
+    let sources =
+        [step.map(|step| step.map(|_| horizon_s)), steps.map(|steps| steps.map(|_| horizon_s))];
     for source in sources.into_iter().flatten() {
         builder.set("local.sim_time_s", source, &note);
     }
@@ -264,10 +253,7 @@ pub(super) fn rotation_thresholds(
     parameters: &mut Parameters,
     builder: &mut ConfigBuilder,
 ) -> Result<(), Nav2Error> {
-    let (from, until) = (
-        "navigator.rotate_in_place_from",
-        "navigator.rotate_in_place_until",
-    );
+    let (from, until) = ("navigator.rotate_in_place_from", "navigator.rotate_in_place_until");
     let start = parameters.number("angular_dist_threshold")?;
     let end = parameters.number("angular_disengage_threshold")?;
     if let Some(start) = start {

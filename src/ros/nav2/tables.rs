@@ -73,9 +73,7 @@ const PATH_COST: &str = "a cost in cells of the costmap, added without normaliza
 const HEADING_COST: &str = "a cost in cells of the costmap, added without normalization; local.weights.heading weights the angle to the target, normalized over all samples";
 
 fn has_speed_limit(parameters: &Parameters) -> bool {
-    let limit = parameters
-        .peek("max_speed_xy")
-        .and_then(serde_json::Value::as_f64);
+    let limit = parameters.peek("max_speed_xy").and_then(serde_json::Value::as_f64);
     limit.is_none_or(|limit| limit >= 0.0)
 }
 

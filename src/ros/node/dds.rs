@@ -77,14 +77,9 @@ impl DdsNode {
         let context = Context::from_domain_participant(participant.build().map_err(dds_error)?)
             .map_err(dds_error)?;
         // The node has no ROS parameters and no ROS log.
-        let options = NodeOptions::new()
-            .enable_rosout(false)
-            .start_parameter_services(false);
+        let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let mut node = context.new_node(name, options).map_err(dds_error)?;
-        let mut builder = EndpointBuilder {
-            node: &mut node,
-            namespace,
-        };
+        let mut builder = EndpointBuilder { node: &mut node, namespace };
         Ok(Self {
             map: builder.subscription(Topic::Map, latched(1))?,
             scan: builder.subscription(Topic::Scan, sensor_data())?,
@@ -114,12 +109,7 @@ impl DdsNode {
             IncomingMessage::StaticTransforms,
             &mut all,
         );
-        take(
-            &self.transforms,
-            Topic::Transforms,
-            IncomingMessage::Transforms,
-            &mut all,
-        );
+        take(&self.transforms, Topic::Transforms, IncomingMessage::Transforms, &mut all);
         take(&self.map, Topic::Map, IncomingMessage::Map, &mut all);
         let odometry = |message| IncomingMessage::Odometry(Box::new(message));
         take(&self.odometry, Topic::Odometry, odometry, &mut all);
@@ -137,9 +127,9 @@ impl DdsNode {
                 CommandPublisher::Plain(publisher) => {
                     publisher.publish(msg::Twist::from(command)).is_ok()
                 }
-                CommandPublisher::Stamped(publisher) => publisher
-                    .publish(msg::TwistStamped::new(command, stamp, base_frame))
-                    .is_ok(),
+                CommandPublisher::Stamped(publisher) => {
+                    publisher.publish(msg::TwistStamped::new(command, stamp, base_frame)).is_ok()
+                }
             };
         }
         if let Some(path) = outgoing.path {
@@ -168,9 +158,7 @@ impl EndpointBuilder<'_> {
     fn topic<M: Message>(&self, name: &str, qos: &QosProfile) -> Result<rustdds::Topic, NodeError> {
         let name = topic_name(self.namespace, name)?;
         let message_type = MessageTypeName::new(M::PACKAGE, M::NAME);
-        self.node
-            .create_topic(&name, message_type, qos)
-            .map_err(dds_error)
+        self.node.create_topic(&name, message_type, qos).map_err(dds_error)
     }
 
     fn subscription<M: Message + DeserializeOwned + 'static>(
@@ -199,20 +187,12 @@ fn topic_name(namespace: &str, name: &str) -> Result<Name, NodeError> {
 }
 
 fn bad_namespace(namespace: &str, error: &NameError) -> NodeError {
-    NodeError::BadNamespace {
-        namespace: namespace.to_owned(),
-        reason: error.to_string(),
-    }
+    NodeError::BadNamespace { namespace: namespace.to_owned(), reason: error.to_string() }
 }
 
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "`map_err` passes the error by value"
-)]
+#[expect(clippy::needless_pass_by_value, reason = "`map_err` passes the error by value")]
 fn dds_error(error: impl ToString) -> NodeError {
-    NodeError::Dds {
-        reason: error.to_string(),
-    }
+    NodeError::Dds { reason: error.to_string() }
 }
 
 /// Takes the received messages of a topic.
@@ -234,9 +214,7 @@ fn take<M: DeserializeOwned + 'static>(
 /// Reliable delivery of the newest messages. A writer never waits for a reader.
 fn reliable(depth: usize) -> QosProfile {
     QosProfile::default()
-        .reliability(Reliability::Reliable {
-            when_full: WhenFull::Fail,
-        })
+        .reliability(Reliability::Reliable { when_full: WhenFull::Fail })
         .history(History::KeepLast { depth })
 }
 
@@ -249,7 +227,5 @@ fn latched(depth: usize) -> QosProfile {
 fn sensor_data() -> QosProfile {
     QosProfile::default()
         .reliability_best_effort()
-        .history(History::KeepLast {
-            depth: SENSOR_DEPTH,
-        })
+        .history(History::KeepLast { depth: SENSOR_DEPTH })
 }

@@ -22,10 +22,8 @@ impl Frames {
     pub fn update(&mut self, message: &TFMessage) -> Result<(), MessageError> {
         for stamped in &message.transforms {
             let msg::Vector3 { x, y, z } = stamped.transform.translation;
-            let pose = msg::Pose {
-                position: Point { x, y, z },
-                orientation: stamped.transform.rotation,
-            };
+            let pose =
+                msg::Pose { position: Point { x, y, z }, orientation: stamped.transform.rotation };
             let pose = planar_pose("a transform", &pose)?;
             let child = frame_name("child_frame_id", &stamped.child_frame_id)?;
             let parent = frame_name("header.frame_id", &stamped.header.frame_id)?;

@@ -101,17 +101,9 @@ pub struct MapInput {
 
 impl Display for MapInput {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let GridFrame {
-            width,
-            height,
-            resolution_m,
-            ..
-        } = self.grid.frame();
+        let GridFrame { width, height, resolution_m, .. } = self.grid.frame();
         let frame = &self.frame;
-        write!(
-            f,
-            "{width} by {height} cells of {resolution_m} m in the frame `{frame}`"
-        )
+        write!(f, "{width} by {height} cells of {resolution_m} m in the frame `{frame}`")
     }
 }
 
@@ -127,11 +119,7 @@ impl TryFrom<&msg::OccupancyGrid> for MapInput {
         let resolution_m = shortest_decimal(info.resolution);
         let frame = GridFrame::new(side(width), side(height), resolution_m, origin)?;
         if cells.len() != frame.len() {
-            return Err(MessageError::WrongCellCount {
-                found: cells.len(),
-                width,
-                height,
-            });
+            return Err(MessageError::WrongCellCount { found: cells.len(), width, height });
         }
         let is_bad = |value: &i8| *value != UNKNOWN && !(0..=100).contains(value);
         if let Some(index) = cells.iter().position(is_bad) {
@@ -147,10 +135,7 @@ impl TryFrom<&msg::OccupancyGrid> for MapInput {
 
 /// The shortest decimal of a float32: 0.05 instead of 0.05000000074505806.
 fn shortest_decimal(single: f32) -> f64 {
-    single
-        .to_string()
-        .parse()
-        .unwrap_or_else(|_| f64::from(single))
+    single.to_string().parse().unwrap_or_else(|_| f64::from(single))
 }
 
 /// Odometry: a pose in its frame and a velocity in the base frame.
@@ -194,10 +179,8 @@ pub fn goal(message: &msg::PoseStamped) -> Result<(String, Goal), MessageError> 
         pose.orientation = msg::Quaternion::default();
     }
     let pose = planar_pose("pose", &pose)?;
-    let goal = Goal {
-        position: Point::new(pose.x, pose.y),
-        yaw: (!is_yaw_free).then_some(pose.yaw),
-    };
+    let goal =
+        Goal { position: Point::new(pose.x, pose.y), yaw: (!is_yaw_free).then_some(pose.yaw) };
     Ok((frame, goal))
 }
 

@@ -99,8 +99,7 @@ impl LatestInputs {
         let moved = input.timed.as_ref().filter(|timed| {
             let first_s = timed.beams.first().map(|beam| beam.time_s);
             let then = first_s.and_then(|first_s| self.history.at(first_s));
-            then.zip(self.history.newest())
-                .is_some_and(|(then, (_, now))| has_moved(&then, &now))
+            then.zip(self.history.newest()).is_some_and(|(then, (_, now))| has_moved(&then, &now))
         });
         match moved {
             Some(timed) => deskew(&input.scan, timed, &mount, &self.history),
@@ -165,10 +164,7 @@ mod tests {
     }
 
     fn header(frame_id: &str, time_s: f64) -> Header {
-        Header {
-            stamp: Time::from_seconds(time_s),
-            frame_id: frame_id.to_owned(),
-        }
+        Header { stamp: Time::from_seconds(time_s), frame_id: frame_id.to_owned() }
     }
 
     /// A revolution of a moving lidar.
@@ -209,10 +205,7 @@ mod tests {
             transform: Transform::from(mount),
         };
         let transforms = vec![mounted];
-        inputs
-            .frames
-            .update(&TFMessage { transforms })
-            .expect("valid");
+        inputs.frames.update(&TFMessage { transforms }).expect("valid");
         for tick in -5..=15 {
             let time_s = START_S + 0.01 * f64::from(tick);
             let mut odometry = Odometry {

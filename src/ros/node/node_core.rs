@@ -20,10 +20,7 @@ const STOP_S: f64 = 1.0;
 /// Interval of the markers, seconds.
 const MARKER_INTERVAL_S: f64 = 0.2;
 /// Lifetime of a marker: markers disappear if the node stops.
-const MARKER_LIFETIME: Duration = Duration {
-    sec: 0,
-    nanosec: 500_000_000,
-};
+const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 500_000_000 };
 
 /// Settings of a node.
 #[derive(Clone, Debug, Default)]
@@ -202,9 +199,7 @@ impl NodeCore {
     /// The navigator's decision; none if an input is missing, the robot must stop before planning, or there is no path.
     fn decide(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Option<Decision> {
         let timeout_s = self.settings.config.navigator.scan_timeout_s;
-        let observation = self
-            .inputs
-            .observation(now_s, timeout_s, self.settings.odom_is_map);
+        let observation = self.inputs.observation(now_s, timeout_s, self.settings.odom_is_map);
         let observation = match observation {
             Ok(observation) => observation,
             Err(missing) => {
@@ -241,10 +236,7 @@ impl NodeCore {
         let config = &self.settings.config;
         let known = map.grid.obstacles(config.unknown);
         let route_planner = config.route_planner(known.frame().resolution_m);
-        let waypoints = Waypoints {
-            start: pose.position(),
-            goals: vec![*goal],
-        };
+        let waypoints = Waypoints { start: pose.position(), goals: vec![*goal] };
         let engine = Box::new(self.engine.clone());
         Some(Navigator::new(
             known,
@@ -259,8 +251,7 @@ impl NodeCore {
 
     fn start(&mut self, navigator: Navigator) {
         let to = navigator.goal().position;
-        self.notices
-            .push(format!("driving to ({:.2}, {:.2})", to.x, to.y));
+        self.notices.push(format!("driving to ({:.2}, {:.2})", to.x, to.y));
         if self.inputs.lidar_mount().is_none() {
             let base_frame = self.base_frame().to_owned();
             self.notices.no_lidar_mount(&base_frame);
@@ -314,10 +305,7 @@ impl NodeCore {
         else {
             return;
         };
-        let header = Header {
-            stamp,
-            frame_id: map.frame.clone(),
-        };
+        let header = Header { stamp, frame_id: map.frame.clone() };
         let plans = navigator.plans();
         let new_plan = plans.get(self.published_plans..).and_then(<[_]>::last);
         outgoing.path = new_plan.map(|plan| convert::path(plan.smoothed.points(), &header));

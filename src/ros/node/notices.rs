@@ -28,11 +28,7 @@ pub struct NodeStats {
 
 impl NodeStats {
     pub(super) fn count_message(&mut self, topic: Topic, is_accepted: bool) {
-        let counts = if is_accepted {
-            &mut self.received
-        } else {
-            &mut self.rejected
-        };
+        let counts = if is_accepted { &mut self.received } else { &mut self.rejected };
         *counts.entry(topic.name()).or_default() += 1;
     }
 }
@@ -60,10 +56,7 @@ impl Notices {
     /// A message is rejected. There is one notice for each topic and kind of error.
     pub fn rejected(&mut self, topic: Topic, error: &MessageError) {
         if self.rejections.insert((topic, discriminant(error))) {
-            self.push(format!(
-                "a message on {} is rejected: {error}",
-                topic.name()
-            ));
+            self.push(format!("a message on {} is rejected: {error}", topic.name()));
         }
     }
 
@@ -95,9 +88,8 @@ impl Notices {
     /// Reports a sensor fault at its first tick.
     pub fn sensor_fault(&mut self, mode: Mode, navigator: &Navigator) {
         let has_sensor_fault = mode == Mode::SensorFault;
-        if let Some(fault) = navigator
-            .observation_fault()
-            .filter(|_| has_sensor_fault && !self.had_sensor_fault)
+        if let Some(fault) =
+            navigator.observation_fault().filter(|_| has_sensor_fault && !self.had_sensor_fault)
         {
             self.push(format!("braking: {fault}"));
         }

@@ -51,12 +51,7 @@ pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
         ranges.reverse();
         angle_min = first + found.saturating_sub(1) as f64 * step;
     }
-    Ok(Scan {
-        angle_min,
-        angle_increment: step.abs(),
-        range_max,
-        ranges,
-    })
+    Ok(Scan { angle_min, angle_increment: step.abs(), range_max, ranges })
 }
 
 /// The scan in the order of measurement, with the time of each beam by the sender's clock. None if the message has no stamp.
@@ -70,21 +65,14 @@ pub fn timed_scan(message: &LaserScan, scan: &Scan) -> Option<TimedScan> {
     let step_s = if is_step { step_s } else { 0.0 };
     let is_clockwise = message.angle_increment < 0.0;
     let beam = |index: usize| {
-        let at = if is_clockwise {
-            count - 1 - index
-        } else {
-            index
-        };
+        let at = if is_clockwise { count - 1 - index } else { index };
         Beam {
             angle: scan.angle(at),
             range: scan.ranges[at],
             time_s: stamp.seconds() + index as f64 * step_s,
         }
     };
-    Some(TimedScan {
-        beams: (0..count).map(beam).collect(),
-        range_max: scan.range_max,
-    })
+    Some(TimedScan { beams: (0..count).map(beam).collect(), range_max: scan.range_max })
 }
 
 /// A range by REP-117: a detection below the limits becomes the shortest range, any other value outside the limits NaN.
@@ -116,21 +104,14 @@ pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistor
 /// The scan in the robot's frame, the nearest return in each direction. `mount` is the lidar's pose on the robot.
 pub fn to_robot_frame(scan: Scan, mount: &Pose) -> Scan {
     if mount.position().coords.norm() <= AT_ORIGIN_M {
-        return Scan {
-            angle_min: scan.angle_min + mount.yaw,
-            ..scan
-        };
+        return Scan { angle_min: scan.angle_min + mount.yaw, ..scan };
     }
     if scan.ranges.is_empty() {
         return scan;
     }
     let beams = (TAU / scan.angle_increment).ceil().clamp(1.0, MAX_BEAMS);
     let beam = |(index, &range): (usize, &f64)| {
-        let beam = Beam {
-            angle: scan.angle(index),
-            range,
-            time_s: 0.0,
-        };
+        let beam = Beam { angle: scan.angle(index), range, time_s: 0.0 };
         let beam = beam.from_mount(mount);
         (!range.is_nan()).then_some((beam.angle, beam.range))
     };
@@ -156,11 +137,7 @@ fn require(
     if is_valid {
         return Ok(());
     }
-    Err(MessageError::OutOfRange {
-        field,
-        value,
-        expected,
-    })
+    Err(MessageError::OutOfRange { field, value, expected })
 }
 
 #[cfg(test)]

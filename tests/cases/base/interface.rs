@@ -7,14 +7,12 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// 0.5 m/s, -0.1 rad/s; computed by hand from the protocol.
-const GOLDEN_COMMAND: [u8; COMMAND_LENGTH] = [
-    0x7B, 0x00, 0x00, 0x01, 0xF4, 0x00, 0x00, 0xFF, 0x9C, 0xED, 0x7D,
-];
+const GOLDEN_COMMAND: [u8; COMMAND_LENGTH] =
+    [0x7B, 0x00, 0x00, 0x01, 0xF4, 0x00, 0x00, 0xFF, 0x9C, 0xED, 0x7D];
 
 /// The stop command; its check byte equals the head mark.
-const GOLDEN_STOP: [u8; COMMAND_LENGTH] = [
-    0x7B, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x7B, 0x7D,
-];
+const GOLDEN_STOP: [u8; COMMAND_LENGTH] =
+    [0x7B, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x7B, 0x7D];
 
 /// 0.5 m/s, -0.1 rad/s, 16384 counts of vertical acceleration, -375 of yaw rate, 24 V.
 const GOLDEN_FEEDBACK: [u8; FEEDBACK_LENGTH] = [
@@ -60,10 +58,7 @@ fn commands_equal_the_golden_frames() {
 fn commands_round_halves_away_from_zero_and_saturate() {
     let fields = |linear, angular| {
         let bytes = encode(linear, angular);
-        (
-            i16::from_be_bytes([bytes[3], bytes[4]]),
-            i16::from_be_bytes([bytes[7], bytes[8]]),
-        )
+        (i16::from_be_bytes([bytes[3], bytes[4]]), i16::from_be_bytes([bytes[7], bytes[8]]))
     };
     assert_eq!(fields(0.0005, -0.0005), (1, -1));
     assert_eq!(fields(0.0025, -0.0025), (3, -3));
@@ -74,14 +69,8 @@ fn commands_round_halves_away_from_zero_and_saturate() {
 
 #[test]
 fn commands_that_are_not_finite_are_rejected() {
-    for (linear, angular) in [
-        (f64::NAN, 0.0),
-        (0.0, f64::INFINITY),
-        (f64::NEG_INFINITY, 0.0),
-    ] {
-        let command = Command {
-            twist: Twist::new(linear, angular),
-        };
+    for (linear, angular) in [(f64::NAN, 0.0), (0.0, f64::INFINITY), (f64::NEG_INFINITY, 0.0)] {
+        let command = Command { twist: Twist::new(linear, angular) };
         let refusal = command.encode().unwrap_err();
         assert!(matches!(refusal, BaseError::NotFinite { .. }), "{refusal}");
     }
@@ -116,17 +105,9 @@ fn frame_may_be_split_at_every_byte() {
     for split in 0..=FEEDBACK_LENGTH {
         let mut decoder = Decoder::<Report>::default();
         decoder.push(&GOLDEN_FEEDBACK[..split]);
-        assert_eq!(
-            decoder.next().is_some(),
-            split == FEEDBACK_LENGTH,
-            "split {split}"
-        );
+        assert_eq!(decoder.next().is_some(), split == FEEDBACK_LENGTH, "split {split}");
         decoder.push(&GOLDEN_FEEDBACK[split..]);
-        assert_eq!(
-            decoder.next().is_some(),
-            split < FEEDBACK_LENGTH,
-            "split {split}"
-        );
+        assert_eq!(decoder.next().is_some(), split < FEEDBACK_LENGTH, "split {split}");
         assert_eq!(decoder.dropped_bytes(), 0);
     }
 }
@@ -163,11 +144,7 @@ fn damaged_byte_loses_own_frame_only() {
             decoder.push(&damaged);
             decoder.push(&GOLDEN_FEEDBACK);
             let reports: Vec<Report> = decoder.by_ref().collect();
-            assert_eq!(
-                reports,
-                decode(&GOLDEN_FEEDBACK),
-                "byte {at} flipped by {flip:02X}"
-            );
+            assert_eq!(reports, decode(&GOLDEN_FEEDBACK), "byte {at} flipped by {flip:02X}");
             assert_eq!(decoder.dropped_bytes(), FEEDBACK_LENGTH as u64);
         }
     }
@@ -212,13 +189,8 @@ mod serial {
 
     fn connect(settings: SerialSettings) -> (TTYPort, Wheeltec) {
         let (mut device, port) = TTYPort::pair().expect("pseudo-terminals");
-        device
-            .set_timeout(Duration::from_secs(20))
-            .expect("a timeout");
-        (
-            device,
-            SerialBase::from_port(Box::new(port), "pty", session(), settings),
-        )
+        device.set_timeout(Duration::from_secs(20)).expect("a timeout");
+        (device, SerialBase::from_port(Box::new(port), "pty", session(), settings))
     }
 
     /// Waits for the first feedback: bytes take a moment through the terminal.
@@ -255,15 +227,9 @@ mod serial {
     #[test]
     fn feedback_in_pieces_is_decoded_and_latest_kept() {
         let (mut device, mut base) = connect(LONG_TIMEOUTS);
-        assert!(matches!(
-            base.feedback(),
-            Err(BaseError::NoFeedbackYet { .. })
-        ));
+        assert!(matches!(base.feedback(), Err(BaseError::NoFeedbackYet { .. })));
         device.write_all(&GOLDEN_FEEDBACK[..10]).unwrap();
-        assert!(matches!(
-            base.feedback(),
-            Err(BaseError::NoFeedbackYet { .. })
-        ));
+        assert!(matches!(base.feedback(), Err(BaseError::NoFeedbackYet { .. })));
         device.write_all(&GOLDEN_FEEDBACK[10..]).unwrap();
         let feedback = await_feedback(&mut base).unwrap();
         let golden = Feedback {
@@ -276,10 +242,7 @@ mod serial {
         assert_eq!(feedback, golden);
         assert_eq!(base.feedback(), Ok(golden), "until a newer one arrives");
 
-        let stopped = Report {
-            motors_disabled: true,
-            ..Report::default()
-        };
+        let stopped = Report { motors_disabled: true, ..Report::default() };
         device.write_all(&stopped.encode()).unwrap();
         let newer = std::iter::repeat_with(|| base.feedback().unwrap())
             .find(|feedback| *feedback != golden)
@@ -296,15 +259,8 @@ mod serial {
         });
         device.write_all(&GOLDEN_FEEDBACK).unwrap();
         // On a busy machine the timeout may pass before the first answer.
-        let timed_out = std::iter::repeat_with(|| base.feedback()).find(|answer| {
-            matches!(
-                answer,
-                Err(BaseError::TimedOut {
-                    timeout_ms: 200,
-                    ..
-                })
-            )
-        });
+        let timed_out = std::iter::repeat_with(|| base.feedback())
+            .find(|answer| matches!(answer, Err(BaseError::TimedOut { timeout_ms: 200, .. })));
         assert!(timed_out.is_some());
     }
 
@@ -312,27 +268,20 @@ mod serial {
     fn closed_device_is_disconnected() {
         let (device, mut base) = connect(LONG_TIMEOUTS);
         drop(device);
-        let disconnected = BaseError::Disconnected {
-            port: "pty".to_owned(),
-        };
+        let disconnected = BaseError::Disconnected { port: "pty".to_owned() };
         assert_eq!(base.send(&Twist::STOP), Err(disconnected.clone()));
         assert_eq!(base.feedback(), Err(disconnected));
     }
 
     #[test]
     fn device_that_never_reads_times_out() {
-        let (mut device, mut base) = connect(SerialSettings {
-            send_timeout: Duration::from_millis(50),
-            ..LONG_TIMEOUTS
-        });
+        let (mut device, mut base) =
+            connect(SerialSettings { send_timeout: Duration::from_millis(50), ..LONG_TIMEOUTS });
         // The terminal holds a few thousand commands before it is full.
         let refusal = (0..100_000)
             .find_map(|_| base.send(&Twist::new(0.5, -0.1)).err())
             .expect("the line never filled up");
-        assert!(
-            matches!(refusal, BaseError::TimedOut { timeout_ms: 50, .. }),
-            "{refusal}"
-        );
+        assert!(matches!(refusal, BaseError::TimedOut { timeout_ms: 50, .. }), "{refusal}");
         // When the device reads again the line recovers; all commands are complete except the truncated one.
         let mut decoder = Decoder::<Command>::default();
         let mut bytes = [0; 4096];
@@ -340,11 +289,7 @@ mod serial {
         while let Ok(count) = device.read(&mut bytes) {
             decoder.push(&bytes[..count]);
         }
-        assert!(
-            decoder
-                .by_ref()
-                .all(|command| command.twist == Twist::new(0.5, -0.1))
-        );
+        assert!(decoder.by_ref().all(|command| command.twist == Twist::new(0.5, -0.1)));
         base.send(&Twist::STOP).unwrap();
         device.set_timeout(Duration::from_secs(20)).unwrap();
         let last = loop {
@@ -360,14 +305,8 @@ mod serial {
 
     #[test]
     fn missing_port_is_named() {
-        let error = SerialBase::open("no-such-port", session(), SerialSettings::default())
-            .err()
-            .unwrap();
-        assert!(
-            error
-                .to_string()
-                .starts_with("no-such-port: cannot be opened"),
-            "{error}"
-        );
+        let error =
+            SerialBase::open("no-such-port", session(), SerialSettings::default()).err().unwrap();
+        assert!(error.to_string().starts_with("no-such-port: cannot be opened"), "{error}");
     }
 }

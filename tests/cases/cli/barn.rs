@@ -52,11 +52,7 @@ fn barn_drives_every_world_with_every_seed() {
          rows[].tick_p99_ms real",
     );
     let all = &object["summary"]["all"];
-    assert_eq!(
-        (&all["worlds"], &all["runs"]),
-        (&json!(2), &json!(4)),
-        "{object}"
-    );
+    assert_eq!((&all["worlds"], &all["runs"]), (&json!(2), &json!(4)), "{object}");
     let means = &object["summary"]["over_worlds"];
     assert_eq!(means["success"], json!(1.0), "{object}");
     assert_eq!(object["summary"]["published"]["score"], json!(0.15));
@@ -69,10 +65,7 @@ fn barn_drives_every_world_with_every_seed() {
         rows.iter().map(key).collect()
     };
     let key = |world: &str, seed| (world.to_owned(), seed);
-    assert_eq!(
-        keys(&object),
-        [key("3", 0), key("3", 1), key("12", 0), key("12", 1)]
-    );
+    assert_eq!(keys(&object), [key("3", 0), key("3", 1), key("12", 0), key("12", 1)]);
     let (_, one) = place.json(&format!("{BENCH} --only 12"));
     assert_eq!(keys(&one), [key("12", 0)]);
     assert_eq!(one["summary"]["published"], json!(null));
@@ -96,9 +89,7 @@ fn barn_resumes_from_its_folder() {
     // Two results are lost, and one is damaged by hand: that one is reported.
     let cells = || -> Vec<_> {
         let entries = fs::read_dir(place.path("runs/cells")).expect("a folder");
-        let mut cells: Vec<_> = entries
-            .map(|entry| entry.expect("an entry").path())
-            .collect();
+        let mut cells: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
         cells.sort();
         cells
     };
@@ -128,9 +119,8 @@ fn barn_resumes_from_its_folder() {
 #[test]
 fn barn_trace_draws_and_writes_one_run() {
     let place = place();
-    let (status, row) = place.json(&format!(
-        "{BENCH} --trace 12,4 --svg run.svg --ticks run.jsonl"
-    ));
+    let (status, row) =
+        place.json(&format!("{BENCH} --trace 12,4 --svg run.svg --ticks run.jsonl"));
     assert_eq!(status, 0);
     assert_eq!((&row["world"], &row["seed"]), (&json!("12"), &json!(4)));
     let picture = fs::read_to_string(place.path("run.svg")).expect("a picture");
@@ -191,10 +181,7 @@ fn barn_rejects_bad_arguments_and_files() {
         let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
         let refusal = place.refusal(&format!("bench barn {arguments}"));
         for word in words.split("; ") {
-            assert!(
-                refusal.contains(word),
-                "{arguments}: no {word:?} in: {refusal}"
-            );
+            assert!(refusal.contains(word), "{arguments}: no {word:?} in: {refusal}");
         }
     }
 }

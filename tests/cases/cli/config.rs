@@ -40,10 +40,7 @@ fn place() -> Workplace {
 fn printed_configuration_is_valid_and_equals_defaults() {
     let place = place();
     for (flags, command) in [
-        (
-            "",
-            "plan --map mine.yaml --start 10,5 --goal 80,40 --config",
-        ),
+        ("", "plan --map mine.yaml --start 10,5 --goal 80,40 --config"),
         ("--base", "config --base --check"),
     ] {
         let run = place.run(&format!("config --print {flags}"));
@@ -53,10 +50,7 @@ fn printed_configuration_is_valid_and_equals_defaults() {
         assert_eq!((used.status, used.errors.len()), (0, 0), "{used:?}");
         let (status, object) = place.json(&format!("config --print {flags}"));
         assert_eq!(status, 0);
-        assert_fields(
-            &object,
-            "config text, keys list, keys[].key text, keys[].description text",
-        );
+        assert_fields(&object, "config text, keys list, keys[].key text, keys[].description text");
         let text = object["config"].as_str().expect("a text");
         assert_eq!(text.trim_end(), run.stdout.trim_end());
     }
@@ -76,44 +70,22 @@ fn check_reports_errors_of_the_commands() {
     place.write("bad.toml", "[local]\nvx_sample = 8\n");
     place.write("base.toml", "[supervisor]\nrate_hz = 1.0\n");
     let run = place.run("config --check good.toml");
-    assert_eq!(
-        (run.status, &*run.stdout),
-        (0, "good.toml: ok\n"),
-        "{run:?}"
-    );
+    assert_eq!((run.status, &*run.stdout), (0, "good.toml: ok\n"), "{run:?}");
     let (_, object) = place.json("config --check good.toml");
     assert_fields(&object, "file text, ok bool");
     for (arguments, words) in [
-        (
-            "--check bad.toml",
-            "bad.toml: line 2; did you mean `vx_samples`?",
-        ),
+        ("--check bad.toml", "bad.toml: line 2; did you mean `vx_samples`?"),
         ("--check gone.toml", "--check gone.toml: cannot be read"),
-        (
-            "--check base.toml",
-            "base.toml: line 1; unknown field `supervisor`",
-        ),
-        (
-            "--base --check base.toml",
-            "base.toml: [supervisor] rate_hz is 1; 5 to 1000",
-        ),
-        (
-            "--base --check good.toml",
-            "good.toml: line 1; unknown field `local`",
-        ),
+        ("--check base.toml", "base.toml: line 1; unknown field `supervisor`"),
+        ("--base --check base.toml", "base.toml: [supervisor] rate_hz is 1; 5 to 1000"),
+        ("--base --check good.toml", "good.toml: line 1; unknown field `local`"),
         ("", "--print; --check; --help"),
         ("--print --check good.toml", "--print; --check"),
-        (
-            "--print import-nav2 nav2_params.yaml",
-            "import-nav2; --print",
-        ),
+        ("--print import-nav2 nav2_params.yaml", "import-nav2; --print"),
     ] {
         let refusal = place.refusal(&format!("config {arguments}"));
         for word in words.split("; ") {
-            assert!(
-                refusal.contains(word),
-                "{arguments}: no {word:?} in: {refusal}"
-            );
+            assert!(refusal.contains(word), "{arguments}: no {word:?} in: {refusal}");
         }
     }
 }
@@ -131,10 +103,7 @@ fn imported_nav2_settings_drive() {
         "sim_time_s = 2.0",
         "control_period_s = 0.1",
     ] {
-        assert!(
-            run.stdout.lines().any(|found| found == line),
-            "{line}: {run:?}"
-        );
+        assert!(run.stdout.lines().any(|found| found == line), "{line}: {run:?}");
     }
     for words in [
         "not mapped: controller_server.FollowPath.PathDist.scale: different meaning",
@@ -143,14 +112,9 @@ fn imported_nav2_settings_drive() {
         "ignored nodes: planner_server",
         "7 parameters mapped, 4 not mapped",
     ] {
-        assert!(
-            run.errors.iter().any(|line| line.contains(words)),
-            "{words}: {run:?}"
-        );
+        assert!(run.errors.iter().any(|line| line.contains(words)), "{words}: {run:?}");
     }
-    let written = place.run(&format!(
-        "{import} --output robot.toml --base-output base.toml"
-    ));
+    let written = place.run(&format!("{import} --output robot.toml --base-output base.toml"));
     assert_eq!((written.status, &*written.stdout), (0, ""), "{written:?}");
     let text = std::fs::read_to_string(place.path("robot.toml")).expect("it was written");
     assert_eq!(text.trim_end(), run.stdout.trim_end());
@@ -178,18 +142,9 @@ fn unusable_nav2_files_are_rejected() {
         ("empty.yaml", String::new()),
         ("cut.yaml", NAV2.replace("0.8", "[0.8")),
         ("map.yaml", "image: mine.png\nresolution: 0.1\n".to_owned()),
-        (
-            "text.yaml",
-            NAV2.replace("sim_time: 2.0", "sim_time: $(var time)"),
-        ),
-        (
-            "zero.yaml",
-            NAV2.replace("max_vel_theta: 1.2", "max_vel_theta: 0.0"),
-        ),
-        (
-            "far.yaml",
-            NAV2.replace("sim_time: 2.0", "sim_time: 4000.0"),
-        ),
+        ("text.yaml", NAV2.replace("sim_time: 2.0", "sim_time: $(var time)")),
+        ("zero.yaml", NAV2.replace("max_vel_theta: 1.2", "max_vel_theta: 0.0")),
+        ("far.yaml", NAV2.replace("sim_time: 2.0", "sim_time: 4000.0")),
         (
             "robots.yaml",
             robots("/one")
@@ -216,31 +171,16 @@ fn unusable_nav2_files_are_rejected() {
             "zero.yaml --output keep.toml",
             "controller_server.FollowPath.max_vel_theta; max_vel_theta is 0; above zero",
         ),
-        (
-            "far.yaml",
-            "controller_server.FollowPath.sim_time; sim_time_s is 4000; at most 1000",
-        ),
+        ("far.yaml", "controller_server.FollowPath.sim_time; sim_time_s is 4000; at most 1000"),
         ("robots.yaml", "the root, `one`, `two`; --namespace"),
         ("robots.yaml --namespace three", "`three`; `one`, `two`"),
-        (
-            "nav2_params.yaml --output out.yaml",
-            "--output out.yaml; .toml",
-        ),
-        (
-            "nav2_params.yaml --output gone/out.toml",
-            "--output gone/out.toml; folder that exists",
-        ),
-        (
-            "nav2_params.yaml --output o.toml --base-output o.toml",
-            "two files",
-        ),
+        ("nav2_params.yaml --output out.yaml", "--output out.yaml; .toml"),
+        ("nav2_params.yaml --output gone/out.toml", "--output gone/out.toml; folder that exists"),
+        ("nav2_params.yaml --output o.toml --base-output o.toml", "two files"),
     ] {
         let refusal = place.refusal(&format!("config import-nav2 {arguments}"));
         for word in words.split("; ") {
-            assert!(
-                refusal.contains(word),
-                "{arguments}: no {word:?} in: {refusal}"
-            );
+            assert!(refusal.contains(word), "{arguments}: no {word:?} in: {refusal}");
         }
     }
     let kept = std::fs::read_to_string(place.path("keep.toml")).expect("it is there");

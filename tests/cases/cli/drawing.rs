@@ -18,9 +18,7 @@ fn pictures(place: &Workplace, arguments: &str) -> (i32, String, RgbaImage) {
 }
 
 fn with_class<'a>(svg: &'a Document, class: &str) -> Vec<Node<'a, 'a>> {
-    svg.descendants()
-        .filter(|node| node.attribute("class") == Some(class))
-        .collect()
+    svg.descendants().filter(|node| node.attribute("class") == Some(class)).collect()
 }
 
 fn texts<'a>(svg: &'a Document) -> Vec<&'a str> {
@@ -46,9 +44,7 @@ fn check(svg: &str, pixels: &RgbaImage) {
         let own = svg.replace("http://www.w3.org/2000/svg", "");
         assert!(!own.contains(outside), "the drawing holds {outside}");
     }
-    let links = drawing
-        .descendants()
-        .filter_map(|node| node.attribute("href"));
+    let links = drawing.descendants().filter_map(|node| node.attribute("href"));
     assert!(links.into_iter().all(|link| link.starts_with("data:")));
     let (mut ink, mut paper) = (0, 0);
     for pixel in pixels.pixels() {
@@ -73,22 +69,11 @@ fn plan_is_drawn_on_map() {
     let drawing = Document::parse(&svg).unwrap();
     for stage in ["searched", "pruned", "smoothed"] {
         let lines = with_class(&drawing, stage);
-        let drawn = lines
-            .iter()
-            .filter(|line| line.tag_name().name() == "polyline");
+        let drawn = lines.iter().filter(|line| line.tag_name().name() == "polyline");
         assert_eq!(drawn.count(), 1, "{stage}");
     }
     let texts = texts(&drawing);
-    for text in [
-        "start",
-        "goal",
-        "1",
-        "2",
-        "smoothed path",
-        "obstacle",
-        "x",
-        "y",
-    ] {
+    for text in ["start", "goal", "1", "2", "smoothed path", "obstacle", "x", "y"] {
         assert!(texts.contains(&text), "no {text:?} in {texts:?}");
     }
     let caption = texts.iter().find(|text| text.contains(" m long"));
@@ -112,9 +97,7 @@ fn letters_are_rendered_without_system_fonts() {
     // The band of the title contains letters only.
     let dark = |pixel: &image::Rgba<u8>| pixel.0[0] < 120;
     let headline = (0..1440).flat_map(|x| (20..60).map(move |y| (x, y)));
-    let ink = headline
-        .filter(|&(x, y)| dark(pixels.get_pixel(x, y)))
-        .count();
+    let ink = headline.filter(|&(x, y)| dark(pixels.get_pixel(x, y))).count();
     assert!(ink > 500, "{ink} dark pixels");
 }
 
@@ -134,10 +117,7 @@ fn unusual_maps_are_drawn() {
     place.write("unseen.txt", "....??\n....??\n.#..??\n");
     place.write("tall.txt", ".\n".repeat(500));
     let yaml = fs::read_to_string(place.path("mine.yaml")).unwrap();
-    place.write(
-        "turned.yaml",
-        yaml.replace("[0.0, 0.0, 0.0]", "[-20.0, 5.0, 0.6]"),
-    );
+    place.write("turned.yaml", yaml.replace("[0.0, 0.0, 0.0]", "[-20.0, 5.0, 0.6]"));
     for arguments in [
         "--map empty.txt --start 1,1 --goal 7,2 --radius 0",
         "--map empty.txt --start 4,1 --goal 4,1 --radius 0",
@@ -170,10 +150,7 @@ fn failed_plan_is_drawn() {
     assert_eq!(status, 1);
     check(&svg, &pixels);
     let drawing = Document::parse(&svg).unwrap();
-    assert!(
-        texts(&drawing).contains(&"no path to the goal (NO_VALID_PATH)"),
-        "{svg}"
-    );
+    assert!(texts(&drawing).contains(&"no path to the goal (NO_VALID_PATH)"), "{svg}");
     assert!(texts(&drawing).contains(&"nearest reachable point"));
     // The planned leg.
     assert!(!with_class(&drawing, "smoothed").is_empty());
@@ -189,10 +166,8 @@ fn markup_in_map_name_is_escaped() {
     let place = Workplace::new();
     let name = "a&b<c>.txt";
     place.write(name, "....\n....\n");
-    let (status, svg, pixels) = pictures(
-        &place,
-        &format!("plan --map {name} --start 1,1 --goal 3,1 --radius 0"),
-    );
+    let (status, svg, pixels) =
+        pictures(&place, &format!("plan --map {name} --start 1,1 --goal 3,1 --radius 0"));
     assert_eq!(status, 0);
     check(&svg, &pixels);
 }

@@ -11,13 +11,7 @@ fn room() -> Workplace {
     let place = Workplace::new();
     let row = |pillar: &str| format!("#{:.<58}#\n", format!("{:.<27}{pillar}", ""));
     let wall = "#".repeat(60) + "\n";
-    let rows = [
-        wall.clone(),
-        row("").repeat(10),
-        row("###").repeat(4),
-        row("").repeat(10),
-        wall,
-    ];
+    let rows = [wall.clone(), row("").repeat(10), row("###").repeat(4), row("").repeat(10), wall];
     place.write("room.txt", rows.concat());
     place
 }
@@ -44,38 +38,22 @@ fn drive_reaches_goal_and_json_has_every_field() {
          latency_ms.p50 real, latency_ms.p99 real, latency_ms.max real, ticks whole, trace_digest text, \
          gpu_losses null, gpu_reopened null, gpu_incidents null, cpu_ticks null, deadline null",
     );
-    assert_eq!(
-        (&object["reached"], &object["collided"]),
-        (&json!(true), &json!(false))
-    );
+    assert_eq!((&object["reached"], &object["collided"]), (&json!(true), &json!(false)));
     let number = |name: &str| object[name].as_f64().unwrap();
     // Nine metres at 1 m/s at most, less the goal tolerance of 0.25 m.
-    assert!(
-        number("travelled_m") > 8.7 && number("travelled_m") < 12.0,
-        "{object}"
-    );
-    assert!(
-        number("time_s") > 8.7 && number("min_clearance_m") > 0.0,
-        "{object}"
-    );
+    assert!(number("travelled_m") > 8.7 && number("travelled_m") < 12.0, "{object}");
+    assert!(number("time_s") > 8.7 && number("min_clearance_m") > 0.0, "{object}");
     let error = |axis: &str| object["final_error"][axis].as_f64().unwrap();
     assert!(libm::hypot(error("x_m"), error("y_m")) <= 0.25, "{object}");
     let periods = number("time_s") / 0.1;
     assert!((number("ticks") - 1.0 - periods).abs() < 1e-6, "{object}");
-    assert!(
-        object["engine"].as_str().unwrap().starts_with("CPU"),
-        "{object}"
-    );
+    assert!(object["engine"].as_str().unwrap().starts_with("CPU"), "{object}");
 }
 
 #[test]
 fn digest_is_equal_for_equal_seed_and_any_threads() {
     let place = room();
-    let run = |more: &str| {
-        place
-            .json(&format!("{DRIVE} --obstacles 1 --time-limit 8 {more}"))
-            .1
-    };
+    let run = |more: &str| place.json(&format!("{DRIVE} --obstacles 1 --time-limit 8 {more}")).1;
     let first = run("--seed 5");
     assert_eq!(digest(&first), digest(&run("--seed 5")));
     assert_eq!(digest(&first), digest(&run("--seed 5 --threads 1")));
@@ -88,9 +66,7 @@ fn goal_yaw_is_reached() {
     let arguments = DRIVE.replace("10.5,2.5", "4.5,2.5,-1.5");
     let (status, object) = room().json(&arguments);
     assert_eq!(status, 0);
-    let error = object["final_error"]["yaw_rad"]
-        .as_f64()
-        .expect("a yaw error");
+    let error = object["final_error"]["yaw_rad"].as_f64().expect("a yaw error");
     assert!(error.abs() <= 0.1, "{object}");
 }
 
@@ -104,10 +80,7 @@ fn report_and_record_are_written() {
     assert!(page.contains("<svg") && page.contains("room.txt"));
     let record = fs::read_to_string(place.path("trace.jsonl")).expect("the record is there");
     let (_, object) = place.json(DRIVE);
-    assert_eq!(
-        record.lines().count() as u64,
-        object["ticks"].as_u64().unwrap()
-    );
+    assert_eq!(record.lines().count() as u64, object["ticks"].as_u64().unwrap());
     for line in record.lines() {
         let tick: Value = serde_json::from_str(line).expect("each line is JSON");
         assert_fields(&tick, "time_s real, pose list, gap_m real, mode text");
@@ -119,16 +92,8 @@ fn drive_text_states_outcome() {
     let place = room();
     let run = place.run(&format!("{DRIVE} --time-limit 2"));
     assert_eq!(run.status, 1, "{run:?}");
-    assert!(
-        run.stdout.starts_with("did not reach the goal: "),
-        "{run:?}"
-    );
-    assert_eq!(
-        run.engine_note
-            .as_deref()
-            .map(|note| note.contains("requested")),
-        Some(true)
-    );
+    assert!(run.stdout.starts_with("did not reach the goal: "), "{run:?}");
+    assert_eq!(run.engine_note.as_deref().map(|note| note.contains("requested")), Some(true));
     let auto = place.run(&DRIVE.replace("--engine cpu", "--engine auto --time-limit 0.1"));
     assert!(auto.engine_note.is_some(), "{auto:?}");
 }
@@ -182,72 +147,43 @@ fn unreachable_goal_is_an_answer() {
     let place = room();
     let open = fs::read_to_string(place.path("room.txt")).unwrap();
     let cut = |row: &str| [&row[..40], "#", &row[41..], "\n"].concat();
-    place.write(
-        "room.txt",
-        open.lines().map(cut).collect::<Vec<_>>().concat(),
-    );
+    place.write("room.txt", open.lines().map(cut).collect::<Vec<_>>().concat());
     let (status, object) = place.json(DRIVE);
     assert_eq!(status, 1);
-    assert_eq!(
-        (&object["reached"], &object["found"]),
-        (&json!(false), &json!(false))
-    );
+    assert_eq!((&object["reached"], &object["found"]), (&json!(false), &json!(false)));
     assert_eq!(object["error"], "NO_VALID_PATH");
     let run = place.run(DRIVE);
     assert_eq!((run.status, run.stdout.lines().count()), (1, 1), "{run:?}");
-    assert!(
-        run.stdout.starts_with("NO_VALID_PATH: no path from "),
-        "{run:?}"
-    );
+    assert!(run.stdout.starts_with("NO_VALID_PATH: no path from "), "{run:?}");
 }
 
 #[test]
 fn obstacles_are_a_number_or_a_file() {
     let place = room();
-    place.write(
-        "far.json",
-        r#"[{"x": 11.4, "y": 4.5, "radius": 0.2, "speed": 0.0}]"#,
-    );
-    place.write(
-        "far.toml",
-        "[[obstacles]]\nx = 11.4\ny = 4.5\nradius = 0.2\nspeed = 0.0\n",
-    );
+    place.write("far.json", r#"[{"x": 11.4, "y": 4.5, "radius": 0.2, "speed": 0.0}]"#);
+    place.write("far.toml", "[[obstacles]]\nx = 11.4\ny = 4.5\nradius = 0.2\nspeed = 0.0\n");
     let (status, from_json) = place.json(&format!("{DRIVE} --obstacles far.json"));
     let (_, from_toml) = place.json(&format!("{DRIVE} --obstacles far.toml"));
     assert_eq!(status, 0, "{from_json}");
     assert_eq!(digest(&from_json), digest(&from_toml));
     assert_ne!(digest(&from_json), digest(&place.json(DRIVE).1));
-    let crowd = place
-        .json(&format!("{DRIVE} --time-limit 1 --obstacles 2"))
-        .1;
-    assert_ne!(
-        digest(&crowd),
-        digest(&place.json(&format!("{DRIVE} --time-limit 1")).1)
-    );
+    let crowd = place.json(&format!("{DRIVE} --time-limit 1 --obstacles 2")).1;
+    assert_ne!(digest(&crowd), digest(&place.json(&format!("{DRIVE} --time-limit 1")).1));
 }
 
 #[test]
 fn obstacle_inside_robot_collides_at_once() {
     let place = room();
-    place.write(
-        "in.json",
-        r#"[{"x": 1.5, "y": 2.5, "radius": 0.3, "speed": 0.0}]"#,
-    );
+    place.write("in.json", r#"[{"x": 1.5, "y": 2.5, "radius": 0.3, "speed": 0.0}]"#);
     let (status, object) = place.json(&format!("{DRIVE} --obstacles in.json"));
-    assert_eq!(
-        (status, &object["collided"], &object["reached"]),
-        (1, &json!(true), &json!(false))
-    );
+    assert_eq!((status, &object["collided"], &object["reached"]), (1, &json!(true), &json!(false)));
     assert_eq!(object["travelled_m"], 0.0);
 }
 
 #[test]
 fn configuration_changes_robot() {
     let place = room();
-    place.write(
-        "slow.toml",
-        "[robot.limits]\nmin_vel_x = 0.0\nmax_vel_x = 0.4\n",
-    );
+    place.write("slow.toml", "[robot.limits]\nmin_vel_x = 0.0\nmax_vel_x = 0.4\n");
     let (_, slow) = place.json(&format!("{DRIVE} --config slow.toml"));
     assert_eq!(slow["reached"], true);
     assert!(slow["time_s"].as_f64().unwrap() > 8.7 / 0.4, "{slow}");

@@ -45,10 +45,7 @@ fn dynabarn_attributes_contacts() {
     let rows = object["rows"].as_array().expect("rows");
     assert_eq!(
         rows.iter().map(ends).collect::<Vec<_>>(),
-        [
-            (json!("reached"), json!(null)),
-            (json!("contact"), json!("other"))
-        ],
+        [(json!("reached"), json!(null)), (json!("contact"), json!("other"))],
         "{object}"
     );
     // The contact counts in the one share and not in the other.
@@ -57,17 +54,12 @@ fn dynabarn_attributes_contacts() {
 
     // What is in the folder is not driven again: the times are the same.
     let record = fs::read_to_string(place.path("runs.csv")).expect("a record");
-    assert!(
-        record.contains("\ndynabarn,4,,,20,41,cpu,0,false,reached,"),
-        "{record}"
-    );
+    assert!(record.contains("\ndynabarn,4,,,20,41,cpu,0,false,reached,"), "{record}");
     let run = place.run(&format!("{BENCH} --out runs --record runs.csv"));
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
-    for words in [
-        "not Gazebo",
-        "on a spline through their keyframes",
-        "world 6, seed 0: was hit after",
-    ] {
+    for words in
+        ["not Gazebo", "on a spline through their keyframes", "world 6, seed 0: was hit after"]
+    {
         assert!(run.stdout.contains(words), "{run:?}");
     }
     let again = fs::read_to_string(place.path("runs.csv")).expect("a record");
@@ -77,9 +69,7 @@ fn dynabarn_attributes_contacts() {
 #[test]
 fn dynabarn_trace_draws_and_writes_one_run() {
     let place = place();
-    let (status, row) = place.json(&format!(
-        "{BENCH} --trace 4,1 --svg run.svg --ticks run.jsonl"
-    ));
+    let (status, row) = place.json(&format!("{BENCH} --trace 4,1 --svg run.svg --ticks run.jsonl"));
     assert_eq!(status, 0);
     assert_eq!((&row["world"], &row["seed"]), (&json!("4"), &json!(1)));
     let picture = fs::read_to_string(place.path("run.svg")).expect("a picture");
@@ -109,10 +99,7 @@ fn dynabarn_rejects_bad_arguments_and_files() {
         let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
         let refusal = place.refusal(&format!("bench dynabarn {arguments}"));
         for word in words.split("; ") {
-            assert!(
-                refusal.contains(word),
-                "{arguments}: no {word:?} in: {refusal}"
-            );
+            assert!(refusal.contains(word), "{arguments}: no {word:?} in: {refusal}");
         }
     }
 }

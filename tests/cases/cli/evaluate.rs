@@ -37,10 +37,7 @@ fn evaluate(problem: &Value) -> (i32, Value) {
 #[track_caller]
 fn assert_close(found: &Value, expected: f64) {
     let number = found.as_f64().unwrap_or(f64::NAN);
-    assert!(
-        (number - expected).abs() < TOLERANCE,
-        "{number} is not {expected}"
-    );
+    assert!((number - expected).abs() < TOLERANCE, "{number} is not {expected}");
 }
 
 #[test]
@@ -67,18 +64,13 @@ fn samples_have_documented_order_end_and_terms() {
     // 0.2 m/s +- 0.5 m/s^2 for 0.1 s; 0 +- 1 rad/s^2.
     for (index, sample) in samples.iter().enumerate() {
         let (v, omega) = ([0.15, 0.2, 0.25][index % 3], [-0.1, 0.0, 0.1][index / 3]);
-        assert_eq!(
-            (&sample["index"], &sample["status"]),
-            (&json!(index), &json!("ok"))
-        );
+        assert_eq!((&sample["index"], &sample["status"]), (&json!(index), &json!("ok")));
         assert_close(&sample["vx"], v);
         assert_close(&sample["vtheta"], omega);
         assert_close(&sample["velocity"], v);
         // Ten steps of 0.1 s, each straight along the heading at its start.
         let along = |part: fn(f64) -> f64| -> f64 {
-            (0..10)
-                .map(|step| v * 0.1 * part(omega * 0.1 * f64::from(step)))
-                .sum()
+            (0..10).map(|step| v * 0.1 * part(omega * 0.1 * f64::from(step))).sum()
         };
         let (x, y) = (along(libm::cos), along(libm::sin));
         assert_close(&sample["end"][0], 2.05 + x);
@@ -86,10 +78,7 @@ fn samples_have_documented_order_end_and_terms() {
         assert_close(&sample["end"][2], omega);
         // The target lies 1.5 m, the key node 0.25 m ahead of the start.
         let bearing = libm::atan2(-y, 1.5 - x);
-        assert_close(
-            &sample["heading"],
-            core::f64::consts::PI - (bearing - omega).abs(),
-        );
+        assert_close(&sample["heading"], core::f64::consts::PI - (bearing - omega).abs());
         assert_close(&sample["path"], libm::hypot(0.25 - x, y));
     }
     // Sample 4 ends in the cell about (2.25, 2.05); the wall's cells are about x 4.05.
@@ -100,43 +89,23 @@ fn samples_have_documented_order_end_and_terms() {
 fn winner_has_best_score_of_equation_35() {
     let (_, object) = evaluate(&room());
     let samples = object["samples"].as_array().unwrap();
-    let terms = [
-        ("heading", 0.1),
-        ("clearance", 0.2),
-        ("velocity", 0.3),
-        ("path", -0.4),
-    ];
-    let sum = |term: &str| {
-        samples
-            .iter()
-            .map(|sample| sample[term].as_f64().unwrap())
-            .sum::<f64>()
-    };
+    let terms = [("heading", 0.1), ("clearance", 0.2), ("velocity", 0.3), ("path", -0.4)];
+    let sum = |term: &str| samples.iter().map(|sample| sample[term].as_f64().unwrap()).sum::<f64>();
     for (term, _) in terms {
         assert_close(&object["sums"][term], sum(term));
     }
     let score = |sample: &Value| -> f64 {
-        terms
-            .iter()
-            .map(|(term, weight)| weight * sample[term].as_f64().unwrap() / sum(term))
-            .sum()
+        terms.iter().map(|(term, weight)| weight * sample[term].as_f64().unwrap() / sum(term)).sum()
     };
     for sample in samples {
-        assert!(
-            (sample["score"].as_f64().unwrap() - score(sample)).abs() < 1e-5,
-            "{sample}"
-        );
+        assert!((sample["score"].as_f64().unwrap() - score(sample)).abs() < 1e-5, "{sample}");
     }
     // Straight to the target at the highest speed, through the key node.
     let winner = &object["winner"];
     assert_eq!(winner["index"], 5);
     assert_close(&winner["vx"], 0.25);
     assert_close(&winner["path"], 0.0);
-    assert!(
-        samples
-            .iter()
-            .all(|sample| score(sample) <= score(&samples[5]))
-    );
+    assert!(samples.iter().all(|sample| score(sample) <= score(&samples[5])));
     assert_eq!(winner["score"], samples[5]["score"]);
 }
 
@@ -166,16 +135,9 @@ fn every_kind_of_rejection_is_counted() {
         .iter()
         .map(|sample| sample["status"].as_str().unwrap())
         .collect();
-    assert_eq!(
-        statuses,
-        ["ok", "ok", "cannot_stop", "collision"],
-        "{object}"
-    );
+    assert_eq!(statuses, ["ok", "ok", "cannot_stop", "collision"], "{object}");
     assert_eq!(object["admissible"], 2);
-    assert_eq!(
-        object["rejected"],
-        json!({"collision": 1, "cannot_stop": 1, "outside": 0})
-    );
+    assert_eq!(object["rejected"], json!({"collision": 1, "cannot_stop": 1, "outside": 0}));
     assert_eq!(object["samples"][3]["score"], Value::Null);
     assert_eq!(object["samples"][3]["admissible"], false);
     assert_close(&object["samples"][1]["clearance"], 0.2);
@@ -199,18 +161,12 @@ fn missing_admissible_sample_is_an_answer() {
     problem["robot"]["pose"] = json!([0.05, 0.05, 0.0]);
     let (status, object) = evaluate(&problem);
     assert_eq!((status, &object["winner"]), (1, &Value::Null));
-    assert_eq!(
-        (&object["admissible"], &object["rejected"]["collision"]),
-        (&json!(0), &json!(9))
-    );
+    assert_eq!((&object["admissible"], &object["rejected"]["collision"]), (&json!(0), &json!(9)));
     let place = Workplace::new();
     place.write("problem.json", problem.to_string());
     let run = place.run("evaluate --problem problem.json");
     assert_eq!(run.status, 1, "{run:?}");
-    assert!(
-        run.stdout.starts_with("no sample is admissible: stop\n"),
-        "{run:?}"
-    );
+    assert!(run.stdout.starts_with("no sample is admissible: stop\n"), "{run:?}");
 }
 
 #[test]
@@ -256,15 +212,10 @@ fn evaluate_text_lists_decision_and_samples() {
     let run = place.run("evaluate --problem problem.json --engine cpu --samples");
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
     assert!(
-        run.stdout
-            .starts_with("command      vx 0.250 m/s, vtheta +0.000 rad/s (sample 5)\n"),
+        run.stdout.starts_with("command      vx 0.250 m/s, vtheta +0.000 rad/s (sample 5)\n"),
         "{}",
         run.stdout
     );
-    let samples = run
-        .stdout
-        .lines()
-        .skip_while(|line| !line.starts_with("index "))
-        .skip(1);
+    let samples = run.stdout.lines().skip_while(|line| !line.starts_with("index ")).skip(1);
     assert_eq!(samples.count(), 9, "{}", run.stdout);
 }

@@ -15,16 +15,10 @@ pub fn commands(place: &Workplace) -> Vec<String> {
         let listed = help.split_once("Commands:\n").map_or("", |(_, list)| list);
         for line in listed.lines().take_while(|line| !line.is_empty()) {
             // A continuation of the previous line is indented further.
-            let Some(rest) = line
-                .strip_prefix("  ")
-                .filter(|rest| !rest.starts_with(' '))
-            else {
+            let Some(rest) = line.strip_prefix("  ").filter(|rest| !rest.starts_with(' ')) else {
                 continue;
             };
-            let name = rest
-                .split_whitespace()
-                .next()
-                .expect("a command has a name");
+            let name = rest.split_whitespace().next().expect("a command has a name");
             if name != "help" {
                 known.push(format!("{parent} {name}").trim_start().to_owned());
             }
@@ -38,10 +32,7 @@ pub fn commands(place: &Workplace) -> Vec<String> {
 fn examples(place: &Workplace, command: &str) -> Vec<String> {
     let run = place.run(&format!("{command} --help"));
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
-    let (_, after) = run
-        .stdout
-        .split_once("Example:\n")
-        .expect("every help has an example");
+    let (_, after) = run.stdout.split_once("Example:\n").expect("every help has an example");
     after
         .lines()
         .map_while(|line| line.strip_prefix("  inbye"))
@@ -53,24 +44,16 @@ fn examples(place: &Workplace, command: &str) -> Vec<String> {
 fn help_examples_run() {
     let place = Workplace::new();
     let help = place.run("evaluate --help").stdout;
-    let (_, after) = help
-        .split_once("problem.json:\n")
-        .expect("the file is documented");
+    let (_, after) = help.split_once("problem.json:\n").expect("the file is documented");
     let (problem, _) = after.split_once("\nRows run").expect("the example ends");
     place.write("problem.json", problem);
     for map in ["mine.map", "maps/mine.map"] {
         place.write(map, "type octile\nheight 1\nwidth 3\nmap\n...\n");
-        place.write(
-            &format!("{map}.scen"),
-            "version 1\n0 mine.map 3 1 0 0 2 0 2\n",
-        );
+        place.write(&format!("{map}.scen"), "version 1\n0 mine.map 3 1 0 0 2 0 2\n");
     }
     place.write("nav2_params.yaml", super::config::NAV2);
     place.write("mine.toml", "[local]\nvx_samples = 8\n");
-    place.write(
-        "sweep.toml",
-        "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n",
-    );
+    place.write("sweep.toml", "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n");
     super::barn::write_worlds(&place);
     super::dynabarn::write_worlds(&place);
     super::records::write_records(&place);
@@ -108,11 +91,7 @@ fn help_and_version_go_to_standard_output() {
     let place = Workplace::new();
     for arguments in ["--help", "--version", "plan -h", "help drive"] {
         let run = place.run(arguments);
-        assert_eq!(
-            (run.status, run.errors.len()),
-            (0, 0),
-            "{arguments}: {run:?}"
-        );
+        assert_eq!((run.status, run.errors.len()), (0, 0), "{arguments}: {run:?}");
         assert!(run.stdout.contains("inbye"), "{arguments}: {run:?}");
     }
 }

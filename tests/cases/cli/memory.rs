@@ -32,9 +32,7 @@ fn status(place: &Workplace, max_kib: usize) -> Option<i32> {
     let program = assert_cmd::cargo::cargo_bin!("inbye").display().to_string();
     Command::new("sh")
         .arg("-c")
-        .arg(format!(
-            "ulimit -v {max_kib} && exec '{program}' {arguments} >plan.json"
-        ))
+        .arg(format!("ulimit -v {max_kib} && exec '{program}' {arguments} >plan.json"))
         .current_dir(place.path(""))
         .env("RUST_BACKTRACE", "0")
         .stderr(std::process::Stdio::null())

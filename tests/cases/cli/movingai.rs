@@ -45,9 +45,7 @@ fn algorithm_fields(path: &str) -> String {
         "worst_length_ratio real",
         "first_fault null",
     ];
-    fields
-        .map(|field| format!("{path}algorithms[].{field}"))
-        .join(", ")
+    fields.map(|field| format!("{path}algorithms[].{field}")).join(", ")
 }
 
 #[test]
@@ -57,10 +55,7 @@ fn a_map_is_measured() {
     assert_eq!(status, 0);
     assert_fields(&object, "map text, scenarios whole, algorithms list");
     assert_fields(&object, &algorithm_fields(""));
-    assert_eq!(
-        (&object["map"], &object["scenarios"]),
-        (&json!("room.map"), &json!(3))
-    );
+    assert_eq!((&object["map"], &object["scenarios"]), (&json!("room.map"), &json!(3)));
     let names = |object: &Value| -> Vec<String> {
         let rows = object["algorithms"].as_array().expect("a list");
         for row in rows {
@@ -69,14 +64,8 @@ fn a_map_is_measured() {
         }
         rows.iter().map(|row| row["name"].to_string()).collect()
     };
-    let (usual, all) = (
-        names(&object),
-        names(&place.json(&format!("{ALONE} --all")).1),
-    );
-    assert!(
-        usual.iter().all(|name| all.contains(name)),
-        "{usual:?} of {all:?}"
-    );
+    let (usual, all) = (names(&object), names(&place.json(&format!("{ALONE} --all")).1));
+    assert!(usual.iter().all(|name| all.contains(name)), "{usual:?} of {all:?}");
     assert!(usual.len() >= 2 && all.len() > usual.len());
     let (_, longest) = place.json(&format!("{ALONE} --longest 1 --passes 3"));
     assert_eq!(longest["algorithms"][0]["total"], 1);
@@ -94,18 +83,11 @@ fn a_folder_is_measured_map_by_map() {
     let place = place();
     let (status, object) = place.json(FOLDER);
     assert_eq!(status, 0);
-    assert_fields(
-        &object,
-        "maps list, algorithms list, skipped list, maps[].map text",
-    );
+    assert_fields(&object, "maps list, algorithms list, skipped list, maps[].map text");
     assert_fields(&object, &algorithm_fields(""));
     assert_fields(&object, &algorithm_fields("maps[]."));
-    let names: Vec<&Value> = object["maps"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|map| &map["map"])
-        .collect();
+    let names: Vec<&Value> =
+        object["maps"].as_array().unwrap().iter().map(|map| &map["map"]).collect();
     assert_eq!(names, ["below/two.map", "one.map"]);
     assert_eq!(object["algorithms"][0]["total"], 6);
     assert_eq!(object["skipped"], json!([]));
@@ -116,10 +98,7 @@ fn a_folder_is_measured_map_by_map() {
     let [warning] = &run.errors[..] else {
         panic!("one warning: {run:?}");
     };
-    assert!(
-        warning.starts_with("warning: bare.map: left out"),
-        "{warning}"
-    );
+    assert!(warning.starts_with("warning: bare.map: left out"), "{warning}");
     let again: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
     assert_eq!(again["skipped"], json!(["bare.map"]));
     let rows = 2 * object["algorithms"].as_array().unwrap().len();
@@ -132,15 +111,9 @@ fn a_folder_is_measured_map_by_map() {
     let record = fs::read_to_string(place.path("rows.json")).expect("the record is there");
     let record: Vec<Value> = serde_json::from_str(&record).expect("the record is JSON");
     assert_eq!(record.len(), rows);
-    assert_eq!(
-        (&record[0]["map"], &record[0]["solved"]),
-        (&json!("below/two.map"), &json!(3))
-    );
+    assert_eq!((&record[0]["map"], &record[0]["solved"]), (&json!("below/two.map"), &json!(3)));
     let run = place.run(FOLDER);
-    assert!(
-        run.stdout.contains("\nall 2 maps: 6 scenarios\n"),
-        "{run:?}"
-    );
+    assert!(run.stdout.contains("\nall 2 maps: 6 scenarios\n"), "{run:?}");
 }
 
 #[test]
@@ -148,18 +121,8 @@ fn a_wrong_answer_is_told_by_the_exit_status() {
     let place = place();
     for (from, to, counts, said) in [
         // Legal paths whose listed length goes through the wall.
-        (
-            "8.82843",
-            "7.82843",
-            [3, 1, 0],
-            "longer than the 7.82843 listed",
-        ),
-        (
-            "8.82843",
-            "8.83843",
-            [2, 0, 1],
-            "shorter than the 8.83843 listed",
-        ),
+        ("8.82843", "7.82843", [3, 1, 0], "longer than the 7.82843 listed"),
+        ("8.82843", "8.83843", [2, 0, 1], "shorter than the 8.83843 listed"),
         // A goal in the wall.
         ("\t4\t0\t8", "\t2\t0\t8", [2, 0, 0], "no path was found"),
     ] {
@@ -171,18 +134,11 @@ fn a_wrong_answer_is_told_by_the_exit_status() {
         let found = ["solved", "suboptimal", "illegal"].map(|key| &row[key]);
         assert_eq!(found, counts, "{to}: {row}");
         let fault = row["first_fault"].as_str().expect("a fault");
-        assert!(
-            fault.starts_with("room.map, scenario of line 2: "),
-            "{fault}"
-        );
+        assert!(fault.starts_with("room.map, scenario of line 2: "), "{fault}");
         assert!(fault.contains(said), "{fault}");
         let run = place.run(ALONE);
         assert_eq!((run.status, run.errors.len()), (1, 0), "{run:?}");
-        assert!(
-            run.stdout
-                .contains(&format!("WRONG: A* octile, first at {fault}")),
-            "{run:?}"
-        );
+        assert!(run.stdout.contains(&format!("WRONG: A* octile, first at {fault}")), "{run:?}");
     }
 }
 
@@ -222,16 +178,10 @@ fn files_that_mean_nothing_are_refused() {
         let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
         let refusal = place.refusal(&format!("bench movingai {arguments}"));
         for word in words.split("; ") {
-            assert!(
-                refusal.contains(word),
-                "{arguments}: no {word:?} in: {refusal}"
-            );
+            assert!(refusal.contains(word), "{arguments}: no {word:?} in: {refusal}");
         }
     }
     place.write("maps/below/two.scen", "0 two.map 5 4 0 0 9 9 1\n");
     let refusal = place.refusal(FOLDER);
-    assert!(
-        refusal.contains("two.scen: line 1: goal is (9, 9)"),
-        "{refusal}"
-    );
+    assert!(refusal.contains("two.scen: line 1: goal is (9, 9)"), "{refusal}");
 }

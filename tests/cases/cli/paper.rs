@@ -17,12 +17,7 @@ fn without_times(mut object: Value) -> Value {
         table.remove("findings");
         table.remove("breakdowns");
         for list in ["rows", "reductions"] {
-            for row in table
-                .get_mut(list)
-                .and_then(Value::as_array_mut)
-                .into_iter()
-                .flatten()
-            {
+            for row in table.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten() {
                 for field in ["time_ms", "stage_ms", "time"] {
                     row.as_object_mut().expect("an object").remove(field);
                 }
@@ -44,13 +39,7 @@ fn the_papers_tables_are_repeated() {
         .iter()
         .map(|table| table["name"].as_str().expect("a name"))
         .collect();
-    let expected = [
-        "table_1",
-        "figure_5",
-        "table_2",
-        "steps_roadways",
-        "steps_mine",
-    ];
+    let expected = ["table_1", "figure_5", "table_2", "steps_roadways", "steps_mine"];
     assert_eq!(names, expected);
     for (index, rows, printed, reductions) in [(0, 15, 6, 6), (1, 9, 0, 0), (2, 25, 10, 6)] {
         let table = &object["tables"][index];
@@ -104,10 +93,7 @@ fn the_page_holds_all_it_needs() {
     // What the first table shows, the paper's rows among ours, and the same with all digits.
     let read = |name: &str| fs::read_to_string(place.path(name)).expect("beside the page");
     let table = read("out/deep/table_1.csv");
-    assert!(
-        table.starts_with("scene or path,variant,\"length, m\""),
-        "{table}"
-    );
+    assert!(table.starts_with("scene or path,variant,\"length, m\""), "{table}");
     assert_eq!(table.lines().count(), 1 + 15 + 6, "{table}");
     assert!(!table.contains('\u{2013}'), "{table}");
     // Its charts of their own, with nothing from elsewhere.
@@ -117,16 +103,9 @@ fn the_page_holds_all_it_needs() {
         let picture = read(&format!("out/deep/{file}"));
         let document = Document::parse(&picture).expect("sound markup");
         let headline = |node: &Node| node.attribute("class") == Some("headline");
-        assert_eq!(
-            document.descendants().filter(headline).count(),
-            charts,
-            "{file}"
-        );
+        assert_eq!(document.descendants().filter(headline).count(), charts, "{file}");
         assert!(picture.contains(".stage-0 { fill"), "{file}");
-        assert!(
-            !picture.contains("NaN") && !picture.contains("url("),
-            "{file}"
-        );
+        assert!(!picture.contains("NaN") && !picture.contains("url("), "{file}");
     }
     // Its maps too, without anything that only a browser knows: the number of path lines on the number of maps.
     for (name, maps, paths) in [
@@ -148,11 +127,7 @@ fn the_page_holds_all_it_needs() {
             let class = node.attribute("class").unwrap_or_default();
             node.tag_name().name() == "polyline" && class.ends_with("-path")
         };
-        assert_eq!(
-            document.descendants().filter(is_path).count(),
-            paths,
-            "{file}"
-        );
+        assert_eq!(document.descendants().filter(is_path).count(), paths, "{file}");
         for outside in ["var(", "url(", "NaN", "inf\""] {
             assert!(!picture.contains(outside), "{file}: {outside}");
         }
@@ -160,9 +135,7 @@ fn the_page_holds_all_it_needs() {
     let rows: Value = serde_json::from_str(&read("out/deep/table_1.json")).expect("JSON");
     assert_eq!(rows["name"], "table_1");
     let own = page.replace("http://www.w3.org/2000/svg", "");
-    for outside in [
-        "http:", "https:", "<script", "<link", "url(", "NaN", ">inf<",
-    ] {
+    for outside in ["http:", "https:", "<script", "<link", "url(", "NaN", ">inf<"] {
         assert!(!own.contains(outside), "{outside}");
     }
 }
@@ -204,10 +177,7 @@ fn the_scenes_are_driven() {
     assert_eq!(run.status, i32::from(!faults.is_empty()));
     let page = fs::read_to_string(place.path("out/paper.html")).expect("the page is there");
     // Besides those of the paths, three maps and two charts for each kind of traffic.
-    assert_eq!(
-        page.matches("role=\"img\"").count(),
-        5 * 3 + 1 + 4 + 3 * (3 + 2)
-    );
+    assert_eq!(page.matches("role=\"img\"").count(), 5 * 3 + 1 + 4 + 3 * (3 + 2));
     for name in ["table_3", "table_4", "table_4_non_yielding"] {
         assert!(page.contains(&format!("<section id=\"{name}\"")), "{name}");
     }
@@ -222,24 +192,13 @@ fn the_scenes_are_driven() {
             let groups = document.descendants().filter(group);
             groups.map(|group| group.children().count()).sum::<usize>()
         };
-        let table = tables
-            .iter()
-            .find(|table| table["name"] == name)
-            .expect("a table");
+        let table = tables.iter().find(|table| table["name"] == name).expect("a table");
         let arrived = table["rows"].as_array().expect("a list").iter();
         let arrived = arrived.filter(|row| row["outcome"] == "reached").count();
-        let drawn = [
-            circles("deviation measured"),
-            circles("deviation published"),
-        ];
+        let drawn = [circles("deviation measured"), circles("deviation published")];
         assert_eq!(drawn, [2 * arrived, 20], "{name}");
     }
-    for words in [
-        "Fig. 12",
-        "Fig. 13",
-        "text of the paper",
-        "every drive reached its goal",
-    ] {
+    for words in ["Fig. 12", "Fig. 13", "text of the paper", "every drive reached its goal"] {
         assert!(page.contains(words), "{words}");
     }
     assert!(!page.contains("NaN") && !page.contains(">inf<"));
@@ -251,10 +210,7 @@ fn mines_that_are_none_are_refused() {
     place.write("solid.txt", "####\n####\n####\n");
     for (arguments, words) in [
         ("--mine gone.yaml", "gone.yaml"),
-        (
-            "--mine solid.txt",
-            "solid.txt: the map has no 10 connected places",
-        ),
+        ("--mine solid.txt", "solid.txt: the map has no 10 connected places"),
         ("--repetitions 0", "whole number, 1 to 100000"),
         ("--runs 1001", "whole number, 0 to 1000"),
         ("--mine mine.yaml --report mine.yaml", "--report mine.yaml"),

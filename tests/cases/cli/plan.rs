@@ -30,27 +30,15 @@ fn plan_json_has_every_field() {
     assert_eq!(object["found"], true);
     let legs = object["legs"].as_array().unwrap();
     assert_eq!(legs.len(), 1);
-    for field in [
-        "length_m",
-        "turns",
-        "min_clearance_m",
-        "expanded",
-        "time_ms",
-    ] {
+    for field in ["length_m", "turns", "min_clearance_m", "expanded", "time_ms"] {
         assert_eq!(legs[0][field], object[field], "{field}");
     }
     let path = object["path"].as_array().unwrap();
-    assert_eq!(
-        (&path[0], &path[path.len() - 1]),
-        (&json!([10.0, 5.0]), &json!([80.0, 40.0]))
-    );
+    assert_eq!((&path[0], &path[path.len() - 1]), (&json!([10.0, 5.0]), &json!([80.0, 40.0])));
     // The wall at 49.5 to 50.5 m ends at 50 m; no path is shorter than along its corner.
     let corner = libm::hypot(39.5, 45.0) + 1.0 + libm::hypot(29.5, 10.0);
     let length_m = object["length_m"].as_f64().unwrap();
-    assert!(
-        length_m > corner && length_m < corner * 1.1,
-        "{length_m} over {corner}"
-    );
+    assert!(length_m > corner && length_m < corner * 1.1, "{length_m} over {corner}");
     assert!(object["raw"]["length_m"].as_f64().unwrap() >= length_m);
     // The circumscribed radius of the default robot is 0.42 m.
     assert!(object["min_clearance_m"].as_f64().unwrap() > 0.42);
@@ -63,23 +51,12 @@ fn plan_text_has_same_numbers_as_json() {
     let run = place.run(ENDS);
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
     let words: Vec<&str> = run.stdout.split_whitespace().collect();
-    let lines = [
-        "searched",
-        "pruned",
-        "smoothed",
-        "clearance",
-        "curvature",
-        "expanded,",
-    ];
+    let lines = ["searched", "pruned", "smoothed", "clearance", "curvature", "expanded,"];
     for stage in lines {
         assert!(words.contains(&stage), "{}", run.stdout);
     }
     let length = format!("{:.2}", object["length_m"].as_f64().unwrap());
-    assert!(
-        words.contains(&length.as_str()),
-        "no {length} in {}",
-        run.stdout
-    );
+    assert!(words.contains(&length.as_str()), "no {length} in {}", run.stdout);
 }
 
 #[test]
@@ -101,10 +78,7 @@ fn unreachable_goal_is_an_answer() {
     let arguments = "plan --map halves.txt --start 2,2 --goal 10,2 --radius 0.2";
     let (status, object) = place.json(arguments);
     assert_eq!(status, 1);
-    assert_eq!(
-        (&object["found"], &object["path"]),
-        (&json!(false), &json!([]))
-    );
+    assert_eq!((&object["found"], &object["path"]), (&json!(false), &json!([])));
     assert_eq!(object["error"], "NO_VALID_PATH");
     assert_fields(
         &object,
@@ -137,19 +111,13 @@ fn plan_with_stops_joins_its_legs() {
     assert_eq!(legs.len(), 3);
     let mut path: Vec<Value> = Vec::new();
     for (leg, ends) in legs.iter().zip(stops.windows(2)) {
-        let alone = format!(
-            "plan --map mine.yaml --start {} --goal {}",
-            ends[0], ends[1]
-        );
+        let alone = format!("plan --map mine.yaml --start {} --goal {}", ends[0], ends[1]);
         let (_, alone) = place.json(&alone);
         for field in ["length_m", "turns", "min_clearance_m", "expanded"] {
             assert_eq!(leg[field], alone[field], "{field} from {}", ends[0]);
         }
         let points = alone["path"].as_array().unwrap();
-        assert_eq!(
-            (&leg["from"], &leg["to"]),
-            (&points[0], &points[points.len() - 1])
-        );
+        assert_eq!((&leg["from"], &leg["to"]), (&points[0], &points[points.len() - 1]));
         path.extend_from_slice(&points[usize::from(!path.is_empty())..]);
     }
     assert_eq!(object["path"], json!(path));
@@ -160,9 +128,7 @@ fn plan_with_stops_joins_its_legs() {
     }
     let time = |of: &Value| of["time_ms"]["total"].as_f64().unwrap();
     assert!((legs.iter().map(time).sum::<f64>() - time(&object)).abs() < 1e-6);
-    let clearances = legs
-        .iter()
-        .map(|leg| leg["min_clearance_m"].as_f64().unwrap());
+    let clearances = legs.iter().map(|leg| leg["min_clearance_m"].as_f64().unwrap());
     let least = clearances.fold(f64::INFINITY, f64::min);
     assert_eq!(object["min_clearance_m"].as_f64(), Some(least));
     // The turns at the stops are sharp turns of the whole path, but of no leg.
@@ -170,16 +136,10 @@ fn plan_with_stops_joins_its_legs() {
     assert_eq!(object["curvature"]["slowest_speed_mps"], 0.0);
 
     let run = place.run(arguments);
-    let table: Vec<&str> = run
-        .stdout
-        .lines()
-        .skip_while(|line| !line.is_empty())
-        .collect();
+    let table: Vec<&str> = run.stdout.lines().skip_while(|line| !line.is_empty()).collect();
     assert_eq!((run.status, table.len()), (0, 5), "{}", run.stdout);
     for (line, stop) in
-        table[2..]
-            .iter()
-            .zip(["(20.00, 30.00)", "(60.00, 50.00)", "(80.00, 40.00)"])
+        table[2..].iter().zip(["(20.00, 30.00)", "(60.00, 50.00)", "(80.00, 40.00)"])
     {
         assert!(line.contains(stop), "no {stop} in {line}");
     }
@@ -191,10 +151,9 @@ fn failed_leg_is_named_by_its_stop() {
     let place = Workplace::new();
     place.write("halves.txt", HALVES);
     let map = "plan --map halves.txt --start 2,2 --radius 0.2";
-    for (stops, stop) in [
-        ("--via 3,2 --via 10,2 --goal 4,2", "via 2"),
-        ("--via 3,2 --goal 10,2", "goal"),
-    ] {
+    for (stops, stop) in
+        [("--via 3,2 --via 10,2 --goal 4,2", "via 2"), ("--via 3,2 --goal 10,2", "goal")]
+    {
         let (status, object) = place.json(&format!("{map} {stops}"));
         assert_eq!((status, &object["stop"]), (1, &json!(stop)));
         assert_fields(&object, "nearest_reachable list, found bool");
@@ -208,10 +167,7 @@ fn failed_leg_is_named_by_its_stop() {
         "{refusal}"
     );
     let refusal = place.refusal(&format!("{map} --via 3 --goal 4,2"));
-    assert!(
-        refusal.contains("--via") && refusal.contains("X,Y"),
-        "{refusal}"
-    );
+    assert!(refusal.contains("--via") && refusal.contains("X,Y"), "{refusal}");
 }
 
 #[test]
@@ -225,19 +181,13 @@ fn curvature_is_compared_with_robot_limits() {
     let (tightest, limit) = (figure(ENDS, "max_per_m"), figure(ENDS, "limit_per_m"));
     assert!((figure(ENDS, "min_radius_m") * tightest - 1.0).abs() < 1e-12);
     // 1 rad/s at 1 m/s; the path is tighter at the end of the wall.
-    assert!(
-        (limit - 1.0).abs() < 1e-12 && tightest > limit,
-        "{tightest}"
-    );
+    assert!((limit - 1.0).abs() < 1e-12 && tightest > limit, "{tightest}");
     let share = figure(ENDS, "within_limit_share");
     assert!(share > 0.9 && share < 1.0, "{share}");
     let slowest = figure(ENDS, "slowest_speed_mps");
     assert!((slowest - 1.0 / tightest).abs() < 1e-9, "{slowest}");
     // A base that turns faster follows the whole path at its highest speed.
-    place.write(
-        "agile.toml",
-        "[robot]\nlimits = { max_vel_x = 0.5, max_vel_theta = 10.0 }\n",
-    );
+    place.write("agile.toml", "[robot]\nlimits = { max_vel_x = 0.5, max_vel_theta = 10.0 }\n");
     let agile = format!("{ENDS} --config agile.toml");
     assert_eq!(figure(&agile, "within_limit_share"), 1.0);
     assert_eq!(figure(&agile, "slowest_speed_mps"), 0.5);
@@ -263,10 +213,7 @@ fn unknown_cells_are_blocked_by_default() {
     place.write("half_known.txt", "....???\n....???\n....???\n");
     let arguments = "plan --map half_known.txt --start 1.5,1.5 --goal 5.5,1.5 --radius 0.4";
     let refusal = place.refusal(arguments);
-    assert!(
-        refusal.contains("GOAL_OCCUPIED") && refusal.contains("--unknown free"),
-        "{refusal}"
-    );
+    assert!(refusal.contains("GOAL_OCCUPIED") && refusal.contains("--unknown free"), "{refusal}");
     let (status, found) = place.json(&format!("{arguments} --unknown free"));
     assert_eq!(found["unknown"]["counted_as"], "free");
     assert!(found["unknown"]["cells"].as_u64() > Some(0), "{found}");
@@ -297,10 +244,7 @@ fn closed_pipe_is_no_error() {
 #[test]
 fn movingai_map_is_read() {
     let place = Workplace::new();
-    place.write(
-        "room.map",
-        "type octile\nheight 3\nwidth 5\nmap\n.....\n.@@@.\n.....\n",
-    );
+    place.write("room.map", "type octile\nheight 3\nwidth 5\nmap\n.....\n.@@@.\n.....\n");
     let (status, object) =
         place.json("plan --map room.map --resolution 2 --start 1,1 --goal 9,1 --radius 0");
     assert_eq!(status, 0);

@@ -35,9 +35,7 @@ impl Workplace {
             border || ((198..202).contains(&x) && y >= 40)
         };
         let image = GrayImage::from_fn(400, 240, |x, y| Luma([if wall(x, y) { 0 } else { 254 }]));
-        image
-            .save(place.path("mine.png"))
-            .expect("the folder can be written to");
+        image.save(place.path("mine.png")).expect("the folder can be written to");
         place
     }
 
@@ -69,16 +67,10 @@ impl Workplace {
 
     /// Runs the program with these arguments.
     pub fn run_words(&self, arguments: &[&str]) -> Run {
-        let output = self
-            .command()
-            .args(arguments)
-            .output()
-            .expect("the program starts");
+        let output = self.command().args(arguments).output().expect("the program starts");
         let stderr = String::from_utf8(output.stderr).expect("messages are text");
-        let (notes, errors): (Vec<String>, Vec<String>) = stderr
-            .lines()
-            .map(str::to_owned)
-            .partition(|line| line.starts_with("engine: "));
+        let (notes, errors): (Vec<String>, Vec<String>) =
+            stderr.lines().map(str::to_owned).partition(|line| line.starts_with("engine: "));
         assert!(notes.len() <= 1, "the engine is named once: {notes:?}");
         Run {
             status: output.status.code().expect("the program ends by itself"),
@@ -119,12 +111,10 @@ impl Workplace {
 pub fn assert_fields(object: &Value, fields: &str) {
     for field in fields.split(',') {
         let (path, expected) = field.trim().split_once(' ').expect("a field has a type");
-        let value = path
-            .split('.')
-            .fold(object, |value, name| match name.strip_suffix("[]") {
-                Some(list) => &value[list][0],
-                None => &value[name],
-            });
+        let value = path.split('.').fold(object, |value, name| match name.strip_suffix("[]") {
+            Some(list) => &value[list][0],
+            None => &value[name],
+        });
         let found = match value {
             Value::Null => "null",
             Value::Bool(_) => "bool",

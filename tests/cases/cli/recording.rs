@@ -32,9 +32,7 @@ fn replay_reproduces_recorded_drive() {
         &drive,
         "recording.file text, recording.messages whole, recording.bytes whole, recording.stopped null",
     );
-    let size = fs::metadata(place.path("run.mcap"))
-        .expect("it is there")
-        .len();
+    let size = fs::metadata(place.path("run.mcap")).expect("it is there").len();
     assert_eq!(drive["recording"]["bytes"], json!(size));
     let (_, alone) = place.json(DRIVE);
     assert_eq!(alone["trace_digest"], drive["trace_digest"]);
@@ -42,16 +40,10 @@ fn replay_reproduces_recorded_drive() {
     for engine in ["--engine cpu --threads 1", "--engine cpu --threads 2", ""] {
         let (status, replay) = place.json(&format!("replay run.mcap {engine}"));
         assert_eq!(status, 0, "{replay}");
-        assert_fields(
-            &replay,
-            "engine text, recorded_engine text, first_difference null",
-        );
+        assert_fields(&replay, "engine text, recorded_engine text, first_difference null");
         assert_eq!(replay["ticks"], drive["ticks"]);
         assert_eq!(replay["recorded_engine"], drive["engine"]);
-        assert_eq!(
-            (&replay["agree"], &replay["complete"]),
-            (&json!(true), &json!(true))
-        );
+        assert_eq!((&replay["agree"], &replay["complete"]), (&json!(true), &json!(true)));
     }
     let run = place.run("replay run.mcap --engine cpu");
     assert!(run.stdout.starts_with("the same bits in all "), "{run:?}");
@@ -75,10 +67,7 @@ fn flipped_bit_is_reported_with_tick_and_field() {
         difference,
         "time_s real, recorded real, replayed real, recorded_hex text, replayed_hex text",
     );
-    assert_eq!(
-        (&difference["tick"], &difference["field"]),
-        (&json!(11), &json!("command_linear"))
-    );
+    assert_eq!((&difference["tick"], &difference["field"]), (&json!(11), &json!("command_linear")));
     assert_ne!(difference["recorded_hex"], difference["replayed_hex"]);
     let run = place.run("replay other.mcap --engine cpu");
     assert_eq!(run.status, 1);
@@ -97,19 +86,12 @@ fn truncated_recording_is_replayed_to_its_end() {
     place.write("truncated.mcap", &file[..ends[2] + 1000]);
     let (status, replay) = place.json("replay truncated.mcap --engine cpu");
     assert_eq!(status, 0, "{replay}");
-    assert_eq!(
-        (&replay["agree"], &replay["complete"]),
-        (&json!(true), &json!(false))
-    );
+    assert_eq!((&replay["agree"], &replay["complete"]), (&json!(true), &json!(false)));
     assert!(
         replay["ticks"].as_u64() > Some(20) && replay["ticks"].as_u64() < drive["ticks"].as_u64()
     );
     let run = place.run("replay truncated.mcap --engine cpu");
-    assert!(
-        run.stdout
-            .contains("the recording is truncated: it ends with tick "),
-        "{run:?}"
-    );
+    assert!(run.stdout.contains("the recording is truncated: it ends with tick "), "{run:?}");
 }
 
 #[test]
@@ -137,10 +119,7 @@ fn unusable_recordings_are_rejected_with_one_line() {
         ("newer.mcap", "format 4"),
     ] {
         let line = place.refusal(&format!("replay {name} --engine cpu"));
-        assert!(
-            line.contains(name) && line.contains(words),
-            "{name}: {line}"
-        );
+        assert!(line.contains(name) && line.contains(words), "{name}: {line}");
     }
     let line = place.refusal("replay run.mcap --engine warp");
     assert!(line.contains("warp"), "{line}");
@@ -155,11 +134,7 @@ fn full_disk_stops_recording_but_not_drive() {
         std::os::unix::fs::symlink("/dev/full", place.path(name)).expect("a new name");
         let run = place.run(&format!("{DRIVE} --record {name} --json"));
         let object: Value = serde_json::from_str(&run.stdout).expect("the drive has a result");
-        assert_eq!(
-            (run.status, &object["reached"]),
-            (1, &json!(true)),
-            "{run:?}"
-        );
+        assert_eq!((run.status, &object["reached"]), (1, &json!(true)), "{run:?}");
         assert_eq!(object["trace_digest"], alone["trace_digest"]);
         let recording = &object["recording"];
         assert_eq!(recording["file"], json!(name));

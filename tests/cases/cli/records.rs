@@ -9,10 +9,7 @@ use serde_json::{Value, json};
 
 use super::program::Workplace;
 
-const RECORDS: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/benches/records/two-shared-xeon-cores"
-);
+const RECORDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/records/two-shared-xeon-cores");
 
 /// Some columns of runs: the others may be missing.
 const RUNS: &str =
@@ -105,10 +102,7 @@ fn draw_report_has_its_rows_in_files() {
     }
     let rows: Value = serde_json::from_str(&read("out/deep/barn.json")).expect("JSON");
     assert_eq!(rows[1]["score"], json!(0.25));
-    assert_eq!(
-        rows[2]["reason"],
-        json!("NO_VALID_CONTROL: nothing, at all")
-    );
+    assert_eq!(rows[2]["reason"], json!("NO_VALID_CONTROL: nothing, at all"));
     // What is written is read again, and gives the same picture.
     let again = place.run("bench draw out/deep/barn.csv --svg again.svg");
     assert_eq!(again.status, 0, "{again:?}");
@@ -123,18 +117,13 @@ fn draw_groups_a_soak_by_map_and_traffic() {
     let record = format!("{RECORDS}/soak-2026-11-21.csv");
     let run = place.run(&format!("bench draw {record} --report out"));
     assert_eq!(run.status, 0, "{run:?}");
-    assert_eq!(
-        names(&place, "out"),
-        ["index.html", "soak.csv", "soak.json", "soak.svg"]
-    );
+    assert_eq!(names(&place, "out"), ["index.html", "soak.csv", "soak.json", "soak.svg"]);
     let read = |name: &str| fs::read_to_string(place.path(&format!("out/{name}"))).expect("a file");
     let (page, picture) = (read("index.html"), read("soak.svg"));
     let rows: Vec<Value> = serde_json::from_str(&read("soak.json")).expect("a list");
     assert_eq!(rows.len(), 1000);
     let document = Document::parse(&picture).expect("sound markup");
-    let titles = document
-        .descendants()
-        .filter(|node| node.has_tag_name("title"));
+    let titles = document.descendants().filter(|node| node.has_tag_name("title"));
     let reported: BTreeSet<&str> = titles.filter_map(|node| node.text()).collect();
     let counted = |label: &str, is: &dyn Fn(&Value) -> bool| {
         let of: Vec<&Value> = rows.iter().filter(|row| is(row)).collect();
@@ -143,13 +132,8 @@ fn draw_groups_a_soak_by_map_and_traffic() {
         assert!(reported.contains(&line[..]), "{line} in {reported:?}");
     };
     counted("all missions", &|_| true);
-    counted("pedestrians that ignore the robot", &|row| {
-        row["traffic"] == "non_yielding"
-    });
-    let maps: BTreeSet<&str> = rows
-        .iter()
-        .filter_map(|row| row["world"].as_str())
-        .collect();
+    counted("pedestrians that ignore the robot", &|row| row["traffic"] == "non_yielding");
+    let maps: BTreeSet<&str> = rows.iter().filter_map(|row| row["world"].as_str()).collect();
     assert_eq!(maps.len(), 8);
     for map in maps {
         counted(map, &|row| row["world"] == map);
@@ -184,10 +168,7 @@ fn benchmarks_write_pages() {
     for (command, chart) in [
         ("barn --worlds barn --seeds 2", "barn"),
         ("dynabarn --worlds dynabarn", "dynabarn"),
-        (
-            "density --max-samples 1024 --seconds 0.01 --ticks 2 --missions 0",
-            "quality",
-        ),
+        ("density --max-samples 1024 --seconds 0.01 --ticks 2 --missions 0", "quality"),
     ] {
         let run = place.run(&format!("bench {command} --report {chart}"));
         assert_eq!(run.status, 0, "{run:?}");
@@ -200,10 +181,7 @@ fn benchmarks_write_pages() {
         let rows: Vec<Value> = serde_json::from_str(&read("json")).expect("a list");
         assert_eq!(read("csv").lines().count(), 1 + rows.len());
         let page = fs::read_to_string(place.path(&format!("{chart}/index.html"))).expect("a page");
-        assert!(
-            page.contains(&format!("inbye bench {command}")),
-            "{command}"
-        );
+        assert!(page.contains(&format!("inbye bench {command}")), "{command}");
         assert!(page.contains("Measured on: "), "{command}");
     }
 }
@@ -235,10 +213,7 @@ latency.csv --report mine.png -> --report mine.png; another name
         let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
         let refusal = place.refusal(&format!("bench draw {arguments}"));
         for word in words.split("; ") {
-            assert!(
-                refusal.contains(word),
-                "{arguments}: no {word:?} in: {refusal}"
-            );
+            assert!(refusal.contains(word), "{arguments}: no {word:?} in: {refusal}");
         }
     }
 }
@@ -250,10 +225,8 @@ const RESULTS: &str = "docs/src/results.md";
 fn pictures_of_the_book_equal_what_its_commands_draw() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = fs::read_to_string(root.join(RESULTS)).expect("the page of results");
-    let commands: Vec<&str> = page
-        .lines()
-        .filter_map(|line| line.strip_prefix("inbye bench draw "))
-        .collect();
+    let commands: Vec<&str> =
+        page.lines().filter_map(|line| line.strip_prefix("inbye bench draw ")).collect();
     let pictures = fs::read_dir(root.join("docs/src/pictures")).expect("the book's pictures");
     assert_eq!(commands.len(), pictures.count());
     let place = Workplace::new();
@@ -268,9 +241,6 @@ fn pictures_of_the_book_equal_what_its_commands_draw() {
         assert_eq!(run.status, 0, "{run:?}");
         let again = fs::read_to_string(place.path("again.svg")).expect("a picture");
         let committed = fs::read_to_string(root.join(picture)).expect("a committed picture");
-        assert!(
-            again == committed,
-            "draw it again: inbye bench draw {command}"
-        );
+        assert!(again == committed, "draw it again: inbye bench draw {command}");
     }
 }

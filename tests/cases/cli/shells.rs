@@ -34,10 +34,7 @@ fn bash_completes_commands_flags_and_keywords() {
     let place = Workplace::new();
     let offered = |words: &[&str]| completions(&place, words);
     assert_eq!(offered(&["inbye", "dr"]), ["drive"]);
-    assert_eq!(
-        offered(&["inbye", "bench", "d"]),
-        ["density", "draw", "dynabarn"]
-    );
+    assert_eq!(offered(&["inbye", "bench", "d"]), ["density", "draw", "dynabarn"]);
     assert_eq!(offered(&["inbye", "drive", "--eng"]), ["--engine"]);
     let engines = offered(&["inbye", "drive", "--engine", ""]);
     assert_eq!(engines, ["auto", "cpu", "gpu"]);
@@ -46,10 +43,7 @@ fn bash_completes_commands_flags_and_keywords() {
     let protocols = offered(&["inbye", "base", "emulate", "--protocol", ""]);
     assert_eq!(protocols, ["native", "wheeltec", "roboclaw", "arduino"]);
     // A file, which bash completes itself.
-    assert_eq!(
-        offered(&["inbye", "config", "--check", "mine.y"]),
-        ["mine.yaml"]
-    );
+    assert_eq!(offered(&["inbye", "config", "--check", "mine.y"]), ["mine.yaml"]);
 }
 
 #[test]
@@ -69,11 +63,7 @@ fn completions_exist_for_every_shell() {
         let refusal = place.refusal(&format!("completions {shell} --json"));
         assert!(refusal.contains("--json"), "{refusal}");
     }
-    assert!(
-        place
-            .refusal("completions tcsh")
-            .contains("possible values: bash,")
-    );
+    assert!(place.refusal("completions tcsh").contains("possible values: bash,"));
 }
 
 #[test]
@@ -83,9 +73,7 @@ fn manual_page_exists_for_every_command() {
     assert_eq!((run.status, run.errors.len()), (0, 0), "{run:?}");
     let mut expected = Vec::new();
     for command in help::commands(&place) {
-        let name = format!("inbye {command}")
-            .trim_end()
-            .replace([' ', '/'], "-");
+        let name = format!("inbye {command}").trim_end().replace([' ', '/'], "-");
         let page = fs::read_to_string(place.path(&format!("man1/{name}.1"))).expect("a page");
         // Hyphens are escaped against line breaks.
         let plain = page.replace("\\-", "-");
@@ -104,9 +92,5 @@ fn manual_page_exists_for_every_command() {
     let page = fs::read_to_string(place.path("man1/inbye.1")).expect("a page");
     assert_eq!(whole.trim_end(), page.trim_end());
     place.write("taken", "");
-    assert!(
-        place
-            .refusal("man --output taken")
-            .contains("--output taken")
-    );
+    assert!(place.refusal("man --output taken").contains("--output taken"));
 }

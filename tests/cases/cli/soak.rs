@@ -30,21 +30,10 @@ fn soak_reports_every_mission() {
         (&Value::from(1), &Value::from(1))
     );
     let rows = object["rows"].as_array().expect("a list");
-    assert_eq!(
-        (rows.len(), summary["all"]["unexplained"].as_u64()),
-        (6, Some(0))
-    );
+    assert_eq!((rows.len(), summary["all"]["unexplained"].as_u64()), (6, Some(0)));
     for row in rows {
-        assert_eq!(
-            row["outcome"] == "reached",
-            row["reason"].is_null(),
-            "{row}"
-        );
-        assert_eq!(
-            row["outcome"] == "contact",
-            !row["contact_cause"].is_null(),
-            "{row}"
-        );
+        assert_eq!(row["outcome"] == "reached", row["reason"].is_null(), "{row}");
+        assert_eq!(row["outcome"] == "contact", !row["contact_cause"].is_null(), "{row}");
     }
     // Each built-in map has its turn.
     assert_eq!(summary["worlds"].as_array().map(Vec::len), Some(4));
@@ -67,11 +56,7 @@ fn soak_resumes_from_its_folder() {
     assert_eq!(cells.count(), 4);
     let merge = place.run("sweep merge cells --report merged --json");
     let merged: Value = serde_json::from_str(&merge.stdout).expect("one JSON object");
-    assert_eq!(
-        (merge.status, &merged["cells"]),
-        (0, &Value::from(4)),
-        "{merged}"
-    );
+    assert_eq!((merge.status, &merged["cells"]), (0, &Value::from(4)), "{merged}");
 }
 
 #[test]
@@ -83,10 +68,7 @@ fn soak_replay_writes_page_and_ticks() {
     let soak = soak.replace("mine.yaml", "pocket.txt mine.yaml");
     let run = place.run(&format!("{soak} --replay 2 --report out --json"));
     assert_eq!(run.errors.len(), 2, "{run:?}");
-    assert!(
-        run.errors[0].starts_with("left out: pocket: no two"),
-        "{run:?}"
-    );
+    assert!(run.errors[0].starts_with("left out: pocket: no two"), "{run:?}");
     assert_eq!(run.errors[1], "report: out/index.html");
     let row: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
     let ticks = fs::read_to_string(place.path("out/ticks.jsonl")).expect("the ticks are there");
@@ -131,19 +113,10 @@ fn ablation_reports_all_variants() {
          variants[].contacts_robot whole, variants[].contacts_other whole, variants[].shared whole, rows[].config text",
     );
     let variants = object["variants"].as_array().expect("a list");
-    let names: Vec<&str> = variants
-        .iter()
-        .map(|row| row["config"].as_str().expect("a word"))
-        .collect();
-    let expected = [
-        "dwa",
-        "astar_dwa",
-        "progress",
-        "tracking",
-        "replanning",
-        "passive_safety",
-        "recovery",
-    ];
+    let names: Vec<&str> =
+        variants.iter().map(|row| row["config"].as_str().expect("a word")).collect();
+    let expected =
+        ["dwa", "astar_dwa", "progress", "tracking", "replanning", "passive_safety", "recovery"];
     assert_eq!(names, expected);
     assert!(variants.iter().all(|row| row["runs"] == 2), "{object}");
     assert_eq!(object["rows"].as_array().map(Vec::len), Some(14));
@@ -157,9 +130,7 @@ fn ablation_reports_all_variants() {
     assert!(picture("again.svg").contains("A* and DWA as in the paper: "));
     assert_eq!(picture("again.svg"), picture("out/ablation.svg"));
     let own = page.replace("http://www.w3.org/2000/svg", "");
-    for outside in [
-        "http:", "https:", "<script", "<link", "url(", "NaN", ">inf<",
-    ] {
+    for outside in ["http:", "https:", "<script", "<link", "url(", "NaN", ">inf<"] {
         assert!(!own.contains(outside), "{outside}");
     }
 }
@@ -192,17 +163,11 @@ fn soak_and_ablation_reject_bad_arguments() {
         ("soak --maps pocket.txt", "pocket: no two free places"),
         ("soak --maps gone.yaml", "gone.yaml"),
         ("soak --maps empty", "--maps empty: no .yaml file"),
-        (
-            "soak --maps mine.yaml mine.yaml",
-            "two maps are called mine",
-        ),
+        ("soak --maps mine.yaml mine.yaml", "two maps are called mine"),
         ("soak --missions 0", "whole number, 1 to 1000000"),
         ("soak --unmapped 2", "0 to 1"),
         ("soak --replay 5", "--report"),
-        (
-            "soak --missions 3 --replay 9 --report out",
-            "--replay 9: no mission of these",
-        ),
+        ("soak --missions 3 --replay 9 --report out", "--replay 9: no mission of these"),
         ("ablation --maps gone.yaml", "gone.yaml"),
         ("ablation --longest 1", "metres, 4 to 10000"),
     ] {

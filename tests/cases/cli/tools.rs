@@ -13,27 +13,15 @@ fn verify_compares_engines() {
         &object,
         "cases whole, engines list, engines[].name text, engines[].digest text, engines[].golden_digest text, golden_digest text, agree bool",
     );
-    assert_eq!(
-        (object["cases"].as_u64(), object["agree"].as_bool()),
-        (Some(5), Some(true))
-    );
+    assert_eq!((object["cases"].as_u64(), object["agree"].as_bool()), (Some(5), Some(true)));
     for engine in object["engines"].as_array().unwrap() {
         assert_eq!(engine["golden_digest"], object["golden_digest"]);
     }
     let digest = |object: &serde_json::Value| object["engines"][0]["digest"].clone();
-    assert_eq!(
-        digest(&object),
-        digest(&place.json("verify --cases 5 --seed 2").1)
-    );
-    assert_ne!(
-        digest(&object),
-        digest(&place.json("verify --cases 5 --seed 3").1)
-    );
+    assert_eq!(digest(&object), digest(&place.json("verify --cases 5 --seed 2").1));
+    assert_ne!(digest(&object), digest(&place.json("verify --cases 5 --seed 3").1));
     let run = place.run("verify --cases 2");
-    assert!(
-        run.stdout.starts_with("2 problems, ") && run.stdout.contains("agree: "),
-        "{run:?}"
-    );
+    assert!(run.stdout.starts_with("2 problems, ") && run.stdout.contains("agree: "), "{run:?}");
 }
 
 #[test]
@@ -67,16 +55,9 @@ fn density_measures_latency() {
     );
     let rows = object["rows"].as_array().unwrap();
     // The key exists for engines without an adapter, too.
-    assert!(
-        rows.iter()
-            .all(|row| row.as_object().unwrap().contains_key("adapter"))
-    );
+    assert!(rows.iter().all(|row| row.as_object().unwrap().contains_key("adapter")));
     assert!(rows.iter().all(|row| row["steps"] == 40), "{object}");
-    let samples = |count: u64| {
-        rows.iter()
-            .filter(move |row| row["samples"] == count)
-            .count()
-    };
+    let samples = |count: u64| rows.iter().filter(move |row| row["samples"] == count).count();
     assert!(samples(4) > 0 && samples(4) == samples(16), "{object}");
     for row in rows {
         let count = |field: &str| row[field].as_u64().expect("a whole number");
@@ -98,9 +79,8 @@ fn density_measures_latency() {
         )
     );
     let alone = QUICK.replace("--ticks 2", "--ticks 0");
-    let run = place.run(&format!(
-        "{alone} --steps 7 --record rows.json --record-quality quality.csv"
-    ));
+    let run =
+        place.run(&format!("{alone} --steps 7 --record rows.json --record-quality quality.csv"));
     assert_eq!(run.status, 0, "{run:?}");
     let record = fs::read_to_string(place.path("rows.json")).expect("the record is there");
     let rows: Vec<serde_json::Value> = serde_json::from_str(&record).expect("the record is JSON");
@@ -128,14 +108,8 @@ fn density_compares_commands_with_densest_sampling() {
     // Two densities, two windows, two shapes.
     assert_eq!(rows.len(), 8, "{object}");
     for row in rows {
-        assert_eq!(
-            (row["densest"].as_u64(), row["decisions"].as_u64()),
-            (Some(1 << 20), Some(2))
-        );
-        assert!(
-            row["regret_p50"].as_f64() <= row["regret_max"].as_f64(),
-            "{row}"
-        );
+        assert_eq!((row["densest"].as_u64(), row["decisions"].as_u64()), (Some(1 << 20), Some(2)));
+        assert!(row["regret_p50"].as_f64() <= row["regret_max"].as_f64(), "{row}");
         assert!(row["regret_p50"].as_f64() >= Some(0.0), "{row}");
     }
     // These do not depend on the clock.
@@ -146,16 +120,9 @@ fn density_compares_commands_with_densest_sampling() {
     assert_eq!(table.lines().count(), rows.len() + 1, "{table}");
     assert!(table.lines().all(|line| columns(line) == 13), "{table}");
     let picture = fs::read_to_string(place.path("density.svg")).expect("the picture is there");
-    assert!(
-        picture.starts_with("<svg") && picture.contains("window 0.1 s"),
-        "{picture}"
-    );
+    assert!(picture.starts_with("<svg") && picture.contains("window 0.1 s"), "{picture}");
     let run = place.run(QUICK);
-    assert!(
-        run.stdout
-            .contains("compared with the one chosen from 1048576 samples"),
-        "{run:?}"
-    );
+    assert!(run.stdout.contains("compared with the one chosen from 1048576 samples"), "{run:?}");
 }
 
 #[cfg(target_os = "linux")]
@@ -169,10 +136,7 @@ fn missing_adapter_fails_for_gpu_and_falls_back_for_auto() {
     }
     let (status, object) = place.json(&format!("{ends} --engine auto"));
     assert_eq!(status, 0);
-    assert!(
-        object["engine"].as_str().unwrap().starts_with("CPU"),
-        "{object}"
-    );
+    assert!(object["engine"].as_str().unwrap().starts_with("CPU"), "{object}");
     let run = place.run(&format!("{ends} --engine auto"));
     assert!(run.engine_note.unwrap().contains("no GPU adapter found"));
     assert_eq!(place.json("devices").1["adapters"], serde_json::json!([]));

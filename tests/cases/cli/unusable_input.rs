@@ -25,18 +25,9 @@ fn place() -> Workplace {
     place.write("solid.txt", "####\n####\n####\n");
     place.write("binary.toml", b"\xff\xfe");
     place.write("list.json", r#"{"x": 1}"#);
-    place.write(
-        "radius.json",
-        r#"[{"x": 1.0, "y": 1.0, "radius": 0.0, "speed": 1.0}]"#,
-    );
-    place.write(
-        "away.json",
-        r#"[{"x": -9.0, "y": 1.0, "radius": 0.3, "speed": 1.0}]"#,
-    );
-    place.write(
-        "key.toml",
-        "[[obstacles]]\nx = 1.0\ny = 1.0\nradius = 0.3\nsped = 1.0\n",
-    );
+    place.write("radius.json", r#"[{"x": 1.0, "y": 1.0, "radius": 0.0, "speed": 1.0}]"#);
+    place.write("away.json", r#"[{"x": -9.0, "y": 1.0, "radius": 0.3, "speed": 1.0}]"#);
+    place.write("key.toml", "[[obstacles]]\nx = 1.0\ny = 1.0\nradius = 0.3\nsped = 1.0\n");
     place
 }
 
@@ -47,10 +38,7 @@ fn assert_table(place: &Workplace, prefix: &str, table: &str) {
         let (arguments, words) = line.split_once(" -> ").expect("a line has an arrow");
         let refusal = place.refusal(&format!("{prefix} {arguments}"));
         for word in words.split("; ") {
-            assert!(
-                refusal.contains(word),
-                "{arguments}: no {word:?} in: {refusal}"
-            );
+            assert!(refusal.contains(word), "{arguments}: no {word:?} in: {refusal}");
         }
     }
 }
@@ -71,17 +59,10 @@ fn unusable_maps_are_rejected() {
 ";
     let place = place();
     for command in ["plan", "drive"] {
-        assert_table(
-            &place,
-            &format!("{command} --start 10,5 --goal 80,40"),
-            table,
-        );
+        assert_table(&place, &format!("{command} --start 10,5 --goal 80,40"), table);
     }
     let refusal = place.refusal("plan --map solid.txt --start 1,1 --goal 2,2");
-    assert!(
-        refusal.contains("START_OCCUPIED") && refusal.contains("no free point"),
-        "{refusal}"
-    );
+    assert!(refusal.contains("START_OCCUPIED") && refusal.contains("no free point"), "{refusal}");
 }
 
 #[test]
@@ -149,11 +130,7 @@ fn unusable_flags_are_rejected() {
 --base-config base.toml -> --port
 --report mine.png -> --report mine.png; another name
 ";
-    assert_table(
-        &place,
-        "drive --map mine.yaml --start 10,5 --goal 80,40",
-        table,
-    );
+    assert_table(&place, "drive --map mine.yaml --start 10,5 --goal 80,40", table);
     let table = "
 nonsense -> nonsense; --help
 --report away devices -> --report; after the command
@@ -197,11 +174,7 @@ fn unusable_png_file_is_rejected() {
 --png plan.png -> --png; feature `png`; --svg
 "
     };
-    assert_table(
-        &place,
-        "plan --map mine.yaml --start 10,5 --goal 80,40",
-        table,
-    );
+    assert_table(&place, "plan --map mine.yaml --start 10,5 --goal 80,40", table);
 }
 
 #[test]
@@ -210,10 +183,7 @@ fn unusable_configurations_are_rejected() {
     let drive = "drive --map mine.yaml --start 10,5 --goal 80,40 --config";
     for file in ["gone.toml", "binary.toml", "."] {
         let refusal = place.refusal(&format!("{drive} {file}"));
-        assert!(
-            refusal.contains(&format!("--config {file}: cannot be read")),
-            "{refusal}"
-        );
+        assert!(refusal.contains(&format!("--config {file}: cannot be read")), "{refusal}");
     }
     let table = "
 [robot.limits]|max_vel = 1.0 -> line 2; unknown field `max_vel`; did you mean `max_vel_x`?
@@ -367,10 +337,7 @@ fn unusable_problem_files_are_rejected() {
     }
     for file in ["gone.json", "."] {
         let refusal = place.refusal(&format!("evaluate --problem {file}"));
-        assert!(
-            refusal.contains(&format!("--problem {file}: cannot be read")),
-            "{refusal}"
-        );
+        assert!(refusal.contains(&format!("--problem {file}: cannot be read")), "{refusal}");
     }
 }
 

@@ -31,11 +31,7 @@ fn quiet_prints_warnings_only_and_verbose_prints_drive_log() {
     // None of it is part of the result.
     let (_, object) = place.json(&format!("{DRIVE} --quiet"));
     assert_eq!(object["reached"].as_bool(), Some(true));
-    assert!(
-        place
-            .refusal("devices --quiet --verbose")
-            .contains("cannot be used with")
-    );
+    assert!(place.refusal("devices --quiet --verbose").contains("cannot be used with"));
 }
 
 /// A failed recording warns also with `--quiet`.
@@ -62,10 +58,7 @@ fn colours_appear_on_terminals_only() {
     let refused = ["plan", "--map", "none.yaml", "--start", "0,0"];
     let program = || {
         let mut command = place.command();
-        command
-            .args(refused)
-            .env_remove("NO_COLOR")
-            .env_remove("CLICOLOR_FORCE");
+        command.args(refused).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
         command
     };
     let piped = program().output().expect("the program starts");

@@ -21,18 +21,14 @@ use inbye::map::{
 use libtest_mimic::{Completion, Failed, Trial};
 use sha2::{Digest, Sha256};
 
-const SCRIPT: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/tests/support/reference_map_reader.py"
-);
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/reference_map_reader.py");
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
 
 pub fn trials() -> Vec<Trial> {
     let mut trials: Vec<Trial> = KINDS.iter().map(generated).collect();
-    trials.push(Trial::ignorable_test(
-        "one altered cell is detected",
-        || with_python(one_altered_cell),
-    ));
+    trials.push(Trial::ignorable_test("one altered cell is detected", || {
+        with_python(one_altered_cell)
+    }));
     trials.extend(public());
     trials
 }
@@ -99,13 +95,7 @@ fn public() -> Vec<Trial> {
 /// Checks that queries end on free cells; a flipped map or swapped coordinates would violate this.
 fn queries_fit_their_maps(data: &Path) -> Result<(), Failed> {
     let mut queries = 0;
-    for folder in [
-        "movingai/dao",
-        "movingai/da2",
-        "movingai/bg512",
-        "movingai/mazes",
-        "mine",
-    ] {
+    for folder in ["movingai/dao", "movingai/da2", "movingai/bg512", "movingai/mazes", "mine"] {
         for scen in files(&data.join(folder), "scen") {
             let grid = load(&scen.with_extension(""), &LoadOptions::default())?;
             let frame = grid.frame();
@@ -122,11 +112,7 @@ fn queries_fit_their_maps(data: &Path) -> Result<(), Failed> {
             }
         }
     }
-    if queries > 0 {
-        Ok(())
-    } else {
-        Err("no query was read".into())
-    }
+    if queries > 0 { Ok(()) } else { Err("no query was read".into()) }
 }
 
 /// The files of a folder with this extension, sorted; none if the folder does not exist.
@@ -162,10 +148,7 @@ fn differ(grid: &OccupancyGrid, reading: &Reading) -> Result<(), String> {
     for byte in Sha256::digest(&bytes) {
         write!(sha256, "{byte:02x}").map_err(|error| error.to_string())?;
     }
-    let own = Reading {
-        frame: *grid.frame(),
-        sha256,
-    };
+    let own = Reading { frame: *grid.frame(), sha256 };
     if own == *reading {
         Ok(())
     } else {
@@ -215,9 +198,7 @@ fn find_python() -> Option<PathBuf> {
         None => vec!["python3".into(), "/usr/bin/python3".into()],
     };
     candidates.into_iter().find(|python| {
-        let output = Command::new(python)
-            .args(["-c", "import numpy, PIL"])
-            .output();
+        let output = Command::new(python).args(["-c", "import numpy, PIL"]).output();
         output.is_ok_and(|output| output.status.success())
     })
 }

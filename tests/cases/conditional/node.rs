@@ -16,10 +16,7 @@ use serde_json::Value;
 use crate::support::requirements::required;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_inbye");
-const PEER: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/tests/cases/conditional/node/peer.py"
-);
+const PEER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cases/conditional/node/peer.py");
 
 /// A network of the loopback alone, with multicast, for the command that follows.
 const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip route add 239.0.0.0/8 dev lo && exec \"$@\"";
@@ -42,53 +39,29 @@ pub fn trials() -> Vec<Trial> {
 
 /// The robot reaches the goal with a namespace, `tf`, a lidar off the origin and stamped velocities.
 fn drives_to_goal(facts: &Value) -> Result<(), Failed> {
-    holds(
-        facts["commands_before_goal"] == 0,
-        "no command without a goal",
-        facts,
-    )?;
+    holds(facts["commands_before_goal"] == 0, "no command without a goal", facts)?;
     holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
     holds(number(facts, "away_m") < 0.1, "near the goal", facts)?;
-    holds(
-        number(facts, "yaw_error").abs() < 0.15,
-        "yaw of the goal",
-        facts,
-    )?;
+    holds(number(facts, "yaw_error").abs() < 0.15, "yaw of the goal", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)?;
     let shown = facts["markers"].to_string();
     // 65 arcs of 10 pieces with two ends each.
     holds(shown.contains("[\"arcs\",5,1300]"), "arcs are shown", facts)?;
-    holds(
-        shown.contains("[\"chosen\",4,11]"),
-        "the chosen arc is shown",
-        facts,
-    )?;
-    holds(
-        facts["commands_after_end"] == 0,
-        "no command after the goal",
-        facts,
-    )?;
+    holds(shown.contains("[\"chosen\",4,11]"), "the chosen arc is shown", facts)?;
+    holds(facts["commands_after_end"] == 0, "no command after the goal", facts)?;
     holds(facts["stats"]["reached"] == 1, "the goal is counted", facts)?;
     ends_cleanly(facts)
 }
 
 /// The map is older than the node, the plan older than its reader; Ctrl-C ends the node during the drive.
 fn late_joiner(facts: &Value) -> Result<(), Failed> {
-    holds(
-        facts["stats"]["received"]["map"] == 1,
-        "the map is received",
-        facts,
-    )?;
+    holds(facts["stats"]["received"]["map"] == 1, "the map is received", facts)?;
     holds(facts["started_s"].is_number(), "the robot drove", facts)?;
     holds(facts["plan_s"].is_number(), "the plan is received", facts)?;
     holds(number(facts, "plan_from_m") < 0.01, "from the start", facts)?;
     holds(number(facts, "plan_to_m") < 0.01, "to the goal", facts)?;
     holds(facts["plan_frame"] == "map", "in the map's frame", facts)?;
-    holds(
-        number(facts, "speed_at_end") > 0.1,
-        "still on the move",
-        facts,
-    )?;
+    holds(number(facts, "speed_at_end") > 0.1, "still on the move", facts)?;
     let last = facts["last_command"].to_string();
     holds(last == "[0.0,0.0]", "the last command is zero", facts)?;
     ends_cleanly(facts)

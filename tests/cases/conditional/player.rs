@@ -22,13 +22,10 @@ const IN_BROWSER: [(&str, BrowserTest); 5] = [
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = crate::support::browser::program::trials(&IN_BROWSER);
-    trials.push(Trial::test(
-        "pages_of_ten_minutes_and_of_an_hour_are_small",
-        || {
-            sizes();
-            Ok(())
-        },
-    ));
+    trials.push(Trial::test("pages_of_ten_minutes_and_of_an_hour_are_small", || {
+        sizes();
+        Ok(())
+    }));
     trials.push(Trial::test("same_run_gives_the_same_page", || {
         assert!(short_run().page() == short_run().page());
         Ok(())
@@ -37,9 +34,7 @@ pub fn trials() -> Vec<Trial> {
 }
 
 fn number(value: &Value, name: &str) -> f64 {
-    value[name]
-        .as_f64()
-        .unwrap_or_else(|| panic!("{name} in {value}"))
+    value[name].as_f64().unwrap_or_else(|| panic!("{name} in {value}"))
 }
 
 /// Checks that the player shows the values of the trace at a tick.
@@ -91,12 +86,8 @@ fn plays(program: &Program) -> Result<(), Failed> {
     assert_eq!(of("labels_while_playing"), &json!(["Pause", "Play"]));
     // The canvas is not empty, and changes with the time and the layers.
     assert!(number(&seen.findings, "colours") > 4.0);
-    let pictures = [
-        "picture_first",
-        "picture_middle",
-        "picture_without_trajectories",
-        "picture_whole",
-    ];
+    let pictures =
+        ["picture_first", "picture_middle", "picture_without_trajectories", "picture_whole"];
     for (index, one) in pictures.iter().enumerate() {
         for other in &pictures[index + 1..] {
             assert_ne!(of(one), of(other), "{one} and {other}");
@@ -119,12 +110,7 @@ fn faults(program: &Program) -> Result<(), Failed> {
     assert_eq!(found["readings"], json!(expected));
     let begun = run.observed.begun();
     // Two kinds of sensor faults, a base fault, and a GPU that is lost and reopened.
-    let kinds = |start: &str| {
-        begun
-            .iter()
-            .filter(|(_, words)| words.starts_with(start))
-            .count()
-    };
+    let kinds = |start: &str| begun.iter().filter(|(_, words)| words.starts_with(start)).count();
     assert_eq!((kinds("sensors: "), kinds("base: ")), (2, 1), "{begun:?}");
     assert!(kinds("engine: ") > 3, "{begun:?}");
     let listed = found["listed"].as_array().expect("a list");
@@ -139,18 +125,11 @@ fn faults(program: &Program) -> Result<(), Failed> {
     }
     assert!(number(found, "marked") > 20.0, "{}", found["marked"]);
     let expected = format!("{} faults are marked", begun.len());
-    assert!(
-        found["alt_text"]
-            .as_str()
-            .is_some_and(|text| text.contains(&expected))
-    );
+    assert!(found["alt_text"].as_str().is_some_and(|text| text.contains(&expected)));
     // The other run has no fault.
     let sound = look_at(program, &short_run().page(), &Look::default())?;
     let found = &sound.findings["faults"];
-    assert_eq!(
-        (&found["listed"], &found["marked"]),
-        (&json!([]), &json!(0))
-    );
+    assert_eq!((&found["listed"], &found["marked"]), (&json!([]), &json!(0)));
     assert_eq!(found["text"], json!("Faultsnone"));
     let readings = found["readings"].as_array().expect("a list");
     assert!(readings.iter().all(|text| text == "none"));
@@ -164,23 +143,12 @@ fn fits(program: &Program) -> Result<(), Failed> {
         let seen = look_at(program, &page, &Look { width, dark })?;
         assert_eq!(seen.console, [""; 0], "the console is not empty");
         let of = |name: &str| number(&seen.findings, name);
-        assert!(
-            of("content_width") <= of("window_width"),
-            "{:?}",
-            seen.findings
-        );
-        assert!(
-            of("map_width") > 0.8 * of("window_width").min(1000.0),
-            "{:?}",
-            seen.findings
-        );
+        assert!(of("content_width") <= of("window_width"), "{:?}", seen.findings);
+        assert!(of("map_width") > 0.8 * of("window_width").min(1000.0), "{:?}", seen.findings);
         assert_eq!(seen.findings["is_dark"], json!(dark));
         pictures.push(seen.findings["picture_first"].clone());
     }
-    assert_ne!(
-        pictures[0], pictures[1],
-        "both themes have the same colours"
-    );
+    assert_ne!(pictures[0], pictures[1], "both themes have the same colours");
     Ok(())
 }
 
@@ -189,16 +157,10 @@ fn altered(program: &Program) -> Result<(), Failed> {
     let page = short_run().page();
     let own = "Starts the players of a page";
     assert_eq!(page.matches(own).count(), 1);
-    let seen = look_at(
-        program,
-        &page.replace(own, "Stops the players"),
-        &Look::default(),
-    )?;
+    let seen = look_at(program, &page.replace(own, "Stops the players"), &Look::default())?;
     assert_eq!(seen.findings["at_first"]["time"], json!("–"));
     assert!(
-        seen.console
-            .iter()
-            .any(|line| line.contains("Content Security Policy")),
+        seen.console.iter().any(|line| line.contains("Content Security Policy")),
         "{:?}",
         seen.console
     );
@@ -230,11 +192,8 @@ fn sizes() {
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
     for (tick, words) in faulty.observed.begun().iter().take(4) {
         let words = words.replace('<', "&lt;").replace('>', "&gt;");
-        let button = format!(
-            "data-frame=\"{}\"><b>{:.2} s</b> {words}",
-            tick / 2,
-            *tick as f64 * 0.1
-        );
+        let button =
+            format!("data-frame=\"{}\"><b>{:.2} s</b> {words}", tick / 2, *tick as f64 * 0.1);
         assert!(page.contains(&button), "{button}");
     }
 }

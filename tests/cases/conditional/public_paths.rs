@@ -26,10 +26,9 @@ pub fn trials() -> Vec<Trial> {
     if trials.is_empty() {
         trials.push(Trial::ignorable_test("public maps", || Ok(absent())));
     }
-    trials.push(Trial::ignorable_test(
-        "an obstacle on a path is detected",
-        || with_mine(|mine| is_noticed(&mine)),
-    ));
+    trials.push(Trial::ignorable_test("an obstacle on a path is detected", || {
+        with_mine(|mine| is_noticed(&mine))
+    }));
     trials.push(Trial::ignorable_test("paths in the mine are short", || {
         with_mine(|mine| are_short(&mine))
     }));
@@ -54,9 +53,7 @@ fn with_mine(trial: impl FnOnce(PathBuf) -> Result<(), Failed>) -> Result<Comple
 fn collect(folder: &FilePath, maps: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        let is_map = path
-            .extension()
-            .is_some_and(|kind| kind == "map" || kind == "yaml");
+        let is_map = path.extension().is_some_and(|kind| kind == "map" || kind == "yaml");
         if path.is_dir() {
             collect(&path, maps);
         } else if is_map {
@@ -72,11 +69,7 @@ fn read(file: &FilePath) -> Result<ObstacleGrid, Failed> {
 
 /// Plans between random points, with several clearances, both search methods and all spline degrees.
 fn keeps_clear(file: PathBuf) -> Trial {
-    let name = file
-        .strip_prefix(DATA)
-        .unwrap_or(&file)
-        .display()
-        .to_string();
+    let name = file.strip_prefix(DATA).unwrap_or(&file).display().to_string();
     Trial::test(name, move || {
         let obstacles = read(&file)?;
         let mut random = Pcg64Mcg::seed_from_u64(31);
@@ -117,11 +110,7 @@ fn path(
     [start, goal]: [Point; 2],
     settings: &Settings,
 ) -> Result<inbye::global::Plan, PlanError> {
-    let ground = PlanningSpace {
-        search: space,
-        smoothing: space,
-        costs: None,
-    };
+    let ground = PlanningSpace { search: space, smoothing: space, costs: None };
     plan(searcher, &ground, start, goal, settings, &mut || 0.0)
 }
 
@@ -129,16 +118,11 @@ fn path(
 fn free_point(space: &FreeSpace, random: &mut Pcg64Mcg) -> Point {
     let frame = space.frame();
     let within = |random: &mut Pcg64Mcg, side: i32| random.random_range(0.0..f64::from(side));
-    let any = frame.from_cell_units(&Point::new(
-        within(random, frame.width),
-        within(random, frame.height),
-    ));
+    let any = frame
+        .from_cell_units(&Point::new(within(random, frame.width), within(random, frame.height)));
     let cell = space.nearest_free(&any).expect("some cell is free");
     let inside = |at: i32, random: &mut Pcg64Mcg| f64::from(at) + random.random_range(0.01..0.99);
-    frame.from_cell_units(&Point::new(
-        inside(cell.column, random),
-        inside(cell.row, random),
-    ))
+    frame.from_cell_units(&Point::new(inside(cell.column, random), inside(cell.row, random)))
 }
 
 /// Fails if a path violates its clearance or leaves the map.
@@ -160,10 +144,7 @@ fn is_noticed(mine: &FilePath) -> Result<(), Failed> {
     let smoothed = path(&mut Searcher::default(), &space, ends, &Settings::default())?.smoothed;
     clear(smoothed.points(), &obstacles, 0.5)?;
     let middle = smoothed.point_at(smoothed.length_m() / 2.0);
-    let cell = obstacles
-        .frame()
-        .cell_of(&middle)
-        .ok_or("it leaves the map")?;
+    let cell = obstacles.frame().cell_of(&middle).ok_or("it leaves the map")?;
     obstacles.set(cell, true);
     if clear(smoothed.points(), &obstacles, 0.5).is_ok() {
         return Err("an obstacle on the path was not detected".into());
@@ -175,19 +156,12 @@ fn is_noticed(mine: &FilePath) -> Result<(), Failed> {
 fn are_short(mine: &FilePath) -> Result<(), Failed> {
     let obstacles = read(mine)?;
     let space = FreeSpace::new(&obstacles, 0.0);
-    let settings = Settings {
-        search: SearchMethod::JumpPoints,
-        ..Settings::default()
-    };
+    let settings = Settings { search: SearchMethod::JumpPoints, ..Settings::default() };
     let mut searcher = Searcher::default();
     let (mut ratios, mut worst) = (0.0, 0.0_f64);
     let queries = read_scen(&mine.with_extension("map.scen"))?;
     for query in &queries {
-        let center = |at| {
-            obstacles
-                .frame()
-                .center_of(cell_from_top_left(obstacles.frame(), at))
-        };
+        let center = |at| obstacles.frame().center_of(cell_from_top_left(obstacles.frame(), at));
         let ends = [center(query.start), center(query.goal)];
         let plan = path(&mut searcher, &space, ends, &settings)?;
         let shortest_m = query.optimal * obstacles.frame().resolution_m;

@@ -20,12 +20,7 @@ pub fn trials() -> Vec<Trial> {
             Ok(())
         })
     };
-    let tests = [
-        interruptions::TESTS,
-        latencies::TESTS,
-        plans::TESTS,
-        tables::TESTS,
-    ];
+    let tests = [interruptions::TESTS, latencies::TESTS, plans::TESTS, tables::TESTS];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.extend(cluster::trials());
     trials

@@ -18,9 +18,7 @@ fn destinations(text: &str) -> Vec<String> {
         }
         _ => None,
     };
-    Parser::new_ext(text, Options::ENABLE_TABLES)
-        .filter_map(destination)
-        .collect()
+    Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(destination).collect()
 }
 
 fn is_external(destination: &str) -> bool {
@@ -65,10 +63,7 @@ fn broken_links(page: &str, links: &[String], built: &Path) -> Vec<String> {
         !anchor.is_empty() && !html.contains(&format!("id=\"{anchor}\""))
     };
     let internal = links.iter().filter(|link| !is_external(link));
-    internal
-        .filter(leads_nowhere)
-        .map(|link| format!("{page}: {link}"))
-        .collect()
+    internal.filter(leads_nowhere).map(|link| format!("{page}: {link}")).collect()
 }
 
 #[test]
@@ -77,10 +72,7 @@ fn book_builds_and_its_links_resolve() {
     build(target.path());
     let mut broken = Vec::new();
     for page in pages() {
-        let name = page
-            .file_name()
-            .expect("a page has a name")
-            .to_string_lossy();
+        let name = page.file_name().expect("a page has a name").to_string_lossy();
         let links = destinations(&text(&page));
         broken.extend(broken_links(&name, &links, target.path()));
     }
@@ -93,10 +85,7 @@ fn broken_link_is_noticed() {
     build(target.path());
     let links = destinations("[a](no-such-page.md) [b](cli.md#no-such-heading) [c](cli.md)");
     let broken = broken_links("cli.md", &links, target.path());
-    assert_eq!(
-        broken,
-        ["cli.md: no-such-page.md", "cli.md: cli.md#no-such-heading"]
-    );
+    assert_eq!(broken, ["cli.md: no-such-page.md", "cli.md: cli.md#no-such-heading"]);
 }
 
 #[test]
@@ -112,10 +101,7 @@ fn readme_links_to_files_that_exist() {
 fn every_page_is_in_the_summary() {
     let summary = text(&root().join("docs/src/SUMMARY.md"));
     for page in pages() {
-        let name = page
-            .file_name()
-            .expect("a page has a name")
-            .to_string_lossy();
+        let name = page.file_name().expect("a page has a name").to_string_lossy();
         let is_listed = name == "SUMMARY.md" || summary.contains(&format!("({name})"));
         assert!(is_listed, "{name} is not in docs/src/SUMMARY.md");
     }

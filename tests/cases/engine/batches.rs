@@ -15,16 +15,8 @@ fn problem(
     vtheta_samples: u32,
     steps: u32,
 ) -> QuantizedProblem {
-    let roadway = Roadway {
-        vx_samples,
-        vtheta_samples,
-        steps,
-        ..Roadway::default()
-    };
-    let problem = Problem {
-        step_s: 0.01,
-        ..roadway.problem(field, 0)
-    };
+    let roadway = Roadway { vx_samples, vtheta_samples, steps, ..Roadway::default() };
+    let problem = Problem { step_s: 0.01, ..roadway.problem(field, 0) };
     QuantizedProblem::new(&problem).expect("a problem within the ranges")
 }
 
@@ -57,11 +49,8 @@ fn submission_holds_256_problems() {
 #[test]
 fn submission_holds_as_many_samples_as_one_problem() {
     let field = &roadway_field();
-    let (easy, half, whole) = (
-        problem(field, 2, 2, 1),
-        problem(field, 2048, 1024, 1),
-        problem(field, 2048, 2048, 1),
-    );
+    let (easy, half, whole) =
+        (problem(field, 2, 2, 1), problem(field, 2048, 1024, 1), problem(field, 2048, 2048, 1));
     assert_eq!(submissions(&vec![half; 5]), [2, 2, 1]);
     assert_eq!(submissions(&[easy.clone(), whole, easy]), [1, 1, 1]);
 }
@@ -71,12 +60,7 @@ fn submission_of_several_problems_fits_buffers_of_every_adapter() {
     let field = &roadway_field();
     // 16 kB of table per turn rate.
     let (most, half) = (problem(field, 1, 9000, 1023), problem(field, 1, 4000, 1023));
-    assert!(
-        Batch::first_of(core::slice::from_ref(&most))
-            .sizes()
-            .largest()
-            > MAX_BYTES
-    );
+    assert!(Batch::first_of(core::slice::from_ref(&most)).sizes().largest() > MAX_BYTES);
     let all = [half.clone(), most, half.clone(), half.clone(), half];
     assert_eq!(submissions(&all), [1, 1, 2, 1]);
     assert!(Batch::first_of(&all[2..]).sizes().largest() <= MAX_BYTES);
@@ -85,11 +69,7 @@ fn submission_of_several_problems_fits_buffers_of_every_adapter() {
 #[test]
 fn shared_field_is_held_once() {
     let (one, other) = (roadway_field(), roadway_field());
-    let problems = [
-        problem(&one, 1, 1, 1),
-        problem(&other, 2, 1, 1),
-        problem(&one, 3, 1, 1),
-    ];
+    let problems = [problem(&one, 1, 1, 1), problem(&other, 2, 1, 1), problem(&one, 3, 1, 1)];
     let batch = Batch::first_of(&problems);
     let ids: Vec<u64> = batch.fields.iter().map(|field| field.id()).collect();
     assert_eq!(ids, [one.id(), other.id()]);

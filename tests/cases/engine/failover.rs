@@ -70,11 +70,7 @@ impl Engine for FaultyGpu {
 }
 
 fn lost(kind: GpuFailureKind) -> EngineError {
-    EngineError::Lost {
-        adapter: "faulty".to_owned(),
-        kind,
-        message: "simulated".to_owned(),
-    }
+    EngineError::Lost { adapter: "faulty".to_owned(), kind, message: "simulated".to_owned() }
 }
 
 fn problem(case: u64) -> QuantizedProblem {
@@ -99,11 +95,7 @@ fn incidents_of(failover: &Failover) -> &Incidents {
 fn check_answers(failover: &mut Failover, cases: core::ops::Range<u64>) {
     for case in cases {
         let problem = problem(case);
-        let detail = if case % 3 == 0 {
-            Detail::Samples
-        } else {
-            Detail::Answer
-        };
+        let detail = if case % 3 == 0 { Detail::Samples } else { Detail::Answer };
         let answer = failover.evaluate(&problem, detail);
         assert_eq!(answer, Ok(expected_answer(&problem, detail)), "case {case}");
     }
@@ -130,15 +122,9 @@ fn every_gpu_failure_gets_the_same_bits_from_the_cpu_in_the_same_tick() {
         let incidents = incidents_of(&failover);
         assert_eq!(incidents.failures.iter().collect::<Vec<_>>(), [(&kind, &1)]);
         let on_cpu = u64::from(FIRST_RETRY);
-        assert_eq!(
-            (incidents.decisions, incidents.on_cpu, incidents.reopened),
-            (30, on_cpu, 1)
-        );
-        let reported: Vec<_> = incidents
-            .messages
-            .iter()
-            .map(|one| (one.decision, one.kind))
-            .collect();
+        assert_eq!((incidents.decisions, incidents.on_cpu, incidents.reopened), (30, on_cpu, 1));
+        let reported: Vec<_> =
+            incidents.messages.iter().map(|one| (one.decision, one.kind)).collect();
         assert_eq!(reported, [(4, Some(kind)), (4 + on_cpu, None)]);
         assert_eq!(failover.kind(), "gpu");
     }
@@ -164,14 +150,7 @@ fn missing_gpu_is_retried_after_growing_delays() {
     assert_eq!(at, [10, 30, 70, 150]);
     let incidents = incidents_of(&failover);
     assert_eq!(incidents.failures.get(&GpuFailureKind::Absent), Some(&1));
-    assert_eq!(
-        (
-            incidents.on_cpu,
-            incidents.reopen_failures,
-            incidents.reopened
-        ),
-        (160, 4, 0)
-    );
+    assert_eq!((incidents.on_cpu, incidents.reopen_failures, incidents.reopened), (160, 4, 0));
     let words = serde_json::to_value(incidents).expect("counts are JSON");
     assert_eq!(words["failures"], serde_json::json!({ "absent": 1 }));
 }
@@ -196,30 +175,16 @@ fn problem_too_large_for_the_adapter_keeps_the_device() {
 type Falsification = (&'static str, fn(&QuantizedProblem, &mut Evaluation) -> bool);
 
 const FALSIFICATIONS: [Falsification; 13] = [
-    ("the next sample", |_, answer| {
-        edit(answer, |winner| winner.index ^= 1)
-    }),
-    ("an index out of range", |_, answer| {
-        edit(answer, |winner| winner.index = u32::MAX)
-    }),
+    ("the next sample", |_, answer| edit(answer, |winner| winner.index ^= 1)),
+    ("an index out of range", |_, answer| edit(answer, |winner| winner.index = u32::MAX)),
     ("a colliding sample", |problem, answer| {
-        let all = expected_answer(problem, Detail::Samples)
-            .samples
-            .unwrap_or_default();
-        let bad = all
-            .iter()
-            .position(|one| one.status == SampleStatus::Collision);
+        let all = expected_answer(problem, Detail::Samples).samples.unwrap_or_default();
+        let bad = all.iter().position(|one| one.status == SampleStatus::Collision);
         bad.is_some_and(|bad| edit(answer, |winner| winner.index = bad as u32))
     }),
-    ("a clearance", |_, answer| {
-        edit(answer, |winner| winner.terms.clearance += 1)
-    }),
-    ("a heading", |_, answer| {
-        edit(answer, |winner| winner.terms.heading ^= 1 << 9)
-    }),
-    ("a score", |_, answer| {
-        edit(answer, |winner| winner.score ^= 1)
-    }),
+    ("a clearance", |_, answer| edit(answer, |winner| winner.terms.clearance += 1)),
+    ("a heading", |_, answer| edit(answer, |winner| winner.terms.heading ^= 1 << 9)),
+    ("a score", |_, answer| edit(answer, |winner| winner.score ^= 1)),
     ("all zeros", |_, answer| {
         *answer = Evaluation::default();
         true
@@ -270,11 +235,7 @@ fn falsified_winner_is_never_used() {
             let answer = failover.evaluate(&problem, Detail::Samples);
             assert_eq!(answer, Ok(expected), "{what}, case {case}");
             let incidents = incidents_of(&failover);
-            assert_eq!(
-                incidents.failures.get(&GpuFailureKind::WrongAnswer),
-                Some(&1),
-                "{what}"
-            );
+            assert_eq!(incidents.failures.get(&GpuFailureKind::WrongAnswer), Some(&1), "{what}");
             assert_eq!((incidents.on_cpu, failover.kind()), (1, "cpu"), "{what}");
         }
         assert!(falsified > 8, "{what}: only {falsified} problems show it");
@@ -292,10 +253,7 @@ fn answer_to_another_problem_is_not_used() {
     let mut failover = with_fallback(Ok(gpu), || panic!("too early for a retry"));
     check_answers(&mut failover, 0..8);
     let incidents = incidents_of(&failover);
-    assert_eq!(
-        incidents.failures.get(&GpuFailureKind::WrongAnswer),
-        Some(&1)
-    );
+    assert_eq!(incidents.failures.get(&GpuFailureKind::WrongAnswer), Some(&1));
     assert_eq!((incidents.messages[0].decision, incidents.on_cpu), (2, 7));
 }
 
@@ -335,21 +293,12 @@ fn batch_with_a_wrong_answer_runs_on_the_cpu_as_a_whole() {
     });
     let mut failover = with_fallback(Ok(gpu), || panic!("too early for a retry"));
     let problems: Vec<QuantizedProblem> = (0..5).map(problem).collect();
-    let expected: Vec<_> = problems
-        .iter()
-        .map(|one| expected_answer(one, Detail::Answer))
-        .collect();
+    let expected: Vec<_> =
+        problems.iter().map(|one| expected_answer(one, Detail::Answer)).collect();
     let answers = failover.evaluate_batch(&problems, Detail::Answer);
     assert_eq!(answers, Ok(expected));
     let incidents = incidents_of(&failover);
-    assert_eq!(
-        (
-            incidents.decisions,
-            incidents.on_cpu,
-            incidents.total_failures()
-        ),
-        (1, 1, 1)
-    );
+    assert_eq!((incidents.decisions, incidents.on_cpu, incidents.total_failures()), (1, 1, 1));
 }
 
 /// An engine whose destructor blocks until it is released, then reports.
@@ -410,10 +359,7 @@ fn decisions_do_not_wait_for_a_device_to_close_or_open() {
     check_answers(&mut failover, 0..30);
     assert!(!closed.load(Ordering::SeqCst));
     let still = incidents_of(&failover);
-    assert_eq!(
-        (still.on_cpu, still.reopened, still.reopen_failures),
-        (30, 0, 0)
-    );
+    assert_eq!((still.on_cpu, still.reopened, still.reopen_failures), (30, 0, 0));
     release.send(()).expect("it is being closed");
     opens.send(()).expect("it is being opened");
     let mut case = 30;
@@ -436,8 +382,5 @@ fn panic_while_opening_a_device_is_a_failed_attempt() {
         check_answers(&mut failover, case..case + 1);
         case += 1;
     }
-    assert_eq!(
-        incidents_of(&failover).messages[1].kind,
-        Some(GpuFailureKind::OpenFailed)
-    );
+    assert_eq!(incidents_of(&failover).messages[1].kind, Some(GpuFailureKind::OpenFailed));
 }

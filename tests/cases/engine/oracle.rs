@@ -45,12 +45,7 @@ fn trajectories_of_every_length_are_close_to_the_oracle() {
         let mut worst = Worst::default();
         for case in 0..150 {
             let scene = Scene::random(21, case, reach_m);
-            compare(
-                &scene,
-                &format!("{reach_m} m {case}"),
-                Fault::No,
-                &mut worst,
-            );
+            compare(&scene, &format!("{reach_m} m {case}"), Fault::No, &mut worst);
         }
         report(&format!("up to {reach_m} m"), &worst);
     }
@@ -61,10 +56,7 @@ fn trajectories_of_every_length_are_close_to_the_oracle() {
 fn oracle_with_a_fault_is_reported() {
     for (fault, quantity) in [
         (Fault::TurnsFirst, "end off by"),
-        (
-            Fault::AddsPath,
-            "winner below the best of its own terms, off by",
-        ),
+        (Fault::AddsPath, "winner below the best of its own terms, off by"),
         (Fault::ObstaclesLate, "clearance"),
         (Fault::StiffFootprint, "where the oracle has"),
         (Fault::WrongBraking, "Ok, where the oracle has CannotStop"),
@@ -74,10 +66,7 @@ fn oracle_with_a_fault_is_reported() {
             let scene = Scene::random(22, case, 4.0);
             compare(&scene, &format!("case {case}"), fault, &mut worst);
         }
-        let caught = worst
-            .failures
-            .iter()
-            .any(|failure| failure.contains(quantity));
+        let caught = worst.failures.iter().any(|failure| failure.contains(quantity));
         assert!(caught, "{fault:?}: {:?}", worst.failures.first());
     }
 }

@@ -44,18 +44,9 @@ fn module() -> (Module, ModuleInfo) {
 #[test]
 fn assembled_module_is_valid_and_has_its_entry_points() {
     let (module, _) = module();
-    let names: Vec<&str> = module
-        .entry_points
-        .iter()
-        .map(|entry| entry.name.as_str())
-        .collect();
+    let names: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
     assert_eq!(names, ENTRY_POINTS);
-    assert!(
-        module
-            .entry_points
-            .iter()
-            .all(|entry| entry.stage == ShaderStage::Compute)
-    );
+    assert!(module.entry_points.iter().all(|entry| entry.stage == ShaderStage::Compute));
 }
 
 #[test]
@@ -68,16 +59,10 @@ fn invalid_shader_is_rejected() {
 fn entry_points_are_within_the_limits_of_every_adapter() {
     let (module, info) = module();
     let mut layouter = Layouter::default();
-    layouter
-        .update(module.to_ctx())
-        .expect("a valid module has a layout");
+    layouter.update(module.to_ctx()).expect("a valid module has a layout");
     for (index, entry) in module.entry_points.iter().enumerate() {
         let invocations: u32 = entry.workgroup_size.iter().product();
-        assert!(
-            invocations <= MAX_INVOCATIONS,
-            "{}: {invocations}",
-            entry.name
-        );
+        assert!(invocations <= MAX_INVOCATIONS, "{}: {invocations}", entry.name);
         let uses = info.get_entry_point(index);
         let used = |space: fn(&AddressSpace) -> bool| {
             let globals = module.global_variables.iter();
@@ -88,17 +73,9 @@ fn entry_points_are_within_the_limits_of_every_adapter() {
         let shared: u32 = used(|space| matches!(space, AddressSpace::WorkGroup))
             .map(|(_, global)| layouter[global.ty].size)
             .sum();
-        assert!(
-            shared <= MAX_WORKGROUP_BYTES,
-            "{}: {shared} bytes",
-            entry.name
-        );
+        assert!(shared <= MAX_WORKGROUP_BYTES, "{}: {shared} bytes", entry.name);
         let buffers = used(|space| matches!(space, AddressSpace::Storage { .. })).count();
-        assert!(
-            buffers <= MAX_STORAGE_BUFFERS,
-            "{}: {buffers} buffers",
-            entry.name
-        );
+        assert!(buffers <= MAX_STORAGE_BUFFERS, "{}: {buffers} buffers", entry.name);
         let one_invocation_for_each = match entry.name.as_str() {
             "tabulate_vtheta" => Some(VTHETA_PER_GROUP),
             "evaluate_samples" | "score_samples" => Some(SAMPLES_PER_GROUP),
@@ -117,17 +94,10 @@ fn entry_points_are_within_the_limits_of_every_adapter() {
     // All entry points share one bind group layout.
     let storage =
         |global: &naga::GlobalVariable| matches!(global.space, AddressSpace::Storage { .. });
-    let all = module
-        .global_variables
-        .iter()
-        .filter(|(_, global)| storage(global))
-        .count();
+    let all = module.global_variables.iter().filter(|(_, global)| storage(global)).count();
     assert!(all <= MAX_STORAGE_BUFFERS, "{all} storage buffers");
     let uniform = struct_of(&module, "Batch").0;
-    assert!(
-        uniform <= MAX_UNIFORM_BYTES,
-        "{uniform} bytes of uniform buffer"
-    );
+    assert!(uniform <= MAX_UNIFORM_BYTES, "{uniform} bytes of uniform buffer");
 }
 
 #[test]
@@ -146,10 +116,8 @@ fn bindings_have_the_access_that_the_shaders_declare() {
         Some((binding, access, global.name.clone()?))
     });
     let declared: Vec<_> = declared.collect();
-    let accesses: Vec<_> = declared
-        .iter()
-        .map(|(binding, access, _)| (*binding, *access))
-        .collect();
+    let accesses: Vec<_> =
+        declared.iter().map(|(binding, access, _)| (*binding, *access)).collect();
     let expected: Vec<_> = ACCESS.into_iter().enumerate().collect();
     assert_eq!(accesses, expected);
     for (binding, name) in [(FIELD, "field"), (RECORDS, "records"), (ANSWERS, "answers")] {
@@ -185,13 +153,7 @@ const TWINS: [Twins; 4] = [
         shader: "numeric.wgsl",
         only_rust: &[],
         // Rust has u64 and its operators.
-        only_shader: &[
-            "mul_wide",
-            "add_wide",
-            "sub_wide",
-            "less_wide",
-            "leading_zeros_wide",
-        ],
+        only_shader: &["mul_wide", "add_wide", "sub_wide", "less_wide", "leading_zeros_wide"],
     },
     Twins {
         rust: include_str!("../../../src/local/rollout.rs"),
@@ -225,16 +187,10 @@ fn twins_have_the_same_functions_in_the_same_order() {
         let rust = functions(twins.rust, "#[cfg(test)]");
         let shader = functions(text, "\0");
         for exception in twins.only_rust {
-            assert!(
-                rust.contains(&(*exception).to_owned()),
-                "{name}: Rust has no {exception}"
-            );
+            assert!(rust.contains(&(*exception).to_owned()), "{name}: Rust has no {exception}");
         }
         for exception in twins.only_shader {
-            assert!(
-                shader.contains(&(*exception).to_owned()),
-                "{name} has no {exception}"
-            );
+            assert!(shader.contains(&(*exception).to_owned()), "{name} has no {exception}");
         }
         let shared = |names: &[String], except: &[&str]| {
             let mut names: Vec<String> = names.to_vec();
@@ -279,18 +235,13 @@ fn structs_have_the_same_layout_on_both_sides() {
     ];
     for (name, (size, fields)) in all {
         let (bytes, members) = struct_of(&module, name);
-        let members: Vec<(&str, usize)> = members
-            .iter()
-            .map(|(member, offset)| (member.as_str(), *offset))
-            .collect();
+        let members: Vec<(&str, usize)> =
+            members.iter().map(|(member, offset)| (member.as_str(), *offset)).collect();
         assert_eq!(members, fields, "{name}");
         assert_eq!(bytes, size, "{name}");
     }
     assert_eq!(struct_of(&module, "Partial").0 as u64, PARTIAL_BYTES);
-    let batch = vec![
-        ("count".to_owned(), 0),
-        ("problems".to_owned(), BATCH_HEAD_BYTES),
-    ];
+    let batch = vec![("count".to_owned(), 0), ("problems".to_owned(), BATCH_HEAD_BYTES)];
     assert_eq!(struct_of(&module, "Batch"), (BATCH_BYTES, batch));
 }
 
@@ -300,44 +251,19 @@ fn terms_and_normalizers_have_the_same_fields() {
     let (module, _) = module();
     let names = |name| {
         let (_, members) = struct_of(&module, name);
-        members
-            .into_iter()
-            .map(|(member, _)| member)
-            .collect::<Vec<_>>()
+        members.into_iter().map(|(member, _)| member).collect::<Vec<_>>()
     };
     // Destructured without `..`, so that a new field is a compile error here.
-    let Terms {
-        heading,
-        clearance,
-        velocity,
-        path,
-    } = Terms::default();
-    assert_eq!(
-        [heading, clearance, velocity, path],
-        Terms::default().to_array()
-    );
+    let Terms { heading, clearance, velocity, path } = Terms::default();
+    assert_eq!([heading, clearance, velocity, path], Terms::default().to_array());
     assert_eq!(names("Terms"), ["heading", "clearance", "velocity", "path"]);
-    let Normalizer {
-        offset: _,
-        mantissa: _,
-        bits: _,
-    } = Normalizer::default();
+    let Normalizer { offset: _, mantissa: _, bits: _ } = Normalizer::default();
     assert_eq!(names("Normalizer"), ["offset", "mantissa", "bits"]);
 }
 
 fn struct_of(module: &Module, name: &str) -> (usize, Vec<(String, usize)>) {
-    let found = module
-        .types
-        .iter()
-        .find(|(_, ty)| ty.name.as_deref() == Some(name));
-    let Some((
-        _,
-        naga::Type {
-            inner: TypeInner::Struct { members, span },
-            ..
-        },
-    )) = found
-    else {
+    let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
+    let Some((_, naga::Type { inner: TypeInner::Struct { members, span }, .. })) = found else {
         panic!("the shaders have no struct {name}");
     };
     let member = |member: &naga::StructMember| {
@@ -371,10 +297,7 @@ fn constants_are_equal_on_both_sides() {
 
 fn constant(module: &Module, name: &str) -> i64 {
     let named = |constant: &naga::Constant| constant.name.as_deref() == Some(name);
-    let found = module
-        .constants
-        .iter()
-        .find(|(_, constant)| named(constant));
+    let found = module.constants.iter().find(|(_, constant)| named(constant));
     let (_, constant) = found.unwrap_or_else(|| panic!("the shaders have no constant {name}"));
     match module.global_expressions[constant.init] {
         Expression::Literal(Literal::I32(value)) => i64::from(value),

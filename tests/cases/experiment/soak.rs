@@ -22,20 +22,14 @@ fn site(config: &Config) -> MissionSite {
 
 /// Missions short enough for a test.
 fn short() -> Rules {
-    Rules {
-        longest_m: 9.0,
-        ..Rules::default()
-    }
+    Rules { longest_m: 9.0, ..Rules::default() }
 }
 
 #[test]
 fn a_mission_belongs_to_its_seed() {
     let config = Config::default();
     let site = site(&config);
-    let rules = Rules {
-        unmapped_share: 0.5,
-        ..Rules::default()
-    };
+    let rules = Rules { unmapped_share: 0.5, ..Rules::default() };
     let draw = |seed| {
         let drawn = site.generate(seed, &rules, &config).expect("there is room");
         let simulation = drawn.simulation;
@@ -43,11 +37,7 @@ fn a_mission_belongs_to_its_seed() {
         let goal = (mission.goal.position, mission.goal.yaw);
         (
             (mission.start, goal, drawn.path_m, drawn.traffic),
-            (
-                simulation.moving_obstacles,
-                simulation.truth,
-                drawn.unmapped,
-            ),
+            (simulation.moving_obstacles, simulation.truth, drawn.unmapped),
         )
     };
     let mut kinds = Vec::new();
@@ -57,11 +47,7 @@ fn a_mission_belongs_to_its_seed() {
         assert_ne!(first.0, draw(seed + 100).0, "seed {seed}");
         kinds.push(first.0.3);
     }
-    for kind in [
-        TrafficKind::Yielding,
-        TrafficKind::NonYielding,
-        TrafficKind::Appearing,
-    ] {
+    for kind in [TrafficKind::Yielding, TrafficKind::NonYielding, TrafficKind::Appearing] {
         assert!(kinds.contains(&kind), "{kind:?} in {kinds:?}");
     }
 }
@@ -69,14 +55,8 @@ fn a_mission_belongs_to_its_seed() {
 #[test]
 fn ends_are_free_and_connected_and_the_rules_kept() {
     let config = Config::default();
-    let sites = [
-        site(&config),
-        MissionSite::new("roadway", roadway().map, &config),
-    ];
-    let rules = Rules {
-        unmapped_share: 1.0,
-        ..Rules::default()
-    };
+    let sites = [site(&config), MissionSite::new("roadway", roadway().map, &config)];
+    let rules = Rules { unmapped_share: 1.0, ..Rules::default() };
     let mut searcher = Searcher::default();
     let mut stood = 0;
     for (seed, site) in (1..=12).flat_map(|seed| sites.iter().map(move |site| (seed, site))) {
@@ -112,21 +92,11 @@ fn ground_without_room_and_rules_out_of_range_are_refused() {
     let mut config = Config::default();
     let rules = short();
     config.robot.footprint = Footprint::round(3.0).expect("a sound radius");
-    let error = site(&config)
-        .generate(1, &rules, &config)
-        .expect_err("no room");
+    let error = site(&config).generate(1, &rules, &config).expect_err("no room");
     assert!(error.to_string().contains("crossing: no two free places"));
-    let bad = Rules {
-        unmapped_share: 1.5,
-        ..rules
-    };
-    let error = site(&config)
-        .generate(1, &bad, &config)
-        .expect_err("a bad rule");
-    assert!(
-        error.to_string().contains("unmapped_share is 1.5"),
-        "{error}"
-    );
+    let bad = Rules { unmapped_share: 1.5, ..rules };
+    let error = site(&config).generate(1, &bad, &config).expect_err("a bad rule");
+    assert!(error.to_string().contains("unmapped_share is 1.5"), "{error}");
 }
 
 /// An engine that answers like the CPU, except for one bit of one answer.
@@ -169,19 +139,13 @@ fn flipped_bit_changes_the_trace_digest() {
     let config = Config::default();
     let world = World::missions("crossing", Arc::new(crossing().map), short());
     let run = |engine: Box<dyn Engine>| -> RunRow {
-        let mut observer = Observer {
-            clock: &mut || 0.0,
-            on_tick: &mut |_| {},
-        };
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
         let run = world.drive(3, &config, engine, &mut observer);
         run.expect("a sound mission").row
     };
     let row = run(Box::new(CpuEngine::single_threaded()));
     let scalar = CpuEngine::with_instruction_set(InstructionSet::Scalar, 1).expect("always there");
-    let flipped = Flipped {
-        engine: CpuEngine::single_threaded(),
-        decisions_left: 12,
-    };
+    let flipped = Flipped { engine: CpuEngine::single_threaded(), decisions_left: 12 };
     let again = [run(Box::new(scalar)), run(Box::new(flipped))];
     let rows = [row];
     let compared = compare_digests(&rows, &again);
@@ -295,11 +259,7 @@ fn closed_loop_times_are_relative_to_the_densest_sampling() {
     // Both reached only the first mission.
     let times = |index: usize| {
         let group = &table[index];
-        (
-            group.shared,
-            group.shared_time_p50_s,
-            group.shared_time_p90_s,
-        )
+        (group.shared, group.shared_time_p50_s, group.shared_time_p90_s)
     };
     assert_eq!(times(0), (1, Some(30.0), Some(30.0)));
     assert_eq!(times(1), (1, Some(20.0), Some(20.0)));

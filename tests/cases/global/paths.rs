@@ -47,9 +47,8 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
     let search_m = cells * frame.resolution_m;
     let proof_m = search_m * [1.0, 0.5, 0.8, 0.0][random.random_range(0..4)];
     let [search, proof] = FreeSpace::for_radii(&obstacles, [search_m, proof_m]);
-    let free: Vec<usize> = (0..frame.len())
-        .filter(|&index| search.is_free(frame.cell_at(index)))
-        .collect();
+    let free: Vec<usize> =
+        (0..frame.len()).filter(|&index| search.is_free(frame.cell_at(index))).collect();
     let any_free = |random: &mut Pcg64Mcg| {
         let index = free.get(random.random_range(0..free.len().max(1)))?;
         Some(point_in(random, &frame, frame.cell_at(*index)))
@@ -60,33 +59,12 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
         spline_degree: random.random_range(1..=6),
         ..Settings::default()
     };
-    let ground = PlanningSpace {
-        search: &search,
-        smoothing: &proof,
-        costs: None,
-    };
-    match plan(
-        &mut Searcher::default(),
-        &ground,
-        start,
-        goal,
-        &settings,
-        &mut || 0.0,
-    ) {
-        Ok(plan) => Some(Case {
-            obstacles,
-            search,
-            proof,
-            start,
-            goal,
-            plan,
-        }),
+    let ground = PlanningSpace { search: &search, smoothing: &proof, costs: None };
+    match plan(&mut Searcher::default(), &ground, start, goal, &settings, &mut || 0.0) {
+        Ok(plan) => Some(Case { obstacles, search, proof, start, goal, plan }),
         // A point on a cell's border may be rounded into the next cell or off the grid.
         Err(error) => {
-            assert!(
-                !matches!(error, PlanError::Setting(_)),
-                "map {number}: {error}"
-            );
+            assert!(!matches!(error, PlanError::Setting(_)), "map {number}: {error}");
             None
         }
     }
@@ -100,10 +78,7 @@ fn point_in(random: &mut Pcg64Mcg, frame: &GridFrame, cell: Cell) -> Point {
         _ => random.random_range(0.0..1.0),
     };
     let (x, y) = (within(), within());
-    frame.from_cell_units(&Point::new(
-        f64::from(cell.column) + x,
-        f64::from(cell.row) + y,
-    ))
+    frame.from_cell_units(&Point::new(f64::from(cell.column) + x, f64::from(cell.row) + y))
 }
 
 /// Why a polyline does not keep its clearance, if it does not.
@@ -140,12 +115,7 @@ fn touches_inside(path: &Path, obstacles: &ObstacleGrid) -> bool {
 fn every_stage_keeps_ends_and_clearance_and_never_grows() {
     let mut count = 0;
     for (number, case) in cases(21, 16_000, 40).enumerate() {
-        let Plan {
-            raw,
-            pruned,
-            smoothed,
-            ..
-        } = &case.plan;
+        let Plan { raw, pruned, smoothed, .. } = &case.plan;
         for (name, path, space) in [
             ("raw", raw, &case.search),
             ("pruned", pruned, &case.search),
@@ -162,15 +132,9 @@ fn every_stage_keeps_ends_and_clearance_and_never_grows() {
             }
         }
         let tolerance_m = 1e-9 * (1.0 + raw.length_m());
-        assert!(
-            pruned.length_m() <= raw.length_m() + tolerance_m,
-            "path {number}"
-        );
+        assert!(pruned.length_m() <= raw.length_m() + tolerance_m, "path {number}");
         // The control points lie on the pruned path in its order, and a B-spline is no longer than its control polygon.
-        assert!(
-            smoothed.length_m() <= pruned.length_m() + tolerance_m,
-            "path {number}"
-        );
+        assert!(smoothed.length_m() <= pruned.length_m() + tolerance_m, "path {number}");
         count += 1;
     }
     assert!(count > 10_000, "only {count} maps had a path");
@@ -179,9 +143,7 @@ fn every_stage_keeps_ends_and_clearance_and_never_grows() {
 /// Whether a point is on a cell's border, where it touches cells that need not be free.
 fn is_on_border(frame: &GridFrame, point: &Point) -> bool {
     let units = frame.to_cell_units(point);
-    [units.x, units.y]
-        .iter()
-        .any(|&at| (at - at.round()).abs() < 1e-7)
+    [units.x, units.y].iter().any(|&at| (at - at.round()).abs() < 1e-7)
 }
 
 /// Checks that the comparison above detects a collision.
@@ -192,11 +154,7 @@ fn clearance_check_detects_an_obstacle_on_a_path() {
     for case in cases(23, 600, 40) {
         let path = &case.plan.smoothed;
         let at = path.point_at(path.length_m() * random.random_range(0.05..0.95));
-        let cell = case
-            .obstacles
-            .frame()
-            .cell_of(&at)
-            .expect("paths stay on the map");
+        let cell = case.obstacles.frame().cell_of(&at).expect("paths stay on the map");
         let radius_m = case.proof.radius_m();
         let mut blocked = case.obstacles.clone();
         blocked.set(cell, true);
@@ -233,10 +191,7 @@ fn sparse_pruning_of_a_long_path_is_nearly_shortest() {
         count += 1;
     }
     let mean = excess / f64::from(count);
-    assert!(
-        count > 100 && mean < 0.001,
-        "{count} paths, {mean} longer on average"
-    );
+    assert!(count > 100 && mean < 0.001, "{count} paths, {mean} longer on average");
 }
 
 #[test]
@@ -250,10 +205,7 @@ fn pruning_finds_the_shortest_chain_of_nodes() {
         if nodes.len() <= ALL_TAKE_PART {
             assert_eq!(pruned, case.plan.pruned);
         }
-        assert!(
-            (found - expected).abs() < 1e-7,
-            "path {number}: {found} m, not {expected} m"
-        );
+        assert!((found - expected).abs() < 1e-7, "path {number}: {found} m, not {expected} m");
         // Its nodes are nodes of the path, in order.
         let mut rest = nodes.iter();
         let is_kept = |node| rest.any(|other| other == node);
@@ -291,20 +243,12 @@ fn path(points: &[(f64, f64)]) -> Path {
 
 #[test]
 fn pruning_merges_collinear_nodes_and_leaves_a_line_where_that_is_shorter() {
-    let frame = GridFrame {
-        width: 20,
-        height: 20,
-        resolution_m: 1.0,
-        origin: Pose::default(),
-    };
+    let frame = GridFrame { width: 20, height: 20, resolution_m: 1.0, origin: Pose::default() };
     let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
     let space = FreeSpace::new(&obstacles, 0.0);
     let straight = path(&[(0.5, 0.5), (1.5, 0.5), (2.5, 0.5), (7.5, 0.5)]);
     let ends = [(0.5, 0.5), (7.5, 0.5)];
-    assert_eq!(
-        prune(&space, None, &straight, Pruning::Thorough),
-        path(&ends)
-    );
+    assert_eq!(prune(&space, None, &straight, Pruning::Thorough), path(&ends));
     let alone = path(&[(3.2, 3.4)]);
     assert_eq!(prune(&space, None, &alone, Pruning::Thorough), alone);
     // Along the wall and then up: the shortest chain leaves the lower stretch in its middle, where the path has no turn.
@@ -314,14 +258,7 @@ fn pruning_merges_collinear_nodes_and_leaves_a_line_where_that_is_shorter() {
         }
     }
     let space = FreeSpace::new(&obstacles, 0.0);
-    let around = path(&[
-        (0.5, 2.5),
-        (3.5, 2.5),
-        (5.5, 2.5),
-        (7.5, 2.5),
-        (9.5, 2.5),
-        (9.5, 9.5),
-    ]);
+    let around = path(&[(0.5, 2.5), (3.5, 2.5), (5.5, 2.5), (7.5, 2.5), (9.5, 2.5), (9.5, 9.5)]);
     let pruned = prune(&space, None, &around, Pruning::Thorough);
     assert_eq!(pruned, path(&[(0.5, 2.5), (7.5, 2.5), (9.5, 9.5)]));
 }
@@ -329,16 +266,9 @@ fn pruning_merges_collinear_nodes_and_leaves_a_line_where_that_is_shorter() {
 #[test]
 fn turns_are_changes_above_five_degrees_to_either_side() {
     let heading = |degrees: f64| libm::sincos(degrees.to_radians());
-    for (degrees, turns) in [
-        (0.0, 0),
-        (4.9, 0),
-        (-4.9, 0),
-        (5.1, 1),
-        (-5.1, 1),
-        (90.0, 1),
-        (180.0, 1),
-        (-179.0, 1),
-    ] {
+    for (degrees, turns) in
+        [(0.0, 0), (4.9, 0), (-4.9, 0), (5.1, 1), (-5.1, 1), (90.0, 1), (180.0, 1), (-179.0, 1)]
+    {
         for first in [0.0, 45.0, 178.0, -178.0, 90.0] {
             let (y1, x1) = heading(first);
             let (y2, x2) = heading(first + degrees);
@@ -346,9 +276,8 @@ fn turns_are_changes_above_five_degrees_to_either_side() {
             assert_eq!(bent.turns(), turns, "{degrees} degrees from {first}");
         }
     }
-    let staircase: Vec<(f64, f64)> = (0..9)
-        .map(|step| (f64::from((step + 1) / 2), f64::from(step / 2)))
-        .collect();
+    let staircase: Vec<(f64, f64)> =
+        (0..9).map(|step| (f64::from((step + 1) / 2), f64::from(step / 2))).collect();
     assert_eq!(path(&staircase).turns(), 7);
     assert_eq!(path(&[(1.0, 1.0)]).turns(), 0);
     assert_eq!(path(&[(1.0, 1.0), (2.0, 1.0)]).turns(), 0);
@@ -359,23 +288,12 @@ fn ends_at_cell_centres_add_no_turn() {
     // Centres given by a user often differ from the map's by a rounding error.
     for case in cases(25, 300, 30) {
         let frame = case.obstacles.frame();
-        let ground = PlanningSpace {
-            search: &case.search,
-            smoothing: &case.proof,
-            costs: None,
-        };
+        let ground = PlanningSpace { search: &case.search, smoothing: &case.proof, costs: None };
         let settings = Settings::default();
         let center = |point| frame.center_of(frame.cell_of(point).expect("on the map"));
         let (start, goal) = (center(&case.start), center(&case.goal));
-        let exact = plan(
-            &mut Searcher::default(),
-            &ground,
-            start,
-            goal,
-            &settings,
-            &mut || 0.0,
-        )
-        .expect("as before");
+        let exact = plan(&mut Searcher::default(), &ground, start, goal, &settings, &mut || 0.0)
+            .expect("as before");
         let nudged = |point: Point| {
             let up = |value: f64| f64::from_bits(value.to_bits() + 1);
             Point::new(up(point.x), up(point.y))

@@ -35,10 +35,7 @@ fn moves(space: &FreeSpace, from: Cell) -> Vec<(Cell, u64)> {
     for dx in -1..=1 {
         for dy in -1..=1 {
             let to = Cell::new(from.column + dx, from.row + dy);
-            let adjacent = [
-                Cell::new(from.column, to.row),
-                Cell::new(to.column, from.row),
-            ];
+            let adjacent = [Cell::new(from.column, to.row), Cell::new(to.column, from.row)];
             if to != from && space.is_free(to) && adjacent.iter().all(|&cell| space.is_free(cell)) {
                 let cost = if dx * dy == 0 { STRAIGHT } else { DIAGONAL };
                 moves.push((to, cost));
@@ -54,10 +51,7 @@ fn cost_of(space: &FreeSpace, cells: &[Cell]) -> Option<u64> {
         .windows(2)
         .map(|pair| {
             let allowed = moves(space, pair[0]);
-            allowed
-                .into_iter()
-                .find(|&(to, _)| to == pair[1])
-                .map(|(_, cost)| cost)
+            allowed.into_iter().find(|&(to, _)| to == pair[1]).map(|(_, cost)| cost)
         })
         .sum()
 }
@@ -99,9 +93,8 @@ fn heuristics_agree_with_dijkstra_on_random_grids() {
                 }
                 (None, Err(not_found)) => {
                     found_none += 1;
-                    let reached = bfs_reach(start, |&cell| {
-                        moves(&space, cell).into_iter().map(|(to, _)| to)
-                    });
+                    let reached =
+                        bfs_reach(start, |&cell| moves(&space, cell).into_iter().map(|(to, _)| to));
                     let reached = reached.count();
                     let expanded = not_found.expanded as usize;
                     // A cell may be expanded again if a cheaper path to it is found later.
@@ -164,11 +157,8 @@ fn search_handles_the_longest_grids() {
             for at in (10..32_700).step_by(7) {
                 let side = 2 * random.random_range(0..=1);
                 let along = at + random.random_range(0..3);
-                let post = if width > height {
-                    Cell::new(along, side)
-                } else {
-                    Cell::new(side, along)
-                };
+                let post =
+                    if width > height { Cell::new(along, side) } else { Cell::new(side, along) };
                 obstacles.set(post, true);
             }
         }
@@ -177,15 +167,9 @@ fn search_handles_the_longest_grids() {
         for [start, goal] in [ends, [ends[1], ends[0]]] {
             let shortest = searcher.astar(&space, start, goal, Heuristic::Octile, None);
             let shortest = shortest.map(|found| found.cost).expect("an open lane");
-            let found = searcher
-                .jump_points(&space, start, goal)
-                .expect("an open lane");
+            let found = searcher.jump_points(&space, start, goal).expect("an open lane");
             assert_eq!(found.cost, shortest, "{width} by {height}");
-            assert_eq!(
-                cost_of(&space, found.cells),
-                Some(shortest),
-                "{width} by {height}"
-            );
+            assert_eq!(cost_of(&space, found.cells), Some(shortest), "{width} by {height}");
         }
     }
 }
@@ -264,10 +248,7 @@ fn start_equal_to_goal_needs_no_expansion() {
         let mut searcher = Searcher::default();
         let found = searcher.astar(&space, here, here, heuristic, None);
         let found = found.expect("it is free");
-        assert_eq!(
-            (found.cells, found.cost, found.expanded),
-            (&[here][..], 0, 0)
-        );
+        assert_eq!((found.cells, found.cost, found.expanded), (&[here][..], 0, 0));
     }
     let mut searcher = Searcher::default();
     let found = searcher.jump_points(&space, here, here);
@@ -286,20 +267,11 @@ fn start_equal_to_goal_needs_no_expansion() {
 fn search_rejects_ends_that_are_not_free() {
     let space = free_space(&WORKINGS, 0.0);
     let free = Cell::new(2, 11);
-    for bad in [
-        Cell::new(0, 0),
-        Cell::new(-1, 3),
-        Cell::new(40, 3),
-        Cell::new(3, i32::MAX),
-    ] {
+    for bad in [Cell::new(0, 0), Cell::new(-1, 3), Cell::new(40, 3), Cell::new(3, i32::MAX)] {
         for (start, goal) in [(bad, free), (free, bad), (bad, bad)] {
             let mut searcher = Searcher::default();
             let outcome = searcher.astar(&space, start, goal, Heuristic::Octile, None);
-            assert_eq!(
-                outcome.map_err(|not_found| not_found.expanded),
-                Err(0),
-                "{bad:?}"
-            );
+            assert_eq!(outcome.map_err(|not_found| not_found.expanded), Err(0), "{bad:?}");
             let outcome = searcher.jump_points(&space, start, goal);
             assert!(outcome.is_err(), "{bad:?}");
         }
@@ -307,18 +279,7 @@ fn search_rejects_ends_that_are_not_free() {
 }
 
 fn query(space: &FreeSpace, start: Point, goal: Point) -> Result<Plan, PlanError> {
-    let ground = PlanningSpace {
-        search: space,
-        smoothing: space,
-        costs: None,
-    };
+    let ground = PlanningSpace { search: space, smoothing: space, costs: None };
     let settings = Settings::default();
-    plan(
-        &mut Searcher::default(),
-        &ground,
-        start,
-        goal,
-        &settings,
-        &mut || 0.0,
-    )
+    plan(&mut Searcher::default(), &ground, start, goal, &settings, &mut || 0.0)
 }

@@ -59,11 +59,7 @@ fn sources() -> Vec<Source> {
         let text = fs::read_to_string(file).expect("a source file is text");
         let path = file.strip_prefix(&root).expect("found below the root");
         let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
-        Source {
-            path: parts.join("/"),
-            lines: text.lines().count(),
-            code: code(&text),
-        }
+        Source { path: parts.join("/"), lines: text.lines().count(), code: code(&text) }
     };
     files.iter().map(source).collect()
 }
@@ -150,11 +146,7 @@ fn modules_use_only_earlier_modules() {
 fn every_source_file_is_in_a_listed_module() {
     for source in sources() {
         let top = matches!(source.path.as_str(), "lib.rs" | "main.rs");
-        assert!(
-            top || source.module().is_some(),
-            "src/{} is in no listed module",
-            source.path
-        );
+        assert!(top || source.module().is_some(), "src/{} is in no listed module", source.path);
     }
 }
 
@@ -167,11 +159,7 @@ fn source_files_have_at_most_500_lines() {
         .filter(|source| long(source))
         .map(|source| format!("src/{}: {} lines", source.path, source.lines))
         .collect();
-    assert!(
-        long.is_empty(),
-        "above {MOST_LINES} lines: {}",
-        long.join(", ")
-    );
+    assert!(long.is_empty(), "above {MOST_LINES} lines: {}", long.join(", "));
 }
 
 #[test]
@@ -196,32 +184,17 @@ fn breach_of_each_rule_is_found() {
         code: code(text),
     };
     let named = |path: &str, text: &str| -> Vec<&str> {
-        modules_named(&source(path, text))
-            .into_iter()
-            .map(|module| MODULES[module])
-            .collect()
+        modules_named(&source(path, text)).into_iter().map(|module| MODULES[module]).collect()
     };
     assert_eq!(named("map/grid.rs", "use crate::local::Engine;"), ["local"]);
     assert_eq!(
         named("map/grid.rs", "use crate::{geometry::{Pose, Point}, sim};"),
         ["geometry", "sim"]
     );
-    assert_eq!(
-        named("map/grid.rs", "fn f() { super::super::bench::run() }"),
-        ["bench"]
-    );
-    assert_eq!(
-        named("map/mod.rs", "use super::navigator::Mode;"),
-        ["navigator"]
-    );
-    assert_eq!(
-        named("map/grid.rs", "use super::local; // a submodule"),
-        [""; 0]
-    );
-    assert_eq!(
-        named("map/grid.rs", "/// As crate::local has it.\n"),
-        [""; 0]
-    );
+    assert_eq!(named("map/grid.rs", "fn f() { super::super::bench::run() }"), ["bench"]);
+    assert_eq!(named("map/mod.rs", "use super::navigator::Mode;"), ["navigator"]);
+    assert_eq!(named("map/grid.rs", "use super::local; // a submodule"), [""; 0]);
+    assert_eq!(named("map/grid.rs", "/// As crate::local has it.\n"), [""; 0]);
     let tests = "fn f() {}\n#[cfg(test)]\nmod tests { use crate::sim; fn g() { x.unwrap() } }";
     assert_eq!(named("map/grid.rs", tests), [""; 0]);
     assert!(!source("map/grid.rs", tests).code.contains("unwrap"));

@@ -61,11 +61,7 @@ fn at<'a>(root: &'a Table, path: &str) -> Option<&'a Value> {
 /// The paths of all values that are no tables, or that `whole` knows as one.
 fn leaves(root: &Table, path: &str, whole: &dyn Fn(&str) -> bool, found: &mut Vec<String>) {
     for (key, value) in root {
-        let path = if path.is_empty() {
-            key.clone()
-        } else {
-            format!("{path}.{key}")
-        };
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
         match value.as_table() {
             Some(table) if !whole(&path) => leaves(table, &path, whole, found),
             _ => found.push(path),
@@ -135,9 +131,7 @@ fn key_without_default_is_commented_out_with_a_valid_example() {
             .collect();
         assert_eq!(optional.len(), 1);
         let name = optional[0].rsplit('.').next().expect("a path has an end");
-        let text = kind
-            .text
-            .replace(&format!("# {name} = "), &format!("{name} = "));
+        let text = kind.text.replace(&format!("# {name} = "), &format!("{name} = "));
         assert_ne!(text, kind.text);
         let read = (kind.read)(&text).expect("the example is within its range");
         assert!(at(&read, optional[0]).is_some_and(Value::is_float));
@@ -145,9 +139,7 @@ fn key_without_default_is_commented_out_with_a_valid_example() {
 }
 
 fn number(value: &Value) -> Option<f64> {
-    value
-        .as_float()
-        .or_else(|| value.as_integer().map(|whole| whole as f64))
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
 /// The numbers next to a range's bounds, outside it.
@@ -193,11 +185,8 @@ fn every_number_has_a_range_and_is_rejected_outside_it() {
                 wrong.extend([f64::NAN, f64::INFINITY]);
             }
             for wrong in wrong {
-                let value = if is_whole {
-                    Value::Integer(wrong as i64)
-                } else {
-                    Value::Float(wrong)
-                };
+                let value =
+                    if is_whole { Value::Integer(wrong as i64) } else { Value::Float(wrong) };
                 let mut changed = kind.defaults.clone();
                 set(&mut changed, &format!("{}{suffix}", known.key), value);
                 let text = toml::to_string(&changed).expect("settings are TOML");
@@ -222,8 +211,7 @@ fn set(root: &mut Table, path: &str, value: Value) {
 
 /// The schema of a key.
 fn schema_of<'a>(kind: &'a Kind, key: &str) -> &'a serde_json::Value {
-    key.split('.')
-        .fold(&kind.schema, |schema, name| &schema["properties"][name])
+    key.split('.').fold(&kind.schema, |schema, name| &schema["properties"][name])
 }
 
 #[test]
@@ -242,11 +230,7 @@ fn every_choice_is_in_the_description_and_in_the_schema() {
             let in_schema = schema_of(&kind, &known.key)["enum"].as_array();
             for choice in choices.split('`').skip(1).step_by(2) {
                 let quoted = format!("`{choice}`");
-                assert!(
-                    known.description.contains(&quoted),
-                    "{}: {quoted}",
-                    known.key
-                );
+                assert!(known.description.contains(&quoted), "{}: {quoted}", known.key);
                 if let Some(words) = in_schema {
                     assert!(words.contains(&choice.into()), "{}: {choice}", known.key);
                 }
@@ -260,20 +244,11 @@ fn every_choice_is_in_the_description_and_in_the_schema() {
 #[test]
 fn schema_has_type_default_and_bounds_of_every_key() {
     for kind in kinds() {
-        assert!(
-            kind.schema["$schema"]
-                .as_str()
-                .is_some_and(|uri| uri.contains("2020-12"))
-        );
+        assert!(kind.schema["$schema"].as_str().is_some_and(|uri| uri.contains("2020-12")));
         for known in &kind.keys {
             let schema = schema_of(&kind, &known.key);
             assert_eq!(schema["description"], known.description.as_str());
-            assert_eq!(
-                schema.get("default"),
-                known.default.as_ref(),
-                "{}",
-                known.key
-            );
+            assert_eq!(schema.get("default"), known.default.as_ref(), "{}", known.key);
             let has_type = schema.get("type").or(schema.get("enum")).is_some();
             assert!(has_type, "{}: {schema}", known.key);
             let Some(range) = known.range else { continue };

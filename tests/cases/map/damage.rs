@@ -51,9 +51,7 @@ fn damaged_yaml_never_panics() {
     folder.write_image("map.pgm", GrayImage::new(3, 3));
     let valid = b"image: map.pgm\nresolution: 0.05\norigin: [0.0, -1.0, 0.5]\nnegate: 0\n\
                   occupied_thresh: 0.65\nfree_thresh: 0.196\nmode: scale\n# end\n";
-    read_damaged(valid, |bytes| {
-        load(&folder.write("map.yaml", bytes), &LoadOptions::default())
-    });
+    read_damaged(valid, |bytes| load(&folder.write("map.yaml", bytes), &LoadOptions::default()));
 }
 
 #[test]
@@ -61,9 +59,7 @@ fn damaged_text_and_movingai_maps_never_panic() {
     let folder = Folder::new();
     let octile = b"type octile\nheight 3\nwidth 4\nmap\n.@.T\n....\nSW.G\n";
     for (name, valid) in [("map.txt", &b"####\n#.?#\n# .#\n"[..]), ("map.map", octile)] {
-        read_damaged(valid, |bytes| {
-            load(&folder.write(name, bytes), &LoadOptions::default())
-        });
+        read_damaged(valid, |bytes| load(&folder.write(name, bytes), &LoadOptions::default()));
     }
     let scen = b"version 1\n0\ta.map\t9\t9\t1\t2\t3\t4\t2.828\n1 a.map 9 9 0 0 8 8 11.3\n";
     read_damaged(scen, |bytes| read_scen(&folder.write("map.scen", bytes)));
@@ -84,10 +80,7 @@ fn damaged_images_never_panic() {
     let palette: [(&[u8; 4], &[u8]); 1] = [(b"PLTE", &greys[..255])];
     let images = [
         ("map.pgm", [b"P5 16 16 255\n", &greys[..]].concat()),
-        (
-            "digits.pgm",
-            format!("P2 16 16 255\n{}", digits.join(" ")).into(),
-        ),
+        ("digits.pgm", format!("P2 16 16 255\n{}", digits.join(" ")).into()),
         ("map.bmp", bmp),
         ("map.png", png((16, 16), 8, 0, &[], &rows)),
         ("palette.png", png((32, 16), 4, 3, &palette, &rows)),

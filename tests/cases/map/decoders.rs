@@ -75,10 +75,7 @@ fn bmp_images_equal_the_reference_decoder() {
         (3, 32),
     ];
     compare(|random| {
-        let (width, height) = (
-            random.random_range(1..20_i32),
-            random.random_range(1..8_i32),
-        );
+        let (width, height) = (random.random_range(1..20_i32), random.random_range(1..8_i32));
         let (compression, bits) = KINDS[random.random_range(0..KINDS.len())];
         let size: u32 = [40, 56, 108, 124][random.random_range(0..4)];
         let is_run_length = matches!(compression, 1 | 2);
@@ -88,12 +85,7 @@ fn bmp_images_equal_the_reference_decoder() {
         let mut file = [&b"BM\0\0\0\0\0\0\0\0"[..], &pixels_at.to_le_bytes()].concat();
         let signed_height = if is_top_down { -height } else { height };
         file.extend(
-            [
-                size.to_le_bytes(),
-                width.to_le_bytes(),
-                signed_height.to_le_bytes(),
-            ]
-            .concat(),
+            [size.to_le_bytes(), width.to_le_bytes(), signed_height.to_le_bytes()].concat(),
         );
         file.extend([1_u16.to_le_bytes(), bits.to_le_bytes()].concat());
         file.extend(compression.to_le_bytes());
@@ -112,13 +104,7 @@ fn bmp_images_equal_the_reference_decoder() {
         if is_run_length {
             for _ in 0..random.random_range(1..40) {
                 file.extend([random.random_range(1..12), random.random()]);
-                file.extend(
-                    random
-                        .random_bool(0.3)
-                        .then_some([0, 0])
-                        .into_iter()
-                        .flatten(),
-                );
+                file.extend(random.random_bool(0.3).then_some([0, 0]).into_iter().flatten());
             }
             file.extend([0, 1]);
         } else {
@@ -132,10 +118,7 @@ fn bmp_images_equal_the_reference_decoder() {
 fn netpbm_images_equal_the_reference_decoder() {
     compare(|random| {
         let kind = random.random_range(1..=6);
-        let (width, height) = (
-            random.random_range(1..20_usize),
-            random.random_range(1..6_usize),
-        );
+        let (width, height) = (random.random_range(1..20_usize), random.random_range(1..6_usize));
         let max = [255, 65_535, random.random_range(1..65_536)][random.random_range(0..3)];
         let comment = ["\n", " ", "\r\n", "\n# 3 4\n"][random.random_range(0..4)];
         let mut file = format!("P{kind}{comment}{width} {height}\n").into_bytes();

@@ -24,27 +24,15 @@ fn assert_message(refused: &MapError, path: &Path, words: &str) {
 fn grid_frame_rejects_bad_size_resolution_and_origin() {
     let origin = Pose::default();
     assert!(GridFrame::new(1, MAX_GRID_SIDE, 1e-3, origin).is_ok());
-    for (width, height) in [
-        (0, 1),
-        (1, 0),
-        (-3, 4),
-        (MAX_GRID_SIDE + 1, 1),
-        (10_001, 10_000),
-    ] {
+    for (width, height) in [(0, 1), (1, 0), (-3, 4), (MAX_GRID_SIDE + 1, 1), (10_001, 10_000)] {
         let refused = GridFrame::new(width, height, 1.0, origin).unwrap_err();
         assert!(matches!(refused, MapError::BadGridSize { .. }), "{refused}");
     }
     for resolution_m in [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY] {
         let refused = GridFrame::new(1, 1, resolution_m, origin).unwrap_err();
-        assert!(
-            matches!(refused, MapError::BadResolution { .. }),
-            "{refused}"
-        );
+        assert!(matches!(refused, MapError::BadResolution { .. }), "{refused}");
     }
-    for origin in [
-        Pose::new(f64::NAN, 0.0, 0.0),
-        Pose::new(0.0, 0.0, f64::INFINITY),
-    ] {
+    for origin in [Pose::new(f64::NAN, 0.0, 0.0), Pose::new(0.0, 0.0, f64::INFINITY)] {
         let refused = GridFrame::new(1, 1, 1.0, origin).unwrap_err();
         assert!(matches!(refused, MapError::BadOrigin { .. }), "{refused}");
     }
@@ -118,11 +106,7 @@ fn map_yaml_rejects_bad_values_with_line_and_key() {
         };
         let text = VALID_YAML.replace(line, replacement);
         assert_ne!(text, VALID_YAML, "{case}");
-        assert_message(
-            &load_text(&text).unwrap_err(),
-            &folder.path("map.yaml"),
-            words,
-        );
+        assert_message(&load_text(&text).unwrap_err(), &folder.path("map.yaml"), words);
     }
 }
 
@@ -139,11 +123,7 @@ fn map_yaml_rejects_documents_that_are_no_mapping() {
         ("---\na: 1\n---\nb: 2\n", "line 4; a second document"),
     ] {
         let path = folder.write("map.yaml", text);
-        assert_message(
-            &load(&path, &LoadOptions::default()).unwrap_err(),
-            &path,
-            words,
-        );
+        assert_message(&load(&path, &LoadOptions::default()).unwrap_err(), &path, words);
     }
 }
 
@@ -178,20 +158,14 @@ const BAD_IMAGES: &[BadFile] = &[
     ("wide.pgm", b"P5 60000 60000 255\n", "60000 x 60000 cells"),
     ("long.pgm", b"P5 32768 1 255\n", "32768 x 1 cells"),
     ("big.pgm", b"P5 30000 30000 255\n", "30000 x 30000 cells"),
-    (
-        "huge.pgm",
-        b"P5 4294967295 4294967295 255\n",
-        "4294967295 x 4294967295 cells",
-    ),
+    ("huge.pgm", b"P5 4294967295 4294967295 255\n", "4294967295 x 4294967295 cells"),
 ];
 
 #[test]
 fn map_image_rejects_bad_files_with_their_name() {
     let folder = Folder::new();
-    let mut cases: Vec<(&str, Vec<u8>, &str)> = BAD_IMAGES
-        .iter()
-        .map(|&(name, bytes, words)| (name, bytes.to_vec(), words))
-        .collect();
+    let mut cases: Vec<(&str, Vec<u8>, &str)> =
+        BAD_IMAGES.iter().map(|&(name, bytes, words)| (name, bytes.to_vec(), words)).collect();
     let whole = png((4, 4), 8, 0, &[], &vec![vec![0; 4]; 4]);
     let mut altered = whole.clone();
     altered[50] ^= 1;
@@ -223,77 +197,21 @@ const BAD_ROWS: &[BadFile] = &[
     ("latin.yaml", b"image: caf\xe9.pgm\n", "line 1; UTF-8"),
     ("empty.map", b"", "line 1; the file ends; type octile"),
     ("text.map", b"###\n", "line 1; \"###\"; `type octile`"),
-    (
-        "tile.map",
-        b"type tile\nheight 1\nwidth 1\nmap\n.\n",
-        "line 1; tile",
-    ),
-    (
-        "wide.map",
-        b"type octile\nheight 1\nwidth 60000\nmap\n.\n",
-        "line 3; `width` is \"60000\"",
-    ),
-    (
-        "none.map",
-        b"type octile\nheight 0\nwidth 1\nmap\n",
-        "line 2; `height` is \"0\"",
-    ),
-    (
-        "words.map",
-        b"type octile\nheight one\nwidth 1\nmap\n.\n",
-        "line 2; one",
-    ),
-    (
-        "narrow.map",
-        b"type octile\nheight 1\nmap\n.\n",
-        "line 3; `width`",
-    ),
-    (
-        "deep.map",
-        b"type octile\nheight 1\ndepth 1\nmap\n.\n",
-        "line 3; depth",
-    ),
+    ("tile.map", b"type tile\nheight 1\nwidth 1\nmap\n.\n", "line 1; tile"),
+    ("wide.map", b"type octile\nheight 1\nwidth 60000\nmap\n.\n", "line 3; `width` is \"60000\""),
+    ("none.map", b"type octile\nheight 0\nwidth 1\nmap\n", "line 2; `height` is \"0\""),
+    ("words.map", b"type octile\nheight one\nwidth 1\nmap\n.\n", "line 2; one"),
+    ("narrow.map", b"type octile\nheight 1\nmap\n.\n", "line 3; `width`"),
+    ("deep.map", b"type octile\nheight 1\ndepth 1\nmap\n.\n", "line 3; depth"),
     ("twice.map", b"type octile\ntype octile\n", "line 2; `map`"),
-    (
-        "big.map",
-        b"type octile\nheight 32767\nwidth 32767\nmap\n.\n",
-        "32767 x 32767 cells",
-    ),
-    (
-        "short.map",
-        b"type octile\nheight 2\nwidth 1\nmap\n.\n",
-        "line 5; ends after 1 rows",
-    ),
-    (
-        "none_at_all.map",
-        b"type octile\nheight 2\nwidth 1\nmap\n",
-        "line 4; ends after 0 rows",
-    ),
-    (
-        "long.map",
-        b"type octile\nheight 1\nwidth 1\nmap\n.\n@\n",
-        "line 6; another row",
-    ),
-    (
-        "ragged.map",
-        b"type octile\nheight 2\nwidth 2\nmap\n..\n.\n",
-        "line 6; a row of 1 cells",
-    ),
-    (
-        "strange.map",
-        b"type octile\nheight 1\nwidth 2\nmap\n.x\n",
-        "line 5; column 2; 'x'",
-    ),
-    (
-        "header.map",
-        b"type octile\nheight 1\n",
-        "line 2; the file ends",
-    ),
-    (
-        "latin.map",
-        b"type octile\nheight 1\nwidth 1\nmap\n\xff\n",
-        "line 5; UTF-8",
-    ),
+    ("big.map", b"type octile\nheight 32767\nwidth 32767\nmap\n.\n", "32767 x 32767 cells"),
+    ("short.map", b"type octile\nheight 2\nwidth 1\nmap\n.\n", "line 5; ends after 1 rows"),
+    ("none_at_all.map", b"type octile\nheight 2\nwidth 1\nmap\n", "line 4; ends after 0 rows"),
+    ("long.map", b"type octile\nheight 1\nwidth 1\nmap\n.\n@\n", "line 6; another row"),
+    ("ragged.map", b"type octile\nheight 2\nwidth 2\nmap\n..\n.\n", "line 6; a row of 1 cells"),
+    ("strange.map", b"type octile\nheight 1\nwidth 2\nmap\n.x\n", "line 5; column 2; 'x'"),
+    ("header.map", b"type octile\nheight 1\n", "line 2; the file ends"),
+    ("latin.map", b"type octile\nheight 1\nwidth 1\nmap\n\xff\n", "line 5; UTF-8"),
 ];
 
 #[test]
@@ -301,11 +219,7 @@ fn text_and_movingai_maps_reject_bad_files_with_their_place() {
     let folder = Folder::new();
     for (name, bytes, words) in BAD_ROWS {
         let path = folder.write(name, bytes);
-        assert_message(
-            &load(&path, &LoadOptions::default()).unwrap_err(),
-            &path,
-            words,
-        );
+        assert_message(&load(&path, &LoadOptions::default()).unwrap_err(), &path, words);
     }
 }
 
@@ -324,20 +238,13 @@ fn load_rejects_a_missing_file_with_its_name() {
 #[test]
 fn load_rejects_a_bad_resolution_option() {
     let folder = Folder::new();
-    let options = LoadOptions {
-        resolution_m: f64::NAN,
-    };
-    for (name, text) in [
-        ("valid.txt", "##\n"),
-        ("valid.map", "type octile\nheight 1\nwidth 1\nmap\n.\n"),
-    ] {
+    let options = LoadOptions { resolution_m: f64::NAN };
+    for (name, text) in
+        [("valid.txt", "##\n"), ("valid.map", "type octile\nheight 1\nwidth 1\nmap\n.\n")]
+    {
         let path = folder.write(name, text);
         assert!(load(&path, &LoadOptions::default()).is_ok());
-        assert_message(
-            &load(&path, &options).unwrap_err(),
-            &path,
-            "resolution is NaN",
-        );
+        assert_message(&load(&path, &options).unwrap_err(), &path, "resolution is NaN");
     }
 }
 

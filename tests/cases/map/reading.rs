@@ -32,43 +32,26 @@ fn trinary_mode_reads_the_greys_of_map_saver() {
 #[test]
 fn trinary_mode_applies_the_free_threshold_to_grey_205() {
     assert_eq!(cells_of_row(grey_row(&[205, 206]), ""), [UNKNOWN, 0]);
-    assert_eq!(
-        cells_of_row(grey_row(&[205, 204]), "free_thresh: 0.2"),
-        [0, 0]
-    );
-    assert_eq!(
-        cells_of_row(grey_row(&[203]), "free_thresh: 0.2"),
-        [UNKNOWN]
-    );
+    assert_eq!(cells_of_row(grey_row(&[205, 204]), "free_thresh: 0.2"), [0, 0]);
+    assert_eq!(cells_of_row(grey_row(&[203]), "free_thresh: 0.2"), [UNKNOWN]);
 }
 
 #[test]
 fn thresholds_are_inclusive() {
     // Grey 255 and 0 are exactly occupancy 0 and 1.
     let lines = "free_thresh: 0.0\noccupied_thresh: 1.0";
-    assert_eq!(
-        cells_of_row(grey_row(&[255, 254, 1, 0]), lines),
-        [0, UNKNOWN, UNKNOWN, 100]
-    );
+    assert_eq!(cells_of_row(grey_row(&[255, 254, 1, 0]), lines), [0, UNKNOWN, UNKNOWN, 100]);
 }
 
 #[test]
 fn negate_makes_white_the_obstacle() {
     for negate in ["1", "true", "yes", "-2"] {
         let lines = format!("negate: {negate}");
-        assert_eq!(
-            cells_of_row(grey_row(&[254, 0, 128]), &lines),
-            [100, 0, UNKNOWN],
-            "{lines}"
-        );
+        assert_eq!(cells_of_row(grey_row(&[254, 0, 128]), &lines), [100, 0, UNKNOWN], "{lines}");
     }
     for negate in ["0", "false", "off"] {
         let lines = format!("negate: {negate}");
-        assert_eq!(
-            cells_of_row(grey_row(&[254, 0]), &lines),
-            [0, 100],
-            "{lines}"
-        );
+        assert_eq!(cells_of_row(grey_row(&[254, 0]), &lines), [0, 100], "{lines}");
     }
 }
 
@@ -154,41 +137,22 @@ fn all_supported_image_formats_are_read() {
         ("p5.pgm", binary("P5 3 1 255\n", &[0, 51, 102])),
         ("of_100.pgm", b"P2 3 1 100 0 20 40".to_vec()),
         ("p2_16.pgm", b"P2 3 1 65535 0 13107 26214".to_vec()),
-        (
-            "p5_16.pgm",
-            binary("P5 3 1 65535\n", &[0, 0, 0x33, 0x33, 0x66, 0x66]),
-        ),
-        (
-            "p6.ppm",
-            binary("P6 3 1 255\n", &[0, 0, 0, 51, 51, 51, 102, 102, 102]),
-        ),
+        ("p5_16.pgm", binary("P5 3 1 65535\n", &[0, 0, 0x33, 0x33, 0x66, 0x66])),
+        ("p6.ppm", binary("P6 3 1 255\n", &[0, 0, 0, 51, 51, 51, 102, 102, 102])),
         ("grey.png", png((3, 1), 8, 0, &[], &[vec![0, 51, 102]])),
-        (
-            "grey_16.png",
-            png((3, 1), 16, 0, &[], &[vec![0, 0, 0x33, 0x33, 0x66, 0x66]]),
-        ),
+        ("grey_16.png", png((3, 1), 16, 0, &[], &[vec![0, 0, 0x33, 0x33, 0x66, 0x66]])),
         ("grey_4.png", png((3, 1), 4, 0, &[], &[vec![0x03, 0x60]])),
-        (
-            "palette.png",
-            png((3, 1), 8, 3, &[(b"PLTE", palette)], &[vec![0, 1, 2]]),
-        ),
-        (
-            "palette_2.png",
-            png((3, 1), 2, 3, &[(b"PLTE", palette)], &[vec![0b0001_1000]]),
-        ),
-        (
-            "a_png_named.pgm",
-            png((3, 1), 8, 0, &[], &[vec![0, 51, 102]]),
-        ),
+        ("palette.png", png((3, 1), 8, 3, &[(b"PLTE", palette)], &[vec![0, 1, 2]])),
+        ("palette_2.png", png((3, 1), 2, 3, &[(b"PLTE", palette)], &[vec![0b0001_1000]])),
+        ("a_png_named.pgm", png((3, 1), 8, 0, &[], &[vec![0, 51, 102]])),
     ];
     let folder = Folder::new();
     for (name, bytes) in files {
         folder.write(name, bytes);
         let grid = folder.load_yaml(name, "mode: raw").unwrap();
         assert_eq!(grid.cells(), [0, 51, UNKNOWN], "{name}");
-        let grid = folder
-            .load_yaml(name, "mode: scale\nfree_thresh: 0.0\noccupied_thresh: 1.0")
-            .unwrap();
+        let grid =
+            folder.load_yaml(name, "mode: scale\nfree_thresh: 0.0\noccupied_thresh: 1.0").unwrap();
         assert_eq!(grid.cells(), [100, 80, 60], "{name}");
     }
 }
@@ -196,10 +160,7 @@ fn all_supported_image_formats_are_read() {
 #[test]
 fn one_bit_images_are_read() {
     let folder = Folder::new();
-    folder.write(
-        "one_bit.png",
-        png((3, 2), 1, 0, &[], &[vec![0b0100_0000], vec![0b1010_0000]]),
-    );
+    folder.write("one_bit.png", png((3, 2), 1, 0, &[], &[vec![0b0100_0000], vec![0b1010_0000]]));
     let image = GrayImage::from_raw(3, 2, vec![0, 255, 0, 255, 0, 255]).unwrap();
     folder.write_image("of_8_bits.bmp", image);
     folder.write("one_bit.pbm", b"P1 3 2\n1 0 1\n0 1 0\n");
@@ -220,12 +181,9 @@ fn transparent_palette_entries_are_unknown() {
 
 #[test]
 fn sixteen_bit_images_are_rounded_to_eight() {
-    let image: ImageBuffer<Luma<u16>, _> = ImageBuffer::from_raw(
-        4,
-        1,
-        vec![257 * 7 - 129, 257 * 7 - 128, 257 * 7 + 128, 65_535],
-    )
-    .unwrap();
+    let image: ImageBuffer<Luma<u16>, _> =
+        ImageBuffer::from_raw(4, 1, vec![257 * 7 - 129, 257 * 7 - 128, 257 * 7 + 128, 65_535])
+            .unwrap();
     assert_eq!(cells_of_row(image, "mode: raw"), [6, 7, 7, UNKNOWN]);
 }
 
@@ -235,27 +193,15 @@ fn from_rows_reads_from_the_largest_y_down() {
     let grid = OccupancyGrid::from_rows(&["#.?", ".. "], 0.5, origin).unwrap();
     assert_eq!(grid.cells(), [0, 0, 0, 100, 0, UNKNOWN]);
     assert_eq!(grid.frame(), &GridFrame::new(3, 2, 0.5, origin).unwrap());
-    assert!(
-        !grid
-            .obstacles(UnknownPolicy::Free)
-            .is_blocked(Cell::new(2, 1))
-    );
-    assert!(
-        grid.obstacles(UnknownPolicy::Blocked)
-            .is_blocked(Cell::new(2, 1))
-    );
+    assert!(!grid.obstacles(UnknownPolicy::Free).is_blocked(Cell::new(2, 1)));
+    assert!(grid.obstacles(UnknownPolicy::Blocked).is_blocked(Cell::new(2, 1)));
 }
 
 #[test]
 fn text_maps_accept_any_line_end_and_a_byte_order_mark() {
     let folder = Folder::new();
     let options = LoadOptions { resolution_m: 0.25 };
-    for text in [
-        "##\n.#",
-        "##\n.#\n",
-        "##\r\n.#\r\n\r\n",
-        "\u{feff}##\n.#\n\n\n",
-    ] {
+    for text in ["##\n.#", "##\n.#\n", "##\r\n.#\r\n\r\n", "\u{feff}##\n.#\n\n\n"] {
         let grid = load(&folder.write("map.txt", text), &options).unwrap();
         assert_eq!(grid.cells(), [0, 100, 100, 100], "{text:?}");
         let frame = GridFrame::new(2, 2, 0.25, Pose::default()).unwrap();
@@ -273,10 +219,7 @@ fn movingai_map_rows_are_read_top_down() {
         ("arena.map", OCTILE.to_owned()),
         ("ARENA.MAP", OCTILE.replace('\n', "\r\n")),
         ("arena.octile", OCTILE.to_owned()),
-        (
-            "swapped.map",
-            OCTILE.replace("height 2\nwidth 7", "width 7\nheight 2") + "\n\n",
-        ),
+        ("swapped.map", OCTILE.replace("height 2\nwidth 7", "width 7\nheight 2") + "\n\n"),
     ] {
         let grid = load(&folder.write(name, text), &options).unwrap();
         let low = [100, 100, 100, 100, 100, 100, 0];
@@ -312,12 +255,7 @@ fn scen_fields_are_separated_by_tabs_or_spaces() {
     let spaces = "3 AR.map 49 48 1 11 48 47 7.41421\n\n9 AR.map 49 48 0 0 0 0 0\n\n\n";
     let path = folder.write("spaces.scen", spaces);
     let scenarios = read_scen(&path).unwrap();
-    let named = Scenario {
-        line: 1,
-        bucket: 3,
-        map: "AR.map".into(),
-        ..expected
-    };
+    let named = Scenario { line: 1, bucket: 3, map: "AR.map".into(), ..expected };
     assert_eq!(scenarios[0], named);
     assert_eq!((scenarios[1].bucket, scenarios[1].optimal), (9, 0.0));
 }

@@ -16,10 +16,7 @@ const QUICK_S: f64 = 0.01;
 /// Drives out of the dead end for 20 s. `took_s` is the duration of the decision at each tick, seconds.
 fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResult {
     let scene = dead_end();
-    let goal = Goal {
-        position: scene.goal,
-        yaw: None,
-    };
+    let goal = Goal { position: scene.goal, yaw: None };
     let mission = Simulation {
         seed: 4,
         ..Simulation::new(Mission {
@@ -36,23 +33,14 @@ fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResul
         now_s.get()
     };
     let mut progress = |_: &TickEvent<'_>| tick.set(tick.get() + 1);
-    let mut observer = Observer {
-        clock: &mut clock,
-        on_tick: &mut progress,
-    };
+    let mut observer = Observer { clock: &mut clock, on_tick: &mut progress };
     let engine = Box::new(CpuEngine::single_threaded());
-    mission
-        .run(&config, engine, &mut observer)
-        .expect("a mission that can start")
+    mission.run(&config, engine, &mut observer).expect("a mission that can start")
 }
 
 /// Bursts of slow ticks: one alone, two apart, a long one.
 fn bursts(tick: usize) -> f64 {
-    if matches!(tick, 20 | 40 | 45 | 60..=66) {
-        LATE_S
-    } else {
-        QUICK_S
-    }
+    if matches!(tick, 20 | 40 | 45 | 60..=66) { LATE_S } else { QUICK_S }
 }
 
 fn is_late(tick: usize) -> bool {
@@ -80,9 +68,7 @@ fn violations(rows: &[TraceRow]) -> Vec<String> {
             fallen(linear, limits.decel_lim_x).max(fallen(angular, limits.decel_lim_theta));
         let mut check = |good: bool, what: &str| {
             if !good {
-                violations.push(format!(
-                    "tick {tick}: {what}, {sent} of {last:?} after {share}"
-                ));
+                violations.push(format!("tick {tick}: {what}, {sent} of {last:?} after {share}"));
             }
         };
         check((v * angular - w * linear).abs() < 1e-9, "another arc");
@@ -90,10 +76,7 @@ fn violations(rows: &[TraceRow]) -> Vec<String> {
         check(sent >= by_age - 1e-9, "less than for its age");
         check(sent <= share + 1e-9, "grows");
         let is_at_limit = hardest > 1.0 - 1e-9;
-        check(
-            is_at_limit || sent < by_age.min(share) + 1e-9,
-            "more than for its age",
-        );
+        check(is_at_limit || sent < by_age.min(share) + 1e-9, "more than for its age");
         share = sent;
     }
     violations
@@ -106,10 +89,7 @@ fn late_ticks_send_the_decayed_command_and_lower_the_density() {
     assert!(rows.len() == 200 && !result.collided);
     assert_eq!(violations(rows), Vec::<String>::new());
     let stats = result.deadline_stats.expect("there is a deadline");
-    let sampling = |vx_samples, vtheta_samples| Sampling {
-        vx_samples,
-        vtheta_samples,
-    };
+    let sampling = |vx_samples, vtheta_samples| Sampling { vx_samples, vtheta_samples };
     assert_eq!((stats.decisions, stats.misses), (200, 10));
     assert_eq!(stats.lowest, sampling(8, 8));
     // From the last miss at tick 66, two levels up at 116 and 166.

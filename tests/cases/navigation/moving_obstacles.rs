@@ -10,12 +10,8 @@ use inbye::sim::{
 /// A pose far from all obstacles.
 const AWAY: Pose = Pose::new(-100.0, 0.0, 0.0);
 
-const FRAME: GridFrame = GridFrame {
-    width: 200,
-    height: 100,
-    resolution_m: 0.05,
-    origin: Pose::new(0.0, 0.0, 0.0),
-};
+const FRAME: GridFrame =
+    GridFrame { width: 200, height: 100, resolution_m: 0.05, origin: Pose::new(0.0, 0.0, 0.0) };
 
 fn robot() -> Footprint {
     Footprint::round(0.4).expect("a valid disc")
@@ -103,10 +99,7 @@ fn timed_path_yields_to_the_robot_only_when_set() {
     };
     assert!(smallest_gap(scripted(None)) < -0.6);
     let yielding = smallest_gap(scripted(None).yielding(true));
-    assert!(
-        (YIELD_GAP_M - 1e-9..YIELD_GAP_M + 0.05).contains(&yielding),
-        "{yielding}"
-    );
+    assert!((YIELD_GAP_M - 1e-9..YIELD_GAP_M + 0.05).contains(&yielding), "{yielding}");
 }
 
 #[test]
@@ -134,16 +127,10 @@ fn spawn_at_a_time_begins_at_the_start() {
         let places = moving_obstacles.states();
         assert_eq!((places.len(), moving_obstacles.radii().len()), (2, 2));
         assert!(places[1].is_some(), "the other one is always there");
-        assert_eq!(
-            moving_obstacles.discs().len(),
-            places.iter().flatten().count()
-        );
+        assert_eq!(moving_obstacles.discs().len(), places.iter().flatten().count());
         if let Some(disc) = places[0] {
             let since = *seen_s.get_or_insert(time_s);
-            assert!(
-                (disc.x - 2.0 - (time_s - since)).abs() < 1e-9,
-                "{disc:?} at {time_s} s"
-            );
+            assert!((disc.x - 2.0 - (time_s - since)).abs() < 1e-9, "{disc:?} at {time_s} s");
         }
         moving_obstacles.step(0.1, &AWAY, &robot());
     }
@@ -153,9 +140,7 @@ fn spawn_at_a_time_begins_at_the_start() {
 
 #[test]
 fn spawn_within_a_distance_waits_for_the_robot() {
-    let hidden = walker()
-        .spawned_by(SpawnTrigger::WithinDistance(3.0))
-        .unwrap();
+    let hidden = walker().spawned_by(SpawnTrigger::WithinDistance(3.0)).unwrap();
     let mut moving_obstacles = one(hidden);
     moving_obstacles.step(20.0, &Pose::new(2.0, 4.1, 0.0), &robot());
     assert!(moving_obstacles.discs().is_empty());
@@ -308,13 +293,8 @@ fn files_and_constructors_give_equal_obstacles() {
                 appears_at_s = 7.0\nyields = false";
     let built = MovingObstacles::new(vec![
         scripted(Some(4.0)),
-        walker()
-            .spawned_by(SpawnTrigger::WithinDistance(3.0))
-            .unwrap(),
-        walker()
-            .yielding(false)
-            .spawned_by(SpawnTrigger::AtTime(7.0))
-            .unwrap(),
+        walker().spawned_by(SpawnTrigger::WithinDistance(3.0)).unwrap(),
+        walker().yielding(false).spawned_by(SpawnTrigger::AtTime(7.0)).unwrap(),
     ]);
     assert_eq!(parse(json, "a.json"), built);
     assert_eq!(parse(toml, "a.toml"), built);
@@ -326,35 +306,17 @@ fn constructors_reject_values_out_of_range_by_name() {
     let place = Point::new(1.0, 1.0);
     let nowhere = Point::new(f64::NAN, 1.0);
     for (error, words) in [
-        (
-            refusal(scripted_by(0.0, &[(0.0, place)], None)),
-            "radius is 0",
-        ),
-        (
-            refusal(scripted_by(0.3, &[(-1.0, place)], None)),
-            "time of a keyframe is -1",
-        ),
+        (refusal(scripted_by(0.0, &[(0.0, place)], None)), "radius is 0"),
+        (refusal(scripted_by(0.3, &[(-1.0, place)], None)), "time of a keyframe is -1"),
         (
             // A path without duration has an infinite speed.
             refusal(scripted_by(0.3, &[(0.0, place), (1e-7, place)], None)),
             "time of a keyframe is 0.0000001",
         ),
-        (
-            refusal(scripted_by(0.3, &[(0.0, nowhere)], None)),
-            "coordinate of a keyframe is NaN",
-        ),
-        (
-            refusal(scripted_by(0.3, &[(0.0, place)], Some(0.0))),
-            "loop_s is 0",
-        ),
-        (
-            refusal(MovingObstacle::patrol(0.3, f64::INFINITY, vec![place])),
-            "speed is inf",
-        ),
-        (
-            refusal(MovingObstacle::patrol(0.3, 1.0, Vec::new())),
-            "number of points is 0",
-        ),
+        (refusal(scripted_by(0.3, &[(0.0, nowhere)], None)), "coordinate of a keyframe is NaN"),
+        (refusal(scripted_by(0.3, &[(0.0, place)], Some(0.0))), "loop_s is 0"),
+        (refusal(MovingObstacle::patrol(0.3, f64::INFINITY, vec![place])), "speed is inf"),
+        (refusal(MovingObstacle::patrol(0.3, 1.0, Vec::new())), "number of points is 0"),
         (
             refusal(MovingObstacle::patrol(0.3, 1.0, vec![place, nowhere])),
             "point of a route is NaN",

@@ -26,8 +26,7 @@ fn wind(base: &mut SimBase, time_s: f64) {
 /// Drives straight ahead, or stands still, for a time, seconds.
 fn drive_straight(base: &mut SimBase, speed: f64, time_s: f64) {
     for _ in 0..(time_s / 0.1) as u32 {
-        base.send(&Twist::new(speed, 0.0))
-            .expect("a finite command");
+        base.send(&Twist::new(speed, 0.0)).expect("a finite command");
         base.step(0.1);
     }
 }
@@ -42,10 +41,7 @@ fn yaw_error(base: &SimBase) -> f64 {
 
 #[test]
 fn odometry_is_exact_without_noise_and_slip() {
-    let dynamics = DriveDynamics {
-        slip: Slip::none(),
-        ..DriveDynamics::default()
-    };
+    let dynamics = DriveDynamics { slip: Slip::none(), ..DriveDynamics::default() };
     let mut base = base(dynamics, OdometryNoise::none(), 1);
     assert_eq!(base.odometry().pose, START);
     wind(&mut base, 120.0);
@@ -58,15 +54,8 @@ fn odometry_is_exact_without_noise_and_slip() {
 
 #[test]
 fn odometry_misses_slip_and_measures_turns() {
-    let slip = Slip {
-        mean: 0.1,
-        variation: 0.0,
-        ..Slip::default()
-    };
-    let dynamics = DriveDynamics {
-        slip,
-        ..DriveDynamics::default()
-    };
+    let slip = Slip { mean: 0.1, variation: 0.0, ..Slip::default() };
+    let dynamics = DriveDynamics { slip, ..DriveDynamics::default() };
     let mut base = base(dynamics, OdometryNoise::none(), 1);
     drive_straight(&mut base, 0.5, 20.0);
     let truth = (base.pose().position() - START.position()).norm();
@@ -88,17 +77,11 @@ fn standing_yaw_errors(noise: OdometryNoise) -> Vec<f64> {
 
 #[test]
 fn gyro_yaw_drifts_by_bias_and_noise() {
-    let biased = OdometryNoise {
-        gyro_bias_sigma_rad_s: 0.002,
-        ..OdometryNoise::none()
-    };
+    let biased = OdometryNoise { gyro_bias_sigma_rad_s: 0.002, ..OdometryNoise::none() };
     // A constant for a minute.
     let found = deviation(&standing_yaw_errors(biased));
     assert!((found - 0.12).abs() < 0.012, "{found}");
-    let noisy = OdometryNoise {
-        gyro_sigma_rad_s: 0.02,
-        ..OdometryNoise::none()
-    };
+    let noisy = OdometryNoise { gyro_sigma_rad_s: 0.02, ..OdometryNoise::none() };
     // 6000 samples of 10 ms: 0.02 rad/s * 0.01 s * sqrt(6000).
     let found = deviation(&standing_yaw_errors(noisy));
     assert!((found - 0.015_49).abs() < 0.001_6, "{found}");
@@ -106,10 +89,7 @@ fn gyro_yaw_drifts_by_bias_and_noise() {
 
 #[test]
 fn gyro_resolution_hides_rates_below_half_a_bit() {
-    let coarse = OdometryNoise {
-        gyro_bit_rad_s: 0.1,
-        ..OdometryNoise::none()
-    };
+    let coarse = OdometryNoise { gyro_bit_rad_s: 0.1, ..OdometryNoise::none() };
     let mut base = base(DriveDynamics::ideal(), coarse, 1);
     base.send(&Twist::new(0.0, 0.049)).unwrap();
     base.step(0.4);
@@ -122,11 +102,8 @@ fn gyro_resolution_hides_rates_below_half_a_bit() {
 
 #[test]
 fn scale_errors_grow_with_distance_and_turn() {
-    let scaled = OdometryNoise {
-        travel_scale_sigma: 0.02,
-        gyro_scale_sigma: 0.03,
-        ..OdometryNoise::none()
-    };
+    let scaled =
+        OdometryNoise { travel_scale_sigma: 0.02, gyro_scale_sigma: 0.03, ..OdometryNoise::none() };
     let (mut distances, mut turns) = (Vec::new(), Vec::new());
     for seed in 0..400 {
         let mut base = base(DriveDynamics::ideal(), scaled, seed);
@@ -146,10 +123,7 @@ fn scale_errors_grow_with_distance_and_turn() {
 
 #[test]
 fn encoder_counts_whole_ticks_without_loss() {
-    let coarse = OdometryNoise {
-        encoder_tick_m: 0.05,
-        ..OdometryNoise::none()
-    };
+    let coarse = OdometryNoise { encoder_tick_m: 0.05, ..OdometryNoise::none() };
     let ideal = DriveDynamics::ideal();
     let (mut base, start) = (base(ideal, coarse, 1), START.position());
     let mut steps = 0;
@@ -187,24 +161,13 @@ fn fixes_of(fixes: Fixes, seed: u64, ticks: u32) -> Vec<[f64; 3]> {
     let truth = Pose::new(4.0, 5.0, 3.1);
     (0..ticks)
         .filter_map(|tick| source.fix(0.05 * f64::from(tick), &truth))
-        .map(|fix| {
-            [
-                fix.x - truth.x,
-                fix.y - truth.y,
-                wrap_angle(fix.yaw - truth.yaw),
-            ]
-        })
+        .map(|fix| [fix.x - truth.x, fix.y - truth.y, wrap_angle(fix.yaw - truth.yaw)])
         .collect()
 }
 
 #[test]
 fn fixes_have_the_configured_rate_and_deviation() {
-    let fixes = Fixes {
-        rate_hz: 4.0,
-        sigma_m: 0.03,
-        sigma_rad: 0.01,
-        dropout: 0.0,
-    };
+    let fixes = Fixes { rate_hz: 4.0, sigma_m: 0.03, sigma_rad: 0.01, dropout: 0.0 };
     let errors = fixes_of(fixes, 3, 40_000);
     assert_eq!(errors.len(), 8000, "four in each of 2000 s");
     for (axis, sigma) in [(0, 0.03), (1, 0.03), (2, 0.01)] {
@@ -218,31 +181,18 @@ fn fixes_have_the_configured_rate_and_deviation() {
 
 #[test]
 fn fix_dropout_omits_the_configured_fraction() {
-    let fixes = Fixes {
-        dropout: 0.3,
-        ..Fixes::default()
-    };
+    let fixes = Fixes { dropout: 0.3, ..Fixes::default() };
     let received = fixes_of(fixes, 3, 40_000).len() as f64 / 20_000.0;
     assert!((received - 0.7).abs() < 0.015, "{received}");
-    let none = Fixes {
-        dropout: 1.0,
-        ..fixes
-    };
+    let none = Fixes { dropout: 1.0, ..fixes };
     assert!(fixes_of(none, 3, 1000).is_empty());
-    let never = Fixes {
-        rate_hz: 0.0,
-        ..fixes
-    };
+    let never = Fixes { rate_hz: 0.0, ..fixes };
     assert!(fixes_of(never, 3, 1000).is_empty());
 }
 
 #[test]
 fn fixes_are_limited_to_one_per_tick() {
-    let fast = Fixes {
-        rate_hz: 100.0,
-        dropout: 0.0,
-        ..Fixes::default()
-    };
+    let fast = Fixes { rate_hz: 100.0, dropout: 0.0, ..Fixes::default() };
     assert_eq!(fixes_of(fast, 3, 500).len(), 500);
 }
 
@@ -257,34 +207,10 @@ fn fixes_depend_on_the_seed_only() {
 fn fix_source_rejects_bad_settings_by_name() {
     let (plain, bad) = (Fixes::default(), f64::NAN);
     for (fixes, name) in [
-        (
-            Fixes {
-                rate_hz: bad,
-                ..plain
-            },
-            "rate_hz",
-        ),
-        (
-            Fixes {
-                sigma_m: bad,
-                ..plain
-            },
-            "sigma_m",
-        ),
-        (
-            Fixes {
-                sigma_rad: -0.1,
-                ..plain
-            },
-            "sigma_rad",
-        ),
-        (
-            Fixes {
-                dropout: 1.1,
-                ..plain
-            },
-            "dropout",
-        ),
+        (Fixes { rate_hz: bad, ..plain }, "rate_hz"),
+        (Fixes { sigma_m: bad, ..plain }, "sigma_m"),
+        (Fixes { sigma_rad: -0.1, ..plain }, "sigma_rad"),
+        (Fixes { dropout: 1.1, ..plain }, "dropout"),
     ] {
         let error = FixSource::new(fixes, 0).unwrap_err().to_string();
         assert!(error.starts_with(name), "{error}");

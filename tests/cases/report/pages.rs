@@ -33,22 +33,14 @@ fn density_picture(
     quality: &[QualityRow],
     closed_loop: &[Group],
 ) -> String {
-    bench_svg(&BenchReport {
-        density,
-        quality,
-        closed_loop,
-        ..BenchReport::default()
-    })
+    bench_svg(&BenchReport { density, quality, closed_loop, ..BenchReport::default() })
 }
 
 /// Checks what holds for every page.
 fn check(page: &str) {
     let without_namespace = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
     for outside in ["http://", "https://", "<script", "<link", "@import", "url("] {
-        assert!(
-            !without_namespace.contains(outside),
-            "the page refers to {outside}"
-        );
+        assert!(!without_namespace.contains(outside), "the page refers to {outside}");
     }
     assert_eq!(numbers_that_are_none(page), [""; 0]);
     for picture in pictures(page) {
@@ -66,9 +58,7 @@ fn whole_page_is_self_contained_well_formed_and_accessible() {
     let page = page_with(&[scene(400)]);
     check(&page);
     let drawn = pictures(&page);
-    let images = drawn
-        .iter()
-        .filter(|picture| picture.contains("role=\"img\""));
+    let images = drawn.iter().filter(|picture| picture.contains("role=\"img\""));
     // Map, motion, gap, latency over time, its distribution, density, quality.
     assert_eq!(images.count(), 7);
     assert_eq!(
@@ -89,10 +79,7 @@ fn checks_find_broken_markup() {
     ] {
         assert!(check_well_formed(broken).is_err(), "{broken}");
     }
-    assert_eq!(
-        numbers_that_are_none("x=\"NaN\" y=\"-inf\" an information"),
-        ["NaN", "inf"]
-    );
+    assert_eq!(numbers_that_are_none("x=\"NaN\" y=\"-inf\" an information"), ["NaN", "inf"]);
 }
 
 #[test]
@@ -155,11 +142,8 @@ fn page_without_data_says_so() {
 
 #[test]
 fn trails_begin_when_an_obstacle_appears() {
-    let trails = |made: &Scene| {
-        page_with(std::slice::from_ref(made))
-            .matches("class=\"trail\"")
-            .count()
-    };
+    let trails =
+        |made: &Scene| page_with(std::slice::from_ref(made)).matches("class=\"trail\"").count();
     let mut made = scene(60);
     let all = trails(&made);
     for row in &mut made.trace.rows[..30] {
@@ -190,11 +174,8 @@ fn numbers_that_are_not_finite_are_left_out() {
         made.pruned[1].y = bad;
         let mut view = made.view();
         (view.control_period_s, view.outcome.min_clearance_m) = (bad, bad);
-        (view.outcome.final_error, view.start, view.goal) = (
-            Pose::new(bad, bad, bad),
-            Pose::new(bad, 0.0, bad),
-            Point::new(0.0, bad),
-        );
+        (view.outcome.final_error, view.start, view.goal) =
+            (Pose::new(bad, bad, bad), Pose::new(bad, 0.0, bad), Point::new(0.0, bad));
         let mut rows = density();
         (rows[0].p50_ms, rows[4].p99_ms, rows[7].steps_per_s) = (bad, bad, bad);
         let mut lost = quality();
@@ -281,10 +262,7 @@ fn contact_is_marked_on_the_map_and_in_text() {
     made.trace.rows[40].gap_m = -0.02;
     let mut view = made.view();
     (view.outcome.collided, view.outcome.reached) = (true, false);
-    let page = html(&Report {
-        missions: vec![view],
-        ..Report::default()
-    });
+    let page = html(&Report { missions: vec![view], ..Report::default() });
     check(&page);
     assert!(page.contains("✗ contact") && page.contains("✗ goal not reached"));
     // One on the map, one in its legend.
@@ -294,26 +272,15 @@ fn contact_is_marked_on_the_map_and_in_text() {
 #[test]
 fn pages_of_long_runs_are_small() {
     let three = page_with(&[scene(1000), scene(1000), scene(1000)]);
-    assert!(
-        three.len() < 600_000,
-        "three missions of 1000 ticks take {} bytes",
-        three.len()
-    );
+    assert!(three.len() < 600_000, "three missions of 1000 ticks take {} bytes", three.len());
     let long = page_with(&[scene(6000)]);
     check(&long);
-    assert!(
-        long.len() < 400_000,
-        "a mission of 6000 ticks takes {} bytes",
-        long.len()
-    );
+    assert!(long.len() < 400_000, "a mission of 6000 ticks takes {} bytes", long.len());
 }
 
 #[test]
 fn large_map_is_cropped_or_scaled_down() {
-    let cropped = Scene {
-        map: pillars_of(2230, 1470),
-        ..scene(200)
-    };
+    let cropped = Scene { map: pillars_of(2230, 1470), ..scene(200) };
     let page = page_with(std::slice::from_ref(&cropped));
     check(&page);
     assert!(page.len() < 300_000, "{} bytes", page.len());
@@ -328,12 +295,8 @@ fn large_map_is_cropped_or_scaled_down() {
 
 /// Pillars with rough walls as in a mine map: roadways 2 to 5 m wide at 0.125 m.
 fn pillars_of(width: i32, height: i32) -> OccupancyGrid {
-    let frame = GridFrame {
-        width,
-        height,
-        resolution_m: 0.125,
-        origin: Pose::new(-2.0, -2.0, 0.0),
-    };
+    let frame =
+        GridFrame { width, height, resolution_m: 0.125, origin: Pose::new(-2.0, -2.0, 0.0) };
     let cells = (0..frame.len()).map(|index| {
         let cell = frame.cell_at(index);
         let (x, y) = (f64::from(cell.column), f64::from(cell.row));

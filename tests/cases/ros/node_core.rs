@@ -47,18 +47,11 @@ fn node_waits_for_map_odometry_and_scan() {
     let mut robot = Robot::new(false);
     (robot.has_scan, robot.has_odometry) = (false, false);
     robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
-    for missing in [
-        "no map was received",
-        "no odometry was received",
-        "no scan was received",
-    ] {
+    for missing in ["no map was received", "no odometry was received", "no scan was received"] {
         for _ in 0..5 {
             assert_eq!(robot.step(), Some(Twist::STOP), "{missing}");
         }
-        let matching = robot
-            .notices
-            .iter()
-            .filter(|notice| notice.contains(missing));
+        let matching = robot.notices.iter().filter(|notice| notice.contains(missing));
         assert_eq!(matching.count(), 1, "{missing}: {:?}", robot.notices);
         match missing {
             "no map was received" => robot.receive(&IncomingMessage::Map(map(&grid(29)))),
@@ -87,9 +80,7 @@ fn node_aborts_goal_without_scans() {
     let mut robot = Robot::ready();
     robot.until(50, |robot| robot.speed() > 0.5);
     robot.has_scan = false;
-    robot.until(100, |robot| {
-        robot.has_notice("aborted the goal: INVALID_OBSERVATION")
-    });
+    robot.until(100, |robot| robot.has_notice("aborted the goal: INVALID_OBSERVATION"));
     robot.until(50, |robot| robot.commands.last() == Some(&None));
     robot.has_scan = true;
     robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
@@ -145,13 +136,9 @@ fn odometry_in_other_frame_needs_transform() {
     (0..5).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
     assert!(robot.has_notice("tf does not connect it to `map`"));
     // A transform of another frame does not help.
-    robot.receive(&IncomingMessage::Transforms(transform(
-        "map", "lamp", &place,
-    )));
+    robot.receive(&IncomingMessage::Transforms(transform("map", "lamp", &place)));
     assert_eq!(robot.step(), Some(Twist::STOP));
-    robot.receive(&IncomingMessage::Transforms(transform(
-        "/map", "/odom", &place,
-    )));
+    robot.receive(&IncomingMessage::Transforms(transform("/map", "/odom", &place)));
     robot.until(600, |robot| robot.has_notice("reached the goal"));
     assert!(robot.away_m() < 0.02, "{:?}", robot.pose);
 }
@@ -195,11 +182,7 @@ fn new_map_causes_new_plan_repeated_map_does_not() {
     robot.step();
     assert!(!robot.stands() && robot.paths.len() == 1, "it stops first");
     robot.until(20, |robot| robot.paths.len() == 2);
-    assert!(
-        robot.notices[before].contains("received a map"),
-        "{:?}",
-        robot.notices
-    );
+    assert!(robot.notices[before].contains("received a map"), "{:?}", robot.notices);
     robot.until(600, |robot| robot.has_notice("reached the goal"));
 }
 

@@ -41,29 +41,17 @@ fn shortest_path(
             .filter(|&cell| free.is_free(cell))
     };
     let cells = pathfinding::directed::bfs::bfs(&start, neighbours, |&cell| cell == goal)?;
-    Some(
-        cells
-            .into_iter()
-            .map(|cell| frame.center_of(cell))
-            .collect(),
-    )
+    Some(cells.into_iter().map(|cell| frame.center_of(cell)).collect())
 }
 
 fn mission(scene: &Scene) -> Vec<Point> {
-    shortest_path(
-        &ground(scene),
-        ROBOT_RADIUS_M,
-        &scene.start.position(),
-        &scene.goal,
-    )
-    .expect("a passable scene")
+    shortest_path(&ground(scene), ROBOT_RADIUS_M, &scene.start.position(), &scene.goal)
+        .expect("a passable scene")
 }
 
 fn spawned(scene: &Scene, crowd: &PedestrianSpawner) -> MovingObstacles {
     let ends = [scene.start.position(), scene.goal];
-    crowd
-        .spawn(&ground(scene), &mission(scene), &ends)
-        .expect("room for all")
+    crowd.spawn(&ground(scene), &mission(scene), &ends).expect("room for all")
 }
 
 fn gap(disc: &MovingDisc, pose: &Pose, radius: f64) -> f64 {
@@ -84,14 +72,7 @@ fn scenes_are_passable_and_unchanged() {
             (scene.name, free)
         })
         .collect();
-    assert_eq!(
-        free_cells,
-        [
-            ("roadway", 123_095),
-            ("crossing", 152_404),
-            ("dead_end", 63_506)
-        ]
-    );
+    assert_eq!(free_cells, [("roadway", 123_095), ("crossing", 152_404), ("dead_end", 63_506)]);
 }
 
 #[test]
@@ -111,13 +92,7 @@ fn dead_end_blocks_the_straight_line() {
     }
     assert!(shortest_path(&obstacles, 0.0, &inside, &scene.goal).is_none());
     assert!(
-        shortest_path(
-            &obstacles,
-            ROBOT_RADIUS_M,
-            &scene.start.position(),
-            &scene.goal
-        )
-        .is_some()
+        shortest_path(&obstacles, ROBOT_RADIUS_M, &scene.start.position(), &scene.goal).is_some()
     );
 }
 
@@ -138,10 +113,7 @@ fn pedestrians_stay_on_free_space_away_from_path_ends() {
                         assert!((disc.center() - end).norm() > 4.9);
                     }
                     let speed = libm::hypot(disc.vx, disc.vy);
-                    assert!(
-                        (0.3..=0.8).contains(&(speed - 1e-12)) || speed == 0.0,
-                        "{speed}"
-                    );
+                    assert!((0.3..=0.8).contains(&(speed - 1e-12)) || speed == 0.0, "{speed}");
                 }
                 moving_obstacles.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
             }
@@ -168,14 +140,8 @@ fn walks_are_four_to_twelve_metres_and_meet_the_path() {
                 }
                 moving_obstacles.step(0.1, &AWAY, &robot(ROBOT_RADIUS_M));
             }
-            assert!(
-                nearest.iter().all(|&distance| distance < 0.1),
-                "{nearest:?}"
-            );
-            assert!(
-                reach.iter().all(|reach| (1.5..=12.0).contains(reach)),
-                "{reach:?}"
-            );
+            assert!(nearest.iter().all(|&distance| distance < 0.1), "{nearest:?}");
+            assert!(reach.iter().all(|reach| (1.5..=12.0).contains(reach)), "{reach:?}");
         }
     }
 }
@@ -202,10 +168,8 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
     let mut smallest = f64::INFINITY;
     for scene in scenes() {
         for seed in 0..3 {
-            let crowd = PedestrianSpawner {
-                yields,
-                ..PedestrianSpawner::new(scene.obstacles, seed)
-            };
+            let crowd =
+                PedestrianSpawner { yields, ..PedestrianSpawner::new(scene.obstacles, seed) };
             let start = spawned(&scene, &crowd);
             // The robot stands where a pedestrian walks in 5 s.
             let mut later = start.clone();
@@ -233,23 +197,13 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
 fn yielding_pedestrians_never_touch_a_standing_robot() {
     let smallest = smallest_gap_to_a_standing_robot(true);
     assert!(smallest >= YIELD_GAP_M - 1e-9, "{smallest}");
-    assert!(
-        smallest < YIELD_GAP_M + 0.05,
-        "no pedestrian came near: {smallest}"
-    );
+    assert!(smallest < YIELD_GAP_M + 0.05, "no pedestrian came near: {smallest}");
     let careless = smallest_gap_to_a_standing_robot(false);
-    assert!(
-        careless < -0.3,
-        "no pedestrian would have walked into the robot: {careless}"
-    );
+    assert!(careless < -0.3, "no pedestrian would have walked into the robot: {careless}");
 }
 
-const FRAME: GridFrame = GridFrame {
-    width: 200,
-    height: 100,
-    resolution_m: 0.05,
-    origin: Pose::new(0.0, 0.0, 0.0),
-};
+const FRAME: GridFrame =
+    GridFrame { width: 200, height: 100, resolution_m: 0.05, origin: Pose::new(0.0, 0.0, 0.0) };
 
 /// Ten by five metres of free ground.
 fn open_ground() -> ObstacleGrid {
@@ -306,10 +260,7 @@ fn obstacle_file_errors_are_one_line_with_place() {
     let cases = [
         ("{", "a.json: not a list of moving obstacles"),
         (r#"[{"x": 1, "y": 1, "speed": 0.3}]"#, "a.json: not a list"),
-        (
-            r#"[{"x": 1, "y": 1, "radius": 0.3}]"#,
-            "a.json: obstacle 0: speed is missing",
-        ),
+        (r#"[{"x": 1, "y": 1, "radius": 0.3}]"#, "a.json: obstacle 0: speed is missing"),
         (
             r#"[{"radius": 0.3, "keyframes": [[0, 1, 1]], "speed": 1}]"#,
             "a.json: obstacle 0: keyframes and speed exclude each other",
@@ -318,10 +269,7 @@ fn obstacle_file_errors_are_one_line_with_place() {
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "loop_s": 4}]"#,
             "a.json: obstacle 0: keyframes is missing",
         ),
-        (
-            r#"[{"radius": 0.3, "keyframes": []}]"#,
-            "a.json: obstacle 0: number of keyframes is 0",
-        ),
+        (r#"[{"radius": 0.3, "keyframes": []}]"#, "a.json: obstacle 0: number of keyframes is 0"),
         (
             r#"[{"radius": 0.3, "keyframes": [[0, 1, 1], [2, 3, 1], [2, 4, 1]]}]"#,
             "a.json: obstacle 0: time of a keyframe is 2",
@@ -354,48 +302,27 @@ fn obstacle_file_errors_are_one_line_with_place() {
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "appears_at_s": 1, "appears_within_m": 2}]"#,
             "a.json: obstacle 0: appears_at_s and appears_within_m exclude each other",
         ),
-        (
-            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "colour": 3}]"#,
-            "a.json: not a list",
-        ),
-        (
-            r#"[{"x": 1, "y": 1, "radius": 0.0, "speed": 1}]"#,
-            "a.json: obstacle 0: radius is 0",
-        ),
-        (
-            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": -1}]"#,
-            "a.json: obstacle 0: speed is -1",
-        ),
+        (r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "colour": 3}]"#, "a.json: not a list"),
+        (r#"[{"x": 1, "y": 1, "radius": 0.0, "speed": 1}]"#, "a.json: obstacle 0: radius is 0"),
+        (r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": -1}]"#, "a.json: obstacle 0: speed is -1"),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "route": [[10.5, 1]]}]"#,
             "a.json: obstacle 0: (10.5, 1) lies outside the map",
         ),
     ];
     for (text, expected) in cases {
-        let message = MovingObstacles::parse(text, "a.json", &open_ground(), 0)
-            .unwrap_err()
-            .to_string();
-        assert!(
-            message.starts_with(expected) && !message.contains('\n'),
-            "{message}"
-        );
+        let message =
+            MovingObstacles::parse(text, "a.json", &open_ground(), 0).unwrap_err().to_string();
+        assert!(message.starts_with(expected) && !message.contains('\n'), "{message}");
     }
     let toml = "[[obstacles]]\nx = nan\ny = 1\nradius = 0.3\nspeed = inf";
-    let message = MovingObstacles::parse(toml, "a.toml", &open_ground(), 0)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        message.starts_with("a.toml: obstacle 0: speed is inf"),
-        "{message}"
-    );
+    let message =
+        MovingObstacles::parse(toml, "a.toml", &open_ground(), 0).unwrap_err().to_string();
+    assert!(message.starts_with("a.toml: obstacle 0: speed is inf"), "{message}");
     let toml = "[[obstacles]]\nx = nan\ny = 1.0\nradius = 0.3\nspeed = 1.0\nwho = 1";
-    let message = MovingObstacles::parse(toml, "a.toml", &open_ground(), 0)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        message.contains("who") && !message.contains('\n'),
-        "{message}"
-    );
+    let message =
+        MovingObstacles::parse(toml, "a.toml", &open_ground(), 0).unwrap_err().to_string();
+    assert!(message.contains("who") && !message.contains('\n'), "{message}");
     let missing =
         MovingObstacles::read("no/such/file.json".as_ref(), &open_ground(), 0).unwrap_err();
     assert!(matches!(missing, SimError::Unreadable { .. }), "{missing}");
@@ -406,13 +333,6 @@ fn spawner_without_space_is_an_error() {
     let narrow = ObstacleGrid::new(FRAME, vec![true; FRAME.len()]);
     let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
     let asked = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[]);
-    assert!(matches!(
-        asked(2),
-        Err(SimError::NoRoom {
-            placed: 0,
-            asked: 2,
-            ..
-        })
-    ));
+    assert!(matches!(asked(2), Err(SimError::NoRoom { placed: 0, asked: 2, .. })));
     assert!(asked(0).unwrap().is_empty());
 }

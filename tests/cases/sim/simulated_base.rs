@@ -27,10 +27,7 @@ fn base_with(dynamics: DriveDynamics, noise: OdometryNoise, seed: u64) -> SimBas
 
 /// A base with motor lag, commands without delay, and ground without slip.
 fn base() -> SimBase {
-    let lagging = DriveDynamics {
-        motor_lag_s: 0.05,
-        ..DriveDynamics::ideal()
-    };
+    let lagging = DriveDynamics { motor_lag_s: 0.05, ..DriveDynamics::ideal() };
     base_with(lagging, OdometryNoise::none(), 0)
 }
 
@@ -73,8 +70,7 @@ fn acceleration_and_braking_have_separate_limits() {
     let (mut gain, mut brake) = (0.0, 0.0);
     for _ in 0..20_000 {
         if rng.random_bool(0.02) {
-            base.send(&Twist::new(rng.random_range(0.0..2.0), 0.0))
-                .unwrap();
+            base.send(&Twist::new(rng.random_range(0.0..2.0), 0.0)).unwrap();
         }
         base.step(0.01);
         let change = (base.twist().linear - before) / 0.01;
@@ -92,11 +88,7 @@ fn ramp_is_followed_with_configured_lag() {
     base.send(&Twist::new(1.0, 0.0)).unwrap();
     base.step(0.5);
     // A first-order lag trails a ramp by its time constant times the slope: 0.25 m/s minus 0.05 s times 0.5 m/s^2.
-    assert!(
-        (base.twist().linear - 0.225).abs() < 0.003,
-        "{:?}",
-        base.twist()
-    );
+    assert!((base.twist().linear - 0.225).abs() < 0.003, "{:?}", base.twist());
     // The sensors give the mean over their last 10 ms, which is the value of 5 ms ago.
     let measured = base.odometry().twist.linear;
     assert!((base.twist().linear - 0.005 * 0.5 - measured).abs() < 1e-4);
@@ -117,10 +109,7 @@ fn steady_turn_closes_its_circle() {
 fn base_rejects_non_finite_commands_without_effect() {
     let (mut commanded, mut idle) = (base(), base());
     for command in [Twist::new(f64::NAN, 0.0), Twist::new(0.5, f64::INFINITY)] {
-        assert!(matches!(
-            commanded.send(&command),
-            Err(BaseError::NotFinite { .. })
-        ));
+        assert!(matches!(commanded.send(&command), Err(BaseError::NotFinite { .. })));
     }
     commanded.step(0.3);
     idle.step(0.3);
@@ -142,31 +131,21 @@ fn command_acts_exactly_after_its_delay() {
     // The delay is no multiple of the sub-step, and longer than the time between two commands.
     let delay_s = 0.1337;
     let mut base = base_with(
-        DriveDynamics {
-            command_delay_s: delay_s,
-            ..DriveDynamics::ideal()
-        },
+        DriveDynamics { command_delay_s: delay_s, ..DriveDynamics::ideal() },
         OdometryNoise::none(),
         0,
     );
     // The command is 0.4 m/s for 0.1 s, then zero: the ramp rises at 0.5 m/s^2 for 0.1 s and falls at 1.5 m/s^2.
     let expected = |time_s: f64| {
         let since = time_s - delay_s;
-        if since <= 0.1 {
-            (0.5 * since).max(0.0)
-        } else {
-            (0.05 - 1.5 * (since - 0.1)).max(0.0)
-        }
+        if since <= 0.1 { (0.5 * since).max(0.0) } else { (0.05 - 1.5 * (since - 0.1)).max(0.0) }
     };
     base.send(&Twist::new(0.4, 0.0)).unwrap();
     for tick in 1..=60 {
         base.step(0.005);
         let time_s = 0.005 * f64::from(tick);
         let speed = base.twist().linear;
-        assert!(
-            (speed - expected(time_s)).abs() < 1e-9,
-            "{speed} at {time_s} s"
-        );
+        assert!((speed - expected(time_s)).abs() < 1e-9, "{speed} at {time_s} s");
         if tick == 20 {
             base.send(&Twist::STOP).unwrap();
         }
@@ -191,18 +170,12 @@ fn steady_slip_and_width_scale_speed_and_turn_rate() {
         variation: 0.0,
         ..Slip::default()
     };
-    let dynamics = DriveDynamics {
-        slip,
-        ..DriveDynamics::default()
-    };
+    let dynamics = DriveDynamics { slip, ..DriveDynamics::default() };
     let mut base = base_with(dynamics, OdometryNoise::none(), 0);
     keep_on(&mut base, Twist::new(0.6, 0.4), 8.0);
     let truth = base.twist();
     assert!((truth.linear - 0.6 * 0.9).abs() < 1e-9, "{truth:?}");
-    assert!(
-        (truth.angular - 0.4 * 0.9 * 1.2 / 1.6).abs() < 1e-9,
-        "{truth:?}"
-    );
+    assert!((truth.angular - 0.4 * 0.9 * 1.2 / 1.6).abs() < 1e-9, "{truth:?}");
     // The controller sets the belts by its calibrated width. The encoders measure the belts, the gyro the true turn.
     let tracks = base.track_speeds();
     assert!((tracks.right - tracks.left - 0.4 * 0.5 * 1.2).abs() < 1e-9);
@@ -220,10 +193,7 @@ fn grip(variation: f64, seed: u64) -> Vec<[f64; 2]> {
         variation,
         variation_length_m: 2.0,
     };
-    let dynamics = DriveDynamics {
-        slip,
-        ..DriveDynamics::ideal()
-    };
+    let dynamics = DriveDynamics { slip, ..DriveDynamics::ideal() };
     let mut base = base_with(dynamics, OdometryNoise::none(), seed);
     let command = Twist::new(1.0, 0.5);
     keep_on(&mut base, command, 5.0);
@@ -283,28 +253,14 @@ fn drive_depends_on_the_seed() {
 #[test]
 fn base_rejects_bad_settings_by_name() {
     let refusal = |limits, dynamics, noise| {
-        SimBase::new(DRIVE, limits, dynamics, noise, Pose::default(), 0)
-            .unwrap_err()
-            .to_string()
+        SimBase::new(DRIVE, limits, dynamics, noise, Pose::default(), 0).unwrap_err().to_string()
     };
     let plain = DriveDynamics::default();
-    let lag = DriveDynamics {
-        motor_lag_s: f64::NAN,
-        ..plain
-    };
-    let late = DriveDynamics {
-        command_delay_s: -0.1,
-        ..plain
-    };
+    let lag = DriveDynamics { motor_lag_s: f64::NAN, ..plain };
+    let late = DriveDynamics { command_delay_s: -0.1, ..plain };
     let slipping = |slip| DriveDynamics { slip, ..plain };
-    let all = slipping(Slip {
-        mean: 1.0,
-        ..Slip::default()
-    });
-    let wild = slipping(Slip {
-        variation: 0.3,
-        ..Slip::default()
-    });
+    let all = slipping(Slip { mean: 1.0, ..Slip::default() });
+    let wild = slipping(Slip { variation: 0.3, ..Slip::default() });
     let noise = OdometryNoise::default();
     for (dynamics, words) in [
         (lag, "motor_lag_s is NaN"),
@@ -315,16 +271,10 @@ fn base_rejects_bad_settings_by_name() {
         let error = refusal(LIMITS, dynamics, noise);
         assert!(error.starts_with(words), "{error}");
     }
-    let slow = Limits {
-        acc_lim_x: 0.0,
-        ..LIMITS
-    };
+    let slow = Limits { acc_lim_x: 0.0, ..LIMITS };
     let error = refusal(slow, plain, noise);
     assert!(error.starts_with("acc_lim_x is 0"), "{error}");
-    let coarse = OdometryNoise {
-        encoder_tick_m: f64::INFINITY,
-        ..noise
-    };
+    let coarse = OdometryNoise { encoder_tick_m: f64::INFINITY, ..noise };
     let error = refusal(LIMITS, plain, coarse);
     assert!(error.starts_with("encoder_tick_m is inf"), "{error}");
 }

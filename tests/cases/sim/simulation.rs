@@ -111,10 +111,7 @@ fn gaps_equal_brute_force_over_all_cells_and_discs() {
                 }
             }
             let found = world.gap_to_static_m(&footprint, &pose);
-            assert!(
-                (found - to_static).abs() < 1e-9,
-                "case {case}: {found} for {to_static}"
-            );
+            assert!((found - to_static).abs() < 1e-9, "case {case}: {found} for {to_static}");
             let found = world.gap_to_moving_m(&footprint, &pose);
             assert!(
                 (found - to_moving).abs() < 1e-9 || found.min(to_moving) > 1e9,
@@ -144,23 +141,15 @@ fn lidar_equals_dense_ray_march() {
             let (sin, cos) = libm::sincos(direction);
             let at = |distance: f64| Point::new(pose.x + distance * cos, pose.y + distance * sin);
             let covering = |point: &Point| {
-                world
-                    .moving
-                    .iter()
-                    .position(|disc| (disc.center() - point).norm() <= disc.radius)
+                world.moving.iter().position(|disc| (disc.center() - point).norm() <= disc.radius)
             };
             let steps = (lidar.range_max_m / STRIDE_M) as usize;
-            let marched = (0..=steps)
-                .map(|step| step as f64 * STRIDE_M)
-                .find(|&distance| {
-                    is_solid(&world, &at(distance)) || covering(&at(distance)).is_some()
-                });
+            let marched = (0..=steps).map(|step| step as f64 * STRIDE_M).find(|&distance| {
+                is_solid(&world, &at(distance)) || covering(&at(distance)).is_some()
+            });
             beams += 1;
             let marched_m = marched.unwrap_or(f64::INFINITY);
-            assert!(
-                range <= marched_m + 1e-9,
-                "case {case} beam {beam}: {range} {marched_m}"
-            );
+            assert!(range <= marched_m + 1e-9, "case {case} beam {beam}: {range} {marched_m}");
             if range < marched_m - STRIDE_M - 1e-9 {
                 tips += 1;
                 let touch = at(range);
@@ -170,10 +159,7 @@ fn lidar_equals_dense_ray_march() {
                     .map(|disc| (disc.center() - touch).norm() - disc.radius)
                     .fold(f64::INFINITY, f64::min);
                 let gap = distance_by_brute_force(&world, &touch).min(to_disc);
-                assert!(
-                    gap < 1e-9,
-                    "case {case} beam {beam}: touches nothing at {range}"
-                );
+                assert!(gap < 1e-9, "case {case} beam {beam}: touches nothing at {range}");
             }
             let beyond = at(range + 1e-9);
             if range.is_finite()
@@ -194,25 +180,15 @@ fn lidar_equals_dense_ray_march() {
 
 #[test]
 fn lidar_sees_the_front_obstacle_only() {
-    let frame = GridFrame {
-        width: 100,
-        height: 100,
-        resolution_m: RESOLUTION_M,
-        origin: Pose::default(),
-    };
+    let frame =
+        GridFrame { width: 100, height: 100, resolution_m: RESOLUTION_M, origin: Pose::default() };
     let mut blocked = vec![false; frame.len()];
     // A wall along x = 7.0..7.1 m from y = 0 to 6 m.
     for row in 0..60 {
         blocked[row * 100 + 70] = true;
     }
     let mut world = World::new(ObstacleGrid::new(frame, blocked));
-    let disc = |x, y| MovingDisc {
-        x,
-        y,
-        radius: 0.3,
-        vx: 0.0,
-        vy: 0.0,
-    };
+    let disc = |x, y| MovingDisc { x, y, radius: 0.3, vx: 0.0, vy: 0.0 };
     let in_the_open = disc(4.0, 5.0);
     let behind_it = disc(5.0, 5.0);
     let behind_the_wall = disc(9.0, 2.0);
@@ -221,71 +197,37 @@ fn lidar_sees_the_front_obstacle_only() {
     let mut rng = Pcg64Mcg::seed_from_u64(1);
     let seen = quiet_lidar(360).scan(&world, &Pose::new(2.0, 5.0, 0.0), &mut rng);
     assert_eq!(seen.visible, [1]);
-    assert!(
-        (seen.scan.ranges[180] - 1.7).abs() < 1e-12,
-        "straight ahead"
-    );
-    assert!(
-        (seen.scan.ranges[0] - 2.0).abs() < 1e-12,
-        "the edge of the map, behind"
-    );
+    assert!((seen.scan.ranges[180] - 1.7).abs() < 1e-12, "straight ahead");
+    assert!((seen.scan.ranges[0] - 2.0).abs() < 1e-12, "the edge of the map, behind");
 }
 
 #[test]
 fn range_noise_has_configured_deviation_and_zero_draws_nothing() {
-    let frame = GridFrame {
-        width: 60,
-        height: 60,
-        resolution_m: RESOLUTION_M,
-        origin: Pose::default(),
-    };
+    let frame =
+        GridFrame { width: 60, height: 60, resolution_m: RESOLUTION_M, origin: Pose::default() };
     let world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
     let pose = Pose::new(3.0, 3.0, 0.3);
     let seeded = || Pcg64Mcg::seed_from_u64(9);
     let exact = quiet_lidar(20_000);
-    let noisy = Lidar {
-        range_sigma_m: 0.02,
-        range_max_m: 10.0,
-        ..exact
-    };
+    let noisy = Lidar { range_sigma_m: 0.02, range_max_m: 10.0, ..exact };
     let mut rng = seeded();
-    let truth = Lidar {
-        range_max_m: 10.0,
-        ..exact
-    }
-    .scan(&world, &pose, &mut rng)
-    .scan
-    .ranges;
-    assert_eq!(
-        rng,
-        seeded(),
-        "a lidar without noise leaves the generator alone"
-    );
+    let truth = Lidar { range_max_m: 10.0, ..exact }.scan(&world, &pose, &mut rng).scan.ranges;
+    assert_eq!(rng, seeded(), "a lidar without noise leaves the generator alone");
     let measured = noisy.scan(&world, &pose, &mut rng).scan.ranges;
-    assert_eq!(
-        measured,
-        noisy.scan(&world, &pose, &mut seeded()).scan.ranges
-    );
+    assert_eq!(measured, noisy.scan(&world, &pose, &mut seeded()).scan.ranges);
     let errors: Vec<f64> = measured.iter().zip(&truth).map(|(m, t)| m - t).collect();
     let count = errors.len() as f64;
     let mean = errors.iter().sum::<f64>() / count;
     let spread = (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
-    assert!(
-        mean.abs() < 5e-4 && (spread - 0.02).abs() < 5e-4,
-        "{mean} {spread}"
-    );
+    assert!(mean.abs() < 5e-4 && (spread - 0.02).abs() < 5e-4, "{mean} {spread}");
     let beyond_two = errors.iter().filter(|error| error.abs() > 0.04).count() as f64 / count;
     assert!((beyond_two - 0.0455).abs() < 0.006, "{beyond_two}");
 }
 
 /// An empty room of 6 by 6 m.
 fn room() -> World {
-    let frame = GridFrame {
-        width: 60,
-        height: 60,
-        resolution_m: RESOLUTION_M,
-        origin: Pose::default(),
-    };
+    let frame =
+        GridFrame { width: 60, height: 60, resolution_m: RESOLUTION_M, origin: Pose::default() };
     World::new(ObstacleGrid::new(frame, vec![false; frame.len()]))
 }
 
@@ -296,28 +238,16 @@ fn dropout_omits_configured_fraction_of_beams() {
     let mut rng = Pcg64Mcg::seed_from_u64(4);
     let whole = quiet_lidar(20_000);
     let truth = whole.scan(&world, &pose, &mut rng).scan.ranges;
-    let dropping = Lidar {
-        dropout: 0.2,
-        ..whole
-    };
+    let dropping = Lidar { dropout: 0.2, ..whole };
     let seen = dropping.scan(&world, &pose, &mut rng).scan.ranges;
     let (dropped, kept): (Vec<_>, Vec<_>) =
         (seen.iter().zip(&truth)).partition(|(range, _)| range.is_nan());
     let share = dropped.len() as f64 / seen.len() as f64;
     assert!((share - 0.2).abs() < 0.01, "{share}");
     assert!(kept.iter().all(|(range, truth)| range == truth));
-    let blind = Lidar {
-        dropout: 1.0,
-        ..whole
-    };
+    let blind = Lidar { dropout: 1.0, ..whole };
     let mut world = world;
-    world.moving = vec![MovingDisc {
-        x: 4.0,
-        y: 3.0,
-        radius: 0.3,
-        vx: 0.0,
-        vy: 0.0,
-    }];
+    world.moving = vec![MovingDisc { x: 4.0, y: 3.0, radius: 0.3, vx: 0.0, vy: 0.0 }];
     assert_eq!(whole.scan(&world, &pose, &mut rng).visible, [0]);
     assert!(blind.scan(&world, &pose, &mut rng).visible.is_empty());
 }
@@ -325,19 +255,9 @@ fn dropout_omits_configured_fraction_of_beams() {
 #[test]
 fn lidar_does_not_measure_below_shortest_range() {
     let mut world = room();
-    let disc = |x| MovingDisc {
-        x,
-        y: 3.0,
-        radius: 0.3,
-        vx: 0.0,
-        vy: 0.0,
-    };
+    let disc = |x| MovingDisc { x, y: 3.0, radius: 0.3, vx: 0.0, vy: 0.0 };
     world.moving = vec![disc(3.4), disc(2.0)];
-    let lidar = Lidar {
-        range_min_m: 0.2,
-        range_sigma_m: 0.05,
-        ..quiet_lidar(360)
-    };
+    let lidar = Lidar { range_min_m: 0.2, range_sigma_m: 0.05, ..quiet_lidar(360) };
     let mut rng = Pcg64Mcg::seed_from_u64(4);
     let seen = lidar.scan(&world, &Pose::new(3.0, 3.0, 0.0), &mut rng);
     assert!(seen.scan.ranges[180].is_nan(), "0.1 m ahead");
@@ -349,14 +269,9 @@ fn lidar_does_not_measure_below_shortest_range() {
 
 #[test]
 fn partial_field_of_view_has_beams_at_both_edges() {
-    let lidar = Lidar {
-        field_of_view_rad: 1.5 * PI,
-        ..quiet_lidar(271)
-    };
+    let lidar = Lidar { field_of_view_rad: 1.5 * PI, ..quiet_lidar(271) };
     let mut rng = Pcg64Mcg::seed_from_u64(4);
-    let scan = lidar
-        .scan(&room(), &Pose::new(3.0, 3.0, 0.0), &mut rng)
-        .scan;
+    let scan = lidar.scan(&room(), &Pose::new(3.0, 3.0, 0.0), &mut rng).scan;
     assert!((scan.angle(0) + 0.75 * PI).abs() < 1e-12);
     assert!((scan.angle(270) - 0.75 * PI).abs() < 1e-12);
     assert!((scan.ranges[135] - 3.0).abs() < 1e-12, "straight ahead");
@@ -367,20 +282,8 @@ fn lidar_rejects_bad_settings_by_name() {
     let plain = Lidar::default();
     for (lidar, words) in [
         (Lidar { beams: 0, ..plain }, "beams is 0"),
-        (
-            Lidar {
-                range_min_m: 11.0,
-                ..plain
-            },
-            "range_max_m is 10",
-        ),
-        (
-            Lidar {
-                dropout: -0.1,
-                ..plain
-            },
-            "dropout is -0.1",
-        ),
+        (Lidar { range_min_m: 11.0, ..plain }, "range_max_m is 10"),
+        (Lidar { dropout: -0.1, ..plain }, "dropout is -0.1"),
     ] {
         let error = lidar.validate().unwrap_err();
         assert!(error.to_string().starts_with(words), "{error}");
@@ -390,18 +293,11 @@ fn lidar_rejects_bad_settings_by_name() {
 
 #[test]
 fn contact_is_a_gap_at_or_below_zero() {
-    let frame = GridFrame {
-        width: 20,
-        height: 20,
-        resolution_m: RESOLUTION_M,
-        origin: Pose::default(),
-    };
+    let frame =
+        GridFrame { width: 20, height: 20, resolution_m: RESOLUTION_M, origin: Pose::default() };
     let world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
     let gap = |x| world.gap_m(&robot(0.25), &Pose::new(x, 1.0, 0.0));
-    assert!(
-        (gap(0.5) - 0.25).abs() < 1e-12,
-        "the ground outside the map is solid"
-    );
+    assert!((gap(0.5) - 0.25).abs() < 1e-12, "the ground outside the map is solid");
     assert!(gap(0.2) < 0.0);
     assert!((gap(-3.0) + 0.25).abs() < 1e-12);
 }

@@ -5,10 +5,7 @@ use inbye::sim::{Fixes, OdometryNoise, Slip};
 
 fn refusal(text: &str) -> String {
     let config: Config = toml::from_str(text).expect("known keys");
-    config
-        .validate()
-        .expect_err("a setting out of range")
-        .to_string()
+    config.validate().expect_err("a setting out of range").to_string()
 }
 
 #[test]
@@ -18,10 +15,7 @@ fn settings_reject_number_out_of_range_by_table_and_key() {
             "[simulation.dynamics]\ncommand_delay_s = -0.1",
             "[simulation.dynamics] command_delay_s is -0.1",
         ),
-        (
-            "[simulation.dynamics.slip]\nmean = -0.1",
-            "[simulation.dynamics.slip] mean is -0.1",
-        ),
+        ("[simulation.dynamics.slip]\nmean = -0.1", "[simulation.dynamics.slip] mean is -0.1"),
         (
             "[simulation.dynamics.slip]\nwidth_ratio = 0.0",
             "[simulation.dynamics.slip] width_ratio is 0",
@@ -42,22 +36,10 @@ fn settings_reject_number_out_of_range_by_table_and_key() {
             "[simulation.odometry]\ngyro_bit_rad_s = inf",
             "[simulation.odometry] gyro_bit_rad_s is inf",
         ),
-        (
-            "[simulation.fixes]\nrate_hz = 1e6",
-            "[simulation.fixes] rate_hz is 1000000",
-        ),
-        (
-            "[simulation.fixes]\ndropout = 2.0",
-            "[simulation.fixes] dropout is 2",
-        ),
-        (
-            "[simulation.lidar]\nrange_min_m = -1.0",
-            "[simulation.lidar] range_min_m is -1",
-        ),
-        (
-            "[simulation.lidar]\ndropout = 1.5",
-            "[simulation.lidar] dropout is 1.5",
-        ),
+        ("[simulation.fixes]\nrate_hz = 1e6", "[simulation.fixes] rate_hz is 1000000"),
+        ("[simulation.fixes]\ndropout = 2.0", "[simulation.fixes] dropout is 2"),
+        ("[simulation.lidar]\nrange_min_m = -1.0", "[simulation.lidar] range_min_m is -1"),
+        ("[simulation.lidar]\ndropout = 1.5", "[simulation.lidar] dropout is 1.5"),
     ] {
         let error = refusal(text);
         assert!(error.starts_with(words), "{error}");
@@ -82,21 +64,9 @@ fn settings_keep_defaults_of_omitted_keys() {
     )
     .expect("a valid configuration");
     assert_eq!(config.validate(), Ok(()));
-    let slip = Slip {
-        mean: 0.1,
-        ..Slip::default()
-    };
-    let odometry = OdometryNoise {
-        encoder_tick_m: 0.0,
-        ..OdometryNoise::default()
-    };
-    let fixes = Fixes {
-        rate_hz: 2.0,
-        ..Fixes::default()
-    };
+    let slip = Slip { mean: 0.1, ..Slip::default() };
+    let odometry = OdometryNoise { encoder_tick_m: 0.0, ..OdometryNoise::default() };
+    let fixes = Fixes { rate_hz: 2.0, ..Fixes::default() };
     assert_eq!(config.simulation.dynamics.slip, slip);
-    assert_eq!(
-        (config.simulation.odometry, config.simulation.fixes),
-        (odometry, fixes)
-    );
+    assert_eq!((config.simulation.odometry, config.simulation.fixes), (odometry, fixes));
 }

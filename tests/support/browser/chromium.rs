@@ -38,11 +38,7 @@ impl Browser {
         let profile = TempDir::new()?;
         let page = format!("http://{}/", server.server_addr());
         let child = program.start(profile.path(), &FLAGS, &page)?;
-        Ok(Self {
-            child,
-            server,
-            profile,
-        })
+        Ok(Self { child, server, profile })
     }
 
     /// Runs a plan in the page and returns the bytes it asked for. An error ends with what Chromium itself said.

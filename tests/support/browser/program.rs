@@ -51,10 +51,8 @@ impl Program {
             let asked = Command::new(path).arg("--version").output().ok()?;
             let version = String::from_utf8_lossy(&asked.stdout);
             let version = version.split(" built on").next().unwrap_or_default().trim();
-            (asked.status.success() && !version.is_empty()).then(|| Self {
-                path: path.clone(),
-                version: version.to_owned(),
-            })
+            (asked.status.success() && !version.is_empty())
+                .then(|| Self { path: path.clone(), version: version.to_owned() })
         };
         let found = candidates.iter().find_map(answers);
         found.ok_or_else(|| {

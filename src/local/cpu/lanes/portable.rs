@@ -33,10 +33,7 @@ impl Portable {
 
     #[inline(always)]
     fn test(self, other: Self, function: impl Fn(i32, i32) -> bool) -> Mask {
-        Mask(
-            self.zip(other, |one, other| -i32::from(function(one, other)))
-                .0,
-        )
+        Mask(self.zip(other, |one, other| -i32::from(function(one, other))).0)
     }
 }
 
@@ -157,9 +154,7 @@ impl Lanes for Portable {
 
     #[inline(always)]
     fn div_unsigned(self, divisor: Self) -> Self {
-        self.zip(divisor, |value, divisor| {
-            (value as u32 / divisor as u32) as i32
-        })
+        self.zip(divisor, |value, divisor| (value as u32 / divisor as u32) as i32)
     }
 
     #[inline(always)]

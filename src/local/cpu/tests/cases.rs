@@ -33,12 +33,7 @@ impl Shared {
     /// A square of a list with rows of 100.
     pub fn square(&self) -> Square<'static> {
         let first = (self.width % 30_000) as usize;
-        Square {
-            entries: &LIST[first..],
-            stride: 100,
-            column: first % 100,
-            row: first / 100,
-        }
+        Square { entries: &LIST[first..], stride: 100, column: first % 100, row: first / 100 }
     }
 
     /// The entry of a register tile of this square.
@@ -92,10 +87,7 @@ pub fn groups(seed: u64) -> Vec<Group> {
     cases.resize_with(all, || [word(rng, &edges), word(rng, &edges)]);
     let (vectors, _) = cases.as_chunks::<MAX_LANES>();
     let group = |cases: &[Case; MAX_LANES]| Group {
-        shared: Shared {
-            bits: rng.random_range(0..32),
-            width: width(rng),
-        },
+        shared: Shared { bits: rng.random_range(0..32), width: width(rng) },
         cases: *cases,
     };
     vectors.iter().map(group).collect()

@@ -44,12 +44,7 @@ fn outcome<'a, L: Lanes>(
         ),
         Way::Whole(lanes, plain) => (plain(cases, shared), lanes(token, x, y, shared)),
     };
-    Outcome {
-        cases,
-        shared,
-        expected,
-        found,
-    }
+    Outcome { cases, shared, expected, found }
 }
 
 /// Describes how an operation differs from scalar arithmetic: the number of differences and the first few in
@@ -87,31 +82,23 @@ fn differences<L: Lanes>(
 
 /// Indices at which the lists differ, also by length.
 fn differing_indices(outcome: &Outcome<'_>) -> Vec<usize> {
-    let Outcome {
-        expected, found, ..
-    } = outcome;
+    let Outcome { expected, found, .. } = outcome;
     (0..expected.len().max(found.len()))
         .filter(|&place| expected.get(place) != found.get(place))
         .collect()
 }
 
 fn report<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages: &mut String) {
-    let Outcome {
-        cases,
-        shared,
-        expected,
-        found,
-    } = outcome;
+    let Outcome { cases, shared, expected, found } = outcome;
     let written = match way {
         Way::Each(..) => write!(
             messages,
             "\n  {:x?}, {shared:x?} gives {:x}, not {:x}",
             cases[place], found[place], expected[place]
         ),
-        Way::Whole(..) => write!(
-            messages,
-            "\n  {cases:x?}, {shared:x?} gives {found:x?}, not {expected:x?}"
-        ),
+        Way::Whole(..) => {
+            write!(messages, "\n  {cases:x?}, {shared:x?} gives {found:x?}, not {expected:x?}")
+        }
     };
     written.expect("a string accepts all text");
 }

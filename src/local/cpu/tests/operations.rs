@@ -10,15 +10,9 @@ use crate::numeric;
 /// The two implementations of an operation.
 pub enum Way<L: Lanes> {
     /// Lane by lane.
-    Each(
-        fn(L::FeatureToken, L, L, &Shared) -> L,
-        fn(i32, i32, &Shared) -> i32,
-    ),
+    Each(fn(L::FeatureToken, L, L, &Shared) -> L, fn(i32, i32, &Shared) -> i32),
     /// All lanes of a vector together, returning a list.
-    Whole(
-        fn(L::FeatureToken, L, L, &Shared) -> Vec<i32>,
-        fn(&[Case], &Shared) -> Vec<i32>,
-    ),
+    Whole(fn(L::FeatureToken, L, L, &Shared) -> Vec<i32>, fn(&[Case], &Shared) -> Vec<i32>),
 }
 
 /// Coefficients that leave all sums below 2^29.
@@ -54,17 +48,8 @@ pub const fn whole<L: Lanes>(
 
 /// All operations.
 pub fn operations<L: Lanes>() -> Vec<Operation<L>> {
-    let shards = [
-        moves(),
-        sums(),
-        reductions(),
-        bits(),
-        roots(),
-        lists(),
-        masks(),
-        of_masks(),
-        angles(),
-    ];
+    let shards =
+        [moves(), sums(), reductions(), bits(), roots(), lists(), masks(), of_masks(), angles()];
     shards.into_iter().flatten().collect()
 }
 
@@ -107,30 +92,10 @@ fn moves<L: Lanes>() -> Vec<Operation<L>> {
 
 fn sums<L: Lanes>() -> Vec<Operation<L>> {
     vec![
-        each(
-            "add",
-            any,
-            |_, x, y, _| x.add(y),
-            |x, y, _| x.wrapping_add(y),
-        ),
-        each(
-            "sub",
-            any,
-            |_, x, y, _| x.sub(y),
-            |x, y, _| x.wrapping_sub(y),
-        ),
-        each(
-            "mul",
-            any,
-            |_, x, y, _| x.mul(y),
-            |x, y, _| x.wrapping_mul(y),
-        ),
-        each(
-            "mul_hi",
-            any,
-            |_, x, y, _| x.mul_hi(y),
-            |x, y, _| numeric::mul_hi_i32(x, y),
-        ),
+        each("add", any, |_, x, y, _| x.add(y), |x, y, _| x.wrapping_add(y)),
+        each("sub", any, |_, x, y, _| x.sub(y), |x, y, _| x.wrapping_sub(y)),
+        each("mul", any, |_, x, y, _| x.mul(y), |x, y, _| x.wrapping_mul(y)),
+        each("mul_hi", any, |_, x, y, _| x.mul_hi(y), |x, y, _| numeric::mul_hi_i32(x, y)),
         each(
             "mul_halves",
             // The number is in both halves.
@@ -159,30 +124,10 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
 
 fn bits<L: Lanes>() -> Vec<Operation<L>> {
     vec![
-        each(
-            "shl",
-            any,
-            |_, x, _, s| x.shl(s.bits),
-            |x, _, s| x << s.bits,
-        ),
-        each(
-            "sar",
-            any,
-            |_, x, _, s| x.sar(s.bits),
-            |x, _, s| x >> s.bits,
-        ),
-        each(
-            "shr",
-            any,
-            |_, x, _, s| x.shr(s.bits),
-            |x, _, s| (x as u32 >> s.bits) as i32,
-        ),
-        each(
-            "shl_each",
-            |[x, y], _| [x, y & 31],
-            |_, x, y, _| x.shl_each(y),
-            |x, y, _| x << y,
-        ),
+        each("shl", any, |_, x, _, s| x.shl(s.bits), |x, _, s| x << s.bits),
+        each("sar", any, |_, x, _, s| x.sar(s.bits), |x, _, s| x >> s.bits),
+        each("shr", any, |_, x, _, s| x.shr(s.bits), |x, _, s| (x as u32 >> s.bits) as i32),
+        each("shl_each", |[x, y], _| [x, y & 31], |_, x, y, _| x.shl_each(y), |x, y, _| x << y),
         each("and", any, |_, x, y, _| x.and(y), |x, y, _| x & y),
         each(
             "leading_zeros",
@@ -214,10 +159,7 @@ fn about_multiple([x, y]: Case, shared: &Shared) -> Case {
     let divisor = y as u32 % MAX_DIVISOR + 1;
     let most = MAX_DIVISOR.min(u32::MAX / divisor);
     let multiple = x as u32 % (most + 1) * divisor;
-    [
-        multiple.saturating_sub(shared.bits % 2) as i32,
-        divisor as i32,
-    ]
+    [multiple.saturating_sub(shared.bits % 2) as i32, divisor as i32]
 }
 
 fn roots<L: Lanes>() -> Vec<Operation<L>> {
@@ -234,12 +176,7 @@ fn roots<L: Lanes>() -> Vec<Operation<L>> {
             |_, x, y, _| x.div_unsigned(y),
             |x, y, _| (x as u32 / y as u32) as i32,
         ),
-        each(
-            "isqrt",
-            any,
-            |_, x, _, _| x.isqrt(),
-            |x, _, _| (x as u32).isqrt() as i32,
-        ),
+        each("isqrt", any, |_, x, _, _| x.isqrt(), |x, _, _| (x as u32).isqrt() as i32),
         each(
             "isqrt about squares",
             |[x, y], s| {
@@ -250,28 +187,15 @@ fn roots<L: Lanes>() -> Vec<Operation<L>> {
             |_, x, _, _| x.isqrt(),
             |x, _, _| (x as u32).isqrt() as i32,
         ),
-        each(
-            "hypot",
-            short,
-            |_, x, y, _| x.hypot(y),
-            |x, y, _| length(x, y),
-        ),
+        each("hypot", short, |_, x, y, _| x.hypot(y), |x, y, _| length(x, y)),
         each(
             "hypot about whole lengths",
             // (2a)^2 + (a^2 - 1)^2 is a square; (2a)^2 + (2a^2)^2 is one less than a square, which rounds up first.
             |[x, y], s| {
                 let a = x % 4095;
-                let long = if s.bits % 2 == 0 {
-                    a * a - 1
-                } else {
-                    2 * a * a
-                };
+                let long = if s.bits % 2 == 0 { a * a - 1 } else { 2 * a * a };
                 let signed = if y < 0 { -long } else { long };
-                if y & 1 == 0 {
-                    [2 * a, signed]
-                } else {
-                    [signed, 2 * a]
-                }
+                if y & 1 == 0 { [2 * a, signed] } else { [signed, 2 * a] }
             },
             |_, x, y, _| x.hypot(y),
             |x, y, _| length(x, y),
@@ -300,12 +224,7 @@ fn two<L: Lanes>(x: L, y: L) -> (L::Mask, L::Mask) {
 
 fn masks<L: Lanes>() -> Vec<Operation<L>> {
     vec![
-        each(
-            "less",
-            any,
-            |p, x, y, _| truth(p, x.less(y)),
-            |x, y, _| i32::from(x < y),
-        ),
+        each("less", any, |p, x, y, _| truth(p, x.less(y)), |x, y, _| i32::from(x < y)),
         each(
             "less_unsigned",
             any,
@@ -330,12 +249,7 @@ fn masks<L: Lanes>() -> Vec<Operation<L>> {
 
 fn of_masks<L: Lanes>() -> Vec<Operation<L>> {
     vec![
-        each(
-            "none",
-            any,
-            |p, _, _, _| truth(p, L::mask_none(p)),
-            |_, _, _| 0,
-        ),
+        each("none", any, |p, _, _, _| truth(p, L::mask_none(p)), |_, _, _| 0),
         each(
             "mask_and",
             any,

@@ -39,14 +39,7 @@ pub fn reductions<L: Lanes>() -> Vec<Operation<L>> {
             "last",
             any,
             |_, x, _, _| vec![x.last()],
-            |cases, _| {
-                cases
-                    .iter()
-                    .map(|case| case[0])
-                    .next_back()
-                    .into_iter()
-                    .collect()
-            },
+            |cases, _| cases.iter().map(|case| case[0]).next_back().into_iter().collect(),
         ),
     ]
 }

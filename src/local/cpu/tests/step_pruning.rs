@@ -29,11 +29,7 @@ fn dense_problem(case: u64) -> Problem {
 
 /// A random problem with slow samples in one of two corners of the field.
 fn corner_problem(case: u64) -> Problem {
-    let start = if case.is_multiple_of(2) {
-        (0.02, 0.1)
-    } else {
-        (0.9, 0.98)
-    };
+    let start = if case.is_multiple_of(2) { (0.02, 0.1) } else { (0.9, 0.98) };
     random_problem(case, start, 0.05)
 }
 
@@ -74,16 +70,9 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
     let (step_s, steps) = (0.1, rng.random_range(2..=70));
     let shorter = width.min(height) * frame.resolution_m;
     let fastest = (reach * shorter / (f64::from(steps) * step_s)).min(4.0);
-    let (low, vtheta) = (
-        rng.random_range(-0.5..0.9) * fastest,
-        rng.random_range(-1.0..0.8),
-    );
+    let (low, vtheta) = (rng.random_range(-0.5..0.9) * fastest, rng.random_range(-1.0..0.8));
     let window = Window {
-        vx: Axis {
-            low,
-            high: rng.random_range(low..fastest),
-            count: rng.random_range(20..=150),
-        },
+        vx: Axis { low, high: rng.random_range(low..fastest), count: rng.random_range(20..=150) },
         vtheta: Axis {
             low: vtheta,
             high: rng.random_range(vtheta..1.2),
@@ -126,9 +115,7 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
 }
 
 fn engines() -> Vec<CpuEngine> {
-    let here = InstructionSet::ALL
-        .into_iter()
-        .filter(|one| one.is_available());
+    let here = InstructionSet::ALL.into_iter().filter(|one| one.is_available());
     let engines = here.map(|one| CpuEngine::with_instruction_set(one, 1).expect("available"));
     engines.collect()
 }
@@ -149,9 +136,7 @@ fn compare(engines: &mut [CpuEngine], quantized: &QuantizedProblem, name: &str) 
     let answers: Vec<_> = engines
         .iter_mut()
         .map(|engine| {
-            engine
-                .evaluate(quantized, Detail::Samples)
-                .expect("the CPU engine never fails")
+            engine.evaluate(quantized, Detail::Samples).expect("the CPU engine never fails")
         })
         .collect();
     for (engine, answer) in engines.iter().zip(&answers) {
@@ -166,9 +151,7 @@ fn step_pruning_changes_no_sample_in_corners() {
     for case in 0..PROBLEMS {
         let quantized = QuantizedProblem::new(&corner_problem(case)).expect("within the ranges");
         compare(&mut engines, &quantized, &format!("corner {case}"));
-        let last = engines
-            .last_mut()
-            .expect("portable lanes are always available");
+        let last = engines.last_mut().expect("portable lanes are always available");
         pruned += u64::from(looked_up_groups(last).is_some());
     }
     assert!(pruned > PROBLEMS / 3, "only {pruned} problems were pruned");
@@ -181,9 +164,7 @@ fn step_pruning_changes_no_sample_of_dense_problems() {
     for case in 0..PROBLEMS {
         let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
         compare(&mut engines, &quantized, &format!("problem {case}"));
-        let last = engines
-            .last_mut()
-            .expect("portable lanes are always available");
+        let last = engines.last_mut().expect("portable lanes are always available");
         if let Some((some, whole)) = looked_up_groups(last) {
             pruned += 1;
             looked_up += some;
@@ -196,20 +177,12 @@ fn step_pruning_changes_no_sample_of_dense_problems() {
         assert_eq!(shard.looked_up() > 0, is_with_registers, "register tiles");
     }
     assert!(pruned > PROBLEMS / 2, "only {pruned} problems were pruned");
-    assert!(
-        2 * looked_up < all,
-        "{looked_up} of {all} groups were looked_up at"
-    );
+    assert!(2 * looked_up < all, "{looked_up} of {all} groups were looked_up at");
 }
 
 /// Slow samples close together, in the middle of a large field.
 fn slow_problem(steps: u32) -> Problem {
-    let frame = GridFrame {
-        width: 64,
-        height: 64,
-        resolution_m: 0.05,
-        origin: Pose::default(),
-    };
+    let frame = GridFrame { width: 64, height: 64, resolution_m: 0.05, origin: Pose::default() };
     let blocked = (0..frame.len()).map(|index| index % 977 == 0).collect();
     let field = ClearanceField::new(&ObstacleGrid::new(frame, blocked)).expect("in range");
     let horizon_s = 0.1 * f64::from(steps);
@@ -218,16 +191,8 @@ fn slow_problem(steps: u32) -> Problem {
         obstacles: Vec::new(),
         pose: Pose::new(1.6, 1.6, 0.3),
         window: Window {
-            vx: Axis {
-                low: 0.0,
-                high: 0.1 / horizon_s,
-                count: 128,
-            },
-            vtheta: Axis {
-                low: -0.2 / horizon_s,
-                high: 0.2 / horizon_s,
-                count: 16,
-            },
+            vx: Axis { low: 0.0, high: 0.1 / horizon_s, count: 128 },
+            vtheta: Axis { low: -0.2 / horizon_s, high: 0.2 / horizon_s, count: 16 },
         },
         steps,
         target: Point::new(2.5, 1.8),
@@ -246,10 +211,7 @@ fn step_groups_cover_every_horizon_and_end_with_the_tables() {
         let groups: Vec<i32> = (0..inputs.groups as i32).collect();
         steps_of(&inputs, &groups, &mut steps);
         let all = 0..horizon as i32;
-        assert!(
-            all.into_iter().all(|step| steps.contains(&step)),
-            "{horizon}"
-        );
+        assert!(all.into_iter().all(|step| steps.contains(&step)), "{horizon}");
         let last = steps.iter().max().expect("at least one step");
         assert!(*last < inputs.steps as i32, "{horizon}: step {last}");
         beyond += u32::from(inputs.groups * inputs.group as usize > inputs.steps);
@@ -262,12 +224,7 @@ fn last_group_longer_than_the_tables_is_clipped() {
     let quantized = QuantizedProblem::new(&slow_problem(176)).expect("within the ranges");
     let mut engines = engines();
     compare(&mut engines, &quantized, "176 steps");
-    let SoaInputs {
-        groups,
-        group,
-        steps,
-        ..
-    } = engines[0].inputs;
+    let SoaInputs { groups, group, steps, .. } = engines[0].inputs;
     assert!(groups * group as usize > steps, "{groups} of {group}");
 }
 
@@ -298,9 +255,7 @@ fn every_visited_cell_is_in_the_reachable_region() {
         let field = Arc::clone(&problem.field);
         let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
         let mut engine = CpuEngine::single_threaded();
-        engine
-            .evaluate(&quantized, Detail::Answer)
-            .expect("the CPU engine never fails");
+        engine.evaluate(&quantized, Detail::Answer).expect("the CPU engine never fails");
         if engine.pyramid.is_empty() {
             continue;
         }
@@ -319,10 +274,7 @@ fn every_visited_cell_is_in_the_reachable_region() {
                     let (column, row) = (cell.column - region.column, cell.row - region.row);
                     let inside =
                         (0..region.width).contains(&column) && (0..region.height).contains(&row);
-                    assert!(
-                        inside,
-                        "problem {case}, sample {index}: {cell:?}, {region:?}"
-                    );
+                    assert!(inside, "problem {case}, sample {index}: {cell:?}, {region:?}");
                 }
             }
         }

@@ -18,11 +18,7 @@ fn hall() -> TempDir {
             let mut boxes = boxes.iter();
             boxes.any(|(columns, rows)| columns.contains(&column) && rows.contains(&row))
         };
-        if is_in(&open) && !is_in(&solid) {
-            '.'
-        } else {
-            '#'
-        }
+        if is_in(&open) && !is_in(&solid) { '.' } else { '#' }
     };
     let row = |row: i32| (0..140).map(|column| cell(column, row)).collect::<String>() + "\n";
     let rows: String = (0..80).rev().map(row).collect();
@@ -64,17 +60,8 @@ fn base_with_lidar_reaches_goal() {
     let (driven, summary) = (ended.object(), robot.end());
     assert_eq!(driven["reached"], json!(true), "{driven}");
     let lidar = &driven["base"]["lidar"];
-    assert_eq!(
-        (&lidar["fault"], &lidar["connections"]),
-        (&Value::Null, &json!(1)),
-        "{driven}"
-    );
-    assert!(
-        lidar["revolutions"]
-            .as_u64()
-            .is_some_and(|count| count > 50),
-        "{driven}"
-    );
+    assert_eq!((&lidar["fault"], &lidar["connections"]), (&Value::Null, &json!(1)), "{driven}");
+    assert!(lidar["revolutions"].as_u64().is_some_and(|count| count > 50), "{driven}");
     let [x, y, _] = map_pose(&summary);
     let error_m = libm::hypot(x - 11.5, y - 4.5);
     assert!(error_m < 0.3, "{driven} {summary}");
@@ -82,17 +69,11 @@ fn base_with_lidar_reaches_goal() {
     let error = &driven["final_error"];
     let believed = |axis: &str, goal: f64| goal + error[axis].as_f64().expect("a number");
     let estimate_error_m = libm::hypot(x - believed("x_m", 11.5), y - believed("y_m", 4.5));
-    assert!(
-        estimate_error_m < 0.05,
-        "{estimate_error_m}: {driven} {summary}"
-    );
+    assert!(estimate_error_m < 0.05, "{estimate_error_m}: {driven} {summary}");
     let by_tracks = &driven["base"]["travelled_m"];
     let true_m = summary["travelled_m"].as_f64().expect("a number");
     let counted_m = by_tracks.as_f64().expect("a number");
-    assert!(
-        counted_m > 1.03 * true_m && true_m > 9.0,
-        "{driven} {summary}"
-    );
+    assert!(counted_m > 1.03 * true_m && true_m > 9.0, "{driven} {summary}");
 }
 
 #[test]
@@ -107,19 +88,11 @@ fn unplugged_lidar_stops_robot_with_cause() {
     let fault = driven["fault"].as_str().expect("text");
     assert!(fault.contains("there is no fresh scan"), "{fault}");
     let lidar_fault = driven["base"]["lidar"]["fault"].as_str().expect("text");
-    assert!(
-        lidar_fault.contains("the lidar is disconnected"),
-        "{lidar_fault}"
-    );
+    assert!(lidar_fault.contains("the lidar is disconnected"), "{lidar_fault}");
     // The base itself has no fault, and stands.
     assert_eq!(driven["base"]["stop_cause"], Value::Null, "{driven}");
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
-    assert!(
-        summary["final_zero_commands"]
-            .as_u64()
-            .is_some_and(|zeros| zeros >= 3),
-        "{summary}"
-    );
+    assert!(summary["final_zero_commands"].as_u64().is_some_and(|zeros| zeros >= 3), "{summary}");
     let [x, ..] = map_pose(&summary);
     assert!(x < 10.0, "{summary}");
 }
@@ -132,16 +105,11 @@ fn robot_with_wrong_map_is_lost_and_stands() {
     let open = format!("#{}#\n", ".".repeat(58));
     let rows = [wall.clone(), open.repeat(58), wall].concat();
     fs::write(hall.path().join("hall.txt"), rows).expect("written");
-    fs::write(
-        hall.path().join("patience.toml"),
-        "[navigator]\nlocalization_patience_s = 2.0\n",
-    )
-    .expect("written");
+    fs::write(hall.path().join("patience.toml"), "[navigator]\nlocalization_patience_s = 2.0\n")
+        .expect("written");
     let map = file(&hall, "hall.txt");
-    let (lidar, settings) = (
-        robot.lidar.clone().expect("it has one"),
-        file(&hall, "patience.toml"),
-    );
+    let (lidar, settings) =
+        (robot.lidar.clone().expect("it has one"), file(&hall, "patience.toml"));
     let route = "--resolution 0.1 --start 2,3,0 --goal 5,3";
     let host = format!(
         "drive --map {map} {route} --engine cpu --threads 1 --lidar {lidar} --config {settings}"
@@ -167,21 +135,12 @@ fn unusable_lidar_arguments_fail_with_one_line() {
         assert_eq!(ended.status.code(), Some(2), "{ended:?}");
         assert!(ended.stderr.contains(words), "{words}: {ended:?}");
     };
-    fails(
-        &format!("--lidar {lidar} --obstacles 3"),
-        "--obstacles are simulated",
-    );
-    fails(
-        "--lidar /dev/no-such-lidar",
-        "--lidar: /dev/no-such-lidar: cannot be opened",
-    );
+    fails(&format!("--lidar {lidar} --obstacles 3"), "--obstacles are simulated");
+    fails("--lidar /dev/no-such-lidar", "--lidar: /dev/no-such-lidar: cannot be opened");
     robot.end();
     let ended = Process::start(&format!("{route} --lidar {lidar}")).wait();
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
     let ended = Process::start(&format!("base emulate --lidar-map {map} --for 1")).wait();
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
-    assert!(
-        ended.stderr.contains("--lidar-map needs --start"),
-        "{ended:?}"
-    );
+    assert!(ended.stderr.contains("--lidar-map needs --start"), "{ended:?}");
 }

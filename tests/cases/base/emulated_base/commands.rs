@@ -9,9 +9,7 @@ use super::processes::{Emulated, Process};
 const PROTOCOLS: [&str; 4] = ["native", "wheeltec", "roboclaw", "arduino"];
 
 fn number(object: &Value, name: &str) -> f64 {
-    object[name]
-        .as_f64()
-        .unwrap_or_else(|| panic!("{name} in {object}"))
+    object[name].as_f64().unwrap_or_else(|| panic!("{name} in {object}"))
 }
 
 #[test]
@@ -59,9 +57,7 @@ fn latched_stop_needs_explicit_release() {
     std::thread::sleep(std::time::Duration::from_secs(2));
     let ended = base.host("base send --linear 0.3 --for 0.5").wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
-    let ended = base
-        .host("base send --linear 0.3 --for 0.5 --release")
-        .wait();
+    let ended = base.host("base send --linear 0.3 --for 0.5 --release").wait();
     assert_eq!(ended.status.code(), Some(0), "{ended:?}");
     assert!(number(&base.end(), "travelled_m") > 0.02);
 }
@@ -72,10 +68,7 @@ fn silent_base_is_reported_and_stopped() {
     let ended = base.host("base send --linear 0.3 --for 4").wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let sent = ended.object();
-    assert!(
-        number(&sent["counters"], "connection_failures") >= 1.0,
-        "{sent}"
-    );
+    assert!(number(&sent["counters"], "connection_failures") >= 1.0, "{sent}");
     let summary = base.end();
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
     assert!(number(&summary, "final_zero_commands") >= 3.0, "{summary}");
@@ -119,25 +112,16 @@ fn unusable_arguments_fail_with_one_line() {
     fs::write(&file, "[base]\ntrack_width_m = -1.0\n").expect("written");
     let file = file.display().to_string();
     for (arguments, words) in [
-        (
-            "base send --port no-such-port".to_owned(),
-            "no-such-port: cannot be opened",
-        ),
+        ("base send --port no-such-port".to_owned(), "no-such-port: cannot be opened"),
         ("base send".to_owned(), "--port"),
         ("base send --port x --linear nan".to_owned(), "-100 to 100"),
         (
             "base send --port x --protocol can".to_owned(),
             "`can` is not a protocol: use one of native, ",
         ),
-        (
-            "base emulate --fault stuck".to_owned(),
-            "`stuck` is not a fault",
-        ),
+        ("base emulate --fault stuck".to_owned(), "`stuck` is not a fault"),
         ("base emulate --for 0".to_owned(), "above zero"),
-        (
-            format!("base emulate --base-config {file}"),
-            "track_width_m is -1",
-        ),
+        (format!("base emulate --base-config {file}"), "track_width_m is -1"),
         (
             "base emulate --base-config gone.toml".to_owned(),
             "--base-config gone.toml: cannot be read",

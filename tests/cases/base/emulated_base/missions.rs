@@ -13,13 +13,7 @@ fn room() -> TempDir {
     let wall = "#".repeat(36) + "\n";
     let open = format!("#{}#\n", ".".repeat(34));
     let block = format!("#{}###{}#\n", ".".repeat(15), ".".repeat(16));
-    let rows = [
-        wall.clone(),
-        open.repeat(9),
-        block.repeat(4),
-        open.repeat(7),
-        wall,
-    ];
+    let rows = [wall.clone(), open.repeat(9), block.repeat(4), open.repeat(7), wall];
     fs::write(folder.path().join("room.txt"), rows.concat()).expect("written");
     folder
 }
@@ -32,9 +26,7 @@ fn drive(room: &TempDir, more: &str) -> String {
 }
 
 fn number(object: &Value, name: &str) -> f64 {
-    object[name]
-        .as_f64()
-        .unwrap_or_else(|| panic!("{name} in {object}"))
+    object[name].as_f64().unwrap_or_else(|| panic!("{name} in {object}"))
 }
 
 #[track_caller]
@@ -48,25 +40,16 @@ fn completes(protocol: &'static str) {
     assert_eq!(driven["collided"], json!(false), "{driven}");
     assert_eq!(driven["base"]["stop_cause"], Value::Null, "{driven}");
     // The mission's distance equals that of the machine in the other process.
-    let (believed_m, true_m) = (
-        number(&driven, "travelled_m"),
-        number(&summary, "travelled_m"),
-    );
+    let (believed_m, true_m) = (number(&driven, "travelled_m"), number(&summary, "travelled_m"));
     assert!(true_m > 4.5, "{summary}");
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
     assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
-    assert!(
-        (believed_m - true_m).abs() < 0.03 * true_m + 0.05,
-        "{driven} {summary}"
-    );
+    assert!((believed_m - true_m).abs() < 0.03 * true_m + 0.05, "{driven} {summary}");
     // So does the final position, relative to the start.
     let pose = summary["pose"].as_array().expect("a pose");
     let x_m = 1.2 + pose[0].as_f64().expect("a number");
     let y_m = 2.0 + pose[1].as_f64().expect("a number");
-    assert!(
-        libm::hypot(x_m - 6.0, y_m - 2.0) < 0.5,
-        "{driven} {summary}"
-    );
+    assert!(libm::hypot(x_m - 6.0, y_m - 2.0) < 0.5, "{driven} {summary}");
 }
 
 #[test]
@@ -126,10 +109,7 @@ fn stuck_base_ends_mission_with_cause() {
     let last = driven["ticks"].as_u64().expect("ticks") - 1;
     let listed = format!("<button type=\"button\" data-frame=\"{last}\"><b>");
     let (_, listed) = page.split_once(&listed).expect("a fault is listed");
-    assert!(
-        listed.contains(&format!("</b> base: {cause}</button>")),
-        "{cause}"
-    );
+    assert!(listed.contains(&format!("</b> base: {cause}</button>")), "{cause}");
     assert!(number(&base.end(), "final_zero_commands") >= 3.0);
 }
 

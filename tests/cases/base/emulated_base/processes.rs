@@ -48,11 +48,7 @@ impl Process {
             .expect("the program starts");
         let stdout = BufReader::new(child.stdout.take().expect("piped"));
         let stderr = BufReader::new(child.stderr.take().expect("piped"));
-        Self {
-            child,
-            stdout,
-            stderr,
-        }
+        Self { child, stdout, stderr }
     }
 
     /// The next line of standard output.
@@ -74,9 +70,7 @@ impl Process {
 
     /// Sends a signal by its name, such as INT.
     pub fn signal(&self, name: &str) {
-        let sent = Command::new("kill")
-            .args(["-s", name, &self.child.id().to_string()])
-            .status();
+        let sent = Command::new("kill").args(["-s", name, &self.child.id().to_string()]).status();
         assert!(sent.expect("`kill` is installed").success());
     }
 
@@ -86,11 +80,7 @@ impl Process {
         self.stdout.read_to_string(&mut stdout).expect("text");
         self.stderr.read_to_string(&mut stderr).expect("text");
         let status = self.child.wait().expect("it ends");
-        Ended {
-            status,
-            stdout,
-            stderr,
-        }
+        Ended { status, stdout, stderr }
     }
 }
 
@@ -117,9 +107,8 @@ pub struct Emulated {
 impl Emulated {
     pub fn start(protocol: &'static str, more: &str) -> Self {
         let alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut process = Process::start(&format!(
-            "base emulate --protocol {protocol} --for 600 --json {more}"
-        ));
+        let mut process =
+            Process::start(&format!("base emulate --protocol {protocol} --for 600 --json {more}"));
         let ports: Value = serde_json::from_str(&process.line()).expect("an object");
         Self {
             process,
@@ -136,10 +125,7 @@ impl Emulated {
     }
 
     pub fn on_line(&self, arguments: &str) -> String {
-        format!(
-            "{arguments} --port {} --protocol {} --json",
-            self.port, self.protocol
-        )
+        format!("{arguments} --port {} --protocol {} --json", self.port, self.protocol)
     }
 
     /// Ends the base and returns its summary.

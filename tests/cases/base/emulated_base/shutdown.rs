@@ -68,10 +68,7 @@ fn second_signal_stops_base_with_zeros() {
         host.signal("INT");
         let ended = host.wait();
         // Ended by the first or the second signal.
-        assert!(
-            matches!(ended.status.code(), Some(1 | 130)),
-            "{protocol}: {ended:?}"
-        );
+        assert!(matches!(ended.status.code(), Some(1 | 130)), "{protocol}: {ended:?}");
         assert_stopped_by_zeros(base, &format!("{protocol}, INT twice"));
     }
 }
@@ -104,13 +101,9 @@ fn panics_while_driving() {
         let timeouts = SerialSettings::default();
         Ok(Box::new(SerialBase::open(&port, session, timeouts)?))
     });
-    let supervisor = BaseSupervisor::start(
-        open,
-        &settings,
-        SupervisorSettings::default(),
-        Arc::default(),
-    )
-    .expect("an open line");
+    let supervisor =
+        BaseSupervisor::start(open, &settings, SupervisorSettings::default(), Arc::default())
+            .expect("an open line");
     while supervisor.status().travelled_m < 0.1 {
         let _ = supervisor.set_target(&Twist::new(0.4, 0.0), supervisor.now_s());
         thread::sleep(Duration::from_millis(20));
@@ -132,22 +125,13 @@ fn kill_and_wait(protocol: &'static str) -> serde_json::Value {
 /// A killed host sends nothing: a base without a watchdog keeps driving.
 #[test]
 fn watchdog_stops_base_of_killed_host() {
-    for (protocol, stops) in [
-        ("native", 1),
-        ("roboclaw", 1),
-        ("arduino", 1),
-        ("wheeltec", 0),
-    ] {
+    for (protocol, stops) in [("native", 1), ("roboclaw", 1), ("arduino", 1), ("wheeltec", 0)] {
         // On a busy machine the target may expire before the kill, and the base then stands already.
         let summary = (0..3)
             .map(|_| kill_and_wait(protocol))
             .find(|summary| summary["final_zero_commands"] == json!(0))
             .expect("a killed host sends no zeros");
-        assert_eq!(
-            summary["watchdog_stops"],
-            json!(stops),
-            "{protocol}: {summary}"
-        );
+        assert_eq!(summary["watchdog_stops"], json!(stops), "{protocol}: {summary}");
         let stands = summary["linear"] == json!(0.0);
         assert_eq!(stands, stops == 1, "{protocol}: {summary}");
     }

@@ -71,11 +71,7 @@ impl Pair {
         let Some(latest) = self.session.latest() else {
             return;
         };
-        let sample = BaseSample {
-            now_s,
-            sent,
-            feedback: latest.feedback,
-        };
+        let sample = BaseSample { now_s, sent, feedback: latest.feedback };
         if let (None, Some(cause)) = (self.cause, self.detector.update(&sample)) {
             self.cause = Some((now_s, *cause));
         }
@@ -106,23 +102,15 @@ fn every_protocol_drives_machine_and_reports_motion() {
     for protocol in Protocol::ALL {
         let mut pair = Pair::new(protocol, 1);
         pair.drive_for(CURVE, 4.0);
-        let (truth, reported) = (
-            pair.emulator.twist(),
-            pair.session.latest().expect("feedback").feedback.twist,
-        );
+        let (truth, reported) =
+            (pair.emulator.twist(), pair.session.latest().expect("feedback").feedback.twist);
         for twist in [truth, reported] {
             assert!((twist.linear - 0.4).abs() < 0.03, "{protocol:?}: {twist:?}");
-            assert!(
-                (twist.angular - 0.3).abs() < 0.06,
-                "{protocol:?}: {twist:?}"
-            );
+            assert!((twist.angular - 0.3).abs() < 0.06, "{protocol:?}: {twist:?}");
         }
         let travelled_m = pair.emulator.travelled_m();
         // 4 s at 0.4 m/s, less a ramp of 0.3 s, the lag and the time to connect.
-        assert!(
-            (1.4..1.6).contains(&travelled_m),
-            "{protocol:?}: {travelled_m}"
-        );
+        assert!((1.4..1.6).contains(&travelled_m), "{protocol:?}: {travelled_m}");
         assert_eq!(pair.cause, None);
         pair.drive_for(Twist::STOP, 1.5);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
@@ -143,16 +131,9 @@ fn watchdog_stops_base_without_host() {
         let mut pair = Pair::new(protocol, 1);
         pair.drive_for(CURVE, 2.0);
         pair.wait(4.0);
-        let CommandStats {
-            watchdog_stops,
-            final_zero_commands,
-            ..
-        } = pair.emulator.command_stats();
-        assert_eq!(
-            (watchdog_stops, final_zero_commands),
-            (stops, 0),
-            "{protocol:?}"
-        );
+        let CommandStats { watchdog_stops, final_zero_commands, .. } =
+            pair.emulator.command_stats();
+        assert_eq!((watchdog_stops, final_zero_commands), (stops, 0), "{protocol:?}");
         let stands = pair.emulator.twist() == Twist::STOP;
         assert_eq!(stands, stops == 1, "{protocol:?}");
     }
@@ -169,10 +150,7 @@ fn battery_sags_under_load_and_discharges() {
     pair.drive_for(Twist::STOP, 3.0);
     let rested_v = pair.emulator.machine().battery_v;
     assert!(loaded_v < full_v - 0.15, "{loaded_v} of {full_v}");
-    assert!(
-        rested_v > loaded_v && rested_v < full_v,
-        "{rested_v} of {full_v}"
-    );
+    assert!(rested_v > loaded_v && rested_v < full_v, "{rested_v} of {full_v}");
 }
 
 /// The detected fault of a machine with an injected fault, and the time to detect it.
@@ -190,31 +168,18 @@ fn every_machine_fault_is_detected_in_every_protocol() {
             StopCause::Stuck { side, .. } => Some(*side),
             _ => None,
         };
-        for (fault, at) in [
-            (InjectedFault::StuckLeft, Side::Left),
-            (InjectedFault::StuckRight, Side::Right),
-        ] {
+        for (fault, at) in
+            [(InjectedFault::StuckLeft, Side::Left), (InjectedFault::StuckRight, Side::Right)]
+        {
             let (after_s, cause) = detected(protocol, fault).expect("a cause");
             assert_eq!(side(&cause), Some(at), "{protocol:?}: {cause}");
             assert!(after_s < 1.5, "{protocol:?}: {after_s}");
         }
         let (after_s, cause) = detected(protocol, InjectedFault::Runaway).expect("a cause");
-        assert!(matches!(
-            cause,
-            StopCause::Runaway {
-                side: Side::Left,
-                ..
-            }
-        ));
+        assert!(matches!(cause, StopCause::Runaway { side: Side::Left, .. }));
         assert!(after_s < 1.0, "{protocol:?}: {after_s}");
         let (after_s, cause) = detected(protocol, InjectedFault::Reversed).expect("a cause");
-        assert!(matches!(
-            cause,
-            StopCause::Reversed {
-                side: Side::Left,
-                ..
-            }
-        ));
+        assert!(matches!(cause, StopCause::Reversed { side: Side::Left, .. }));
         assert!(after_s < 1.5, "{protocol:?}: {after_s}");
     }
 }
@@ -285,16 +250,10 @@ fn silence_ends_feedback_and_slow_reads_delay_commands() {
         assert!(received_s < 1.01, "{protocol:?}: {received_s}");
         assert!(pair.emulator.twist().linear > 0.3, "{protocol:?}");
         // It still receives: zeros of another session stop it.
-        pair.session = protocol
-            .session(BaseSettings::default())
-            .expect("as before");
+        pair.session = protocol.session(BaseSettings::default()).expect("as before");
         pair.drive_for(Twist::STOP, 1.5);
         assert_eq!(pair.emulator.twist(), Twist::STOP, "{protocol:?}");
-        assert_eq!(
-            pair.emulator.command_stats().watchdog_stops,
-            0,
-            "{protocol:?}"
-        );
+        assert_eq!(pair.emulator.command_stats().watchdog_stops, 0, "{protocol:?}");
     }
 
     let slow = ScheduledFault::from(InjectedFault::SlowReads, 0.0);
@@ -338,9 +297,5 @@ fn healthy_base_reports_no_fault() {
     let feedback = pair.session.latest().expect("feedback").feedback;
     assert_eq!(feedback.faults, Faults::NONE);
     assert!(feedback.battery_v.is_some_and(|volts| volts > 24.0));
-    assert!(
-        feedback
-            .yaw_rate
-            .is_some_and(|rate| (rate - 0.3).abs() < 0.05)
-    );
+    assert!(feedback.yaw_rate.is_some_and(|rate| (rate - 0.3).abs() < 0.05));
 }

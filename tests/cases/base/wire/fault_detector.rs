@@ -22,10 +22,7 @@ struct Drive {
 
 impl Drive {
     fn new() -> Self {
-        let settings = BaseSettings {
-            min_battery_v: Some(22.0),
-            ..BaseSettings::default()
-        };
+        let settings = BaseSettings { min_battery_v: Some(22.0), ..BaseSettings::default() };
         Self {
             detector: FaultDetector::new(&settings, FaultDetectorSettings::default())
                 .expect("valid settings"),
@@ -48,24 +45,16 @@ impl Drive {
             self.now_s += PERIOD_S;
             let commanded = self.mixer.mix(&target, PERIOD_S);
             let share = 1.0 - libm::exp(-PERIOD_S / LAG_S);
-            self.speeds = self
-                .speeds
-                .zip(commanded, |now, set| now + share * (set - now));
+            self.speeds = self.speeds.zip(commanded, |now, set| now + share * (set - now));
             let mut measured = self.speeds;
-            let mut feedback = Feedback {
-                battery_v: Some(24.0),
-                ..Feedback::default()
-            };
+            let mut feedback = Feedback { battery_v: Some(24.0), ..Feedback::default() };
             fault(&mut measured, &mut feedback);
             feedback.twist = self.settings.drive().twist(&measured);
             if feedback.yaw_rate.is_none() {
                 feedback.yaw_rate = Some(feedback.twist.angular);
             }
-            let sample = BaseSample {
-                now_s: self.now_s,
-                sent: self.mixer.twist(&commanded),
-                feedback,
-            };
+            let sample =
+                BaseSample { now_s: self.now_s, sent: self.mixer.twist(&commanded), feedback };
             if let Some(cause) = self.detector.update(&sample) {
                 return Some((self.now_s - start_s, *cause));
             }
@@ -106,10 +95,7 @@ fn stuck_track_is_found_on_its_side() {
             Side::Right => measured.right = 0.002,
         };
         let (after_s, cause) = drive.drive_for(Twist::new(0.5, 0.0), 3.0, stuck).unwrap();
-        assert!(
-            matches!(cause, StopCause::Stuck { side: found, .. } if found == side),
-            "{cause}"
-        );
+        assert!(matches!(cause, StopCause::Stuck { side: found, .. } if found == side), "{cause}");
         // A ramp to 0.1 m/s, and a second.
         assert!(after_s > 1.0 && after_s < 1.3, "{after_s}");
         let words = format!("the {side} track stands (measured 0.00 m/s) while commanded 0.50 m/s");
@@ -122,19 +108,8 @@ fn reversed_track_is_found_within_a_second() {
     let mut drive = Drive::new();
     let reversed =
         |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.right = -measured.right;
-    let (after_s, cause) = drive
-        .drive_for(Twist::new(0.5, 0.0), 3.0, reversed)
-        .unwrap();
-    assert!(
-        matches!(
-            cause,
-            StopCause::Reversed {
-                side: Side::Right,
-                ..
-            }
-        ),
-        "{cause}"
-    );
+    let (after_s, cause) = drive.drive_for(Twist::new(0.5, 0.0), 3.0, reversed).unwrap();
+    assert!(matches!(cause, StopCause::Reversed { side: Side::Right, .. }), "{cause}");
     assert!(after_s < 1.0, "{after_s}");
 }
 
@@ -145,16 +120,7 @@ fn runaway_is_found_at_rest_and_in_motion() {
         let mut drive = Drive::new();
         assert_eq!(drive.drive_for(target, 2.0, healthy), None);
         let (after_s, cause) = drive.drive_for(target, 3.0, runaway).unwrap();
-        assert!(
-            matches!(
-                cause,
-                StopCause::Runaway {
-                    side: Side::Left,
-                    ..
-                }
-            ),
-            "{cause}"
-        );
+        assert!(matches!(cause, StopCause::Runaway { side: Side::Left, .. }), "{cause}");
         assert!(after_s < 0.6, "{after_s}");
     }
 }
@@ -168,11 +134,7 @@ fn only_gross_slip_is_found() {
             feedback.yaw_rate = Some(share * (measured.right - measured.left) / 0.5);
         };
         let cause = drive.drive_for(turn, 4.0, slip);
-        assert_eq!(
-            matches!(cause, Some((_, StopCause::Slip { .. }))),
-            found,
-            "{share}: {cause:?}"
-        );
+        assert_eq!(matches!(cause, Some((_, StopCause::Slip { .. }))), found, "{share}: {cause:?}");
     }
 }
 
@@ -195,20 +157,11 @@ fn reported_faults_are_found_at_once() {
         cause.map(|(_, cause)| cause)
     };
     let faults = Faults::OVERHEATED.union(Faults::WATCHDOG);
-    let fault = reports(Feedback {
-        faults,
-        ..Feedback::default()
-    });
+    let fault = reports(Feedback { faults, ..Feedback::default() });
     assert_eq!(fault, Some(StopCause::Fault(Faults::OVERHEATED)));
-    let button = reports(Feedback {
-        emergency_stop: true,
-        ..Feedback::default()
-    });
+    let button = reports(Feedback { emergency_stop: true, ..Feedback::default() });
     assert_eq!(button, Some(StopCause::EmergencyStop));
-    let watchdog = reports(Feedback {
-        faults: Faults::WATCHDOG,
-        ..Feedback::default()
-    });
+    let watchdog = reports(Feedback { faults: Faults::WATCHDOG, ..Feedback::default() });
     assert_eq!(watchdog, None);
 }
 
@@ -231,10 +184,7 @@ fn motion_that_is_not_finite_is_fault() {
     let sample = BaseSample {
         now_s: 0.0,
         sent: Twist::STOP,
-        feedback: Feedback {
-            twist: Twist::new(f64::NAN, 0.0),
-            ..Feedback::default()
-        },
+        feedback: Feedback { twist: Twist::new(f64::NAN, 0.0), ..Feedback::default() },
     };
     assert_eq!(detector.update(&sample), Some(&StopCause::NotFinite));
 }

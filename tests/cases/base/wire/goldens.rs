@@ -21,9 +21,7 @@ use inbye::base::native::{Command, Decoder, Frame, Report};
 use inbye::base::roboclaw::{Reply, Request};
 
 pub fn bytes(hex: &str) -> Vec<u8> {
-    hex.split_whitespace()
-        .map(|byte| u8::from_str_radix(byte, 16).expect("two digits"))
-        .collect()
+    hex.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("two digits")).collect()
 }
 
 fn decoded<F: Frame>(line: &[u8]) -> Vec<F> {
@@ -34,33 +32,15 @@ fn decoded<F: Frame>(line: &[u8]) -> Vec<F> {
 
 #[test]
 fn native_commands_equal_the_golden_frames() {
-    let zero = |sequence, stop, release| Command {
-        sequence,
-        stop,
-        release,
-        speeds: [0, 0],
-    };
+    let zero = |sequence, stop, release| Command { sequence, stop, release, speeds: [0, 0] };
     for (command, hex) in [
         (
-            Command {
-                sequence: 1,
-                speeds: [1000, -1000],
-                ..Command::default()
-            },
+            Command { sequence: 1, speeds: [1000, -1000], ..Command::default() },
             "00 04 01 43 01 01 03 E8 03 01 07 18 FC FF FF C0 CE 00",
         ),
-        (
-            zero(2, false, false),
-            "00 04 01 43 02 01 01 01 01 01 01 01 01 01 03 03 15 00",
-        ),
-        (
-            zero(3, true, false),
-            "00 04 01 43 03 02 01 01 01 01 01 01 01 01 03 69 26 00",
-        ),
-        (
-            zero(4, false, true),
-            "00 04 01 43 04 02 02 01 01 01 01 01 01 01 03 90 22 00",
-        ),
+        (zero(2, false, false), "00 04 01 43 02 01 01 01 01 01 01 01 01 01 03 03 15 00"),
+        (zero(3, true, false), "00 04 01 43 03 02 01 01 01 01 01 01 01 01 03 69 26 00"),
+        (zero(4, false, true), "00 04 01 43 04 02 02 01 01 01 01 01 01 01 03 90 22 00"),
     ] {
         assert_eq!(command.encode(), bytes(hex));
         assert_eq!(decoded::<Command>(&bytes(hex)), [command]);
@@ -121,14 +101,8 @@ fn other_version_kind_or_reserved_bit_is_rejected() {
 #[test]
 fn roboclaw_requests_equal_the_golden_packets() {
     for (request, hex) in [
-        (
-            Request::Drive([1000, -1000]),
-            "80 25 00 00 03 E8 FF FF FC 18 82 90",
-        ),
-        (
-            Request::Drive([0, 0]),
-            "80 25 00 00 00 00 00 00 00 00 34 04",
-        ),
+        (Request::Drive([1000, -1000]), "80 25 00 00 03 E8 FF FF FC 18 82 90"),
+        (Request::Drive([0, 0]), "80 25 00 00 00 00 00 00 00 00 34 04"),
         (Request::SetTimeout(5), "80 0E 05 48 F0"),
         (Request::GetTimeout, "80 0F"),
         (Request::Encoder { second: true }, "80 11"),
@@ -138,10 +112,7 @@ fn roboclaw_requests_equal_the_golden_packets() {
     ] {
         let packet = bytes(hex);
         assert_eq!(request.encode(0x80), packet);
-        assert_eq!(
-            Request::decode(&packet, 0x80),
-            Ok(Some((request, packet.len())))
-        );
+        assert_eq!(Request::decode(&packet, 0x80), Ok(Some((request, packet.len()))));
         for cut in 0..packet.len() {
             let early = Request::decode(&packet[..cut], 0x80);
             assert_eq!(early, Ok(None), "{request:?} cut at {cut}");
@@ -153,21 +124,13 @@ fn roboclaw_requests_equal_the_golden_packets() {
 #[test]
 fn roboclaw_replies_equal_the_golden_bytes() {
     for (request, hex, reply) in [
-        (
-            Request::Encoder { second: false },
-            "00 00 00 64 00 76 93",
-            Reply::Encoder(100),
-        ),
+        (Request::Encoder { second: false }, "00 00 00 64 00 76 93", Reply::Encoder(100)),
         (
             Request::Encoder { second: true },
             "FF FF FF 9C 02 57 76",
             Reply::Encoder(100_u32.wrapping_neg()),
         ),
-        (
-            Request::Speed { second: false },
-            "00 00 03 E8 00 FA 76",
-            Reply::Speed(1000),
-        ),
+        (Request::Speed { second: false }, "00 00 03 E8 00 FA 76", Reply::Speed(1000)),
         (Request::Battery, "00 F0 D8 E5", Reply::Battery(240)),
         (Request::Status, "00 00 00 01 97 9D", Reply::Status(1)),
         (Request::GetTimeout, "05 7B C1", Reply::Timeout(5)),
@@ -189,9 +152,6 @@ fn roboclaw_replies_equal_the_golden_bytes() {
 
 #[test]
 fn arduino_answers_are_exact() {
-    assert_eq!(
-        parse_answer(b"12 -5"),
-        Some(Answer::Counts([12, 5_u32.wrapping_neg()]))
-    );
+    assert_eq!(parse_answer(b"12 -5"), Some(Answer::Counts([12, 5_u32.wrapping_neg()])));
     assert_eq!(parse_answer(b"12 -5 7"), None);
 }

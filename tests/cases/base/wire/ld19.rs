@@ -35,21 +35,13 @@ fn packets(stream: &[u8]) -> Vec<Packet> {
 fn manual_packet_round_trips() {
     let line = bytes(MANUAL_PACKET);
     let found = packets(&line);
-    let [packet] = found.as_slice() else {
-        panic!("{found:?}")
-    };
+    let [packet] = found.as_slice() else { panic!("{found:?}") };
     assert_eq!(packet.speed_deg_s, 2152);
     assert_eq!((packet.first, packet.last), (32_427, 33_470));
     assert_eq!(packet.time_ms, 6714);
     let distances = packet.points.map(|point| point.distance_mm);
-    assert_eq!(
-        distances,
-        [224, 220, 217, 213, 211, 208, 205, 202, 199, 197, 194, 192]
-    );
-    assert_eq!(
-        (packet.points[0].intensity, packet.points[11].intensity),
-        (228, 229)
-    );
+    assert_eq!(distances, [224, 220, 217, 213, 211, 208, 205, 202, 199, 197, 194, 192]);
+    assert_eq!((packet.points[0].intensity, packet.points[11].intensity), (228, 229));
     assert_eq!(packet.encode().as_slice(), line);
 }
 
@@ -73,23 +65,17 @@ impl Codec for Ld19 {
 
 /// Packets without header bytes in their points, so that damage creates no packet across two of them.
 fn packet() -> impl Strategy<Value = Packet> {
-    let point = (0..84_u16, 0..84_u8).prop_map(|(high, intensity)| Point {
-        distance_mm: high << 8 | 0x11,
-        intensity,
-    });
-    (
-        vec(point, POINTS),
-        0..36_000_u16,
-        0..9_000_u16,
-        0..30_000_u16,
-    )
-        .prop_map(|(points, first, span, time_ms)| Packet {
+    let point = (0..84_u16, 0..84_u8)
+        .prop_map(|(high, intensity)| Point { distance_mm: high << 8 | 0x11, intensity });
+    (vec(point, POINTS), 0..36_000_u16, 0..9_000_u16, 0..30_000_u16).prop_map(
+        |(points, first, span, time_ms)| Packet {
             speed_deg_s: 3600,
             first,
             points: points.try_into().expect("twelve"),
             last: (first + span) % 36_000,
             time_ms,
-        })
+        },
+    )
 }
 
 #[test]
@@ -113,45 +99,27 @@ fn packet_with_wrong_bit_or_burst_is_rejected() {
     };
     for first in 0..8 * PACKET_LENGTH {
         for burst in (1..=u8::MAX).step_by(2) {
-            assert_eq!(
-                packets(&flipped(first, burst)),
-                [],
-                "{burst:08b} from bit {first}"
-            );
+            assert_eq!(packets(&flipped(first, burst)), [], "{burst:08b} from bit {first}");
         }
     }
     let accepted = Cell::new(0);
-    for_all(
-        20_000,
-        (packet(), any::<u64>(), 6..41_usize),
-        |(packet, bits, at)| {
-            let mut line = packet.encode();
-            for (byte, wrong) in line[at..].iter_mut().zip(bits.to_le_bytes()) {
-                *byte ^= wrong;
-            }
-            let found = packets(&line);
-            let is_wrong = !found.is_empty() && found != [packet];
-            accepted.set(accepted.get() + u32::from(is_wrong));
-            Ok(())
-        },
-    );
-    assert!(
-        (20..160).contains(&accepted.get()),
-        "{} of 20,000, not one in 256",
-        accepted.get()
-    );
+    for_all(20_000, (packet(), any::<u64>(), 6..41_usize), |(packet, bits, at)| {
+        let mut line = packet.encode();
+        for (byte, wrong) in line[at..].iter_mut().zip(bits.to_le_bytes()) {
+            *byte ^= wrong;
+        }
+        let found = packets(&line);
+        let is_wrong = !found.is_empty() && found != [packet];
+        accepted.set(accepted.get() + u32::from(is_wrong));
+        Ok(())
+    });
+    assert!((20..160).contains(&accepted.get()), "{} of 20,000, not one in 256", accepted.get());
 }
 
 #[test]
 fn false_header_loses_no_later_packet() {
     let good = bytes(MANUAL_PACKET);
-    for noise in [
-        "54",
-        "54 2C",
-        "54 54 2C 00",
-        "2C 54",
-        "54 2C 68 08 AB 7E E0",
-    ] {
+    for noise in ["54", "54 2C", "54 54 2C 00", "2C 54", "54 2C 68 08 AB 7E E0"] {
         let noise = bytes(noise);
         let stream = [noise.clone(), good.clone(), good.clone()].concat();
         let mut decoder = Decoder::default();
@@ -169,18 +137,10 @@ fn false_header_loses_no_later_packet() {
 fn impossible_angles_are_rejected() {
     let good = packets(&bytes(MANUAL_PACKET))[0];
     for (first, last) in [(36_000, 100), (100, 36_001), (0, 9_001), (100, 99)] {
-        let packet = Packet {
-            first,
-            last,
-            ..good
-        };
+        let packet = Packet { first, last, ..good };
         assert_eq!(packets(&packet.encode()), [], "{first} to {last}");
     }
-    let across_front = Packet {
-        first: 35_800,
-        last: 500,
-        ..good
-    };
+    let across_front = Packet { first: 35_800, last: 500, ..good };
     assert_eq!(packets(&across_front.encode()), [across_front]);
 }
 
@@ -193,11 +153,7 @@ fn rotating(seconds: f64, post: u16) -> Vec<Packet> {
         first: angle(12 * number),
         last: angle(12 * number + 11),
         points: core::array::from_fn(|index| Point {
-            distance_mm: if angle(12 * number + index as u32) == post {
-                1000
-            } else {
-                5000
-            },
+            distance_mm: if angle(12 * number + index as u32) == post { 1000 } else { 5000 },
             intensity: 200,
         }),
         time_ms: (f64::from(12 * number + 11) / 4.5 % 30_000.0) as u16,
@@ -236,53 +192,33 @@ fn beams_run_counter_clockwise_and_follow_mounting() {
     assert_eq!(scans.len(), 5);
     for scan in &scans {
         let (angle, range) = post(scan);
-        assert!(
-            (angle + FRAC_PI_2).abs() < 0.008 && (range - 1.0).abs() < 1e-9,
-            "{angle}"
-        );
+        assert!((angle + FRAC_PI_2).abs() < 0.008 && (range - 1.0).abs() < 1e-9, "{angle}");
         assert_eq!(scan.beams.len(), 450);
         assert!(scan.is_valid());
-        let times = scan
-            .beams
-            .windows(2)
-            .map(|pair| pair[1].time_s - pair[0].time_s);
+        let times = scan.beams.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
         assert!(times.clone().all(|step_s| (0.0..0.002).contains(&step_s)));
         assert!((times.sum::<f64>() - 449.0 / 4500.0).abs() < 2e-3);
     }
     let mounted = |settings| post(&assemble(settings, &rotating(0.3, 9_040), |_| 0.0)[0]);
     let plain = LidarSettings::default();
-    let (angle, _) = mounted(LidarSettings {
-        upside_down: true,
-        ..plain
-    });
+    let (angle, _) = mounted(LidarSettings { upside_down: true, ..plain });
     assert!((angle - FRAC_PI_2).abs() < 0.008, "{angle}");
-    let (angle, range) = mounted(LidarSettings {
-        mount_x_m: 0.2,
-        mount_yaw_rad: FRAC_PI_2,
-        ..plain
-    });
-    assert!(
-        angle.abs() < 0.008 && (range - 1.2).abs() < 1e-4,
-        "{angle} {range}"
-    );
+    let (angle, range) =
+        mounted(LidarSettings { mount_x_m: 0.2, mount_yaw_rad: FRAC_PI_2, ..plain });
+    assert!(angle.abs() < 0.008 && (range - 1.2).abs() < 1e-4, "{angle} {range}");
 }
 
 /// Buffers deliver bytes in late bursts.
 #[test]
 fn point_times_are_independent_of_delays() {
     let delay_s = |number: usize| 0.001 + 0.016 * ((number * 7919) % 16) as f64 / 16.0;
-    for (number, scan) in assemble(LidarSettings::default(), &rotating(40.0, 0), delay_s)
-        .iter()
-        .enumerate()
-        .skip(5)
+    for (number, scan) in
+        assemble(LidarSettings::default(), &rotating(40.0, 0), delay_s).iter().enumerate().skip(5)
     {
         // A revolution ends with the last point before the front.
         let end_s = scan.end_s().expect("beams");
         let truth_s = 7.0 + (450 * (number + 1) - 1) as f64 / 4500.0;
-        assert!(
-            (end_s - truth_s).abs() < 0.004,
-            "revolution {number}: {end_s} {truth_s}"
-        );
+        assert!((end_s - truth_s).abs() < 0.004, "revolution {number}: {end_s} {truth_s}");
     }
 }
 
@@ -290,10 +226,7 @@ fn point_times_are_independent_of_delays() {
 fn lost_packets_lose_points_and_gap_loses_revolution() {
     let all = rotating(1.0, 0);
     let without = |lost: core::ops::Range<usize>| -> Vec<Packet> {
-        let kept = all
-            .iter()
-            .enumerate()
-            .filter(|(number, _)| !lost.contains(number));
+        let kept = all.iter().enumerate().filter(|(number, _)| !lost.contains(number));
         kept.map(|(_, packet)| *packet).collect()
     };
     let plain = LidarSettings::default();
@@ -323,19 +256,14 @@ fn random_packets_make_valid_revolutions() {
         let mut now_s = 0.0;
         for (packet, speed_deg_s, pause_s) in packets {
             now_s += pause_s;
-            let packet = Packet {
-                speed_deg_s,
-                ..packet
-            };
+            let packet = Packet { speed_deg_s, ..packet };
             if let Some(scan) = assembler.push(&packet, now_s) {
                 prop_assert_eq!(scan.is_valid(), true);
                 let times = || scan.beams.iter().map(|beam| beam.time_s);
                 prop_assert_eq!(times().is_sorted(), true);
                 let (first_s, last_s) = (times().next(), times().next_back());
                 prop_assert_eq!(
-                    last_s
-                        .zip(first_s)
-                        .is_some_and(|(last, first)| last - first < 0.5),
+                    last_s.zip(first_s).is_some_and(|(last, first)| last - first < 0.5),
                     true
                 );
             }
@@ -352,21 +280,13 @@ fn deskewed_scans_of_moving_robot_hit_the_walls() {
         let cell = frame.cell_at(index);
         (10..70).contains(&cell.column) && (10..50).contains(&cell.row)
     };
-    let world = World::new(ObstacleGrid::new(
-        frame,
-        (0..frame.len()).map(|index| !open(index)).collect(),
-    ));
-    let quiet = Lidar {
-        range_sigma_m: 0.0,
-        dropout: 0.0,
-        ..Lidar::default()
-    };
+    let world =
+        World::new(ObstacleGrid::new(frame, (0..frame.len()).map(|index| !open(index)).collect()));
+    let quiet = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
     let mut lidar = RotatingLidar::new(quiet, world, 1).expect("good settings");
     let (start, twist) = (Pose::new(2.5, 2.0, 0.3), Twist::new(0.8, 0.7));
-    let (mut decoder, mut assembler) = (
-        Decoder::default(),
-        RevolutionAssembler::new(LidarSettings::default()),
-    );
+    let (mut decoder, mut assembler) =
+        (Decoder::default(), RevolutionAssembler::new(LidarSettings::default()));
     let (mut history, mut scans) = (PoseHistory::new(), 0);
     for tick in 0..400 {
         let now_s = 0.005 * f64::from(tick);
@@ -425,11 +345,7 @@ fn await_status(
 ) {
     let started = Instant::now();
     while !condition(&reader.status()) {
-        assert!(
-            started.elapsed() < Duration::from_secs(20),
-            "{what}: {:?}",
-            reader.status()
-        );
+        assert!(started.elapsed() < Duration::from_secs(20), "{what}: {:?}", reader.status());
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -438,16 +354,12 @@ fn await_status(
 fn reader_reports_faults_and_recovers() {
     let line = Port::default();
     let opened = line.clone();
-    let open = Box::new(
-        move || -> Result<Box<dyn std::io::Read + Send>, BaseError> {
-            if opened.0.lock().expect("not poisoned").1 {
-                return Err(BaseError::Disconnected {
-                    port: "port".to_owned(),
-                });
-            }
-            Ok(Box::new(opened.clone()))
-        },
-    );
+    let open = Box::new(move || -> Result<Box<dyn std::io::Read + Send>, BaseError> {
+        if opened.0.lock().expect("not poisoned").1 {
+            return Err(BaseError::Disconnected { port: "port".to_owned() });
+        }
+        Ok(Box::new(opened.clone()))
+    });
     let reader = LidarReader::start(open, LidarSettings::default()).expect("open");
     let write = |bytes: &[u8]| line.0.lock().expect("not poisoned").0.extend(bytes);
     let stream =
@@ -457,22 +369,13 @@ fn reader_reports_faults_and_recovers() {
     };
     await_status(&reader, "nothing yet", silent);
     write(&stream(&rotating(0.5, 0)));
-    await_status(&reader, "turns", |status| {
-        status.revolutions == 4 && status.scan.is_some()
-    });
+    await_status(&reader, "turns", |status| status.revolutions == 4 && status.scan.is_some());
     await_status(&reader, "silent", silent);
     write(&[0x55; 5000]);
-    await_status(&reader, "unknown data", |status| {
-        status.fault == Some(LidarFault::UnknownData)
-    });
-    let standing = Packet {
-        speed_deg_s: 0,
-        ..rotating(0.1, 0)[0]
-    };
+    await_status(&reader, "unknown data", |status| status.fault == Some(LidarFault::UnknownData));
+    let standing = Packet { speed_deg_s: 0, ..rotating(0.1, 0)[0] };
     write(&standing.encode());
-    await_status(&reader, "not rotating", |status| {
-        status.fault == Some(LidarFault::NotRotating)
-    });
+    await_status(&reader, "not rotating", |status| status.fault == Some(LidarFault::NotRotating));
     line.0.lock().expect("not poisoned").1 = true;
     let disconnected = |status: &inbye::base::ld19::LidarStatus| matches!(&status.fault, Some(fault @ LidarFault::Disconnected { .. }) if fault.to_string().contains("plug it in"));
     await_status(&reader, "disconnected", disconnected);
@@ -484,17 +387,8 @@ fn reader_reports_faults_and_recovers() {
 
 #[test]
 fn lidar_settings_reject_value_out_of_range() {
-    let bad = LidarSettings {
-        mount_yaw_rad: 4.0,
-        ..LidarSettings::default()
-    };
-    let config = BaseConfig {
-        lidar: bad,
-        ..BaseConfig::default()
-    };
+    let bad = LidarSettings { mount_yaw_rad: 4.0, ..LidarSettings::default() };
+    let config = BaseConfig { lidar: bad, ..BaseConfig::default() };
     let message = config.validate().expect_err("out of range").to_string();
-    assert_eq!(
-        message,
-        "[lidar] mount_yaw_rad is 4: it must be -3.2 to 3.2"
-    );
+    assert_eq!(message, "[lidar] mount_yaw_rad is 4: it must be -3.2 to 3.2");
 }

@@ -9,12 +9,7 @@ use super::property::{counterexample, for_all};
 
 fn limits() -> impl Strategy<Value = TrackLimits> {
     (0.1..3.0, 0.1..5.0, 0.1..5.0).prop_map(|(max_track_speed, gain, brake): (f64, f64, f64)| {
-        TrackLimits {
-            max_track_speed,
-            acc_lim_track: gain,
-            decel_lim_track: -brake,
-            deadband: 0.0,
-        }
+        TrackLimits { max_track_speed, acc_lim_track: gain, decel_lim_track: -brake, deadband: 0.0 }
     })
 }
 
@@ -26,10 +21,7 @@ const DRIVE: TrackedDrive = TrackedDrive { track_width_m: 0.6 };
 
 /// Checks that both speeds are within the limit and in the requested ratio.
 fn keeps_ratio(target: &TrackSpeeds, found: &TrackSpeeds, max: f64) -> Result<(), TestCaseError> {
-    prop_assert!(
-        found.left.abs() <= max && found.right.abs() <= max,
-        "{found:?}"
-    );
+    prop_assert!(found.left.abs() <= max && found.right.abs() <= max, "{found:?}");
     let cross = target.left * found.right - target.right * found.left;
     prop_assert!(cross.abs() < 1e-12, "{found:?} for {target:?}");
     prop_assert!(target.left * found.left >= 0.0 && target.right * found.right >= 0.0);
@@ -62,38 +54,34 @@ fn independently_limited_tracks_fail_the_property() {
 
 #[test]
 fn ramps_respect_track_limits_and_reach_target() {
-    for_all(
-        500,
-        (limits(), twist(), twist()),
-        |(limits, first, second)| {
-            let mut mixer = Mixer::new(DRIVE, limits);
-            let time_s = 0.02;
-            let mut last = TrackSpeeds::default();
-            let steepest = limits.acc_lim_track.max(-limits.decel_lim_track);
-            for twist in [first, second] {
-                let target = limits.scale_to_max(&DRIVE.tracks(&twist));
-                let from = last;
-                // Brake and accelerate: twice the time from the highest speed to zero.
-                let longest_s = 2.0 * limits.max_track_speed
-                    / limits.acc_lim_track.min(-limits.decel_lim_track);
-                for _ in 0..(longest_s / time_s).ceil() as usize + 2 {
-                    let speeds = mixer.mix(&twist, time_s);
-                    for (speed, last) in [(speeds.left, last.left), (speeds.right, last.right)] {
-                        prop_assert!((speed - last).abs() <= steepest * time_s + 1e-12);
-                        let gained = speed.abs() - last.abs();
-                        prop_assert!(gained <= limits.acc_lim_track * time_s + 1e-12, "{gained}");
-                    }
-                    // On the straight line between the two pairs of speeds.
-                    let cross = (speeds.left - from.left) * (target.right - from.right)
-                        - (speeds.right - from.right) * (target.left - from.left);
-                    prop_assert!(cross.abs() < 1e-9, "{speeds:?}");
-                    last = speeds;
+    for_all(500, (limits(), twist(), twist()), |(limits, first, second)| {
+        let mut mixer = Mixer::new(DRIVE, limits);
+        let time_s = 0.02;
+        let mut last = TrackSpeeds::default();
+        let steepest = limits.acc_lim_track.max(-limits.decel_lim_track);
+        for twist in [first, second] {
+            let target = limits.scale_to_max(&DRIVE.tracks(&twist));
+            let from = last;
+            // Brake and accelerate: twice the time from the highest speed to zero.
+            let longest_s =
+                2.0 * limits.max_track_speed / limits.acc_lim_track.min(-limits.decel_lim_track);
+            for _ in 0..(longest_s / time_s).ceil() as usize + 2 {
+                let speeds = mixer.mix(&twist, time_s);
+                for (speed, last) in [(speeds.left, last.left), (speeds.right, last.right)] {
+                    prop_assert!((speed - last).abs() <= steepest * time_s + 1e-12);
+                    let gained = speed.abs() - last.abs();
+                    prop_assert!(gained <= limits.acc_lim_track * time_s + 1e-12, "{gained}");
                 }
-                prop_assert!(last == target, "{last:?} for {target:?}");
+                // On the straight line between the two pairs of speeds.
+                let cross = (speeds.left - from.left) * (target.right - from.right)
+                    - (speeds.right - from.right) * (target.left - from.left);
+                prop_assert!(cross.abs() < 1e-9, "{speeds:?}");
+                last = speeds;
             }
-            Ok(())
-        },
-    );
+            prop_assert!(last == target, "{last:?} for {target:?}");
+        }
+        Ok(())
+    });
 }
 
 #[test]

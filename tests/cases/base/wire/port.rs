@@ -24,8 +24,7 @@ fn control(
     settings: &BaseSettings,
     shutdown: &AtomicBool,
 ) {
-    port.set_timeout(Duration::from_millis(1))
-        .expect("a timeout");
+    port.set_timeout(Duration::from_millis(1)).expect("a timeout");
     let start = Instant::now();
     let (mut machine, mut travel_m, mut last_s) =
         (MachineState::default(), PerTrack::both(0.0), 0.0);
@@ -39,12 +38,9 @@ fn control(
         machine.speeds = device.step(now_s, &machine, &mut line);
         let _ = port.write_all(&line);
         let speeds = machine.speeds;
-        travel_m = travel_m.zip(speeds, |travel_m, speed| {
-            travel_m + speed * (now_s - last_s)
-        });
-        machine.encoder_counts = travel_m.zip(settings.ticks_per_m, |travel_m, per_m| {
-            (travel_m * per_m).floor() as i64 as u32
-        });
+        travel_m = travel_m.zip(speeds, |travel_m, speed| travel_m + speed * (now_s - last_s));
+        machine.encoder_counts = travel_m
+            .zip(settings.ticks_per_m, |travel_m, per_m| (travel_m * per_m).floor() as i64 as u32);
         last_s = now_s;
     }
 }
@@ -82,11 +78,7 @@ fn every_protocol_drives_over_serial_port() {
             let stopped = drive_until_reported(&mut base, Twist::STOP);
             shutdown.store(true, Ordering::Relaxed);
             let counters = base.counters();
-            assert_eq!(
-                (drove, stopped),
-                (Ok(()), Ok(())),
-                "{protocol:?}: {counters:?}"
-            );
+            assert_eq!((drove, stopped), (Ok(()), Ok(())), "{protocol:?}: {counters:?}");
         });
     }
 }
@@ -95,9 +87,7 @@ fn every_protocol_drives_over_serial_port() {
 fn silent_base_times_out() {
     for protocol in [Protocol::Roboclaw, Protocol::Arduino] {
         let (_silent, port) = TTYPort::pair().expect("pseudo-terminals");
-        let session = protocol
-            .session(BaseSettings::default())
-            .expect("valid settings");
+        let session = protocol.session(BaseSettings::default()).expect("valid settings");
         let mut base =
             SerialBase::from_port(Box::new(port), "pty", session, SerialSettings::default());
         let result = std::iter::repeat_with(|| {
@@ -105,10 +95,7 @@ fn silent_base_times_out() {
             base.feedback()
         })
         .find(|answer| !matches!(answer, Err(BaseError::NoFeedbackYet { .. })));
-        assert!(
-            matches!(result, Some(Err(BaseError::TimedOut { .. }))),
-            "{result:?}"
-        );
+        assert!(matches!(result, Some(Err(BaseError::TimedOut { .. }))), "{result:?}");
         assert!(base.counters().retries > 0);
     }
 }
@@ -117,13 +104,8 @@ fn silent_base_times_out() {
 #[test]
 fn write_succeeds_with_zero_timeout_while_there_is_space() {
     let (_device, port) = TTYPort::pair().expect("pseudo-terminals");
-    let session = Protocol::Native
-        .session(BaseSettings::default())
-        .expect("valid settings");
-    let no_time = SerialSettings {
-        send_timeout: Duration::ZERO,
-        ..SerialSettings::default()
-    };
+    let session = Protocol::Native.session(BaseSettings::default()).expect("valid settings");
+    let no_time = SerialSettings { send_timeout: Duration::ZERO, ..SerialSettings::default() };
     let mut base = SerialBase::from_port(Box::new(port), "pty", session, no_time);
     for _ in 0..20 {
         assert_eq!(base.send(&Twist::STOP), Ok(()));
@@ -136,22 +118,13 @@ fn blocked_line_is_disconnected() {
     let (_blocked, port) = TTYPort::pair().expect("pseudo-terminals");
     let mut port = Some(port);
     let open: OpenBase = Box::new(move || {
-        let disconnected = || BaseError::Disconnected {
-            port: "pty".to_owned(),
-        };
+        let disconnected = || BaseError::Disconnected { port: "pty".to_owned() };
         let port = port.take().ok_or_else(disconnected)?;
         let session = Protocol::Native.session(BaseSettings::default())?;
         // Only the writes time out, not the feedback.
-        let timeouts = SerialSettings {
-            feedback_timeout: 10 * TIMEOUT,
-            ..SerialSettings::default()
-        };
-        Ok(Box::new(SerialBase::from_port(
-            Box::new(port),
-            "pty",
-            session,
-            timeouts,
-        )))
+        let timeouts =
+            SerialSettings { feedback_timeout: 10 * TIMEOUT, ..SerialSettings::default() };
+        Ok(Box::new(SerialBase::from_port(Box::new(port), "pty", session, timeouts)))
     });
     let settings = SupervisorSettings {
         rate_hz: 1000.0,

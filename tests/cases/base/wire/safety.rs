@@ -53,10 +53,7 @@ impl Harness {
             OutgoingCommand::Drive(_) => self.report.twist,
             OutgoingCommand::EngageStop | OutgoingCommand::ReleaseStop => Twist::STOP,
         };
-        let feedback = Feedback {
-            twist: motion,
-            ..self.report
-        };
+        let feedback = Feedback { twist: motion, ..self.report };
         self.controller.on_feedback(&feedback, self.now_s);
         command
     }
@@ -70,9 +67,7 @@ impl Harness {
     /// Sets a target ten times per second.
     fn drive(&mut self, twist: Twist, time_s: f64) {
         for _ in 0..(time_s / 0.1).round() as usize {
-            self.controller
-                .set_target(&twist, self.now_s, self.now_s)
-                .expect("a valid target");
+            self.controller.set_target(&twist, self.now_s, self.now_s).expect("a valid target");
             self.cycles(0.1);
         }
     }
@@ -112,9 +107,7 @@ fn expired_target_brakes_even_if_repeated() {
     let mut stopped_after_s = None;
     for _ in 0..100 {
         // A hung planner repeats the same target.
-        let _ = harness
-            .controller
-            .set_target(&AHEAD, stuck_s - 0.1, harness.now_s);
+        let _ = harness.controller.set_target(&AHEAD, stuck_s - 0.1, harness.now_s);
         harness.cycle();
         if harness.speed() == 0.0 {
             stopped_after_s = stopped_after_s.or(Some(harness.now_s - stuck_s));
@@ -139,14 +132,8 @@ fn invalid_targets_are_rejected_and_counted() {
     let mut set_target = |twist, stamp_s| harness.controller.set_target(&twist, stamp_s, now_s);
     let bad = Twist::new(f64::NAN, 0.0);
     assert_eq!(set_target(bad, now_s), Err(CommandRejected::NotFinite));
-    assert_eq!(
-        set_target(Twist::new(0.0, f64::INFINITY), now_s),
-        Err(CommandRejected::NotFinite)
-    );
-    assert_eq!(
-        set_target(Twist::STOP, f64::NAN),
-        Err(CommandRejected::NotFinite)
-    );
+    assert_eq!(set_target(Twist::new(0.0, f64::INFINITY), now_s), Err(CommandRejected::NotFinite));
+    assert_eq!(set_target(Twist::STOP, f64::NAN), Err(CommandRejected::NotFinite));
     assert!(matches!(
         set_target(Twist::STOP, now_s - 0.5),
         Err(CommandRejected::OutOfOrder { .. })
@@ -176,10 +163,7 @@ fn speed_does_not_jump_after_pause() {
     let before = harness.speed();
     harness.now_s += 5.0;
     let now_s = harness.now_s;
-    harness
-        .controller
-        .set_target(&AHEAD, now_s, now_s)
-        .expect("a valid target");
+    harness.controller.set_target(&AHEAD, now_s, now_s).expect("a valid target");
     harness.cycle();
     assert!(harness.speed() - before <= 0.15 + 1e-9);
 }
@@ -191,10 +175,7 @@ fn stop_is_latched_until_release_and_new_target() {
     harness.controller.stop(StopCause::Requested);
     assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
     let now_s = harness.now_s;
-    assert_eq!(
-        harness.controller.set_target(&AHEAD, now_s, now_s),
-        Err(CommandRejected::Stopped)
-    );
+    assert_eq!(harness.controller.set_target(&AHEAD, now_s, now_s), Err(CommandRejected::Stopped));
     harness.cycles(5.0);
     assert_eq!(harness.controller.stop_cause(), Some(&StopCause::Requested));
     assert!(
@@ -215,15 +196,9 @@ fn moving_base_is_not_released() {
     let mut harness = Harness::new();
     harness.controller.stop(StopCause::Requested);
     harness.cycle();
-    let moving = Feedback {
-        twist: Twist::new(0.3, 0.0),
-        ..Feedback::default()
-    };
+    let moving = Feedback { twist: Twist::new(0.3, 0.0), ..Feedback::default() };
     harness.controller.on_feedback(&moving, harness.now_s);
-    assert_eq!(
-        harness.controller.release(),
-        Err(CommandRejected::StillMoving)
-    );
+    assert_eq!(harness.controller.release(), Err(CommandRejected::StillMoving));
     assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
     harness.controller.release().expect("it stands now");
 }
@@ -238,10 +213,7 @@ fn detected_fault_latches_stop_with_its_cause() {
         let _ = harness.controller.set_target(&AHEAD, now_s, now_s);
         harness.cycles(0.1);
     }
-    let cause = harness
-        .controller
-        .stop_cause()
-        .expect("a stuck base is stopped");
+    let cause = harness.controller.stop_cause().expect("a stuck base is stopped");
     assert!(matches!(cause, StopCause::Stuck { .. }));
     let words = cause.to_string();
     assert!(words.starts_with("the left track stands"), "{words}");
@@ -286,22 +258,14 @@ fn reported_fault_stops_but_watchdog_does_not() {
 fn new_connection_starts_with_zeros_until_feedback() {
     let mut harness = Harness::new();
     harness.drive(AHEAD, 1.0);
-    let error = BaseError::Disconnected {
-        port: "port".to_owned(),
-    };
+    let error = BaseError::Disconnected { port: "port".to_owned() };
     harness.controller.on_disconnect(error.clone());
     harness.next_command();
-    assert_eq!(
-        *harness.controller.status(),
-        DriveStatus::Disconnected(error)
-    );
+    assert_eq!(*harness.controller.status(), DriveStatus::Disconnected(error));
     let reconnect = |harness: &mut Harness| {
         harness.controller.on_connect();
         let now_s = harness.now_s;
-        harness
-            .controller
-            .set_target(&AHEAD, now_s, now_s)
-            .expect("a valid target");
+        harness.controller.set_target(&AHEAD, now_s, now_s).expect("a valid target");
         harness.next_command()
     };
     assert_eq!(reconnect(&mut harness), OutgoingCommand::Drive(Twist::STOP));
@@ -310,9 +274,7 @@ fn new_connection_starts_with_zeros_until_feedback() {
         assert_eq!(harness.next_command(), OutgoingCommand::Drive(Twist::STOP));
     }
     assert_eq!(*harness.controller.status(), DriveStatus::AwaitingFeedback);
-    harness
-        .controller
-        .on_feedback(&Feedback::default(), harness.now_s);
+    harness.controller.on_feedback(&Feedback::default(), harness.now_s);
     let OutgoingCommand::Drive(first) = harness.next_command() else {
         panic!("no stop was requested");
     };
@@ -323,9 +285,7 @@ fn new_connection_starts_with_zeros_until_feedback() {
 fn latched_stop_survives_reconnection() {
     let mut harness = Harness::new();
     harness.controller.stop(StopCause::Requested);
-    harness.controller.on_disconnect(BaseError::Disconnected {
-        port: "port".to_owned(),
-    });
+    harness.controller.on_disconnect(BaseError::Disconnected { port: "port".to_owned() });
     harness.controller.on_connect();
     assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
     assert_eq!(harness.controller.stop_cause(), Some(&StopCause::Requested));

@@ -24,10 +24,7 @@ fn settings() -> BaseSettings {
 fn assert_near(found: Twist, expected: Twist, tolerance: f64, what: &str) {
     let difference =
         (found.linear - expected.linear).abs() + 0.5 * (found.angular - expected.angular).abs();
-    assert!(
-        difference <= 2.0 * tolerance,
-        "{what}: {found:?} for {expected:?}"
-    );
+    assert!(difference <= 2.0 * tolerance, "{what}: {found:?} for {expected:?}");
 }
 
 #[test]
@@ -45,11 +42,7 @@ fn clean_line_follows_commands_and_reports_truth() {
         };
         assert_eq!(counters.dropped_bytes, clean, "{protocol:?}");
         assert_eq!(
-            (
-                counters.retries,
-                counters.unanswered,
-                counters.rejected_readings
-            ),
+            (counters.retries, counters.unanswered, counters.rejected_readings),
             (0, 0, 0),
             "{protocol:?}"
         );
@@ -76,10 +69,7 @@ fn every_wiring_gives_same_motion() {
             assert_near(link.twist(), CURVE, RESOLUTION, "driven");
             assert_near(link.feedback().twist, CURVE, 2.0 * RESOLUTION, "reported");
             if let Some(counts) = link.feedback().encoder_counts {
-                assert!(
-                    (counts.left as i32) > 0 && counts.left as i32 <= 5000,
-                    "{counts:?}"
-                );
+                assert!((counts.left as i32) > 0 && counts.left as i32 <= 5000, "{counts:?}");
             }
         }
     }
@@ -90,10 +80,7 @@ fn every_wiring_gives_same_motion() {
 fn unconfigured_swapped_tracks_turn_in_reverse() {
     for protocol in [Protocol::Native, Protocol::Roboclaw, Protocol::Arduino] {
         let straight = BaseSettings::default();
-        let swapped = BaseSettings {
-            swap_tracks: true,
-            ..straight
-        };
+        let swapped = BaseSettings { swap_tracks: true, ..straight };
         let mut link = SimulatedLink::between(protocol, straight, swapped);
         link.drive_for(CURVE, 1.0);
         assert_near(link.twist(), Twist::new(0.5, -0.4), RESOLUTION, "driven");
@@ -104,14 +91,8 @@ fn unconfigured_swapped_tracks_turn_in_reverse() {
 #[test]
 fn fast_commands_are_scaled_at_constant_curvature() {
     for protocol in Protocol::ALL {
-        let limits = TrackLimits {
-            max_track_speed: 0.5,
-            ..TrackLimits::default()
-        };
-        let settings = BaseSettings {
-            tracks: limits,
-            ..BaseSettings::default()
-        };
+        let limits = TrackLimits { max_track_speed: 0.5, ..TrackLimits::default() };
+        let settings = BaseSettings { tracks: limits, ..BaseSettings::default() };
         let mut link = SimulatedLink::new(protocol, settings);
         link.drive_for(Twist::new(0.8, 0.8), 2.0);
         assert_near(link.twist(), Twist::new(0.4, 0.4), RESOLUTION, "driven");
@@ -171,9 +152,7 @@ fn count_uncommanded(set: &[TrackSpeeds], commanded: &[TrackSpeeds]) -> usize {
     let near = |one: &TrackSpeeds, other: &TrackSpeeds| {
         (one.left - other.left).abs() < RESOLUTION && (one.right - other.right).abs() < RESOLUTION
     };
-    set.iter()
-        .filter(|set| !commanded.iter().any(|commanded| near(set, commanded)))
-        .count()
+    set.iter().filter(|set| !commanded.iter().any(|commanded| near(set, commanded))).count()
 }
 
 /// Drives on a line and counts set speeds that were never commanded.
@@ -222,11 +201,7 @@ fn inserted_command_is_counted() {
         let mut writes = 0;
         let damage: Damage = Box::new(move |direction, bytes| {
             writes += u32::from(direction == Direction::ToBase);
-            if writes == 40 && direction == Direction::ToBase {
-                forged.clone()
-            } else {
-                bytes
-            }
+            if writes == 40 && direction == Direction::ToBase { forged.clone() } else { bytes }
         });
         let (uncommanded, _) = drive_on(protocol, damage);
         assert!(uncommanded > 0, "{protocol:?}");

@@ -52,10 +52,7 @@ impl SimulatedLink {
         Self {
             session: protocol.session(host).expect("valid settings"),
             device: protocol.device(base).expect("valid settings"),
-            machine: MachineState {
-                battery_v: 24.0,
-                ..MachineState::default()
-            },
+            machine: MachineState { battery_v: 24.0, ..MachineState::default() },
             host_runs: true,
             damage: Box::new(|_, bytes| bytes),
             delay_s: 0.003,
@@ -139,23 +136,17 @@ impl SimulatedLink {
     }
 
     fn count(&mut self) {
-        self.machine.encoder_counts = self
-            .travel
-            .zip(self.settings.ticks_per_m, |travel_m, per_m| {
+        self.machine.encoder_counts =
+            self.travel.zip(self.settings.ticks_per_m, |travel_m, per_m| {
                 (travel_m * per_m).floor() as i64 as u32
             });
     }
 
     fn move_machine(&mut self, set: TrackSpeeds) {
         let share = STEP_S / LAG_S;
-        let speeds = self
-            .machine
-            .speeds
-            .zip(set, |now, set| now + share * (set - now));
+        let speeds = self.machine.speeds.zip(set, |now, set| now + share * (set - now));
         self.machine.speeds = speeds;
-        self.travel = self
-            .travel
-            .zip(speeds, |travel_m, speed| travel_m + speed * STEP_S);
+        self.travel = self.travel.zip(speeds, |travel_m, speed| travel_m + speed * STEP_S);
         self.count();
         self.machine.yaw_rate = self.twist().angular;
     }

@@ -13,11 +13,7 @@ const AHEAD: Twist = Twist::new(0.4, 0.0);
 fn driving(protocol: Protocol) -> SimulatedLink {
     let mut link = SimulatedLink::new(protocol, BaseSettings::default());
     link.drive_for(AHEAD, 1.0);
-    assert!(
-        link.twist().linear > 0.39,
-        "{protocol:?}: {:?}",
-        link.twist()
-    );
+    assert!(link.twist().linear > 0.39, "{protocol:?}: {:?}", link.twist());
     link
 }
 
@@ -112,11 +108,9 @@ fn pressed_button_prevents_release() {
 
 #[test]
 fn button_stops_base_and_is_reported_if_protocol_can() {
-    for (protocol, is_reported) in [
-        (Protocol::Wheeltec, true),
-        (Protocol::Roboclaw, true),
-        (Protocol::Arduino, false),
-    ] {
+    for (protocol, is_reported) in
+        [(Protocol::Wheeltec, true), (Protocol::Roboclaw, true), (Protocol::Arduino, false)]
+    {
         let mut link = driving(protocol);
         link.machine.button_pressed = true;
         link.drive_for(AHEAD, 0.5);
@@ -130,10 +124,7 @@ fn button_stops_base_and_is_reported_if_protocol_can() {
 fn repeated_report_is_ignored() {
     let mut session = NativeSession::new(BaseSettings::default()).unwrap();
     let received_s = |session: &NativeSession| session.latest().map(|latest| latest.received_s);
-    let mut report = Report {
-        sequence: 7,
-        ..Report::default()
-    };
+    let mut report = Report { sequence: 7, ..Report::default() };
     for now_s in [1.0, 2.0, 3.0] {
         session.receive(&report.encode(), now_s);
         assert_eq!(received_s(&session), Some(1.0));
@@ -147,11 +138,7 @@ fn repeated_report_is_ignored() {
 #[test]
 fn repeated_frame_does_not_reset_watchdog() {
     let mut device = NativeDevice::new(BaseSettings::default()).unwrap();
-    let command = |sequence| Command {
-        sequence,
-        speeds: [4000, 4000],
-        ..Command::default()
-    };
+    let command = |sequence| Command { sequence, speeds: [4000, 4000], ..Command::default() };
     let mut drive = |repeats: bool| {
         let mut set = TrackSpeeds::default();
         for step in 0..100_u16 {
@@ -170,12 +157,7 @@ fn repeated_frame_does_not_reset_watchdog() {
 fn release_with_speed_is_ignored() {
     let mut device = NativeDevice::new(BaseSettings::default()).unwrap();
     let mut send = |sequence, stop, release, speed| {
-        let command = Command {
-            sequence,
-            stop,
-            release,
-            speeds: [speed, 0],
-        };
+        let command = Command { sequence, stop, release, speeds: [speed, 0] };
         let now_s = f64::from(sequence) * 0.01;
         device.receive(&command.encode(), now_s);
         device.step(now_s, &MachineState::default(), &mut Vec::new())
@@ -183,10 +165,7 @@ fn release_with_speed_is_ignored() {
     send(1, true, false, 0);
     for (sequence, stop, release, speed) in [(2, false, true, 5000), (4, true, true, 0)] {
         send(sequence, stop, release, speed);
-        assert_eq!(
-            send(sequence + 1, false, false, 5000),
-            TrackSpeeds::default()
-        );
+        assert_eq!(send(sequence + 1, false, false, 5000), TrackSpeeds::default());
     }
     send(6, false, true, 0);
     assert!(send(7, false, false, 5000).left > 0.49);
@@ -211,18 +190,11 @@ fn roboclaw_is_not_driven_before_watchdog_is_confirmed() {
     assert!(answers.get() <= 4);
     assert!(link.set.iter().all(|set| *set == TrackSpeeds::default()));
     let set_watchdog = bytes("80 0E 05 48 F0");
-    assert!(
-        link.written.chunks(5).all(|packet| packet == set_watchdog),
-        "{:02X?}",
-        link.written
-    );
+    assert!(link.written.chunks(5).all(|packet| packet == set_watchdog), "{:02X?}", link.written);
     link.drive_for(AHEAD, 1.0);
     assert!(link.twist().linear > 0.39);
     let counters = link.session.counters();
-    assert!(
-        counters.retries >= 3 && counters.unanswered >= 1,
-        "{counters:?}"
-    );
+    assert!(counters.retries >= 3 && counters.unanswered >= 1, "{counters:?}");
 }
 
 #[test]
@@ -243,14 +215,8 @@ fn permanent_counter_jump_is_fault_until_release() {
         let mut link = driving(protocol);
         link.start_encoders_at(5_000_000.0);
         link.drive_for(AHEAD, 0.5);
-        assert!(
-            link.feedback().faults.contains(Faults::ENCODER),
-            "{protocol:?}"
-        );
-        assert!(
-            (link.feedback().twist.linear - 0.4).abs() < 0.02,
-            "{protocol:?}"
-        );
+        assert!(link.feedback().faults.contains(Faults::ENCODER), "{protocol:?}");
+        assert!((link.feedback().twist.linear - 0.4).abs() < 0.02, "{protocol:?}");
         link.session.release();
         link.drive_for(AHEAD, 0.3);
         assert_eq!(link.feedback().faults, Faults::NONE, "{protocol:?}");

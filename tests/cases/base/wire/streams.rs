@@ -50,43 +50,25 @@ macro_rules! codec {
 
 codec!(NativeCommands, native, Command, native::Command::encode);
 codec!(NativeReports, native, Report, native::Report::encode);
-codec!(
-    WheeltecCommands,
-    wheeltec,
-    Command,
-    |command: &wheeltec::Command| { command.encode().expect("finite").to_vec() }
-);
-codec!(
-    WheeltecReports,
-    wheeltec,
-    Report,
-    |report: &wheeltec::Report| { report.encode().to_vec() }
-);
+codec!(WheeltecCommands, wheeltec, Command, |command: &wheeltec::Command| {
+    command.encode().expect("finite").to_vec()
+});
+codec!(WheeltecReports, wheeltec, Report, |report: &wheeltec::Report| { report.encode().to_vec() });
 
 fn native_command() -> impl Strategy<Value = native::Command> {
-    (
-        any::<u16>(),
-        any::<bool>(),
-        any::<bool>(),
-        number(),
-        number(),
-    )
-        .prop_map(|(sequence, stop, release, first, second)| native::Command {
+    (any::<u16>(), any::<bool>(), any::<bool>(), number(), number()).prop_map(
+        |(sequence, stop, release, first, second)| native::Command {
             sequence,
             stop,
             release,
             speeds: [first, second],
-        })
+        },
+    )
 }
 
 fn native_report() -> impl Strategy<Value = native::Report> {
     (
-        (
-            any::<u16>(),
-            any::<Option<u16>>(),
-            any::<bool>(),
-            any::<bool>(),
-        ),
+        (any::<u16>(), any::<Option<u16>>(), any::<bool>(), any::<bool>()),
         (0..256_u16, any::<u32>(), number(), number()),
         (any::<Option<i16>>(), any::<Option<u16>>()),
     )
@@ -105,13 +87,7 @@ fn native_report() -> impl Strategy<Value = native::Report> {
 
 /// Numbers with many zeros and frame marks.
 fn number() -> impl Strategy<Value = i32> {
-    prop_oneof![
-        Just(0),
-        Just(0x7B7D_7B7D),
-        Just(0x0043_0152),
-        any::<i32>(),
-        -3000..3000_i32
-    ]
+    prop_oneof![Just(0), Just(0x7B7D_7B7D), Just(0x0043_0152), any::<i32>(), -3000..3000_i32]
 }
 
 /// A rate within a base's range.
@@ -131,17 +107,12 @@ fn plain_rate() -> BoxedStrategy<f64> {
 /// A rate whose bytes are often frame marks.
 fn marked_rate() -> BoxedStrategy<f64> {
     let marks = prop_oneof![Just(0x7B), Just(0x7D), Just(0x7B - 256), Just(0)];
-    prop_oneof![
-        marks.prop_map(|thousandths: i16| f64::from(thousandths) / 1000.0),
-        rate()
-    ]
-    .boxed()
+    prop_oneof![marks.prop_map(|thousandths: i16| f64::from(thousandths) / 1000.0), rate()].boxed()
 }
 
 fn wheeltec_command(rate: BoxedStrategy<f64>) -> impl Strategy<Value = wheeltec::Command> {
-    (rate.clone(), rate).prop_map(|(linear, angular)| wheeltec::Command {
-        twist: Twist::new(linear, angular),
-    })
+    (rate.clone(), rate)
+        .prop_map(|(linear, angular)| wheeltec::Command { twist: Twist::new(linear, angular) })
 }
 
 fn wheeltec_report(rate: BoxedStrategy<f64>) -> impl Strategy<Value = wheeltec::Report> {
@@ -161,9 +132,7 @@ fn pieces<'a>(stream: &'a [u8], cuts: &[usize]) -> Vec<&'a [u8]> {
     ends.push(stream.len());
     ends.sort_unstable();
     let mut start = 0;
-    ends.into_iter()
-        .map(|end| &stream[std::mem::replace(&mut start, end)..end])
-        .collect()
+    ends.into_iter().map(|end| &stream[std::mem::replace(&mut start, end)..end]).collect()
 }
 
 /// A clean stream is decoded completely, however it is cut.
@@ -212,15 +181,11 @@ pub fn check_streams<L: Codec>(item: impl Strategy<Value = L::Item>) {
     let items = vec(item, 3..8);
     let cuts = vec(any::<usize>(), 0..12);
     let noise = vec(any::<u8>(), 0..80);
-    for_all(
-        300,
-        (items, cuts, any::<usize>(), noise),
-        |(items, cuts, bit, noise)| {
-            check_clean::<L>(&items, &cuts)?;
-            check_one_bit::<L>(&items, bit, &cuts)?;
-            check_after_noise::<L>(&noise, &items)
-        },
-    );
+    for_all(300, (items, cuts, any::<usize>(), noise), |(items, cuts, bit, noise)| {
+        check_clean::<L>(&items, &cuts)?;
+        check_one_bit::<L>(&items, bit, &cuts)?;
+        check_after_noise::<L>(&noise, &items)
+    });
 }
 
 #[test]
@@ -241,16 +206,12 @@ fn wheeltec_false_frames_are_as_rare_as_8_bit_check_allows() {
     let wrong = Cell::new(0);
     let items = vec(wheeltec_command(marked_rate()), 3..8);
     let cuts = vec(any::<usize>(), 0..12);
-    for_all(
-        20_000,
-        (items, cuts, any::<usize>()),
-        |(items, cuts, bit)| {
-            check_clean::<WheeltecCommands>(&items, &cuts)?;
-            let is_ok = check_one_bit::<WheeltecCommands>(&items, bit, &cuts).is_ok();
-            wrong.set(wrong.get() + u32::from(!is_ok));
-            Ok(())
-        },
-    );
+    for_all(20_000, (items, cuts, any::<usize>()), |(items, cuts, bit)| {
+        check_clean::<WheeltecCommands>(&items, &cuts)?;
+        let is_ok = check_one_bit::<WheeltecCommands>(&items, bit, &cuts).is_ok();
+        wrong.set(wrong.get() + u32::from(!is_ok));
+        Ok(())
+    });
     assert!(wrong.get() < 20_000 / 256, "{}", wrong.get());
 }
 
@@ -316,10 +277,7 @@ fn request() -> impl Strategy<Value = Request> {
 fn damaged_roboclaw_packet_is_no_other_command() {
     for_all(2000, (request(), any::<usize>()), |(request, bit)| {
         let mut packet = request.encode(0x80);
-        prop_assert_eq!(
-            Request::decode(&packet, 0x80),
-            Ok(Some((request, packet.len())))
-        );
+        prop_assert_eq!(Request::decode(&packet, 0x80), Ok(Some((request, packet.len()))));
         let bit = bit % (8 * packet.len());
         packet[bit / 8] ^= 1 << (bit % 8);
         let commands = match Request::decode(&packet, 0x80) {
@@ -340,10 +298,8 @@ fn arduino_answers_round_trip_exactly() {
         prop_assert_eq!(parse_answer(line.as_bytes()), Some(counts));
         Ok(())
     });
-    let letters = vec(
-        prop_oneof![Just(b' '), Just(b'-'), Just(b'0'), any::<u8>(), b'0'..=b'9'],
-        0..24,
-    );
+    let letters =
+        vec(prop_oneof![Just(b' '), Just(b'-'), Just(b'0'), any::<u8>(), b'0'..=b'9'], 0..24);
     for_all(5000, letters, |line| {
         if let Some(Answer::Counts(counts)) = parse_answer(&line) {
             let [first, second] = counts.map(|count| count as i32);

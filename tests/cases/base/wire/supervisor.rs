@@ -28,18 +28,12 @@ struct IdealBase {
 
 impl IdealBase {
     fn check(&self) -> Result<(), BaseError> {
-        if self.cut.load(Ordering::Relaxed) {
-            Err(disconnected())
-        } else {
-            Ok(())
-        }
+        if self.cut.load(Ordering::Relaxed) { Err(disconnected()) } else { Ok(()) }
     }
 }
 
 fn disconnected() -> BaseError {
-    BaseError::Disconnected {
-        port: "memory".to_owned(),
-    }
+    BaseError::Disconnected { port: "memory".to_owned() }
 }
 
 impl Base for IdealBase {
@@ -54,10 +48,7 @@ impl Base for IdealBase {
 
     fn feedback(&mut self) -> Result<Feedback, BaseError> {
         self.check()?;
-        Ok(Feedback {
-            twist: self.now,
-            ..Feedback::default()
-        })
+        Ok(Feedback { twist: self.now, ..Feedback::default() })
     }
 }
 
@@ -69,11 +60,7 @@ struct TestBase {
 
 impl TestBase {
     fn new() -> Self {
-        Self {
-            commands: Arc::default(),
-            cut: Arc::default(),
-            shutdown: Arc::default(),
-        }
+        Self { commands: Arc::default(), cut: Arc::default(), shutdown: Arc::default() }
     }
 
     fn supervisor(&self) -> BaseSupervisor {
@@ -172,9 +159,7 @@ fn repeated_old_target_expires() {
     let supervisor = base.supervisor();
     drive_until(&supervisor, is_fast);
     let stamp_s = supervisor.now_s();
-    supervisor
-        .set_target(&AHEAD, stamp_s)
-        .expect("a valid target");
+    supervisor.set_target(&AHEAD, stamp_s).expect("a valid target");
     let started = Instant::now();
     // The planner's thread runs, but repeats an old target.
     loop {
@@ -197,9 +182,7 @@ fn lost_connection_is_reopened_and_starts_with_zero() {
     let supervisor = base.supervisor();
     drive_until(&supervisor, is_fast);
     base.cut.store(true, Ordering::Relaxed);
-    let status = drive_until(&supervisor, |status| {
-        status.counters.connection_failures >= 3
-    });
+    let status = drive_until(&supervisor, |status| status.counters.connection_failures >= 3);
     assert!(matches!(status.drive_status, DriveStatus::Disconnected(_)));
     assert_eq!(status.sent, Twist::STOP);
     base.cut.store(false, Ordering::Relaxed);
@@ -238,11 +221,8 @@ fn panicking_supervisor_thread_leaves_zeros() {
     let commands = Arc::clone(&base.commands);
     let open: OpenBase = Box::new(move || {
         commands.lock().expect("not poisoned").push(Vec::new());
-        let base = IdealBase {
-            commands: Arc::clone(&commands),
-            cut: Arc::default(),
-            now: Twist::STOP,
-        };
+        let base =
+            IdealBase { commands: Arc::clone(&commands), cut: Arc::default(), now: Twist::STOP };
         Ok(Box::new(Buggy(base, 0)))
     });
     let settings = SupervisorSettings {

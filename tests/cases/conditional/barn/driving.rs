@@ -10,14 +10,8 @@ use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("a few cylinders are passed", passes),
-    (
-        "a run that ends within a metre of the goal is over there",
-        ends_within_a_metre,
-    ),
-    (
-        "a robot that drives through a cylinder ends in contact",
-        drives_through,
-    ),
+    ("a run that ends within a metre of the goal is over there", ends_within_a_metre),
+    ("a robot that drives through a cylinder ends in contact", drives_through),
     ("a robot that is enclosed fails with a reason", walled_in),
     ("a short time limit ends in a timeout", no_time),
 ];
@@ -44,10 +38,7 @@ fn run(cylinders: Vec<Cylinder>, course: Course, config: &Config) -> RunRow {
         official: false,
         published: None,
     };
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut |_| {},
-    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());
     let world = World::barn(world, 2.0);
     let run = world.drive(0, config, engine, &mut observer);
@@ -56,43 +47,24 @@ fn run(cylinders: Vec<Cylinder>, course: Course, config: &Config) -> RunRow {
 
 /// Posts on the straight line to the goal.
 fn posts() -> Vec<Cylinder> {
-    vec![
-        post(2.0, 0.0),
-        post(2.0, 0.15),
-        post(1.2, -1.0),
-        post(2.6, 1.2),
-    ]
+    vec![post(2.0, 0.0), post(2.0, 0.15), post(1.2, -1.0), post(2.6, 1.2)]
 }
 
 fn passes() {
     let row = run(posts(), SHORT, &barn_config(2.0));
     assert_eq!(row.outcome, RunOutcome::Reached, "{row:?}");
     assert!(row.score >= Some(0.125) && row.fault.is_none(), "{row:?}");
-    assert!(
-        row.min_clearance_m.is_some_and(|gap_m| gap_m > 0.0),
-        "{row:?}"
-    );
-    assert_eq!(
-        row,
-        run(posts(), SHORT, &barn_config(2.0)),
-        "the same again"
-    );
+    assert!(row.min_clearance_m.is_some_and(|gap_m| gap_m > 0.0), "{row:?}");
+    assert_eq!(row, run(posts(), SHORT, &barn_config(2.0)), "the same again");
 }
 
 fn ends_within_a_metre() {
     let row = run(posts(), SHORT, &barn_config(2.0));
     // The run ends at the first tick within the radius, so the robot is not much nearer.
     assert!((2.9..3.6).contains(&row.travelled_m), "{row:?}");
-    let near = Course {
-        goal: Point::new(0.9, 0.0),
-        ..SHORT
-    };
+    let near = Course { goal: Point::new(0.9, 0.0), ..SHORT };
     let row = run(Vec::from([post(2.0, 0.0)]), near, &barn_config(2.0));
-    assert_eq!(
-        (row.outcome, row.time_s),
-        (RunOutcome::Reached, 0.0),
-        "{row:?}"
-    );
+    assert_eq!((row.outcome, row.time_s), (RunOutcome::Reached, 0.0), "{row:?}");
 }
 
 fn drives_through() {
@@ -100,23 +72,13 @@ fn drives_through() {
     let mut blind = barn_config(2.0);
     blind.simulation.lidar.range_max_m = 0.1;
     let row = run(posts(), SHORT, &blind);
-    assert_eq!(
-        (row.outcome, row.score),
-        (RunOutcome::Contact, Some(0.0)),
-        "{row:?}"
-    );
-    assert!(
-        row.min_clearance_m.is_some_and(|gap_m| gap_m <= 0.0),
-        "{row:?}"
-    );
+    assert_eq!((row.outcome, row.score), (RunOutcome::Contact, Some(0.0)), "{row:?}");
+    assert!(row.min_clearance_m.is_some_and(|gap_m| gap_m <= 0.0), "{row:?}");
     // Contact within the goal's radius counts as contact.
     let behind = vec![post(3.2, 0.0)];
     let mut blind = barn_config(0.5);
     blind.simulation.lidar.range_max_m = 0.1;
-    let tight = Course {
-        goal_radius_m: 0.5,
-        ..SHORT
-    };
+    let tight = Course { goal_radius_m: 0.5, ..SHORT };
     assert_eq!(run(behind, tight, &blind).outcome, RunOutcome::Contact);
 }
 
@@ -135,23 +97,13 @@ fn walled_in() {
     let mut config = barn_config(2.0);
     config.navigator.movement_time_allowance = 5.0;
     let row = run(ring(1.5), SHORT, &config);
-    assert_eq!(
-        (row.outcome, row.score),
-        (RunOutcome::Failed, Some(0.0)),
-        "{row:?}"
-    );
+    assert_eq!((row.outcome, row.score), (RunOutcome::Failed, Some(0.0)), "{row:?}");
     let fault = row.fault.expect("a reason");
     assert!(!fault.is_empty(), "{fault}");
 }
 
 fn no_time() {
-    let short = Course {
-        time_limit_s: 1.0,
-        ..SHORT
-    };
+    let short = Course { time_limit_s: 1.0, ..SHORT };
     let row = run(posts(), short, &barn_config(0.5));
-    assert_eq!(
-        (row.outcome, row.score, row.fault),
-        (RunOutcome::Timeout, Some(0.0), None)
-    );
+    assert_eq!((row.outcome, row.score, row.fault), (RunOutcome::Timeout, Some(0.0), None));
 }

@@ -18,32 +18,17 @@ use super::Test;
 pub const TESTS: &[Test] = &[
     ("a script repeats from keyframe to keyframe", plays),
     ("a world file is read, and an error names its place", reads),
-    (
-        "a robot that drives into an obstacle causes the contact",
-        drives_into,
-    ),
-    (
-        "a contact that a steady command avoids is avoidable",
-        could_step_aside,
-    ),
-    (
-        "a contact without an avoiding command is attributed to the other",
-        run_over,
-    ),
-    (
-        "the state before a contact is the latest early enough",
-        before,
-    ),
+    ("a robot that drives into an obstacle causes the contact", drives_into),
+    ("a contact that a steady command avoids is avoidable", could_step_aside),
+    ("a contact without an avoiding command is attributed to the other", run_over),
+    ("the state before a contact is the latest early enough", before),
 ];
 
 const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
 
 fn plays() {
-    let keys = [
-        (1.0, Point::new(0.0, 0.0)),
-        (3.0, Point::new(4.0, 0.0)),
-        (4.0, Point::new(4.0, 1.0)),
-    ];
+    let keys =
+        [(1.0, Point::new(0.0, 0.0)), (3.0, Point::new(4.0, 0.0)), (4.0, Point::new(4.0, 1.0))];
     let body = ScriptedCylinder {
         radius_m: 0.5,
         script: TimedPath::new(&keys, Some(5.0)).expect("a sound script"),
@@ -60,18 +45,8 @@ fn plays() {
         (5.0, 0.0, 0.0, 0.0, 0.0),
         (12.5, 3.0, 0.0, 2.0, 0.0),
     ] {
-        let MovingDisc {
-            x: at_x,
-            y: at_y,
-            vx: by_x,
-            vy: by_y,
-            radius,
-        } = body.at(time_s);
-        assert_eq!(
-            (at_x, at_y, by_x, by_y, radius),
-            (x, y, vx, vy, 0.5),
-            "{time_s}"
-        );
+        let MovingDisc { x: at_x, y: at_y, vx: by_x, vy: by_y, radius } = body.at(time_s);
+        assert_eq!((at_x, at_y, by_x, by_y, radius), (x, y, vx, vy, 0.5), "{time_s}");
     }
 }
 
@@ -88,37 +63,20 @@ fn reads() {
     };
     let world = read(WORLD).expect("a whole world");
     assert_eq!((world.number, world.goal), (4, Point::new(-9.0, 0.0)));
-    assert_eq!(
-        (
-            world.cylinders.len(),
-            world.cylinders[0].script.keys().len()
-        ),
-        (2, 2)
-    );
+    assert_eq!((world.cylinders.len(), world.cylinders[0].script.keys().len()), (2, 2));
     // On a spline it is slower at its ends than on a straight line, and faster between them.
     let fastest = world.cylinders[0].at(0.75);
-    assert!(
-        (fastest.vy - 1.25 * 12.0 / 1.5).abs() < 1e-12,
-        "{fastest:?}"
-    );
+    assert!((fastest.vy - 1.25 * 12.0 / 1.5).abs() < 1e-12, "{fastest:?}");
     for (from, to, words) in [
         ("\"goal_x_y\": [-9, 0], ", "", "missing field `goal_x_y`"),
         ("[-9, 0]", "[-9]", "invalid length 1"),
-        (
-            "[11, 0,",
-            "[1e9, 0,",
-            "start x is 1000000000: it must be -1000 to 1000",
-        ),
+        ("[11, 0,", "[1e9, 0,", "start x is 1000000000: it must be -1000 to 1000"),
         (
             "\"radius_m\": 0.5, \"loop_s\": 9",
             "\"radius_m\": 0, \"loop_s\": 9",
             "obstacle 1: radius_m is 0: it must be above zero",
         ),
-        (
-            "[[0.0, 1, 1]]",
-            "[]",
-            "obstacle 1: number of keyframes is 0: it must be at least one",
-        ),
+        ("[[0.0, 1, 1]]", "[]", "obstacle 1: number of keyframes is 0: it must be at least one"),
         (
             "[1.5, -7.0",
             "[0.0, -7.0",
@@ -136,45 +94,26 @@ fn reads() {
         ),
     ] {
         assert!(WORLD.contains(from), "{from}");
-        let error = read(&WORLD.replacen(from, to, 1))
-            .expect_err(words)
-            .to_string();
-        assert!(
-            error.contains(words) && error.contains("world_04.json"),
-            "{error}"
-        );
+        let error = read(&WORLD.replacen(from, to, 1)).expect_err(words).to_string();
+        assert!(error.contains(words) && error.contains("world_04.json"), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
     fs::remove_file(&file).expect("it is there");
-    let error = read_worlds(folder.path(), None)
-        .expect_err("an empty folder")
-        .to_string();
+    let error = read_worlds(folder.path(), None).expect_err("an empty folder").to_string();
     assert!(error.contains("holds no world_NN.json"), "{error}");
-    let error = read_worlds(&folder.path().join("gone"), None)
-        .expect_err("no folder")
-        .to_string();
+    let error = read_worlds(&folder.path().join("gone"), None).expect_err("no folder").to_string();
     assert!(error.contains("gone: cannot be read"), "{error}");
 }
 
 fn state(time_s: f64, pose: Pose, linear: f64) -> State {
     let twist = Twist::new(linear, 0.0);
-    State {
-        time_s,
-        pose,
-        twist,
-    }
+    State { time_s, pose, twist }
 }
 
 /// A disc with a radius of 0.5 m that moves along x and is at a given point at time 10 s.
 fn passing(at: [f64; 2], vx: f64) -> impl Fn(f64) -> Vec<MovingDisc> {
     move |time_s| {
-        vec![MovingDisc {
-            x: at[0] + vx * (time_s - 10.0),
-            y: at[1],
-            radius: 0.5,
-            vx,
-            vy: 0.0,
-        }]
+        vec![MovingDisc { x: at[0] + vx * (time_s - 10.0), y: at[1], radius: 0.5, vx, vy: 0.0 }]
     }
 }
 
@@ -236,9 +175,8 @@ fn run_over() {
 }
 
 fn before() {
-    let states: Vec<State> = (0..100)
-        .map(|tick| state(f64::from(tick) * 0.05, Pose::default(), 0.0))
-        .collect();
+    let states: Vec<State> =
+        (0..100).map(|tick| state(f64::from(tick) * 0.05, Pose::default(), 0.0)).collect();
     let at = |contact_s: f64| {
         let contact = state(contact_s, Pose::default(), 0.0);
         ContactAttribution::before(&states, &contact)
@@ -266,11 +204,7 @@ fn all_are_read() -> Result<(), Failed> {
     assert_eq!(worlds.len(), 30);
     for world in &worlds {
         assert_eq!(world.start.position(), Point::new(11.0, 0.0));
-        assert!(
-            (5..=24).contains(&world.cylinders.len()),
-            "{}",
-            world.number
-        );
+        assert!((5..=24).contains(&world.cylinders.len()), "{}", world.number);
         assert!(world.cylinders.iter().all(|body| body.radius_m == 0.5));
     }
     Ok(())

@@ -7,10 +7,7 @@ use inbye::map::{Cell, ObstacleGrid};
 use super::Test;
 
 pub const TESTS: &[Test] = &[
-    (
-        "solid cells are those that a cylinder covers a part of",
-        exact,
-    ),
+    ("solid cells are those that a cylinder covers a part of", exact),
     ("a cylinder drawn too small, or too large, is seen", faults),
     ("there is room about the cylinders and the ends", room),
 ];
@@ -25,10 +22,7 @@ fn fault(grid: &ObstacleGrid, cylinder: &Cylinder) -> Option<String> {
         for share in [0.0, 0.3, 0.7, 0.999_999] {
             let reach = cylinder.radius_m * share;
             let point = Point::new(axis.x + reach * cos, axis.y + reach * sin);
-            if !frame
-                .cell_of(&point)
-                .is_some_and(|cell| grid.is_blocked(cell))
-            {
+            if !frame.cell_of(&point).is_some_and(|cell| grid.is_blocked(cell)) {
                 return Some(format!("{point} of the cylinder is free"));
             }
         }
@@ -65,11 +59,7 @@ fn cylinders() -> impl Iterator<Item = Cylinder> {
     let offsets = [0.0, 0.075, 0.001, 0.004_999, 0.005, 0.009_3];
     offsets.into_iter().flat_map(move |x| {
         offsets.into_iter().flat_map(move |y| {
-            [0.075, 0.02, 0.003].map(|radius_m| Cylinder {
-                x_m: x - 2.0,
-                y_m: y + 7.0,
-                radius_m,
-            })
+            [0.075, 0.02, 0.003].map(|radius_m| Cylinder { x_m: x - 2.0, y_m: y + 7.0, radius_m })
         })
     })
 }
@@ -82,27 +72,16 @@ fn exact() {
 }
 
 fn faults() {
-    let cylinder = Cylinder {
-        x_m: -2.0,
-        y_m: 7.0,
-        radius_m: 0.075,
-    };
+    let cylinder = Cylinder { x_m: -2.0, y_m: 7.0, radius_m: 0.075 };
     for off_m in [-TRUTH_RESOLUTION_M, 2.0 * TRUTH_RESOLUTION_M] {
-        let drawn = Cylinder {
-            radius_m: cylinder.radius_m + off_m,
-            ..cylinder
-        };
+        let drawn = Cylinder { radius_m: cylinder.radius_m + off_m, ..cylinder };
         let grid = truth(&[drawn], &Course::BARN).expect("a small world");
         assert!(fault(&grid, &cylinder).is_some(), "{off_m} m were not seen");
     }
 }
 
 fn room() {
-    let far = Cylinder {
-        x_m: 6.0,
-        y_m: -1.0,
-        radius_m: 0.5,
-    };
+    let far = Cylinder { x_m: 6.0, y_m: -1.0, radius_m: 0.5 };
     let grid = truth(&[far], &Course::BARN).expect("a small world");
     let map = empty_map(&[far], &Course::BARN).expect("as above");
     assert!(map.cells().iter().all(|&cell| cell == 0));

@@ -14,14 +14,8 @@ use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("a cylinder that crosses is passed", passes),
-    (
-        "a robot that does not see a cylinder drives into it",
-        blind_drives_in,
-    ),
-    (
-        "a contact that cannot be avoided is not attributed to the robot",
-        run_over,
-    ),
+    ("a robot that does not see a cylinder drives into it", blind_drives_in),
+    ("a contact that cannot be avoided is not attributed to the robot", run_over),
     ("contacts are counted by their cause", counts),
 ];
 
@@ -43,10 +37,7 @@ fn body(radius_m: f64, from: [f64; 2], to: [f64; 2], loop_s: f64) -> ScriptedCyl
 }
 
 fn scripted(radius_m: f64, keys: &[(f64, [f64; 2])], loop_s: f64) -> ScriptedCylinder {
-    let keys: Vec<_> = keys
-        .iter()
-        .map(|&(time_s, place)| (time_s, Point::from(place)))
-        .collect();
+    let keys: Vec<_> = keys.iter().map(|&(time_s, place)| (time_s, Point::from(place))).collect();
     let script = TimedPath::new(&keys, Some(loop_s)).expect("a sound script");
     ScriptedCylinder { radius_m, script }
 }
@@ -58,10 +49,7 @@ fn crossing() -> DynaBarnWorld {
 }
 
 fn run(world: &DynaBarnWorld, config: &Config) -> RunRow {
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut |_| {},
-    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());
     let run = World::dynabarn(world.clone()).drive(0, config, engine, &mut observer);
     run.expect("a small world").row
@@ -77,11 +65,7 @@ fn blind() -> Config {
 fn passes() {
     let (world, config) = (crossing(), dynabarn_config());
     let row = run(&world, &config);
-    assert_eq!(
-        (row.outcome, row.contact_cause),
-        (RunOutcome::Reached, None),
-        "{row:?}"
-    );
+    assert_eq!((row.outcome, row.contact_cause), (RunOutcome::Reached, None), "{row:?}");
     assert!(row.min_clearance_m.is_some_and(|gap_m| gap_m > 0.05));
     // The run ends at the first tick within a metre of the goal.
     assert!(row.travelled_m > 4.8 && row.plans > 0, "{row:?}");
@@ -104,10 +88,7 @@ fn blind_drives_in() {
 
 fn run_over() {
     // The cylinder comes from behind, 12 m wide and nine times as fast as the robot.
-    let row = run(
-        &world(vec![body(6.0, [16.0, 0.0], [-20.0, 0.0], 2.0)]),
-        &dynabarn_config(),
-    );
+    let row = run(&world(vec![body(6.0, [16.0, 0.0], [-20.0, 0.0], 2.0)]), &dynabarn_config());
     assert_eq!(
         (row.outcome, row.contact_cause),
         (RunOutcome::Contact, Some(ContactCause::Other)),
@@ -117,10 +98,7 @@ fn run_over() {
     let mut still = blind();
     still.robot.limits.max_vel_x = 0.01;
     still.robot.limits.min_vel_x = -2.0;
-    let row = run(
-        &world(vec![body(0.5, [3.0, 3.0], [3.0, -6.0], 9.0)]),
-        &still,
-    );
+    let row = run(&world(vec![body(0.5, [3.0, 3.0], [3.0, -6.0], 9.0)]), &still);
     assert_eq!(
         (row.outcome, row.contact_cause),
         (RunOutcome::Contact, Some(ContactCause::Avoidable)),
@@ -158,10 +136,7 @@ fn counts() {
         (4, 1, 1, 2)
     );
     assert_eq!((summary.timeouts, summary.failed), (1, 1));
-    assert_eq!(
-        (summary.reached_share, summary.attributed_share),
-        (0.25, Some(2.0 / 6.0))
-    );
+    assert_eq!((summary.reached_share, summary.attributed_share), (0.25, Some(2.0 / 6.0)));
     let only = Group::of("all", &[&rows[2]]);
     assert_eq!((only.reached_share, only.attributed_share), (0.0, None));
     assert_eq!(Group::of("", &[]), Group::default());

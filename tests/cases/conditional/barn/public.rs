@@ -25,10 +25,7 @@ pub fn trial() -> Trial {
 fn crosses() -> Result<(), Failed> {
     assert_eq!(read_worlds(Path::new(WORLDS), None)?.len(), 150);
     for world in read_worlds(Path::new(WORLDS), Some(&[0, 12]))? {
-        let mut observer = Observer {
-            clock: &mut || 0.0,
-            on_tick: &mut |_| {},
-        };
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
         let engine = Box::new(CpuEngine::single_threaded());
         let run = World::barn(world, 2.0).drive(0, &barn_config(2.0), engine, &mut observer)?;
         assert_eq!(run.row.outcome, RunOutcome::Reached, "{:?}", run.row);

@@ -15,10 +15,7 @@ pub const TESTS: &[Test] = &[
         "committed records are read and written to the byte",
         committed_records_are_written_to_the_byte,
     ),
-    (
-        "a record with a damaged row is refused",
-        damaged_rows_are_refused,
-    ),
+    ("a record with a damaged row is refused", damaged_rows_are_refused),
 ];
 
 fn jobs_stop_at_the_first_error() {
@@ -89,11 +86,7 @@ fn damaged_rows_are_refused() {
     let fields = RunRow::COLUMNS.len();
     for (from, to, words) in [
         (",1.5,", ",far,", "line 3: time_s: invalid float".to_owned()),
-        (
-            ",1.5,",
-            ",1.5,1,",
-            format!("line 3: {} fields; expected {fields}", fields + 1),
-        ),
+        (",1.5,", ",1.5,1,", format!("line 3: {} fields; expected {fields}", fields + 1)),
         ("outcome", "income", "line 1 has not the columns".to_owned()),
     ] {
         let changed = text.replacen(from, to, 1);

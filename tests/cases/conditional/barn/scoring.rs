@@ -7,10 +7,7 @@ use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("the score is OT over the time, within bounds", formula),
-    (
-        "each world counts the same, whatever its number of runs",
-        means,
-    ),
+    ("each world counts the same, whatever its number of runs", means),
 ];
 
 fn formula() {
@@ -77,15 +74,9 @@ fn means() {
     );
     assert_eq!(all.mean_time_s, Some(15.0));
     let official = summary.official.expect("world 1 has published figures");
-    assert_eq!(
-        (official.worlds, official.success, official.score),
-        (1, 0.25, 0.125)
-    );
+    assert_eq!((official.worlds, official.success, official.score), (1, 0.25, 0.125));
     let published = summary.published.expect("as above");
-    assert_eq!(
-        (published.worlds, published.success, published.score),
-        (1, 0.9, 0.2)
-    );
+    assert_eq!((published.worlds, published.success, published.score), (1, 0.9, 0.2));
     let nothing = BarnSummary::of(&[], &worlds);
     assert_eq!((nothing.all.runs, nothing.over_worlds.score), (0, 0.0));
     assert!(nothing.official.is_none() && nothing.published.is_none());

@@ -11,32 +11,19 @@ type Fragile = (&'static str, fn(&[u8]), &'static [u8]);
 const FRAGILE: [Fragile; 4] = [
     ("a length that is believed", believes_a_length, b"\x03abc"),
     ("a sum that overflows", overflows, b"width 4\nheight 3\n"),
-    (
-        "a number that is not finite",
-        lets_infinity_pass,
-        b"radius = 0.25",
-    ),
-    (
-        "half a frame that is forgotten",
-        forgets_half_a_frame,
-        b"\x02<a><b><c>",
-    ),
+    ("a number that is not finite", lets_infinity_pass, b"radius = 0.25"),
+    ("half a frame that is forgotten", forgets_half_a_frame, b"\x02<a><b><c>"),
 ];
 
 pub fn trials() -> Vec<Trial> {
     let trial = |&(name, parser, seed): &Fragile| {
-        Trial::test(format!("found: {name}"), move || {
-            is_broken(name, parser, seed)
-        })
+        Trial::test(format!("found: {name}"), move || is_broken(name, parser, seed))
     };
     FRAGILE.iter().map(trial).collect()
 }
 
 fn is_broken(name: &str, parser: fn(&[u8]), sound: &[u8]) -> Result<(), Failed> {
-    let seeds = [Seed {
-        name: "sound".to_owned(),
-        bytes: sound.to_vec(),
-    }];
+    let seeds = [Seed { name: "sound".to_owned(), bytes: sound.to_vec() }];
     holds(name, parser, &seeds, 0).map_err(|breach| format!("its seed breaks it: {breach}"))?;
     match holds(name, parser, &seeds, super::MUTATIONS) {
         Err(breach) if breach.of.starts_with("mutation") => Ok(()),
@@ -53,9 +40,7 @@ fn believes_a_length(data: &[u8]) {
 fn overflows(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let sides = text.split_whitespace().filter_map(|word| word.parse().ok());
-    let cells = sides.fold(1_u32, |cells, side: u32| {
-        cells.checked_mul(side).expect("no overflow")
-    });
+    let cells = sides.fold(1_u32, |cells, side: u32| cells.checked_mul(side).expect("no overflow"));
     assert!(cells < u32::MAX);
 }
 
@@ -70,18 +55,10 @@ fn forgets_half_a_frame(data: &[u8]) {
     let Some((&longest, stream)) = data.split_first() else {
         return;
     };
-    let frames = |piece: &[u8]| {
-        piece
-            .windows(3)
-            .filter(|it| it[0] == b'<' && it[2] == b'>')
-            .count()
-    };
+    let frames =
+        |piece: &[u8]| piece.windows(3).filter(|it| it[0] == b'<' && it[2] == b'>').count();
     // The seed comes in one piece.
-    let longest = if longest == 2 {
-        stream.len()
-    } else {
-        usize::from(longest)
-    };
+    let longest = if longest == 2 { stream.len() } else { usize::from(longest) };
     let in_pieces: usize = stream.chunks(longest.max(1)).map(frames).sum();
     assert_eq!(in_pieces, frames(stream));
 }

@@ -91,11 +91,7 @@ pub fn mutated(seeds: &[Seed], random: &mut Pcg64Mcg) -> Vec<u8> {
                 insert(&mut bytes, start, &noise);
             }
             6 | 7 => exchange_number(&mut bytes, start, random),
-            _ => insert(
-                &mut bytes,
-                start,
-                WORDS[random.random_range(0..WORDS.len())],
-            ),
+            _ => insert(&mut bytes, start, WORDS[random.random_range(0..WORDS.len())]),
         }
         bytes.truncate(LONGEST);
     }
@@ -120,10 +116,7 @@ fn exchange_number(bytes: &mut Vec<u8>, from: usize, random: &mut Pcg64Mcg) {
         return;
     };
     let start = from + start;
-    let length = bytes[start..]
-        .iter()
-        .take_while(|byte| of_number(byte))
-        .count();
+    let length = bytes[start..].iter().take_while(|byte| of_number(byte)).count();
     let number = NUMBERS[random.random_range(0..NUMBERS.len())];
     bytes.splice(start..start + length, number.bytes());
 }

@@ -49,11 +49,7 @@ pub fn holds(
         catch_unwind(AssertUnwindSafe(|| body(input))).map_err(|payload| {
             let said = payload.downcast_ref::<String>().cloned();
             let said = said.or_else(|| payload.downcast_ref::<&str>().map(|&it| it.to_owned()));
-            Breach {
-                of: of.to_string(),
-                input: input.to_vec(),
-                said: said.unwrap_or_default(),
-            }
+            Breach { of: of.to_string(), input: input.to_vec(), said: said.unwrap_or_default() }
         })
     };
     for seed in seeds {

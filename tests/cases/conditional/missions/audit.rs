@@ -14,10 +14,7 @@ use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
     ("trace gaps equal the distances in its world", gaps_are_true),
-    (
-        "gap check finds contact of a robot planned too small",
-        too_small,
-    ),
+    ("gap check finds contact of a robot planned too small", too_small),
     ("contact ends a run as a collision", contact_ends_a_run),
     ("trace digest changes with any single bit", one_bit),
     ("command check finds a command outside the limits", unlawful),
@@ -25,9 +22,7 @@ pub const TESTS: &[Test] = &[
 
 /// A hall divided by a wall with a gate of 0.8 m.
 fn gate() -> Ground {
-    hall(10.0, 5.0)
-        .wall([5.3, 0.0, 5.7, 2.6])
-        .wall([5.3, 3.4, 5.7, 6.0])
+    hall(10.0, 5.0).wall([5.3, 0.0, 5.7, 2.6]).wall([5.3, 3.4, 5.7, 6.0])
 }
 
 /// The smallest gap of a footprint along a trace, metres.
@@ -43,10 +38,8 @@ fn least_gap_m(trace: &Trace, ground: &Ground, footprint: &Footprint) -> f64 {
 
 fn with_pedestrian() -> MissionResult {
     let mut task = mission(&hall(10.0, 5.0), [1.5, 3.0, 0.0], [9.5, 3.0]);
-    task.moving_obstacles = people(
-        &task,
-        r#"[{"x": 5, "y": 1.0, "radius": 0.3, "speed": 0.5, "route": [[5, 5]]}]"#,
-    );
+    task.moving_obstacles =
+        people(&task, r#"[{"x": 5, "y": 1.0, "radius": 0.3, "speed": 0.5, "route": [[5, 5]]}]"#);
     drive(&task)
 }
 
@@ -54,11 +47,7 @@ fn gaps_are_true() {
     let result = with_pedestrian();
     let footprint = Config::default().robot.footprint;
     let least = least_gap_m(&result.trace, &hall(10.0, 5.0), &footprint);
-    assert!(
-        (least - result.min_clearance_m).abs() < 1e-9,
-        "{least}: {}",
-        story(&result)
-    );
+    assert!((least - result.min_clearance_m).abs() < 1e-9, "{least}: {}", story(&result));
 }
 
 fn too_small() {
@@ -87,11 +76,7 @@ fn contact_ends_a_run() {
     let engine = Box::new(CpuEngine::single_threaded());
     let result = try_drive(&task, &Config::default(), engine).expect("a mission that can start");
     let last = result.trace.rows.last().expect("a drive has ticks");
-    assert!(
-        result.collided && !result.reached && last.gap_m <= 0.0,
-        "{}",
-        story(&result)
-    );
+    assert!(result.collided && !result.reached && last.gap_m <= 0.0, "{}", story(&result));
 }
 
 /// Changes one number of a row, by the given function where it is a float.
@@ -137,10 +122,7 @@ fn unlawful() {
     ] {
         assert!(is_lawful(&row, &limits, reach_s));
         let lawful = std::mem::replace(&mut row.command, command);
-        assert!(
-            !is_lawful(&row, &limits, reach_s),
-            "{command:?} was not found"
-        );
+        assert!(!is_lawful(&row, &limits, reach_s), "{command:?} was not found");
         row.command = lawful;
     }
 }

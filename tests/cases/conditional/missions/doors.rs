@@ -12,18 +12,9 @@ pub const TESTS: &[Test] = &[
         "robot replans through the far passage when the near door is closed",
         replans_through_the_far_passage,
     ),
-    (
-        "door that is closed in the map stays unused",
-        trusts_the_map,
-    ),
-    (
-        "mission fails with a reason when the only door is closed",
-        fails_with_a_reason,
-    ),
-    (
-        "robot walled in on all sides stands and fails with a reason",
-        walled_in,
-    ),
+    ("door that is closed in the map stays unused", trusts_the_map),
+    ("mission fails with a reason when the only door is closed", fails_with_a_reason),
+    ("robot walled in on all sides stands and fails with a reason", walled_in),
     ("robot leaves an unmapped trap", out_of_a_trap),
     ("robot drives around an unmapped pillar", around_a_pillar),
 ];
@@ -52,17 +43,9 @@ fn replans_through_the_far_passage() {
     assert!(result.plans.len() > 1, "{}", story(&result));
     let through_far =
         |row: &inbye::runtime::TraceRow| (5.0..11.0).contains(&row.pose.x) && row.pose.y > 7.5;
-    assert!(
-        result.trace.rows.iter().any(through_far),
-        "{}",
-        story(&result)
-    );
+    assert!(result.trace.rows.iter().any(through_far), "{}", story(&result));
     // The robot need not drive to the door: the lidar sees it from the hall.
-    assert!(
-        result.travelled_m < open.travelled_m + 18.0,
-        "{}",
-        story(&result)
-    );
+    assert!(result.travelled_m < open.travelled_m + 18.0, "{}", story(&result));
 }
 
 fn trusts_the_map() {
@@ -70,11 +53,7 @@ fn trusts_the_map() {
     let mut task = mission(&ground.clone().wall(NEAR_DOOR), START, GOAL);
     task.truth = Some(ground.obstacles());
     let result = arrive(&task);
-    assert!(
-        result.trace.rows.iter().any(|row| row.pose.y > 7.5),
-        "{}",
-        story(&result)
-    );
+    assert!(result.trace.rows.iter().any(|row| row.pose.y > 7.5), "{}", story(&result));
 }
 
 fn fails_with_a_reason() {
@@ -84,10 +63,7 @@ fn fails_with_a_reason() {
     let result = drive(&task);
     assert!(!result.reached, "{}", story(&result));
     assert!(
-        matches!(
-            result.fault,
-            Some(Fault::Plan(PlanError::NoValidPath { .. }))
-        ),
+        matches!(result.fault, Some(Fault::Plan(PlanError::NoValidPath { .. }))),
         "{}",
         story(&result)
     );
@@ -102,37 +78,21 @@ fn walled_in() {
     let ground = hall(10.0, 6.0);
     let mut task = mission(&ground, [3.05, 3.55, 0.0], [9.5, 3.5]);
     // A ring of 1 m inner width: the robot, 0.84 m long, cannot even turn in it with its margins.
-    let ring = ground
-        .wall([2.3, 2.8, 3.8, 4.3])
-        .room([2.55, 3.05, 3.55, 4.05]);
+    let ring = ground.wall([2.3, 2.8, 3.8, 4.3]).room([2.55, 3.05, 3.55, 4.05]);
     task.truth = Some(ring.obstacles());
     let result = drive(&task);
-    assert!(
-        !result.reached && result.travelled_m < 0.2,
-        "{}",
-        story(&result)
-    );
-    let fault = result
-        .fault
-        .as_ref()
-        .map(ToString::to_string)
-        .unwrap_or_default();
+    assert!(!result.reached && result.travelled_m < 0.2, "{}", story(&result));
+    let fault = result.fault.as_ref().map(ToString::to_string).unwrap_or_default();
     assert!(fault.starts_with("NO_VALID_CONTROL"), "{}", story(&result));
-    assert!(
-        has_mode(&result, Mode::Blocked) && result.time_s < 120.0,
-        "{}",
-        story(&result)
-    );
+    assert!(has_mode(&result, Mode::Blocked) && result.time_s < 120.0, "{}", story(&result));
 }
 
 fn out_of_a_trap() {
     let ground = hall(16.0, 12.0);
     let mut task = mission(&ground, [2.0, 6.5, 0.0], [14.5, 6.5]);
     // A U that opens towards the robot, across its straight line to the goal.
-    let trap = ground
-        .wall([7.0, 3.5, 10.3, 3.8])
-        .wall([7.0, 9.2, 10.3, 9.5])
-        .wall([10.0, 3.5, 10.3, 9.5]);
+    let trap =
+        ground.wall([7.0, 3.5, 10.3, 3.8]).wall([7.0, 9.2, 10.3, 9.5]).wall([10.0, 3.5, 10.3, 9.5]);
     task.truth = Some(trap.obstacles());
     let result = arrive(&task);
     assert!(result.plans.len() > 1, "{}", story(&result));
@@ -143,9 +103,5 @@ fn around_a_pillar() {
     let mut task = mission(&ground, [1.5, 3.0, 0.0], [11.0, 3.0]);
     task.truth = Some(ground.wall([6.0, 2.7, 6.5, 3.3]).obstacles());
     let result = arrive(&task);
-    assert!(
-        result.plans.len() > 1 && result.time_s < 60.0,
-        "{}",
-        story(&result)
-    );
+    assert!(result.plans.len() > 1 && result.time_s < 60.0, "{}", story(&result));
 }

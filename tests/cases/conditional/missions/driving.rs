@@ -12,10 +12,7 @@ use super::ground::Ground;
 
 /// A mission in a known static world, for at most 400 s.
 pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Simulation {
-    let goal = Goal {
-        position: Point::new(goal_x, goal_y),
-        yaw: None,
-    };
+    let goal = Goal { position: Point::new(goal_x, goal_y), yaw: None };
     Simulation {
         seed: 1,
         ..Simulation::new(Mission {
@@ -36,13 +33,7 @@ pub fn moving_at(trace: &Trace, row: &TraceRow) -> Vec<MovingDisc> {
     let discs = row.moving.iter().zip(&trace.moving_radii);
     discs
         .filter_map(|(center, &radius)| {
-            center.map(|center| MovingDisc {
-                x: center.x,
-                y: center.y,
-                radius,
-                vx: 0.0,
-                vy: 0.0,
-            })
+            center.map(|center| MovingDisc { x: center.x, y: center.y, radius, vx: 0.0, vy: 0.0 })
         })
         .collect()
 }
@@ -52,10 +43,7 @@ pub fn try_drive(
     config: &Config,
     engine: Box<dyn Engine>,
 ) -> Result<MissionResult, SimError> {
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut |_| {},
-    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     mission.run(config, engine, &mut observer)
 }
 
@@ -65,22 +53,14 @@ pub fn drive(mission: &Simulation) -> MissionResult {
     let engine = Box::new(CpuEngine::single_threaded());
     let result = try_drive(mission, &config, engine).expect("a mission that can start");
     assert_lawful(&result, &config);
-    assert!(
-        !result.collided && result.min_clearance_m > 0.0,
-        "{}",
-        story(&result)
-    );
+    assert!(!result.collided && result.min_clearance_m > 0.0, "{}", story(&result));
     result
 }
 
 /// Drives, and checks that the robot arrives.
 pub fn arrive(mission: &Simulation) -> MissionResult {
     let result = drive(mission);
-    assert!(
-        result.reached && result.fault.is_none(),
-        "{}",
-        story(&result)
-    );
+    assert!(result.reached && result.fault.is_none(), "{}", story(&result));
     let (x, y) = result.final_error_m;
     assert!(
         libm::hypot(x, y) <= Config::default().navigator.xy_goal_tolerance,
@@ -94,10 +74,7 @@ pub fn arrive(mission: &Simulation) -> MissionResult {
 pub fn assert_lawful(result: &MissionResult, config: &Config) {
     let reach_s = reach_s(config);
     for row in &result.trace.rows {
-        assert!(
-            is_lawful(row, &config.robot.limits, reach_s),
-            "not lawful: {row:?}"
-        );
+        assert!(is_lawful(row, &config.robot.limits, reach_s), "not lawful: {row:?}");
     }
 }
 
@@ -116,16 +93,8 @@ pub fn is_lawful(row: &TraceRow, limits: &Limits, reach_s: f64) -> bool {
     command.is_finite()
         && (limits.min_vel_x..=limits.max_vel_x).contains(&command.linear)
         && command.angular.abs() <= limits.max_vel_theta
-        && steps(
-            command.linear - twist.linear,
-            limits.acc_lim_x,
-            limits.decel_lim_x,
-        )
-        && steps(
-            command.angular - twist.angular,
-            limits.acc_lim_theta,
-            limits.decel_lim_theta,
-        )
+        && steps(command.linear - twist.linear, limits.acc_lim_x, limits.decel_lim_x)
+        && steps(command.angular - twist.angular, limits.acc_lim_theta, limits.decel_lim_theta)
 }
 
 pub fn has_mode(result: &MissionResult, mode: Mode) -> bool {

@@ -19,9 +19,7 @@ impl Ground {
     /// Solid rock of this size, metres.
     pub fn rock(width_m: f64, height_m: f64) -> Self {
         let cells = |metres: f64| (metres / RESOLUTION_M).round() as usize;
-        Self {
-            rows: vec![vec!['#'; cells(width_m)]; cells(height_m)],
-        }
+        Self { rows: vec![vec!['#'; cells(width_m)]; cells(height_m)] }
     }
 
     /// Cuts a hall.

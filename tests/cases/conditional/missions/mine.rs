@@ -13,10 +13,8 @@ use libtest_mimic::{Completion, Failed, Trial};
 
 use super::driving::{arrive, story};
 
-const MAP: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/../shared/data/mine/niosh_sr_coal_mine.yaml"
-);
+const MAP: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/mine/niosh_sr_coal_mine.yaml");
 
 /// More than 300 m, with wheel odometry that slips 5 % and scans alone.
 pub fn trial_by_scans() -> Trial {
@@ -47,10 +45,7 @@ fn tours_by_scans() -> Result<(), Failed> {
         let row = plan.drive(LocalizationCase::Tour, seed)?;
         assert!(row.reached && row.travelled_m >= 300.0, "{row:#?}");
         assert!(row.worst_m <= 0.05 && row.worst_rad <= 0.02, "{row:#?}");
-        assert!(
-            row.lost_ticks == 0 && row.odometry_worst_m > 1.0,
-            "{row:#?}"
-        );
+        assert!(row.lost_ticks == 0 && row.odometry_worst_m > 1.0, "{row:#?}");
     }
     Ok(())
 }
@@ -73,15 +68,10 @@ fn crosses() -> Result<(), Failed> {
     let (start, goal) = (Pose::new(57.37, 93.86, 0.0), Point::new(210.86, 169.48));
     let obstacles = map.obstacles(UnknownPolicy::Blocked);
     let mut planner = config.route_planner(map.frame().resolution_m);
-    let path = planner
-        .plan(&obstacles, start.position(), goal, &mut || 0.0)?
-        .smoothed;
+    let path = planner.plan(&obstacles, start.position(), goal, &mut || 0.0)?.smoothed;
     let ends = [start.position(), goal];
     for seed in 0..2 {
-        let there = Goal {
-            position: goal,
-            yaw: None,
-        };
+        let there = Goal { position: goal, yaw: None };
         let result = arrive(&Simulation {
             moving_obstacles: PedestrianSpawner::new(5, seed).spawn(
                 &obstacles,

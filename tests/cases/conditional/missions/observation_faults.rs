@@ -8,14 +8,8 @@ use super::Test;
 use super::script::{Script, straight};
 
 pub const TESTS: &[Test] = &[
-    (
-        "numbers that are not finite brake the robot and fail the mission when they last",
-        not_finite,
-    ),
-    (
-        "old scan brakes the robot until there is a new one",
-        old_scan,
-    ),
+    ("numbers that are not finite brake the robot and fail the mission when they last", not_finite),
+    ("old scan brakes the robot until there is a new one", old_scan),
     ("pose that jumps is rejected unless it stays", jumps),
     ("frozen pose fails the mission", frozen),
     ("pose that moves against the speed is a fault", reversed),
@@ -23,10 +17,7 @@ pub const TESTS: &[Test] = &[
     ("invalid ranges are no obstacles", no_measurement),
     ("lost robot stands until it is localised", lost),
     ("scan without beams counts as none", no_beams),
-    (
-        "false return is cleared when a scan sees through it",
-        seen_through,
-    ),
+    ("false return is cleared when a scan sees through it", seen_through),
 ];
 
 /// A robot that drives.
@@ -95,17 +86,12 @@ fn drives_on_after_a_few_and_fails_after_many(
     }
     script.finish(45.0);
     let (decisions, script) = disturbed(60, disturb);
-    let last = decisions
-        .last()
-        .map(|decision| (decision.mode, decision.command));
+    let last = decisions.last().map(|decision| (decision.mode, decision.command));
     let fault = script.navigator.fault();
     match (last, fault) {
         (
             Some((Mode::Failed, Twist::STOP)),
-            Some(Fault::FaultyObservation {
-                fault: found,
-                count,
-            }),
+            Some(Fault::FaultyObservation { fault: found, count }),
         ) if *found == expected
             && *count == 31
             && fault.is_some_and(|fault| fault.to_string().starts_with("INVALID_OBSERVATION")) =>
@@ -120,23 +106,13 @@ fn drives_on_after_a_few_and_fails_after_many(
 fn lost() {
     let (decisions, mut script) =
         disturbed(100, &|_, seen| seen.lost = Some(LostReason::NoReturns));
-    assert!(
-        decisions
-            .iter()
-            .all(|decision| decision.mode == Mode::SensorFault)
-    );
+    assert!(decisions.iter().all(|decision| decision.mode == Mode::SensorFault));
     assert_eq!(decisions[20].command, Twist::STOP);
     let fault = ObservationFault::Lost(LostReason::NoReturns);
     // The key of an object in the JSON of a drive.
     let counts = serde_json::to_value(script.navigator.observation_faults());
-    assert_eq!(
-        counts.expect("an object"),
-        serde_json::json!({ "lost_no_returns": 100 })
-    );
-    assert_eq!(
-        script.navigator.observation_faults().get(&fault),
-        Some(&100)
-    );
+    assert_eq!(counts.expect("an object"), serde_json::json!({ "lost_no_returns": 100 }));
+    assert_eq!(script.navigator.observation_faults().get(&fault), Some(&100));
     script.finish(45.0);
     let (decisions, script) = disturbed(310, &|_, seen| seen.lost = Some(LostReason::NoReturns));
     assert_eq!(decisions.last().map(|last| last.mode), Some(Mode::Failed));
@@ -155,25 +131,13 @@ fn old_scan() {
     for (tick, decision) in decisions.iter().enumerate() {
         assert_eq!(decision.mode == Mode::SensorFault, tick > 1, "{tick}");
     }
-    assert_eq!(
-        script
-            .navigator
-            .observation_faults()
-            .get(&ObservationFault::NoScan),
-        Some(&6)
-    );
+    assert_eq!(script.navigator.observation_faults().get(&ObservationFault::NoScan), Some(&6));
     script.finish(45.0);
     // A scan without a measurement counts as none.
     let (decisions, script) = disturbed(60, &|_, seen| seen.scan.ranges.fill(f64::NAN));
     assert_eq!(decisions[1].mode, Mode::Driving);
     assert_eq!(
-        script
-            .navigator
-            .fault()
-            .map(ToString::to_string)
-            .unwrap_or_default()
-            .split(',')
-            .next(),
+        script.navigator.fault().map(ToString::to_string).unwrap_or_default().split(',').next(),
         Some("INVALID_OBSERVATION: there is no fresh scan with a measurement")
     );
 }
@@ -186,39 +150,24 @@ fn jumps() {
         .expect("jumps");
     // A correction is no jump, and a place that stays is accepted.
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 0.3);
-    assert!(
-        decisions
-            .iter()
-            .all(|decision| decision.mode != Mode::SensorFault)
-    );
+    assert!(decisions.iter().all(|decision| decision.mode != Mode::SensorFault));
     let (decisions, _) = disturbed(8, &|_, seen| seen.pose.y += 3.2);
-    let faulty = decisions
-        .iter()
-        .filter(|decision| decision.mode == Mode::SensorFault);
+    let faulty = decisions.iter().filter(|decision| decision.mode == Mode::SensorFault);
     assert_eq!(faulty.count(), 4);
 }
 
 fn frozen() {
     let place = under_way().observation.pose;
     let (decisions, script) = disturbed(60, &|_, seen| seen.pose = place);
-    let first = decisions
-        .iter()
-        .position(|decision| decision.mode == Mode::SensorFault);
+    let first = decisions.iter().position(|decision| decision.mode == Mode::SensorFault);
     assert_eq!(first, Some(6), "half a second after it stopped changing");
     assert_eq!(
-        script
-            .navigator
-            .observation_faults()
-            .keys()
-            .collect::<Vec<_>>(),
+        script.navigator.observation_faults().keys().collect::<Vec<_>>(),
         [&ObservationFault::PoseFrozen]
     );
     assert!(matches!(
         script.navigator.fault(),
-        Some(Fault::FaultyObservation {
-            fault: ObservationFault::PoseFrozen,
-            ..
-        })
+        Some(Fault::FaultyObservation { fault: ObservationFault::PoseFrozen, .. })
     ));
     assert_eq!(script.observation.twist, Twist::STOP);
 }
@@ -226,12 +175,7 @@ fn frozen() {
 fn reversed() {
     let begin = under_way().observation.pose;
     let (_, script) = disturbed(60, &|_, seen| seen.pose.x = 2.0 * begin.x - seen.pose.x);
-    assert!(
-        script
-            .navigator
-            .observation_faults()
-            .contains_key(&ObservationFault::MotionReversed)
-    );
+    assert!(script.navigator.observation_faults().contains_key(&ObservationFault::MotionReversed));
     let moved_m = script.observation.pose.position() - begin.position();
     assert!(moved_m.norm() < 1.5, "{moved_m}");
 }
@@ -242,10 +186,8 @@ fn clocks() {
         seen.time_s += 3600.0;
         seen.scan_s += 3600.0;
     });
-    let faulty: Vec<bool> = decisions
-        .iter()
-        .map(|decision| decision.mode == Mode::SensorFault)
-        .collect();
+    let faulty: Vec<bool> =
+        decisions.iter().map(|decision| decision.mode == Mode::SensorFault).collect();
     assert_eq!(faulty, [true, false, false, false, false, false]);
     drives_on_after_a_few_and_fails_after_many(ObservationFault::ClockJump, &|_, seen| {
         seen.scan_s += 1.0;
@@ -267,14 +209,7 @@ fn poses_with(change: impl Fn(usize, &mut Observation)) -> Vec<Pose> {
 
 fn no_measurement() {
     let undisturbed = poses_with(|_, _| {});
-    for nonsense in [
-        f64::NAN,
-        f64::NEG_INFINITY,
-        -1.0,
-        -1e-300,
-        10.000_001,
-        1e300,
-    ] {
+    for nonsense in [f64::NAN, f64::NEG_INFINITY, -1.0, -1e-300, 10.000_001, 1e300] {
         let poses = poses_with(|tick, seen| {
             for beam in (tick % 2..72).step_by(3) {
                 seen.scan.ranges[beam] = nonsense;
@@ -317,9 +252,6 @@ fn seen_through() {
         script.step();
         script.step().command.linear
     };
-    assert!(
-        slowed < free,
-        "the robot ignored the return: {slowed}, {free}"
-    );
+    assert!(slowed < free, "the robot ignored the return: {slowed}, {free}");
     assert_eq!(script.navigator.fault(), None);
 }

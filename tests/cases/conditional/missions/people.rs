@@ -10,25 +10,13 @@ use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
     ("robot arrives among crossing pedestrians", crossing),
-    (
-        "robot evades an oncoming pedestrian that does not yield in a wide roadway",
-        head_on,
-    ),
-    (
-        "robot is not hit by an overtaking pedestrian that does not yield",
-        from_behind,
-    ),
+    ("robot evades an oncoming pedestrian that does not yield in a wide roadway", head_on),
+    ("robot is not hit by an overtaking pedestrian that does not yield", from_behind),
     ("robot drives around a standing pedestrian", standing),
     ("robot passes two standing pedestrians", standing_pair),
     ("robot starts next to a standing pedestrian", next_to_one),
-    (
-        "robot does not touch a pedestrian that steps out at braking distance",
-        steps_out,
-    ),
-    (
-        "robot keeps its distance behind a slow pedestrian",
-        slow_ahead,
-    ),
+    ("robot does not touch a pedestrian that steps out at braking distance", steps_out),
+    ("robot keeps its distance behind a slow pedestrian", slow_ahead),
     ("robot passes a gate after a pedestrian has left it", gate),
 ];
 
@@ -105,10 +93,7 @@ fn drive_unchecked(task: &Simulation) -> MissionResult {
 }
 
 fn standing() {
-    let task = with(
-        roadway(),
-        r#"[{"x": 12, "y": 3.5, "radius": 0.3, "speed": 0}]"#,
-    );
+    let task = with(roadway(), r#"[{"x": 12, "y": 3.5, "radius": 0.3, "speed": 0}]"#);
     let result = arrive(&task);
     assert!(result.time_s < 60.0, "{}", story(&result));
 }
@@ -124,25 +109,16 @@ fn standing_pair() {
 
 fn next_to_one() {
     // 0.2 m from its left side, within its margin for moving obstacles.
-    let task = with(
-        roadway(),
-        r#"[{"x": 2.1, "y": 4.3, "radius": 0.3, "speed": 0}]"#,
-    );
+    let task = with(roadway(), r#"[{"x": 2.1, "y": 4.3, "radius": 0.3, "speed": 0}]"#);
     let result = arrive(&task);
-    assert!(
-        result.trace.rows[0].gap_m < 0.25 && result.time_s < 45.0,
-        "{}",
-        story(&result)
-    );
+    assert!(result.trace.rows[0].gap_m < 0.25 && result.time_s < 45.0, "{}", story(&result));
     let closest = result.min_clearance_m;
     assert!(closest > 0.1, "came nearer: {}", story(&result));
 }
 
 fn steps_out() {
     // A niche next to the roadway hides a pedestrian that steps out in front of the robot.
-    let ground = hall(16.0, 5.5)
-        .wall([0.5, 3.5, 8.0, 6.0])
-        .wall([9.2, 3.5, 16.5, 6.0]);
+    let ground = hall(16.0, 5.5).wall([0.5, 3.5, 8.0, 6.0]).wall([9.2, 3.5, 16.5, 6.0]);
     for speed in [0.4, 0.6, 0.8, 1.0] {
         let task = with(
             mission(&ground, [1.5, 2.0, 0.0], [15.0, 2.0]),
@@ -165,17 +141,11 @@ fn slow_ahead() {
 }
 
 fn gate() {
-    let ground: Ground = hall(14.0, 6.0)
-        .wall([7.0, 0.0, 7.4, 2.8])
-        .wall([7.0, 4.2, 7.4, 7.0]);
+    let ground: Ground = hall(14.0, 6.0).wall([7.0, 0.0, 7.4, 2.8]).wall([7.0, 4.2, 7.4, 7.0]);
     let task = with(
         mission(&ground, [1.5, 3.5, 0.0], [13.0, 3.5]),
         r#"[{"x": 7.2, "y": 3.5, "radius": 0.3, "speed": 0.05, "route": [[9.2, 3.5], [9.2, 6.0]]}]"#,
     );
     let result = arrive(&task);
-    assert!(
-        result.time_s > 20.0,
-        "the gate was free: {}",
-        story(&result)
-    );
+    assert!(result.time_s > 20.0, "the gate was free: {}", story(&result));
 }

@@ -14,18 +14,9 @@ use super::driving::{arrive, has_mode, mission, story, try_drive};
 use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
-    (
-        "robot that faces away from its path rotates first",
-        turns_first,
-    ),
-    (
-        "robot reaches a goal deep in a narrow dead end",
-        into_a_dead_end,
-    ),
-    (
-        "robot leaves a narrow dead end that it faces",
-        out_of_a_dead_end,
-    ),
+    ("robot that faces away from its path rotates first", turns_first),
+    ("robot reaches a goal deep in a narrow dead end", into_a_dead_end),
+    ("robot leaves a narrow dead end that it faces", out_of_a_dead_end),
     ("robot parks at any yaw of the goal", meets_a_yaw),
     ("robot leaves a start within the margins", leaves_a_margin),
     ("start on or in a wall is rejected", rejects_a_start),
@@ -44,9 +35,7 @@ fn turns_first() {
 
 /// A hall with a dead end 1.5 m wide.
 fn dead_end() -> Ground {
-    Ground::rock(11.0, 10.0)
-        .room([0.5, 0.5, 10.5, 4.5])
-        .room([8.0, 4.5, 9.5, 9.5])
+    Ground::rock(11.0, 10.0).room([0.5, 0.5, 10.5, 4.5]).room([8.0, 4.5, 9.5, 9.5])
 }
 
 fn into_a_dead_end() {
@@ -75,17 +64,9 @@ fn meets_a_yaw() {
 fn leaves_a_margin() {
     // 0.36 m from a wall to its left, behind it or in front of it: the body, 0.3 m to the side and 0.42 m to the ends, is
     // clear, but no path may come so near.
-    for start in [
-        [4.0, 4.14, 0.0],
-        [4.0, 4.14, PI],
-        [0.98, 2.5, 0.0],
-        [10.02, 2.5, 0.0],
-    ] {
+    for start in [[4.0, 4.14, 0.0], [4.0, 4.14, PI], [0.98, 2.5, 0.0], [10.02, 2.5, 0.0]] {
         let result = arrive(&mission(&hall(10.0, 4.0), start, [7.0, 1.5]));
-        assert!(
-            result.trace.rows[0].gap_m < 0.12,
-            "not within the margin: {start:?}"
-        );
+        assert!(result.trace.rows[0].gap_m < 0.12, "not within the margin: {start:?}");
         assert!(result.time_s < 90.0, "{start:?}: {}", story(&result));
     }
 }
@@ -95,34 +76,20 @@ fn rejects_a_start() {
         let task = mission(&hall(10.0, 4.0), [x, y, 0.0], [7.0, 1.5]);
         let engine = Box::new(CpuEngine::single_threaded());
         let rejected = try_drive(&task, &Config::default(), engine).map(|result| story(&result));
-        let occupied = matches!(
-            rejected,
-            Err(SimError::Fault(Fault::Plan(
-                PlanError::StartOccupied { .. }
-            )))
-        );
+        let occupied =
+            matches!(rejected, Err(SimError::Fault(Fault::Plan(PlanError::StartOccupied { .. }))));
         assert!(occupied, "{rejected:?}");
     }
 }
 
 fn stands_at_its_goal() {
     let result = arrive(&mission(&hall(6.0, 4.0), [3.0, 2.5, 1.0], [3.1, 2.5]));
-    assert!(
-        result.travelled_m < 0.12 && result.time_s < 5.0,
-        "{}",
-        story(&result)
-    );
+    assert!(result.travelled_m < 0.12 && result.time_s < 5.0, "{}", story(&result));
 }
 
 fn hairpins() {
-    let ground = hall(12.0, 9.0)
-        .wall([0.0, 3.2, 10.3, 3.8])
-        .wall([2.7, 6.2, 13.0, 6.8]);
+    let ground = hall(12.0, 9.0).wall([0.0, 3.2, 10.3, 3.8]).wall([2.7, 6.2, 13.0, 6.8]);
     let result = arrive(&mission(&ground, [1.5, 1.8, 0.0], [11.5, 8.2]));
-    assert!(
-        result.travelled_m > 25.0 && result.time_s < 90.0,
-        "{}",
-        story(&result)
-    );
+    assert!(result.travelled_m > 25.0 && result.time_s < 90.0, "{}", story(&result));
     assert!(!has_mode(&result, Mode::Escaping), "{}", story(&result));
 }

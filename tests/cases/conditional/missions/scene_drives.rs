@@ -21,10 +21,7 @@ pub const TESTS: &[Test] = &[
     ("robot drives the dead end scene among pedestrians", || {
         drives(&dead_end());
     }),
-    (
-        "trace of a scene depends on its seed alone",
-        depends_on_its_seed_alone,
-    ),
+    ("trace of a scene depends on its seed alone", depends_on_its_seed_alone),
 ];
 
 /// A mission in a scene, with this offset to the seed of pedestrians and noise.
@@ -38,10 +35,7 @@ fn task(scene: &Scene, offset: u64) -> Simulation {
     let seed = scene.seed + offset;
     let spawner = PedestrianSpawner::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
-    let goal = Goal {
-        position: scene.goal,
-        yaw: None,
-    };
+    let goal = Goal { position: scene.goal, yaw: None };
     Simulation {
         moving_obstacles: spawner
             .spawn(&obstacles, path.points(), &ends)
@@ -58,11 +52,7 @@ fn drives(scene: &Scene) {
     for other in 0..5 {
         let result = arrive(&task(scene, other));
         let direct_m = (scene.goal - scene.start.position()).norm();
-        assert!(
-            result.travelled_m > direct_m - 0.5,
-            "{}: the path cannot be so short",
-            scene.name
-        );
+        assert!(result.travelled_m > direct_m - 0.5, "{}: the path cannot be so short", scene.name);
     }
 }
 

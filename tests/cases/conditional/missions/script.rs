@@ -17,27 +17,12 @@ use super::ground::{Ground, RESOLUTION_M, hall};
 
 pub const TESTS: &[Test] = &[
     ("navigator arrives, brakes in time and stands", arrives),
-    (
-        "local targets are the key nodes in order, the goal last",
-        key_nodes_in_order,
-    ),
-    (
-        "navigator stops before an obstacle that appears at braking distance",
-        brakes_for_a_body,
-    ),
-    (
-        "navigator stands while an obstacle touches the robot",
-        stands_while_touched,
-    ),
-    (
-        "navigator stands between walls on all sides",
-        stops_between_walls,
-    ),
+    ("local targets are the key nodes in order, the goal last", key_nodes_in_order),
+    ("navigator stops before an obstacle that appears at braking distance", brakes_for_a_body),
+    ("navigator stands while an obstacle touches the robot", stands_while_touched),
+    ("navigator stands between walls on all sides", stops_between_walls),
     ("navigator stands after arrival", stands_after_arrival),
-    (
-        "command is within the limits from a speed outside them",
-        from_outside_the_limits,
-    ),
+    ("command is within the limits from a speed outside them", from_outside_the_limits),
 ];
 
 /// A robot that follows every command exactly.
@@ -62,16 +47,10 @@ impl Script {
         let config = Config::default();
         let planner = config.route_planner(RESOLUTION_M);
         let engine = Box::new(CpuEngine::single_threaded());
-        let goal = Goal {
-            position: goal,
-            yaw: None,
-        };
+        let goal = Goal { position: goal, yaw: None };
         let navigator = Navigator::new(
             ground.obstacles(),
-            &Waypoints {
-                start: start.position(),
-                goals: vec![goal],
-            },
+            &Waypoints { start: start.position(), goals: vec![goal] },
             config.robot.model(),
             LocalPlanner::new(engine, config.local.clone()),
             planner,
@@ -118,23 +97,14 @@ impl Script {
     fn assert_lawful(&self, now: &Twist, command: &Twist) {
         let limits = &self.config.robot.limits;
         let reached = limits.reachable(now, command, reach_s(&self.config));
-        assert!(
-            (reached.linear - command.linear).abs() < 1e-9,
-            "{now:?} to {command:?}"
-        );
-        assert!(
-            (reached.angular - command.angular).abs() < 1e-9,
-            "{now:?} to {command:?}"
-        );
+        assert!((reached.linear - command.linear).abs() < 1e-9, "{now:?} to {command:?}");
+        assert!((reached.angular - command.angular).abs() < 1e-9, "{now:?} to {command:?}");
         self.assert_within_limits(command);
     }
 
     fn assert_within_limits(&self, command: &Twist) {
         let limits = &self.config.robot.limits;
-        assert!(
-            (limits.min_vel_x..=limits.max_vel_x).contains(&command.linear),
-            "{command:?}"
-        );
+        assert!((limits.min_vel_x..=limits.max_vel_x).contains(&command.linear), "{command:?}");
         assert!(command.angular.abs() <= limits.max_vel_theta, "{command:?}");
     }
 
@@ -153,11 +123,7 @@ impl Script {
 
 /// A drive of 8 m straight ahead in a hall.
 pub fn straight() -> Script {
-    Script::new(
-        &hall(11.0, 5.0),
-        Pose::new(1.5, 3.0, 0.0),
-        Point::new(9.5, 3.0),
-    )
+    Script::new(&hall(11.0, 5.0), Pose::new(1.5, 3.0, 0.0), Point::new(9.5, 3.0))
 }
 
 fn arrives() {
@@ -172,10 +138,7 @@ fn arrives() {
     assert_eq!((last.mode, last.command), (Mode::Arrived, Twist::STOP));
     let miss = (script.observation.pose.position() - Point::new(9.5, 3.0)).norm();
     let tolerance = Config::default().navigator.xy_goal_tolerance;
-    assert!(
-        miss <= tolerance && script.navigator.fault().is_none(),
-        "{miss}"
-    );
+    assert!(miss <= tolerance && script.navigator.fault().is_none(), "{miss}");
 }
 
 fn key_nodes_in_order() {
@@ -199,10 +162,7 @@ fn key_nodes_in_order() {
         assert!(script.observation.time_s < 90.0, "{decision:?}");
     }
     // Half a metre apart, on a path of more than 20 m.
-    assert!(
-        taken > 20 && furthest_m == path.length_m(),
-        "{taken} to {furthest_m}"
-    );
+    assert!(taken > 20 && furthest_m == path.length_m(), "{taken} to {furthest_m}");
     assert_eq!(script.navigator.plans().len(), 1);
 }
 
@@ -216,22 +176,10 @@ fn brakes_for_a_body() {
     // Obstacles across the whole hall, at the braking distance and 0.3 m before the robot's nose.
     let nose = script.observation.pose.x + 0.42;
     let x = nose + speed * speed / 2.0 + 0.3 + 0.3;
-    let body = |y: f64| MovingDisc {
-        x,
-        y,
-        radius: 0.3,
-        vx: 0.0,
-        vy: 0.0,
-    };
+    let body = |y: f64| MovingDisc { x, y, radius: 0.3, vx: 0.0, vy: 0.0 };
     let mut world = World::new(hall(11.0, 5.0).obstacles());
-    world.moving = (0..9)
-        .map(|lane| body(0.8 + 0.55 * f64::from(lane)))
-        .collect();
-    let lidar = Lidar {
-        range_sigma_m: 0.0,
-        dropout: 0.0,
-        ..Lidar::default()
-    };
+    world.moving = (0..9).map(|lane| body(0.8 + 0.55 * f64::from(lane))).collect();
+    let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
     let mut noise = Pcg64Mcg::seed_from_u64(0);
     for tick in 0..60 {
         let before = script.observation.twist.linear;
@@ -239,10 +187,7 @@ fn brakes_for_a_body() {
         script.observation.scan = lidar.scan(&world, pose, &mut noise).scan;
         let decision = script.step();
         let after = decision.command.linear;
-        assert!(
-            after <= (before - 0.05).max(0.15),
-            "tick {tick}: {before} to {after}"
-        );
+        assert!(after <= (before - 0.05).max(0.15), "tick {tick}: {before} to {after}");
         let gap = x - 0.3 - (script.observation.pose.x + 0.42);
         assert!(gap > 0.05, "tick {tick}: {gap}");
     }
@@ -259,25 +204,13 @@ fn stands_while_touched() {
     let pose = script.observation.pose;
     let mut world = World::new(hall(11.0, 5.0).obstacles());
     // In front of its lidar, and over its foremost disc.
-    world.moving = vec![MovingDisc {
-        x: pose.x + 0.5,
-        y: pose.y,
-        radius: 0.3,
-        vx: 0.0,
-        vy: 0.0,
-    }];
-    let lidar = Lidar {
-        range_sigma_m: 0.0,
-        dropout: 0.0,
-        ..Lidar::default()
-    };
+    world.moving = vec![MovingDisc { x: pose.x + 0.5, y: pose.y, radius: 0.3, vx: 0.0, vy: 0.0 }];
+    let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
     let mut noise = Pcg64Mcg::seed_from_u64(0);
     for tick in 0..40 {
         // The braking robot pushes the obstacle along.
         world.moving[0].x = script.observation.pose.x + 0.5;
-        script.observation.scan = lidar
-            .scan(&world, &script.observation.pose, &mut noise)
-            .scan;
+        script.observation.scan = lidar.scan(&world, &script.observation.pose, &mut noise).scan;
         let before = script.observation.twist;
         let after = script.step().command;
         let brakes = after.linear <= (before.linear - 0.045).max(0.0);
@@ -324,19 +257,12 @@ fn stands_after_arrival() {
     script.observation.scan.ranges.fill(0.6);
     for _ in 0..5 {
         let decision = script.step();
-        assert_eq!(
-            (decision.mode, decision.command),
-            (Mode::Arrived, Twist::STOP)
-        );
+        assert_eq!((decision.mode, decision.command), (Mode::Arrived, Twist::STOP));
     }
 }
 
 fn from_outside_the_limits() {
-    for twist in [
-        Twist::new(1.6, 0.0),
-        Twist::new(0.5, -1.7),
-        Twist::new(-0.9, 2.0),
-    ] {
+    for twist in [Twist::new(1.6, 0.0), Twist::new(0.5, -1.7), Twist::new(-0.9, 2.0)] {
         let mut script = straight();
         script.observation.twist = twist;
         let command = script.navigator.step(&script.observation).command;

@@ -61,10 +61,7 @@ fn noise() {
     task.seed += 1;
     let engine = Box::new(CpuEngine::single_threaded());
     let other = try_drive(&task, &Config::default(), engine).expect("a mission that can start");
-    assert_ne!(
-        other.trace.digest(),
-        on(CpuEngine::single_threaded()).trace.digest()
-    );
+    assert_ne!(other.trace.digest(), on(CpuEngine::single_threaded()).trace.digest());
 }
 
 fn fans() {
@@ -72,20 +69,11 @@ fn fans() {
     let mut on_tick = |moment: &TickEvent<'_>| {
         let Some(counts) = moment.decision.counts else {
             unseen += 1;
-            assert_eq!(
-                moment.fan(Sampling {
-                    vx_samples: 9,
-                    vtheta_samples: 9
-                }),
-                None
-            );
+            assert_eq!(moment.fan(Sampling { vx_samples: 9, vtheta_samples: 9 }), None);
             return;
         };
         seen += 1;
-        let all = Sampling {
-            vx_samples: u32::MAX,
-            vtheta_samples: u32::MAX,
-        };
+        let all = Sampling { vx_samples: u32::MAX, vtheta_samples: u32::MAX };
         let whole = moment.fan(all).expect("samples were evaluated");
         let judged_by = |wanted: SampleStatus| {
             let is_so = |arc: &&FanArc| arc.status == wanted;
@@ -104,43 +92,24 @@ fn fans() {
             let chosen = whole.arcs[winner.index as usize];
             assert_eq!(chosen.score, Some(winner.score));
             // The engine compares integers, so the winner of a near tie may differ here.
-            let best = whole
-                .arcs
-                .iter()
-                .filter_map(|arc| arc.score)
-                .fold(f64::MIN, f64::max);
+            let best = whole.arcs.iter().filter_map(|arc| arc.score).fold(f64::MIN, f64::max);
             assert!(best - winner.score < 1e-7, "{best} {}", winner.score);
         }
-        let thin = moment.fan(Sampling {
-            vx_samples: 4,
-            vtheta_samples: 9,
-        });
+        let thin = moment.fan(Sampling { vx_samples: 4, vtheta_samples: 9 });
         let thin = thin.expect("as before").arcs;
         assert!(thin.len() <= 36 && thin.iter().all(|arc| whole.arcs.contains(arc)));
-        assert_eq!(
-            (thin.first(), thin.last()),
-            (whole.arcs.first(), whole.arcs.last())
-        );
+        assert_eq!((thin.first(), thin.last()), (whole.arcs.first(), whole.arcs.last()));
     };
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut on_tick,
-    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
     let engine = Box::new(CpuEngine::single_threaded());
     let driven = short_drive().run(&Config::default(), engine, &mut observer);
     // An observer that asks for fans changes nothing.
-    assert_eq!(
-        driven.expect("a mission that can start").trace.digest(),
-        GOLDEN
-    );
+    assert_eq!(driven.expect("a mission that can start").trace.digest(), GOLDEN);
     assert!(seen > 50 && unseen > 0, "{seen} and {unseen}");
 }
 
 fn gpu(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
     let on_gpu = on(inbye::local::GpuEngine::new(adapter)?);
-    assert_eq!(
-        on_gpu.trace.digest(),
-        on(CpuEngine::single_threaded()).trace.digest()
-    );
+    assert_eq!(on_gpu.trace.digest(), on(CpuEngine::single_threaded()).trace.digest());
     Ok(())
 }

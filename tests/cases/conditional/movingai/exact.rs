@@ -15,22 +15,10 @@ pub const TESTS: [Test; 5] = [
         "exact algorithms find the shortest paths, the others legal ones",
         exact_algorithms_find_the_shortest_paths,
     ),
-    (
-        "a listed length that is wrong is noticed",
-        wrong_lengths_are_noticed,
-    ),
-    (
-        "a search that walks through walls is noticed",
-        a_blind_search_is_noticed,
-    ),
-    (
-        "a search that gives up is noticed",
-        a_search_that_gives_up_is_noticed,
-    ),
-    (
-        "the longest scenarios are those listed first",
-        the_longest_are_those_listed_first,
-    ),
+    ("a listed length that is wrong is noticed", wrong_lengths_are_noticed),
+    ("a search that walks through walls is noticed", a_blind_search_is_noticed),
+    ("a search that gives up is noticed", a_search_that_gives_up_is_noticed),
+    ("the longest scenarios are those listed first", the_longest_are_those_listed_first),
 ];
 
 /// The maps and scenarios of the sample.
@@ -38,10 +26,7 @@ fn sample() -> Vec<Queries> {
     let folder = tempfile::tempdir().expect("a place for temporary files");
     let scenarios = sample::write(folder.path());
     let maps = read(folder.path());
-    assert_eq!(
-        maps.iter().map(|map| map.scenarios.len()).sum::<usize>(),
-        scenarios
-    );
+    assert_eq!(maps.iter().map(|map| map.scenarios.len()).sum::<usize>(), scenarios);
     maps
 }
 
@@ -50,21 +35,15 @@ fn read(folder: &Path) -> Vec<Queries> {
     assert!(found.skipped.is_empty(), "{:?}", found.skipped);
     assert!(found.files.is_sorted_by_key(|files| files.map.clone()));
     let maps = found.files.iter().map(Files::read);
-    maps.map(|map| map.expect("files as the benchmark has them"))
-        .collect()
+    maps.map(|map| map.expect("files as the benchmark has them")).collect()
 }
 
 /// Returns the rows of the algorithms over all maps.
 fn totals(maps: &[Queries], algorithms: &[Algorithm]) -> Vec<AlgorithmRow> {
     let mut bench = Bench::new(algorithms, 1);
     for map in maps {
-        let rows = bench
-            .measure(map, &mut || 0.0, || ())
-            .expect("a clock that stands");
-        assert_eq!(
-            (&rows.map, rows.scenarios),
-            (&map.name, map.scenarios.len())
-        );
+        let rows = bench.measure(map, &mut || 0.0, || ()).expect("a clock that stands");
+        assert_eq!((&rows.map, rows.scenarios), (&map.name, map.scenarios.len()));
     }
     bench.totals()
 }
@@ -78,11 +57,7 @@ fn exact_algorithms_find_the_shortest_paths() {
         assert_eq!((row.solved, row.illegal), (row.total, 0), "{row:?}");
         assert!(row.passed() && row.first_fault.is_none(), "{row:?}");
         if row.exact {
-            assert_eq!(
-                (row.suboptimal, row.worst_length_ratio),
-                (0, Some(1.0)),
-                "{row:?}"
-            );
+            assert_eq!((row.suboptimal, row.worst_length_ratio), (0, Some(1.0)), "{row:?}");
         }
     }
     // The maps must be hard enough to reveal a search that is not exact.
@@ -153,20 +128,10 @@ fn a_blind_search_is_noticed() {
 }
 
 fn a_search_that_gives_up_is_noticed() {
-    let row = alone(|_, _, _, _| Answer {
-        cells: None,
-        expanded: 7,
-    });
-    assert_eq!(
-        (row.solved, row.illegal, row.expanded),
-        (0, 0, 7.0),
-        "{row:?}"
-    );
+    let row = alone(|_, _, _, _| Answer { cells: None, expanded: 7 });
+    assert_eq!((row.solved, row.illegal, row.expanded), (0, 0, 7.0), "{row:?}");
     assert!(!row.passed());
-    assert_eq!(
-        (row.mean_length_ratio, row.worst_length_ratio),
-        (None, None)
-    );
+    assert_eq!((row.mean_length_ratio, row.worst_length_ratio), (None, None));
     let fault = row.first_fault.expect("all are wrong");
     assert!(fault.contains("no path was found"), "{fault}");
 }

@@ -11,11 +11,7 @@ pub type Rows = Vec<Vec<u8>>;
 pub fn clutter(random: &mut Pcg64Mcg, width: usize, height: usize, share: f64) -> Rows {
     let mut row = || -> Vec<u8> {
         let mut cell = || {
-            if random.random_bool(share) {
-                b'@'
-            } else {
-                b'.'
-            }
+            if random.random_bool(share) { b'@' } else { b'.' }
         };
         (0..width).map(|_| cell()).collect()
     };

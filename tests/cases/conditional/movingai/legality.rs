@@ -9,14 +9,8 @@ use inbye::map::{Cell, ObstacleGrid, OccupancyGrid, Scenario, UnknownPolicy};
 use super::Test;
 
 pub const TESTS: [Test; 3] = [
-    (
-        "the length of a legal path is that of its moves",
-        legal_paths_are_measured,
-    ),
-    (
-        "every illegal path is rejected by its kind",
-        illegal_paths_are_rejected_by_kind,
-    ),
+    ("the length of a legal path is that of its moves", legal_paths_are_measured),
+    ("every illegal path is rejected by its kind", illegal_paths_are_rejected_by_kind),
     (
         "lengths are compared within what the file can tell",
         lengths_are_compared_within_the_tolerance,
@@ -37,10 +31,7 @@ fn obstacles() -> ObstacleGrid {
 }
 
 fn path(cells: &[(i32, i32)]) -> Vec<Cell> {
-    cells
-        .iter()
-        .map(|&(column, row)| Cell::new(column, row))
-        .collect()
+    cells.iter().map(|&(column, row)| Cell::new(column, row)).collect()
 }
 
 fn legal_paths_are_measured() {
@@ -61,50 +52,23 @@ fn legal_paths_are_measured() {
 fn illegal_paths_are_rejected_by_kind() {
     let (start, goal) = (Cell::new(0, 0), Cell::new(2, 1));
     let checked = |cells: &[(i32, i32)]| path_length(&obstacles(), start, goal, &path(cells));
-    assert!(
-        checked(&[(0, 0), (1, 0), (2, 1)]).is_ok(),
-        "sound before it is spoilt"
-    );
+    assert!(checked(&[(0, 0), (1, 0), (2, 1)]).is_ok(), "sound before it is spoilt");
     let at = Cell::new;
     let jump = |from, to| IllegalPath::Jump { from, to };
     let cut = |from, to| IllegalPath::CutCorner { from, to };
     for (cells, expected) in [
         (&[][..], IllegalPath::Empty),
-        (
-            &[(1, 0), (2, 1)],
-            IllegalPath::OtherStart {
-                found: at(1, 0),
-                expected: start,
-            },
-        ),
-        (
-            &[(0, 0), (1, 0)],
-            IllegalPath::OtherGoal {
-                found: at(1, 0),
-                expected: goal,
-            },
-        ),
+        (&[(1, 0), (2, 1)], IllegalPath::OtherStart { found: at(1, 0), expected: start }),
+        (&[(0, 0), (1, 0)], IllegalPath::OtherGoal { found: at(1, 0), expected: goal }),
         (&[(0, 0), (2, 1)], jump(at(0, 0), at(2, 1))),
         (&[(0, 0), (2, 0), (2, 1)], jump(at(0, 0), at(2, 0))),
         (&[(0, 0), (0, 0), (1, 0), (2, 1)], jump(at(0, 0), at(0, 0))),
         // Through the wall, and over the map's edge.
-        (
-            &[(0, 0), (1, 1), (2, 2), (2, 1)],
-            IllegalPath::Blocked { cell: at(2, 2) },
-        ),
-        (
-            &[(0, 0), (0, -1), (1, 0), (2, 1)],
-            IllegalPath::Blocked { cell: at(0, -1) },
-        ),
+        (&[(0, 0), (1, 1), (2, 2), (2, 1)], IllegalPath::Blocked { cell: at(2, 2) }),
+        (&[(0, 0), (0, -1), (1, 0), (2, 1)], IllegalPath::Blocked { cell: at(0, -1) }),
         // Diagonal moves past one obstacle on either side, in both directions.
-        (
-            &[(0, 0), (1, 1), (1, 2), (2, 3), (1, 2), (2, 1)],
-            cut(at(1, 2), at(2, 3)),
-        ),
-        (
-            &[(0, 0), (1, 0), (2, 0), (3, 0), (2, 1)],
-            cut(at(3, 0), at(2, 1)),
-        ),
+        (&[(0, 0), (1, 1), (1, 2), (2, 3), (1, 2), (2, 1)], cut(at(1, 2), at(2, 3))),
+        (&[(0, 0), (1, 0), (2, 0), (3, 0), (2, 1)], cut(at(3, 0), at(2, 1))),
         (&[(0, 0), (1, 1), (1, 2), (2, 1)], cut(at(1, 2), at(2, 1))),
     ] {
         assert_eq!(checked(cells), Err(expected), "{cells:?}");
@@ -112,12 +76,7 @@ fn illegal_paths_are_rejected_by_kind() {
     // A diagonal between two obstacles, which touches both.
     let map = OccupancyGrid::from_rows(&["#.", ".#"], 1.0, Pose::default()).expect("rows");
     let cells = path(&[(0, 0), (1, 1)]);
-    let checked = path_length(
-        &map.obstacles(UnknownPolicy::Blocked),
-        at(0, 0),
-        at(1, 1),
-        &cells,
-    );
+    let checked = path_length(&map.obstacles(UnknownPolicy::Blocked), at(0, 0), at(1, 1), &cells);
     assert_eq!(checked, Err(cut(at(0, 0), at(1, 1))));
 }
 
@@ -155,8 +114,5 @@ fn lengths_are_compared_within_the_tolerance() {
     let none = check_answer(&obstacles(), &scenario, None);
     assert_eq!(none, AnswerCheck::NotFound);
     let elsewhere = check_answer(&obstacles(), &scenario, Some(&cells[..1]));
-    assert!(matches!(
-        elsewhere,
-        AnswerCheck::Illegal(IllegalPath::OtherGoal { .. })
-    ));
+    assert!(matches!(elsewhere, AnswerCheck::Illegal(IllegalPath::OtherGoal { .. })));
 }

@@ -53,11 +53,7 @@ pub fn write(folder: &Path) -> usize {
         fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("a new folder");
         fs::write(&path, map).expect("the folder can be written to");
         // Both forms of file names that the benchmark has.
-        let ending = if matches!(style, Style::TwoDecimals) {
-            "scen"
-        } else {
-            "map.scen"
-        };
+        let ending = if matches!(style, Style::TwoDecimals) { "scen" } else { "map.scen" };
         let path = folder.join(format!("{name}.{ending}"));
         fs::write(path, scen_text(name, rows, &queries, *style)).expect("as above");
     }
@@ -75,18 +71,13 @@ struct Query {
 fn queries(random: &mut Pcg64Mcg, rows: &Rows) -> Vec<Query> {
     let mut queries = Vec::new();
     while queries.len() < 60 {
-        let start = (
-            random.random_range(0..rows[0].len()),
-            random.random_range(0..rows.len()),
-        );
+        let start = (random.random_range(0..rows[0].len()), random.random_range(0..rows.len()));
         if !is_free(rows, start) {
             continue;
         }
         let reached = dijkstra_all(&start, |&place| moves(rows, place));
-        let mut goals: Vec<(Place, u64)> = reached
-            .into_iter()
-            .map(|(goal, (_, cost))| (goal, cost))
-            .collect();
+        let mut goals: Vec<(Place, u64)> =
+            reached.into_iter().map(|(goal, (_, cost))| (goal, cost)).collect();
         // The order of a hash map differs from run to run.
         goals.sort_unstable();
         goals.shuffle(random);
@@ -140,12 +131,7 @@ fn scen_text(name: &str, rows: &Rows, queries: &[Query], style: Style) -> String
         Style::TwoDecimals => "",
         Style::EightDecimals => "version 1.0\n",
     });
-    for Query {
-        start,
-        goal,
-        length,
-    } in queries
-    {
+    for Query { start, goal, length } in queries {
         let bucket = (length / 4.0) as u32;
         let line = format!(
             "{bucket} maps/{name}.map {width} {height} {} {} {} {} {}",
@@ -174,10 +160,7 @@ fn written(length: f64, style: Style) -> String {
         Style::SixDigits => {
             let whole = format!("{length:.0}").len();
             let digits = format!("{length:.0$}", 6_usize.saturating_sub(whole));
-            digits
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_owned()
+            digits.trim_end_matches('0').trim_end_matches('.').to_owned()
         }
     }
 }

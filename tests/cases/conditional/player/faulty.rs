@@ -37,11 +37,7 @@ impl FaultyBase {
         let base = SimBase::of(config, start, simulation.seed);
         let base = base.expect("sound settings");
         let last = base.odometry();
-        Self {
-            base,
-            driven: 0,
-            last,
-        }
+        Self { base, driven: 0, last }
     }
 }
 
@@ -82,10 +78,7 @@ struct LostGpu {
 
 impl LostGpu {
     fn boxed() -> Box<dyn Engine> {
-        Box::new(Self {
-            cpu: CpuEngine::single_threaded(),
-            left: EVALUATIONS,
-        })
+        Box::new(Self { cpu: CpuEngine::single_threaded(), left: EVALUATIONS })
     }
 }
 
@@ -138,12 +131,7 @@ impl ObservedFaults {
     pub fn record(&mut self, event: &TickEvent<'_>) {
         let mut now = Vec::new();
         for (fault, &count) in event.navigator.observation_faults() {
-            if self
-                .observation_faults
-                .insert(*fault, count)
-                .unwrap_or_default()
-                < count
-            {
+            if self.observation_faults.insert(*fault, count).unwrap_or_default() < count {
                 now.push(format!("sensors: {fault}"));
             }
         }
@@ -159,12 +147,9 @@ impl ObservedFaults {
     /// The first tick and the text of each fault.
     pub fn begun(&self) -> Vec<(usize, String)> {
         let of_tick = |tick: usize| {
-            let before = tick
-                .checked_sub(1)
-                .map_or(&[][..], |before| &self.at[before]);
+            let before = tick.checked_sub(1).map_or(&[][..], |before| &self.at[before]);
             let new = self.at[tick].iter().filter(|text| !before.contains(text));
-            new.map(move |text| (tick, text.clone()))
-                .collect::<Vec<_>>()
+            new.map(move |text| (tick, text.clone())).collect::<Vec<_>>()
         };
         (0..self.at.len()).flat_map(of_tick).collect()
     }

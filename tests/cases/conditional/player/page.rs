@@ -24,10 +24,7 @@ pub struct Look {
 
 impl Default for Look {
     fn default() -> Self {
-        Self {
-            width: 1200,
-            dark: false,
-        }
+        Self { width: 1200, dark: false }
     }
 }
 
@@ -56,10 +53,7 @@ pub fn look_at(program: &Program, page: &str, look: &Look) -> Result<Seen, Faile
     let log = fs::read_to_string(profile.path().join("stderr")).unwrap_or_default();
     let findings = findings.map_err(|why| format!("{why}\n{log}"))?;
     let console = log.lines().filter(|line| line.contains(":CONSOLE"));
-    Ok(Seen {
-        findings,
-        console: console.map(str::to_owned).collect(),
-    })
+    Ok(Seen { findings, console: console.map(str::to_owned).collect() })
 }
 
 fn serve(server: &Server, page: &str) -> Result<Value, String> {
@@ -72,12 +66,7 @@ fn serve(server: &Server, page: &str) -> Result<Value, String> {
         let mut body = String::new();
         let read = request.as_reader().read_to_string(&mut body);
         read.map_err(|error| error.to_string())?;
-        let path = request
-            .url()
-            .split('?')
-            .next()
-            .unwrap_or_default()
-            .to_owned();
+        let path = request.url().split('?').next().unwrap_or_default().to_owned();
         let answer = match (request.method(), path.as_str()) {
             (Method::Get, "/") => include_str!("reader.html"),
             (Method::Get, "/page") => page,

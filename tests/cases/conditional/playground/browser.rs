@@ -8,40 +8,16 @@ use super::served::Served;
 use crate::support::browser::program::{self, BrowserTest, Program};
 
 const TRIALS: [(&str, BrowserTest); 10] = [
-    (
-        "dragging_changes_winner_and_bits_agree",
-        dragging_changes_winner,
-    ),
-    (
-        "browser_and_server_agree_on_65536_samples",
-        dense_sampling_agrees,
-    ),
+    ("dragging_changes_winner_and_bits_agree", dragging_changes_winner),
+    ("browser_and_server_agree_on_65536_samples", dense_sampling_agrees),
     ("page_shows_wrong_bit", page_shows_wrong_bit),
     ("page_shows_changed_shader", page_shows_changed_shader),
-    (
-        "page_without_webgpu_shows_server_decision",
-        page_without_webgpu_shows_server_decision,
-    ),
-    (
-        "page_recovers_from_lost_gpu_and_reports_lost_server",
-        page_recovers_from_losses,
-    ),
-    (
-        "drag_never_waits_for_decision_and_latest_wins",
-        drag_never_waits_for_decision,
-    ),
-    (
-        "page_is_usable_with_keys_alone",
-        page_is_usable_with_keys_alone,
-    ),
-    (
-        "page_fits_phone_and_dark_mode",
-        page_fits_phone_and_dark_mode,
-    ),
-    (
-        "page_shows_own_map_and_limits",
-        page_shows_own_map_and_limits,
-    ),
+    ("page_without_webgpu_shows_server_decision", page_without_webgpu_shows_server_decision),
+    ("page_recovers_from_lost_gpu_and_reports_lost_server", page_recovers_from_losses),
+    ("drag_never_waits_for_decision_and_latest_wins", drag_never_waits_for_decision),
+    ("page_is_usable_with_keys_alone", page_is_usable_with_keys_alone),
+    ("page_fits_phone_and_dark_mode", page_fits_phone_and_dark_mode),
+    ("page_shows_own_map_and_limits", page_shows_own_map_and_limits),
 ];
 
 pub fn trials() -> Vec<Trial> {
@@ -60,10 +36,8 @@ fn open(program: &Program, served: &Served, flags: &[&str], look: Look) -> Resul
 }
 
 fn text(page: &mut Page, selector: &str) -> Result<String, Failed> {
-    let found = page.evaluate(&format!(
-        "document.querySelector({}).textContent",
-        json!(selector)
-    ))?;
+    let found =
+        page.evaluate(&format!("document.querySelector({}).textContent", json!(selector)))?;
     Ok(found.as_str().unwrap_or_default().to_owned())
 }
 
@@ -106,10 +80,7 @@ fn on_page(page: &mut Page, selector: &str) -> Result<(f64, f64), Failed> {
 }
 
 fn focus(page: &mut Page, selector: &str) -> Result<(), Failed> {
-    page.evaluate(&format!(
-        "document.querySelector({}).focus()",
-        json!(selector)
-    ))?;
+    page.evaluate(&format!("document.querySelector({}).focus()", json!(selector)))?;
     Ok(())
 }
 
@@ -140,9 +111,7 @@ fn dragging_changes_winner(program: &Program) -> Result<(), Failed> {
     let before = on_page(&mut page, "[data-handle=robot]")?;
     let label = "document.querySelector('[data-handle=robot]').getAttribute('aria-label')";
     let label_before = page.evaluate(label)?;
-    decide(&mut page, |page| {
-        page.drag(robot, (robot.0 + 60.0, robot.1 - 30.0))
-    })?;
+    decide(&mut page, |page| page.drag(robot, (robot.0 + 60.0, robot.1 - 30.0)))?;
     assert_agrees(&mut page)?;
     assert_ne!(text(&mut page, "#digest-own")?, digest);
     page.wait_for(&format!(
@@ -202,13 +171,8 @@ fn dense_sampling_agrees(program: &Program) -> Result<(), Failed> {
     assert_agrees(&mut page)?;
     // The same problem from another client.
     let problem = served.dense_problem(128, 512)?;
-    let answer = served
-        .request("POST", "/decision", &problem.to_string())?
-        .json()?;
-    assert_eq!(
-        answer["cpu"]["digest"],
-        json!(text(&mut page, "#digest-own")?)
-    );
+    let answer = served.request("POST", "/decision", &problem.to_string())?.json()?;
+    assert_eq!(answer["cpu"]["digest"], json!(text(&mut page, "#digest-own")?));
     assert!(text(&mut page, "[data-reading='browser, last'] dd")?.contains(" ms"));
     assert!(text(&mut page, "[data-reading='browser, cold start'] dd")?.contains(" ms"));
     page.photograph("dense")?;
@@ -226,20 +190,14 @@ fn page_shows_wrong_bit(program: &Program) -> Result<(), Failed> {
     assert_eq!(text(&mut page, "#agreement")?, "differ");
     let explanation = text(&mut page, "#explanation")?;
     // The middle of 20 x 40 samples; its values differ by one bit.
-    assert!(
-        explanation.starts_with("sample 400, path: browser 0x"),
-        "{explanation}"
-    );
+    assert!(explanation.starts_with("sample 400, path: browser 0x"), "{explanation}");
     let values: Vec<u32> = explanation
         .split("0x")
         .skip(1)
         .map(|part| u32::from_str_radix(&part[..8], 16).unwrap_or_default())
         .collect();
     assert_eq!(values[0] ^ values[1], 1, "{explanation}");
-    assert_ne!(
-        text(&mut page, "#digest-own")?,
-        text(&mut page, "#digest-cpu")?
-    );
+    assert_ne!(text(&mut page, "#digest-own")?, text(&mut page, "#digest-cpu")?);
     page.wait_for(
         "document.querySelector('#announcement').textContent.endsWith('Browser and CPU differ.')",
     )?;
@@ -288,32 +246,16 @@ fn page_without_webgpu_shows_server_decision(program: &Program) -> Result<(), Fa
     page.wait_for(SETTLED)?;
     assert_eq!(text(&mut page, "#agreement")?, "server only");
     let explanation = text(&mut page, "#explanation")?;
-    assert!(
-        explanation.contains("navigator.gpu is absent"),
-        "{explanation}"
-    );
+    assert!(explanation.contains("navigator.gpu is absent"), "{explanation}");
     assert_eq!(text(&mut page, "#digest-own")?, "–");
-    let answer = served
-        .request("POST", "/decision", &served.problem()?.to_string())?
-        .json()?;
-    assert_eq!(
-        answer["cpu"]["digest"],
-        json!(text(&mut page, "#digest-cpu")?)
-    );
+    let answer = served.request("POST", "/decision", &served.problem()?.to_string())?.json()?;
+    assert_eq!(answer["cpu"]["digest"], json!(text(&mut page, "#digest-cpu")?));
     let winner = answer["cpu"]["winner"]["index"].to_string();
     let announcement = text(&mut page, "#announcement")?;
-    assert!(
-        announcement.starts_with(&format!("Winner: sample {winner},")),
-        "{announcement}"
-    );
+    assert!(announcement.starts_with(&format!("Winner: sample {winner},")), "{announcement}");
     let robot = place(&mut page, "[data-handle=robot]")?;
-    decide(&mut page, |page| {
-        page.drag(robot, (robot.0 + 40.0, robot.1))
-    })?;
-    assert_ne!(
-        answer["cpu"]["digest"],
-        json!(text(&mut page, "#digest-cpu")?)
-    );
+    decide(&mut page, |page| page.drag(robot, (robot.0 + 40.0, robot.1)))?;
+    assert_ne!(answer["cpu"]["digest"], json!(text(&mut page, "#digest-cpu")?));
     page.photograph("without-webgpu")?;
     assert_quiet(&page);
     Ok(())
@@ -348,10 +290,7 @@ fn drag_never_waits_for_decision(program: &Program) -> Result<(), Failed> {
     page.mouse("mousePressed", goal, 1)?;
     served.signal("STOP")?;
     for part in 1..=10 {
-        let to = (
-            goal.0 - 6.0 * f64::from(part),
-            goal.1 + 4.0 * f64::from(part),
-        );
+        let to = (goal.0 - 6.0 * f64::from(part), goal.1 + 4.0 * f64::from(part));
         page.mouse("mouseMoved", to, 1)?;
         page.evaluate(FRAMES)?;
         let expression = "(() => { const box = document.querySelector('[data-handle=goal]').getBoundingClientRect(); \
@@ -383,9 +322,7 @@ fn drag_never_waits_for_decision(program: &Program) -> Result<(), Failed> {
     let moved = (problem["target"][0].as_f64(), problem["target"][1].as_f64());
     assert_ne!((Some(numbers[0]), Some(numbers[1])), moved);
     problem["target"] = json!(numbers);
-    let answer = served
-        .request("POST", "/decision", &problem.to_string())?
-        .json()?;
+    let answer = served.request("POST", "/decision", &problem.to_string())?.json()?;
     // The label is rounded to a centimetre, which gives the same winner.
     let announcement = text(&mut page, "#announcement")?;
     let winner = answer["cpu"]["winner"]["index"].to_string();
@@ -415,12 +352,7 @@ fn page_is_usable_with_keys_alone(program: &Program) -> Result<(), Failed> {
         let label =
             |page: &mut Page| page.evaluate("document.activeElement.getAttribute('aria-label')");
         let presses: &[(&str, u32)] = match focused.as_str() {
-            "robot" => &[
-                ("ArrowRight", 0),
-                ("ArrowUp", SHIFT),
-                ("q", 0),
-                ("E", SHIFT),
-            ],
+            "robot" => &[("ArrowRight", 0), ("ArrowUp", SHIFT), ("q", 0), ("E", SHIFT)],
             "goal" => &[("ArrowLeft", SHIFT), ("ArrowDown", 0)],
             "obstacle 0" => &[("ArrowDown", SHIFT), ("+", SHIFT), ("-", 0)],
             _ => &[],
@@ -444,10 +376,7 @@ fn page_is_usable_with_keys_alone(program: &Program) -> Result<(), Failed> {
         "path",
         "stopping",
     ] {
-        assert!(
-            visited.iter().any(|focused| focused == expected),
-            "{expected}: {visited:?}"
-        );
+        assert!(visited.iter().any(|focused| focused == expected), "{expected}: {visited:?}");
     }
     // The selected sample, a removed obstacle, and the focus after it.
     focus(&mut page, "#selected")?;
@@ -484,40 +413,20 @@ fn page_fits_phone_and_dark_mode(program: &Program) -> Result<(), Failed> {
     page.evaluate(FRAMES)?;
     let goal = place(&mut page, "[data-handle=goal]")?;
     let scrolled = page.evaluate("window.scrollY")?;
-    decide(&mut page, |page| {
-        page.swipe(goal, (goal.0 - 30.0, goal.1 + 40.0))
-    })?;
+    decide(&mut page, |page| page.swipe(goal, (goal.0 - 30.0, goal.1 + 40.0)))?;
     let moved = page.evaluate(
         "(() => { const box = document.querySelector('[data-handle=goal]').getBoundingClientRect(); \
          return [box.x + box.width / 2, box.y + box.height / 2]; })()",
     )?;
-    let near = |index: usize, to: f64| {
-        moved[index]
-            .as_f64()
-            .is_some_and(|at| (at - to).abs() < 2.0)
-    };
-    assert!(
-        near(0, goal.0 - 30.0) && near(1, goal.1 + 40.0),
-        "{goal:?} to {moved}"
-    );
+    let near =
+        |index: usize, to: f64| moved[index].as_f64().is_some_and(|at| (at - to).abs() < 2.0);
+    assert!(near(0, goal.0 - 30.0) && near(1, goal.1 + 40.0), "{goal:?} to {moved}");
     assert_eq!(page.evaluate("window.scrollY")?, scrolled);
     assert_agrees(&mut page)?;
     for (name, look) in [
         ("phone", PHONE),
-        (
-            "phone-dark",
-            Look {
-                is_dark: true,
-                ..PHONE
-            },
-        ),
-        (
-            "dark",
-            Look {
-                is_dark: true,
-                ..DESKTOP
-            },
-        ),
+        ("phone-dark", Look { is_dark: true, ..PHONE }),
+        ("dark", Look { is_dark: true, ..DESKTOP }),
     ] {
         page.look(look)?;
         let fit = place(&mut page, "#fit")?;
@@ -528,10 +437,7 @@ fn page_fits_phone_and_dark_mode(program: &Program) -> Result<(), Failed> {
         let found = page.evaluate(width)?;
         assert!(found[0].as_f64() <= found[1].as_f64(), "{name}: {found}");
         let stage = page.evaluate("document.querySelector('#stage').clientWidth")?;
-        assert!(
-            stage.as_f64() > Some(f64::from(look.size.0.min(900)) * 0.7),
-            "{name}: {stage}"
-        );
+        assert!(stage.as_f64() > Some(f64::from(look.size.0.min(900)) * 0.7), "{name}: {stage}");
         let ground = page.evaluate("getComputedStyle(document.body).backgroundColor")?;
         let is_dark = ground == json!("rgb(14, 17, 22)");
         assert_eq!(is_dark, look.is_dark, "{name}: {ground}");
@@ -546,16 +452,9 @@ fn page_shows_own_map_and_limits(program: &Program) -> Result<(), Failed> {
     let map = folder.path().join("room.map");
     let wall = "@".repeat(80);
     let row = format!("@{}@", ".".repeat(78));
-    let rows: Vec<&str> = (0..60)
-        .map(|index| if index % 59 == 0 { wall.as_str() } else { &row })
-        .collect();
-    std::fs::write(
-        &map,
-        format!(
-            "type octile\nheight 60\nwidth 80\nmap\n{}\n",
-            rows.join("\n")
-        ),
-    )?;
+    let rows: Vec<&str> =
+        (0..60).map(|index| if index % 59 == 0 { wall.as_str() } else { &row }).collect();
+    std::fs::write(&map, format!("type octile\nheight 60\nwidth 80\nmap\n{}\n", rows.join("\n")))?;
     let file = map.to_string_lossy().into_owned();
     let served = Served::start(&["--map", &file, "--resolution", "0.1"])?;
     let mut page = open(program, &served, &WEBGPU, DESKTOP)?;

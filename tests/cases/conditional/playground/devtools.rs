@@ -36,14 +36,8 @@ pub struct Look {
     pub is_dark: bool,
 }
 
-pub const DESKTOP: Look = Look {
-    size: (1280, 1000),
-    is_dark: false,
-};
-pub const PHONE: Look = Look {
-    size: (360, 740),
-    is_dark: false,
-};
+pub const DESKTOP: Look = Look { size: (1280, 1000), is_dark: false };
+pub const PHONE: Look = Look { size: (360, 740), is_dark: false };
 
 /// One browser with one page. It goes when this is dropped.
 pub struct Page {
@@ -69,26 +63,15 @@ impl Page {
                 return Err(failed);
             }
         };
-        let mut page = Self {
-            child,
-            profile,
-            socket,
-            session: String::new(),
-            calls: 0,
-            console: Vec::new(),
-        };
+        let mut page =
+            Self { child, profile, socket, session: String::new(), calls: 0, console: Vec::new() };
         let targets = page.call("Target.getTargets", &json!({}))?;
         let targets = targets["targetInfos"].as_array().ok_or("no targets")?;
         let found = targets.iter().find(|target| target["type"] == "page");
         let id = &found.ok_or("the browser has no page")?["targetId"];
-        let attached = page.call(
-            "Target.attachToTarget",
-            &json!({ "targetId": id, "flatten": true }),
-        )?;
-        attached["sessionId"]
-            .as_str()
-            .ok_or("no session")?
-            .clone_into(&mut page.session);
+        let attached =
+            page.call("Target.attachToTarget", &json!({ "targetId": id, "flatten": true }))?;
+        attached["sessionId"].as_str().ok_or("no session")?.clone_into(&mut page.session);
         for domain in ["Page", "Runtime", "Log"] {
             page.call(&format!("{domain}.enable"), &json!({}))?;
         }
@@ -146,10 +129,8 @@ impl Page {
         while self.evaluate(expression).ok() != Some(Value::Bool(true)) {
             if Instant::now() > deadline {
                 let shown = self.evaluate("document.body.innerText").unwrap_or_default();
-                let what = format!(
-                    "not within {DEADLINE:?}: {expression}\n{shown}\n{:#?}",
-                    self.console
-                );
+                let what =
+                    format!("not within {DEADLINE:?}: {expression}\n{shown}\n{:#?}", self.console);
                 return Err(what.into());
             }
             thread::sleep(LOOK);
@@ -193,11 +174,7 @@ impl Page {
     }
 
     pub fn mouse(&mut self, kind: &str, (x, y): (f64, f64), buttons: u32) -> Result<(), Failed> {
-        let button = if kind == "mouseMoved" && buttons == 0 {
-            "none"
-        } else {
-            "left"
-        };
+        let button = if kind == "mouseMoved" && buttons == 0 { "none" } else { "left" };
         let event = json!({ "type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "clickCount": 1 });
         self.call("Input.dispatchMouseEvent", &event)?;
         Ok(())

@@ -12,23 +12,11 @@ use super::served::{Answer, Served, ServerTest, read_answer};
 
 pub fn trials() -> Vec<Trial> {
     let tests: [(&str, ServerTest); 5] = [
-        (
-            "invalid_and_too_large_bodies_are_rejected",
-            invalid_bodies_are_rejected,
-        ),
-        (
-            "unknown_paths_and_methods_are_rejected",
-            unknown_paths_and_methods_are_rejected,
-        ),
+        ("invalid_and_too_large_bodies_are_rejected", invalid_bodies_are_rejected),
+        ("unknown_paths_and_methods_are_rejected", unknown_paths_and_methods_are_rejected),
         ("invalid_heads_are_rejected", invalid_heads_are_rejected),
-        (
-            "foreign_hosts_and_origins_are_rejected",
-            foreign_hosts_and_origins_are_rejected,
-        ),
-        (
-            "slow_body_times_out_without_delaying_others",
-            slow_body_times_out,
-        ),
+        ("foreign_hosts_and_origins_are_rejected", foreign_hosts_and_origins_are_rejected),
+        ("slow_body_times_out_without_delaying_others", slow_body_times_out),
     ];
     let trial = |(name, test): (&'static str, ServerTest)| Trial::test(name, test);
     tests.map(trial).into()
@@ -41,15 +29,8 @@ fn assert_rejected(answer: &Answer, status: u16, words: &str) {
     assert_eq!(answer.status, status, "{words}: {body}");
     let object: Value = serde_json::from_str(&body).expect("JSON");
     let error = object["error"].as_str().expect("a message");
-    assert!(
-        error.contains(words) && error.lines().count() == 1,
-        "{words}: {error}"
-    );
-    assert!(
-        answer.head.contains("Content-Type: application/json"),
-        "{}",
-        answer.head
-    );
+    assert!(error.contains(words) && error.lines().count() == 1, "{words}: {error}");
+    assert!(answer.head.contains("Content-Type: application/json"), "{}", answer.head);
 }
 
 fn invalid_bodies_are_rejected() -> Result<(), Failed> {
@@ -89,16 +70,8 @@ fn invalid_bodies_are_rejected() -> Result<(), Failed> {
             400,
             "number of samples",
         ),
-        (
-            &with(|problem| problem["sim_time_s"] = json!(1e300)),
-            400,
-            "sim_time_s",
-        ),
-        (
-            &with(|problem| problem["target"] = json!([1e9, 0.0])),
-            400,
-            "distance to the target",
-        ),
+        (&with(|problem| problem["sim_time_s"] = json!(1e300)), 400, "sim_time_s"),
+        (&with(|problem| problem["target"] = json!([1e9, 0.0])), 400, "distance to the target"),
         (
             &with(|problem| {
                 let one = problem["obstacles"][0].clone();
@@ -126,11 +99,7 @@ fn unknown_paths_and_methods_are_rejected() -> Result<(), Failed> {
     for (method, path, allowed) in methods {
         let answer = served.request(method, path, "")?;
         assert_rejected(&answer, 405, allowed);
-        assert!(
-            answer.head.contains(&format!("Allow: {allowed}")),
-            "{}",
-            answer.head
-        );
+        assert!(answer.head.contains(&format!("Allow: {allowed}")), "{}", answer.head);
     }
     for path in [
         "/nothing",
@@ -141,11 +110,7 @@ fn unknown_paths_and_methods_are_rejected() -> Result<(), Failed> {
         "/scenes/roadway/problem",
         "//",
     ] {
-        assert_rejected(
-            &served.request("GET", path, "")?,
-            404,
-            "there is nothing at",
-        );
+        assert_rejected(&served.request("GET", path, "")?, 404, "there is nothing at");
     }
     Ok(())
 }
@@ -161,50 +126,19 @@ fn invalid_heads_are_rejected() -> Result<(), Failed> {
     let mut stream = served.connect()?;
     stream.write_all(head.as_bytes())?;
     stream.read_to_string(&mut response)?;
-    assert!(
-        response.starts_with("HTTP/1.1 200 ") && response.ends_with("\r\n\r\n"),
-        "{response}"
-    );
+    assert!(response.starts_with("HTTP/1.1 200 ") && response.ends_with("\r\n\r\n"), "{response}");
     let post = "POST /decision HTTP/1.1\r\n";
     let raw: [(String, u16, &str); 12] = [
         ("hello\r\n\r\n".to_owned(), 400, "not HTTP/1.1"),
         ("GET / HTTP/1.1\r\n\r\n".to_owned(), 400, "exactly one Host"),
-        (
-            format!("GET / HTTP/1.1\r\n{host}{host}\r\n"),
-            400,
-            "exactly one Host",
-        ),
-        (
-            format!("GET / HTTP/1.1\r\n{host}{long}\r\n"),
-            431,
-            "at most 16384 bytes",
-        ),
-        (
-            format!("GET / HTTP/1.1\r\n{host}{many}\r\n"),
-            431,
-            "64 headers",
-        ),
+        (format!("GET / HTTP/1.1\r\n{host}{host}\r\n"), 400, "exactly one Host"),
+        (format!("GET / HTTP/1.1\r\n{host}{long}\r\n"), 431, "at most 16384 bytes"),
+        (format!("GET / HTTP/1.1\r\n{host}{many}\r\n"), 431, "64 headers"),
         (format!("{post}{host}\r\n"), 411, "Content-Length"),
-        (
-            format!("{post}{host}Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n"),
-            411,
-            "not in chunks",
-        ),
-        (
-            format!("{post}{host}Content-Length: many\r\n\r\n"),
-            400,
-            "content-length",
-        ),
-        (
-            format!("{post}{host}Content-Length: -1\r\n\r\n"),
-            400,
-            "content-length",
-        ),
-        (
-            format!("{post}{host}Content-Length: 9999999999999999999\r\n\r\n"),
-            413,
-            "at most 65536",
-        ),
+        (format!("{post}{host}Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n"), 411, "not in chunks"),
+        (format!("{post}{host}Content-Length: many\r\n\r\n"), 400, "content-length"),
+        (format!("{post}{host}Content-Length: -1\r\n\r\n"), 400, "content-length"),
+        (format!("{post}{host}Content-Length: 9999999999999999999\r\n\r\n"), 413, "at most 65536"),
         // hyper rejects lengths of more than 64 bits.
         (
             format!("{post}{host}Content-Length: 99999999999999999999999\r\n\r\n"),
@@ -228,12 +162,7 @@ fn invalid_heads_are_rejected() -> Result<(), Failed> {
     // A client that disconnects early, or sends no whole request, costs nothing.
     drop(served.connect()?);
     served.connect()?.write_all(b"GET / HT")?;
-    assert_eq!(
-        served
-            .request("POST", "/decision", &problem.to_string())?
-            .status,
-        200
-    );
+    assert_eq!(served.request("POST", "/decision", &problem.to_string())?.status, 200);
     Ok(())
 }
 
@@ -244,19 +173,11 @@ fn foreign_hosts_and_origins_are_rejected() -> Result<(), Failed> {
     let ask = |host: &str, origin: &str, content_type: &str| {
         served.request_from("POST", "/decision", host, origin, content_type, &problem)
     };
-    for host in [
-        "rebound.example",
-        &format!("rebound.example:{port}"),
-        "127.0.0.1",
-        "127.0.0.1:1",
-        "",
-    ] {
+    for host in
+        ["rebound.example", &format!("rebound.example:{port}"), "127.0.0.1", "127.0.0.1:1", ""]
+    {
         let origin = format!("http://{host}");
-        assert_rejected(
-            &ask(host, &origin, "application/json")?,
-            403,
-            "this server is not",
-        );
+        assert_rejected(&ask(host, &origin, "application/json")?, 403, "this server is not");
         let page = served.request_from("GET", "/", host, &origin, "", "")?;
         assert_rejected(&page, 403, "this server is not");
     }
@@ -270,21 +191,15 @@ fn foreign_hosts_and_origins_are_rejected() -> Result<(), Failed> {
         assert_rejected(&ask(&own, origin, "application/json")?, 403, "are rejected");
     }
     // Content types that a foreign page can send without a preflight request.
-    for content_type in [
-        "text/plain",
-        "application/x-www-form-urlencoded",
-        "multipart/form-data; boundary=x",
-        "",
-    ] {
+    for content_type in
+        ["text/plain", "application/x-www-form-urlencoded", "multipart/form-data; boundary=x", ""]
+    {
         let origin = format!("http://{own}");
         assert_rejected(&ask(&own, &origin, content_type)?, 415, "application/json");
     }
     let localhost = format!("localhost:{port}");
-    let answer = ask(
-        &localhost,
-        &format!("http://{localhost}"),
-        "application/json; charset=utf-8",
-    )?;
+    let answer =
+        ask(&localhost, &format!("http://{localhost}"), "application/json; charset=utf-8")?;
     assert_eq!(answer.status, 200);
     // A program sends no origin.
     let length = problem.len();
@@ -311,9 +226,7 @@ fn slow_body_times_out() -> Result<(), Failed> {
         "POST /decision HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nContent-Type: application/json\r\nContent-Length: 2000\r\n\r\n{{",
         served.port
     );
-    let mut slow: Vec<TcpStream> = (0..20)
-        .map(|_| served.connect())
-        .collect::<Result<_, _>>()?;
+    let mut slow: Vec<TcpStream> = (0..20).map(|_| served.connect()).collect::<Result<_, _>>()?;
     for stream in &mut slow {
         stream.write_all(head.as_bytes())?;
     }

@@ -149,20 +149,11 @@ pub fn read_answer(mut stream: TcpStream) -> Result<Answer, Failed> {
     let end = bytes.windows(4).position(|four| four == b"\r\n\r\n");
     let end = end.ok_or_else(|| format!("no answer: {:?}", String::from_utf8_lossy(&bytes)))?;
     let head = String::from_utf8(bytes[..end].to_vec())?;
-    let status = head
-        .split(' ')
-        .nth(1)
-        .and_then(|status| status.parse().ok());
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
     let body = bytes.split_off(end + 4);
-    let length = head
-        .lines()
-        .find_map(|line| line.strip_prefix("Content-Length: "));
+    let length = head.lines().find_map(|line| line.strip_prefix("Content-Length: "));
     assert_eq!(length, Some(body.len().to_string().as_str()), "{head}");
-    Ok(Answer {
-        status: status.ok_or("no status")?,
-        head,
-        body,
-    })
+    Ok(Answer { status: status.ok_or("no status")?, head, body })
 }
 
 impl Drop for Served {

@@ -18,23 +18,11 @@ const MAX_KB: u64 = 400_000;
 
 pub fn trials() -> Vec<Trial> {
     let tests: [(&str, ServerTest); 5] = [
-        (
-            "responses_have_security_headers",
-            responses_have_security_headers,
-        ),
+        ("responses_have_security_headers", responses_have_security_headers),
         ("decision_equals_evaluate", decision_equals_evaluate),
-        (
-            "thousand_simultaneous_requests_are_answered",
-            thousand_requests_are_answered,
-        ),
-        (
-            "server_listens_on_loopback_only",
-            server_listens_on_loopback_only,
-        ),
-        (
-            "ctrl_c_ends_server_and_used_port_is_reported",
-            ctrl_c_ends_server,
-        ),
+        ("thousand_simultaneous_requests_are_answered", thousand_requests_are_answered),
+        ("server_listens_on_loopback_only", server_listens_on_loopback_only),
+        ("ctrl_c_ends_server_and_used_port_is_reported", ctrl_c_ends_server),
     ];
     let trial = |(name, test): (&'static str, ServerTest)| Trial::test(name, test);
     tests.map(trial).into()
@@ -42,10 +30,7 @@ pub fn trials() -> Vec<Trial> {
 
 fn responses_have_security_headers() -> Result<(), Failed> {
     let served = Served::start(&[])?;
-    assert_eq!(
-        served.first_line["scenes"],
-        json!(["roadway", "crossing", "dead_end"])
-    );
+    assert_eq!(served.first_line["scenes"], json!(["roadway", "crossing", "dead_end"]));
     let mut scripts = 0;
     for (path, content_type) in [
         ("/", "text/html; charset=utf-8"),
@@ -73,10 +58,8 @@ fn responses_have_security_headers() -> Result<(), Failed> {
                 answer.head
             );
         }
-        let policy = answer
-            .head
-            .lines()
-            .find_map(|line| line.strip_prefix("Content-Security-Policy: "));
+        let policy =
+            answer.head.lines().find_map(|line| line.strip_prefix("Content-Security-Policy: "));
         let policy = policy.ok_or("no policy")?;
         assert!(
             policy.starts_with("default-src 'none'; script-src 'self'; style-src 'self';"),
@@ -131,9 +114,7 @@ footprint = [{ x = 0.1, y = 0.0, radius = 0.2 }]
     assert_eq!(problem["robot"]["footprint"][0]["radius"], json!(0.2));
     problem["vx_samples"] = json!(33);
     problem["obstacles"] = json!([{"x": 3.0, "y": 0.6, "radius": 0.2, "vx": -0.4, "vy": 0.1}]);
-    let served_answer = served
-        .request("POST", "/decision", &problem.to_string())?
-        .json()?;
+    let served_answer = served.request("POST", "/decision", &problem.to_string())?.json()?;
     let records = served.request("POST", "/records", &problem.to_string())?;
     assert_eq!(records.body.len(), 33 * 21 * 20);
     problem["map"] = json!({"file": "room.txt", "resolution_m": 0.25});
@@ -145,10 +126,7 @@ footprint = [{ x = 0.1, y = 0.0, radius = 0.2 }]
         .output()?;
     let evaluated: Value = serde_json::from_slice(&run.stdout)?;
     assert_eq!(served_answer["cpu"]["digest"], evaluated["digest"]);
-    assert_eq!(
-        served_answer["cpu"]["winner"]["index"],
-        evaluated["winner"]["index"]
-    );
+    assert_eq!(served_answer["cpu"]["winner"]["index"], evaluated["winner"]["index"]);
     assert_eq!(served_answer["cpu"]["counts"][0], evaluated["admissible"]);
     Ok(())
 }
@@ -163,16 +141,10 @@ fn thousand_requests_are_answered() -> Result<(), Failed> {
         let ask = || -> Result<Value, String> {
             let answer = served.request("POST", "/decision", &problem);
             let answer = answer.map_err(|failed| format!("{:?}", failed.message()))?;
-            let object = answer
-                .json()
-                .map_err(|failed| format!("{:?}", failed.message()))?;
+            let object = answer.json().map_err(|failed| format!("{:?}", failed.message()))?;
             Ok(object["cpu"]["digest"].clone())
         };
-        let start = |_| {
-            thread::Builder::new()
-                .stack_size(256 << 10)
-                .spawn_scoped(scope, ask)
-        };
+        let start = |_| thread::Builder::new().stack_size(256 << 10).spawn_scoped(scope, ask);
         let asking: Vec<_> = (0..LOAD).map(start).collect::<Result<_, _>>()?;
         let answers = asking.into_iter().map(|one| one.join().expect("no panic"));
         Ok::<_, Failed>(answers.collect::<Vec<_>>())
@@ -184,11 +156,8 @@ fn thousand_requests_are_answered() -> Result<(), Failed> {
     assert_eq!(digests.len(), LOAD);
     if let Ok(status) = fs::read_to_string(format!("/proc/{}/status", served.id())) {
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let peak = peak
-            .ok_or("no peak of memory")?
-            .trim()
-            .trim_end_matches(" kB")
-            .parse::<u64>()?;
+        let peak =
+            peak.ok_or("no peak of memory")?.trim().trim_end_matches(" kB").parse::<u64>()?;
         println!("{LOAD} requests in {seconds:.2} s, at most {peak} kB");
         assert!(peak < MAX_KB, "{peak} kB");
     }
@@ -220,9 +189,8 @@ fn server_listens_on_loopback_only() -> Result<(), Failed> {
 fn ctrl_c_ends_server() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let port = served.port.to_string();
-    let second = Command::new(env!("CARGO_BIN_EXE_inbye"))
-        .args(["playground", "--port", &port])
-        .output()?;
+    let second =
+        Command::new(env!("CARGO_BIN_EXE_inbye")).args(["playground", "--port", &port]).output()?;
     let error = String::from_utf8(second.stderr)?;
     assert_eq!(second.status.code(), Some(2), "{error}");
     assert!(
@@ -230,10 +198,8 @@ fn ctrl_c_ends_server() -> Result<(), Failed> {
         "{error}"
     );
     let rejected = |arguments: &[&str]| -> Result<String, Failed> {
-        let run = Command::new(env!("CARGO_BIN_EXE_inbye"))
-            .arg("playground")
-            .args(arguments)
-            .output()?;
+        let run =
+            Command::new(env!("CARGO_BIN_EXE_inbye")).arg("playground").args(arguments).output()?;
         assert_eq!((run.status.code(), run.stdout.len()), (Some(2), 0));
         Ok(String::from_utf8(run.stderr)?)
     };

@@ -8,18 +8,9 @@ use crate::support::mcap_copy::altered;
 
 pub const TESTS: &[super::Test] = &[
     ("replay_on_cpu_agrees", replay_on_cpu_agrees),
-    (
-        "replay_repeats_late_decisions_and_plans",
-        replay_repeats_late_decisions,
-    ),
-    (
-        "replay_reports_flipped_bit_of_decision",
-        replay_reports_flipped_bit,
-    ),
-    (
-        "replay_of_changed_observation_differs",
-        replay_of_changed_observation_differs,
-    ),
+    ("replay_repeats_late_decisions_and_plans", replay_repeats_late_decisions),
+    ("replay_reports_flipped_bit_of_decision", replay_reports_flipped_bit),
+    ("replay_of_changed_observation_differs", replay_of_changed_observation_differs),
     ("reader_returns_drive_to_the_bit", reader_returns_drive),
 ];
 
@@ -63,18 +54,12 @@ fn replay_repeats_late_decisions() {
     while let Some(tick) = recording.next_tick().expect("a whole file") {
         received.push(tick.plans_received);
     }
-    assert!(
-        received.last() > Some(&0),
-        "no plan was received during the drive"
-    );
+    assert!(received.last() > Some(&0), "no plan was received during the drive");
     let replay = replay_on(&bytes, cpu(2));
     assert_eq!(replay.first_difference, None);
     assert!(replay.is_complete);
     // The arrival of plans is recorded: if the first arrives a tick later, the replay differs.
-    let first = received
-        .iter()
-        .position(|&count| count > 0)
-        .expect("a plan was received");
+    let first = received.iter().position(|&count| count > 0).expect("a plan was received");
     let at = command_at(config.simulation.lidar.beams) + 72;
     let copy = altered(&bytes, "/inbye/tick", first, |message| {
         assert_eq!(message[at..at + 8], 1_u64.to_le_bytes());
@@ -128,10 +113,7 @@ fn replay_of_changed_observation_differs() {
     let replay = replay_on(&copy, cpu(1));
     let difference = replay.first_difference.expect("the pose jumps");
     assert_eq!(difference.tick, 9, "{difference:?}");
-    assert_eq!(
-        difference.replayed,
-        FieldValue::Named("sensor_fault", Mode::SensorFault as u64)
-    );
+    assert_eq!(difference.replayed, FieldValue::Named("sensor_fault", Mode::SensorFault as u64));
 }
 
 fn reader_returns_drive() {
@@ -140,15 +122,9 @@ fn reader_returns_drive() {
     let mut recording = Reader::open(&file[..]).expect("a recording");
     assert_eq!(recording.metadata().config, config);
     assert_eq!(*recording.metadata().map, *simulation.mission.map);
-    assert_eq!(
-        recording.metadata().waypoints.goals,
-        simulation.mission.stops()
-    );
+    assert_eq!(recording.metadata().waypoints.goals, simulation.mission.stops());
     for row in &result.trace.rows {
-        let tick = recording
-            .next_tick()
-            .expect("a whole file")
-            .expect("as many ticks");
+        let tick = recording.next_tick().expect("a whole file").expect("as many ticks");
         assert_eq!(tick.observation.pose, row.belief);
         assert_eq!(tick.decision.command, row.command);
         assert_eq!(tick.decision.mode, row.mode);

@@ -10,19 +10,10 @@ use super::drives::{Memory, cpu, record, record_by, replay_on, tour};
 use crate::support::mcap_copy::chunk_ends;
 
 pub const TESTS: &[super::Test] = &[
-    (
-        "full_disk_stops_recording_not_drive",
-        full_disk_stops_recording_not_drive,
-    ),
-    (
-        "slow_disk_stops_recording_in_real_time",
-        slow_disk_stops_recording_in_real_time,
-    ),
+    ("full_disk_stops_recording_not_drive", full_disk_stops_recording_not_drive),
+    ("slow_disk_stops_recording_in_real_time", slow_disk_stops_recording_in_real_time),
     ("writes_are_at_most_a_chunk", writes_are_at_most_a_chunk),
-    (
-        "truncated_file_is_replayed_to_last_whole_chunk",
-        truncated_file_is_replayed,
-    ),
+    ("truncated_file_is_replayed_to_last_whole_chunk", truncated_file_is_replayed),
     ("damaged_file_is_rejected", damaged_file_is_rejected),
     ("other_files_are_rejected", other_files_are_rejected),
 ];
@@ -50,20 +41,12 @@ impl Write for SmallDisk {
 
 fn full_disk_stops_recording_not_drive() {
     let (simulation, config) = tour();
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut |_| {},
-    };
-    let alone = simulation
-        .run(&config, cpu(1), &mut observer)
-        .expect("a valid mission");
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+    let alone = simulation.run(&config, cpu(1), &mut observer).expect("a valid mission");
     let (_, whole) = record(&simulation, &config);
     for free_bytes in [whole.len() / 3, whole.len() / 2 + 1, whole.len() - 1] {
         let file = Memory::default();
-        let disk = SmallDisk {
-            file: file.clone(),
-            free_bytes,
-        };
+        let disk = SmallDisk { file: file.clone(), free_bytes };
         let ends = (&simulation, &config);
         let (result, recorded) = record_by(ends, &mut || 0.0, disk, BackpressurePolicy::Block);
         assert_eq!(result.trace.digest(), alone.trace.digest());
@@ -104,10 +87,7 @@ fn slow_disk_stops_recording_in_real_time() {
     let (simulation, config) = tour();
     let (release, released) = channel();
     let file = Memory::default();
-    let disk = BlockedDisk {
-        file: file.clone(),
-        release: released,
-    };
+    let disk = BlockedDisk { file: file.clone(), release: released };
     let mut ticks = 0;
     let engine = cpu(1);
     let metadata =
@@ -121,20 +101,12 @@ fn slow_disk_stops_recording_in_real_time() {
             kept += 1;
         }
     };
-    let mut observer = Observer {
-        clock: &mut || 0.0,
-        on_tick: &mut on_tick,
-    };
-    let result = simulation
-        .run(&config, engine, &mut observer)
-        .expect("a valid mission");
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
+    let result = simulation.run(&config, engine, &mut observer).expect("a valid mission");
     assert_eq!(ticks, result.trace.rows.len());
     // The ticks of the blocked first chunk and those in the queue: there is no more memory.
     assert!((64..=64 + 22).contains(&kept), "{kept} of {ticks}");
-    assert_eq!(
-        recorder.stopped(),
-        Some("the disk is too slow for the drive")
-    );
+    assert_eq!(recorder.stopped(), Some("the disk is too slow for the drive"));
     drop(release);
     let recorded = recorder.finish(result.trace.digest());
     assert!(recorded.stopped.is_some());
@@ -165,10 +137,7 @@ fn writes_are_at_most_a_chunk() {
     let (simulation, config) = tour();
     let file = Memory::default();
     let largest = std::sync::Arc::default();
-    let disk = MeasuringDisk {
-        file: file.clone(),
-        bytes: std::sync::Arc::clone(&largest),
-    };
+    let disk = MeasuringDisk { file: file.clone(), bytes: std::sync::Arc::clone(&largest) };
     let ends = (&simulation, &config);
     let (_, recorded) = record_by(ends, &mut || 0.0, disk, BackpressurePolicy::Block);
     let largest = largest.load(std::sync::atomic::Ordering::Relaxed);
@@ -185,10 +154,7 @@ fn truncated_file_is_replayed() {
     let mut last = 0;
     for (number, &end) in ends.iter().enumerate().skip(1) {
         let replay = replay_on(&file[..end], cpu(1));
-        assert_eq!(
-            (&replay.first_difference, replay.is_complete),
-            (&None, false)
-        );
+        assert_eq!((&replay.first_difference, replay.is_complete), (&None, false));
         assert!(replay.ticks > last, "chunk {number}");
         // One byte less loses the chunk. Half of the next chunk changes nothing.
         assert_eq!(replay_on(&file[..end - 1], cpu(1)).ticks, last);
@@ -205,11 +171,7 @@ fn truncated_file_is_replayed() {
     for end in (0..ends[1]).step_by(ends[1] / 100) {
         match Reader::open(&file[..end]) {
             Ok(mut cut) => {
-                while cut
-                    .next_tick()
-                    .expect("a truncated file is valid")
-                    .is_some()
-                {}
+                while cut.next_tick().expect("a truncated file is valid").is_some() {}
                 assert!(!cut.is_complete());
             }
             Err(error) => assert!(matches!(error, RecordingError::NotOurs { .. }), "{error}"),
@@ -241,10 +203,7 @@ fn other_files_are_rejected() {
         Ok(_) => panic!("not a recording"),
         Err(error) => error,
     };
-    assert!(matches!(
-        open(b"{\"time_s\": 0.0}"),
-        RecordingError::NotMcap
-    ));
+    assert!(matches!(open(b"{\"time_s\": 0.0}"), RecordingError::NotMcap));
     assert!(matches!(open(b""), RecordingError::NotOurs { .. }));
     let mut empty = mcap::Writer::new(io::Cursor::new(Vec::new())).expect("writable memory");
     empty.finish().expect("writable memory");

@@ -48,10 +48,7 @@ pub fn rows() -> Vec<String> {
 pub fn tour() -> (Simulation, Config) {
     let origin = Pose::new(-1.0 / 3.0, 0.1, 0.0);
     let map = OccupancyGrid::from_rows(&rows(), 0.2, origin).expect("rows of equal length");
-    let goal = |x, y, yaw| Goal {
-        position: Point::new(x, y),
-        yaw,
-    };
+    let goal = |x, y, yaw| Goal { position: Point::new(x, y), yaw };
     let mut config = Config::default();
     config.navigator.waypoint_pause_s = 1.0;
     let map = Arc::new(map);
@@ -84,11 +81,7 @@ pub fn late_tour() -> (Simulation, Config, impl FnMut() -> f64) {
     let clock = move || {
         reading += 1;
         // A decision reads the clock twice, so every second late reading is within a decision.
-        now_s += if reading.is_multiple_of(7) {
-            0.2
-        } else {
-            0.001
-        };
+        now_s += if reading.is_multiple_of(7) { 0.2 } else { 0.001 };
         now_s
     };
     (simulation, config, clock)
@@ -111,13 +104,8 @@ pub fn record_by<W: Write + Send + 'static>(
     let mut on_tick = |moment: &TickEvent<'_>| {
         recorder.record(moment);
     };
-    let mut observer = Observer {
-        clock,
-        on_tick: &mut on_tick,
-    };
-    let result = simulation
-        .run(config, engine, &mut observer)
-        .expect("a valid mission");
+    let mut observer = Observer { clock, on_tick: &mut on_tick };
+    let result = simulation.run(config, engine, &mut observer).expect("a valid mission");
     let recorded = recorder.finish(result.trace.digest());
     (result, recorded)
 }
@@ -126,12 +114,8 @@ pub fn record_by<W: Write + Send + 'static>(
 pub fn record(simulation: &Simulation, config: &Config) -> (MissionResult, Vec<u8>) {
     let file = Memory::default();
     let mut clock = || 0.0;
-    let (result, recorded) = record_by(
-        (simulation, config),
-        &mut clock,
-        file.clone(),
-        BackpressurePolicy::Block,
-    );
+    let (result, recorded) =
+        record_by((simulation, config), &mut clock, file.clone(), BackpressurePolicy::Block);
     assert_eq!(recorded.stopped, None);
     let bytes = file.bytes();
     assert_eq!(recorded.bytes, bytes.len() as u64);
@@ -142,10 +126,7 @@ pub fn record(simulation: &Simulation, config: &Config) -> (MissionResult, Vec<u
 pub fn crowded() -> (Simulation, Config) {
     let scene = crossing();
     let config = Config::default();
-    let goal = Goal {
-        position: scene.goal,
-        yaw: None,
-    };
+    let goal = Goal { position: scene.goal, yaw: None };
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
     let spawner = config.simulation.pedestrians.spawner(4, 5);

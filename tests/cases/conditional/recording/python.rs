@@ -16,10 +16,8 @@ use super::drives::{crowded, record, tour};
 use crate::support::mcap_copy::altered;
 use crate::support::requirements::required;
 
-const SCRIPT: &str = concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/tests/support/reference_recording_reader.py"
-);
+const SCRIPT: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/reference_recording_reader.py");
 const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/python/bin/python");
 const NO_PYTHON: &str =
     "no Python with mcap and mcap-ros2-support was found; INBYE_PYTHON names one";
@@ -60,7 +58,7 @@ pub fn trials() -> Vec<Trial> {
                 fs::write(place.file(), copy)?;
                 if let Ok(output) = place.compare(python) {
                     return Err(
-                        format!("{topic}: the flipped bit is not reported: {output}").into(),
+                        format!("{topic}: the flipped bit is not reported: {output}").into()
                     );
                 }
             }
@@ -80,12 +78,8 @@ impl Place {
         let folder = tempfile::tempdir()?;
         let (result, file) = record(simulation, config);
         fs::write(folder.path().join("run.mcap"), file)?;
-        let lines: Vec<String> = result
-            .trace
-            .rows
-            .iter()
-            .map(serde_json::to_string)
-            .collect::<Result<_, _>>()?;
+        let lines: Vec<String> =
+            result.trace.rows.iter().map(serde_json::to_string).collect::<Result<_, _>>()?;
         fs::write(folder.path().join("rows.jsonl"), lines.join("\n"))?;
         let grid = &simulation.mission.map;
         let frame = grid.frame();
@@ -99,10 +93,7 @@ impl Place {
         fs::write(folder.path().join("map.json"), map.to_string())?;
         let paths = serde_json::to_string(&result.trace.paths)?;
         fs::write(folder.path().join("paths.json"), paths)?;
-        Ok(Self {
-            folder,
-            ticks: lines.len() as u64,
-        })
+        Ok(Self { folder, ticks: lines.len() as u64 })
     }
 
     fn file(&self) -> PathBuf {
@@ -111,10 +102,7 @@ impl Place {
 
     /// The output of the Python reader, or an error if it finds a difference.
     fn compare(&self, python: &Path) -> Result<String, Failed> {
-        let output = Command::new(python)
-            .arg(SCRIPT)
-            .current_dir(self.folder.path())
-            .output()?;
+        let output = Command::new(python).arg(SCRIPT).current_dir(self.folder.path()).output()?;
         if output.status.success() {
             Ok(String::from_utf8(output.stdout)?)
         } else {
@@ -137,9 +125,7 @@ fn find_python() -> Option<PathBuf> {
         None => vec![VENV.into(), "python3".into(), "/usr/bin/python3".into()],
     };
     candidates.into_iter().find(|python| {
-        let asked = Command::new(python)
-            .args(["-c", "import mcap, mcap_ros2"])
-            .output();
+        let asked = Command::new(python).args(["-c", "import mcap, mcap_ros2"]).output();
         asked.is_ok_and(|output| output.status.success())
     })
 }

@@ -25,14 +25,12 @@ pub fn trials() -> Vec<Trial> {
         Trial::ignorable_test(name, move || with_ray(test))
     };
     vec![
-        trial(
-            "on Ray, a worker killed on the way, results returned: the same table",
-            |python| killed_on_the_way(python, &[]),
-        ),
-        trial(
-            "on Ray, a worker killed on the way, one folder for all: the same table",
-            |python| killed_on_the_way(python, &["--shared"]),
-        ),
+        trial("on Ray, a worker killed on the way, results returned: the same table", |python| {
+            killed_on_the_way(python, &[])
+        }),
+        trial("on Ray, a worker killed on the way, one folder for all: the same table", |python| {
+            killed_on_the_way(python, &["--shared"])
+        }),
     ]
 }
 
@@ -40,16 +38,7 @@ fn killed_on_the_way(python: &Path, flags: &[&str]) -> Result<(), Failed> {
     let place = Place::new();
     let mut driver = place
         .command(python)
-        .args([
-            SCRIPT,
-            "plan.toml",
-            "--out",
-            "out",
-            "--inbye",
-            INBYE,
-            "--cpus",
-            "2",
-        ])
+        .args([SCRIPT, "plan.toml", "--out", "out", "--inbye", INBYE, "--cpus", "2"])
         .args(flags)
         // Ray keeps sockets here, and their paths must be short.
         .env("TMPDIR", env::temp_dir())
@@ -83,9 +72,7 @@ fn kill_a_worker(place: &Place, plan: &Path, driver: &mut Child) -> Result<u32, 
         if place.finished("out").len() >= 4
             && let Some(worker) = worker_at(plan)
         {
-            let killed = Command::new("kill")
-                .args(["-KILL", &worker.to_string()])
-                .status();
+            let killed = Command::new("kill").args(["-KILL", &worker.to_string()]).status();
             if killed.is_ok_and(|status| status.success()) {
                 return Ok(worker);
             }

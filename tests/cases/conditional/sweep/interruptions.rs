@@ -11,15 +11,9 @@ use super::Test;
 use super::place::{CELLS, PLAN, Place};
 
 pub const TESTS: &[Test] = &[
-    (
-        "killed over and over, nothing is lost and nothing done twice",
-        killed,
-    ),
+    ("killed over and over, nothing is lost and nothing done twice", killed),
     ("two processes on one folder share the cells", side_by_side),
-    (
-        "what a killed process was at is done by the one beside it",
-        taken_over,
-    ),
+    ("what a killed process was at is done by the one beside it", taken_over),
     ("another plan waits until a folder is free", another_plan),
     ("shards together are the whole", shards),
     ("the tasks of a Slurm array together are the whole", slurm),
@@ -48,11 +42,7 @@ fn killed() {
         killed_midway += usize::from(place.finished("out").len() < CELLS);
         let after = place.begun("out");
         for key in &had {
-            assert_eq!(
-                before.get(key),
-                after.get(key),
-                "{key} was finished, and begun again"
-            );
+            assert_eq!(before.get(key), after.get(key), "{key} was finished, and begun again");
         }
     }
     assert!(killed_midway > 2, "only {killed_midway} kills came in time");
@@ -64,16 +54,10 @@ fn killed() {
     assert_eq!(begun.len(), CELLS);
     // A kill loses at most the two cells in progress.
     let extra: usize = begun.values().map(|times| times - 1).sum();
-    assert!(
-        extra <= 2 * kills,
-        "{extra} cells were begun again after {kills} kills"
-    );
+    assert!(extra <= 2 * kills, "{extra} cells were begun again after {kills} kills");
     place.assert_same_table("out");
     let again = place.json("sweep plan.toml --out out");
-    assert_eq!(
-        (&again["found"], &again["driven"]),
-        (&CELLS.into(), &0.into())
-    );
+    assert_eq!((&again["found"], &again["driven"]), (&CELLS.into(), &0.into()));
 }
 
 fn side_by_side() {
@@ -134,10 +118,7 @@ fn shards() {
         counts.push(report["driven"].as_u64().expect("a count"));
     }
     assert_eq!(counts.iter().sum::<u64>(), CELLS as u64, "{counts:?}");
-    assert!(
-        counts.iter().all(|&count| (4..=5).contains(&count)),
-        "{counts:?}"
-    );
+    assert!(counts.iter().all(|&count| (4..=5).contains(&count)), "{counts:?}");
     place.assert_same_table("s3 s1 s5 s2 s4");
     let ran = place.run("sweep merge s1 s3 --report some --json");
     assert_eq!(ran.status, 1, "{ran:?}");

@@ -6,18 +6,13 @@ use super::Test;
 use super::place::{PLAN, Place};
 
 pub const TESTS: &[Test] = &[
-    (
-        "no cell of any process runs beside a latency cell",
-        latency_cells_run_alone,
-    ),
+    ("no cell of any process runs beside a latency cell", latency_cells_run_alone),
     ("latencies stand in a table of their own", own_table),
 ];
 
 /// The plan, with one of its two worlds measured.
 fn measured(place: &Place) {
-    let half = PLAN
-        .replace("[0, 1, 2]", "[0, 1]")
-        .replace("\"8x16\", ", "");
+    let half = PLAN.replace("[0, 1, 2]", "[0, 1]").replace("\"8x16\", ", "");
     let plan = half.clone()
         + "only = [3]\nlatency = true\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\nonly = [12]\n";
     place.write("measured.toml", plan);
@@ -29,12 +24,8 @@ fn spans(place: &Place, out: &str) -> Vec<(f64, f64, bool)> {
     let cells = listed["cells"].as_array().expect("a list");
     let log = place.log(out);
     let at = |key: &Value, event: &str| {
-        let line = log
-            .iter()
-            .find(|line| line["key"] == *key && line["event"] == event);
-        line.expect("each cell is in the log")["unix_s"]
-            .as_f64()
-            .expect("a time")
+        let line = log.iter().find(|line| line["key"] == *key && line["event"] == event);
+        line.expect("each cell is in the log")["unix_s"].as_f64().expect("a time")
     };
     cells
         .iter()
@@ -59,11 +50,7 @@ fn latency_cells_run_alone() {
     let all = [spans(&place, "a"), spans(&place, "b")].concat();
     let mut compared = 0;
     for (index, &(begun, finished, is_alone)) in all.iter().enumerate() {
-        for (_, other) in all
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != index && is_alone)
-        {
+        for (_, other) in all.iter().enumerate().filter(|(other, _)| *other != index && is_alone) {
             let apart = other.1 <= begun || finished <= other.0;
             assert!(apart, "{:?} and {other:?} overlap", all[index]);
             compared += 1;
@@ -82,19 +69,10 @@ fn own_table() {
     assert!(place.read("a-merged/sweep.csv") == place.read("b-merged/sweep.csv"));
     let times = String::from_utf8(place.read("a-merged/latency.csv")).expect("text");
     assert_eq!(times.lines().count(), 1 + 4, "{times}");
-    assert!(
-        times
-            .lines()
-            .skip(1)
-            .all(|line| line.starts_with("barn,3,")),
-        "{times}"
-    );
+    assert!(times.lines().skip(1).all(|line| line.starts_with("barn,3,")), "{times}");
     let page = String::from_utf8(place.read("a-merged/index.html")).expect("text");
     assert!(page.contains("Latency of a tick"));
     // The result is the same with and without a clock; the key of the cell differs.
     let table = String::from_utf8(place.read("a-merged/sweep.csv")).expect("text");
-    assert!(
-        table.lines().skip(1).all(|line| !line.contains("error")),
-        "{table}"
-    );
+    assert!(table.lines().skip(1).all(|line| !line.contains("error")), "{table}");
 }

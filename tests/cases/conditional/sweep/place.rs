@@ -136,11 +136,7 @@ impl Place {
     #[track_caller]
     pub fn refusal(&self, arguments: &str) -> String {
         let ran = self.run(arguments);
-        assert_eq!(
-            (ran.status, ran.stdout.as_str()),
-            (2, ""),
-            "{arguments}: {ran:?}"
-        );
+        assert_eq!((ran.status, ran.stdout.as_str()), (2, ""), "{arguments}: {ran:?}");
         assert_eq!(ran.stderr.lines().count(), 1, "{ran:?}");
         ran.stderr
     }
@@ -154,18 +150,14 @@ impl Place {
             let name = entry.expect("an entry of that folder").file_name();
             name.to_string_lossy().into_owned()
         });
-        names
-            .filter_map(|name| name.strip_suffix(".json").map(str::to_owned))
-            .collect()
+        names.filter_map(|name| name.strip_suffix(".json").map(str::to_owned)).collect()
     }
 
     /// Returns the lines of a folder's log.
     pub fn log(&self, out: &str) -> Vec<Value> {
         let log = fs::read_to_string(self.path(out).join("log.jsonl")).unwrap_or_default();
         // A kill may have cut the last line short.
-        log.lines()
-            .filter_map(|line| serde_json::from_str(line).ok())
-            .collect()
+        log.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
 
     /// Returns the number of starts of each cell.

@@ -12,15 +12,9 @@ pub const TESTS: &[Test] = &[
     ("names decide nothing, content everything", content_decides),
     ("a changed plan reuses what is the same", reuse),
     ("bad plans are refused with the mend", refusals),
-    (
-        "a cell that cannot be begun is a row, and not the end",
-        errors_are_rows,
-    ),
+    ("a cell that cannot be begun is a row, and not the end", errors_are_rows),
     ("every kind of worlds is driven", kinds),
-    (
-        "a machine without the engine leaves the cell to others",
-        no_engine,
-    ),
+    ("a machine without the engine leaves the cell to others", no_engine),
 ];
 
 fn documented() {
@@ -64,18 +58,11 @@ fn content_decides() {
     // A change of one digit of one cylinder changes the cells of that world.
     let moved =
         String::from_utf8(place.read("elsewhere/moved/worlds/world_003.csv")).expect("text");
-    place.write(
-        "elsewhere/moved/worlds/world_003.csv",
-        moved.replace("6.0", "6.1"),
-    );
+    place.write("elsewhere/moved/worlds/world_003.csv", moved.replace("6.0", "6.1"));
     let changed = keys(&place, "elsewhere/other.toml");
     let shared = changed.iter().filter(|key| first.contains(key)).count();
     assert_eq!(shared, CELLS / 2);
-    for (from, to) in [
-        ("0.4", "0.41"),
-        ("[0, 1, 2]", "[0, 1, 3]"),
-        ("16x32", "16x33"),
-    ] {
+    for (from, to) in [("0.4", "0.41"), ("[0, 1, 2]", "[0, 1, 3]"), ("16x32", "16x33")] {
         place.write("changed.toml", PLAN.replace(from, to));
         assert_ne!(keys(&place, "changed.toml"), first, "{to}");
     }
@@ -91,10 +78,7 @@ fn reuse() {
     let twice = PLAN.replace("[weights.paper]\n", "[weights.paper]\n[weights.too]\n");
     place.write("twice.toml", twice);
     let report = place.json("sweep twice.toml --out out");
-    assert_eq!(
-        (&report["cells"], &report["driven"]),
-        (&CELLS.into(), &0.into())
-    );
+    assert_eq!((&report["cells"], &report["driven"]), (&CELLS.into(), &0.into()));
     place.json("sweep merge out --report merged");
     let lines = String::from_utf8(place.read("merged/sweep.csv")).expect("text");
     assert_eq!(lines.lines().count(), 1 + CELLS * 3 / 2, "{lines}");
@@ -110,22 +94,10 @@ fn refusals() {
         ("[0, 1, 2]", "[0, 1, 1]", "named once"),
         ("[0, 1, 2]", "[]", "at least one"),
         ("kind = \"barn\"", "kind = \"burn\"", "did you mean `barn`?"),
-        (
-            "path = \"barn\"",
-            "path = \"nowhere\"",
-            "nowhere/worlds.csv",
-        ),
-        (
-            "path = \"barn\"",
-            "path = \"barn\"\nonly = [4]",
-            "world 4 is not among",
-        ),
+        ("path = \"barn\"", "path = \"nowhere\"", "nowhere/worlds.csv"),
+        ("path = \"barn\"", "path = \"barn\"\nonly = [4]", "world 4 is not among"),
         ("path = \"barn\"", "routes = []", "worlds.path is missing"),
-        (
-            "title",
-            "engines = [\"auto\"]\ntitle",
-            "a cell must name its engine",
-        ),
+        ("title", "engines = [\"auto\"]\ntitle", "a cell must name its engine"),
         ("velocity = 0.4", "velocity = -1.0", "weights.fast"),
         (
             "[weights.paper]",
@@ -148,10 +120,7 @@ fn refusals() {
         assert_ne!(plan, PLAN, "{from}");
         place.write("bad.toml", plan);
         let said = place.refusal("sweep bad.toml --out out");
-        assert!(
-            said.contains(&says) && said.contains("bad.toml"),
-            "{to}: {said}"
-        );
+        assert!(said.contains(&says) && said.contains("bad.toml"), "{to}: {said}");
     }
     for (arguments, says) in [
         ("sweep plan.toml --shard 3/2", "--shard"),
@@ -170,11 +139,8 @@ fn errors_are_rows() {
     // 12 by 8 m in cells of 0.25 m, with a small closed room.
     let wall = "#".repeat(48);
     let row = format!("#{}#", ".".repeat(46));
-    let room: Vec<&str> = [wall.as_str()]
-        .into_iter()
-        .chain([row.as_str(); 30])
-        .chain([wall.as_str()])
-        .collect();
+    let room: Vec<&str> =
+        [wall.as_str()].into_iter().chain([row.as_str(); 30]).chain([wall.as_str()]).collect();
     place.write("room.txt", room.join("\n") + "\n");
     place.write("closet.txt", "#####\n#...#\n#...#\n#####\n");
     place.write(
@@ -185,11 +151,7 @@ fn errors_are_rows() {
          [[worlds]]\nkind = \"missions\"\npath = \"closet.txt\"\nresolution_m = 0.25\n",
     );
     let report = place.json("sweep routes.toml --out out");
-    assert_eq!(
-        (&report["driven"], &report["errors"]),
-        (&4.into(), &1.into()),
-        "{report}"
-    );
+    assert_eq!((&report["driven"], &report["errors"]), (&4.into(), &1.into()), "{report}");
     place.json("sweep merge out --report merged");
     let table = String::from_utf8(place.read("merged/sweep.csv")).expect("text");
     let rows: Vec<&str> = table.lines().skip(1).collect();
@@ -217,18 +179,10 @@ fn kinds() {
          [[worlds]]\nkind = \"missions\"\nlongest_m = 8.0\npeople = 1\n",
     );
     let report = place.json("sweep kinds.toml --out out");
-    assert_eq!(
-        (&report["cells"], &report["errors"]),
-        (&5.into(), &0.into()),
-        "{report}"
-    );
+    assert_eq!((&report["cells"], &report["errors"]), (&5.into(), &0.into()), "{report}");
     let merged = place.json("sweep merge out --report merged");
-    let kinds: Vec<&Value> = merged["groups"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|group| &group["kind"])
-        .collect();
+    let kinds: Vec<&Value> =
+        merged["groups"].as_array().expect("a list").iter().map(|group| &group["kind"]).collect();
     assert_eq!(kinds, ["dynabarn", "missions"]);
     for picture in ["groups-dynabarn.svg", "groups-missions.svg"] {
         let text = String::from_utf8(place.read(&format!("merged/{picture}"))).expect("text");
@@ -246,10 +200,6 @@ fn no_engine() {
     assert_eq!(ran.status, 1, "{ran:?}");
     let report: Value = serde_json::from_str(&ran.stdout).expect("JSON");
     assert_eq!(report["driven"], CELLS, "{report}");
-    assert_eq!(
-        report["left"].as_array().map(Vec::len),
-        Some(CELLS),
-        "{report}"
-    );
+    assert_eq!(report["left"].as_array().map(Vec::len), Some(CELLS), "{report}");
     assert_eq!(place.finished("out").len(), CELLS);
 }

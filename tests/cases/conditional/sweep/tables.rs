@@ -18,18 +18,12 @@ pub const TESTS: &[Test] = &[
     ("a changed bit in a cell's file is refused", changed_bits),
     ("a missing cell is named, and the others are there", missing),
     ("plans and versions are not mixed", mixtures),
-    (
-        "a cell that gave other results elsewhere is refused",
-        differing,
-    ),
+    ("a cell that gave other results elsewhere is refused", differing),
     ("every number survives its file to the last bit", numbers),
     #[cfg(feature = "parquet")]
     ("the Parquet table is the CSV table", parquet_is_csv),
     #[cfg(not(feature = "parquet"))]
-    (
-        "a build without Parquet says so",
-        missing_parquet_feature_is_named,
-    ),
+    ("a build without Parquet says so", missing_parquet_feature_is_named),
     ("groups are drawn again from their file", drawn_again),
 ];
 
@@ -51,15 +45,9 @@ fn changed_bits() {
         let mut changed = whole.clone();
         changed[place_of] ^= 1;
         place.write(&file, changed);
-        for command in [
-            "sweep merge out --report merged",
-            "sweep plan.toml --out out",
-        ] {
+        for command in ["sweep merge out --report merged", "sweep plan.toml --out out"] {
             let said = place.refusal(command);
-            assert!(
-                said.contains(&file) && said.contains("delete it"),
-                "{place_of}: {said}"
-            );
+            assert!(said.contains(&file) && said.contains("delete it"), "{place_of}: {said}");
         }
     }
     for torn in [0, 1, whole.len() - 1] {
@@ -67,10 +55,7 @@ fn changed_bits() {
         assert!(place.refusal("sweep merge out").contains(&file));
     }
     // A valid file under another name.
-    place.write(
-        &file,
-        place.read(&format!("out/cells/{}.json", other(&place, &key))),
-    );
+    place.write(&file, place.read(&format!("out/cells/{}.json", other(&place, &key))));
     assert!(place.refusal("sweep merge out").contains("another cell"));
     place.write(&file, whole);
     place.json("sweep merge out --report merged");
@@ -89,11 +74,7 @@ fn missing() {
     let report: Value = serde_json::from_str(&ran.stdout).expect("JSON");
     assert_eq!(report["missing"], serde_json::json!([key]));
     let table = String::from_utf8(place.read("merged/sweep.csv")).expect("text");
-    assert_eq!(
-        table.lines().count(),
-        CELLS,
-        "the header and all rows but one"
-    );
+    assert_eq!(table.lines().count(), CELLS, "the header and all rows but one");
     let again = place.json("sweep plan.toml --out out");
     assert_eq!(again["driven"], 1, "{again}");
     place.assert_same_table("out");
@@ -101,31 +82,16 @@ fn missing() {
 
 fn mixtures() {
     let (place, _) = done();
-    place.write(
-        "other.toml",
-        PLAN.replace("posts", "more posts")
-            .replace("[0, 1, 2]", "[0]"),
-    );
+    place.write("other.toml", PLAN.replace("posts", "more posts").replace("[0, 1, 2]", "[0]"));
     place.json("sweep other.toml --out other");
     let said = place.refusal("sweep merge out other");
-    for part in [
-        "out and other",
-        "`posts`, 24 cells",
-        "`more posts`, 8 cells",
-    ] {
+    for part in ["out and other", "`posts`, 24 cells", "`more posts`, 8 cells"] {
         assert!(said.contains(part), "{part}: {said}");
     }
     let manifest = String::from_utf8(place.read("out/sweep.json")).expect("text");
     let version = format!("\"version\":\"{}\"", env!("CARGO_PKG_VERSION"));
-    place.write(
-        "out/sweep.json",
-        manifest.replace(&version, "\"version\":\"0.0.7\""),
-    );
-    assert!(
-        place
-            .refusal("sweep merge out")
-            .contains("written by inbye 0.0.7")
-    );
+    place.write("out/sweep.json", manifest.replace(&version, "\"version\":\"0.0.7\""));
+    assert!(place.refusal("sweep merge out").contains("written by inbye 0.0.7"));
     place.write("out/sweep.json", "{}");
     assert!(place.refusal("sweep merge out").contains("out/sweep.json"));
 }
@@ -139,10 +105,7 @@ fn differing() {
     place.write(&format!("copy/cells/{key}.json"), cell.text());
     place.write("copy/sweep.json", place.read("out/sweep.json"));
     let said = place.refusal("sweep merge out copy");
-    assert!(
-        said.contains(&key) && said.contains("one of the machines errs"),
-        "{said}"
-    );
+    assert!(said.contains(&key) && said.contains("one of the machines errs"), "{said}");
 }
 
 fn numbers() {
@@ -188,9 +151,9 @@ fn parquet_is_csv() {
                 Field::Str(value) => value == text,
                 Field::Long(value) => value.to_string() == text,
                 Field::Bool(value) => value.to_string() == text,
-                Field::Double(value) => text
-                    .parse::<f64>()
-                    .is_ok_and(|read| read.to_bits() == value.to_bits()),
+                Field::Double(value) => {
+                    text.parse::<f64>().is_ok_and(|read| read.to_bits() == value.to_bits())
+                }
                 other => panic!("{name}: {other:?}"),
             };
             assert!(same, "{name}: {field:?} is not {text}");

@@ -41,11 +41,7 @@ fn touched(scene: &str, seed: u64, final_speed_m_s: f64) -> DriveRun {
 }
 
 fn table(traffic: TrafficKind, runs: Vec<DriveRun>) -> DriveTable {
-    drive_table(&Drives {
-        traffic,
-        runs,
-        shown: Vec::new(),
-    })
+    drive_table(&Drives { traffic, runs, shown: Vec::new() })
 }
 
 /// Two scenes with two good drives each.
@@ -98,18 +94,12 @@ fn drive_table_summarizes_each_scene_and_all() {
     ];
     assert_eq!(means, expected);
     assert!(table.acceptance.is_met() && table.faults().is_empty());
-    assert!(says(
-        &table,
-        "4 drives: all reached the goal, none touched anything"
-    ));
+    assert!(says(&table, "4 drives: all reached the goal, none touched anything"));
     assert!(says(
         &table,
         "25, 18, 29 times smaller than the means of the paper's rows: all three ten times better"
     ));
-    assert!(says(
-        &table,
-        "In every scene the mean deviations are within"
-    ));
+    assert!(says(&table, "In every scene the mean deviations are within"));
     assert!(!says(&table, "differ"));
 }
 
@@ -124,10 +114,7 @@ fn finding_claims_ten_times_better_only_where_true() {
         "25, 3.4, 29 times smaller than the means of the paper's rows: ten times better than the paper's table in |dx| and \
          |dyaw| only."
     ));
-    assert!(says(
-        &table,
-        "Mean deviations beyond 0.01 m and 0.01 rad, or no arrival: drift."
-    ));
+    assert!(says(&table, "Mean deviations beyond 0.01 m and 0.01 rad, or no arrival: drift."));
     // An inaccurate drive is not a fault.
     assert!(table.faults().is_empty());
 }
@@ -139,10 +126,7 @@ fn acceptance_fails_with_one_contact() {
         runs[3] = touched("rooms", 2, 0.4);
         let table = table(traffic, runs);
         assert!(!table.acceptance.no_contact && !table.acceptance.is_met());
-        assert!(says(
-            &table,
-            "3 of 4 reached the goal, 1 of 4 touched anything"
-        ));
+        assert!(says(&table, "3 of 4 reached the goal, 1 of 4 touched anything"));
         assert!(says(&table, "means of the 3 of 4 drives that arrived"));
         let faults = table.faults();
         assert_eq!(faults.len(), 1);
@@ -171,12 +155,7 @@ fn drive_without_arrival_counts_for_no_mean() {
         ..arrived("drift", 1, [9.0, 9.0, 3.0])
     };
     let table = table(TrafficKind::None, vec![stuck]);
-    assert!(
-        table
-            .summaries
-            .iter()
-            .all(|summary| summary.deviation.is_none())
-    );
+    assert!(table.summaries.iter().all(|summary| summary.deviation.is_none()));
     assert!(!table.acceptance.all_reached && !table.acceptance.means_within_limits);
     assert!(table.faults()[0].contains("gave up: no way"));
 }

@@ -30,20 +30,14 @@ fn measured() -> &'static [(Site, Vec<TaskRuns>)] {
 }
 
 fn runs(site: &Site) -> Vec<TaskRuns> {
-    let searches: &[Search] = if site.name == "mine" {
-        &MINE_SEARCHES
-    } else {
-        &SEARCHES
-    };
+    let searches: &[Search] = if site.name == "mine" { &MINE_SEARCHES } else { &SEARCHES };
     measure(site, searches, 0, &mut || 0.0, || ()).expect("every task has a path")
 }
 
 /// A figure of a search at a stage, summed over all tasks.
 fn sum(search: Search, stage: Stage, figure: fn(&inbye::global::Path) -> f64) -> f64 {
     let tasks = measured().iter().flat_map(|(_, tasks)| tasks);
-    tasks
-        .map(|task| figure(&task.of(search).expect("it was run").at(stage).path))
-        .sum()
+    tasks.map(|task| figure(&task.of(search).expect("it was run").at(stage).path)).sum()
 }
 
 #[test]
@@ -79,10 +73,7 @@ fn exact_searches_agree_and_no_search_beats_them() {
                 let (name, task_name) = (run.search.label(), &task.task.name);
                 let beyond = run.cost.checked_sub(task.shortest);
                 let beyond = beyond.unwrap_or_else(|| panic!("{task_name}, {name}: too short"));
-                assert!(
-                    beyond == 0 || !run.search.is_exact(),
-                    "{task_name}, {name}: {beyond}"
-                );
+                assert!(beyond == 0 || !run.search.is_exact(), "{task_name}, {name}: {beyond}");
             }
             let exact = task.runs.iter().filter(|run| run.search.is_exact());
             assert!(exact.count() >= 3);
@@ -97,15 +88,9 @@ fn paths_are_shorter_and_have_fewer_turns_than_the_traditional_ones() {
     for search in [Search::Improved, Search::JumpPoints] {
         for traditional in [Search::Manhattan, Search::Euclid] {
             let shorter = length(search, Stage::Smoothed) / length(traditional, Stage::Raw);
-            assert!(
-                shorter <= 0.97,
-                "{search:?} against {traditional:?}: {shorter}"
-            );
+            assert!(shorter <= 0.97, "{search:?} against {traditional:?}: {shorter}");
             let fewer = turns(search, Stage::Pruned) / turns(traditional, Stage::Raw);
-            assert!(
-                fewer <= 1.0 / 3.0,
-                "{search:?} against {traditional:?}: {fewer}"
-            );
+            assert!(fewer <= 1.0 / 3.0, "{search:?} against {traditional:?}: {fewer}");
         }
         assert_eq!(turns(search, Stage::Smoothed), 0.0);
     }

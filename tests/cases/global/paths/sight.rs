@@ -17,9 +17,7 @@ fn exact_grid(random: &mut Pcg64Mcg, density: f64) -> FreeSpace {
         resolution_m: [0.25, 1.0][random.random_range(0..2)],
         origin: Pose::default(),
     };
-    let blocked = (0..frame.len())
-        .map(|_| random.random_bool(density))
-        .collect();
+    let blocked = (0..frame.len()).map(|_| random.random_bool(density)).collect();
     FreeSpace::new(&ObstacleGrid::new(frame, blocked), 0.0)
 }
 
@@ -50,14 +48,8 @@ fn line_of_sight_equals_the_integer_reference() {
             };
             // Any points, cell halves, cell corners, segments along lines, single points.
             let grain = [1, STEPS / 2, STEPS, STEPS][case % 4];
-            let from = (
-                place(&mut random, width, grain),
-                place(&mut random, height, grain),
-            );
-            let mut to = (
-                place(&mut random, width, grain),
-                place(&mut random, height, grain),
-            );
+            let from = (place(&mut random, width, grain), place(&mut random, height, grain));
+            let mut to = (place(&mut random, width, grain), place(&mut random, height, grain));
             if case % 4 == 3 {
                 match random.random_range(0..3) {
                     0 => to.0 = from.0,
@@ -74,12 +66,7 @@ fn line_of_sight_equals_the_integer_reference() {
 #[test]
 fn line_of_sight_distinguishes_passing_from_touching_on_long_segments() {
     let mut random = Pcg64Mcg::seed_from_u64(32);
-    let frame = GridFrame {
-        width: 200,
-        height: 200,
-        resolution_m: 0.25,
-        origin: Pose::default(),
-    };
+    let frame = GridFrame { width: 200, height: 200, resolution_m: 0.25, origin: Pose::default() };
     let mut outcomes = [0, 0];
     for _ in 0..2000 {
         let cell = Cell::new(random.random_range(60..140), random.random_range(60..140));
@@ -91,10 +78,7 @@ fn line_of_sight_distinguishes_passing_from_touching_on_long_segments() {
             i64::from(cell.column + random.random_range(0..2)) * STEPS,
             i64::from(cell.row + random.random_range(0..2)) * STEPS,
         );
-        let offset = (
-            random.random_range(-2_400..2_400),
-            random.random_range(-2_400..2_400),
-        );
+        let offset = (random.random_range(-2_400..2_400), random.random_range(-2_400..2_400));
         let by = (random.random_range(-1..=1), random.random_range(-1..=1));
         let from = (corner.0 + offset.0 + by.0, corner.1 + offset.1 + by.1);
         let to = (corner.0 - offset.0 + by.0, corner.1 - offset.1 + by.1);
@@ -105,29 +89,12 @@ fn line_of_sight_distinguishes_passing_from_touching_on_long_segments() {
 
 #[test]
 fn line_of_sight_is_blocked_for_ends_off_the_grid_or_not_finite() {
-    let frame = GridFrame {
-        width: 8,
-        height: 8,
-        resolution_m: 1.0,
-        origin: Pose::default(),
-    };
+    let frame = GridFrame { width: 8, height: 8, resolution_m: 1.0, origin: Pose::default() };
     let space = FreeSpace::new(&ObstacleGrid::new(frame, vec![false; 64]), 0.0);
     let inside = Point::new(3.2, 4.4);
     assert!(is_clear(&space, &inside, &inside));
-    for bad in [
-        f64::NAN,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        1e300,
-        -1e300,
-        -1e-3,
-        8.0,
-    ] {
-        for place in [
-            Point::new(bad, 4.4),
-            Point::new(3.2, bad),
-            Point::new(bad, bad),
-        ] {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, -1e-3, 8.0] {
+        for place in [Point::new(bad, 4.4), Point::new(3.2, bad), Point::new(bad, bad)] {
             assert!(!is_clear(&space, &inside, &place), "{place}");
             assert!(!is_clear(&space, &place, &inside), "{place}");
             assert!(!is_clear(&space, &place, &place), "{place}");
@@ -151,10 +118,7 @@ fn clearance_equals_the_minimum_over_small_steps() {
         let mut place = |_| {
             let along =
                 |random: &mut Pcg64Mcg, side: i32| f64::from(side) * random.random_range(-0.3..1.3);
-            let (x, y) = (
-                along(&mut random, frame.width),
-                along(&mut random, frame.height),
-            );
+            let (x, y) = (along(&mut random, frame.width), along(&mut random, frame.height));
             frame.from_cell_units(&Point::new(x, y))
         };
         let points: Vec<Point> = (0..[1, 2, 3, 6][case % 4]).map(&mut place).collect();
@@ -165,14 +129,8 @@ fn clearance_equals_the_minimum_over_small_steps() {
         if stepped.is_infinite() {
             assert!(found.is_infinite(), "case {case}: {found}");
         } else {
-            assert!(
-                found <= stepped + 1e-9,
-                "case {case}: {found} over {stepped}"
-            );
-            assert!(
-                found >= stepped - slack,
-                "case {case}: {found} under {stepped}"
-            );
+            assert!(found <= stepped + 1e-9, "case {case}: {found} over {stepped}");
+            assert!(found >= stepped - slack, "case {case}: {found} under {stepped}");
             near += u32::from(found > 0.0);
         }
     }

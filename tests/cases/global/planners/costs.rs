@@ -41,31 +41,19 @@ fn search_with_costs_finds_the_cheapest_path() {
         let costs = ClearanceCosts::new(&obstacles, preferred_m, weight);
         let priced = |from: Cell| {
             let price = |(to, cost)| {
-                (
-                    to,
-                    cost + cost * expected_cost(&obstacles, to, preferred_m, weight) / 16,
-                )
+                (to, cost + cost * expected_cost(&obstacles, to, preferred_m, weight) / 16)
             };
-            moves(&space, from)
-                .into_iter()
-                .map(price)
-                .collect::<Vec<_>>()
+            moves(&space, from).into_iter().map(price).collect::<Vec<_>>()
         };
         let expected = dijkstra(&start, |&cell| priced(cell), |&cell| cell == goal);
         for heuristic in [Heuristic::Octile, Heuristic::Euclid, Heuristic::default()] {
-            let found = searcher
-                .astar(&space, start, goal, heuristic, Some(&costs))
-                .ok();
+            let found = searcher.astar(&space, start, goal, heuristic, Some(&costs)).ok();
             let Some(((_, least), found)) = expected.as_ref().zip(found) else {
                 continue;
             };
             let own = found.cells.windows(2).map(|pair| {
                 let priced = priced(pair[0]);
-                priced
-                    .iter()
-                    .find(|(to, _)| *to == pair[1])
-                    .expect("a move")
-                    .1
+                priced.iter().find(|(to, _)| *to == pair[1]).expect("a move").1
             });
             assert_eq!(own.sum::<u64>(), found.cost, "case {case}, {heuristic:?}");
             if heuristic.is_admissible() {
@@ -86,33 +74,18 @@ fn clearance_weight_moves_a_path_away_from_walls() {
     let space = FreeSpace::new(&obstacles, 0.0);
     let (start, goal) = (Point::new(-8.7, 21.3), Point::new(8.7, 25.7));
     let planned = |clearance_weight| {
-        let settings = Settings {
-            clearance_weight,
-            ..Settings::default()
-        };
+        let settings = Settings { clearance_weight, ..Settings::default() };
         let costs = settings.costs(&obstacles);
         assert_eq!(costs.is_some(), clearance_weight > 0.0);
-        let ground = PlanningSpace {
-            search: &space,
-            smoothing: &space,
-            costs: costs.as_ref(),
-        };
-        plan(
-            &mut Searcher::default(),
-            &ground,
-            start,
-            goal,
-            &settings,
-            &mut || 0.0,
-        )
-        .expect("the drifts are joined")
-        .smoothed
+        let ground = PlanningSpace { search: &space, smoothing: &space, costs: costs.as_ref() };
+        plan(&mut Searcher::default(), &ground, start, goal, &settings, &mut || 0.0)
+            .expect("the drifts are joined")
+            .smoothed
     };
     // The mean distance to the nearest obstacle.
     let mean_m = |path: &Path| {
-        let clearances = path
-            .samples(0.1)
-            .map(|at| min_clearance_m(&Path::new(vec![at]), &obstacles));
+        let clearances =
+            path.samples(0.1).map(|at| min_clearance_m(&Path::new(vec![at]), &obstacles));
         clearances.sum::<f64>() / path.samples(0.1).count() as f64
     };
     let [shortest, careful] = [0.0, 4.0].map(planned);

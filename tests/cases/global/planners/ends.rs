@@ -18,11 +18,7 @@ fn plan_error_names_the_end_the_cause_and_a_free_point() {
     let space = free_space(&WORKINGS, 0.3);
     let cases = [
         (Point::new(-9.9, 20.1), "OCCUPIED", "is in an obstacle"),
-        (
-            Point::new(-9.4, 21.3),
-            "OCCUPIED",
-            "is less than 0.300 m from an obstacle",
-        ),
+        (Point::new(-9.4, 21.3), "OCCUPIED", "is less than 0.300 m from an obstacle"),
         (
             Point::new(-10.01, 21.3),
             "OUTSIDE_MAP",
@@ -32,20 +28,16 @@ fn plan_error_names_the_end_the_cause_and_a_free_point() {
         (Point::new(1e300, -1e300), "OUTSIDE_MAP", "is off the map"),
     ];
     for (bad, code, wrong) in cases {
-        for (end, outcome) in [
-            ("start", query(&space, bad, good)),
-            ("goal", query(&space, good, bad)),
-        ] {
+        for (end, outcome) in
+            [("start", query(&space, bad, good)), ("goal", query(&space, good, bad))]
+        {
             let error = outcome.expect_err("a bad end");
             let message = error.to_string();
             let end_code = format!("{}_{code}", end.to_uppercase());
             let place = format!("{end_code}: {end} ({:.2}, {:.2}) {wrong}", bad.x, bad.y);
             assert_eq!(error.code(), end_code);
             assert!(message.starts_with(&place), "{message}");
-            assert!(
-                message.contains(": the nearest free point is ("),
-                "{message}"
-            );
+            assert!(message.contains(": the nearest free point is ("), "{message}");
             assert!(!message.contains('\n'), "{message}");
             let mended = last_point_of(&message);
             let plan = query(&space, mended, mended).expect(&message);
@@ -96,12 +88,7 @@ fn plan_to_a_closed_chamber_names_the_nearest_reachable_point() {
     let space = free_space(&WORKINGS, 0.0);
     let (start, chamber) = (Point::new(-8.7, 21.3), Point::new(0.8, 23.4));
     let error = query(&space, start, chamber).expect_err("a closed chamber");
-    let PlanError::NoValidPath {
-        expanded,
-        nearest: Some(nearest),
-        ..
-    } = error
-    else {
+    let PlanError::NoValidPath { expanded, nearest: Some(nearest), .. } = error else {
         panic!("{error}");
     };
     assert!(expanded > 200);
@@ -125,27 +112,12 @@ fn plan_to_a_closed_chamber_names_the_nearest_reachable_point() {
 #[test]
 fn plan_rejects_settings_out_of_range_by_name() {
     let space = free_space(&WORKINGS, 0.0);
-    let ground = PlanningSpace {
-        search: &space,
-        smoothing: &space,
-        costs: None,
-    };
+    let ground = PlanningSpace { search: &space, smoothing: &space, costs: None };
     let here = Point::new(-8.7, 21.3);
     let with = |heuristic, spline_degree| {
-        let settings = Settings {
-            heuristic,
-            spline_degree,
-            ..Settings::default()
-        };
-        plan(
-            &mut Searcher::default(),
-            &ground,
-            here,
-            here,
-            &settings,
-            &mut || 0.0,
-        )
-        .map_err(|error| error.to_string())
+        let settings = Settings { heuristic, spline_degree, ..Settings::default() };
+        plan(&mut Searcher::default(), &ground, here, here, &settings, &mut || 0.0)
+            .map_err(|error| error.to_string())
     };
     for degree in [0, 10, usize::MAX] {
         let message = with(Heuristic::Octile, degree).expect_err("a bad degree");
@@ -158,17 +130,11 @@ fn plan_rejects_settings_out_of_range_by_name() {
             ("literal", Heuristic::Literal { k }),
         ] {
             let message = with(heuristic, 3).expect_err("a bad weight");
-            assert_eq!(
-                message,
-                format!("heuristic.{name}.k is {k}: it must be 0 to 1e6")
-            );
+            assert_eq!(message, format!("heuristic.{name}.k is {k}: it must be 0 to 1e6"));
         }
     }
     for degrees in [0.0, -30.0, 90.1, f64::NAN] {
         let message = with(Heuristic::Theta { degrees }, 3).expect_err("a bad angle");
-        assert!(
-            message.starts_with("heuristic.theta.degrees is "),
-            "{message}"
-        );
+        assert!(message.starts_with("heuristic.theta.degrees is "), "{message}");
     }
 }

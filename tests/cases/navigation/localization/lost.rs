@@ -49,10 +49,7 @@ fn robot_moved_a_little_relocalises_and_reaches_its_goal() {
         assert!(row.found_after_s.is_some(), "{row:#?}");
         assert!(row.reached && !row.collided, "{row:#?}");
         // The odometry does not include the move, so only the map corrects it.
-        assert!(
-            row.worst_m <= 0.05 && row.odometry_worst_m > 1.0,
-            "{row:#?}"
-        );
+        assert!(row.worst_m <= 0.05 && row.odometry_worst_m > 1.0, "{row:#?}");
     }
 }
 

@@ -65,9 +65,7 @@ impl Stage {
 
     fn update(&mut self, lidar: &Lidar, truth: &Pose, time_s: f64) -> PoseEstimate {
         let seen = lidar.scan(&self.world, truth, &mut self.rng);
-        *self
-            .localizer
-            .update(&TimedScan::from_scan(&seen.scan, time_s, 0.0))
+        *self.localizer.update(&TimedScan::from_scan(&seen.scan, time_s, 0.0))
     }
 
     /// Updates with several revolutions at one pose.
@@ -98,10 +96,7 @@ fn start_error_is_corrected() {
             (estimate.status, estimate.unobservable_directions),
             (LocalizationStatus::Tracking, 0)
         );
-        assert!(
-            estimate.agreement.matching_fraction() > 0.95,
-            "{estimate:?}"
-        );
+        assert!(estimate.agreement.matching_fraction() > 0.95, "{estimate:?}");
     }
 }
 
@@ -121,13 +116,7 @@ fn rotated_map_is_supported() {
 fn unmapped_people_do_not_bias_the_pose() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
-    let person = |x, y| MovingDisc {
-        x,
-        y,
-        radius: 0.3,
-        vx: 0.0,
-        vy: 0.0,
-    };
+    let person = |x, y| MovingDisc { x, y, radius: 0.3, vx: 0.0, vy: 0.0 };
     stage.world.moving = vec![person(5.0, 4.3), person(4.2, 5.2), person(3.2, 3.9)];
     let estimate = stage.stand_still(&truth, 10);
     assert!(errors(&estimate, &truth).0 < 0.012, "{estimate:?}");
@@ -144,9 +133,7 @@ fn along_the_roadway(lidar: &Lidar) -> (PoseEstimate, Pose, f64) {
         let distance_m = 0.02 * f64::from(tick);
         truth = Pose::new(9.0 + distance_m, 7.5, 0.0);
         let time_s = 0.1 * f64::from(tick);
-        stage
-            .localizer
-            .predict(time_s, &Pose::new(distance_m / 0.95, 0.0, 0.0));
+        stage.localizer.predict(time_s, &Pose::new(distance_m / 0.95, 0.0, 0.0));
         stage.update(lidar, &truth, time_s);
     }
     let (distance_scale, _) = stage.localizer.odometry_scale();
@@ -155,17 +142,11 @@ fn along_the_roadway(lidar: &Lidar) -> (PoseEstimate, Pose, f64) {
 
 #[test]
 fn smooth_roadway_leaves_the_pose_along_it_to_odometry() {
-    let short = Lidar {
-        range_max_m: 6.0,
-        ..LIDAR
-    };
+    let short = Lidar { range_max_m: 6.0, ..LIDAR };
     let (estimate, truth, distance_scale) = along_the_roadway(&short);
     assert_eq!(estimate.unobservable_directions, 1);
     // The slip over 2 m remains along the roadway; there is no error across it.
-    assert!(
-        (estimate.pose.x - truth.x - 0.105).abs() < 0.01,
-        "{estimate:?}"
-    );
+    assert!((estimate.pose.x - truth.x - 0.105).abs() < 0.01, "{estimate:?}");
     assert!((estimate.pose.y - truth.y).abs() < 0.005, "{estimate:?}");
     assert!(errors(&estimate, &truth).1 < 0.003, "{estimate:?}");
     assert!(estimate.covariance[(0, 0)].sqrt() > 0.1, "{estimate:?}");
@@ -192,15 +173,10 @@ fn pose_drifts_without_scans() {
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &start);
     for tick in 0..=100 {
         let yaw = 0.05 * f64::from(tick);
-        stage
-            .localizer
-            .predict(0.1 * f64::from(tick), &Pose::new(0.0, 0.0, yaw));
+        stage.localizer.predict(0.1 * f64::from(tick), &Pose::new(0.0, 0.0, yaw));
     }
     let estimate = stage.localizer.estimate();
-    assert!(
-        (wrap_angle(estimate.pose.yaw - 5.4)).abs() < 1e-9,
-        "{estimate:?}"
-    );
+    assert!((wrap_angle(estimate.pose.yaw - 5.4)).abs() < 1e-9, "{estimate:?}");
     assert!(estimate.sigma_rad() > 0.1, "{estimate:?}");
 }
 
@@ -209,29 +185,18 @@ fn occluded_lidar_relocalises_after_consecutive_matches() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
     stage.stand_still(&truth, 10);
-    let occluded = Lidar {
-        dropout: 1.0,
-        ..LIDAR
-    };
+    let occluded = Lidar { dropout: 1.0, ..LIDAR };
     let mut statuses = Vec::new();
     for tick in 10..40 {
         let lidar = if tick < 20 { &occluded } else { &LIDAR };
         statuses.push(stage.update(lidar, &truth, 0.1 * f64::from(tick)).status);
     }
     assert_eq!(statuses[3], LocalizationStatus::Uncertain);
-    assert_eq!(
-        statuses[4..10],
-        [LocalizationStatus::Lost(LostReason::NoReturns); 6]
-    );
+    assert_eq!(statuses[4..10], [LocalizationStatus::Lost(LostReason::NoReturns); 6]);
     // Five matching revolutions confirm the pose.
-    assert_eq!(
-        statuses[10..14],
-        [LocalizationStatus::Lost(LostReason::NoReturns); 4]
-    );
+    assert_eq!(statuses[10..14], [LocalizationStatus::Lost(LostReason::NoReturns); 4]);
     assert!(
-        statuses[15..]
-            .iter()
-            .all(|status| *status == LocalizationStatus::Tracking),
+        statuses[15..].iter().all(|status| *status == LocalizationStatus::Tracking),
         "{statuses:?}"
     );
 }
@@ -239,15 +204,10 @@ fn occluded_lidar_relocalises_after_consecutive_matches() {
 #[test]
 fn localizer_rejects_bad_settings_and_start() {
     let ground = ground(Pose::default(), &ROOM);
-    let bad = LocalizationSettings {
-        outlier_distance_m: f64::NAN,
-        ..LocalizationSettings::default()
-    };
+    let bad =
+        LocalizationSettings { outlier_distance_m: f64::NAN, ..LocalizationSettings::default() };
     let error = Localizer::new(&ground, bad, &Pose::default()).expect_err("NaN is invalid");
-    assert_eq!(
-        error.to_string(),
-        "outlier_distance_m is NaN: it must be above zero and at most 1"
-    );
+    assert_eq!(error.to_string(), "outlier_distance_m is NaN: it must be above zero and at most 1");
     let not_finite = Pose::new(f64::NAN, 0.0, 0.0);
     let error = Localizer::new(&ground, LocalizationSettings::default(), &not_finite);
     assert!(matches!(error, Err(LocalizationError::BadStart { .. })));
@@ -261,9 +221,7 @@ fn localizer_ignores_values_that_are_not_finite() {
     stage.stand_still(&truth, 5);
     let before = *stage.localizer.estimate();
     stage.localizer.predict(f64::NAN, &Pose::default());
-    stage
-        .localizer
-        .predict(1.0, &Pose::new(f64::INFINITY, 0.0, 0.0));
+    stage.localizer.predict(1.0, &Pose::new(f64::INFINITY, 0.0, 0.0));
     assert_eq!(*stage.localizer.estimate(), before);
     let seen = LIDAR.scan(&stage.world, &truth, &mut stage.rng);
     let mut scan = TimedScan::from_scan(&seen.scan, 0.5, 0.0);
@@ -276,10 +234,7 @@ fn localizer_ignores_values_that_are_not_finite() {
         }
     }
     let estimate = *stage.localizer.update(&scan);
-    assert!(
-        estimate.pose.is_finite() && errors(&estimate, &truth).0 < 0.02,
-        "{estimate:?}"
-    );
+    assert!(estimate.pose.is_finite() && errors(&estimate, &truth).0 < 0.02, "{estimate:?}");
     stage.localizer.update(&TimedScan::default());
     assert!(stage.localizer.pose().is_finite());
 }

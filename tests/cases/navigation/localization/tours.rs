@@ -39,9 +39,8 @@ fn assert_kept(row: &LocalizationRow) {
 #[test]
 fn pose_error_over_300_m_stays_below_5_cm_and_20_mrad() {
     let rows = (0..3).map(|seed| plan(roadway()).drive(LocalizationCase::Tour, seed));
-    let rows: Vec<LocalizationRow> = rows
-        .map(|row| row.expect("a path in both directions"))
-        .collect();
+    let rows: Vec<LocalizationRow> =
+        rows.map(|row| row.expect("a path in both directions")).collect();
     rows.iter().for_each(assert_kept);
     // Each seed gives another drive, and the same seed the same one.
     assert_ne!(rows[0].trace_digest, rows[1].trace_digest);

@@ -16,12 +16,8 @@ fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Sample>, usize
     let mut discs: Vec<MovingDisc> = (0..count)
         .map(|_| {
             let mut draw = |least: f64, most: f64| stage.random.random_range(least..most);
-            let (x, y, yaw, speed) = (
-                draw(12.0, 28.0),
-                draw(12.0, 28.0),
-                draw(-3.1, 3.1),
-                draw(0.5, 1.9),
-            );
+            let (x, y, yaw, speed) =
+                (draw(12.0, 28.0), draw(12.0, 28.0), draw(-3.1, 3.1), draw(0.5, 1.9));
             disc(x, y, 0.5, speed * libm::cos(yaw), speed * libm::sin(yaw))
         })
         .collect();
@@ -54,10 +50,7 @@ fn drive_through(errors: Errors, count: usize, seed: u64) -> (Vec<Sample>, usize
         let estimated: Vec<MovingDisc> =
             discs.iter().map(|disc| stage.as_estimated(disc)).collect();
         found_all += found.len();
-        wrong += found
-            .iter()
-            .filter(|found| nearest(found, &estimated).is_none())
-            .count();
+        wrong += found.iter().filter(|found| nearest(found, &estimated).is_none()).count();
         for disc in &mut discs {
             disc.x += disc.vx * stage.period_s;
             disc.y += disc.vy * stage.period_s;
@@ -89,9 +82,7 @@ fn is_uncovered(index: usize, discs: &[MovingDisc], pose: &Pose) -> bool {
 }
 
 fn share_tracked(samples: &[Sample]) -> f64 {
-    let good = samples
-        .iter()
-        .filter(|sample| sample.velocity_error() < 0.4);
+    let good = samples.iter().filter(|sample| sample.velocity_error() < 0.4);
     good.count() as f64 / samples.len() as f64
 }
 

@@ -29,16 +29,10 @@ fn check_well_tracked(samples: &[Sample]) -> Result<f64, String> {
     if found_s > 0.75 {
         return Err(format!("found after {found_s} s"));
     }
-    let later: Vec<&Sample> = samples
-        .iter()
-        .filter(|sample| sample.time_s - samples[0].time_s > 1.0)
-        .collect();
+    let later: Vec<&Sample> =
+        samples.iter().filter(|sample| sample.time_s - samples[0].time_s > 1.0).collect();
     for (name, limit, error) in [
-        (
-            "velocity",
-            0.2,
-            Sample::velocity_error as fn(&Sample) -> f64,
-        ),
+        ("velocity", 0.2, Sample::velocity_error as fn(&Sample) -> f64),
         ("direction", 20.0, Sample::direction_error_deg),
         ("centre", 0.1, Sample::center_error_m),
         ("radius", 0.1, Sample::radius_error_m),
@@ -59,10 +53,7 @@ fn crossing_pedestrian_at_three_metres_is_tracked() {
             let walker = disc(23.0, 20.0 - speed * 1.5, radius, 0.0, speed);
             let samples = watch(&mut stage, walker, 3.0);
             let checked = check_well_tracked(&samples);
-            assert!(
-                checked.is_ok(),
-                "{radius} m, {speed} m/s, {seed}: {checked:?}"
-            );
+            assert!(checked.is_ok(), "{radius} m, {speed} m/s, {seed}: {checked:?}");
             assert!(check_well_tracked(&reversed(&samples)).is_err());
         }
     }
@@ -75,10 +66,7 @@ fn oncoming_or_leaving_pedestrian_is_tracked() {
             let mut stage = Stage::open(seed);
             let samples = watch(&mut stage, disc(20.0 + from, 20.1, 0.3, speed, 0.0), 3.0);
             let checked = check_well_tracked(&samples);
-            assert!(
-                checked.is_ok(),
-                "{from} m, {speed} m/s, {seed}: {checked:?}"
-            );
+            assert!(checked.is_ok(), "{from} m, {speed} m/s, {seed}: {checked:?}");
             assert!(check_well_tracked(&reversed(&samples)).is_err());
         }
     }
@@ -86,9 +74,7 @@ fn oncoming_or_leaving_pedestrian_is_tracked() {
 
 /// Share of samples with a velocity within 0.4 m/s of the true one.
 fn share_tracked(samples: &[Sample]) -> f64 {
-    let good = samples
-        .iter()
-        .filter(|sample| sample.velocity_error() < 0.4);
+    let good = samples.iter().filter(|sample| sample.velocity_error() < 0.4);
     good.count() as f64 / samples.len() as f64
 }
 
@@ -96,10 +82,7 @@ fn share_tracked(samples: &[Sample]) -> f64 {
 fn two_crossing_pedestrians_keep_their_tracks() {
     for seed in 0..10 {
         let mut stage = Stage::open(seed);
-        let mut walkers = [
-            disc(23.0, 18.0, 0.3, 0.0, 1.0),
-            disc(24.2, 22.0, 0.3, 0.0, -1.0),
-        ];
+        let mut walkers = [disc(23.0, 18.0, 0.3, 0.0, 1.0), disc(24.2, 22.0, 0.3, 0.0, -1.0)];
         let mut samples = [Vec::new(), Vec::new()];
         for _ in 0..40 {
             let now = stage.time_s;
@@ -130,10 +113,7 @@ fn two_cylinders_that_merge_before_their_motion_is_established_keep_their_tracks
         stage.errors = ODOMETRY;
         stage.lidar = inbye::experiment::barn::barn_config(2.0).simulation.lidar;
         stage.period_s = 0.05;
-        let mut walkers = [
-            disc(19.0, 19.0, 0.5, -1.19, 1.07),
-            disc(19.0, 17.96, 0.5, -0.14, 1.59),
-        ];
+        let mut walkers = [disc(19.0, 19.0, 0.5, -1.19, 1.07), disc(19.0, 17.96, 0.5, -0.14, 1.59)];
         let mut samples = [Vec::new(), Vec::new()];
         for _ in 0..14 {
             let now = stage.time_s;
@@ -147,11 +127,7 @@ fn two_cylinders_that_merge_before_their_motion_is_established_keep_their_tracks
             }
         }
         kept += u32::from(samples.iter().all(|samples| share_tracked(samples) > 0.7));
-        assert!(
-            samples
-                .iter()
-                .all(|samples| share_tracked(&reversed(samples)) < 0.5)
-        );
+        assert!(samples.iter().all(|samples| share_tracked(&reversed(samples)) < 0.5));
     }
     // Where the first evidence is a scan too late the tracks are lost. Without a track's claim to its returns they always are.
     assert!(kept >= 14, "{kept} of 20");
@@ -193,10 +169,8 @@ fn stopped_pedestrian_becomes_marks_and_a_disc_again() {
             let walks = !(20..100).contains(&tick);
             walker.vy = if walks { 1.0 } else { 0.0 };
             let found = stage.tick(&ROBOT, &[walker]);
-            states.push((
-                Sample::new(0.0, walker, &found),
-                stage.is_marked(walker.x, walker.y, 0.4),
-            ));
+            states
+                .push((Sample::new(0.0, walker, &found), stage.is_marked(walker.x, walker.y, 0.4)));
             walker.y += walker.vy * stage.period_s;
         }
         let (stood, _) = &states[33];
@@ -204,10 +178,7 @@ fn stopped_pedestrian_becomes_marks_and_a_disc_again() {
         let (after, is_marked) = &states[95];
         assert!(after.found.is_none() && *is_marked, "{after:?}");
         let (again, is_marked) = &states[112];
-        assert!(
-            again.velocity_error() < 0.3 && !is_marked,
-            "{again:?} {is_marked}"
-        );
+        assert!(again.velocity_error() < 0.3 && !is_marked, "{again:?} {is_marked}");
         assert!(states[159].0.found.is_none() || states[159].0.velocity_error() < 0.3);
         // No mark remains where the pedestrian walked and stood.
         assert!(!stage.is_marked(23.0, 18.5, 0.5) && !stage.is_marked(23.0, 20.0, 0.5));
@@ -244,11 +215,7 @@ fn pedestrian_near_a_wall_or_posts_is_tracked() {
                     .any(|post| libm::hypot(x - 22.3, y - 16.0 - 0.9 * f64::from(post)) < 0.075);
                 x > 23.6 && x < 24.0 || is_post
             });
-            let known = if is_known {
-                truth.clone()
-            } else {
-                empty(&truth)
-            };
+            let known = if is_known { truth.clone() } else { empty(&truth) };
             let mut stage = Stage::new(truth, known, LOCALISED, seed);
             for _ in 0..40 {
                 let found = stage.tick(&ROBOT, &[]);

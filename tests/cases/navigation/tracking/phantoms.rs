@@ -48,11 +48,7 @@ fn phantom_ticks(truth: &ObstacleGrid, errors: Errors, seed: u64) -> (usize, usi
         stage.lidar.range_max_m = 30.0;
         stage.period_s = 0.05;
     }
-    let mut pose = Pose::new(
-        4.0 + 2.0 * seed as f64,
-        5.0 + seed as f64,
-        0.4 * seed as f64,
-    );
+    let mut pose = Pose::new(4.0 + 2.0 * seed as f64, 5.0 + seed as f64, 0.4 * seed as f64);
     let (mut phantoms, mut ticks) = (0, 0);
     while stage.time_s < 60.0 {
         let time_s = stage.time_s;
@@ -65,11 +61,7 @@ fn phantom_ticks(truth: &ObstacleGrid, errors: Errors, seed: u64) -> (usize, usi
         let ahead = |turn: f64| {
             let yaw = pose.yaw + turn * stage.period_s;
             let step_m = 1.0 * stage.period_s;
-            Pose::new(
-                pose.x + step_m * libm::cos(yaw),
-                pose.y + step_m * libm::sin(yaw),
-                yaw,
-            )
+            Pose::new(pose.x + step_m * libm::cos(yaw), pose.y + step_m * libm::sin(yaw), yaw)
         };
         let is_clear = |pose: &Pose| {
             let far = Pose::new(
@@ -80,10 +72,7 @@ fn phantom_ticks(truth: &ObstacleGrid, errors: Errors, seed: u64) -> (usize, usi
             let round = inbye::robot::Footprint::round(0.2).expect("a radius");
             stage.world.gap_to_static_m(&round, &far) > 0.0
         };
-        let next = [wanted.clamp(-1.0, 1.0), 1.0, -1.0]
-            .map(ahead)
-            .into_iter()
-            .find(is_clear);
+        let next = [wanted.clamp(-1.0, 1.0), 1.0, -1.0].map(ahead).into_iter().find(is_clear);
         pose = next.unwrap_or(Pose::new(pose.x, pose.y, pose.yaw + stage.period_s));
     }
     (phantoms, ticks)

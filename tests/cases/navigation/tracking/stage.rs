@@ -25,22 +25,12 @@ pub struct Errors {
 }
 
 /// Errors of a localisation on a map.
-pub const LOCALISED: Errors = Errors {
-    place_m: 0.01,
-    yaw: 0.005,
-    drift: 0.0,
-    drift_rad_s: 0.0,
-    lost: 0.02,
-};
+pub const LOCALISED: Errors =
+    Errors { place_m: 0.01, yaw: 0.005, drift: 0.0, drift_rad_s: 0.0, lost: 0.02 };
 
 /// Errors of odometry: smooth, but it drifts.
-pub const ODOMETRY: Errors = Errors {
-    place_m: 0.001,
-    yaw: 0.0005,
-    drift: 0.02,
-    drift_rad_s: 0.003,
-    lost: 0.02,
-};
+pub const ODOMETRY: Errors =
+    Errors { place_m: 0.001, yaw: 0.0005, drift: 0.02, drift_rad_s: 0.003, lost: 0.02 };
 
 pub struct Stage {
     pub world: World,
@@ -159,13 +149,7 @@ impl Stage {
 
 /// A disc.
 pub fn disc(x: f64, y: f64, radius: f64, vx: f64, vy: f64) -> MovingDisc {
-    MovingDisc {
-        x,
-        y,
-        radius,
-        vx,
-        vy,
-    }
+    MovingDisc { x, y, radius, vx, vy }
 }
 
 /// A true disc at a tick and the disc found for it.
@@ -189,11 +173,7 @@ pub fn nearest(truth: &MovingDisc, found: &[MovingDisc]) -> Option<MovingDisc> {
 impl Sample {
     pub fn new(time_s: f64, truth: MovingDisc, found: &[MovingDisc]) -> Self {
         let found = nearest(&truth, found);
-        Self {
-            time_s,
-            truth,
-            found,
-        }
+        Self { time_s, truth, found }
     }
 
     /// Error of the velocity, m/s; infinite where nothing was found.
@@ -212,26 +192,18 @@ impl Sample {
     }
 
     pub fn center_error_m(&self) -> f64 {
-        self.found.map_or(f64::INFINITY, |found| {
-            (found.center() - self.truth.center()).norm()
-        })
+        self.found.map_or(f64::INFINITY, |found| (found.center() - self.truth.center()).norm())
     }
 
     pub fn radius_error_m(&self) -> f64 {
-        self.found.map_or(f64::INFINITY, |found| {
-            (found.radius - self.truth.radius).abs()
-        })
+        self.found.map_or(f64::INFINITY, |found| (found.radius - self.truth.radius).abs())
     }
 }
 
 /// Reverses the velocities of the found discs: the fault that the checks must find.
 pub fn reversed(samples: &[Sample]) -> Vec<Sample> {
     let reverse = |sample: &Sample| Sample {
-        found: sample.found.map(|found| MovingDisc {
-            vx: -found.vx,
-            vy: -found.vy,
-            ..found
-        }),
+        found: sample.found.map(|found| MovingDisc { vx: -found.vx, vy: -found.vy, ..found }),
         ..*sample
     };
     samples.iter().map(reverse).collect()

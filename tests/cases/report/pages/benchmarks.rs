@@ -54,11 +54,7 @@ fn soak() -> Vec<RunRow> {
         kind: WorldKind::Missions,
         world: map.to_owned(),
         seed,
-        traffic: Some(if seed > 2 {
-            TrafficKind::NonYielding
-        } else {
-            TrafficKind::None
-        }),
+        traffic: Some(if seed > 2 { TrafficKind::NonYielding } else { TrafficKind::None }),
         obstacles: usize::from(seed > 2),
         outcome,
         time_s: 20.0 * seed as f64,
@@ -81,10 +77,7 @@ fn soak() -> Vec<RunRow> {
 
 fn ablation() -> Vec<Group> {
     let of_variant = |config: &'static str| {
-        soak().into_iter().map(move |row| RunRow {
-            config: Some(config.to_owned()),
-            ..row
-        })
+        soak().into_iter().map(move |row| RunRow { config: Some(config.to_owned()), ..row })
     };
     let rows = ["dwa", "recovery"].into_iter().flat_map(of_variant);
     ablation_groups(&rows.collect::<Vec<_>>())
@@ -120,11 +113,7 @@ fn page_of_all_benchmarks_is_self_contained_and_links_its_files() {
     // One for each chart, the most samples at each rate, and the missions that did not reach their goal.
     assert_eq!(page.matches("<table").count(), 5 + 3 + 2 + 2);
     for file in &files[1..] {
-        assert!(
-            page.contains(&format!("href=\"{}\"", file.name)),
-            "{}",
-            file.name
-        );
+        assert!(page.contains(&format!("href=\"{}\"", file.name)), "{}", file.name);
         if file.text.starts_with("<svg") {
             check(&file.text);
         }
@@ -136,14 +125,9 @@ fn page_of_all_benchmarks_is_self_contained_and_links_its_files() {
 
 #[test]
 fn worlds_are_sorted_from_the_easiest_to_the_hardest() {
-    let picture = bench_svg(&BenchReport {
-        barn: &barn(),
-        ..BenchReport::default()
-    });
+    let picture = bench_svg(&BenchReport { barn: &barn(), ..BenchReport::default() });
     let document = Document::parse(&picture).expect("sound markup");
-    let titles = document
-        .descendants()
-        .filter(|node| node.has_tag_name("title"));
+    let titles = document.descendants().filter(|node| node.has_tag_name("title"));
     let tooltips: Vec<&str> = titles.filter_map(|node| node.text()).collect();
     let expected = [
         "world 7: 2 of 2 runs reached the goal, in 8.0 to 9.0 s",
@@ -167,10 +151,7 @@ fn worlds_are_sorted_from_the_easiest_to_the_hardest() {
 
 #[test]
 fn contacts_are_coloured_by_their_cause() {
-    let picture = bench_svg(&BenchReport {
-        dynabarn: &dynabarn(),
-        ..BenchReport::default()
-    });
+    let picture = bench_svg(&BenchReport { dynabarn: &dynabarn(), ..BenchReport::default() });
     for class in ["end-contact", "end-avoidable", "end-hit"] {
         let drawn = picture.matches(&format!("<rect class=\"{class}\"")).count();
         assert_eq!(drawn, 2, "{class}");
@@ -210,22 +191,12 @@ fn sweep() -> Vec<Group> {
 #[test]
 fn sweep_has_a_chart_for_each_kind_of_worlds() {
     let groups = sweep();
-    let report = BenchReport {
-        title: "A sweep",
-        sweep: &groups,
-        ..BenchReport::default()
-    };
+    let report = BenchReport { title: "A sweep", sweep: &groups, ..BenchReport::default() };
     let page = page_of(&report);
     check(&page);
-    let names: Vec<String> = bench_files(&report)
-        .into_iter()
-        .map(|file| file.name)
-        .collect();
+    let names: Vec<String> = bench_files(&report).into_iter().map(|file| file.name).collect();
     let expected = |chart: &str| ["csv", "json", "svg"].map(|ending| format!("{chart}.{ending}"));
-    assert_eq!(
-        names[1..],
-        [expected("groups-barn"), expected("groups-scenes")].concat()
-    );
+    assert_eq!(names[1..], [expected("groups-barn"), expected("groups-scenes")].concat());
     for text in [
         "Goal reached, % of 10 runs",
         "Mean time of the 4 runs that all reached, s",
@@ -244,14 +215,9 @@ fn sweep_has_a_chart_for_each_kind_of_worlds() {
 #[test]
 fn ends_of_a_soak_are_stacked_by_map_and_by_traffic() {
     let rows = soak();
-    let picture = bench_svg(&BenchReport {
-        soak: &rows,
-        ..BenchReport::default()
-    });
+    let picture = bench_svg(&BenchReport { soak: &rows, ..BenchReport::default() });
     let document = Document::parse(&picture).expect("sound markup");
-    let titles = document
-        .descendants()
-        .filter(|node| node.has_tag_name("title"));
+    let titles = document.descendants().filter(|node| node.has_tag_name("title"));
     let tooltips: Vec<&str> = titles.filter_map(|node| node.text()).collect();
     let ends = [
         "all missions: 3 of 6 reached",
@@ -268,9 +234,7 @@ fn ends_of_a_soak_are_stacked_by_map_and_by_traffic() {
     );
     // Each end in the rows of all missions, of its map and of its traffic, and in the legend.
     for class in ["end-hit", "end-stopped", "end-timeout"] {
-        let bars = document
-            .descendants()
-            .filter(|node| node.attribute("class") == Some(class));
+        let bars = document.descendants().filter(|node| node.attribute("class") == Some(class));
         let widths: Vec<&str> = bars.filter_map(|bar| bar.attribute("width")).collect();
         assert_eq!(widths.len(), 4, "{class}");
         // One of six missions, and one of the four on the map.
@@ -289,11 +253,8 @@ fn bad_times_and_hostile_text_leave_pages_sound() {
         let mut moving = dynabarn();
         moving[0].time_s = bad;
         let mut missions = soak();
-        (
-            missions[0].time_s,
-            missions[1].path_m,
-            missions[2].min_clearance_m,
-        ) = (bad, Some(bad), Some(bad));
+        (missions[0].time_s, missions[1].path_m, missions[2].min_clearance_m) =
+            (bad, Some(bad), Some(bad));
         let report = BenchReport {
             title: "</title><script>alert('&')</script>",
             intro: "<script>",

@@ -4,9 +4,7 @@
 pub fn pictures(page: &str) -> Vec<&str> {
     page.match_indices("<svg")
         .map(|(start, _)| {
-            let length = page[start..]
-                .find("</svg>")
-                .expect("every picture is closed");
+            let length = page[start..].find("</svg>").expect("every picture is closed");
             &page[start..start + length + "</svg>".len()]
         })
         .collect()
@@ -45,27 +43,18 @@ pub fn check_well_formed(picture: &str) -> Result<(), String> {
         }
     }
     check_entities(rest)?;
-    if open.is_empty() {
-        Ok(())
-    } else {
-        Err(format!("left open: {open:?}"))
-    }
+    if open.is_empty() { Ok(()) } else { Err(format!("left open: {open:?}")) }
 }
 
 fn check_attributes(mut text: &str) -> Result<(), String> {
     let mut seen: Vec<&str> = Vec::new();
     while !text.trim().trim_end_matches('/').is_empty() {
-        let (name, rest) = text
-            .split_once("=\"")
-            .ok_or(format!("an attribute is not quoted: {text}"))?;
-        let (value, rest) = rest
-            .split_once('"')
-            .ok_or(format!("a quote is not closed: {text}"))?;
+        let (name, rest) =
+            text.split_once("=\"").ok_or(format!("an attribute is not quoted: {text}"))?;
+        let (value, rest) = rest.split_once('"').ok_or(format!("a quote is not closed: {text}"))?;
         check_entities(value)?;
         if seen.contains(&name.trim())
-            || name
-                .trim()
-                .contains(|c: char| !c.is_ascii_alphanumeric() && c != '-')
+            || name.trim().contains(|c: char| !c.is_ascii_alphanumeric() && c != '-')
         {
             return Err(format!("a bad or repeated attribute: {name}"));
         }

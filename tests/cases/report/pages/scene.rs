@@ -39,35 +39,18 @@ pub fn pillars(resolution_m: f64) -> OccupancyGrid {
         let edge = !(0.4..35.6).contains(&x) || !(0.4..19.6).contains(&y);
         let pillar = x % 9.0 > 3.5 && y % 7.0 > 3.2;
         let unknown = x > 30.0 && y < 3.2;
-        if unknown {
-            -1
-        } else {
-            i8::from(edge || pillar) * 100
-        }
+        if unknown { -1 } else { i8::from(edge || pillar) * 100 }
     });
     OccupancyGrid::new(frame, cells.collect())
 }
 
 /// A run around the pillars.
 pub fn scene(ticks: usize) -> Scene {
-    let corners = [
-        (0.0, 0.0),
-        (8.0, 0.4),
-        (8.6, 7.0),
-        (17.5, 7.3),
-        (18.0, 14.0),
-        (31.0, 14.5),
-    ];
+    let corners = [(0.0, 0.0), (8.0, 0.4), (8.6, 7.0), (17.5, 7.3), (18.0, 14.0), (31.0, 14.5)];
     let pruned: Vec<Point> = corners.iter().map(|&(x, y)| Point::new(x, y)).collect();
     let searched: Vec<Point> = staircase(&pruned);
     let smoothed: Vec<Point> = rounded(&pruned);
-    let footprint = [0.25, -0.25]
-        .map(|x| Disc {
-            x,
-            y: 0.0,
-            radius: 0.35,
-        })
-        .to_vec();
+    let footprint = [0.25, -0.25].map(|x| Disc { x, y: 0.0, radius: 0.35 }).to_vec();
     let footprint = Footprint::new(footprint).expect("two sound discs");
     let replanned = vec![
         Point::new(9.0, 7.4),
@@ -98,10 +81,7 @@ pub fn scene(ticks: usize) -> Scene {
         latency_ms,
         facts: vec![
             ("Digest".to_owned(), "9f2c".repeat(16)),
-            (
-                "Engine choice".to_owned(),
-                "auto: the GPU is faster from 2000 samples on".to_owned(),
-            ),
+            ("Engine choice".to_owned(), "auto: the GPU is faster from 2000 samples on".to_owned()),
         ],
     }
 }
@@ -210,13 +190,9 @@ pub fn quality() -> Vec<QualityRow> {
 /// time.
 pub fn closed_loop() -> Vec<Group> {
     let mut rows = Vec::new();
-    for (side, reached, time_s) in [
-        (8, 6, 40.0),
-        (16, 11, 34.0),
-        (32, 12, 31.0),
-        (64, 12, 30.5),
-        (128, 12, 30.0),
-    ] {
+    for (side, reached, time_s) in
+        [(8, 6, 40.0), (16, 11, 34.0), (32, 12, 31.0), (64, 12, 30.5), (128, 12, 30.0)]
+    {
         for stretch in [1, 2] {
             let time_s = Some(time_s).filter(|_| side > 8 || stretch == 1);
             rows.push(Group {
@@ -241,17 +217,13 @@ pub fn closed_loop() -> Vec<Group> {
 }
 
 pub fn comparisons() -> Vec<EngineComparison> {
-    [
-        "CPU, 1 thread, AVX2",
-        "CPU, 16 threads, AVX2",
-        "NVIDIA H200",
-    ]
-    .map(|name| EngineComparison {
-        name: name.to_owned(),
-        digest: "5b1e".repeat(16),
-        agrees: true,
-    })
-    .to_vec()
+    ["CPU, 1 thread, AVX2", "CPU, 16 threads, AVX2", "NVIDIA H200"]
+        .map(|name| EngineComparison {
+            name: name.to_owned(),
+            digest: "5b1e".repeat(16),
+            agrees: true,
+        })
+        .to_vec()
 }
 
 /// The steps of a grid search between corners.
@@ -262,11 +234,7 @@ fn staircase(corners: &[Point]) -> Vec<Point> {
         while (to - at).norm() > 0.15 {
             steps.push(at);
             let step = |gap: f64| {
-                if gap.abs() > 0.07 {
-                    gap.signum() * 0.1
-                } else {
-                    0.0
-                }
+                if gap.abs() > 0.07 { gap.signum() * 0.1 } else { 0.0 }
             };
             at = Point::new(at.x + step(to.x - at.x), at.y + step(to.y - at.y));
         }

@@ -39,44 +39,23 @@ fn walk(value: &Value, path: &str, in_node: bool, found: &mut BTreeSet<String>) 
 #[track_caller]
 fn assert_one_list_per_parameter(text: &str, namespace: Option<&str>) {
     let imported = import(text, namespace).expect("a valid file");
-    let mapped: BTreeSet<&str> = imported
-        .mapped
-        .iter()
-        .map(|mapped| &*mapped.parameter)
-        .collect();
+    let mapped: BTreeSet<&str> = imported.mapped.iter().map(|mapped| &*mapped.parameter).collect();
     let unmapped = imported.unmapped.iter();
     let unmapped: BTreeSet<&str> = unmapped.map(|unmapped| &*unmapped.parameter).collect();
     assert_eq!(mapped.len(), imported.mapped.len(), "each once");
     assert_eq!(unmapped.len(), imported.unmapped.len(), "each once");
-    assert!(
-        mapped.is_disjoint(&unmapped),
-        "{:?}",
-        mapped.intersection(&unmapped)
-    );
+    assert!(mapped.is_disjoint(&unmapped), "{:?}", mapped.intersection(&unmapped));
     let all = all(text);
     let of_ignored = |key: &str| {
         let begins = |node: &String| key.starts_with(&format!("{node}."));
         imported.ignored_nodes.iter().any(begins)
     };
-    let expected: BTreeSet<&str> = all
-        .iter()
-        .map(String::as_str)
-        .filter(|key| !of_ignored(key))
-        .collect();
+    let expected: BTreeSet<&str> =
+        all.iter().map(String::as_str).filter(|key| !of_ignored(key)).collect();
     let listed: BTreeSet<&str> = mapped.union(&unmapped).copied().collect();
     assert_eq!(listed, expected);
-    assert!(
-        imported
-            .mapped
-            .iter()
-            .all(|mapped| !mapped.settings.is_empty())
-    );
-    assert!(
-        imported
-            .unmapped
-            .iter()
-            .all(|unmapped| unmapped.explanation.len() > 4)
-    );
+    assert!(imported.mapped.iter().all(|mapped| !mapped.settings.is_empty()));
+    assert!(imported.unmapped.iter().all(|unmapped| unmapped.explanation.len() > 4));
 }
 
 #[test]

@@ -17,36 +17,12 @@ fn assert_rejected(text: &str, namespace: Option<&str>, words: &str) {
 #[test]
 fn invalid_values_are_rejected_with_their_path() {
     for (from, to, words) in [
-        (
-            "max_vel_x: 0.45",
-            "max_vel_x: fast",
-            "FollowPath.max_vel_x is \"fast\"; a finite number",
-        ),
-        (
-            "max_vel_x: 0.45",
-            "max_vel_x: .nan",
-            "FollowPath.max_vel_x; a finite number",
-        ),
-        (
-            "max_vel_x: 0.45",
-            "max_vel_x:",
-            "FollowPath.max_vel_x is null",
-        ),
-        (
-            "vx_samples: 20",
-            "vx_samples: 0",
-            "FollowPath.vx_samples is 0; a whole number, 1 to",
-        ),
-        (
-            "vx_samples: 20",
-            "vx_samples: 2.5",
-            "FollowPath.vx_samples is 2.5",
-        ),
-        (
-            "vx_samples: 20",
-            "vx_samples: 4000000",
-            "vx_samples; vtheta_samples; 1 to 4194304",
-        ),
+        ("max_vel_x: 0.45", "max_vel_x: fast", "FollowPath.max_vel_x is \"fast\"; a finite number"),
+        ("max_vel_x: 0.45", "max_vel_x: .nan", "FollowPath.max_vel_x; a finite number"),
+        ("max_vel_x: 0.45", "max_vel_x:", "FollowPath.max_vel_x is null"),
+        ("vx_samples: 20", "vx_samples: 0", "FollowPath.vx_samples is 0; a whole number, 1 to"),
+        ("vx_samples: 20", "vx_samples: 2.5", "FollowPath.vx_samples is 2.5"),
+        ("vx_samples: 20", "vx_samples: 4000000", "vx_samples; vtheta_samples; 1 to 4194304"),
         (
             "controller_frequency: 20.0",
             "controller_frequency: 0.0",
@@ -67,11 +43,7 @@ fn invalid_values_are_rejected_with_their_path() {
             "max_velocity: [0.5, 1.0]",
             "velocity_smoother.max_velocity is [0.5,1.0]; [x, y, theta]",
         ),
-        (
-            "min_vel_x: -0.1",
-            "min_vel_x: 0.9",
-            "FollowPath.min_vel_x; at least min_vel_x",
-        ),
+        ("min_vel_x: -0.1", "min_vel_x: 0.9", "FollowPath.min_vel_x; at least min_vel_x"),
         (
             "smoothing_frequency: 30.0",
             "smoothing_frequency: 2.0",
@@ -82,26 +54,14 @@ fn invalid_values_are_rejected_with_their_path() {
             "deadband_velocity: [3.0",
             "velocity_smoother.deadband_velocity; deadband is 3",
         ),
-        (
-            "[-0.35, 0.25] ]\"",
-            "[-0.35] ]\"",
-            "local_costmap.footprint; three corners",
-        ),
-        (
-            "footprint_padding: 0.02",
-            "footprint_padding: -1",
-            "footprint_padding is -1; 0 to 100",
-        ),
+        ("[-0.35, 0.25] ]\"", "[-0.35] ]\"", "local_costmap.footprint; three corners"),
+        ("footprint_padding: 0.02", "footprint_padding: -1", "footprint_padding is -1; 0 to 100"),
         (
             "PathDist.scale: 32.0",
             "PathDist.scale: 32.0\n      PathDist: {scale: 1.0}",
             "FollowPath.PathDist.scale is given twice",
         ),
-        (
-            "sim_time: 1.7",
-            "sim_time: 1.7\n      sim_time: 1.8",
-            "duplicate key `sim_time`",
-        ),
+        ("sim_time: 1.7", "sim_time: 1.7\n      sim_time: 1.8", "duplicate key `sim_time`"),
         (
             "sim_time: 1.7",
             "sim_time: 5000.0",
@@ -115,24 +75,11 @@ fn invalid_values_are_rejected_with_their_path() {
 
 #[test]
 fn other_files_are_rejected() {
-    for text in [
-        "",
-        "a: 1",
-        "[1, 2]",
-        "controller_server: 3",
-        "amcl:\n  ros__parameters: {a: 1}",
-    ] {
+    for text in ["", "a: 1", "[1, 2]", "controller_server: 3", "amcl:\n  ros__parameters: {a: 1}"] {
         let error = import(text, None).expect_err(text).to_string();
-        assert!(
-            error.contains("ros__parameters") || error.contains("line 1"),
-            "{text}: {error}"
-        );
+        assert!(error.contains("ros__parameters") || error.contains("line 1"), "{text}: {error}");
     }
-    assert_rejected(
-        ROBOTS,
-        None,
-        "several robots; `robot1`, `robot2`; choose a namespace",
-    );
+    assert_rejected(ROBOTS, None, "several robots; `robot1`, `robot2`; choose a namespace");
     assert_rejected(ROBOTS, Some("robot3"), "`robot3`; `robot1`, `robot2`");
     assert_rejected(DWB, Some("robot3"), "`robot3`; the root");
 }
@@ -145,18 +92,11 @@ fn yaml_bombs_are_rejected() {
             .to_owned();
     for level in 1..10 {
         let before = format!("*a{}, ", level - 1).repeat(10);
-        let line = format!(
-            "    a{level}: &a{level} [{}]\n",
-            before.trim_end_matches(", ")
-        );
+        let line = format!("    a{level}: &a{level} [{}]\n", before.trim_end_matches(", "));
         bomb += &line;
     }
     assert!(import(&bomb, None).is_err());
-    let deep = format!(
-        "controller_server: {}{}",
-        "{a: ".repeat(10_000),
-        "}".repeat(10_000)
-    );
+    let deep = format!("controller_server: {}{}", "{a: ".repeat(10_000), "}".repeat(10_000));
     assert!(import(&deep, None).is_err());
     let listed = format!(
         "controller_server: {{ros__parameters: {{a: {}{}}}}}",

@@ -43,10 +43,7 @@ fn tighter_limit_of_dwb_and_smoother_applies() {
     // The first checker of the list is not the first in the file; its yaw tolerance is above pi.
     assert_eq!(navigator.xy_goal_tolerance, 0.15);
     assert_eq!(navigator.yaw_goal_tolerance, core::f64::consts::PI);
-    assert_eq!(
-        (base.supervisor.rate_hz, base.supervisor.target_timeout_s),
-        (30.0, 0.8)
-    );
+    assert_eq!((base.supervisor.rate_hz, base.supervisor.target_timeout_s), (30.0, 0.8));
     assert_eq!(base.base.tracks.deadband, 0.03);
 
     let is_not_in_effect = |key| unmapped(&imported, key).0 == UnmappedReason::NotInEffect;
@@ -61,23 +58,11 @@ fn tighter_limit_of_dwb_and_smoother_applies() {
     assert_eq!(reason, UnmappedReason::Unknown);
     assert!(explanation.contains("`max_vel_theta`"), "{explanation}");
     for (key, reason) in [
-        (
-            "FollowPath.PathDist.scale",
-            UnmappedReason::DifferentMeaning,
-        ),
-        (
-            "FollowPath.BaseObstacle.scale",
-            UnmappedReason::DifferentMeaning,
-        ),
-        (
-            "FollowPath.RotateToGoal.slowing_factor",
-            UnmappedReason::NoEquivalent,
-        ),
+        ("FollowPath.PathDist.scale", UnmappedReason::DifferentMeaning),
+        ("FollowPath.BaseObstacle.scale", UnmappedReason::DifferentMeaning),
+        ("FollowPath.RotateToGoal.slowing_factor", UnmappedReason::NoEquivalent),
         ("FollowPath.vy_samples", UnmappedReason::NoEquivalent),
-        (
-            "progress_checker.movement_time_allowance",
-            UnmappedReason::DifferentMeaning,
-        ),
+        ("progress_checker.movement_time_allowance", UnmappedReason::DifferentMeaning),
         ("failure_tolerance", UnmappedReason::DifferentMeaning),
         ("use_sim_time", UnmappedReason::NoEquivalent),
     ] {
@@ -102,10 +87,7 @@ fn discs_cover_padded_footprint() {
         "footprint: \"[]\"",
     );
     let (imported, config, _) = import_valid(&round, None);
-    assert_eq!(
-        config.robot.footprint,
-        Footprint::round(0.24).expect("above zero")
-    );
+    assert_eq!(config.robot.footprint, Footprint::round(0.24).expect("above zero"));
     let empty = unmapped(&imported, "local_costmap.local_costmap.footprint");
     assert_eq!(empty.0, UnmappedReason::NotInEffect);
 }
@@ -114,41 +96,22 @@ fn discs_cover_padded_footprint() {
 fn mppi_in_shim_gives_limits_horizon_and_thresholds() {
     let (imported, config, _) = import_valid(SHIM, None);
     let limits = config.robot.limits;
-    assert_eq!(
-        (limits.min_vel_x, limits.max_vel_x, limits.max_vel_theta),
-        (-0.35, 0.5, 1.9)
-    );
+    assert_eq!((limits.min_vel_x, limits.max_vel_x, limits.max_vel_theta), (-0.35, 0.5, 1.9));
     assert_eq!((limits.acc_lim_x, limits.decel_lim_x), (3.0, -2.0));
     assert_eq!((limits.acc_lim_theta, limits.decel_lim_theta), (3.5, -3.5));
     let local = &config.local;
-    assert_eq!(
-        (local.sim_step_s, local.sim_time_s, local.steps()),
-        (0.05, 2.8, 56)
-    );
+    assert_eq!((local.sim_step_s, local.sim_time_s, local.steps()), (0.05, 2.8, 56));
     assert_eq!((local.vx_samples, local.vtheta_samples), (31, 64));
     assert_eq!(local.control_period_s, 0.04);
     let navigator = &config.navigator;
     assert_eq!(navigator.scan_timeout_s, 0.4);
     // The default of the lower threshold would exceed the upper one: half of it, Nav2's default, applies.
-    assert_eq!(
-        (
-            navigator.rotate_in_place_from,
-            navigator.rotate_in_place_until
-        ),
-        (0.2, 0.1)
-    );
+    assert_eq!((navigator.rotate_in_place_from, navigator.rotate_in_place_until), (0.2, 0.1));
     let (reason, explanation) = unmapped(&imported, "controller_server.Other.desired_linear_vel");
     assert_eq!(reason, UnmappedReason::NotSupported);
-    assert!(
-        explanation.contains("RegulatedPurePursuit"),
-        "{explanation}"
-    );
+    assert!(explanation.contains("RegulatedPurePursuit"), "{explanation}");
     assert_eq!(
-        unmapped(
-            &imported,
-            "controller_server.FollowPath.GoalCritic.cost_weight"
-        )
-        .0,
+        unmapped(&imported, "controller_server.FollowPath.GoalCritic.cost_weight").0,
         UnmappedReason::DifferentMeaning
     );
     assert!(imported.base_config.is_empty());
@@ -186,15 +149,9 @@ fn missing_part_of_horizon_has_nav2_default() {
         )
     };
     let (_, config, _) = import_valid(&only("time_steps: 30"), None);
-    assert_eq!(
-        (config.local.sim_step_s, config.local.sim_time_s),
-        (0.05, 1.5)
-    );
+    assert_eq!((config.local.sim_step_s, config.local.sim_time_s), (0.05, 1.5));
     let (imported, config, _) = import_valid(&only("model_dt: 0.1"), None);
-    assert_eq!(
-        (config.local.sim_step_s, config.local.sim_time_s),
-        (0.1, 5.6)
-    );
+    assert_eq!((config.local.sim_step_s, config.local.sim_time_s), (0.1, 5.6));
     assert!(imported.config.contains("56 x 0.1"), "{}", imported.config);
 }
 
@@ -203,32 +160,22 @@ fn robot_has_own_and_common_parameters() {
     let (one, config, _) = import_valid(ROBOTS, Some("robot1"));
     assert_eq!(config.robot.limits.max_vel_x, 0.3);
     assert_eq!(config.local.control_period_s, 0.1);
-    assert_eq!(
-        config.robot.footprint,
-        Footprint::round(0.3).expect("above zero")
-    );
+    assert_eq!(config.robot.footprint, Footprint::round(0.3).expect("above zero"));
     // Its own rate overrides the common one.
-    assert_eq!(
-        unmapped(&one, "/**.controller_frequency").0,
-        UnmappedReason::NotInEffect
-    );
+    assert_eq!(unmapped(&one, "/**.controller_frequency").0, UnmappedReason::NotInEffect);
     assert_eq!(one.ignored_nodes, ["/robot2/controller_server"]);
     let (two, config, _) = import_valid(ROBOTS, Some("/robot2"));
     assert_eq!(config.robot.limits.max_vel_x, 0.6);
     assert_eq!(config.local.control_period_s, 0.2);
-    assert!(
-        two.ignored_nodes
-            .contains(&"robot1.controller_server".to_owned())
-    );
+    assert!(two.ignored_nodes.contains(&"robot1.controller_server".to_owned()));
 }
 
 #[test]
 fn config_has_exactly_the_mapped_settings() {
     for (text, namespace) in [(DWB, None), (SHIM, None), (ROBOTS, Some("robot2"))] {
         let imported = import(text, namespace).expect("a valid file");
-        let both: toml::Table = (imported.config.clone() + &imported.base_config)
-            .parse()
-            .expect("different tables");
+        let both: toml::Table =
+            (imported.config.clone() + &imported.base_config).parse().expect("different tables");
         let mut keys: Vec<&str> = imported
             .mapped
             .iter()

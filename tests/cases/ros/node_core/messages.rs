@@ -44,49 +44,27 @@ fn assert_rejected<M: Clone>(
         robot.receive(&incoming(valid.clone()));
         (robot.has_scan, robot.has_odometry) = (false, false);
         robot.step();
-        let matching: Vec<&String> = robot
-            .notices
-            .iter()
-            .filter(|notice| notice.contains("is rejected"))
-            .collect();
-        assert!(
-            matching.len() == 1 && matching[0].contains(words),
-            "{words}: {matching:?}"
-        );
+        let matching: Vec<&String> =
+            robot.notices.iter().filter(|notice| notice.contains("is rejected")).collect();
+        assert!(matching.len() == 1 && matching[0].contains(words), "{words}: {matching:?}");
         let stats = robot.core.stats();
         let topic = incoming(valid.clone()).topic().name();
-        assert_eq!(
-            (stats.rejected[topic], stats.received[topic]),
-            (2, 1),
-            "{words}"
-        );
+        assert_eq!((stats.rejected[topic], stats.received[topic]), (2, 1), "{words}");
     }
 }
 
 #[test]
 fn invalid_maps_are_rejected() {
     let damages: [(Damage<OccupancyGrid>, &str); 9] = [
-        (
-            |map| map.info.width = 61,
-            "it has 1800 cells, but 61 columns and 30 rows",
-        ),
+        (|map| map.info.width = 61, "it has 1800 cells, but 61 columns and 30 rows"),
         (|map| map.info.width = u32::MAX, "each side must be"),
         (|map| map.info.height = 0, "each side must be"),
         (|map| map.info.resolution = f32::NAN, "resolution"),
         (|map| map.info.resolution = 0.0, "resolution"),
         (|map| map.data[7] = -2, "cell 7 is -2"),
-        (
-            |map| map.info.origin.orientation.w = 0.0,
-            "quaternion of info.origin",
-        ),
-        (
-            |map| map.info.origin.position.x = f64::NAN,
-            "info.origin is not finite",
-        ),
-        (
-            |map| map.header.frame_id.clear(),
-            "header.frame_id is empty",
-        ),
+        (|map| map.info.origin.orientation.w = 0.0, "quaternion of info.origin"),
+        (|map| map.info.origin.position.x = f64::NAN, "info.origin is not finite"),
+        (|map| map.header.frame_id.clear(), "header.frame_id is empty"),
     ];
     assert_rejected(&map(&grid(29)), IncomingMessage::Map, &damages);
 }
@@ -96,20 +74,11 @@ fn invalid_scans_are_rejected() {
     let damages: [(Damage<LaserScan>, &str); 7] = [
         (|scan| scan.angle_min = f32::NAN, "angle_min is NaN"),
         (|scan| scan.angle_increment = 0.0, "angle_increment is 0"),
-        (
-            |scan| scan.angle_increment = f32::INFINITY,
-            "angle_increment is inf",
-        ),
+        (|scan| scan.angle_increment = f32::INFINITY, "angle_increment is inf"),
         (|scan| scan.range_min = -1.0, "range_min is -1"),
         (|scan| scan.range_max = 0.0, "range_max is 0"),
-        (
-            |scan| scan.ranges.truncate(2),
-            "it has 2 ranges, but 5 beams",
-        ),
-        (
-            |scan| scan.angle_increment = -0.5,
-            "it has 5 ranges, but -3 beams",
-        ),
+        (|scan| scan.ranges.truncate(2), "it has 2 ranges, but 5 beams"),
+        (|scan| scan.angle_increment = -0.5, "it has 5 ranges, but -3 beams"),
     ];
     assert_rejected(&scan(), IncomingMessage::Scan, &damages);
 }
@@ -117,14 +86,8 @@ fn invalid_scans_are_rejected() {
 #[test]
 fn invalid_odometry_is_rejected() {
     let damages: [(Damage<Odometry>, &str); 7] = [
-        (
-            |odometry| odometry.pose.pose.position.y = f64::INFINITY,
-            "pose.pose is not finite",
-        ),
-        (
-            |odometry| odometry.pose.pose.orientation.w = 0.5,
-            "length 0.5",
-        ),
+        (|odometry| odometry.pose.pose.position.y = f64::INFINITY, "pose.pose is not finite"),
+        (|odometry| odometry.pose.pose.orientation.w = 0.5, "length 0.5"),
         (
             |odometry| {
                 odometry.pose.pose.orientation.x = 1.0;
@@ -132,22 +95,10 @@ fn invalid_odometry_is_rejected() {
             },
             "pose.pose is tilted",
         ),
-        (
-            |odometry| odometry.twist.twist.linear.x = f64::NAN,
-            "twist.twist is not finite",
-        ),
-        (
-            |odometry| odometry.twist.twist.angular.z = f64::NAN,
-            "twist.twist is not finite",
-        ),
-        (
-            |odometry| odometry.child_frame_id.clear(),
-            "child_frame_id is empty",
-        ),
-        (
-            |odometry| odometry.header.frame_id = "/".into(),
-            "header.frame_id is empty",
-        ),
+        (|odometry| odometry.twist.twist.linear.x = f64::NAN, "twist.twist is not finite"),
+        (|odometry| odometry.twist.twist.angular.z = f64::NAN, "twist.twist is not finite"),
+        (|odometry| odometry.child_frame_id.clear(), "child_frame_id is empty"),
+        (|odometry| odometry.header.frame_id = "/".into(), "header.frame_id is empty"),
     ];
     let incoming = |message| IncomingMessage::Odometry(Box::new(message));
     assert_rejected(&odometry(), incoming, &damages);
@@ -157,14 +108,8 @@ fn invalid_odometry_is_rejected() {
 fn invalid_goals_are_rejected() {
     let damages: [(Damage<PoseStamped>, &str); 3] = [
         (|goal| goal.pose.position.x = f64::NAN, "pose is not finite"),
-        (
-            |goal| goal.pose.orientation.z = 1.0,
-            "quaternion of pose has length 1.41",
-        ),
-        (
-            |goal| goal.header.frame_id.clear(),
-            "header.frame_id is empty",
-        ),
+        (|goal| goal.pose.orientation.z = 1.0, "quaternion of pose has length 1.41"),
+        (|goal| goal.header.frame_id.clear(), "header.frame_id is empty"),
     ];
     assert_rejected(&goal(1.0, 1.0), IncomingMessage::Goal, &damages);
 }
@@ -186,10 +131,7 @@ fn invalid_transforms_and_undecodable_bytes_are_rejected() {
     let mut message = transform("map", "odom", &Pose::default());
     message.transforms[0].child_frame_id.clear();
     robot.receive(&IncomingMessage::Transforms(message));
-    robot.receive(&IncomingMessage::Undecodable(
-        Topic::Map,
-        "too short".into(),
-    ));
+    robot.receive(&IncomingMessage::Undecodable(Topic::Map, "too short".into()));
     robot.step();
     assert!(robot.has_notice("a message on tf is rejected: its child_frame_id is empty"));
     assert!(

@@ -43,19 +43,13 @@ pub fn map(grid: &OccupancyGrid) -> msg::OccupancyGrid {
 
 pub fn header(frame: &str, stamp_s: f64) -> msg::Header {
     msg::Header {
-        stamp: msg::Time {
-            sec: stamp_s as i32,
-            nanosec: (stamp_s.fract() * 1e9) as u32,
-        },
+        stamp: msg::Time { sec: stamp_s as i32, nanosec: (stamp_s.fract() * 1e9) as u32 },
         frame_id: frame.into(),
     }
 }
 
 pub fn goal(x: f64, y: f64) -> msg::PoseStamped {
-    msg::PoseStamped {
-        header: header("map", 1.0),
-        pose: msg::Pose::from(&Pose::new(x, y, 0.0)),
-    }
+    msg::PoseStamped { header: header("map", 1.0), pose: msg::Pose::from(&Pose::new(x, y, 0.0)) }
 }
 
 pub fn transform(parent: &str, child: &str, pose: &Pose) -> msg::TFMessage {
@@ -92,10 +86,7 @@ pub struct Robot {
 
 impl Robot {
     pub fn new(odom_is_map: bool) -> Self {
-        let settings = NodeSettings {
-            odom_is_map,
-            ..NodeSettings::default()
-        };
+        let settings = NodeSettings { odom_is_map, ..NodeSettings::default() };
         Self {
             core: NodeCore::new(settings, Box::new(CpuEngine::single_threaded())),
             pose: Pose::new(2.0, 1.5, 0.0),
@@ -135,12 +126,8 @@ impl Robot {
             self.receive(&IncomingMessage::Scan(self.scan()));
         }
         let stamp = header("", self.now_s).stamp;
-        let Outgoing {
-            command,
-            path,
-            markers,
-            notices,
-        } = self.core.tick(self.now_s, stamp, &mut || 0.0);
+        let Outgoing { command, path, markers, notices } =
+            self.core.tick(self.now_s, stamp, &mut || 0.0);
         self.notices.extend(notices);
         self.paths.extend(path);
         self.markers.extend(markers);
@@ -160,10 +147,7 @@ impl Robot {
             }
             self.step();
         }
-        panic!(
-            "not within {max} steps, at {:?}: {:?}",
-            self.pose, self.notices
-        );
+        panic!("not within {max} steps, at {:?}: {:?}", self.pose, self.notices);
     }
 
     /// Distance to the goal of most tests.
@@ -198,11 +182,7 @@ impl Robot {
     }
 
     fn scan(&self) -> msg::LaserScan {
-        let lidar = Lidar {
-            range_sigma_m: 0.0,
-            dropout: 0.0,
-            ..Lidar::default()
-        };
+        let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
         let position = self.pose.transform(&self.mount.position());
         let lidar_pose = Pose::new(position.x, position.y, self.pose.yaw + self.mount.yaw);
         let mut unused = Pcg64Mcg::seed_from_u64(0);

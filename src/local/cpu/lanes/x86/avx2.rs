@@ -7,10 +7,7 @@
 // The lint applies only outside of tests.
 #[cfg_attr(
     not(test),
-    expect(
-        clippy::wildcard_imports,
-        reason = "every other name in this file is an intrinsic"
-    )
+    expect(clippy::wildcard_imports, reason = "every other name in this file is an intrinsic")
 )]
 use core::arch::x86_64::*;
 
@@ -65,28 +62,19 @@ impl Avx2 {
 
 #[inline(always)]
 fn halves(lanes: __m256i) -> (__m128i, __m128i) {
-    run!((
-        _mm256_castsi256_si128(lanes),
-        _mm256_extracti128_si256::<1>(lanes)
-    ))
+    run!((_mm256_castsi256_si128(lanes), _mm256_extracti128_si256::<1>(lanes)))
 }
 
 /// Truncates both halves towards zero.
 #[inline(always)]
 fn truncate(low: __m256d, high: __m256d) -> Avx2 {
-    run!(Avx2(_mm256_set_m128i(
-        _mm256_cvttpd_epi32(high),
-        _mm256_cvttpd_epi32(low)
-    )))
+    run!(Avx2(_mm256_set_m128i(_mm256_cvttpd_epi32(high), _mm256_cvttpd_epi32(low))))
 }
 
 /// The upper halves of the products of the even and of the odd lanes.
 #[inline(always)]
 fn upper_halves(even: __m256i, odd: __m256i) -> Avx2 {
-    run!(Avx2(_mm256_blend_epi32::<0xAA>(
-        _mm256_srli_epi64::<32>(even),
-        odd
-    )))
+    run!(Avx2(_mm256_blend_epi32::<0xAA>(_mm256_srli_epi64::<32>(even), odd)))
 }
 
 #[inline(always)]
@@ -246,10 +234,7 @@ impl Lanes for Avx2 {
             let row = _mm256_srav_epi32(y.0, count(bits - 16));
             // Row and column in one word: one instruction multiplies and adds both.
             let mask_and = _mm256_blend_epi16::<0xAA>(column, row);
-            Self(_mm256_madd_epi16(
-                mask_and,
-                _mm256_set1_epi32((width << 16) | 1),
-            ))
+            Self(_mm256_madd_epi16(mask_and, _mm256_set1_epi32((width << 16) | 1)))
         })
     }
 
@@ -314,10 +299,8 @@ impl Lanes for Avx2 {
         run!({
             let even = _mm256_and_si256(self.0, _mm256_set1_epi64x(0xFFFF_FFFF));
             let four = _mm256_add_epi64(even, odd(self));
-            let two = _mm_add_epi64(
-                _mm256_castsi256_si128(four),
-                _mm256_extracti128_si256::<1>(four),
-            );
+            let two =
+                _mm_add_epi64(_mm256_castsi256_si128(four), _mm256_extracti128_si256::<1>(four));
             _mm_cvtsi128_si64(_mm_add_epi64(two, _mm_unpackhi_epi64(two, two))) as u64
         })
     }
@@ -329,10 +312,7 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn less_unsigned(self, other: Self) -> Mask {
-        run!(Mask(_mm256_cmpgt_epi32(
-            flip_sign(other.0),
-            flip_sign(self.0)
-        )))
+        run!(Mask(_mm256_cmpgt_epi32(flip_sign(other.0), flip_sign(self.0))))
     }
 
     #[inline(always)]

@@ -7,10 +7,7 @@
 // The lint applies only outside of tests.
 #[cfg_attr(
     not(test),
-    expect(
-        clippy::wildcard_imports,
-        reason = "every other name in this file is an intrinsic"
-    )
+    expect(clippy::wildcard_imports, reason = "every other name in this file is an intrinsic")
 )]
 use core::arch::x86_64::*;
 
@@ -43,10 +40,7 @@ impl Avx512 {
 
 #[inline(always)]
 fn halves(lanes: __m512i) -> (__m256i, __m256i) {
-    run!((
-        _mm512_castsi512_si256(lanes),
-        _mm512_extracti64x4_epi64::<1>(lanes)
-    ))
+    run!((_mm512_castsi512_si256(lanes), _mm512_extracti64x4_epi64::<1>(lanes)))
 }
 
 /// Truncates both halves towards zero.
@@ -61,11 +55,7 @@ fn truncate(low: __m512d, high: __m512d) -> Avx512 {
 /// The upper halves of the products of the even and of the odd lanes.
 #[inline(always)]
 fn upper_halves(even: __m512i, odd: __m512i) -> Avx512 {
-    run!(Avx512(_mm512_mask_blend_epi32(
-        0xAAAA,
-        _mm512_shuffle_epi32::<ODD_TWICE>(even),
-        odd
-    )))
+    run!(Avx512(_mm512_mask_blend_epi32(0xAAAA, _mm512_shuffle_epi32::<ODD_TWICE>(even), odd)))
 }
 
 /// `floor(sqrt(x^2 + y^2))` or one less, and a mask of the lanes with one less. The squares and their sum are exact.
@@ -114,11 +104,7 @@ fn count(bits: u32) -> __m512i {
 /// The bits of `mask` from one vector, the others from another.
 #[inline(always)]
 fn merged(mask: i32, from: __m512i, other: __m512i) -> __m512i {
-    run!(_mm512_ternarylogic_epi32::<0xCA>(
-        _mm512_set1_epi32(mask),
-        from,
-        other
-    ))
+    run!(_mm512_ternarylogic_epi32::<0xCA>(_mm512_set1_epi32(mask), from, other))
 }
 
 /// Indices in one register.
@@ -255,10 +241,7 @@ impl Lanes for Avx512 {
             // Row and column in one word: one instruction multiplies and adds both.
             let upper = _mm512_set1_epi32(0xFFFF << 16);
             let mask_and = _mm512_ternarylogic_epi32::<0xCA>(upper, row, column);
-            Self(_mm512_madd_epi16(
-                mask_and,
-                _mm512_set1_epi32((width << 16) | 1),
-            ))
+            Self(_mm512_madd_epi16(mask_and, _mm512_set1_epi32((width << 16) | 1)))
         })
     }
 
@@ -360,9 +343,7 @@ impl Lanes for Avx512 {
 
     #[inline(always)]
     fn last(self) -> i32 {
-        run!(_mm_extract_epi32::<3>(_mm512_extracti32x4_epi32::<3>(
-            self.0
-        )))
+        run!(_mm_extract_epi32::<3>(_mm512_extracti32x4_epi32::<3>(self.0)))
     }
 
     #[inline(always)]

@@ -1,8 +1,5 @@
 //! Lanes in the vector registers of x86-64.
-#![expect(
-    unsafe_code,
-    reason = "calls of functions that are compiled for certain instructions"
-)]
+#![expect(unsafe_code, reason = "calls of functions that are compiled for certain instructions")]
 
 use super::{LaneTask, Lanes};
 
