@@ -1,4 +1,4 @@
-//! Experiments: the soak and the paper.
+//! Measurements and experiments: density and quality of sampling, times, the paper, and the soak.
 
 mod support {
     pub mod gap;
@@ -6,7 +6,10 @@ mod support {
 
 mod cases {
     mod experiment {
+        mod density;
         mod paper;
+        mod quality;
         mod soak;
+        mod timing;
     }
 }

@@ -1,12 +1,68 @@
 //! Latency over sampling density: the same decision with more and more samples, on every engine.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::deadlines::Misses;
+use serde::{Deserialize, Serialize};
+
+use super::columns::columns;
 use super::quality::grid_counts;
 use super::roadway::{Roadway, roadway_field};
-use super::{BenchError, DensityRow, EvaluationDigest, Latencies, SkippedCell};
-use crate::local::{ClearanceField, Detail, Engine, Evaluation, QuantizedProblem};
+use super::timing::{Latencies, Misses};
+use super::{BenchError, EvaluationDigest};
+use crate::local::{ClearanceField, Engine};
+
+columns! {
+    /// One cell of `bench density`: one engine at one sampling density. Fields from `name` on are missing in older records.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct DensityRow {
+        /// `cpu` or `gpu`.
+        pub engine: String,
+        /// The adapter's name, for a GPU engine.
+        pub adapter: Option<String>,
+        /// Threads of a CPU engine; zero for a GPU engine.
+        pub threads: usize,
+        /// Samples of the dynamic window.
+        pub samples: usize,
+        /// Steps of the horizon.
+        pub steps: usize,
+        /// Median time of one decision, end to end, milliseconds.
+        pub p50_ms: f64 => 3,
+        /// 95th percentile, milliseconds.
+        pub p95_ms: f64 => 3,
+        /// 99th percentile, milliseconds.
+        pub p99_ms: f64 => 3,
+        /// Slowest, milliseconds.
+        pub max_ms: f64 => 3,
+        /// Decisions timed.
+        pub decisions: usize,
+        /// Trajectory-steps per second at the median.
+        pub steps_per_s: f64 => 0,
+        /// The engine's name for people, with its threads and instructions, or its adapter.
+        #[serde(default)]
+        pub name: String,
+        /// Decisions that took longer than 50 ms, the period of a loop at 20 Hz.
+        #[serde(default)]
+        pub missed_20_hz: usize,
+        /// Decisions that took longer than 20 ms, the period of a loop at 50 Hz.
+        #[serde(default)]
+        pub missed_50_hz: usize,
+        /// Decisions that took longer than 10 ms, the period of a loop at 100 Hz.
+        #[serde(default)]
+        pub missed_100_hz: usize,
+    }
+}
+
+/// A cell that was not measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SkippedCell {
+    /// The engine's name.
+    pub name: String,
+    /// Samples of the dynamic window.
+    pub samples: usize,
+    /// Why.
+    pub reason: String,
+}
 
 /// Densities to measure, and the time for each.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,26 +130,27 @@ pub fn measure_density(
     // The last row of each engine, to predict the time of the next one.
     let mut last: Vec<Option<DensityRow>> = vec![None; engines.len()];
     for &samples in &plan.samples {
-        let scene = Scene::new(&field, plan.steps, samples);
+        let (vx_samples, vtheta_samples) = grid_counts(samples, 1.0);
+        let roadway =
+            Roadway { vx_samples, vtheta_samples, steps: plan.steps, ..Roadway::default() };
         let mut expected: Option<(String, String)> = None;
         for (engine, last) in engines.iter_mut().zip(&mut last) {
-            if let Some(skipped) = last.as_ref().and_then(|last| predict_skip(last, &scene, plan)) {
+            let skipped = last.as_ref().and_then(|last| predict_skip(last, &roadway, plan));
+            if let Some(skipped) = skipped {
                 done(Err(&skipped));
                 density.skipped.push(skipped);
                 continue;
             }
-            let digest = scene.digest(engine.as_mut())?;
+            let digest = warm_up(engine.as_mut(), &roadway, &field)?;
             match &expected {
                 None => expected = Some((engine.name(), digest)),
                 Some((first, answer)) if *answer != digest => {
                     let (engine, first) = (engine.name(), first.clone());
-                    return Err(BenchError::Differs { which: scene.name(), engine, first });
+                    return Err(BenchError::Differs { which: roadway.name(), engine, first });
                 }
                 Some(_) => {}
             }
-            let Some(row) = scene.time(engine.as_mut(), plan, clock)? else {
-                continue;
-            };
+            let row = time(engine.as_mut(), &roadway, &field, plan, clock)?;
             done(Ok(&row));
             *last = Some(row.clone());
             density.rows.push(row);
@@ -103,8 +160,8 @@ pub fn measure_density(
 }
 
 /// The reason why an engine is not measured at a density, predicted from a lower one; none if it is measured.
-fn predict_skip(last: &DensityRow, scene: &Scene, plan: &DensityPlan) -> Option<SkippedCell> {
-    let samples = scene.len();
+fn predict_skip(last: &DensityRow, roadway: &Roadway, plan: &DensityPlan) -> Option<SkippedCell> {
+    let samples = roadway.samples();
     let decision_s = last.p50_ms / 1e3 * samples as f64 / last.samples as f64;
     let fewest = WARM_UP + MIN_SLOW_DECISIONS;
     (decision_s * fewest as f64 > plan.max_seconds).then(|| SkippedCell {
@@ -120,209 +177,109 @@ fn predict_skip(last: &DensityRow, scene: &Scene, plan: &DensityPlan) -> Option<
     })
 }
 
-/// The decisions of one density.
-struct Scene<'a> {
-    field: &'a Arc<ClearanceField>,
-    roadway: Roadway,
+/// Warms an engine up and returns the digest of its answers.
+fn warm_up(
+    engine: &mut dyn Engine,
+    roadway: &Roadway,
+    field: &Arc<ClearanceField>,
+) -> Result<String, BenchError> {
+    let mut digest = EvaluationDigest::default();
+    for tick in 0..WARM_UP {
+        digest.add(&roadway.decide(engine, field, tick)?.evaluation);
+    }
+    Ok(digest.hex())
 }
 
-impl<'a> Scene<'a> {
-    fn new(field: &'a Arc<ClearanceField>, steps: u32, samples: usize) -> Self {
-        let (vx_samples, vtheta_samples) = grid_counts(samples, 1.0);
-        let roadway = Roadway { vx_samples, vtheta_samples, steps, ..Roadway::default() };
-        Self { field, roadway }
-    }
-
-    fn len(&self) -> usize {
-        self.roadway.vx_samples as usize * self.roadway.vtheta_samples as usize
-    }
-
-    fn name(&self) -> String {
-        format!("{} samples", self.len())
-    }
-
-    fn decide(&self, engine: &mut dyn Engine, tick: usize) -> Result<Evaluation, BenchError> {
-        let problem = self.roadway.problem(self.field, tick);
-        let prepared = QuantizedProblem::new(&problem)
-            .map_err(|error| BenchError::Problem { which: self.name(), error })?;
-        engine
-            .evaluate(&prepared, Detail::Answer)
-            .map_err(|error| BenchError::Engine { which: self.name(), error })
-    }
-
-    /// Warms an engine up and returns the digest of its answers.
-    fn digest(&self, engine: &mut dyn Engine) -> Result<String, BenchError> {
-        let mut digest = EvaluationDigest::default();
-        for tick in 0..WARM_UP {
-            digest.add(&self.decide(engine, tick)?);
+fn time(
+    engine: &mut dyn Engine,
+    roadway: &Roadway,
+    field: &Arc<ClearanceField>,
+    plan: &DensityPlan,
+    clock: &mut dyn FnMut() -> f64,
+) -> Result<DensityRow, BenchError> {
+    let mut latencies = Latencies::default();
+    let mut misses = Misses::default();
+    let began = clock();
+    for tick in 0..MAX_DECISIONS {
+        let before = clock();
+        roadway.decide(engine, field, tick)?;
+        let after = clock();
+        latencies.record(after - before)?;
+        misses.record(after - before);
+        let (decisions, passed_s) = (tick + 1, after - began);
+        let enough = decisions >= MIN_DECISIONS && passed_s > plan.seconds;
+        let too_slow = decisions >= MIN_SLOW_DECISIONS && passed_s > plan.max_seconds;
+        if enough || too_slow {
+            break;
         }
-        Ok(digest.hex())
     }
-
-    fn time(
-        &self,
-        engine: &mut dyn Engine,
-        plan: &DensityPlan,
-        clock: &mut dyn FnMut() -> f64,
-    ) -> Result<Option<DensityRow>, BenchError> {
-        let mut latencies = Latencies::default();
-        let mut misses = Misses::default();
-        let began = clock();
-        for tick in 0..MAX_DECISIONS {
-            let before = clock();
-            self.decide(engine, tick)?;
-            let after = clock();
-            latencies.record(after - before)?;
-            misses.record(after - before);
-            let (decisions, passed_s) = (tick + 1, after - began);
-            let enough = decisions >= MIN_DECISIONS && passed_s > plan.seconds;
-            let too_slow = decisions >= MIN_SLOW_DECISIONS && passed_s > plan.max_seconds;
-            if enough || too_slow {
-                break;
-            }
-        }
-        let Some(summary) = latencies.summary() else {
-            return Ok(None);
-        };
-        let (samples, steps) = (self.len(), self.roadway.steps as usize);
-        let is_gpu = engine.kind() == "gpu";
-        let [missed_20_hz, missed_50_hz, missed_100_hz] = misses.counts();
-        Ok(Some(DensityRow {
-            engine: engine.kind().to_owned(),
-            adapter: is_gpu.then(|| engine.name()),
-            threads: engine.threads(),
-            samples,
-            steps,
-            p50_ms: summary.p50_ms,
-            p95_ms: summary.p95_ms,
-            p99_ms: summary.p99_ms,
-            max_ms: summary.max_ms,
-            decisions: summary.count as usize,
-            steps_per_s: (samples * steps) as f64 / (summary.p50_ms / 1000.0),
-            name: engine.name(),
-            missed_20_hz,
-            missed_50_hz,
-            missed_100_hz,
-        }))
-    }
+    let summary = latencies.summary().unwrap_or_default();
+    let (samples, steps) = (roadway.samples(), roadway.steps as usize);
+    let [missed_20_hz, missed_50_hz, missed_100_hz] = misses.counts();
+    Ok(DensityRow {
+        engine: engine.kind().to_owned(),
+        adapter: (engine.kind() == "gpu").then(|| engine.name()),
+        threads: engine.threads(),
+        samples,
+        steps,
+        p50_ms: summary.p50_ms,
+        p95_ms: summary.p95_ms,
+        p99_ms: summary.p99_ms,
+        max_ms: summary.max_ms,
+        decisions: summary.count as usize,
+        steps_per_s: (samples * steps) as f64 / (summary.p50_ms / 1000.0),
+        name: engine.name(),
+        missed_20_hz,
+        missed_50_hz,
+        missed_100_hz,
+    })
 }
 
-#[cfg(test)]
-mod tests {
-    use std::sync::atomic::{AtomicU64, Ordering};
+/// The density at which a GPU's median falls below the best CPU engine's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Crossover {
+    /// The GPU engine's name.
+    pub name: String,
+    /// Smallest measured number of samples from which the GPU's median is below that of every CPU engine at all common
+    /// densities. None: the CPU is faster at the densest of them, or there is no common density.
+    pub samples: Option<usize>,
+    /// The fastest CPU engine at that number, or without one at the densest common density.
+    pub fastest_cpu: Option<String>,
+    /// Largest common number of samples; zero without one.
+    pub up_to: usize,
+}
 
-    use super::*;
-    use crate::local::{CpuEngine, EngineError};
-
-    /// An engine that answers like the CPU and advances a clock by a number of nanoseconds for each sample.
-    struct Slow {
-        engine: CpuEngine,
-        nanoseconds_per_sample: u64,
-        clock: Arc<AtomicU64>,
-    }
-
-    impl Engine for Slow {
-        fn name(&self) -> String {
-            format!("{} ns", self.nanoseconds_per_sample)
-        }
-
-        fn kind(&self) -> &'static str {
-            "gpu"
-        }
-
-        fn threads(&self) -> usize {
-            0
-        }
-
-        fn evaluate(
-            &mut self,
-            problem: &QuantizedProblem,
-            detail: Detail,
-        ) -> Result<Evaluation, EngineError> {
-            let nanoseconds = self.nanoseconds_per_sample * problem.len() as u64;
-            self.clock.fetch_add(nanoseconds, Ordering::Relaxed);
-            self.engine.evaluate(problem, detail)
+/// The crossover of each GPU engine, in the order in which they occur. Rows of one number of steps are expected.
+#[must_use]
+pub fn crossovers(rows: &[DensityRow]) -> Vec<Crossover> {
+    let mut fastest_cpu: BTreeMap<usize, &DensityRow> = BTreeMap::new();
+    for row in rows.iter().filter(|row| row.engine == "cpu") {
+        let fastest = fastest_cpu.entry(row.samples).or_insert(row);
+        if row.p50_ms < fastest.p50_ms {
+            *fastest = row;
         }
     }
-
-    /// 4, 16 and 64 samples on such engines, half a second to each cell and 10 s at most.
-    fn measure(nanoseconds_per_sample: &[u64]) -> (Density, Vec<String>) {
-        let clock = Arc::new(AtomicU64::new(0));
-        let engine = |&nanoseconds_per_sample| -> Box<dyn Engine> {
-            Box::new(Slow {
-                engine: CpuEngine::single_threaded(),
-                nanoseconds_per_sample,
-                clock: Arc::clone(&clock),
-            })
-        };
-        let mut engines: Vec<_> = nanoseconds_per_sample.iter().map(engine).collect();
-        let plan = DensityPlan::powers_of_four(2, 4, 64, 0.5);
-        let mut now = || clock.load(Ordering::Relaxed) as f64 / 1e9;
-        let mut reported = Vec::new();
-        let density = measure_density(&mut engines, &plan, &mut now, |cell| {
-            reported.push(match cell {
-                Ok(row) => format!("{} at {}", row.name, row.samples),
-                Err(skipped) => format!("no {} at {}", skipped.name, skipped.samples),
-            });
-        });
-        (density.expect("the engines answer"), reported)
+    let mut gpus: Vec<(&str, Vec<&DensityRow>)> = Vec::new();
+    for row in rows.iter().filter(|row| row.engine == "gpu") {
+        match gpus.iter_mut().find(|(name, _)| *name == row.name) {
+            Some((_, own)) => own.push(row),
+            None => gpus.push((&row.name, vec![row])),
+        }
     }
-
-    #[test]
-    fn density_plan_counts_by_powers_of_four() {
-        let plan = DensityPlan::powers_of_four(40, 256, 1_048_576, 0.5);
-        assert_eq!(plan.samples, [256, 1024, 4096, 16_384, 65_536, 262_144, 1_048_576]);
-        assert_eq!(plan.max_seconds, 10.0);
-        assert_eq!(DensityPlan::powers_of_four(40, 3, 11, 0.01).max_seconds, 1.0);
-    }
-
-    #[test]
-    fn density_rows_report_the_clock() {
-        // 4, 16 and 64 ms for a decision.
-        let (density, reported) = measure(&[1_000_000]);
-        assert_eq!(reported, ["1000000 ns at 4", "1000000 ns at 16", "1000000 ns at 64"]);
-        let found: Vec<_> = density
-            .rows
-            .iter()
-            .map(|row| {
-                let misses = [row.missed_20_hz, row.missed_50_hz, row.missed_100_hz];
-                (row.decisions, misses)
-            })
+    let crossover = |(name, own): (&str, Vec<&DensityRow>)| {
+        let mut pairs: Vec<(&DensityRow, &DensityRow)> = own
+            .into_iter()
+            .filter_map(|row| Some((row, *fastest_cpu.get(&row.samples)?)))
             .collect();
-        // Decisions for half a second and one more; for the slowest engine at least 20.
-        assert_eq!(found, [(126, [0, 0, 0]), (32, [0, 0, 32]), (20, [20, 20, 20])]);
-        for row in &density.rows {
-            let expected_ms = row.samples as f64;
-            for ms in [row.p50_ms, row.p95_ms, row.p99_ms, row.max_ms] {
-                assert!((ms / expected_ms - 1.0).abs() < 2e-3, "{row:?}");
-            }
-            assert!((row.steps_per_s / 2000.0 - 1.0).abs() < 2e-3, "{row:?}");
+        pairs.sort_by_key(|(gpu, _)| gpu.samples);
+        let wins = |(gpu, cpu): &&(&DensityRow, &DensityRow)| gpu.p50_ms < cpu.p50_ms;
+        let first = pairs.iter().rev().take_while(wins).last();
+        Crossover {
+            name: name.to_owned(),
+            samples: first.map(|(gpu, _)| gpu.samples),
+            fastest_cpu: first.or(pairs.last()).map(|(_, cpu)| cpu.name.clone()),
+            up_to: pairs.last().map_or(0, |(gpu, _)| gpu.samples),
         }
-    }
-
-    #[test]
-    fn very_slow_engines_are_timed_less_and_then_skipped() {
-        // 0.4, 1.6 and 6.4 s for a decision: 20 of them are 8 s and 32 s, 6 of the last 38 s.
-        let (density, reported) = measure(&[100, 100_000_000]);
-        let slow: Vec<_> = density
-            .rows
-            .iter()
-            .filter(|row| row.name == "100000000 ns")
-            .map(|row| (row.samples, row.decisions))
-            .collect();
-        assert_eq!(slow, [(4, 20), (16, 7)]);
-        let [skipped] = &density.skipped[..] else {
-            panic!("{:?}", density.skipped);
-        };
-        assert_eq!((skipped.name.as_str(), skipped.samples), ("100000000 ns", 64));
-        assert!(
-            skipped.reason.contains("about 6.4 s") && skipped.reason.contains("10 s"),
-            "{}",
-            skipped.reason
-        );
-        assert_eq!(reported.len(), 6);
-        assert_eq!(reported[5], "no 100000000 ns at 64");
-        // The other engine is still measured at every density.
-        assert_eq!(density.rows.len(), 5);
-    }
+    };
+    gpus.into_iter().map(crossover).collect()
 }

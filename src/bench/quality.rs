@@ -1,16 +1,51 @@
 //! Quality of the chosen command: few samples compared with the densest sampling, over many decisions of one drive.
 
-use std::sync::Arc;
+use serde::{Deserialize, Serialize};
 
-use super::regret::RegretBaseline;
-use super::roadway::{Roadway, roadway_field};
-use super::{BenchError, QualityRow};
-use crate::geometry::Twist;
+use super::BenchError;
+use super::columns::columns;
+use super::roadway::{Decision, Roadway, roadway_field};
+use super::timing::percentile;
 use crate::local::internals::Header;
-use crate::local::{ClearanceField, Detail, Engine, Evaluation, QuantizedProblem, Terms};
+use crate::local::internals::score::{Normalizer, normalizers};
+use crate::local::{Engine, Evaluation, Terms};
 
 /// Number of ticks after which [`Roadway::problem`] repeats.
 const TICKS: usize = 100;
+
+columns! {
+    /// Quality of the commands of one sampling relative to the densest one, over the decisions of a drive. Figures are null
+    /// where no decision has one.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct QualityRow {
+        /// Time that the dynamic window looks ahead, seconds.
+        pub window_s: f64,
+        /// Samples of the dynamic window.
+        pub samples: usize,
+        /// Forward speeds among them.
+        pub vx_samples: u32,
+        /// Turn rates among them.
+        pub vtheta_samples: u32,
+        /// Samples of the densest sampling.
+        pub densest: usize,
+        /// Decisions compared.
+        pub decisions: usize,
+        /// Decisions in which the densest sampling found a command and this one none; the figures below leave them out.
+        pub without_command: usize,
+        /// Median regret: 0 equals the densest sampling, 1 its mean admissible sample.
+        pub regret_p50: Option<f64> => 4,
+        /// Regret, the worst.
+        pub regret_max: Option<f64> => 4,
+        /// Distance of the forward speed from that of the densest sampling, the median, m/s.
+        pub v_off_p50_m_s: Option<f64> => 4,
+        /// The same, the greatest, m/s.
+        pub v_off_max_m_s: Option<f64> => 4,
+        /// Distance of the turn rate from that of the densest sampling, the median, rad/s.
+        pub omega_off_p50_rad_s: Option<f64> => 4,
+        /// The same, the greatest, rad/s.
+        pub omega_off_max_rad_s: Option<f64> => 4,
+    }
+}
 
 /// Samplings and decisions to compare.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,62 +86,35 @@ pub fn measure_quality(
     let field = roadway_field();
     let mut rows = Vec::new();
     for &window_s in &plan.windows_s {
-        let roadway =
-            Roadway { steps: plan.steps, window_s, discs: 2, people: 3, ..Roadway::default() };
-        let mut decide = |counts, tick| decide(engine, &roadway, &field, counts, tick);
-        let densest = grid_counts(plan.densest, 1.0);
-        let grids = plan.samples.iter().flat_map(|&samples| {
-            let counts = move |&shape: &f64| grid_counts(samples, shape);
-            plan.shapes.iter().map(counts)
-        });
-        let mut cells: Vec<(Grid, Losses)> = grids.map(|grid| (grid, Losses::default())).collect();
+        let sampled = |samples, shape| {
+            let (vx_samples, vtheta_samples) = grid_counts(samples, shape);
+            let steps = plan.steps;
+            Roadway { vx_samples, vtheta_samples, steps, window_s, discs: 2, people: 3 }
+        };
+        let densest = sampled(plan.densest, 1.0);
+        let roadways = plan
+            .samples
+            .iter()
+            .flat_map(|&samples| plan.shapes.iter().map(move |&shape| sampled(samples, shape)));
+        let mut cells: Vec<(Roadway, Losses)> =
+            roadways.map(|roadway| (roadway, Losses::default())).collect();
         for number in 0..plan.ticks {
             // The decisions are spread evenly along the drive for any number.
             let tick = number * TICKS / plan.ticks;
-            let best = decide(densest, tick)?;
-            let baseline = RegretBaseline::new(&best.header, &best.answer);
-            for (counts, losses) in &mut cells {
-                let found = decide(*counts, tick)?;
-                // There is no regret without a command of the densest sampling.
-                if let (Some(baseline), Some(best)) = (baseline, best.command) {
-                    losses.add(&baseline, &best.0, found.command.as_ref());
+            let best = densest.decide(engine, &field, tick)?;
+            // There is no regret without a command of the densest sampling.
+            let baseline = RegretBaseline::new(&best.header, &best.evaluation);
+            for (roadway, losses) in &mut cells {
+                let found = roadway.decide(engine, &field, tick)?;
+                if let Some(baseline) = &baseline {
+                    losses.add(baseline, &best, &found);
                 }
             }
             done();
         }
-        let densest = densest.0 as usize * densest.1 as usize;
-        rows.extend(cells.iter().map(|(grid, losses)| losses.row(window_s, *grid, densest)));
+        rows.extend(cells.iter().map(|(roadway, losses)| losses.row(roadway, densest.samples())));
     }
     Ok(rows)
-}
-
-/// Forward speeds and turn rates of a sampling.
-type Grid = (u32, u32);
-
-/// The result of one decision.
-struct Decision {
-    header: Header,
-    answer: Evaluation,
-    command: Option<(Twist, Terms)>,
-}
-
-fn decide(
-    engine: &mut dyn Engine,
-    roadway: &Roadway,
-    field: &Arc<ClearanceField>,
-    (vx_samples, vtheta_samples): Grid,
-    tick: usize,
-) -> Result<Decision, BenchError> {
-    let which = || format!("{vx_samples} x {vtheta_samples} samples");
-    let roadway = Roadway { vx_samples, vtheta_samples, ..*roadway };
-    let problem = roadway.problem(field, tick);
-    let prepared = QuantizedProblem::new(&problem)
-        .map_err(|error| BenchError::Problem { which: which(), error })?;
-    let answer = engine
-        .evaluate(&prepared, Detail::Answer)
-        .map_err(|error| BenchError::Engine { which: which(), error })?;
-    let command = answer.winner.map(|winner| (problem.window.twist(winner.index), winner.terms));
-    Ok(Decision { header: prepared.header, answer, command })
 }
 
 /// Losses of one sampling against the densest one, a number for each decision in which it found a command.
@@ -119,25 +127,27 @@ struct Losses {
 }
 
 impl Losses {
-    fn add(&mut self, baseline: &RegretBaseline, best: &Twist, found: Option<&(Twist, Terms)>) {
-        let Some((twist, terms)) = found else {
+    fn add(&mut self, baseline: &RegretBaseline, best: &Decision, found: &Decision) {
+        let (Some((best, _)), Some((twist, terms))) = (best.command(), found.command()) else {
             self.without_command += 1;
             return;
         };
-        self.regret.push(baseline.regret(terms));
+        self.regret.push(baseline.regret(&terms));
         self.linear.push((twist.linear - best.linear).abs());
         self.angular.push((twist.angular - best.angular).abs());
     }
 
-    fn row(&self, window_s: f64, (vx_samples, vtheta_samples): Grid, densest: usize) -> QualityRow {
-        let (regret_p50, regret_max) = median_and_worst(&self.regret);
-        let (v_off_p50_m_s, v_off_max_m_s) = median_and_worst(&self.linear);
-        let (omega_off_p50_rad_s, omega_off_max_rad_s) = median_and_worst(&self.angular);
+    fn row(&self, roadway: &Roadway, densest: usize) -> QualityRow {
+        let median_and_worst =
+            |values: &Vec<f64>| [0.5, 1.0].map(|share| percentile(values.clone(), share));
+        let [regret_p50, regret_max] = median_and_worst(&self.regret);
+        let [v_off_p50_m_s, v_off_max_m_s] = median_and_worst(&self.linear);
+        let [omega_off_p50_rad_s, omega_off_max_rad_s] = median_and_worst(&self.angular);
         QualityRow {
-            window_s,
-            samples: vx_samples as usize * vtheta_samples as usize,
-            vx_samples,
-            vtheta_samples,
+            window_s: roadway.window_s,
+            samples: roadway.samples(),
+            vx_samples: roadway.vx_samples,
+            vtheta_samples: roadway.vtheta_samples,
             densest,
             decisions: self.regret.len() + self.without_command,
             without_command: self.without_command,
@@ -151,92 +161,52 @@ impl Losses {
     }
 }
 
-/// The smallest value that at least half of the values do not exceed, and the greatest; none for an empty list.
-fn median_and_worst(values: &[f64]) -> (Option<f64>, Option<f64>) {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(values.len().saturating_sub(1) / 2);
-    (median.copied(), sorted.last().copied())
+/// Evaluates commands with the normalisers of the densest sampling.
+///
+/// Scores of different samplings do not compare: where terms are divided by their sums, scores shrink as samples are added.
+/// Regret is a loss relative to the gain of the best sample over the mean admissible one in the densest sampling.
+#[derive(Clone, Copy, Debug)]
+pub struct RegretBaseline {
+    normalizers: [Normalizer; 4],
+    best: f64,
+    mean: f64,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::local::{Counts, CpuEngine, Totals, Winner};
-
-    #[test]
-    fn grid_counts_have_the_samples_and_shape() {
-        for (samples, shape, counts) in [
-            (256, 1.0, (16, 16)),
-            (1024, 0.25, (16, 64)),
-            (1024, 4.0, (64, 16)),
-            (800, 0.5, (20, 40)),
-            (10, 1.0, (3, 4)),
-            (1, 1.0, (1, 1)),
-            (4, 1e9, (4, 1)),
-            (4, 1e-9, (1, 4)),
-        ] {
-            assert_eq!(grid_counts(samples, shape), counts, "{samples} at {shape}");
-        }
+impl RegretBaseline {
+    /// The baseline of a problem with the densest sampling; none without an admissible sample.
+    #[must_use]
+    pub fn new(header: &Header, densest: &Evaluation) -> Option<Self> {
+        let winner = densest.winner.as_ref()?;
+        let normalizers = normalizers(header, &densest.totals);
+        let admissible = f64::from(densest.counts.admissible);
+        // The score is linear in the terms, so the mean score is the score of the mean terms.
+        let mean_terms = densest.totals.sums.map(|sum| sum as f64 / admissible);
+        Some(Self {
+            normalizers,
+            best: score(&normalizers, winner.terms.to_array().map(f64::from)),
+            mean: score(&normalizers, mean_terms),
+        })
     }
 
-    #[test]
-    fn median_is_one_of_the_values() {
-        for (values, expected) in [
-            (&[][..], (None, None)),
-            (&[2.0], (Some(2.0), Some(2.0))),
-            (&[3.0, 1.0], (Some(1.0), Some(3.0))),
-            (&[5.0, 1.0, 4.0], (Some(4.0), Some(5.0))),
-        ] {
-            assert_eq!(median_and_worst(values), expected, "{values:?}");
-        }
+    /// The regret of a sample with these terms: 0 for the best of the densest sampling, 1 for the mean of its admissible
+    /// samples, above 1 for a worse sample. A sample between those of the densest sampling may be better than all of them;
+    /// its regret is 0.
+    #[must_use]
+    pub fn regret(&self, terms: &Terms) -> f64 {
+        let gain = self.best - self.mean;
+        let lost = self.best - score(&self.normalizers, terms.to_array().map(f64::from));
+        if lost > 0.0 && gain > 0.0 { lost / gain } else { 0.0 }
     }
+}
 
-    #[test]
-    fn losses_are_distances_from_the_best_command() {
-        let header = Header { weights: [0, 0, 1 << 30, 0], ..Header::default() };
-        let terms = |velocity| Terms { velocity, ..Terms::default() };
-        let densest = Evaluation {
-            counts: Counts { admissible: 2, ..Counts::default() },
-            totals: Totals { sums: [0, 0, 400, 0], ..Totals::default() },
-            winner: Some(Winner { index: 1, score: 0, terms: terms(300) }),
-            samples: None,
-        };
-        let baseline = RegretBaseline::new(&header, &densest).expect("it has a winner");
-        let best = Twist::new(0.5, -0.1);
-        let mut losses = Losses::default();
-        losses.add(&baseline, &best, Some(&(Twist::new(0.25, 0.15), terms(250))));
-        losses.add(&baseline, &best, Some(&(best, terms(300))));
-        losses.add(&baseline, &best, None);
-        let row = losses.row(0.1, (4, 8), 1024);
-        assert_eq!((row.samples, row.densest), (32, 1024));
-        assert_eq!((row.decisions, row.without_command), (3, 1));
-        assert_eq!((row.regret_p50, row.regret_max), (Some(0.0), Some(0.5)));
-        assert_eq!(row.v_off_max_m_s, Some(0.25));
-        assert_eq!(row.omega_off_max_rad_s, Some(0.25));
-    }
-
-    #[test]
-    fn densest_sampling_has_no_regret() {
-        let plan = QualityPlan {
-            steps: 10,
-            densest: 64,
-            samples: vec![4, 64],
-            shapes: vec![1.0],
-            windows_s: vec![0.1, 1.0],
-            ticks: 3,
-        };
-        let mut ticks = 0;
-        let rows = measure_quality(&mut CpuEngine::single_threaded(), &plan, || ticks += 1)
-            .expect("a sound plan");
-        assert_eq!((rows.len(), ticks), (4, 6));
-        for row in &rows {
-            assert_eq!(row.decisions, 3, "{row:?}");
-            if row.samples == 64 {
-                assert_eq!((row.regret_max, row.v_off_max_m_s), (Some(0.0), Some(0.0)));
-            } else {
-                assert!(row.regret_max > Some(0.0), "{row:?}");
-            }
-        }
-    }
+/// The score of eq. 35 as in the engines but in floating point: the terms of another sampling may be outside the range of
+/// these normalisers.
+fn score(normalizers: &[Normalizer; 4], terms: [f64; 4]) -> f64 {
+    let mut shares = normalizers.iter().zip(terms).map(|(normalizer, term)| {
+        let scale = f64::from(normalizer.mantissa) * libm::exp2(-f64::from(normalizer.bits));
+        (term - f64::from(normalizer.offset)) * scale
+    });
+    let mut next = || shares.next().unwrap_or(0.0);
+    let gained = next() + next() + next();
+    gained - next()
 }

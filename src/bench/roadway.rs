@@ -2,8 +2,13 @@
 
 use std::sync::Arc;
 
+use super::BenchError;
 use crate::geometry::{Point, Pose, Twist};
-use crate::local::{ClearanceField, DecisionInput, LocalSettings, Problem};
+use crate::local::internals::Header;
+use crate::local::{
+    ClearanceField, DecisionInput, Detail, Engine, Evaluation, LocalSettings, Problem,
+    QuantizedProblem, Terms,
+};
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint, Limits};
 
@@ -125,10 +130,49 @@ impl Roadway {
         cells
     }
 
+    pub(super) const fn samples(&self) -> usize {
+        self.vx_samples as usize * self.vtheta_samples as usize
+    }
+
+    pub(super) fn name(&self) -> String {
+        format!("{} x {} samples", self.vx_samples, self.vtheta_samples)
+    }
+
+    /// Takes the decision at a tick.
+    pub(super) fn decide(
+        &self,
+        engine: &mut dyn Engine,
+        field: &Arc<ClearanceField>,
+        tick: usize,
+    ) -> Result<Decision, BenchError> {
+        let problem = self.problem(field, tick);
+        let quantized = QuantizedProblem::new(&problem)
+            .map_err(|error| BenchError::Problem { which: self.name(), error })?;
+        let evaluation = engine
+            .evaluate(&quantized, Detail::Answer)
+            .map_err(|error| BenchError::Engine { which: self.name(), error })?;
+        Ok(Decision { problem, header: quantized.header, evaluation })
+    }
+
     /// A disc of the footprint; they are 0.25 m apart.
     fn disc(&self, number: usize) -> Disc {
         let middle = (self.discs as f64 - 1.0) / 2.0;
         Disc { x: (middle - number as f64) * 0.25, y: 0.0, radius: 0.3 }
+    }
+}
+
+/// The result of one decision.
+pub(super) struct Decision {
+    problem: Problem,
+    pub header: Header,
+    pub evaluation: Evaluation,
+}
+
+impl Decision {
+    /// The chosen command and its terms; none without an admissible sample.
+    pub(super) fn command(&self) -> Option<(Twist, Terms)> {
+        let winner = self.evaluation.winner.as_ref()?;
+        Some((self.problem.window.twist(winner.index), winner.terms))
     }
 }
 

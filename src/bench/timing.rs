@@ -1,4 +1,4 @@
-//! Percentiles of many times, from a histogram of fixed size.
+//! Statistics of times: percentiles, from a histogram of fixed size or from all values, and missed deadlines.
 
 use hdrhistogram::Histogram;
 use serde::Serialize;
@@ -22,9 +22,9 @@ pub struct Latencies {
 
 /// Percentiles of recorded times, milliseconds, each within 0.1 %. In JSON the fields are `count`, `p50`, `p95`,
 /// `p99` and `max`; the name of the object has the unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LatencySummary {
-    /// Times recorded, at least one.
+    /// Times recorded.
     pub count: u64,
     /// Median.
     #[serde(rename = "p50")]
@@ -97,71 +97,32 @@ impl Latencies {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// The smallest value that at least this share of the values, above 0 and up to 1, does not exceed; none of no values.
+#[must_use]
+pub fn percentile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let rank = libm::ceil(share * values.len() as f64) as usize;
+    values.get(rank.max(1) - 1).copied()
+}
 
-    #[test]
-    fn summary_has_the_percentiles_of_known_times() {
-        let mut latencies = Latencies::default();
-        // Each value once, out of order: 7 and 1000 have no common factor.
-        for index in 0..1000 {
-            let microseconds = f64::from(index * 7 % 1000 + 1);
-            latencies.record(microseconds * 1e-6).expect("finite and in range");
-        }
-        let summary = latencies.summary().expect("finite and in range");
-        assert_eq!(summary.count, 1000);
-        for (measured, expected) in [
-            (summary.p50_ms, 0.500),
-            (summary.p95_ms, 0.950),
-            (summary.p99_ms, 0.990),
-            (summary.max_ms, 1.000),
-        ] {
-            assert!(
-                (measured / expected - 1.0).abs() < 1e-3,
-                "{measured} is not within 0.1 % of {expected}"
-            );
+/// Rates of common control loops, Hz.
+pub const RATES_HZ: [f64; 3] = [20.0, 50.0, 100.0];
+
+/// Number of late decisions for each of [`RATES_HZ`], counted from the exact times, not from percentiles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Misses([usize; RATES_HZ.len()]);
+
+impl Misses {
+    /// Adds a decision with its time in seconds. A decision that takes the whole period is in time.
+    pub fn record(&mut self, seconds: f64) {
+        for (count, rate) in self.0.iter_mut().zip(RATES_HZ) {
+            *count += usize::from(seconds > 1.0 / rate);
         }
     }
 
-    #[test]
-    fn merge_adds_all_times() {
-        let record = |milliseconds: [f64; 2]| {
-            let mut latencies = Latencies::default();
-            for time in milliseconds {
-                latencies.record(time * 1e-3).expect("in range");
-            }
-            latencies
-        };
-        let mut merged = record([1.0, 4.0]);
-        merged.merge(&record([2.0, 3_600_000.0]));
-        assert_eq!(merged.count(), 4);
-        let middle = merged.quantile_ms(0.5).expect("four times");
-        assert!((middle / 2.0 - 1.0).abs() < 1e-3, "{middle}");
-    }
-
-    #[test]
-    fn summary_is_none_without_times() {
-        assert_eq!(Latencies::default().summary(), None);
-    }
-
-    #[test]
-    fn record_rejects_times_that_no_clock_measures() {
-        let mut latencies = Latencies::default();
-        for seconds in [f64::NAN, f64::INFINITY, -1e-9] {
-            assert!(latencies.record(seconds).is_err(), "{seconds}");
-        }
-        assert_eq!(latencies.count(), 0);
-        assert!(latencies.record(0.0).is_ok() && latencies.record(1e300).is_ok());
-    }
-
-    #[test]
-    fn summary_has_the_field_names_of_the_command_line() {
-        let mut latencies = Latencies::default();
-        latencies.record(0.001).expect("finite and in range");
-        let json = serde_json::to_value(latencies.summary()).expect("finite and in range");
-        for field in ["count", "p50", "p95", "p99", "max"] {
-            assert!(json.get(field).is_some(), "{field}");
-        }
+    /// The counts, in the order of [`RATES_HZ`].
+    #[must_use]
+    pub const fn counts(self) -> [usize; RATES_HZ.len()] {
+        self.0
     }
 }

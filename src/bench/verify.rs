@@ -1,9 +1,53 @@
-//! Evaluates random problems on several engines and compares all bits.
+//! Evaluates random problems on several engines, compares all bits, and pins a digest of them.
 
 use serde::Serialize;
 
-use super::{BenchError, EvaluationDigest, random_problem};
+use super::{BenchError, random_problem};
+use crate::digest::BitDigest;
 use crate::local::{Detail, Engine, Evaluation, QuantizedProblem};
+
+/// Seed of the problems whose digest is pinned.
+pub const GOLDEN_SEED: u64 = 2026;
+/// Number of those problems.
+pub const GOLDEN_CASES: u64 = 64;
+/// Digest over every bit of their evaluations, on any engine and machine. It changes only with the engines' specification
+/// or with [`super::random_problem`]; document every such change.
+pub const GOLDEN_DIGEST: &str = "3015f2d5433f8a8f24842201aa2a2422026759ef9d43cc3c5b991d13b409f6da";
+
+/// A digest over every bit of the evaluations added to it, in order.
+#[derive(Clone, Default)]
+pub struct EvaluationDigest(BitDigest);
+
+impl EvaluationDigest {
+    /// Adds an evaluation; its samples count too, if it has them.
+    pub fn add(&mut self, evaluation: &Evaluation) {
+        self.words(&evaluation.counts.to_array());
+        for sum in evaluation.totals.sums {
+            self.0.wide(sum);
+        }
+        self.words(&evaluation.totals.min);
+        self.words(&evaluation.totals.max);
+        if let Some(winner) = &evaluation.winner {
+            self.words(&[winner.index]);
+            self.0.wide(winner.score as u64);
+            self.words(&winner.terms.to_array());
+        }
+        for sample in evaluation.samples.iter().flatten() {
+            self.words(&[sample.status as u32]);
+            self.words(&sample.terms.to_array());
+        }
+    }
+
+    /// The digest in hex.
+    #[must_use]
+    pub fn hex(self) -> String {
+        self.0.hex()
+    }
+
+    fn words(&mut self, words: &[u32]) {
+        words.iter().for_each(|&word| self.0.word(word));
+    }
+}
 
 /// The first bits in which two evaluations of one problem differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -88,6 +132,14 @@ pub fn verify(
     }
     verification.digests = digests.into_iter().map(EvaluationDigest::hex).collect();
     Ok(verification)
+}
+
+/// Evaluates the problems of the golden digest on every engine.
+///
+/// # Errors
+/// Fails when an engine gives no answer.
+pub fn verify_golden(engines: &mut [Box<dyn Engine>]) -> Result<Verification, BenchError> {
+    verify(engines, GOLDEN_CASES, GOLDEN_SEED, |_| {})
 }
 
 /// Calls `note(what, expected, found)` for each quantity in which two evaluations differ, values in hex.

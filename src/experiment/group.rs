@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ContactCause, RunOutcome, RunRow, WorldKind};
 use crate::bench::columns::columns;
+use crate::bench::percentile;
 
 columns! {
     /// The figures of a group of runs. What the runs do not have in common, such as `config` of a mixed group, is that of the
@@ -230,25 +231,4 @@ pub fn faults(rows: &[RunRow]) -> BTreeMap<&str, usize> {
 pub(super) fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
     (count > 0).then(|| sum / f64::from(count))
-}
-
-/// The smallest value that at least this share of values, above 0 and up to 1, does not exceed.
-pub(crate) fn percentile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let rank = libm::ceil(share * values.len() as f64) as usize;
-    values.get(rank.max(1) - 1).copied()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn percentiles_are_values_that_occurred() {
-        let values = || (1..=20).rev().map(f64::from).collect();
-        assert_eq!(percentile(values(), 0.95), Some(19.0));
-        assert_eq!(percentile(values(), 1.0), Some(20.0));
-        assert_eq!(percentile(values(), 0.01), Some(1.0));
-        assert_eq!(percentile(Vec::new(), 0.5), None);
-    }
 }

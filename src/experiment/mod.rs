@@ -44,8 +44,6 @@ pub use cell_file::CellFile;
 pub use contact::{Contact, TouchedBody, contact};
 pub use error::{ExperimentError, RunError};
 pub use grid::{Grid, Setup, sampling_setups};
-#[cfg(feature = "report")]
-pub(crate) use group::percentile;
 pub use group::{Group, faults, groups, groups_by};
 pub use localization::{LocalizationCase, LocalizationPlan, LocalizationRow};
 pub use manifest::{ListedCell, Manifest};

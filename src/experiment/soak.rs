@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::group::{faults, groups_by, mean, percentile};
+use super::group::{faults, groups_by, mean};
 use super::{Comparison, Group, RunRow, TrafficKind};
+use crate::bench::percentile;
 
 /// Figures of a soak.
 #[derive(Clone, Debug, PartialEq, Serialize)]

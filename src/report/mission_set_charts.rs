@@ -9,7 +9,8 @@ use super::figure::{ChartFigure, Column, Table};
 use super::number::{fixed, optional, significant};
 use super::run_charts::{EndCounts, RunEnd, end_legend};
 use super::svg::LegendEntry;
-use crate::experiment::{self, RunRow, TrafficKind, percentile};
+use crate::bench::percentile;
+use crate::experiment::{self, RunRow, TrafficKind};
 
 /// Missions of a soak with a common property.
 struct Group<'a> {
