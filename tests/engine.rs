@@ -13,7 +13,11 @@ mod cases {
     mod engine {
         mod batches;
         mod failover;
+        mod lanes;
+        mod numeric;
         mod oracle;
+        mod rollout;
         mod shaders;
+        mod window;
     }
 }

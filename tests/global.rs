@@ -9,5 +9,8 @@ mod cases {
     mod global {
         mod paths;
         mod planners;
+        mod polyline;
+        mod reachable;
+        mod smoothing;
     }
 }

@@ -1,4 +1,4 @@
-//! Map files: what they mean, and what is refused with which message.
+//! Maps: files and their messages, distance fields, free space, scans and poses.
 
 mod support {
     pub mod hand_png;
@@ -9,7 +9,12 @@ mod cases {
     mod map {
         mod damage;
         mod decoders;
+        mod distance_field;
         mod errors;
+        mod free_space;
+        mod geometry;
         mod reading;
+        mod scan;
+        mod scenarios;
     }
 }

@@ -1,9 +1,8 @@
 //! The planning pipeline: search, prune, smooth.
 
-use super::spline::smooth_with_spline;
 use super::{
     ClearanceCosts, Path, PlanError, SearchMethod, Searcher, Settings, Spline, nearest_reachable,
-    prune,
+    prune, smooth,
 };
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};
@@ -107,7 +106,7 @@ pub fn plan(
     let searched = clock();
     let pruned = prune(free, space.costs, &raw, settings.pruning);
     let pruned_at = clock();
-    let (smoothed, spline) = smooth_with_spline(space.smoothing, &pruned, settings.spline_degree);
+    let (smoothed, spline) = smooth(space.smoothing, &pruned, settings.spline_degree);
     let time_s = StageTimes {
         search: searched - started,
         prune: pruned_at - searched,

@@ -54,12 +54,17 @@ pub use window::{Axis, Window};
 /// they change without notice.
 #[doc(hidden)]
 pub mod internals {
-    pub use super::cpu::GatherBaseline;
     pub use super::failover::{FIRST_RETRY, LONGEST_RETRY};
     pub use super::kernel_inputs::{
         Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample,
     };
     pub use super::trajectory_fan::evenly_spaced;
+
+    /// The vectors of the CPU engine.
+    pub mod lanes {
+        pub use crate::local::cpu::arithmetic::*;
+        pub use crate::local::cpu::lanes::{LaneTask, Lanes, MAX_LANES, Square};
+    }
 
     pub mod rollout {
         pub use crate::local::rollout::*;

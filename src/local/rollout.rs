@@ -59,24 +59,24 @@ pub fn tabulate(
 }
 
 /// The result of one step.
-struct StepResult {
+pub struct StepResult {
     /// Smallest clearance of any disc, units, at most the cap.
-    clearance: i32,
+    pub clearance: i32,
     /// Whether a disc's centre is off the field, unless cells outside are free.
-    outside: bool,
+    pub outside: bool,
     /// Lower bound of the clearance, without the cap and the motion of obstacles, units; zero when unknown.
-    static_clearance: i32,
+    pub static_clearance: i32,
     /// Lower bound of the distance from any disc's centre to the border of the field, units, unless cells outside are
     /// free.
-    border: i32,
+    pub border: i32,
 }
 
 /// Bound of the rate of change of a sample's clearance: the sum of the speeds of a disc's centre and of an obstacle.
-struct ClearanceRate {
+pub struct ClearanceRate {
     /// Largest contribution of cells and rounding to a change, units.
-    margin: i32,
+    pub margin: i32,
     /// Smallest number of steps for a change of one unit, 2^-16 step.
-    steps_per_unit: u32,
+    pub steps_per_unit: u32,
 }
 
 /// Returns the status of a sample and its clearance in units.
@@ -118,7 +118,9 @@ pub fn evaluate_sample(
     (status, if status == SampleStatus::Ok { min_clearance as u32 } else { 0 })
 }
 
-fn classify(
+/// The status of a sample from what ended it, its free steps and its smallest clearance.
+#[must_use]
+pub fn classify(
     header: &Header,
     vx: &VxSample,
     vtheta: &VthetaSample,
@@ -138,7 +140,9 @@ fn classify(
     }
 }
 
-fn clearance_rate(
+/// Bounds the change of the clearance of a sample in one step.
+#[must_use]
+pub fn clearance_rate(
     problem: &QuantizedProblem,
     vx: &VxSample,
     vtheta: &VthetaSample,
@@ -167,13 +171,16 @@ fn clearance_rate(
 
 /// The number of steps after the evaluated one that can neither lower the clearance below `min_clearance`, which is
 /// above zero, nor leave the field.
-fn skippable_steps(rate: &ClearanceRate, step_result: &StepResult, min_clearance: i32) -> u32 {
+#[must_use]
+pub fn skippable_steps(rate: &ClearanceRate, step_result: &StepResult, min_clearance: i32) -> u32 {
     let slack =
         (step_result.static_clearance - min_clearance).min(step_result.border) - rate.margin;
     (slack.max(0) as u32 * rate.steps_per_unit) >> 16
 }
 
-fn step_clearance(
+/// Evaluates one step of a sample.
+#[must_use]
+pub fn step_clearance(
     problem: &QuantizedProblem,
     vx: &VxSample,
     table: &[i32],
@@ -267,88 +274,4 @@ pub fn end_position(header: &Header, vx: &VxSample, table: &[i32]) -> (i32, i32)
 #[must_use]
 pub const fn end_heading(header: &Header, vtheta: &VthetaSample) -> u32 {
     header.heading.wrapping_add(vtheta.angle_per_step.wrapping_mul(header.steps))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{
-        classify, clearance_rate, evaluate_sample, skippable_steps, step_clearance, table_words,
-        tabulate,
-    };
-    use crate::bench::random_problem;
-    use crate::local::{QuantizedProblem, SampleStatus};
-
-    /// Calls `check` with each problem, row, column and table.
-    fn each_sample(cases: u64, mut check: impl FnMut(&QuantizedProblem, usize, usize, &[i32])) {
-        for case in 0..cases {
-            let problem =
-                QuantizedProblem::new(&random_problem(23, case)).expect("a problem in range");
-            let mut table = vec![0; table_words(&problem.header)];
-            for (row, vtheta) in problem.vtheta_samples.iter().enumerate() {
-                tabulate(&problem.header, vtheta, &problem.discs, &mut table);
-                for column in 0..problem.vx_samples.len() {
-                    check(&problem, row, column, &table);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn skipping_steps_changes_no_sample() {
-        each_sample(200, |problem, row, column, table| {
-            let (header, vtheta) = (&problem.header, &problem.vtheta_samples[row]);
-            let vx = &problem.vx_samples[column];
-            let (mut min_clearance, mut free_steps) = (header.max_clearance as i32, 0);
-            let mut ended_by = SampleStatus::Ok;
-            for step in 0..header.steps {
-                let step_result = step_clearance(problem, vx, table, step);
-                if step_result.clearance <= 0 {
-                    ended_by = SampleStatus::Collision;
-                    break;
-                }
-                if step_result.outside {
-                    ended_by = SampleStatus::Outside;
-                    if header.stop_by_arc == 1 {
-                        break;
-                    }
-                }
-                min_clearance = min_clearance.min(step_result.clearance);
-                free_steps += 1;
-            }
-            let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
-            let clearance = if status == SampleStatus::Ok { min_clearance } else { 0 };
-            let outcome = evaluate_sample(problem, vx, vtheta, table);
-            assert_eq!(outcome, (status, clearance as u32), "{row} {column}");
-        });
-    }
-
-    #[test]
-    fn skippable_steps_neither_lower_the_clearance_nor_leave_the_field() {
-        let (mut steps, mut skippable) = (0_u64, 0_u64);
-        each_sample(60, |problem, row, column, table| {
-            let (vx, vtheta) = (&problem.vx_samples[column], &problem.vtheta_samples[row]);
-            let rate = clearance_rate(problem, vx, vtheta);
-            let step_result = |step| step_clearance(problem, vx, table, step);
-            for step in 0..problem.header.steps {
-                let here = step_result(step);
-                for min_clearance in [1, here.clearance / 2] {
-                    let count = if here.clearance > 0 && min_clearance > 0 {
-                        skippable_steps(&rate, &here, min_clearance)
-                    } else {
-                        0
-                    };
-                    steps += 1;
-                    skippable += u64::from(count > 0);
-                    let last = (step + count).min(problem.header.steps - 1);
-                    for other in step.saturating_sub(count)..=last {
-                        let there = step_result(other);
-                        let matters =
-                            there.clearance < min_clearance || there.outside && !here.outside;
-                        assert!(count == 0 || !matters, "{step} {other}");
-                    }
-                }
-            }
-        });
-        assert!(skippable > steps / 20, "{skippable} of {steps}");
-    }
 }

@@ -107,18 +107,3 @@ pub fn evenly_spaced(count: usize, max: u32) -> impl Iterator<Item = usize> {
     let gaps = shown.saturating_sub(1).max(1);
     (0..shown).map(move |place| place * (count - 1) / gaps)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn evenly_spaced_indices_include_both_ends() {
-        let indices = |count, max| evenly_spaced(count, max).collect::<Vec<_>>();
-        assert_eq!(indices(10, 4), [0, 3, 6, 9]);
-        assert_eq!(indices(3, 9), [0, 1, 2]);
-        assert_eq!(indices(7, 1), [0]);
-        assert_eq!(indices(1, 5), [0]);
-        assert!(indices(5, 0).is_empty());
-    }
-}

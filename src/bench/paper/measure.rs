@@ -180,7 +180,7 @@ fn attempt(
         ended_s.push(clock() - began);
     }
     if search.last_stage() >= Stage::Smoothed {
-        paths.push(smooth(&site.proof, &paths[1], SPLINE_DEGREE));
+        paths.push(smooth(&site.proof, &paths[1], SPLINE_DEGREE).0);
         ended_s.push(clock() - began);
     }
     Some(Attempt { cost, expanded, paths, ended_s })

@@ -4,12 +4,14 @@ use super::lanes::Lanes;
 use crate::numeric::{HALF_TURN, QUARTER_TURN};
 
 /// `value / 2^bits` rounded to the nearest, halves up; `bits` is 0..=30.
+#[must_use]
 #[inline(always)]
 pub fn shift_round<L: Lanes>(token: L::FeatureToken, value: L, bits: u32) -> L {
     value.add(L::splat(token, (1 << bits) >> 1)).sar(bits)
 }
 
 /// Sine of binary angles in Q20.
+#[must_use]
 #[inline(always)]
 pub fn sin_q20<L: Lanes>(token: L::FeatureToken, angle: L) -> L {
     let half = L::splat(token, HALF_TURN as i32);
@@ -22,12 +24,14 @@ pub fn sin_q20<L: Lanes>(token: L::FeatureToken, angle: L) -> L {
 }
 
 /// Cosine of binary angles in Q20.
+#[must_use]
 #[inline(always)]
 pub fn cos_q20<L: Lanes>(token: L::FeatureToken, angle: L) -> L {
     sin_q20(token, angle.add(L::splat(token, QUARTER_TURN as i32)))
 }
 
 /// Directions of vectors (x, y) as binary angles; zero for the zero vector.
+#[must_use]
 #[inline(always)]
 pub fn atan2_turn<L: Lanes>(token: L::FeatureToken, y: L, x: L) -> L {
     let zero = L::splat(token, 0);
@@ -52,6 +56,7 @@ pub fn atan2_turn<L: Lanes>(token: L::FeatureToken, y: L, x: L) -> L {
 }
 
 /// The absolute values of binary angles, 0..=2^31 as unsigned values.
+#[must_use]
 #[inline(always)]
 pub fn turn_size<L: Lanes>(angle: L) -> L {
     angle.abs()

@@ -24,19 +24,20 @@ impl InstructionSet {
     /// The fastest that this processor has.
     #[must_use]
     pub fn best() -> Self {
-        let mut best = Self::Portable;
-        for one in Self::ALL {
-            if one.is_available() {
-                best = one;
-            }
-        }
-        best
+        Self::ALL.into_iter().rfind(|one| one.is_available()).unwrap_or(Self::Portable)
     }
 
     /// Whether this processor has the instructions.
     #[must_use]
     pub fn is_available(self) -> bool {
         Kernel::of(self).is_some()
+    }
+
+    /// Runs work that is compiled for this instruction set; `None` if the processor lacks it.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn run<T: LaneTask>(self, task: T) -> Option<T::Output> {
+        Kernel::of(self).map(|kernel| kernel.run(task))
     }
 
     /// The name for display.

@@ -1,14 +1,13 @@
 //! The CPU engine: threads evaluate rows of samples, one row per turn rate, with the best instruction set of the
 //! processor.
 
-mod arithmetic;
+pub mod arithmetic;
 mod clearance_bounds;
 mod disc_lookup;
 mod displacement_bounds;
 mod displacement_table;
-mod gather_baseline;
 mod instruction_set;
-mod lanes;
+pub mod lanes;
 mod min_pyramid;
 mod moving_obstacles;
 mod ordered_steps;
@@ -39,7 +38,6 @@ use sample_stats::SampleStats;
 use soa_inputs::SoaInputs;
 use thread_pool::ThreadPool;
 
-pub use gather_baseline::GatherBaseline;
 pub use instruction_set::InstructionSet;
 
 use super::engine::{Detail, Engine, Evaluation, SampleRecord, Winner};

@@ -37,12 +37,10 @@ macro_rules! look_up_in_memory {
 }
 
 mod portable;
-mod register_tile;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use portable::Portable;
-pub use register_tile::{LARGE_TILE, RegisterTile, SMALL_TILE, Square};
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512, run_avx2, run_avx512};
 
@@ -123,6 +121,7 @@ pub trait Lanes: Copy {
     /// Clears the upper halves.
     fn mask_high(self) -> Self;
     /// Gathers entries of a slice, see [`Self::gather_dirty_high`].
+    #[must_use]
     #[inline(always)]
     fn gather(self, list: &[u16]) -> Self {
         self.gather_dirty_high(list).mask_high()
@@ -179,14 +178,6 @@ pub trait Lanes: Copy {
     fn compress(mask: Self::Mask, lanes: Self, to: &mut [i32]) -> usize;
     /// The mask as bits; the first lane is the lowest bit.
     fn bitmask(mask: Self::Mask) -> u32;
-
-    /// The lanes as an array; entries beyond [`Self::COUNT`] are zero.
-    #[cfg(test)]
-    fn to_array(self) -> [i32; MAX_LANES] {
-        let mut array = [0; MAX_LANES];
-        self.store(&mut array);
-        array
-    }
 }
 
 /// Work that is compiled for each instruction set. `run` must be `inline(always)`: only then the caller's instruction
@@ -197,4 +188,60 @@ pub trait LaneTask {
 
     /// Runs the work with one kind of lanes.
     fn run<L: Lanes>(self, token: L::FeatureToken) -> Self::Output;
+}
+
+/// Side of a small register tile.
+pub const SMALL_TILE: usize = 8;
+/// Side of a large register tile.
+pub const LARGE_TILE: usize = 16;
+
+/// Entries of a large register tile, and two more for vector loads.
+const ROOM: usize = LARGE_TILE * LARGE_TILE + 2;
+
+/// The position of a square in a grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Square<'a> {
+    /// Entries of the grid, row-major, at least from the first to the last entry of the square.
+    pub entries: &'a [u16],
+    /// Distance between rows, entries.
+    pub stride: usize,
+    /// The first column.
+    pub column: usize,
+    /// The first row.
+    pub row: usize,
+}
+
+impl<'a> Square<'a> {
+    /// The entries of the row whose number modulo the side is `row` modulo the side.
+    #[must_use]
+    #[inline(always)]
+    pub fn row<const SIDE: usize>(&self, row: usize) -> &'a [u16] {
+        let after = row.wrapping_sub(self.row) % SIDE;
+        &self.entries[after * self.stride..][..SIDE]
+    }
+}
+
+/// A register tile in memory, row-major: each entry at its column and row in the grid, modulo the side.
+#[derive(Clone, Copy, Debug)]
+pub struct RegisterTile([u16; ROOM]);
+
+impl RegisterTile {
+    /// Copies a square.
+    #[inline(always)]
+    pub fn of<const SIDE: usize>(square: &Square<'_>) -> Self {
+        let mut register_tile = [0; ROOM];
+        for (row, places) in register_tile.chunks_exact_mut(SIDE).take(SIDE).enumerate() {
+            let entries = square.row::<SIDE>(row);
+            for (column, place) in places.iter_mut().enumerate() {
+                *place = entries[column.wrapping_sub(square.column) % SIDE];
+            }
+        }
+        Self(register_tile)
+    }
+
+    /// The entries, and two more.
+    #[inline(always)]
+    pub const fn entries(&self) -> &[u16; ROOM] {
+        &self.0
+    }
 }

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::local::cpu::lanes::{MAX_LANES, Square};
+use inbye::local::internals::lanes::{MAX_LANES, Square};
 
 /// Inputs of one lane.
 pub type Case = [i32; 2];

@@ -1,8 +1,8 @@
 //! Lookup operations.
 
 use super::cases::{Case, Shared};
-use super::operations::{Operation, any, each, whole};
-use crate::local::cpu::lanes::Lanes;
+use super::operations::{Operation, any, each, stored, whole};
+use inbye::local::internals::lanes::Lanes;
 
 pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
     vec![
@@ -53,10 +53,9 @@ pub fn lists<L: Lanes>() -> Vec<Operation<L>> {
             any,
             |_, x, _, s| {
                 let is_entry = |&word: &i32| s.list().iter().any(|&entry| i32::from(entry) == word);
-                let found = x.gather(s.list()).to_array();
-                let known = found[..L::COUNT].iter().map(|word| {
+                let known = stored(x.gather(s.list())).into_iter().map(|word| {
                     // Long lists contain half of all values, and searching them takes long.
-                    i32::from(s.width > 2000 && (0..=0xFFFF).contains(word) || is_entry(word))
+                    i32::from(s.width > 2000 && (0..=0xFFFF).contains(&word) || is_entry(&word))
                 });
                 known.collect()
             },

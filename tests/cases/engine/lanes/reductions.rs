@@ -1,7 +1,7 @@
 //! Operations that reduce all lanes to one number.
 
-use super::operations::{Operation, any, whole};
-use crate::local::cpu::lanes::Lanes;
+use super::operations::{Operation, any, stored, whole};
+use inbye::local::internals::lanes::Lanes;
 
 pub fn reductions<L: Lanes>() -> Vec<Operation<L>> {
     vec![
@@ -26,7 +26,7 @@ pub fn reductions<L: Lanes>() -> Vec<Operation<L>> {
         whole(
             "prefix_sums",
             any,
-            |_, x, _, _| x.prefix_sums().to_array()[..L::COUNT].to_vec(),
+            |_, x, _, _| stored(x.prefix_sums()),
             |cases, _| {
                 let sums = cases.iter().scan(0_i32, |sum, case| {
                     *sum = sum.wrapping_add(case[0]);

@@ -4,13 +4,13 @@ mod cases;
 mod lookups;
 mod operations;
 mod reductions;
-mod step_pruning;
 
 use std::fmt::Write;
 
-use super::lanes::{Lanes, MAX_LANES, Portable};
 use cases::{Case, Group, Shared, groups};
-use operations::{Operation, Way, operations};
+use inbye::local::InstructionSet;
+use inbye::local::internals::lanes::{LaneTask, Lanes, MAX_LANES};
+use operations::{Operation, Way, operations, stored};
 
 /// Seed of the random cases.
 const SEED: u64 = 37;
@@ -40,7 +40,7 @@ fn outcome<'a, L: Lanes>(
     let (expected, found) = match operation.way {
         Way::Each(lanes, plain) => (
             cases.iter().map(|&[x, y]| plain(x, y, shared)).collect(),
-            lanes(token, x, y, shared).to_array()[..L::COUNT].to_vec(),
+            stored(lanes(token, x, y, shared)),
         ),
         Way::Whole(lanes, plain) => (plain(cases, shared), lanes(token, x, y, shared)),
     };
@@ -103,41 +103,36 @@ fn report<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages:
     written.expect("a string accepts all text");
 }
 
-/// Asserts that no operation differs.
-fn assert_equal_scalar<L: Lanes>(token: L::FeatureToken) {
-    let groups = groups(SEED);
-    let wrong: Vec<String> = operations::<L>()
-        .iter()
-        .filter_map(|operation| differences(token, operation, &groups, None))
-        .collect();
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-}
+/// The instruction sets with lanes.
+const WITH_LANES: [InstructionSet; 3] =
+    [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512];
 
-#[test]
-fn portable_lanes_equal_scalar_arithmetic() {
-    assert_equal_scalar::<Portable>(());
-}
+/// Describes all operations that differ from scalar arithmetic.
+struct DifferencesOfAll;
 
-#[cfg(target_arch = "x86_64")]
-#[test]
-fn avx2_lanes_equal_scalar_arithmetic() {
-    match super::lanes::Avx2::detect() {
-        Some(token) => assert_equal_scalar::<super::lanes::Avx2>(token),
-        None => report_untested("AVX2"),
+impl LaneTask for DifferencesOfAll {
+    type Output = Vec<String>;
+
+    fn run<L: Lanes>(self, token: L::FeatureToken) -> Vec<String> {
+        let groups = groups(SEED);
+        operations::<L>()
+            .iter()
+            .filter_map(|operation| differences(token, operation, &groups, None))
+            .collect()
     }
 }
 
-#[cfg(target_arch = "x86_64")]
 #[test]
-fn avx512_lanes_equal_scalar_arithmetic() {
-    match super::lanes::Avx512::detect() {
-        Some(token) => assert_equal_scalar::<super::lanes::Avx512>(token),
-        None => report_untested("AVX-512 F, BW and CD"),
+fn lanes_of_every_instruction_set_equal_scalar_arithmetic() {
+    for instructions in WITH_LANES {
+        match instructions.run(DifferencesOfAll) {
+            Some(wrong) => assert!(wrong.is_empty(), "{instructions:?}: {}", wrong.join("\n")),
+            None => report_untested(instructions.as_str()),
+        }
     }
 }
 
 /// Bypasses the test harness, which captures the output of a passing test.
-#[cfg(target_arch = "x86_64")]
 fn report_untested(instructions: &str) {
     use std::io::Write as _;
     let line = format!("\nNOT TESTED: this processor lacks {instructions}\n");
@@ -145,27 +140,49 @@ fn report_untested(instructions: &str) {
     written.expect("standard error accepts a line");
 }
 
+/// Describes each operation without and with a flipped bit.
+struct FlippedBits;
+
+impl LaneTask for FlippedBits {
+    type Output = Vec<(&'static str, Option<String>, Option<String>)>;
+
+    fn run<L: Lanes>(self, token: L::FeatureToken) -> Self::Output {
+        let groups = groups(SEED);
+        let both = |operation: Operation<L>| {
+            let quiet = differences(token, &operation, &groups, None);
+            (operation.name, quiet, differences(token, &operation, &groups, Some(777)))
+        };
+        operations::<L>().into_iter().map(both).collect()
+    }
+}
+
 #[test]
 fn one_flipped_bit_is_reported_for_every_operation() {
-    let groups = groups(SEED);
-    for operation in operations::<Portable>() {
-        let quiet = differences::<Portable>((), &operation, &groups, None);
+    let portable = InstructionSet::Portable.run(FlippedBits);
+    for (name, quiet, loud) in portable.expect("every processor has portable lanes") {
         assert_eq!(quiet, None, "nothing was flipped");
-        let loud = differences::<Portable>((), &operation, &groups, Some(777));
-        let start = format!("{}: 1 of ", operation.name);
+        let start = format!("{name}: 1 of ");
         assert!(
             loud.as_ref().is_some_and(|loud| loud.starts_with(&start)),
-            "{}: a flipped bit was reported as {loud:?}",
-            operation.name
+            "{name}: a flipped bit was reported as {loud:?}"
         );
+    }
+}
+
+/// Counts the lanes.
+struct Count;
+
+impl LaneTask for Count {
+    type Output = usize;
+
+    fn run<L: Lanes>(self, _: L::FeatureToken) -> usize {
+        L::COUNT
     }
 }
 
 #[test]
 fn groups_fill_whole_vectors_of_every_instruction_set() {
-    assert_eq!(MAX_LANES % Portable::COUNT, 0);
-    #[cfg(target_arch = "x86_64")]
-    for count in [super::lanes::Avx2::COUNT, super::lanes::Avx512::COUNT] {
+    for count in WITH_LANES.into_iter().filter_map(|one| one.run(Count)) {
         assert_eq!(MAX_LANES % count, 0);
     }
 }

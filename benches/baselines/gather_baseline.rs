@@ -1,37 +1,25 @@
-//! The lower bound for the engine's time in benchmarks: gathers from the distance field and nothing else.
+//! The lower bound for the engine's time: gathers from the distance field and nothing else.
 
-use super::instruction_set::Kernel;
-use super::lanes::{LaneTask, Lanes, MAX_LANES};
-use super::{CpuEngine, InstructionSet};
-use crate::local::{ClearanceField, EngineError};
+use inbye::local::InstructionSet;
+use inbye::local::internals::lanes::{LaneTask, Lanes, MAX_LANES};
 
 /// Reads entries of the field at many cells, as fast as the instruction set allows.
 ///
 /// A decision with one disc reads one entry per sample and step. An engine that evaluates every step cannot be faster
 /// than this over as many cells.
-pub struct GatherBaseline(Kernel);
+pub struct GatherBaseline(pub InstructionSet);
 
 impl GatherBaseline {
-    /// Uses a given instruction set.
-    ///
-    /// # Errors
-    /// When the processor lacks the instructions.
-    pub fn new(instructions: InstructionSet) -> Result<Self, EngineError> {
-        CpuEngine::kernel_of(instructions).map(Self)
-    }
-
-    /// The smallest entry, in the field's units, at these cells (row times width plus column). An incomplete vector at
-    /// the end is ignored; other indices give one of the field's entries.
-    #[must_use]
-    pub fn min_entry(&self, field: &ClearanceField, cells: &[i32]) -> i32 {
-        let list = field.padded_units();
-        if matches!(self.0, Kernel::Scalar) {
+    /// The smallest entry of a list at these indices. An incomplete vector at the end is ignored. The list has at least one
+    /// entry more than the greatest index.
+    pub fn min_entry(&self, list: &[u16], cells: &[i32]) -> i32 {
+        if self.0 == InstructionSet::Scalar {
             return cells.iter().fold(i32::MAX, |least, &cell| {
                 let index = (cell as u32 as usize).min(list.len() - 1);
                 least.min(i32::from(list[index]))
             });
         }
-        self.0.run(Gathering { list, cells })
+        self.0.run(Gathering { list, cells }).expect("the processor has the instructions")
     }
 }
 

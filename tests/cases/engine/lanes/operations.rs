@@ -3,9 +3,9 @@
 use super::cases::{Case, Shared};
 use super::lookups::lists;
 use super::reductions::reductions;
-use crate::local::cpu::arithmetic;
-use crate::local::cpu::lanes::{Lanes, MAX_LANES};
-use crate::numeric;
+use inbye::local::internals::lanes as arithmetic;
+use inbye::local::internals::lanes::{Lanes, MAX_LANES};
+use inbye::numeric;
 
 /// The two implementations of an operation.
 pub enum Way<L: Lanes> {
@@ -76,16 +76,6 @@ fn moves<L: Lanes>() -> Vec<Operation<L>> {
                 found
             },
             |cases, s| firsts(cases, s).into_iter().chain([1]).collect(),
-        ),
-        whole(
-            "to_array",
-            any,
-            |_, x, _, _| x.to_array().to_vec(),
-            |cases, s| {
-                let mut list = firsts(cases, s);
-                list.resize(MAX_LANES, 0);
-                list
-            },
         ),
     ]
 }
@@ -339,7 +329,7 @@ pub const fn any(case: Case, _: &Shared) -> Case {
     case
 }
 
-fn stored<L: Lanes>(lanes: L) -> Vec<i32> {
+pub fn stored<L: Lanes>(lanes: L) -> Vec<i32> {
     let mut list = vec![0; L::COUNT];
     lanes.store(&mut list);
     list
