@@ -2,6 +2,7 @@
 
 mod cases {
     mod ros {
+        mod messages;
         mod nav2;
         mod node_core;
     }

@@ -12,8 +12,7 @@ use super::metadata::{DriveMetadata, DriveSummary};
 use super::tick::RecordedTick;
 use super::topic::Topic;
 use super::writer::{Entry, RecordingWriter};
-use crate::ros::convert::{self, nanoseconds};
-use crate::ros::markers::{SAMPLING, markers};
+use crate::ros::convert::{self, SAMPLING, markers, nanoseconds};
 use crate::ros::msg::{Duration, Message, Time, TwistStamped};
 use crate::runtime::TickEvent;
 

@@ -1,10 +1,12 @@
-//! Conversions to ROS messages.
+//! Conversions to ROS messages: geometry, paths, and markers of a local decision for `RViz` and Foxglove.
 
 use super::msg::{
-    Header, Path, Point, Pose, PoseStamped, Quaternion, Time, Transform, Twist, TwistStamped,
-    Vector3,
+    ColorRGBA, Duration, Header, Marker, MarkerArray, Path, Point, Pose, PoseStamped, Quaternion,
+    Time, Transform, Twist, TwistStamped, Vector3,
 };
 use crate::geometry::{self, bearing};
+use crate::local::{Sampling, TrajectoryFan};
+use crate::map::MovingDisc;
 
 const NANOSECONDS: u64 = 1_000_000_000;
 
@@ -83,17 +85,102 @@ pub(crate) fn path(points: &[geometry::Point], header: &Header) -> Path {
     Path { header: header.clone(), poses: points.iter().enumerate().map(pose).collect() }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Number of arcs along each axis of the dynamic window. Nav2 warns of more (`nav2_mppi_controller/README.md`).
+pub(crate) const SAMPLING: Sampling = Sampling { vx_samples: 5, vtheta_samples: 13 };
+/// Line segments of an arc.
+const SEGMENTS: u32 = 10;
+const ARC_WIDTH_M: f64 = 0.01;
+const CHOSEN_WIDTH_M: f64 = 0.04;
+const OBSTACLE_HEIGHT_M: f64 = 1.0;
+/// Times of the predicted obstacles, as fractions of the horizon.
+const PREDICTED: [f64; 3] = [0.33, 0.67, 1.0];
 
-    #[test]
-    fn times_are_rounded_to_nanoseconds() {
-        assert_eq!(nanoseconds(0.1), 100_000_000);
-        assert_eq!(nanoseconds(3_600.3), 3_600_300_000_000);
-        assert_eq!(nanoseconds(-1.0), 0);
-        assert_eq!(nanoseconds(f64::NAN), 0);
-        let time = Time { sec: 2, nanosec: 500_000_000 };
-        assert_eq!(Time::from_seconds(2.5), time);
+const REJECTED: ColorRGBA = rgba(1.0, 0.2, 0.2, 0.2);
+const CHOSEN: ColorRGBA = rgba(1.0, 0.8, 0.0, 1.0);
+const OBSTACLE: ColorRGBA = rgba(0.8, 0.2, 0.8, 0.6);
+const PREDICTION: ColorRGBA = rgba(0.8, 0.2, 0.8, 0.2);
+
+/// The markers of a decision, which replace all earlier ones. Without sampling there are only the obstacles.
+#[must_use]
+pub(crate) fn markers(
+    fan: Option<&TrajectoryFan>,
+    moving: &[MovingDisc],
+    header: &Header,
+    lifetime: Duration,
+) -> MarkerArray {
+    let new = |ns: &str, shape| Marker {
+        header: header.clone(),
+        ns: ns.to_owned(),
+        r#type: shape,
+        action: Marker::ADD,
+        lifetime,
+        ..Marker::default()
+    };
+    let mut markers = vec![Marker { action: Marker::DELETEALL, ..new("", Marker::ARROW) }];
+    if let Some(fan) = fan {
+        let (points, colors) = arcs(fan);
+        markers.push(Marker {
+            scale: width(ARC_WIDTH_M),
+            points,
+            colors,
+            ..new("arcs", Marker::LINE_LIST)
+        });
+        markers.extend(fan.winner.as_ref().map(|winner| Marker {
+            scale: width(CHOSEN_WIDTH_M),
+            color: CHOSEN,
+            points: arc(fan, &geometry::Twist::new(winner.vx, winner.vtheta)),
+            ..new("chosen", Marker::LINE_STRIP)
+        }));
     }
+    let horizon_s = fan.map(|fan| fan.horizon_s);
+    for disc in moving {
+        let now = ("moving", OBSTACLE, *disc);
+        let predicted = horizon_s.into_iter().flat_map(|horizon_s| {
+            PREDICTED.map(|share| ("predicted", PREDICTION, disc.after(share * horizon_s)))
+        });
+        for (ns, color, disc) in [now].into_iter().chain(predicted) {
+            markers.push(Marker {
+                id: markers.len() as i32,
+                pose: Pose {
+                    position: Point { z: OBSTACLE_HEIGHT_M / 2.0, ..Point::from(&disc.center()) },
+                    ..Pose::default()
+                },
+                scale: Vector3 { x: 2.0 * disc.radius, y: 2.0 * disc.radius, z: OBSTACLE_HEIGHT_M },
+                color,
+                ..new(ns, Marker::CYLINDER)
+            });
+        }
+    }
+    MarkerArray { markers }
+}
+
+/// The segments of all arcs, coloured from blue for the worst score to green for the best.
+fn arcs(fan: &TrajectoryFan) -> (Vec<Point>, Vec<ColorRGBA>) {
+    let (mut points, mut colors) = (Vec::new(), Vec::new());
+    for (sample, share) in fan.arcs.iter().zip(fan.relative_scores()) {
+        let color =
+            share.map_or(REJECTED, |share| rgba(0.0, share as f32, 1.0 - share as f32, 0.8));
+        for segment in arc(fan, &sample.twist).windows(2) {
+            points.extend(segment);
+            colors.extend([color; 2]);
+        }
+    }
+    (points, colors)
+}
+
+fn arc(fan: &TrajectoryFan, twist: &geometry::Twist) -> Vec<Point> {
+    let point = |segment: u32| {
+        let time_s = fan.horizon_s * f64::from(segment) / f64::from(SEGMENTS);
+        let pose: geometry::Pose = fan.from.after(twist, time_s);
+        Point::from(&pose.position())
+    };
+    (0..=SEGMENTS).map(point).collect()
+}
+
+fn width(metres: f64) -> Vector3 {
+    Vector3 { x: metres, ..Vector3::default() }
+}
+
+const fn rgba(r: f32, g: f32, b: f32, a: f32) -> ColorRGBA {
+    ColorRGBA { r, g, b, a }
 }

@@ -1,8 +1,6 @@
 //! ROS 2: message types, the import of Nav2 parameters, and the robot as a node.
 
-mod cdr;
 pub(crate) mod convert;
-pub(crate) mod markers;
 pub mod msg;
 pub mod nav2;
 pub mod node;

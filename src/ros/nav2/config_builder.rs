@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use toml::Value;
 
-use super::error::Nav2Error;
-use super::import_report::{Import, Mapped, MappedSetting, Unmapped, UnmappedReason};
-use super::parameters::Parameter;
+use super::parameter_file::Parameter;
+use super::{Import, Mapped, MappedSetting, Nav2Error, Unmapped, UnmappedReason};
 use crate::base::BaseConfig;
 use crate::runtime::Config;
 use crate::settings::KeyDescription;

@@ -1,11 +1,9 @@
 //! The plugins of the controller server: the first checker of each kind and the first supported controller are imported.
 
 use super::config_builder::ConfigBuilder;
-use super::error::Nav2Error;
-use super::import_report::UnmappedReason;
-use super::parameters::Parameters;
+use super::parameter_file::Parameters;
 use super::rules::{Rule, apply};
-use super::tables;
+use super::{Nav2Error, UnmappedReason, tables};
 
 const DWB: &str = "dwb_core::DWBLocalPlanner";
 const MPPI: &str = "nav2_mppi_controller::MPPIController";
@@ -52,10 +50,13 @@ fn import_controller(
     let mut imported: Option<String> = None;
     for name in parameters.plugins(&["controller_plugins"], is_controller) {
         let mut plugin = parameters.remove_plugin(&name);
-        let supported = Controller::find(&plugin);
-        match (&imported, supported) {
-            (None, Some(controller)) => {
-                controller.import(plugin, builder)?;
+        match (&imported, controller_rules(&plugin)) {
+            (None, Some((own, nested))) => {
+                let primary = nested.map(|rules| (plugin.remove_plugin(PRIMARY), rules));
+                apply(plugin, &own, builder)?;
+                if let Some((primary, rules)) = primary {
+                    apply(primary, &[rules], builder)?;
+                }
                 imported = Some(name);
             }
             (Some(first), Some(_)) => leave(plugin, builder, first),
@@ -82,42 +83,25 @@ fn leave(plugin: Parameters, builder: &mut ConfigBuilder, first: &str) {
     }
 }
 
-/// A supported controller and the location of its parameters.
-struct Controller {
-    rules: &'static [Rule],
-    /// Whether it is in a rotation shim.
-    in_shim: bool,
-    /// Whether its parameters are nested under `primary_controller`, and not among the shim's parameters.
-    is_nested: bool,
-}
+/// The rules for the parameters of a supported controller, and those for its parameters under `primary_controller`, if it is in a
+/// rotation shim and nested there.
+type ControllerRules = (Vec<&'static [Rule]>, Option<&'static [Rule]>);
 
-impl Controller {
-    fn find(plugin: &Parameters) -> Option<Self> {
-        let outer = plugin.peek_text("plugin")?;
-        let in_shim = outer == ROTATION_SHIM;
-        let primary = plugin.peek_text(PRIMARY);
-        let name = match (in_shim, primary) {
-            (false, _) => outer,
-            (true, Some(primary)) => primary,
-            (true, None) => plugin.peek_text(&format!("{PRIMARY}.plugin"))?,
-        };
-        let rules = match name {
-            DWB => tables::DWB,
-            MPPI => tables::MPPI,
-            _ => return None,
-        };
-        Some(Self { rules, in_shim, is_nested: in_shim && primary.is_none() })
+fn controller_rules(plugin: &Parameters) -> Option<ControllerRules> {
+    let of_type = |name: &str| match name {
+        DWB => Some(tables::DWB),
+        MPPI => Some(tables::MPPI),
+        _ => None,
+    };
+    let outer = plugin.peek_text("plugin")?;
+    if outer != ROTATION_SHIM {
+        return Some((vec![of_type(outer)?], None));
     }
-
-    fn import(self, mut plugin: Parameters, builder: &mut ConfigBuilder) -> Result<(), Nav2Error> {
-        match (self.in_shim, self.is_nested) {
-            (false, _) => apply(plugin, &[self.rules], builder),
-            (true, false) => apply(plugin, &[tables::ROTATION_SHIM, self.rules], builder),
-            (true, true) => {
-                let inner = plugin.remove_plugin(PRIMARY);
-                apply(plugin, &[tables::ROTATION_SHIM], builder)?;
-                apply(inner, &[self.rules], builder)
-            }
+    match plugin.peek_text(PRIMARY) {
+        Some(primary) => Some((vec![tables::ROTATION_SHIM, of_type(primary)?], None)),
+        None => {
+            let nested = of_type(plugin.peek_text(&format!("{PRIMARY}.plugin"))?)?;
+            Some((vec![tables::ROTATION_SHIM], Some(nested)))
         }
     }
 }

@@ -1,10 +1,12 @@
 //! The footprint: a polygon covered by discs, or one disc.
 
+use std::collections::BTreeMap;
+
 use serde_json::Value;
 
 use super::config_builder::ConfigBuilder;
-use super::error::Nav2Error;
-use super::parameters::{Parameter, Parameters};
+use super::Nav2Error;
+use super::parameter_file::{Parameter, Parameters};
 use crate::map::yaml;
 use crate::robot::Disc;
 
@@ -72,12 +74,8 @@ fn corners(value: &Value) -> Option<Vec<[f64; 2]>> {
 }
 
 fn toml_array(discs: &[Disc]) -> toml::Value {
-    let disc = |disc: &Disc| {
-        let numbers = [("x", disc.x), ("y", disc.y), ("radius", disc.radius)];
-        let entries = numbers.map(|(name, number)| (name.to_owned(), toml::Value::Float(number)));
-        toml::Value::Table(entries.into_iter().collect())
-    };
-    toml::Value::Array(discs.iter().map(disc).collect())
+    let disc = |disc: &Disc| BTreeMap::from([("x", disc.x), ("y", disc.y), ("radius", disc.radius)]);
+    toml::Value::from(discs.iter().map(disc).collect::<Vec<_>>())
 }
 
 /// Covers a polygon of at least one corner, metres, with discs. The result is its circumscribed circle, or a row of discs along
@@ -107,59 +105,4 @@ fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
         Disc { x, y, radius }
     };
     (0..count).map(disc).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use core::f64::consts::TAU;
-
-    use super::cover;
-
-    /// Whether every corner and every inner point is in a disc.
-    fn covers(corners: &[[f64; 2]], inside: &[[f64; 2]]) -> bool {
-        let discs = cover(corners);
-        corners.iter().chain(inside).all(|point| {
-            discs.iter().any(|disc| {
-                libm::hypot(point[0] - disc.x, point[1] - disc.y) <= disc.radius + 1e-12
-            })
-        })
-    }
-
-    #[test]
-    fn discs_cover_rectangles() {
-        for (length, width) in
-            [(0.7, 0.5), (0.5, 0.7), (1.0, 1.0), (3.0, 0.2), (0.01, 2.0), (40.0, 0.1)]
-        {
-            let (x, y) = (0.1, -0.05);
-            let at = |share_x: f64, share_y: f64| [x + share_x * length, y + share_y * width];
-            let corners = [at(0.5, 0.5), at(0.5, -0.5), at(-0.5, -0.5), at(-0.5, 0.5)];
-            let mut inside = Vec::new();
-            for i in 0..=100 {
-                for j in 0..=20 {
-                    inside.push(at(f64::from(i) / 100.0 - 0.5, f64::from(j) / 20.0 - 0.5));
-                }
-            }
-            assert!(covers(&corners, &inside), "{length} x {width}");
-            assert!(cover(&corners).len() <= super::MAX_DISCS);
-        }
-    }
-
-    #[test]
-    fn round_polygon_is_one_disc() {
-        let corner = |index: u32| {
-            let angle = TAU * f64::from(index) / 16.0;
-            [0.22 * libm::cos(angle), 0.22 * libm::sin(angle)]
-        };
-        let discs = cover(&(0..16).map(corner).collect::<Vec<_>>());
-        assert_eq!(discs.len(), 1);
-        assert!((discs[0].radius - 0.22).abs() < 1e-12 && discs[0].x.abs() < 1e-12);
-    }
-
-    /// The overhang of the discs of the default robot is less than a fifth of its width.
-    #[test]
-    fn cover_of_default_robot_is_tight() {
-        let discs = cover(&[[0.35, 0.25], [0.35, -0.25], [-0.35, -0.25], [-0.35, 0.25]]);
-        assert_eq!(discs.len(), 3);
-        assert!(discs.iter().all(|disc| disc.radius < 0.3), "{discs:?}");
-    }
 }

@@ -6,20 +6,18 @@
 
 mod config_builder;
 mod controllers;
-mod error;
 mod footprint;
-mod import_report;
 mod parameter_file;
-mod parameters;
 mod rules;
 mod tables;
 
-pub use error::Nav2Error;
-pub use import_report::{Import, Mapped, MappedSetting, Unmapped, UnmappedReason};
+use core::fmt::{self, Display, Formatter};
+
+use serde::Serialize;
+use thiserror::Error;
 
 use config_builder::ConfigBuilder;
-use parameter_file::ParameterFile;
-use parameters::Parameters;
+use parameter_file::{ParameterFile, Parameters};
 
 /// Imports the parameters of a node.
 type NodeImport = fn(Parameters, &mut ConfigBuilder) -> Result<(), Nav2Error>;
@@ -57,4 +55,136 @@ pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> 
         import(parameters, &mut builder)?;
     }
     builder.finish(file.ignored_nodes(&namespace, &names))
+}
+
+/// The result of an import.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Import {
+    /// The imported settings in TOML, each with its source as a comment. All others have their defaults.
+    pub config: String,
+    /// The imported settings of the base, likewise; empty if there are none.
+    pub base_config: String,
+    /// Mapped parameters by their paths in the file.
+    pub mapped: Vec<Mapped>,
+    /// Unmapped parameters by their paths in the file.
+    pub unmapped: Vec<Unmapped>,
+    /// Nodes that are not imported.
+    pub ignored_nodes: Vec<String>,
+}
+
+/// A mapped parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mapped {
+    /// Path in the file, such as `controller_server.FollowPath.max_vel_x`.
+    pub parameter: String,
+    /// The settings that depend on it.
+    pub settings: Vec<MappedSetting>,
+}
+
+/// A setting that depends on a parameter, alone or together with others.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MappedSetting {
+    /// Path of the setting, such as `robot.limits.max_vel_x`.
+    pub setting: &'static str,
+    /// Value of the setting.
+    pub value: serde_json::Value,
+    /// How the value follows from the parameter; empty if both are equal.
+    pub note: String,
+}
+
+/// An unmapped parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Unmapped {
+    /// Path in the file.
+    pub parameter: String,
+    /// Kind of the reason.
+    pub reason: UnmappedReason,
+    /// Explanation of the reason.
+    pub explanation: String,
+}
+
+/// Why a parameter is not mapped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum UnmappedReason {
+    /// No setting has the same purpose.
+    NoEquivalent,
+    /// The setting with the same purpose has another meaning.
+    DifferentMeaning,
+    /// The import does not support it.
+    NotSupported,
+    /// Another parameter overrides it.
+    NotInEffect,
+    /// The parameter is unknown.
+    Unknown,
+}
+
+impl Display for UnmappedReason {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoEquivalent => "no equivalent",
+            Self::DifferentMeaning => "different meaning",
+            Self::NotSupported => "not supported",
+            Self::NotInEffect => "not in effect",
+            Self::Unknown => "unknown",
+        })
+    }
+}
+
+/// Why a Nav2 file cannot be imported. Each message is one line: the place in the file, the cause, the cure.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Nav2Error {
+    /// The text is not valid YAML.
+    #[error("line {line}: {reason}: it must be YAML of ROS 2 parameters, each key once")]
+    BadYaml {
+        /// Line, from one.
+        line: usize,
+        /// Message of the parser.
+        reason: String,
+    },
+    /// The file has none of the imported nodes.
+    #[error(
+        "no parameters of controller_server, velocity_smoother or local_costmap: it must be a nav2_params.yaml, with `ros__parameters` under each node"
+    )]
+    NoNodes,
+    /// The file has several robots, and no namespace is given.
+    #[error("the file has several robots, in the namespaces {found}: choose a namespace")]
+    SeveralNamespaces {
+        /// The namespaces.
+        found: String,
+    },
+    /// The file has no robot in the given namespace.
+    #[error("no parameters in the namespace `{namespace}`: the file has {found}")]
+    UnknownNamespace {
+        /// The given namespace.
+        namespace: String,
+        /// The namespaces of the file.
+        found: String,
+    },
+    /// A parameter is both nested and written with dots.
+    #[error("{parameter} is given twice, once nested and once with dots: remove one")]
+    Duplicate {
+        /// Path of the parameter.
+        parameter: String,
+    },
+    /// A value has the wrong type.
+    #[error("{parameter} is {value}: it must be {expected}")]
+    BadValue {
+        /// Path of the parameter.
+        parameter: String,
+        /// The value.
+        value: String,
+        /// The valid values.
+        expected: &'static str,
+    },
+    /// A value is out of the range of its setting.
+    #[error("{parameters}: out of range: {reason}")]
+    OutOfRange {
+        /// Paths of the parameters.
+        parameters: String,
+        /// The cause, with the names of the settings.
+        reason: String,
+    },
 }

@@ -2,11 +2,12 @@
 
 use core::f64::consts::PI;
 
+use serde_json::Value;
+
 use super::config_builder::{ConfigBuilder, Merge};
-use super::error::Nav2Error;
-use super::import_report::UnmappedReason;
-use super::parameters::{Parameter, Parameters};
+use super::parameter_file::{NUMBER, Parameter, Parameters, finite};
 use super::tables::COMMON;
+use super::{Nav2Error, UnmappedReason};
 use crate::suggest::closest_name;
 
 /// Computes settings from several parameters.
@@ -120,25 +121,21 @@ impl Mapping {
                 }
                 return Ok(());
             }
-            Conversion::Number => parameters.number(name)?,
-            Conversion::Negated => parameters.number(name)?.map(|number| number.map(|n| -n)),
-            Conversion::Period => {
-                let frequency = parameters.take(name, "a number of Hz above zero", |value| {
-                    let hertz = value.as_f64().filter(|hertz| hertz.is_finite());
-                    hertz.filter(|&hertz| hertz > 0.0)
-                })?;
-                frequency.map(|frequency| frequency.map(f64::recip))
+            Conversion::Number => parameters.number(name),
+            Conversion::Negated => parameters.take(name, NUMBER, |value| finite(value).map(|n| -n)),
+            Conversion::Angle => {
+                parameters.take(name, NUMBER, |value| finite(value).map(|angle| angle.min(PI)))
             }
-            Conversion::Angle => parameters.number(name)?.map(|angle| angle.map(|a| a.min(PI))),
+            Conversion::Period => parameters.take(name, "a number of Hz above zero", |value| {
+                finite(value).filter(|&hertz| hertz > 0.0).map(f64::recip)
+            }),
             Conversion::Element(index) => {
-                let triple = parameters.triple(name)?;
-                triple.map(|triple| triple.map(|values| values[index]))
+                parameters.take(name, TRIPLE, |value| triple(value).map(|values| values[index]))
             }
             Conversion::NegatedElement(index) => {
-                let triple = parameters.triple(name)?;
-                triple.map(|triple| triple.map(|values| -values[index]))
+                parameters.take(name, TRIPLE, |value| triple(value).map(|values| -values[index]))
             }
-        };
+        }?;
         let Some(value) = value else { return Ok(()) };
         // Smaller angles keep their value.
         let is_unchanged = self.conversion == Conversion::Angle && value.value < PI;
@@ -146,6 +143,14 @@ impl Mapping {
         builder.merge(self.setting, value, note, self.merge);
         Ok(())
     }
+}
+
+const TRIPLE: &str = "three finite numbers, [x, y, theta]";
+
+/// Three finite numbers: along x, along y, about z.
+fn triple(value: &Value) -> Option<[f64; 3]> {
+    let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(finite).collect();
+    numbers?.try_into().ok()
 }
 
 /// Applies tables of rules to parameters, and lists each parameter that remains with its reason.
@@ -269,21 +274,4 @@ pub(super) fn rotation_thresholds(
         builder.set(until, end, "");
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::sample_grid;
-
-    #[test]
-    fn sample_grid_is_largest_within_batch_size() {
-        assert_eq!(
-            [1, 2, 800, 1000, 2000].map(sample_grid),
-            [(1, 1), (1, 2), (20, 40), (22, 45), (31, 64)]
-        );
-        for samples in 1..5000 {
-            let (speeds, rates) = sample_grid(samples);
-            assert!(speeds * rates <= samples && speeds * (rates + 1) > samples);
-        }
-    }
 }

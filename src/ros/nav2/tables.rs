@@ -1,8 +1,8 @@
 //! The rules of the import as tables: parameters, and the settings that follow from them or the reason why none does.
 
 use super::footprint::import_footprint;
-use super::import_report::UnmappedReason::{DifferentMeaning, NoEquivalent, NotInEffect};
-use super::parameters::Parameters;
+use super::UnmappedReason::{DifferentMeaning, NoEquivalent, NotInEffect};
+use super::parameter_file::Parameters;
 use super::rules::Conversion::{Angle, Count, Element, Negated, NegatedElement, Number, Period};
 use super::rules::Rule::{self, Derive, Leave};
 use super::rules::{at_least, at_most, mppi_horizon, mppi_samples, rotation_thresholds, set};

@@ -10,8 +10,8 @@ use ros2_client::{
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use thiserror::Error;
 
-use super::error::NodeError;
 use super::incoming::{IncomingMessage, Topic};
 use super::node_core::Outgoing;
 use crate::ros::msg::{self, Message, Time};
@@ -34,6 +34,31 @@ pub struct DdsSettings {
     pub localhost_only: bool,
     /// Publishes `cmd_vel` as `TwistStamped` instead of `Twist`.
     pub stamped: bool,
+}
+
+/// Why a node cannot start.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum NodeError {
+    /// The namespace is invalid in ROS.
+    #[error(
+        "the namespace `{namespace}` is invalid ({reason}): begin with a slash, then letters, digits and single \
+         underscores, such as /robot1"
+    )]
+    BadNamespace {
+        /// The namespace.
+        namespace: String,
+        /// Message of `ros2-client`.
+        reason: String,
+    },
+    /// DDS cannot start.
+    #[error(
+        "DDS cannot start ({reason}): check that a network interface is up and the domain's ports are free"
+    )]
+    Dds {
+        /// Message of `ros2-client`.
+        reason: String,
+    },
 }
 
 /// The subscriptions and publishers of the node.

@@ -1,9 +1,6 @@
 //! Incoming messages, validated and converted to the types of this crate.
 
-use std::fmt::{self, Display, Formatter};
-
-use super::error::MessageError;
-use super::frames::frame_name;
+use super::notices::MessageError;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::navigator::Goal;
@@ -35,24 +32,18 @@ impl Topic {
     /// The name of the topic, relative to the namespace.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Map => "map",
-            Self::Scan => "scan",
-            Self::Odometry => "odom",
-            Self::Goal => "goal_pose",
-            Self::Transforms => "tf",
-            Self::StaticTransforms => "tf_static",
-        }
+        self.name_and_type().0
     }
 
-    /// The name of the message type without its package.
-    pub(super) const fn type_name(self) -> &'static str {
+    /// The name of the topic, and of its message type without the package.
+    pub(super) const fn name_and_type(self) -> (&'static str, &'static str) {
         match self {
-            Self::Map => msg::OccupancyGrid::NAME,
-            Self::Scan => msg::LaserScan::NAME,
-            Self::Odometry => msg::Odometry::NAME,
-            Self::Goal => msg::PoseStamped::NAME,
-            Self::Transforms | Self::StaticTransforms => msg::TFMessage::NAME,
+            Self::Map => ("map", msg::OccupancyGrid::NAME),
+            Self::Scan => ("scan", msg::LaserScan::NAME),
+            Self::Odometry => ("odom", msg::Odometry::NAME),
+            Self::Goal => ("goal_pose", msg::PoseStamped::NAME),
+            Self::Transforms => ("tf", msg::TFMessage::NAME),
+            Self::StaticTransforms => ("tf_static", msg::TFMessage::NAME),
         }
     }
 }
@@ -99,14 +90,6 @@ pub struct MapInput {
     pub grid: OccupancyGrid,
 }
 
-impl Display for MapInput {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let GridFrame { width, height, resolution_m, .. } = self.grid.frame();
-        let frame = &self.frame;
-        write!(f, "{width} by {height} cells of {resolution_m} m in the frame `{frame}`")
-    }
-}
-
 impl TryFrom<&msg::OccupancyGrid> for MapInput {
     type Error = MessageError;
 
@@ -123,8 +106,7 @@ impl TryFrom<&msg::OccupancyGrid> for MapInput {
         }
         let is_bad = |value: &i8| *value != UNKNOWN && !(0..=100).contains(value);
         if let Some(index) = cells.iter().position(is_bad) {
-            let value = cells[index];
-            return Err(MessageError::BadCell { index, value });
+            return Err(MessageError::BadCell { index, value: cells[index] });
         }
         Ok(Self {
             frame: frame_name("header.frame_id", &message.header.frame_id)?,
@@ -154,8 +136,7 @@ impl TryFrom<&msg::Odometry> for OdometryInput {
         let twist = &message.twist.twist;
         let twist = Twist::new(twist.linear.x, twist.angular.z);
         if !twist.is_finite() {
-            let field = "twist.twist";
-            return Err(MessageError::NotFinite { field });
+            return Err(MessageError::NotFinite("twist.twist"));
         }
         Ok(Self {
             frame: frame_name("header.frame_id", &message.header.frame_id)?,
@@ -193,15 +174,26 @@ pub fn planar_pose(field: &'static str, pose: &msg::Pose) -> Result<Pose, Messag
     let msg::Quaternion { x, y, z, w } = pose.orientation;
     let numbers = [position.x, position.y, position.z, x, y, z, w];
     if numbers.iter().any(|number| !number.is_finite()) {
-        return Err(MessageError::NotFinite { field });
+        return Err(MessageError::NotFinite(field));
     }
     let length = libm::sqrt(x * x + y * y + z * z + w * w);
     if (length - 1.0).abs() > QUATERNION_TOLERANCE {
         return Err(MessageError::BadQuaternion { field, length });
     }
     if 1.0 - 2.0 * (x * x + y * y) < MIN_UPRIGHT {
-        return Err(MessageError::Tilted { field });
+        return Err(MessageError::Tilted(field));
     }
     let yaw = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
     Ok(Pose::new(position.x, position.y, yaw))
+}
+
+/// The name of a frame without the leading slash of ROS 1.
+///
+/// # Errors
+/// When the name is empty.
+pub fn frame_name(field: &'static str, name: &str) -> Result<String, MessageError> {
+    match name.strip_prefix('/').unwrap_or(name) {
+        "" => Err(MessageError::NoFrame(field)),
+        name => Ok(name.to_owned()),
+    }
 }

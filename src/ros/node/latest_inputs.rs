@@ -1,14 +1,15 @@
 //! The newest map, odometry, scan and frames.
 
-use super::error::{MessageError, MissingInput};
-use super::frames::Frames;
-use super::incoming::{MapInput, OdometryInput};
+use std::collections::BTreeMap;
+
+use super::incoming::{MapInput, OdometryInput, frame_name, planar_pose};
+use super::notices::{MessageError, MissingInput};
 use super::scan::{deskew, laser_scan, timed_scan, to_robot_frame};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::PoseHistory;
 use crate::map::{Scan, TimedScan};
 use crate::navigator::Observation;
-use crate::ros::msg::{LaserScan, Odometry, Time};
+use crate::ros::msg::{self, LaserScan, Odometry, TFMessage, Time};
 
 /// A stamp that is older than the last by at least this, seconds, means that the sender's clock was set.
 const CLOCK_SET_S: f64 = 1.0;
@@ -16,6 +17,47 @@ const CLOCK_SET_S: f64 = 1.0;
 /// A robot that moved by at most this, metres and radians, is at rest.
 const REST_M: f64 = 1e-3;
 const REST_RAD: f64 = 1e-3;
+
+/// Maximum number of parents above a frame. A chain with more parents is a cycle.
+const MAX_PARENTS: usize = 32;
+
+/// The newest planar pose of each frame in its parent frame. Their ages do not matter.
+#[derive(Clone, Debug, Default)]
+pub struct Frames(BTreeMap<String, (String, Pose)>);
+
+impl Frames {
+    /// Stores the transforms of a message.
+    ///
+    /// # Errors
+    /// The first invalid transform; those before it are stored.
+    pub fn update(&mut self, message: &TFMessage) -> Result<(), MessageError> {
+        for stamped in &message.transforms {
+            let msg::Vector3 { x, y, z } = stamped.transform.translation;
+            let pose =
+                msg::Pose { position: msg::Point { x, y, z }, orientation: stamped.transform.rotation };
+            let pose = planar_pose("a transform", &pose)?;
+            let child = frame_name("child_frame_id", &stamped.child_frame_id)?;
+            let parent = frame_name("header.frame_id", &stamped.header.frame_id)?;
+            self.0.insert(child, (parent, pose));
+        }
+        Ok(())
+    }
+
+    /// The pose of a frame in one of its ancestors, or nothing if they are not connected.
+    #[must_use]
+    pub fn pose_in(&self, ancestor: &str, frame: &str) -> Option<Pose> {
+        let (mut at, mut pose) = (frame, Pose::default());
+        for _ in 0..MAX_PARENTS {
+            if at == ancestor {
+                return Some(pose);
+            }
+            let (parent, in_parent) = self.0.get(at)?;
+            pose = in_parent.transform_pose(&pose);
+            at = parent;
+        }
+        None
+    }
+}
 
 /// The newest input of each kind.
 #[derive(Debug, Default)]
@@ -150,7 +192,7 @@ mod tests {
     use super::*;
     use crate::geometry::{Point, Twist};
     use crate::map::{GridFrame, OccupancyGrid};
-    use crate::ros::msg::{self, Header, TFMessage, Transform, TransformStamped};
+    use crate::ros::msg::{Header, Transform, TransformStamped};
 
     /// Radius of a circular wall about the origin, metres.
     const RADIUS_M: f64 = 5.0;

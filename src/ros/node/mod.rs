@@ -5,15 +5,12 @@
 
 #[cfg(feature = "ros2")]
 pub mod dds;
-mod error;
-mod frames;
 mod incoming;
 mod latest_inputs;
 mod node_core;
 mod notices;
 mod scan;
 
-pub use error::{MessageError, MissingInput, NodeError};
 pub use incoming::{IncomingMessage, Topic};
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;

@@ -3,15 +3,14 @@
 use std::fmt::Display;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::error::MessageError;
 use super::incoming::{self, IncomingMessage, MapInput};
 use super::latest_inputs::LatestInputs;
-use super::notices::{NodeStats, Notices};
+use super::notices::{MessageError, NodeStats, Notices};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Detail, Engine, EngineError, Evaluation, LocalPlanner, QuantizedProblem};
+use crate::map::GridFrame;
 use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Waypoints};
-use crate::ros::convert;
-use crate::ros::markers::{SAMPLING, markers};
+use crate::ros::convert::{self, SAMPLING, markers};
 use crate::ros::msg::{self, Duration, Header, Time};
 use crate::runtime::Config;
 
@@ -129,7 +128,7 @@ impl NodeCore {
             IncomingMessage::Undecodable(topic, reason) => {
                 return Err(MessageError::Undecodable {
                     reason: reason.clone(),
-                    expected: topic.type_name(),
+                    expected: topic.name_and_type().1,
                 });
             }
         }
@@ -138,8 +137,11 @@ impl NodeCore {
 
     /// Sets the map. On a new map the node plans again.
     fn set_map(&mut self, now_s: f64, map: MapInput) {
-        let notice = format!("received a map: {map}");
+        let GridFrame { width, height, resolution_m, .. } = map.grid.frame();
         let frame = map.frame.clone();
+        let notice = format!(
+            "received a map: {width} by {height} cells of {resolution_m} m in the frame `{frame}`"
+        );
         if !self.inputs.set_map(map) {
             return;
         }

@@ -1,13 +1,71 @@
-//! What the node reports: notices for the user, each at its first occurrence, and counters.
+//! What the node reports: rejected messages, missing inputs, notices for the user at their first occurrence, and counters.
 
 use std::collections::{BTreeMap, HashSet};
 use std::mem::{Discriminant, discriminant, take};
 
 use serde::Serialize;
+use thiserror::Error;
 
-use super::error::{MessageError, MissingInput};
 use super::incoming::Topic;
+use crate::map::MapError;
 use crate::navigator::{Mode, Navigator};
+use crate::settings::SettingError;
+
+/// Why a message is rejected. A rejected message changes nothing.
+#[derive(Debug, Error)]
+pub enum MessageError {
+    #[error("it cannot be decoded ({reason}): the topic's type must be {expected}")]
+    Undecodable { reason: String, expected: &'static str },
+    #[error("{0} is not finite")]
+    NotFinite(&'static str),
+    #[error(
+        "the quaternion of {field} has length {length}: it must be 1; (0, 0, 0, 1) is no rotation"
+    )]
+    BadQuaternion { field: &'static str, length: f64 },
+    #[error("{0} is tilted: its z axis must point up, because the robot drives in a plane")]
+    Tilted(&'static str),
+    #[error("it is in the frame `{found}`, the map in `{expected}`: send it in the map's frame")]
+    WrongFrame { found: String, expected: String },
+    #[error("its {0} is empty: name the frame")]
+    NoFrame(&'static str),
+    #[error("it has {found} cells, but {width} columns and {height} rows")]
+    WrongCellCount { found: usize, width: u32, height: u32 },
+    #[error("cell {index} is {value}: it must be 0 to 100, or -1 for unknown")]
+    BadCell { index: usize, value: i8 },
+    /// The size or the resolution of a map is invalid.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    #[error(
+        "it has {found} ranges, but {expected} beams from angle_min to angle_max by angle_increment"
+    )]
+    WrongBeamCount { found: usize, expected: f64 },
+    #[error(transparent)]
+    OutOfRange(#[from] SettingError),
+    /// A scan is a repetition or older than the last.
+    #[error(
+        "its stamp is not after the stamp of the last scan: check the clock of the lidar's driver"
+    )]
+    NotNewer,
+}
+
+/// The input that the node waits for. Meanwhile the robot brakes to zero.
+#[derive(Debug, PartialEq, Error)]
+pub enum MissingInput {
+    #[error("no map was received")]
+    Map,
+    #[error("no odometry was received")]
+    Odometry,
+    /// The last odometry is too old.
+    #[error("odometry is no longer received")]
+    RecentOdometry,
+    #[error(
+        "odometry is in the frame `{odometry}` and tf does not connect it to `{map}`: start a localization node, or set \
+         odom_is_map"
+    )]
+    Transform { odometry: String, map: String },
+    #[error("no scan was received")]
+    Scan,
+}
 
 /// Counters since the start of the node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -2,11 +2,12 @@
 
 use core::f64::consts::TAU;
 
-use super::error::MessageError;
+use super::notices::MessageError;
 use crate::geometry::Pose;
 use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::{Beam, Scan, TimedScan};
 use crate::ros::msg::LaserScan;
+use crate::settings::require;
 
 /// Tolerance of the number of beams: drivers round the angles.
 const BEAM_COUNT_TOLERANCE: f64 = 2.0;
@@ -22,19 +23,14 @@ const MAX_BEAMS: f64 = 65_536.0;
 /// # Errors
 /// When angles, ranges and limits are inconsistent.
 pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
-    let [first, last, step] = [
-        ("angle_min", message.angle_min),
-        ("angle_max", message.angle_max),
-        ("angle_increment", message.angle_increment),
-    ]
-    .map(|(field, angle)| finite(field, angle));
-    let (first, last, step) = (first?, last?, step?);
+    let first = finite("angle_min", message.angle_min)?;
+    let last = finite("angle_max", message.angle_max)?;
+    let step = finite("angle_increment", message.angle_increment)?;
     let range_min = finite("range_min", message.range_min)?;
     let range_max = finite("range_max", message.range_max)?;
-    require("angle_increment", step, step != 0.0, "other than zero")?;
-    require("range_min", range_min, range_min >= 0.0, "at least zero")?;
-    let is_above = range_max > range_min;
-    require("range_max", range_max, is_above, "above range_min")?;
+    require(step != 0.0, "angle_increment", step, "other than zero")?;
+    require(range_min >= 0.0, "range_min", range_min, "at least zero")?;
+    require(range_max > range_min, "range_max", range_max, "above range_min")?;
     let found = message.ranges.len();
     let expected = ((last - first) / step).round() + 1.0;
     if found > 0 && (found as f64 - expected).abs() > BEAM_COUNT_TOLERANCE {
@@ -123,21 +119,8 @@ pub fn to_robot_frame(scan: Scan, mount: &Pose) -> Scan {
 }
 
 fn finite(field: &'static str, value: f32) -> Result<f64, MessageError> {
-    let is_finite = value.is_finite();
-    let value = f64::from(value);
-    require(field, value, is_finite, "finite").map(|()| value)
-}
-
-fn require(
-    field: &'static str,
-    value: f64,
-    is_valid: bool,
-    expected: &'static str,
-) -> Result<(), MessageError> {
-    if is_valid {
-        return Ok(());
-    }
-    Err(MessageError::OutOfRange { field, value, expected })
+    require(value.is_finite(), field, f64::from(value), "finite")?;
+    Ok(f64::from(value))
 }
 
 #[cfg(test)]
