@@ -185,14 +185,10 @@ impl ConfigBuilder {
         text: &str,
         validate: impl FnOnce(&T) -> Result<(), E>,
     ) -> Result<(), Nav2Error> {
-        let reason = match toml::from_str::<T>(text) {
-            Ok(settings) => match validate(&settings) {
-                Ok(()) => return Ok(()),
-                Err(error) => error.to_string(),
-            },
-            Err(error) => error.message().to_owned(),
-        };
-        Err(Nav2Error::OutOfRange { parameters: self.causes(&reason), reason })
+        let checked = toml::from_str(text)
+            .map_err(|error| error.message().to_owned())
+            .and_then(|settings: T| validate(&settings).map_err(|error| error.to_string()));
+        checked.map_err(|reason| Nav2Error::OutOfRange { parameters: self.causes(&reason), reason })
     }
 
     /// The parameters of the settings that an error message names.

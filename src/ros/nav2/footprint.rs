@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use super::config_builder::ConfigBuilder;
 use super::Nav2Error;
+use super::config_builder::ConfigBuilder;
 use super::parameter_file::{Parameter, Parameters};
 use crate::map::yaml;
 use crate::robot::Disc;
@@ -74,7 +74,8 @@ fn corners(value: &Value) -> Option<Vec<[f64; 2]>> {
 }
 
 fn toml_array(discs: &[Disc]) -> toml::Value {
-    let disc = |disc: &Disc| BTreeMap::from([("x", disc.x), ("y", disc.y), ("radius", disc.radius)]);
+    let disc =
+        |disc: &Disc| BTreeMap::from([("x", disc.x), ("y", disc.y), ("radius", disc.radius)]);
     toml::Value::from(discs.iter().map(disc).collect::<Vec<_>>())
 }
 

@@ -1,7 +1,7 @@
 //! The rules of the import as tables: parameters, and the settings that follow from them or the reason why none does.
 
-use super::footprint::import_footprint;
 use super::UnmappedReason::{DifferentMeaning, NoEquivalent, NotInEffect};
+use super::footprint::import_footprint;
 use super::parameter_file::Parameters;
 use super::rules::Conversion::{Angle, Count, Element, Negated, NegatedElement, Number, Period};
 use super::rules::Rule::{self, Derive, Leave};

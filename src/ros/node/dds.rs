@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-use super::incoming::{IncomingMessage, Topic};
+use super::incoming::IncomingMessage;
 use super::node_core::Outgoing;
 use crate::ros::msg::{self, Message, Time};
 
@@ -63,18 +63,41 @@ pub enum NodeError {
 
 /// The subscriptions and publishers of the node.
 pub struct DdsNode {
-    map: Subscription<msg::OccupancyGrid>,
-    scan: Subscription<msg::LaserScan>,
-    odometry: Subscription<msg::Odometry>,
-    goal: Subscription<msg::PoseStamped>,
-    transforms: Subscription<msg::TFMessage>,
-    static_transforms: Subscription<msg::TFMessage>,
+    map: Input<msg::OccupancyGrid>,
+    scan: Input<msg::LaserScan>,
+    odometry: Input<msg::Odometry>,
+    goal: Input<msg::PoseStamped>,
+    transforms: Input<msg::TFMessage>,
+    static_transforms: Input<msg::TFMessage>,
     command: CommandPublisher,
     path: Publisher<msg::Path>,
     markers: Publisher<msg::MarkerArray>,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
+}
+
+/// A subscription.
+struct Input<M> {
+    topic: &'static str,
+    subscription: Subscription<M>,
+}
+
+impl<M: Message + DeserializeOwned + 'static> Input<M> {
+    /// Takes the received messages.
+    fn take(&self, convert: impl Fn(M) -> IncomingMessage, all: &mut Vec<IncomingMessage>) {
+        for _ in 0..MAX_MESSAGES {
+            match self.subscription.take() {
+                Ok(Some((message, _))) => all.push(convert(message)),
+                Ok(None) => break,
+                Err(error) => all.push(IncomingMessage::Undecodable {
+                    topic: self.topic,
+                    expected: M::NAME,
+                    reason: error.to_string(),
+                }),
+            }
+        }
+    }
 }
 
 enum CommandPublisher {
@@ -106,13 +129,12 @@ impl DdsNode {
         let mut node = context.new_node(name, options).map_err(dds_error)?;
         let mut builder = EndpointBuilder { node: &mut node, namespace };
         Ok(Self {
-            map: builder.subscription(Topic::Map, latched(1))?,
-            scan: builder.subscription(Topic::Scan, sensor_data())?,
-            odometry: builder.subscription(Topic::Odometry, sensor_data())?,
-            goal: builder.subscription(Topic::Goal, reliable(1))?,
-            transforms: builder.subscription(Topic::Transforms, reliable(TRANSFORM_DEPTH))?,
-            static_transforms: builder
-                .subscription(Topic::StaticTransforms, latched(TRANSFORM_DEPTH))?,
+            map: builder.input("map", latched(1))?,
+            scan: builder.input("scan", sensor_data())?,
+            odometry: builder.input("odom", sensor_data())?,
+            goal: builder.input("goal_pose", reliable(1))?,
+            transforms: builder.input("tf", reliable(TRANSFORM_DEPTH))?,
+            static_transforms: builder.input("tf_static", latched(TRANSFORM_DEPTH))?,
             command: if settings.stamped {
                 CommandPublisher::Stamped(builder.publisher("cmd_vel", reliable(1))?)
             } else {
@@ -128,18 +150,12 @@ impl DdsNode {
     /// Returns the messages received since the last call.
     pub fn receive(&mut self) -> Vec<IncomingMessage> {
         let mut all = Vec::new();
-        take(
-            &self.static_transforms,
-            Topic::StaticTransforms,
-            IncomingMessage::StaticTransforms,
-            &mut all,
-        );
-        take(&self.transforms, Topic::Transforms, IncomingMessage::Transforms, &mut all);
-        take(&self.map, Topic::Map, IncomingMessage::Map, &mut all);
-        let odometry = |message| IncomingMessage::Odometry(Box::new(message));
-        take(&self.odometry, Topic::Odometry, odometry, &mut all);
-        take(&self.scan, Topic::Scan, IncomingMessage::Scan, &mut all);
-        take(&self.goal, Topic::Goal, IncomingMessage::Goal, &mut all);
+        self.static_transforms.take(IncomingMessage::StaticTransforms, &mut all);
+        self.transforms.take(IncomingMessage::Transforms, &mut all);
+        self.map.take(IncomingMessage::Map, &mut all);
+        self.odometry.take(|message| IncomingMessage::Odometry(Box::new(message)), &mut all);
+        self.scan.take(IncomingMessage::Scan, &mut all);
+        self.goal.take(IncomingMessage::Goal, &mut all);
         all
     }
 
@@ -186,14 +202,14 @@ impl EndpointBuilder<'_> {
         self.node.create_topic(&name, message_type, qos).map_err(dds_error)
     }
 
-    fn subscription<M: Message + DeserializeOwned + 'static>(
+    fn input<M: Message + DeserializeOwned + 'static>(
         &mut self,
-        topic: Topic,
+        topic: &'static str,
         qos: QosProfile,
-    ) -> Result<Subscription<M>, NodeError> {
-        let topic = self.topic::<M>(topic.name(), &qos)?;
-        let subscription = self.node.create_subscription(&topic, Some(qos));
-        subscription.map_err(dds_error)
+    ) -> Result<Input<M>, NodeError> {
+        let dds_topic = self.topic::<M>(topic, &qos)?;
+        let subscription = self.node.create_subscription(&dds_topic, Some(qos));
+        Ok(Input { topic, subscription: subscription.map_err(dds_error)? })
     }
 
     fn publisher<M: Message + Serialize>(
@@ -218,22 +234,6 @@ fn bad_namespace(namespace: &str, error: &NameError) -> NodeError {
 #[expect(clippy::needless_pass_by_value, reason = "`map_err` passes the error by value")]
 fn dds_error(error: impl ToString) -> NodeError {
     NodeError::Dds { reason: error.to_string() }
-}
-
-/// Takes the received messages of a topic.
-fn take<M: DeserializeOwned + 'static>(
-    subscription: &Subscription<M>,
-    topic: Topic,
-    convert: impl Fn(M) -> IncomingMessage,
-    all: &mut Vec<IncomingMessage>,
-) {
-    for _ in 0..MAX_MESSAGES {
-        match subscription.take() {
-            Ok(Some((message, _))) => all.push(convert(message)),
-            Ok(None) => break,
-            Err(error) => all.push(IncomingMessage::Undecodable(topic, error.to_string())),
-        }
-    }
 }
 
 /// Reliable delivery of the newest messages. A writer never waits for a reader.

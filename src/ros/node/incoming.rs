@@ -4,81 +4,51 @@ use super::notices::MessageError;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::navigator::Goal;
-use crate::ros::msg::{self, Message};
+use crate::ros::msg;
 
 /// Tolerance of the length of a quaternion: some drivers round to few digits.
 const QUATERNION_TOLERANCE: f64 = 0.01;
 /// Least vertical component of the z axis of a pose: 0.5 is a slope of 60 degrees.
 const MIN_UPRIGHT: f64 = 0.5;
 
-/// A subscribed topic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Topic {
-    /// `nav_msgs/OccupancyGrid`.
-    Map,
-    /// `sensor_msgs/LaserScan`.
-    Scan,
-    /// `nav_msgs/Odometry`.
-    Odometry,
-    /// `geometry_msgs/PoseStamped`.
-    Goal,
-    /// `tf2_msgs/TFMessage` of moving frames.
-    Transforms,
-    /// `tf2_msgs/TFMessage` of static frames.
-    StaticTransforms,
-}
-
-impl Topic {
-    /// The name of the topic, relative to the namespace.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        self.name_and_type().0
-    }
-
-    /// The name of the topic, and of its message type without the package.
-    pub(super) const fn name_and_type(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Map => ("map", msg::OccupancyGrid::NAME),
-            Self::Scan => ("scan", msg::LaserScan::NAME),
-            Self::Odometry => ("odom", msg::Odometry::NAME),
-            Self::Goal => ("goal_pose", msg::PoseStamped::NAME),
-            Self::Transforms => ("tf", msg::TFMessage::NAME),
-            Self::StaticTransforms => ("tf_static", msg::TFMessage::NAME),
-        }
-    }
-}
-
 /// A received message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum IncomingMessage {
-    /// On [`Topic::Map`].
+    /// On `map`.
     Map(msg::OccupancyGrid),
-    /// On [`Topic::Scan`].
+    /// On `scan`.
     Scan(msg::LaserScan),
-    /// On [`Topic::Odometry`].
+    /// On `odom`.
     Odometry(Box<msg::Odometry>),
-    /// On [`Topic::Goal`].
+    /// On `goal_pose`.
     Goal(msg::PoseStamped),
-    /// On [`Topic::Transforms`].
+    /// On `tf`.
     Transforms(msg::TFMessage),
-    /// On [`Topic::StaticTransforms`].
+    /// On `tf_static`.
     StaticTransforms(msg::TFMessage),
-    /// Bytes that the decoder rejected, with its message.
-    Undecodable(Topic, String),
+    /// Bytes that the decoder rejected.
+    Undecodable {
+        /// The topic.
+        topic: &'static str,
+        /// Type of the topic, without its package.
+        expected: &'static str,
+        /// Message of the decoder.
+        reason: String,
+    },
 }
 
 impl IncomingMessage {
-    /// The topic of the message.
+    /// The topic of the message, relative to the namespace.
     #[must_use]
-    pub const fn topic(&self) -> Topic {
+    pub const fn topic(&self) -> &'static str {
         match self {
-            Self::Map(_) => Topic::Map,
-            Self::Scan(_) => Topic::Scan,
-            Self::Odometry(_) => Topic::Odometry,
-            Self::Goal(_) => Topic::Goal,
-            Self::Transforms(_) => Topic::Transforms,
-            Self::StaticTransforms(_) => Topic::StaticTransforms,
-            Self::Undecodable(topic, _) => *topic,
+            Self::Map(_) => "map",
+            Self::Scan(_) => "scan",
+            Self::Odometry(_) => "odom",
+            Self::Goal(_) => "goal_pose",
+            Self::Transforms(_) => "tf",
+            Self::StaticTransforms(_) => "tf_static",
+            Self::Undecodable { topic, .. } => topic,
         }
     }
 }
@@ -90,10 +60,12 @@ pub struct MapInput {
     pub grid: OccupancyGrid,
 }
 
-impl TryFrom<&msg::OccupancyGrid> for MapInput {
-    type Error = MessageError;
-
-    fn try_from(message: &msg::OccupancyGrid) -> Result<Self, MessageError> {
+impl MapInput {
+    /// Converts a message.
+    ///
+    /// # Errors
+    /// When a frame, a pose or a number is invalid.
+    pub fn new(message: &msg::OccupancyGrid) -> Result<Self, MessageError> {
         let info = &message.info;
         let origin = planar_pose("info.origin", &info.origin)?;
         let cells = &message.data;
@@ -129,10 +101,12 @@ pub struct OdometryInput {
     pub twist: Twist,
 }
 
-impl TryFrom<&msg::Odometry> for OdometryInput {
-    type Error = MessageError;
-
-    fn try_from(message: &msg::Odometry) -> Result<Self, MessageError> {
+impl OdometryInput {
+    /// Converts a message.
+    ///
+    /// # Errors
+    /// When a frame, a pose or a number is invalid.
+    pub fn new(message: &msg::Odometry) -> Result<Self, MessageError> {
         let twist = &message.twist.twist;
         let twist = Twist::new(twist.linear.x, twist.angular.z);
         if !twist.is_finite() {

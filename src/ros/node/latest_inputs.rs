@@ -33,8 +33,10 @@ impl Frames {
     pub fn update(&mut self, message: &TFMessage) -> Result<(), MessageError> {
         for stamped in &message.transforms {
             let msg::Vector3 { x, y, z } = stamped.transform.translation;
-            let pose =
-                msg::Pose { position: msg::Point { x, y, z }, orientation: stamped.transform.rotation };
+            let pose = msg::Pose {
+                position: msg::Point { x, y, z },
+                orientation: stamped.transform.rotation,
+            };
             let pose = planar_pose("a transform", &pose)?;
             let child = frame_name("child_frame_id", &stamped.child_frame_id)?;
             let parent = frame_name("header.frame_id", &stamped.header.frame_id)?;
@@ -92,7 +94,7 @@ impl LatestInputs {
 
     /// Sets the odometry, which arrived at a time, seconds.
     pub fn set_odometry(&mut self, now_s: f64, message: &Odometry) -> Result<(), MessageError> {
-        let odometry = OdometryInput::try_from(message)?;
+        let odometry = OdometryInput::new(message)?;
         let before = self.odometry.as_ref().map(|(_, before)| &before.frame);
         let stamp = message.header.stamp;
         // Poses in another frame or without a time do not continue the history.

@@ -11,6 +11,6 @@ mod node_core;
 mod notices;
 mod scan;
 
-pub use incoming::{IncomingMessage, Topic};
+pub use incoming::IncomingMessage;
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;

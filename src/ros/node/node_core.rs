@@ -71,7 +71,7 @@ impl NodeCore {
         settings.config.navigator.wait_for_plans = false;
         Self {
             settings,
-            engine: SharedEngine::new(engine),
+            engine: Arc::new(Mutex::new(engine)),
             inputs: LatestInputs::default(),
             goal: None,
             navigator: None,
@@ -115,7 +115,7 @@ impl NodeCore {
 
     fn accept(&mut self, now_s: f64, message: &IncomingMessage) -> Result<(), MessageError> {
         match message {
-            IncomingMessage::Map(map) => self.set_map(now_s, map.try_into()?),
+            IncomingMessage::Map(map) => self.set_map(now_s, MapInput::new(map)?),
             IncomingMessage::Scan(scan) => self.inputs.set_scan(now_s, scan)?,
             IncomingMessage::Odometry(odometry) => {
                 self.inputs.set_odometry(now_s, odometry)?;
@@ -125,11 +125,8 @@ impl NodeCore {
             | IncomingMessage::StaticTransforms(transforms) => {
                 self.inputs.frames.update(transforms)?;
             }
-            IncomingMessage::Undecodable(topic, reason) => {
-                return Err(MessageError::Undecodable {
-                    reason: reason.clone(),
-                    expected: topic.name_and_type().1,
-                });
+            IncomingMessage::Undecodable { expected, reason, .. } => {
+                return Err(MessageError::Undecodable { reason: reason.clone(), expected });
             }
         }
         Ok(())
@@ -324,31 +321,24 @@ impl NodeCore {
 }
 
 /// An engine for successive navigators: opening one can take seconds, and a navigator owns its engine.
-#[derive(Clone)]
-struct SharedEngine(Arc<Mutex<Box<dyn Engine>>>);
+type SharedEngine = Arc<Mutex<Box<dyn Engine>>>;
 
-impl SharedEngine {
-    fn new(engine: Box<dyn Engine>) -> Self {
-        Self(Arc::new(Mutex::new(engine)))
-    }
-
-    fn engine(&self) -> MutexGuard<'_, Box<dyn Engine>> {
-        // An engine is usable after a panic.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
+fn lock(engine: &SharedEngine) -> MutexGuard<'_, Box<dyn Engine>> {
+    // An engine is usable after a panic.
+    engine.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Engine for SharedEngine {
     fn name(&self) -> String {
-        self.engine().name()
+        lock(self).name()
     }
 
     fn kind(&self) -> &'static str {
-        self.engine().kind()
+        lock(self).kind()
     }
 
     fn threads(&self) -> usize {
-        self.engine().threads()
+        lock(self).threads()
     }
 
     fn evaluate(
@@ -356,6 +346,6 @@ impl Engine for SharedEngine {
         problem: &QuantizedProblem,
         detail: Detail,
     ) -> Result<Evaluation, EngineError> {
-        self.engine().evaluate(problem, detail)
+        lock(self).evaluate(problem, detail)
     }
 }

@@ -6,7 +6,6 @@ use std::mem::{Discriminant, discriminant, take};
 use serde::Serialize;
 use thiserror::Error;
 
-use super::incoming::Topic;
 use crate::map::MapError;
 use crate::navigator::{Mode, Navigator};
 use crate::settings::SettingError;
@@ -85,9 +84,9 @@ pub struct NodeStats {
 }
 
 impl NodeStats {
-    pub(super) fn count_message(&mut self, topic: Topic, is_accepted: bool) {
+    pub(super) fn count_message(&mut self, topic: &'static str, is_accepted: bool) {
         let counts = if is_accepted { &mut self.received } else { &mut self.rejected };
-        *counts.entry(topic.name()).or_default() += 1;
+        *counts.entry(topic).or_default() += 1;
     }
 }
 
@@ -95,7 +94,7 @@ impl NodeStats {
 #[derive(Debug, Default)]
 pub struct Notices {
     pending: Vec<String>,
-    rejections: HashSet<(Topic, Discriminant<MessageError>)>,
+    rejections: HashSet<(&'static str, Discriminant<MessageError>)>,
     missing: Option<MissingInput>,
     is_mount_reported: bool,
     had_sensor_fault: bool,
@@ -112,9 +111,9 @@ impl Notices {
     }
 
     /// A message is rejected. There is one notice for each topic and kind of error.
-    pub fn rejected(&mut self, topic: Topic, error: &MessageError) {
+    pub fn rejected(&mut self, topic: &'static str, error: &MessageError) {
         if self.rejections.insert((topic, discriminant(error))) {
-            self.push(format!("a message on {} is rejected: {error}", topic.name()));
+            self.push(format!("a message on {topic} is rejected: {error}"));
         }
     }
 

@@ -22,9 +22,9 @@ fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
 /// Whether every corner and every inner point is in a disc.
 fn covers(discs: &[Disc], corners: &[[f64; 2]], inside: &[[f64; 2]]) -> bool {
     corners.iter().chain(inside).all(|point| {
-        discs.iter().any(|disc| {
-            libm::hypot(point[0] - disc.x, point[1] - disc.y) <= disc.radius + 1e-12
-        })
+        discs
+            .iter()
+            .any(|disc| libm::hypot(point[0] - disc.x, point[1] - disc.y) <= disc.radius + 1e-12)
     })
 }
 
@@ -76,10 +76,7 @@ fn sample_grid_is_largest_within_batch_size() {
         ));
         (config.local.vx_samples, config.local.vtheta_samples)
     };
-    assert_eq!(
-        [1, 2, 800, 1000, 2000].map(grid),
-        [(1, 1), (1, 2), (20, 40), (22, 45), (31, 64)]
-    );
+    assert_eq!([1, 2, 800, 1000, 2000].map(grid), [(1, 1), (1, 2), (20, 40), (22, 45), (31, 64)]);
     for samples in (1..5000).step_by(13) {
         let (speeds, rates) = grid(samples);
         assert!(speeds * rates <= samples && speeds * (rates + 1) > samples);

@@ -2,7 +2,7 @@
 
 use inbye::geometry::Pose;
 use inbye::ros::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped};
-use inbye::ros::node::{IncomingMessage, Topic};
+use inbye::ros::node::IncomingMessage;
 
 use super::robot::{Robot, goal, grid, header, map, transform};
 
@@ -48,7 +48,7 @@ fn assert_rejected<M: Clone>(
             robot.notices.iter().filter(|notice| notice.contains("is rejected")).collect();
         assert!(matching.len() == 1 && matching[0].contains(words), "{words}: {matching:?}");
         let stats = robot.core.stats();
-        let topic = incoming(valid.clone()).topic().name();
+        let topic = incoming(valid.clone()).topic();
         assert_eq!((stats.rejected[topic], stats.received[topic]), (2, 1), "{words}");
     }
 }
@@ -131,7 +131,8 @@ fn invalid_transforms_and_undecodable_bytes_are_rejected() {
     let mut message = transform("map", "odom", &Pose::default());
     message.transforms[0].child_frame_id.clear();
     robot.receive(&IncomingMessage::Transforms(message));
-    robot.receive(&IncomingMessage::Undecodable(Topic::Map, "too short".into()));
+    let (topic, expected) = ("map", "OccupancyGrid");
+    robot.receive(&IncomingMessage::Undecodable { topic, expected, reason: "too short".into() });
     robot.step();
     assert!(robot.has_notice("a message on tf is rejected: its child_frame_id is empty"));
     assert!(
