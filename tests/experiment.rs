@@ -7,6 +7,7 @@ mod support {
 mod cases {
     mod experiment {
         mod density;
+        mod movingai;
         mod paper;
         mod quality;
         mod soak;

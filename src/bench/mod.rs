@@ -26,3 +26,19 @@ pub use verify::{
     Difference, EvaluationDigest, GOLDEN_CASES, GOLDEN_DIGEST, GOLDEN_SEED, Verification, compare,
     verify, verify_golden,
 };
+
+use crate::global::{CellPath, Heuristic, NoPath, Searcher};
+use crate::map::{Cell, FreeSpace};
+
+/// Searches by A* with a heuristic, or by jump points without one.
+fn search_grid<'a>(
+    searcher: &'a mut Searcher,
+    space: &FreeSpace,
+    [start, goal]: [Cell; 2],
+    heuristic: Option<Heuristic>,
+) -> Result<CellPath<'a>, NoPath> {
+    match heuristic {
+        Some(heuristic) => searcher.astar(space, start, goal, heuristic, None),
+        None => searcher.jump_points(space, start, goal),
+    }
+}

@@ -48,21 +48,18 @@ impl Files {
         let map = load(&self.map, &LoadOptions::default())?;
         let scenarios = read_scen(&self.scen)?;
         if scenarios.is_empty() {
-            let scen = self.scen.clone();
-            return Err(BenchError::NoScenario { scen });
+            return Err(BenchError::NoScenario { scen: self.scen.clone() });
         }
         let size = (map.frame().width, map.frame().height);
-        for scenario in &scenarios {
-            let listed = (scenario.width, scenario.height);
-            if listed != size {
-                return Err(BenchError::OtherMap {
-                    scen: self.scen.clone(),
-                    line: scenario.line,
-                    listed,
-                    map: self.map.clone(),
-                    size,
-                });
-            }
+        let is_other = |scenario: &&Scenario| (scenario.width, scenario.height) != size;
+        if let Some(scenario) = scenarios.iter().find(is_other) {
+            return Err(BenchError::OtherMap {
+                scen: self.scen.clone(),
+                line: scenario.line,
+                listed: (scenario.width, scenario.height),
+                map: self.map.clone(),
+                size,
+            });
         }
         Ok(Queries {
             name: self.name.clone(),
@@ -95,8 +92,7 @@ pub fn find(folder: &Path) -> Result<Folder, BenchError> {
         }
     }
     if found.files.is_empty() {
-        let folder = folder.to_owned();
-        return Err(BenchError::NoMaps { folder });
+        return Err(BenchError::NoMaps { folder: folder.to_owned() });
     }
     Ok(found)
 }

@@ -1,38 +1,85 @@
 //! Runs every algorithm on every scenario: times and checks the answers.
 
-use super::algorithms::{Algorithm, Answer};
+use serde::{Deserialize, Serialize};
+
+use super::algorithms::Algorithm;
 use super::files::Queries;
 use super::path_check::{AnswerCheck, check_answer};
-use super::record::{AlgorithmRow, MapRows};
-use super::statistics::Statistics;
-use crate::bench::BenchError;
+use crate::bench::columns::columns;
+use crate::bench::{BenchError, Latencies};
 use crate::global::Searcher;
 use crate::map::{FreeSpace, Scenario, cell_from_top_left};
+
+const MICROSECONDS_PER_MILLISECOND: f64 = 1e3;
+
+columns! {
+    /// One algorithm on the scenarios of a map, or of all maps together.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+    pub struct AlgorithmRow {
+        /// Name of the map; `all` for all maps together.
+        pub map: String,
+        /// Its name.
+        pub name: String,
+        /// Whether each of its paths must be the shortest.
+        pub exact: bool,
+        /// Scenarios answered by a valid path that is not shorter than listed.
+        pub solved: usize,
+        /// Scenarios.
+        pub total: usize,
+        /// Scenarios solved by a path longer than listed.
+        pub suboptimal: usize,
+        /// Scenarios answered by an invalid path or by one that is shorter than listed.
+        pub illegal: usize,
+        /// Median time of a query, microseconds.
+        pub median_us: f64 => 1,
+        /// 95th percentile, microseconds.
+        pub p95_us: f64 => 1,
+        /// Slowest, microseconds.
+        pub max_us: f64 => 1,
+        /// Cells expanded in a query, the mean.
+        pub expanded: f64 => 0,
+        /// Length of a path over the one listed, the mean over the scenarios solved; those of length zero are left out. Null
+        /// where none is left.
+        pub mean_length_ratio: Option<f64> => 5,
+        /// The same, the greatest.
+        pub worst_length_ratio: Option<f64> => 5,
+        /// The first wrong answer: map, line of the scenario, fault.
+        pub first_fault: Option<String>,
+    }
+}
+
+impl AlgorithmRow {
+    /// Whether every answer was correct: solved, and for an exact algorithm also shortest.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.solved == self.total && self.illegal == 0 && !(self.exact && self.suboptimal > 0)
+    }
+}
+
+/// All algorithms on the scenarios of a map.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapRows {
+    /// Name of the map.
+    pub map: String,
+    /// Scenarios.
+    pub scenarios: usize,
+    /// A row for each algorithm.
+    pub algorithms: Vec<AlgorithmRow>,
+}
 
 /// A measurement over several maps.
 #[derive(Debug)]
 pub struct Bench {
-    algorithms: Vec<Algorithm>,
     passes: usize,
-    totals: Vec<Statistics>,
-}
-
-/// A checked answer without its path.
-struct Checked {
-    check: AnswerCheck,
-    expanded: u32,
-    seconds: f64,
+    totals: Vec<(Algorithm, Statistics)>,
 }
 
 impl Bench {
     /// A measurement of these algorithms. The time of a query is its smallest over a number of passes, at least one.
     #[must_use]
     pub fn new(algorithms: &[Algorithm], passes: usize) -> Self {
-        Self {
-            algorithms: algorithms.to_vec(),
-            passes: passes.max(1),
-            totals: vec![Statistics::default(); algorithms.len()],
-        }
+        let total = |algorithm: &Algorithm| (*algorithm, Statistics::new("all", algorithm));
+        Self { passes: passes.max(1), totals: algorithms.iter().map(total).collect() }
     }
 
     /// Measures on a map, for a point robot without distance to obstacles. A pass runs all scenarios, so the cache does not
@@ -51,34 +98,35 @@ impl Bench {
         let space = FreeSpace::new(obstacles, 0.0);
         let mut searcher = Searcher::default();
         let mut rows = Vec::new();
-        for (algorithm, total) in self.algorithms.iter().zip(&mut self.totals) {
-            let mut first_pass = |scenario: &Scenario| {
-                let (answer, seconds) = search(algorithm, &mut searcher, &space, scenario, clock);
-                done();
-                Checked {
-                    check: check_answer(obstacles, scenario, answer.cells),
-                    expanded: answer.expanded,
-                    seconds,
-                }
-            };
-            let mut answers: Vec<Checked> = scenarios.iter().map(&mut first_pass).collect();
-            for _ in 1..self.passes {
-                for (scenario, checked) in scenarios.iter().zip(&mut answers) {
-                    let (_, seconds) = search(algorithm, &mut searcher, &space, scenario, clock);
-                    checked.seconds = checked.seconds.min(seconds);
+        for (algorithm, total) in &mut self.totals {
+            let mut answers: Vec<Checked> = Vec::with_capacity(scenarios.len());
+            for _ in 0..self.passes {
+                for (index, scenario) in scenarios.iter().enumerate() {
+                    let ends = [scenario.start, scenario.goal]
+                        .map(|end| cell_from_top_left(space.frame(), end));
+                    let before = clock();
+                    let answer =
+                        (algorithm.search)(&mut searcher, &space, ends, algorithm.heuristic);
+                    let seconds = clock() - before;
                     done();
+                    if let Some(checked) = answers.get_mut(index) {
+                        checked.seconds = checked.seconds.min(seconds);
+                        continue;
+                    }
+                    let (cells, expanded) = match answer {
+                        Ok(path) => (Some(path.cells), path.expanded),
+                        Err(no_path) => (None, no_path.expanded),
+                    };
+                    let check = check_answer(obstacles, scenario, cells);
+                    answers.push(Checked { check, expanded, seconds });
                 }
             }
-            let mut statistics = Statistics::default();
+            let mut statistics = Statistics::new(name, algorithm);
             for (scenario, checked) in scenarios.iter().zip(&answers) {
-                statistics.add(scenario, &checked.check, checked.seconds, checked.expanded)?;
-                statistics.add_fault(|| {
-                    let fault = checked.check.fault(algorithm.exact, scenario.optimal)?;
-                    Some(format!("{name}, scenario of line {}: {fault}", scenario.line))
-                });
+                statistics.add(scenario, checked)?;
             }
             total.merge(&statistics);
-            rows.push(statistics.row(name, algorithm));
+            rows.push(statistics.row());
         }
         Ok(MapRows { map: name.clone(), scenarios: scenarios.len(), algorithms: rows })
     }
@@ -86,112 +134,105 @@ impl Bench {
     /// Each algorithm over all maps so far.
     #[must_use]
     pub fn totals(&self) -> Vec<AlgorithmRow> {
-        let both = self.totals.iter().zip(&self.algorithms);
-        both.map(|(statistics, algorithm)| statistics.row("all", algorithm)).collect()
+        self.totals.iter().map(|(_, statistics)| statistics.row()).collect()
     }
 }
 
-/// An answer and its time in seconds.
-fn search<'a>(
-    algorithm: &Algorithm,
-    searcher: &'a mut Searcher,
-    space: &FreeSpace,
-    scenario: &Scenario,
-    clock: &mut dyn FnMut() -> f64,
-) -> (Answer<'a>, f64) {
-    let [start, goal] =
-        [scenario.start, scenario.goal].map(|end| cell_from_top_left(space.frame(), end));
-    let before = clock();
-    let answer = (algorithm.search)(searcher, space, start, goal);
-    (answer, clock() - before)
+/// A checked answer without its path.
+struct Checked {
+    check: AnswerCheck,
+    expanded: u32,
+    seconds: f64,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::super::algorithms::ALGORITHMS;
-    use super::*;
-    use crate::geometry::Pose;
-    use crate::map::{OccupancyGrid, UnknownPolicy};
+/// Statistics over the answers of one algorithm.
+#[derive(Debug)]
+struct Statistics {
+    /// The counts so far; times and means are zeros.
+    counts: AlgorithmRow,
+    times: Latencies,
+    expanded: u64,
+    ratios: usize,
+    ratio_sum: f64,
+}
 
-    /// Three queries along an open row, 2, 3 and 4 cells long.
-    fn queries() -> Queries {
-        let map = OccupancyGrid::from_rows(&["......"], 1.0, Pose::default()).expect("a row");
-        let scenario = |line: usize| Scenario {
-            line,
-            bucket: 0,
-            map: "row.map".to_owned(),
-            width: 6,
-            height: 1,
-            start: (0, 0),
-            goal: (line as i32 + 1, 0),
-            optimal: (line + 1) as f64,
-            rounding: 0.0,
+impl Statistics {
+    fn new(map: &str, algorithm: &Algorithm) -> Self {
+        let counts = AlgorithmRow {
+            map: map.to_owned(),
+            name: algorithm.name.to_owned(),
+            exact: algorithm.is_exact(),
+            ..AlgorithmRow::default()
         };
-        Queries {
-            name: "row.map".to_owned(),
-            obstacles: map.obstacles(UnknownPolicy::Blocked),
-            scenarios: (1..=3).map(scenario).collect(),
-        }
+        Self { counts, times: Latencies::default(), expanded: 0, ratios: 0, ratio_sum: 0.0 }
     }
 
-    #[test]
-    fn query_time_is_the_smallest_over_the_passes() {
-        let octile = ALGORITHMS.into_iter().find(|it| it.name == "A* octile");
-        let mut bench = Bench::new(&[octile.expect("it is listed")], 2);
-        // Microseconds of each search, of the first pass and then of the second.
-        let mut times = [30.0, 10.0, 20.0, 5.0, 40.0, 25.0].into_iter();
-        let (mut now, mut running, mut searches) = (0.0, false, 0);
-        let mut clock = || {
-            if running {
-                now += times.next().unwrap_or(0.0) * 1e-6;
+    fn add(&mut self, scenario: &Scenario, checked: &Checked) -> Result<(), BenchError> {
+        self.times.record(checked.seconds)?;
+        self.expanded += u64::from(checked.expanded);
+        let counts = &mut self.counts;
+        counts.total += 1;
+        let ratio = match checked.check {
+            AnswerCheck::Optimal => Some(1.0),
+            AnswerCheck::Longer { length } => {
+                counts.suboptimal += 1;
+                Some(length / scenario.optimal)
             }
-            running = !running;
-            now
+            AnswerCheck::Shorter { .. } | AnswerCheck::Illegal(_) => {
+                counts.illegal += 1;
+                None
+            }
+            AnswerCheck::NotFound => None,
         };
-        let rows = bench.measure(&queries(), &mut clock, || searches += 1);
-        let rows = rows.expect("the clock runs forwards");
-        assert_eq!((rows.scenarios, searches), (3, 6));
-        let row = &rows.algorithms[0];
-        // 5, 10 and 20.
-        for (found, expected) in [(row.median_us, 10.0), (row.max_us, 20.0)] {
-            assert!((found / expected - 1.0).abs() < 1e-3, "{row:?}");
+        counts.solved += usize::from(ratio.is_some());
+        if let Some(ratio) = ratio.filter(|_| scenario.optimal > 0.0) {
+            self.ratios += 1;
+            self.ratio_sum += ratio;
+            counts.worst_length_ratio = greater(counts.worst_length_ratio, Some(ratio));
         }
-        assert_eq!((row.solved, row.total, row.expanded), (3, 3, 3.0));
-        assert_eq!((row.mean_length_ratio, row.worst_length_ratio), (Some(1.0), Some(1.0)));
-        assert!(row.passed() && row.first_fault.is_none());
+        if counts.first_fault.is_none() {
+            let fault = checked.check.fault(counts.exact, scenario.optimal);
+            let place =
+                |fault| format!("{}, scenario of line {}: {fault}", counts.map, scenario.line);
+            counts.first_fault = fault.map(place);
+        }
+        Ok(())
     }
 
-    #[test]
-    fn totals_cover_all_maps() {
-        let mut bench = Bench::new(&ALGORITHMS, 1);
-        let mut now = 0.0;
-        let mut clock = || {
-            now += 1e-6;
-            now
-        };
-        let mut wrong = queries();
-        wrong.name = "other.map".to_owned();
-        wrong.scenarios[1].optimal += 0.01;
-        for queries in [&queries(), &wrong, &queries()] {
-            bench.measure(queries, &mut clock, || ()).expect("forwards");
+    /// Adds the statistics of another map.
+    fn merge(&mut self, other: &Self) {
+        let (counts, others) = (&mut self.counts, &other.counts);
+        counts.solved += others.solved;
+        counts.total += others.total;
+        counts.suboptimal += others.suboptimal;
+        counts.illegal += others.illegal;
+        counts.worst_length_ratio = greater(counts.worst_length_ratio, others.worst_length_ratio);
+        if counts.first_fault.is_none() {
+            counts.first_fault.clone_from(&others.first_fault);
         }
-        for row in bench.totals() {
-            assert_eq!((row.solved, row.total, row.illegal), (8, 9, 1), "{row:?}");
-            assert!(!row.passed());
-            let fault = row.first_fault.expect("one is wrong");
-            assert!(fault.starts_with("other.map, scenario of line 2: "), "{fault}");
-            assert!(fault.contains("shorter than the 3.01 listed"), "{fault}");
-        }
+        self.times.merge(&other.times);
+        self.expanded += other.expanded;
+        self.ratios += other.ratios;
+        self.ratio_sum += other.ratio_sum;
     }
 
-    #[test]
-    fn measure_rejects_a_clock_that_runs_backwards() {
-        let mut now = 0.0;
-        let mut clock = || {
-            now -= 1.0;
-            now
+    /// The row of this algorithm; its figures are zeros before the first answer.
+    fn row(&self) -> AlgorithmRow {
+        let quantile_us = |share| {
+            let time_ms = self.times.quantile_ms(share).unwrap_or_default();
+            time_ms * MICROSECONDS_PER_MILLISECOND
         };
-        let outcome = Bench::new(&ALGORITHMS, 1).measure(&queries(), &mut clock, || ());
-        assert!(matches!(outcome, Err(BenchError::NotATime { .. })));
+        AlgorithmRow {
+            median_us: quantile_us(0.5),
+            p95_us: quantile_us(0.95),
+            max_us: quantile_us(1.0),
+            expanded: self.expanded as f64 / self.counts.total.max(1) as f64,
+            mean_length_ratio: (self.ratios > 0).then(|| self.ratio_sum / self.ratios as f64),
+            ..self.counts.clone()
+        }
     }
+}
+
+fn greater(one: Option<f64>, other: Option<f64>) -> Option<f64> {
+    one.into_iter().chain(other).reduce(f64::max)
 }

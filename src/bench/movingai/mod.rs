@@ -3,15 +3,10 @@
 
 mod algorithms;
 mod files;
-mod legality;
 mod measure;
 mod path_check;
-mod record;
-mod statistics;
 
-pub use algorithms::{ALGORITHMS, Algorithm, Answer, Search};
+pub use algorithms::{ALGORITHMS, Algorithm, Search};
 pub use files::{Files, Folder, Queries, find, longest};
-pub use legality::{IllegalPath, path_length};
-pub use measure::Bench;
-pub use path_check::{AnswerCheck, TOLERANCE, check_answer};
-pub use record::{AlgorithmRow, MapRows};
+pub use measure::{AlgorithmRow, Bench, MapRows};
+pub use path_check::{AnswerCheck, IllegalPath, TOLERANCE, check_answer, path_length};

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use inbye::bench::movingai::{
-    ALGORITHMS, Algorithm, AlgorithmRow, Answer, Bench, Files, Queries, Search, find, longest,
+    ALGORITHMS, Algorithm, AlgorithmRow, Bench, Files, Queries, Search, find, longest,
 };
-use inbye::global::Searcher;
+use inbye::global::{CellPath, Heuristic, NoPath, Searcher};
 use inbye::map::{Cell, FreeSpace};
 
 use super::{Test, sample};
@@ -69,7 +69,7 @@ fn exact_algorithms_find_the_shortest_paths() {
 }
 
 fn wrong_lengths_are_noticed() {
-    let exact: Vec<Algorithm> = ALGORITHMS.into_iter().filter(|it| it.exact).collect();
+    let exact: Vec<Algorithm> = ALGORITHMS.into_iter().filter(Algorithm::is_exact).collect();
     for sign in [1.0, -1.0] {
         let mut maps = sample();
         for scenario in maps.iter_mut().flat_map(|map| &mut map.scenarios) {
@@ -92,7 +92,12 @@ fn wrong_lengths_are_noticed() {
 }
 
 /// A search that goes straight to the goal and ignores obstacles.
-fn blind<'a>(_: &'a mut Searcher, _: &FreeSpace, start: Cell, goal: Cell) -> Answer<'a> {
+fn blind<'a>(
+    _: &'a mut Searcher,
+    _: &FreeSpace,
+    [start, goal]: [Cell; 2],
+    _: Option<Heuristic>,
+) -> Result<CellPath<'a>, NoPath> {
     let mut cells = vec![start];
     let mut at = start;
     while at != goal {
@@ -100,19 +105,16 @@ fn blind<'a>(_: &'a mut Searcher, _: &FreeSpace, start: Cell, goal: Cell) -> Ans
         at = Cell::new(at.column + dx.signum(), at.row + dy.signum());
         cells.push(at);
     }
-    Answer {
-        // A leak is acceptable in a short test.
-        cells: Some(cells.leak()),
-        expanded: 0,
-    }
+    // A leak is acceptable in a short test.
+    Ok(CellPath { cells: cells.leak(), cost: 0, expanded: 0 })
 }
 
 fn alone(search: Search) -> AlgorithmRow {
     let algorithm = Algorithm {
         name: "made up",
-        // The check of legality applies to every algorithm.
-        exact: false,
         usual: true,
+        // It is not exact; the check of legality applies to every algorithm.
+        heuristic: Some(Heuristic::Manhattan),
         search,
     };
     let mut rows = totals(&sample(), &[algorithm]);
@@ -128,7 +130,7 @@ fn a_blind_search_is_noticed() {
 }
 
 fn a_search_that_gives_up_is_noticed() {
-    let row = alone(|_, _, _, _| Answer { cells: None, expanded: 7 });
+    let row = alone(|_, _, _, _| Err(NoPath { expanded: 7 }));
     assert_eq!((row.solved, row.illegal, row.expanded), (0, 0, 7.0), "{row:?}");
     assert!(!row.passed());
     assert_eq!((row.mean_length_ratio, row.worst_length_ratio), (None, None));
