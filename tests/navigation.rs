@@ -6,6 +6,7 @@ mod cases {
         mod localization;
         mod moving_obstacles;
         mod odometry;
+        mod robot;
         mod tracking;
     }
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::RobotError;
 use crate::geometry::{Point, Pose};
+use crate::map::MovingDisc;
 
 /// A disc in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,10 +20,8 @@ pub struct Disc {
 
 /// The discs that cover a robot. Two or three discs cover a rectangle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<Disc>", into = "Vec<Disc>")]
-pub struct Footprint {
-    discs: Vec<Disc>,
-}
+#[serde(try_from = "Vec<Disc>")]
+pub struct Footprint(Vec<Disc>);
 
 impl Footprint {
     /// Creates a footprint from discs.
@@ -38,7 +37,7 @@ impl Footprint {
                 return Err(RobotError::BadDisc { index, x, y, radius });
             }
         }
-        Ok(Self { discs })
+        Ok(Self(discs))
     }
 
     /// Creates the footprint of a round robot: one disc around its origin.
@@ -46,28 +45,26 @@ impl Footprint {
     /// # Errors
     /// Returns an error if the radius, in metres, is not finite and above zero.
     pub fn round(radius: f64) -> Result<Self, RobotError> {
-        let (x, y) = (0.0, 0.0);
-        Self::new(vec![Disc { x, y, radius }])
+        Self::new(vec![Disc { x: 0.0, y: 0.0, radius }])
     }
 
     /// The discs, at least one.
     #[must_use]
     pub fn discs(&self) -> &[Disc] {
-        &self.discs
+        &self.0
     }
 
     /// Radius of the circle around the robot's origin that contains the footprint, metres.
     #[must_use]
     pub fn circumscribed_radius_m(&self) -> f64 {
         let reach = |disc: &Disc| libm::hypot(disc.x, disc.y) + disc.radius;
-        self.discs.iter().map(reach).fold(0.0, f64::max)
+        self.0.iter().map(reach).fold(0.0, f64::max)
     }
 
     /// Radius of the largest disc, metres.
     #[must_use]
     pub fn max_disc_radius_m(&self) -> f64 {
-        let radii = self.discs.iter().map(|disc| disc.radius);
-        radii.fold(0.0, f64::max)
+        self.0.iter().map(|disc| disc.radius).fold(0.0, f64::max)
     }
 
     /// Distance between a robot at this pose and another disc, metres; zero or less means contact.
@@ -78,17 +75,23 @@ impl Footprint {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// Distance between a robot at this pose and a moving obstacle, metres; zero or less means contact.
+    #[must_use]
+    pub fn gap_to_moving_m(&self, pose: &Pose, disc: &MovingDisc) -> f64 {
+        self.gap_to_disc_m(pose, &disc.center(), disc.radius)
+    }
+
     /// Adds a margin, metres, to each radius. A negative margin shrinks the discs, down to 1 mm.
     #[must_use]
     pub fn padded(&self, margin_m: f64) -> Self {
         let grow = |disc: &Disc| Disc { radius: (disc.radius + margin_m).max(1e-3), ..*disc };
-        Self { discs: self.discs.iter().map(grow).collect() }
+        Self(self.0.iter().map(grow).collect())
     }
 
     /// Centre and radius of each disc in the map frame, for a robot at a pose.
     pub fn at(&self, pose: &Pose) -> impl Iterator<Item = (Point, f64)> + '_ {
         let isometry = pose.isometry();
-        self.discs
+        self.0
             .iter()
             .map(move |disc| (isometry.transform_point(&Point::new(disc.x, disc.y)), disc.radius))
     }
@@ -99,11 +102,5 @@ impl TryFrom<Vec<Disc>> for Footprint {
 
     fn try_from(discs: Vec<Disc>) -> Result<Self, RobotError> {
         Self::new(discs)
-    }
-}
-
-impl From<Footprint> for Vec<Disc> {
-    fn from(footprint: Footprint) -> Self {
-        footprint.discs
     }
 }

@@ -64,14 +64,10 @@ impl Limits {
             };
             to.clamp(from + down * time_s, from + up * time_s)
         };
+        let Self { acc_lim_x, decel_lim_x, acc_lim_theta, decel_lim_theta, .. } = *self;
         Twist {
-            linear: step(current.linear, target.linear, self.acc_lim_x, self.decel_lim_x),
-            angular: step(
-                current.angular,
-                target.angular,
-                self.acc_lim_theta,
-                self.decel_lim_theta,
-            ),
+            linear: step(current.linear, target.linear, acc_lim_x, decel_lim_x),
+            angular: step(current.angular, target.angular, acc_lim_theta, decel_lim_theta),
         }
     }
 
@@ -111,43 +107,4 @@ impl Limits {
 
 fn mean(one: &Twist, other: &Twist) -> Twist {
     Twist::new(f64::midpoint(one.linear, other.linear), f64::midpoint(one.angular, other.angular))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn braking_keeps_the_curvature_as_far_as_the_limits_allow() {
-        let limits = Limits::default();
-        let twist = Twist::new(0.8, -0.6);
-        let braked = limits.brake(&twist, 0.1);
-        assert!((braked.angular / braked.linear + 0.75).abs() < 1e-12, "{braked:?}");
-        assert_eq!(braked.linear, limits.reachable(&twist, &Twist::STOP, 0.1).linear);
-        // The arc is too sharp: angular deceleration takes longer than linear.
-        let sharp = Twist::new(0.01, 0.9);
-        let expected = limits.reachable(&sharp, &Twist::STOP, 0.1);
-        assert_eq!(limits.brake(&sharp, 0.1), expected);
-        assert_eq!(limits.brake(&Twist::STOP, 0.1), Twist::STOP);
-        let backwards = limits.brake(&Twist::new(-0.3, 0.3), 0.1);
-        assert!((backwards.angular + backwards.linear).abs() < 1e-12);
-    }
-
-    #[test]
-    fn acceleration_and_deceleration_limits_apply_in_both_directions() {
-        let limits = Limits { acc_lim_x: 1.0, decel_lim_x: -2.0, ..Limits::default() };
-        let reach =
-            |from, to| limits.reachable(&Twist::new(from, 0.0), &Twist::new(to, 0.0), 0.1).linear;
-        assert!((reach(0.5, 1.0) - 0.6).abs() < 1e-12);
-        assert!((reach(0.5, 0.0) - 0.3).abs() < 1e-12);
-        assert!((reach(-0.5, -1.0) + 0.6).abs() < 1e-12);
-        assert!((reach(-0.5, 0.0) + 0.3).abs() < 1e-12);
-    }
-
-    #[test]
-    fn limits_reject_a_positive_deceleration_by_name() {
-        let limits = Limits { decel_lim_x: 0.5, ..Limits::default() };
-        let message = limits.validate().unwrap_err().to_string();
-        assert!(message.contains("decel_lim_x is 0.5"), "{message}");
-    }
 }

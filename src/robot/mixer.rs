@@ -1,7 +1,110 @@
-//! Conversion of commanded twists to limited and ramped track speeds.
+//! Limits of the tracks, and the conversion of commanded twists to track speeds within them.
 
-use super::{TrackLimits, TrackSpeeds, TrackedDrive};
+use serde::{Deserialize, Serialize};
+
+use super::{RobotError, TrackSpeeds, TrackedDrive};
 use crate::geometry::Twist;
+use crate::settings::{Setting, require, settings};
+
+settings! {
+    /// Limits of each track. They apply after the conversion from forward speed and turn rate.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct TrackLimits {
+        /// Largest speed of a track in both directions. Default 1.25 m/s: the outer track of a base 0.5 m wide at the
+        /// default top speed and turn rate.
+        pub max_track_speed: f64 = 1.25, ["m/s", above 0];
+        /// Largest acceleration of a track. Default 1.5 m/s^2: the default forward and angular acceleration combined,
+        /// 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
+        pub acc_lim_track: f64 = 1.5, ["m/s^2", above 0];
+        /// Largest deceleration of a track, negative as in Nav2. Default -1.5 m/s^2, equal to the acceleration.
+        pub decel_lim_track: f64 = -1.5, ["m/s^2", below 0];
+        /// Smallest speed of a moving track, below `max_track_speed`. Default 0.02 m/s: our choice for geared
+        /// motors, which stick or jerk below it.
+        pub deadband: f64 = 0.02, ["m/s", at_least 0];
+    }
+}
+
+impl TrackLimits {
+    /// Validates all limits.
+    ///
+    /// # Errors
+    /// Names the first limit that is not finite or has the wrong sign.
+    pub fn validate(&self) -> Result<(), RobotError> {
+        self.check_ranges()?;
+        Ok(require(
+            self.deadband < self.max_track_speed,
+            "deadband",
+            self.deadband,
+            "finite, at least zero and below max_track_speed",
+        )?)
+    }
+
+    /// Scales both speeds by the same factor to at most the largest, which keeps the curvature (eq. 11).
+    #[must_use]
+    pub fn scale_to_max(&self, target: &TrackSpeeds) -> TrackSpeeds {
+        let fastest = target.left.abs().max(target.right.abs());
+        if fastest <= self.max_track_speed {
+            return *target;
+        }
+        let factor = self.max_track_speed / fastest;
+        // Rounding may leave the product one ulp above the limit.
+        let max = self.max_track_speed;
+        target.map(|speed| (speed * factor).clamp(-max, max))
+    }
+
+    /// The speeds nearest to the target that the tracks can reach from the current ones within a time, seconds.
+    ///
+    /// Both changes are scaled by the factor of the slower track, so that both tracks reach their targets together. A start
+    /// from standstill has the target's curvature throughout, and a stop takes no longer.
+    #[must_use]
+    pub fn reachable(
+        &self,
+        current: &TrackSpeeds,
+        target: &TrackSpeeds,
+        time_s: f64,
+    ) -> TrackSpeeds {
+        let factor = |from: f64, to: f64| {
+            let change = (to - from).abs();
+            let max = self.max_change(from, to, time_s);
+            if change > max { max / change } else { 1.0 }
+        };
+        let factor = factor(current.left, target.left).min(factor(current.right, target.right));
+        if factor >= 1.0 {
+            return *target;
+        }
+        current.zip(*target, |from, to| from + factor * (to - from))
+    }
+
+    /// The largest change of a track's speed towards another within a time: a reversal first decelerates to zero.
+    fn max_change(&self, from: f64, to: f64, time_s: f64) -> f64 {
+        let away_from_zero = from == 0.0 || (to - from) * from > 0.0;
+        if away_from_zero {
+            return self.acc_lim_track * time_s;
+        }
+        let to_zero_s = from.abs() / -self.decel_lim_track;
+        if time_s <= to_zero_s {
+            -self.decel_lim_track * time_s
+        } else {
+            from.abs() + self.acc_lim_track * (time_s - to_zero_s)
+        }
+    }
+
+    /// Sets speeds within the deadband to zero.
+    ///
+    /// Speeds are not raised to the deadband, as motor drivers do for voltages: the base would move faster than commanded, and
+    /// on noise alone. The planner reads the resulting standstill from the encoder.
+    #[must_use]
+    pub fn apply_deadband(&self, speeds: &TrackSpeeds) -> TrackSpeeds {
+        speeds.map(|speed| if speed.abs() < self.deadband { 0.0 } else { speed })
+    }
+
+    /// The longest time to standstill, seconds.
+    #[must_use]
+    pub fn max_stopping_time_s(&self) -> f64 {
+        self.max_track_speed / -self.decel_lim_track
+    }
+}
 
 /// Converts twists to feasible track speeds. It keeps the last commanded speeds for its ramp.
 #[derive(Clone, Debug)]
@@ -39,39 +142,5 @@ impl Mixer {
     /// Restarts the ramp from standstill, after an emergency stop or a lost connection.
     pub fn reset(&mut self) {
         self.ramp = TrackSpeeds::default();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn mixer() -> Mixer {
-        let limits = TrackLimits {
-            max_track_speed: 1.0,
-            acc_lim_track: 1.0,
-            decel_lim_track: -1.0,
-            deadband: 0.05,
-        };
-        Mixer::new(TrackedDrive { track_width_m: 0.5 }, limits)
-    }
-
-    #[test]
-    fn ramp_of_small_steps_leaves_the_deadband() {
-        let mut mixer = mixer();
-        let commanded: Vec<f64> =
-            (0..10).map(|_| mixer.mix(&Twist::new(0.5, 0.0), 0.01).left).collect();
-        assert_eq!(commanded[3], 0.0, "0.04 m/s is within the deadband");
-        assert!((commanded[9] - 0.1).abs() < 1e-12, "{commanded:?}");
-    }
-
-    #[test]
-    fn target_that_is_not_finite_brakes() {
-        let mut mixer = mixer();
-        mixer.mix(&Twist::new(0.5, 0.0), 1.0);
-        let commanded = mixer.mix(&Twist::new(f64::NAN, 0.2), 0.1);
-        assert!((commanded.left - 0.4).abs() < 1e-12 && (commanded.right - 0.4).abs() < 1e-12);
-        mixer.reset();
-        assert_eq!(mixer.mix(&Twist::STOP, 0.0), TrackSpeeds::default());
     }
 }

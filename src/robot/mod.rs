@@ -4,21 +4,15 @@ use thiserror::Error;
 
 use crate::settings::SettingError;
 
-mod encoder;
 mod footprint;
-mod kinematics;
 mod limits;
 mod mixer;
-mod per_track;
-mod track_limits;
+mod tracks;
 
-pub use encoder::{TrackOdometry, travel_m};
 pub use footprint::{Disc, Footprint};
-pub use kinematics::{TrackSpeeds, TrackedDrive};
 pub use limits::Limits;
-pub use mixer::Mixer;
-pub use per_track::{PerTrack, Side};
-pub use track_limits::TrackLimits;
+pub use mixer::{Mixer, TrackLimits};
+pub use tracks::{PerTrack, Side, TrackOdometry, TrackSpeeds, TrackedDrive, travel_m};
 
 /// An invalid robot description.
 #[derive(Debug, Clone, PartialEq, Error)]
