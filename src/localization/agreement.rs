@@ -94,7 +94,7 @@ impl Agreement {
 /// Whether a beam enters and leaves an obstacle before its end. The last `before_end_m` metres are excluded, since surfaces
 /// there belong to the end itself.
 fn passes_through(map: &SignedDistanceField, from: &Point, end: &Point, before_end_m: f64) -> bool {
-    let margin_m = SURFACE_MARGIN_CELLS * map.resolution_m();
+    let margin_m = SURFACE_MARGIN_CELLS * map.frame.resolution_m;
     let mut is_inside = false;
     let mut has_left = false;
     march(map, from, end, before_end_m, |distance_m| {
@@ -116,7 +116,7 @@ fn march(
 ) {
     let segment = end - from;
     let length_m = segment.norm();
-    let min_step_m = MIN_STEP_CELLS * map.resolution_m();
+    let min_step_m = MIN_STEP_CELLS * map.frame.resolution_m;
     let mut at_m = 0.0;
     while at_m < length_m - before_end_m {
         let point = from + segment * (at_m / length_m);

@@ -1,8 +1,72 @@
-//! Motion compensation of a lidar revolution.
+//! Motion compensation of a lidar revolution by a short history of poses.
 
-use super::PoseHistory;
+use std::collections::VecDeque;
+
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::{Scan, TimedScan};
+
+/// Length of the history, seconds: a few lidar revolutions.
+const HISTORY_S: f64 = 1.0;
+
+/// Largest number of poses, whatever their times.
+const MAX_POSES: usize = 1024;
+
+/// The poses of the last second.
+#[derive(Clone, Debug, Default)]
+pub struct PoseHistory {
+    rows: VecDeque<(f64, Pose)>,
+}
+
+impl PoseHistory {
+    /// Creates an empty history with preallocated memory.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { rows: VecDeque::with_capacity(MAX_POSES) }
+    }
+
+    /// Records a pose at a time, seconds. A pose at the same time as the last replaces it; an earlier time clears the
+    /// history; values that are not finite are ignored.
+    pub fn record(&mut self, time_s: f64, pose: &Pose) {
+        if !(time_s.is_finite() && pose.is_finite()) {
+            return;
+        }
+        match self.rows.back().map(|(last_s, _)| *last_s) {
+            Some(last_s) if time_s < last_s => self.rows.clear(),
+            Some(last_s) if time_s == last_s => {
+                self.rows.pop_back();
+            }
+            _ => {}
+        }
+        // One pose older than the limit is kept for interpolation.
+        while self.rows.len() >= MAX_POSES
+            || self.rows.get(1).is_some_and(|(next_s, _)| time_s - next_s > HISTORY_S)
+        {
+            self.rows.pop_front();
+        }
+        self.rows.push_back((time_s, *pose));
+    }
+
+    /// The newest time and pose.
+    #[must_use]
+    pub fn newest(&self) -> Option<(f64, Pose)> {
+        self.rows.back().copied()
+    }
+
+    /// The pose at a time, seconds, interpolated along an arc between the adjacent poses. Times outside the history give its
+    /// first or last pose. None if it is empty.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> Option<Pose> {
+        let after = self.rows.partition_point(|(row_s, _)| *row_s <= time_s);
+        let Some(&(before_s, before)) = after.checked_sub(1).and_then(|row| self.rows.get(row))
+        else {
+            return self.rows.front().map(|(_, pose)| *pose);
+        };
+        let Some(&(after_s, after)) = self.rows.get(after) else {
+            return Some(before);
+        };
+        Some(before.interpolate(&after, (time_s - before_s) / (after_s - before_s)))
+    }
+}
 
 /// A revolution without motion distortion. Points are in the robot's frame at the time of the scan.
 #[derive(Clone, Debug, Default)]
@@ -82,50 +146,5 @@ impl DeskewedScan {
         let range_max = max_hit_m.fold(self.range_max, f64::max);
         let measured = self.open.iter().map(open);
         Scan::from_measurements(beams, range_max, measured.chain(self.hits.iter().map(hit)))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::Twist;
-    use crate::map::Beam;
-
-    /// A robot drives a curve while its lidar turns; a post stays at the same place in every beam.
-    #[test]
-    fn deskewing_removes_motion_distortion_of_a_post() {
-        let (mut history, twist) = (PoseHistory::new(), Twist::new(1.0, 0.8));
-        let start = Pose::new(4.0, 2.0, -1.0);
-        (0..=10).for_each(|tick| {
-            let time_s = 0.01 * f64::from(tick);
-            history.record(time_s, &start.after(&twist, time_s));
-        });
-        let post = Point::new(6.0, 1.0);
-        let beam = |index: u32| {
-            let time_s = 0.001 * f64::from(index);
-            let seen = start.after(&twist, time_s).inverse_transform(&post);
-            Beam { angle: libm::atan2(seen.y, seen.x), range: seen.coords.norm(), time_s }
-        };
-        let mut timed = TimedScan { beams: (0..=100).map(beam).collect(), range_max: 10.0 };
-        timed.beams[50].range = f64::INFINITY;
-        timed.beams[51].range = f64::NAN;
-        timed.beams[52].range = -1.0;
-        let mut deskewed = DeskewedScan::default();
-        deskewed.deskew(&timed, &history);
-        assert_eq!((deskewed.hits.len(), deskewed.open.len(), deskewed.unmeasured), (98, 1, 2));
-        let here = start.after(&twist, 0.1);
-        for hit in &deskewed.hits {
-            assert!((here.transform(&hit.end) - post).norm() < 1e-9);
-        }
-        // Without deskewing, the ends are spread over centimetres.
-        let raw = &timed.beams[0];
-        let (sin, cos) = libm::sincos(raw.angle);
-        let smeared = here.transform(&Point::new(raw.range * cos, raw.range * sin));
-        assert!((smeared - post).norm() > 0.05);
-        let scan = deskewed.to_scan(360);
-        let ends: Vec<Point> = scan.hits(&here).collect();
-        assert!(!ends.is_empty());
-        // Within half a beam's angle.
-        assert!(ends.iter().all(|end| (end - post).norm() < 0.03), "{ends:?}");
     }
 }

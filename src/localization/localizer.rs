@@ -3,9 +3,8 @@
 use nalgebra::Matrix3;
 
 use super::agreement::walled_fraction;
-use super::pose_ekf::PoseEkf;
-use super::relocalization;
-use super::scan_matcher::{ScanMatch, match_scan, tolerance_m};
+use super::pose_filters::{PoseEkf, offset};
+use super::scan_matcher::{ScanMatch, ScanMatcher};
 use super::signed_distance_field::SignedDistanceField;
 use super::{
     Agreement, DeskewedScan, LocalizationError, LocalizationSettings, LocalizationStatus,
@@ -113,7 +112,10 @@ impl Localizer {
         self.history.record(time_s, odometry);
         self.estimate.time_s = time_s;
         self.update_estimate();
-        if self.has_lost_covariance() && self.estimate.status.lost_reason().is_none() {
+        let Self { settings, estimate, .. } = &*self;
+        let is_unknown = estimate.sigma_m() > settings.lost_sigma_m
+            || estimate.sigma_rad() > settings.lost_sigma_rad;
+        if is_unknown && self.estimate.status.lost_reason().is_none() {
             self.lose(LostReason::HighUncertainty);
         }
     }
@@ -131,6 +133,10 @@ impl Localizer {
         &self.estimate
     }
 
+    const fn matcher(&self) -> ScanMatcher<'_> {
+        ScanMatcher { map: &self.map, scan: &self.scan, settings: &self.settings }
+    }
+
     /// Corrects the pose by the scan, unless the scan contradicts it.
     fn track(&mut self) {
         let covariance = self.ekf.pose_covariance();
@@ -139,16 +145,8 @@ impl Localizer {
         };
         let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
         let prior = self.ekf.pose;
-        let matched = match_scan(
-            &self.map,
-            &self.scan.hits,
-            &prior,
-            &prior_information,
-            sigma_m,
-            &self.settings,
-        );
-        let tolerance_m = tolerance_m(&self.map, &self.settings);
-        self.estimate.agreement = Agreement::of(&self.map, &self.scan, &matched.pose, tolerance_m);
+        let matched = self.matcher().match_scan(&prior, &prior_information, sigma_m);
+        self.estimate.agreement = self.matcher().agreement(&matched.pose);
         self.estimate.rms_m = matched.rms_m;
         self.estimate.unobservable_directions = matched.unobservable_directions;
         self.estimate.iterations = matched.iterations;
@@ -178,25 +176,15 @@ impl Localizer {
         if agreement.through_walls_fraction() > settings.max_through_walls {
             return Some(LostReason::BeamsThroughWalls);
         }
-        if agreement.matching_fraction() < self.min_agreement() {
+        let is_candidate = self.confirmations.is_some();
+        let min_agreement =
+            if is_candidate { settings.relocalized_agreement } else { settings.min_agreement };
+        if agreement.matching_fraction() < min_agreement {
             return Some(LostReason::PoorMatch);
         }
-        let correction = nalgebra::Vector3::new(
-            matched.pose.x - prior.x,
-            matched.pose.y - prior.y,
-            crate::geometry::wrap_angle(matched.pose.yaw - prior.yaw),
-        );
+        let correction = offset(prior, &matched.pose);
         ((correction.transpose() * prior_information * correction)[0] > MAX_CORRECTION_SIGMAS2)
             .then_some(LostReason::PoseJump)
-    }
-
-    /// The required agreement, which is higher while relocalising.
-    const fn min_agreement(&self) -> f64 {
-        if self.confirmations.is_some() {
-            self.settings.relocalized_agreement
-        } else {
-            self.settings.min_agreement
-        }
     }
 
     fn reject(&mut self, reason: LostReason) {
@@ -223,7 +211,10 @@ impl Localizer {
             self.confirmations = None;
             self.rejections = 0;
         }
-        self.estimate.status = if self.rejections == 0 && !self.has_uncertain_covariance() {
+        let Self { settings, estimate, .. } = &*self;
+        let is_certain = estimate.sigma_m() <= settings.uncertain_sigma_m
+            && estimate.sigma_rad() <= settings.uncertain_sigma_rad;
+        self.estimate.status = if self.rejections == 0 && is_certain {
             LocalizationStatus::Tracking
         } else {
             LocalizationStatus::Uncertain
@@ -237,32 +228,20 @@ impl Localizer {
 
     /// Searches for the pose of a lost robot. The next revolutions must confirm a candidate.
     fn relocalize(&mut self) {
-        let Self { settings, scan, .. } = self;
-        if scan.hits.len() < settings.min_returns {
+        if self.scan.hits.len() < self.settings.min_returns {
             return;
         }
-        let candidate = relocalization::find(&self.map, scan, &self.ekf.pose, settings);
-        if let Some(pose) = candidate {
+        if let Some(pose) = self.matcher().relocalize(&self.ekf.pose) {
             self.ekf = self.ekf.reset_pose(pose, &self.settings);
             self.confirmations = Some(0);
             self.track();
         }
     }
 
-    fn has_uncertain_covariance(&self) -> bool {
-        self.estimate.sigma_m() > self.settings.uncertain_sigma_m
-            || self.estimate.sigma_rad() > self.settings.uncertain_sigma_rad
-    }
-
-    fn has_lost_covariance(&self) -> bool {
-        self.estimate.sigma_m() > self.settings.lost_sigma_m
-            || self.estimate.sigma_rad() > self.settings.lost_sigma_rad
-    }
-
     /// Converts the filter's pose and covariance to the map frame.
     fn update_estimate(&mut self) {
         self.estimate.pose = self.map.to_map(&self.ekf.pose);
-        let (sin, cos) = libm::sincos(self.map.grid_yaw());
+        let (sin, cos) = libm::sincos(self.map.frame.origin.yaw);
         let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
         self.estimate.covariance = turn * self.ekf.pose_covariance() * turn.transpose();
     }

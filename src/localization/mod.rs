@@ -13,21 +13,18 @@
 mod agreement;
 mod deskewed_scan;
 mod localizer;
-mod pose_ekf;
 mod pose_estimate;
-mod pose_filter;
-mod pose_history;
+mod pose_filters;
 mod relocalization;
 mod scan_matcher;
 mod settings;
 mod signed_distance_field;
 
 pub use agreement::Agreement;
-pub use deskewed_scan::DeskewedScan;
+pub use deskewed_scan::{DeskewedScan, PoseHistory};
 pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
-pub use pose_filter::{PoseFilter, PoseMeasurement};
-pub use pose_history::PoseHistory;
+pub use pose_filters::{PoseFilter, PoseMeasurement};
 pub use settings::LocalizationSettings;
 
 /// An invalid setting or start pose.

@@ -1,7 +1,5 @@
 //! The result of localisation: pose, covariance and status.
 
-use core::fmt;
-
 use nalgebra::Matrix3;
 use serde::Serialize;
 
@@ -9,32 +7,25 @@ use super::Agreement;
 use crate::geometry::Pose;
 
 /// Why localisation is lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum LostReason {
     /// The lidar has too few returns where the map shows surfaces.
+    #[error("the lidar has no returns where the map shows walls")]
     NoReturns,
     /// Too many beams pass through mapped obstacles.
+    #[error("lidar beams pass through walls of the map")]
     BeamsThroughWalls,
     /// Too few beams end on mapped surfaces.
+    #[error("the scan does not match the map")]
     PoorMatch,
     /// The best match is farther away than the robot can have driven.
+    #[error("the best match is farther away than the robot can have driven")]
     PoseJump,
     /// The covariance has grown too large without corrections.
+    #[error("the scans have not constrained the pose for too long")]
     HighUncertainty,
-}
-
-impl fmt::Display for LostReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoReturns => "the lidar has no returns where the map shows walls",
-            Self::BeamsThroughWalls => "lidar beams pass through walls of the map",
-            Self::PoorMatch => "the scan does not match the map",
-            Self::PoseJump => "the best match is farther away than the robot can have driven",
-            Self::HighUncertainty => "the scans have not constrained the pose for too long",
-        })
-    }
 }
 
 /// Reliability of the pose.

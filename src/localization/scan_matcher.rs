@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-use super::LocalizationSettings;
-use super::deskewed_scan::Hit;
+use super::pose_filters::{offset, shifted};
 use super::signed_distance_field::SignedDistanceField;
-use crate::geometry::{Pose, wrap_angle};
+use super::{Agreement, DeskewedScan, LocalizationSettings};
+use crate::geometry::Pose;
 
 /// Largest number of iterations.
 const MAX_ITERATIONS: u8 = 15;
@@ -45,132 +45,117 @@ struct NormalEquations {
     squared_range: f64,
 }
 
-/// Moves a pose in the grid's frame to where the beams end on mapped surfaces. The prior pose counts by its information
-/// matrix, the inverse of its covariance.
-pub(super) fn match_scan(
-    map: &SignedDistanceField,
-    hits: &[Hit],
-    prior: &Pose,
-    prior_information: &Matrix3<f64>,
-    prior_sigma_m: f64,
-    settings: &LocalizationSettings,
-) -> ScanMatch {
-    let narrow_m = tolerance_m(map, settings);
-    let mut wide_m = WIDE_SIGMAS * prior_sigma_m;
-    let (mut pose, mut iterations) = (*prior, 0);
-    loop {
-        let equations = normal_equations(map, hits, &pose, narrow_m + wide_m);
-        let observable = observable_part(&equations, hits.len(), settings);
-        let offset =
-            Vector3::new(pose.x - prior.x, pose.y - prior.y, wrap_angle(pose.yaw - prior.yaw));
-        let step = (prior_information + observable.information)
-            .cholesky()
-            .map_or_else(Vector3::zeros, |whole| {
-                whole.solve(&(-observable.gradient - prior_information * offset))
-            });
-        iterations += 1;
-        let has_converged = step.xy().norm() < CONVERGED_M && step.z.abs() < CONVERGED_RAD;
-        let is_narrow = wide_m < 0.1 * narrow_m;
-        // The last step is not taken, so that the sums belong to the returned pose.
-        if has_converged && is_narrow || iterations == MAX_ITERATIONS {
-            return ScanMatch {
-                pose,
-                information: observable.information,
-                rms_m: if equations.weight > 0.0 {
-                    (equations.squares / equations.weight).sqrt()
-                } else {
-                    0.0
-                },
-                unobservable_directions: observable.unobservable_directions,
-                iterations,
+/// Matches a scan to a map.
+#[derive(Clone, Copy)]
+pub(super) struct ScanMatcher<'a> {
+    pub map: &'a SignedDistanceField,
+    pub scan: &'a DeskewedScan,
+    pub settings: &'a LocalizationSettings,
+}
+
+impl ScanMatcher<'_> {
+    /// Moves a pose in the grid's frame to where the beams end on mapped surfaces. The prior pose counts by its information
+    /// matrix, the inverse of its covariance.
+    pub fn match_scan(
+        &self,
+        prior: &Pose,
+        prior_information: &Matrix3<f64>,
+        prior_sigma_m: f64,
+    ) -> ScanMatch {
+        let narrow_m = self.tolerance_m();
+        let mut wide_m = WIDE_SIGMAS * prior_sigma_m;
+        let (mut pose, mut iterations) = (*prior, 0);
+        loop {
+            let equations = self.normal_equations(&pose, narrow_m + wide_m);
+            let (information, gradient, unobservable_directions) = self.observable_part(&equations);
+            let offset = offset(prior, &pose);
+            let step =
+                (prior_information + information).cholesky().map_or_else(Vector3::zeros, |whole| {
+                    whole.solve(&(-gradient - prior_information * offset))
+                });
+            iterations += 1;
+            let has_converged = step.xy().norm() < CONVERGED_M && step.z.abs() < CONVERGED_RAD;
+            let is_narrow = wide_m < 0.1 * narrow_m;
+            // The last step is not taken, so that the sums belong to the returned pose.
+            if has_converged && is_narrow || iterations == MAX_ITERATIONS {
+                let has_matches = equations.weight > 0.0;
+                let rms_m =
+                    if has_matches { (equations.squares / equations.weight).sqrt() } else { 0.0 };
+                return ScanMatch { pose, information, rms_m, unobservable_directions, iterations };
+            }
+            let excess = (step.xy().norm() / MAX_STEP_M).max(step.z.abs() / MAX_STEP_RAD);
+            let step = step / excess.max(1.0);
+            pose = shifted(&pose, step.x, step.y, step.z);
+            wide_m *= 0.5;
+        }
+    }
+
+    /// Numbers of beams that match the map at a pose.
+    pub fn agreement(&self, pose: &Pose) -> Agreement {
+        Agreement::of(self.map, self.scan, pose, self.tolerance_m())
+    }
+
+    /// Largest distance of a beam end from a surface that it matches, metres.
+    fn tolerance_m(&self) -> f64 {
+        self.settings.outlier_distance_m + 0.5 * self.map.frame.resolution_m
+    }
+
+    /// Sums in the order of the beams. Tukey's biweight of the distance is one on the surface and zero from the tolerance on.
+    fn normal_equations(&self, pose: &Pose, tolerance_m: f64) -> NormalEquations {
+        let (sin, cos) = libm::sincos(pose.yaw);
+        let mut sums = NormalEquations::default();
+        for hit in &self.scan.hits {
+            let (x, y) = (cos * hit.end.x - sin * hit.end.y, sin * hit.end.x + cos * hit.end.y);
+            let Some(sample) = self.map.sample(pose.x + x, pose.y + y) else {
+                continue;
             };
+            let ratio = sample.distance_m / tolerance_m;
+            if ratio.abs() >= 1.0 {
+                continue;
+            }
+            let root = 1.0 - ratio * ratio;
+            let weight = root * root;
+            let [gradient_x, gradient_y] = sample.gradient;
+            let jacobian = Vector3::new(gradient_x, gradient_y, gradient_y * x - gradient_x * y);
+            sums.hessian += jacobian * jacobian.transpose() * weight;
+            sums.gradient += jacobian * (weight * sample.distance_m);
+            sums.weight += weight;
+            sums.squares += weight * sample.distance_m * sample.distance_m;
+            sums.squared_range += weight * (x * x + y * y);
         }
-        let excess = (step.xy().norm() / MAX_STEP_M).max(step.z.abs() / MAX_STEP_RAD);
-        let step = step / excess.max(1.0);
-        pose = Pose { x: pose.x + step.x, y: pose.y + step.y, yaw: wrap_angle(pose.yaw + step.z) };
-        wide_m *= 0.5;
+        sums
     }
-}
 
-/// Largest distance of a beam end from a surface that it matches, metres.
-pub(super) fn tolerance_m(map: &SignedDistanceField, settings: &LocalizationSettings) -> f64 {
-    settings.outlier_distance_m + 0.5 * map.resolution_m()
-}
-
-/// Sums in the order of the beams. Tukey's biweight of the distance is one on the surface and zero from the tolerance on.
-fn normal_equations(
-    map: &SignedDistanceField,
-    hits: &[Hit],
-    pose: &Pose,
-    tolerance_m: f64,
-) -> NormalEquations {
-    let (sin, cos) = libm::sincos(pose.yaw);
-    let mut sums = NormalEquations::default();
-    for hit in hits {
-        let (x, y) = (cos * hit.end.x - sin * hit.end.y, sin * hit.end.x + cos * hit.end.y);
-        let Some(sample) = map.sample(pose.x + x, pose.y + y) else {
-            continue;
-        };
-        let ratio = sample.distance_m / tolerance_m;
-        if ratio.abs() >= 1.0 {
-            continue;
+    /// Information and gradient along the observable directions, and the number of the others.
+    ///
+    /// Removes the directions of motion to which hardly any beam is sensitive. These are eigenvectors of the Hessian (Zhang,
+    /// Kaess and Singh, "On Degeneracy of Optimization-based State Estimation Problems", ICRA 2016). The beams' mean range
+    /// makes angles comparable to distances.
+    fn observable_part(&self, sums: &NormalEquations) -> (Matrix3<f64>, Vector3<f64>, u8) {
+        if sums.weight <= 0.0 {
+            return (Matrix3::zeros(), Vector3::zeros(), 3);
         }
-        let root = 1.0 - ratio * ratio;
-        let weight = root * root;
-        let [gradient_x, gradient_y] = sample.gradient;
-        let jacobian = Vector3::new(gradient_x, gradient_y, gradient_y * x - gradient_x * y);
-        sums.hessian += jacobian * jacobian.transpose() * weight;
-        sums.gradient += jacobian * (weight * sample.distance_m);
-        sums.weight += weight;
-        sums.squares += weight * sample.distance_m * sample.distance_m;
-        sums.squared_range += weight * (x * x + y * y);
-    }
-    sums
-}
-
-/// The part of the normal equations along observable directions.
-struct ObservablePart {
-    information: Matrix3<f64>,
-    gradient: Vector3<f64>,
-    unobservable_directions: u8,
-}
-
-/// Removes the directions of motion to which hardly any beam is sensitive. These are eigenvectors of the Hessian (Zhang,
-/// Kaess and Singh, "On Degeneracy of Optimization-based State Estimation Problems", ICRA 2016). The beams' mean range
-/// makes angles comparable to distances.
-fn observable_part(
-    sums: &NormalEquations,
-    beams: usize,
-    settings: &LocalizationSettings,
-) -> ObservablePart {
-    if sums.weight <= 0.0 {
-        return ObservablePart {
-            information: Matrix3::zeros(),
-            gradient: Vector3::zeros(),
-            unobservable_directions: 3,
-        };
-    }
-    let arm_m = (sums.squared_range / sums.weight).sqrt().max(0.1);
-    let to_scaled = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / arm_m));
-    let from_scaled = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, arm_m));
-    let eigen = SymmetricEigen::new(to_scaled * sums.hessian * to_scaled);
-    let threshold = settings.min_information * beams as f64;
-    let (mut projection, mut unobservable_directions) = (Matrix3::zeros(), 0);
-    for (direction, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
-        if *value >= threshold {
-            projection += direction * direction.transpose();
-        } else {
-            unobservable_directions += 1;
+        let settings = self.settings;
+        let arm_m = (sums.squared_range / sums.weight).sqrt().max(0.1);
+        let to_scaled = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0 / arm_m));
+        let from_scaled = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, arm_m));
+        let eigen = SymmetricEigen::new(to_scaled * sums.hessian * to_scaled);
+        let threshold = settings.min_information * self.scan.hits.len() as f64;
+        let (mut projection, mut unobservable_directions) = (Matrix3::zeros(), 0);
+        for (direction, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+            if *value >= threshold {
+                projection += direction * direction.transpose();
+            } else {
+                unobservable_directions += 1;
+            }
         }
-    }
-    let scale = (settings.independent_beams / sums.weight).min(1.0)
-        / (settings.beam_sigma_m * settings.beam_sigma_m);
-    // Removes the asymmetry due to rounding.
-    let hessian = projection * (to_scaled * sums.hessian * to_scaled) * projection;
-    let hessian = (hessian + hessian.transpose()) * 0.5;
-    ObservablePart {
-        information: from_scaled * hessian * from_scaled * scale,
-        gradient: from_scaled * (projection * (to_scaled * sums.gradient)) * scale,
-        unobservable_directions,
+        let scale = (settings.independent_beams / sums.weight).min(1.0)
+            / (settings.beam_sigma_m * settings.beam_sigma_m);
+        // Removes the asymmetry due to rounding.
+        let hessian = projection * (to_scaled * sums.hessian * to_scaled) * projection;
+        let hessian = (hessian + hessian.transpose()) * 0.5;
+        let information = from_scaled * hessian * from_scaled * scale;
+        let gradient = from_scaled * (projection * (to_scaled * sums.gradient)) * scale;
+        (information, gradient, unobservable_directions)
     }
 }

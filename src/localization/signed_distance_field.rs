@@ -17,7 +17,7 @@ const MAX_CELLS: f64 = 127.0;
 /// the common edge with slope one on both sides, so a beam that ends on the surface has no bias and a smooth gradient.
 #[derive(Clone, Debug)]
 pub(super) struct SignedDistanceField {
-    frame: GridFrame,
+    pub frame: GridFrame,
     /// In 1/256 of a cell, row-major, lowest row first.
     signed: Vec<i16>,
 }
@@ -57,10 +57,6 @@ impl SignedDistanceField {
         Self { frame, signed }
     }
 
-    pub const fn resolution_m(&self) -> f64 {
-        self.frame.resolution_m
-    }
-
     /// Converts a pose from the map frame to the grid's frame, whose axes lie along the cells, in metres from the corner.
     pub fn to_grid(&self, pose: &Pose) -> Pose {
         self.frame.origin.inverse_transform_pose(pose)
@@ -69,11 +65,6 @@ impl SignedDistanceField {
     /// Converts a pose from the grid's frame to the map frame.
     pub fn to_map(&self, pose: &Pose) -> Pose {
         self.frame.origin.transform_pose(pose)
-    }
-
-    /// Yaw of the grid in the map frame, radians.
-    pub const fn grid_yaw(&self) -> f64 {
-        self.frame.origin.yaw
     }
 
     /// The field at a point of the grid's frame, metres, by bilinear interpolation of the four nearest cells. None if one of
