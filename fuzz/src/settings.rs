@@ -242,7 +242,7 @@ pub fn sweep_plan(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    let sound = |plan: &Plan| Ok(plan.validate()?);
+    let sound = |plan: &Plan| Ok(plan.check()?);
     match toml_merge::parse(text, &Plan::default(), sound) {
         Err(error) => one_line(&format!("{error:#}")),
         Ok(plan) => {

@@ -6,26 +6,13 @@ use thiserror::Error;
 
 use crate::settings::SettingError;
 
-use crate::robot::RobotError;
-
 /// Why a base or a lidar cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum BaseError {
-    /// Track limits out of range.
-    #[error(transparent)]
-    Robot(#[from] RobotError),
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// A table of a configuration with an invalid setting.
-    #[error("[{table}] {reason}")]
-    BadConfig {
-        /// Name of the table.
-        table: &'static str,
-        /// What is wrong in it.
-        reason: String,
-    },
     /// A command that is NaN or infinite. Nothing was sent.
     #[error(
         "the command is linear {linear} m/s, angular {angular} rad/s: both must be finite; nothing was sent"

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{BaseError, BaseSettings, Faults, Feedback, StopCause};
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, Side, TrackSpeeds, TrackedDrive};
-use crate::settings::{Setting, settings};
+use crate::settings::settings;
 
 /// A track below this share of its commanded speed stands, if for long.
 const STUCK_SHARE: f64 = 0.1;
@@ -49,16 +49,6 @@ settings! {
         /// Age at which a command that the base has not accepted is delayed; only for protocols that acknowledge
         /// commands. Default 0.2 s: ten commands, and two cycles of the slowest planner.
         pub command_delay_s: f64 = 0.2, ["s", above 0];
-    }
-}
-
-impl FaultDetectorSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`BaseError::Setting`] for the first number that is not finite and above zero.
-    pub fn validate(&self) -> Result<(), BaseError> {
-        Ok(self.check_ranges()?)
     }
 }
 

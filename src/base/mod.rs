@@ -6,7 +6,6 @@
 //! Do not rely on a base to stop by itself when commands cease: some published firmware has its watchdog disabled.
 
 pub mod arduino;
-mod config;
 mod device;
 mod emulator;
 mod encoder_speed;
@@ -27,7 +26,6 @@ mod stop_cause;
 pub mod supervisor;
 pub mod wheeltec;
 
-pub use config::BaseConfig;
 pub use device::{CommandStats, DeviceProtocol, MachineState};
 pub use emulator::{Emulator, InjectedFault, ScheduledFault};
 pub use error::BaseError;
@@ -39,7 +37,7 @@ pub use protocol::Protocol;
 #[cfg(feature = "serial")]
 pub use serial::{SerialBase, SerialSettings, open_lidar_port};
 pub use session::{Session, SessionCounters, TimedFeedback};
-pub use settings::BaseSettings;
+pub use settings::{BaseConfig, BaseSettings};
 pub use stop_cause::StopCause;
 pub use supervisor::{
     BaseSupervisor, CommandRejected, DriveStatus, OpenBase, OutgoingCommand, SafetyController,

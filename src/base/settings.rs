@@ -1,13 +1,29 @@
-//! Settings of a base's driver: tracks, wiring and protocol.
+//! All settings of a base, its supervisor and its lidar, each with a documented default. The file format is TOML.
 
 use serde::{Deserialize, Serialize};
 
 use super::arduino::ArduinoSettings;
+use super::ld19::LidarSettings;
 use super::roboclaw::RoboClawSettings;
-use super::{BaseError, Faults, require_finite};
+use super::{BaseError, Faults, SupervisorSettings, require_finite};
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, TrackLimits, TrackSpeeds, TrackedDrive};
-use crate::settings::{Setting, settings};
+use crate::settings::settings;
+
+settings! {
+    /// Settings of a base, its supervisor and its lidar.
+    #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct BaseConfig {
+        /// Tracks, wiring and protocol of the base.
+        pub base: BaseSettings = BaseSettings::default();
+        /// Command rate, timeouts and fault detection.
+        pub supervisor: SupervisorSettings = SupervisorSettings::default();
+        /// Mounting and timeout of an LD19 lidar on the base, for `drive --lidar`.
+        pub lidar: LidarSettings = LidarSettings::default();
+    }
+    heading "Settings of a base with their defaults: leave out every key that keeps its default. SI units."
+}
 
 settings! {
     /// Tracks, wiring and protocol of a tracked base.
@@ -40,17 +56,6 @@ settings! {
 }
 
 impl BaseSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`BaseError::Setting`] or [`BaseError::Robot`] for the first number out of range.
-    pub fn validate(&self) -> Result<(), BaseError> {
-        self.check_ranges()?;
-        self.tracks.validate()?;
-        self.roboclaw.validate()?;
-        self.arduino.validate()
-    }
-
     /// The kinematics with the effective track width.
     #[must_use]
     pub fn drive(&self) -> TrackedDrive {

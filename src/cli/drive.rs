@@ -10,7 +10,8 @@ use inbye::map::{OccupancyGrid, UnknownPolicy};
 use inbye::navigator::{Fault, Goal};
 use inbye::report::PlaybackRecorder;
 use inbye::runtime::{
-    Config, Mission, MissionResult, Observer, PoseSource, StopError, TickEvent, run_mission,
+    Config, Mission, MissionError, MissionResult, Observer, PoseSource, StopError, TickEvent,
+    run_mission,
 };
 use inbye::sim::{MovingObstacles, SimError, Simulation};
 use serde_json::{Value, json};
@@ -191,7 +192,9 @@ fn no_path_or(
     json: bool,
 ) -> anyhow::Result<bool> {
     match error {
-        SimError::Fault(Fault::Plan(error @ PlanError::NoValidPath { .. })) => {
+        SimError::Mission(MissionError::Fault(Fault::Plan(
+            error @ PlanError::NoValidPath { .. },
+        ))) => {
             let mut object = plan::no_path_json(&error);
             object["reached"] = json!(false);
             object["collided"] = json!(false);
@@ -199,7 +202,7 @@ fn no_path_or(
             plan::print_no_path(&error.to_string(), json.then_some(object))?;
             Ok(false)
         }
-        SimError::Fault(Fault::Plan(error)) => {
+        SimError::Mission(MissionError::Fault(Fault::Plan(error))) => {
             let reason = error.to_string();
             Err(plan::unusable(&error, &reason, &arguments.map, map, config))
         }

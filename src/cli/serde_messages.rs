@@ -1,6 +1,6 @@
 //! Translates serde's error messages for users who do not write Rust.
 
-use inbye::runtime::RENAMED_KEYS;
+use inbye::runtime::renamed_keys;
 use inbye::suggest::closest_name;
 
 /// Rust type names in messages, and their replacements.
@@ -33,7 +33,7 @@ fn suggestion(message: &str, table_of: impl Fn(&str) -> Option<String>) -> Optio
     }
     let mut quoted = message.split('`').skip(1).step_by(2);
     let given = quoted.next()?;
-    if let Some((_, now)) = RENAMED_KEYS.iter().find(|(old, _)| *old == given) {
+    if let Some((_, now)) = renamed_keys().find(|(old, _)| *old == given) {
         return Some(format!("`{given}` is now `{now}`"));
     }
     if let Some(table) = table_of(given) {

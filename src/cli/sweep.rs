@@ -138,7 +138,7 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
     let text = fs::read_to_string(file)
         .with_context(|| format!("{}: cannot be read as text", file.display()))?;
-    let plan = toml_merge::parse(&text, &Plan::default(), |plan: &Plan| Ok(plan.validate()?));
+    let plan = toml_merge::parse(&text, &Plan::default(), |plan: &Plan| Ok(plan.check()?));
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let change = |base: &_, changes: &toml::Table| {

@@ -79,7 +79,7 @@ impl Grid {
         folder: &Path,
         change: impl Fn(&Config, &Table) -> Result<Config, String>,
     ) -> Result<Self, ExperimentError> {
-        plan.validate()?;
+        plan.check()?;
         let mut grid = Self::empty(&plan.title);
         for world in worlds(plan, folder)? {
             for setup in setups(plan, &world.settings, &change)? {

@@ -11,7 +11,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`ExperimentError::BadKey`] names the first key whose value cannot be used, and what is accepted.
-    pub fn validate(&self) -> Result<(), ExperimentError> {
+    pub fn check(&self) -> Result<(), ExperimentError> {
         listed("seeds", &self.seeds)?;
         listed("engines", &self.engines)?;
         require(!self.worlds.is_empty(), "worlds", "empty", "at least one")?;
@@ -25,12 +25,12 @@ impl Plan {
         }
         let threads = self.latency_threads;
         require((1..=1024).contains(&threads), "latency_threads", threads, "1 to 1024")?;
-        self.worlds.iter().try_for_each(PlanWorlds::validate)
+        self.worlds.iter().try_for_each(PlanWorlds::check)
     }
 }
 
 impl PlanWorlds {
-    fn validate(&self) -> Result<(), ExperimentError> {
+    fn check(&self) -> Result<(), ExperimentError> {
         use WorldKind::{Barn, DynaBarn, Map, Scenes};
         let kind = self.kind;
         let is = |kinds: &[WorldKind]| kinds.contains(&kind);

@@ -6,7 +6,7 @@ use super::row::fault_name;
 use super::world::WorldSource;
 use super::{Cell, CellFile, RunError, RunOutcome, RunRow, World, WorldSimulation};
 use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
-use crate::runtime::{Config, MissionResult, Observer};
+use crate::runtime::{Config, MissionError, MissionResult, Observer};
 use crate::sim::SimError;
 
 /// A run: its row, its simulation, and every tick.
@@ -49,7 +49,7 @@ impl World {
             Run { row, simulation, result: None }
         };
         let generated = match self.simulation(seed, config) {
-            Err(RunError::Simulation(SimError::Fault(fault))) => {
+            Err(RunError::Simulation(SimError::Mission(MissionError::Fault(fault)))) => {
                 return Ok(refused(row, fault.to_string(), None));
             }
             generated => generated?,
@@ -64,7 +64,7 @@ impl World {
             row.score = Some(0.0);
         }
         let result = match simulation.run(config, engine, observer) {
-            Err(SimError::Fault(fault)) => {
+            Err(SimError::Mission(MissionError::Fault(fault))) => {
                 return Ok(refused(row, fault.to_string(), Some(generated)));
             }
             result => result?,

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::{ClearanceCosts, Heuristic, PlanError};
+use super::{ClearanceCosts, Heuristic};
 use crate::map::ObstacleGrid;
-use crate::settings::{Setting, choices, range, require, setting_schema, settings};
+use crate::settings::{SettingError, choices, range, require, setting_schema, settings};
 
 /// The search algorithm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,6 +54,7 @@ settings! {
         /// Degree of the smoothing B-spline; 1 keeps the pruned path.
         pub spline_degree: usize = 3, ["", 1 to 9];
     }
+    rule |settings| settings.check_rules()
 }
 
 impl Settings {
@@ -70,12 +71,8 @@ impl Settings {
         (weight > 0.0).then(|| ClearanceCosts::new(obstacles, preferred_clearance_m, weight))
     }
 
-    /// Validates all settings.
-    ///
-    /// # Errors
-    /// Names the first setting that is out of range.
-    pub fn validate(&self) -> Result<(), PlanError> {
-        self.check_ranges()?;
+    /// Checks the rules between the keys, and the number of the heuristic.
+    fn check_rules(&self) -> Result<(), SettingError> {
         require(
             self.clearance_weight == 0.0 || self.search != SearchMethod::JumpPoints,
             "clearance_weight",
@@ -91,7 +88,7 @@ impl Settings {
             Heuristic::Additive { k } => ("heuristic.additive.k", k, range!(0 to 1e6)),
             Heuristic::Literal { k } => ("heuristic.literal.k", k, range!(0 to 1e6)),
         };
-        Ok(require(range.contains(value), name, value, range.text)?)
+        require(range.contains(value), name, value, range.text)
     }
 }
 

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ClearanceField, LocalSettings, ProblemError, Window};
+use super::{ClearanceField, LocalSettings, Window};
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
-use crate::settings::{Setting, choices, setting_schema, settings};
+use crate::settings::{choices, setting_schema, settings};
 
 settings! {
     /// Weights of the terms (paper, eq. 35: alpha, beta, gamma and lambda).
@@ -24,16 +24,6 @@ settings! {
         /// Weight of the distance from the final position to the key node (lambda). The score subtracts this term:
         /// the paper prints a plus, yet says that smaller is better.
         pub path: f64 = 0.15, ["", 0 to 1e6];
-    }
-}
-
-impl Weights {
-    /// Checks every weight.
-    ///
-    /// # Errors
-    /// Names the first weight outside 0 to 1e6.
-    pub fn validate(&self) -> Result<(), ProblemError> {
-        Ok(self.check_ranges()?)
     }
 }
 

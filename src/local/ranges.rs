@@ -1,6 +1,7 @@
 //! The ranges in which the engines are exact and close to the real-valued result.
 
 use super::{Problem, ProblemError, Window};
+use crate::settings::{SettingError, require};
 
 /// Longest distance of one step, units.
 pub(super) const MAX_STEP_UNITS: f64 = 16_384.0;
@@ -64,23 +65,13 @@ pub(super) fn check_counts(
     vx_count: u32,
     vtheta_count: u32,
     steps: u32,
-) -> Result<(), ProblemError> {
+) -> Result<(), SettingError> {
     let samples = f64::from(vx_count) * f64::from(vtheta_count);
     let samples_fit = samples >= 1.0 && samples <= MAX_SAMPLES as f64;
-    in_range(
-        "number of samples",
-        samples,
-        "",
-        samples_fit,
-        "1 to 4194304 (vx_samples times vtheta_samples)",
-    )?;
-    in_range(
-        "number of steps",
-        f64::from(steps),
-        "",
-        (1..=MAX_STEPS).contains(&steps),
-        "1 to 1023 (sim_time_s over sim_step_s)",
-    )
+    let expected = "1 to 4194304 (vx_samples times vtheta_samples)";
+    require(samples_fit, "number of samples", samples, expected)?;
+    let expected = "1 to 1023 (sim_time_s over sim_step_s)";
+    require((1..=MAX_STEPS).contains(&steps), "number of steps", f64::from(steps), expected)
 }
 
 /// Returns an error unless `good`.

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::ranges::check_counts;
-use super::{Normalization, Outside, ProblemError, Stopping, Weights};
-use crate::settings::{Setting, settings};
+use super::{Normalization, Outside, Stopping, Weights};
+use crate::settings::settings;
 
 settings! {
     /// Sampling density, horizon and weights. The defaults suit the default robot.
@@ -35,6 +35,9 @@ settings! {
         /// `arc`, the arc before contact.
         pub stopping: Stopping = Stopping::default();
     }
+    rule |settings| {
+        check_counts(settings.vx_samples, settings.vtheta_samples, settings.steps())
+    }
 }
 
 /// Sampling density of the window.
@@ -57,17 +60,5 @@ impl LocalSettings {
     #[must_use]
     pub fn steps(&self) -> u32 {
         (self.sim_time_s / self.sim_step_s).round().max(1.0) as u32
-    }
-}
-
-impl LocalSettings {
-    /// Checks the numbers that do not depend on a problem.
-    ///
-    /// # Errors
-    /// Names the first number out of range.
-    pub fn validate(&self) -> Result<(), ProblemError> {
-        self.check_ranges()?;
-        check_counts(self.vx_samples, self.vtheta_samples, self.steps())?;
-        self.weights.validate()
     }
 }

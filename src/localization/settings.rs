@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::LocalizationError;
-use crate::settings::{Setting, settings};
+use crate::settings::settings;
 
 settings! {
     /// Localisation by scan matching.
@@ -52,15 +51,5 @@ settings! {
         pub relocalized_after_scans: u32 = 5, ["", 1 to 1000];
         /// Search radius of relocalisation around the last pose.
         pub relocalization_radius_m: f64 = 3.0, ["m", 0 to 20];
-    }
-}
-
-impl LocalizationSettings {
-    /// Validates all settings.
-    ///
-    /// # Errors
-    /// [`LocalizationError::Setting`] names the first setting that is out of range.
-    pub fn validate(&self) -> Result<(), LocalizationError> {
-        Ok(self.check_ranges()?)
     }
 }

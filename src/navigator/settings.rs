@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Fault;
-use crate::settings::{Setting, require, settings};
+use crate::settings::{require, settings};
 
 settings! {
     /// Distances, tolerances and times of the navigator. The defaults drive the default robot through mine roadways.
@@ -83,6 +82,12 @@ settings! {
         /// Features beyond the dynamic window.
         pub features: NavigatorFeatures = NavigatorFeatures::default();
     }
+    rule |settings| require(
+        settings.rotate_in_place_until <= settings.rotate_in_place_from,
+        "rotate_in_place_until",
+        settings.rotate_in_place_until,
+        "above zero and at most rotate_in_place_from",
+    )
 }
 
 settings! {
@@ -107,21 +112,5 @@ settings! {
         pub passive_safety: bool = true;
         /// The robot rotates in place towards its path, evades moving obstacles, and escapes where it is stuck.
         pub recovery: bool = true;
-    }
-}
-
-impl NavigatorSettings {
-    /// Checks the range of every number.
-    ///
-    /// # Errors
-    /// [`Fault::Setting`] with the first one out of range.
-    pub fn validate(&self) -> Result<(), Fault> {
-        self.check_ranges()?;
-        Ok(require(
-            self.rotate_in_place_until <= self.rotate_in_place_from,
-            "rotate_in_place_until",
-            self.rotate_in_place_until,
-            "above zero and at most rotate_in_place_from",
-        )?)
     }
 }

@@ -4,7 +4,7 @@ use std::io;
 
 use crate::map::MapError;
 use crate::navigator::Fault;
-use crate::runtime::ConfigError;
+use crate::settings::SettingError;
 
 /// Why a recording cannot be written or replayed.
 #[derive(Debug, thiserror::Error)]
@@ -58,7 +58,7 @@ pub enum RecordingError {
     Map(#[from] MapError),
     /// A setting is out of range.
     #[error("the recording's configuration: {0}")]
-    Config(#[from] ConfigError),
+    Config(#[from] SettingError),
     /// The drive cannot start.
     #[error("the recorded drive cannot start: {0}")]
     Fault(#[from] Fault),

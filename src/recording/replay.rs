@@ -6,7 +6,7 @@ use super::error::RecordingError;
 use super::metadata::DriveMetadata;
 use super::reader::Reader;
 use super::tick::RecordedTick;
-use crate::local::{Engine, LocalPlanner};
+use crate::local::Engine;
 use crate::navigator::{Decision, Navigator};
 
 /// The result of a replay.
@@ -78,7 +78,10 @@ pub fn replay<R: Read>(
     reader: &mut Reader<R>,
     engine: Box<dyn Engine>,
 ) -> Result<Replay, RecordingError> {
-    let mut navigator = navigator(reader.metadata(), engine)?;
+    let DriveMetadata { config, waypoints, map, .. } = reader.metadata();
+    let known = map.obstacles(config.unknown);
+    // The clock measures the duration of planning, which no decision depends on.
+    let mut navigator = config.navigator(known, waypoints, engine, &mut || 0.0)?;
     let engine = navigator.planner().engine_name();
     let mut ticks = 0;
     let mut first_difference = None;
@@ -89,26 +92,6 @@ pub fn replay<R: Read>(
         }
     }
     Ok(Replay { ticks, first_difference, is_complete: reader.is_complete(), engine })
-}
-
-/// The navigator at the start of the drive.
-fn navigator(
-    metadata: &DriveMetadata,
-    engine: Box<dyn Engine>,
-) -> Result<Navigator, RecordingError> {
-    let config = &metadata.config;
-    let known = metadata.map.obstacles(config.unknown);
-    let route_planner = config.route_planner(known.frame().resolution_m);
-    Ok(Navigator::new(
-        known,
-        &metadata.waypoints,
-        config.robot.model(),
-        LocalPlanner::new(engine, config.local.clone()),
-        route_planner,
-        config.navigator.clone(),
-        // It measures the duration of planning, which no decision depends on.
-        &mut || 0.0,
-    )?)
 }
 
 /// Repeats a decision and returns its first difference.

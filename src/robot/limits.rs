@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::RobotError;
 use crate::geometry::{Pose, Twist};
-use crate::settings::{Setting, require, settings};
+use crate::settings::{require, settings};
 
 settings! {
     /// Limits of the base. Names and signs follow Nav2's DWB: decelerations are negative.
@@ -26,23 +25,15 @@ settings! {
         /// Largest angular deceleration.
         pub decel_lim_theta: f64 = -2.0, ["rad/s^2", below 0];
     }
+    rule |limits| require(
+        limits.max_vel_x >= limits.min_vel_x,
+        "max_vel_x",
+        limits.max_vel_x,
+        "finite and at least min_vel_x",
+    )
 }
 
 impl Limits {
-    /// Validates all limits.
-    ///
-    /// # Errors
-    /// Names the first limit that is not finite or has the wrong sign.
-    pub fn validate(&self) -> Result<(), RobotError> {
-        self.check_ranges()?;
-        Ok(require(
-            self.max_vel_x >= self.min_vel_x,
-            "max_vel_x",
-            self.max_vel_x,
-            "finite and at least min_vel_x",
-        )?)
-    }
-
     /// Clamps a twist to the speed limits.
     #[must_use]
     pub fn clamp(&self, target: &Twist) -> Twist {

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{RobotError, TrackSpeeds, TrackedDrive};
+use super::{TrackSpeeds, TrackedDrive};
 use crate::geometry::Twist;
-use crate::settings::{Setting, require, settings};
+use crate::settings::{require, settings};
 
 settings! {
     /// Limits of each track. They apply after the conversion from forward speed and turn rate.
@@ -23,23 +23,15 @@ settings! {
         /// motors, which stick or jerk below it.
         pub deadband: f64 = 0.02, ["m/s", at_least 0];
     }
+    rule |limits| require(
+        limits.deadband < limits.max_track_speed,
+        "deadband",
+        limits.deadband,
+        "finite, at least zero and below max_track_speed",
+    )
 }
 
 impl TrackLimits {
-    /// Validates all limits.
-    ///
-    /// # Errors
-    /// Names the first limit that is not finite or has the wrong sign.
-    pub fn validate(&self) -> Result<(), RobotError> {
-        self.check_ranges()?;
-        Ok(require(
-            self.deadband < self.max_track_speed,
-            "deadband",
-            self.deadband,
-            "finite, at least zero and below max_track_speed",
-        )?)
-    }
-
     /// Scales both speeds by the same factor to at most the largest, which keeps the curvature (eq. 11).
     #[must_use]
     pub fn scale_to_max(&self, target: &TrackSpeeds) -> TrackSpeeds {

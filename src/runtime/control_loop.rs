@@ -4,7 +4,7 @@ use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, 
 use super::pose_source::PoseEstimator;
 use super::{Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::Pose;
-use crate::local::{Engine, LocalPlanner};
+use crate::local::Engine;
 use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::Scan;
 use crate::navigator::{Mode, Navigator, Observation, Waypoints};
@@ -35,19 +35,10 @@ impl<'a> ControlLoop<'a> {
     ) -> Result<Self, MissionError> {
         config.validate()?;
         let known = mission.map.obstacles(config.unknown);
-        let route_planner = config.route_planner(known.frame().resolution_m);
-        let planner = LocalPlanner::new(engine, config.local.clone());
-        let engine = planner.engine_name();
         let pose_estimator = PoseEstimator::new(config, &known, mission.start)?;
-        let navigator = Navigator::new(
-            known,
-            &Waypoints { start: mission.start.position(), goals: mission.stops() },
-            config.robot.model(),
-            planner,
-            route_planner,
-            config.navigator.clone(),
-            observer.clock,
-        )?;
+        let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
+        let navigator = config.navigator(known, &waypoints, engine, observer.clock)?;
+        let engine = navigator.planner().engine_name();
         let moving_radii = robot.moving_radii_m();
         Ok(Self {
             mission,

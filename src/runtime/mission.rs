@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::control_loop::ControlLoop;
-use super::{Config, ConfigError, OdometryReading, Robot, Trace, TraceRow};
+use super::{Config, OdometryReading, Robot, Trace, TraceRow};
 use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
 use crate::local::{Engine, Incidents, Sampling, TrajectoryFan};
@@ -13,6 +13,7 @@ use crate::map::OccupancyGrid;
 use crate::navigator::{
     DeadlineStats, Decision, Fault, Goal, Navigator, Observation, ObservationFault,
 };
+use crate::settings::SettingError;
 
 /// A start, stops and a goal on a map.
 #[derive(Clone, Debug)]
@@ -113,7 +114,7 @@ impl StopError {
 pub enum MissionError {
     /// A setting is out of range.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Setting(#[from] SettingError),
     /// The localizer cannot start.
     #[error(transparent)]
     Localization(#[from] LocalizationError),

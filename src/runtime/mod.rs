@@ -11,7 +11,7 @@ mod robot_interface;
 pub(crate) mod simulation_settings;
 mod trace;
 
-pub use config::{Config, ConfigError, PoseSource, RENAMED_KEYS, RobotConfig};
+pub use config::{Config, PoseSource, RobotConfig, renamed_keys};
 pub use fault_events::FaultEvents;
 pub use mission::{
     Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,

@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{Setting, SettingError, require, settings};
+use crate::settings::{require, settings};
 
 settings! {
     /// A simulated robot and its world.
@@ -49,6 +49,12 @@ settings! {
         /// beams at once. Planar lidars commonly take 0.1 s.
         pub sweep_s: f64 = 0.0, ["s", 0 to 0.5];
     }
+    rule |lidar| require(
+        lidar.range_max_m > lidar.range_min_m,
+        "range_max_m",
+        lidar.range_max_m,
+        "finite and above range_min_m",
+    )
 }
 
 impl Lidar {
@@ -56,20 +62,6 @@ impl Lidar {
     #[must_use]
     pub fn turning() -> Self {
         Self { beams: 450, range_max_m: 12.0, range_sigma_m: 0.02, sweep_s: 0.1, ..Self::default() }
-    }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// Names the first number out of range.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        self.check_ranges()?;
-        require(
-            self.range_max_m > self.range_min_m,
-            "range_max_m",
-            self.range_max_m,
-            "finite and above range_min_m",
-        )
     }
 }
 
@@ -98,14 +90,6 @@ impl DriveDynamics {
     #[must_use]
     pub fn ideal() -> Self {
         Self { command_delay_s: 0.0, motor_lag_s: 0.0, slip: Slip::none(), ..Self::default() }
-    }
-
-    /// Checks every number except the slip's.
-    ///
-    /// # Errors
-    /// Names the first number out of range.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        self.check_ranges()
     }
 }
 
@@ -151,14 +135,6 @@ impl Slip {
             variation: 0.0,
             variation_length_m: 1.0,
         }
-    }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// Names the first number out of range.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        self.check_ranges()
     }
 }
 
@@ -207,14 +183,6 @@ impl OdometryNoise {
             gyro_bit_rad_s: 0.0,
         }
     }
-
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// Names the first number out of range.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        self.check_ranges()
-    }
 }
 
 settings! {
@@ -237,16 +205,6 @@ settings! {
     }
 }
 
-impl Fixes {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// Names the first number out of range.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        self.check_ranges()
-    }
-}
-
 settings! {
     /// Simulated pedestrians.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -261,20 +219,10 @@ settings! {
         /// Whether they stop instead of walking into the robot.
         pub yields: bool = true;
     }
-}
-
-impl PedestrianSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// Names the first number out of range.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        self.check_ranges()?;
-        require(
-            self.max_speed >= self.min_speed,
-            "max_speed",
-            self.max_speed,
-            "at least min_speed and at most 1000",
-        )
-    }
+    rule |settings| require(
+        settings.max_speed >= settings.min_speed,
+        "max_speed",
+        settings.max_speed,
+        "at least min_speed and at most 1000",
+    )
 }

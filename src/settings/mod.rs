@@ -53,10 +53,12 @@ impl Range {
 }
 
 /// A number out of its range.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{name} is {value}: it must be {expected}")]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}{name} is {value}: it must be {expected}", in_brackets(table))]
 #[non_exhaustive]
 pub struct SettingError {
+    /// Path of the table from the settings that were checked; empty for a key of their own.
+    pub table: String,
     /// The key.
     pub name: &'static str,
     /// The value.
@@ -67,8 +69,21 @@ pub struct SettingError {
 
 impl SettingError {
     pub(crate) const fn new(name: &'static str, value: f64, expected: &'static str) -> Self {
-        Self { name, value, expected }
+        Self { table: String::new(), name, value, expected }
     }
+
+    /// The same error, seen from the table that has the checked one as its key.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn in_table(mut self, key: &str) -> Self {
+        let separator = if self.table.is_empty() { "" } else { "." };
+        self.table = [key, separator, &self.table].concat();
+        self
+    }
+}
+
+fn in_brackets(table: &str) -> String {
+    if table.is_empty() { String::new() } else { format!("[{table}] ") }
 }
 
 /// Checks a rule between settings.
@@ -102,8 +117,8 @@ pub trait Setting {
     /// JSON Schema of the type without unit, range and default.
     fn schema() -> Value;
 
-    /// Checks the range of each number of a table, not those of its tables.
-    fn check_ranges(&self) -> Result<(), SettingError> {
+    /// Checks the numbers of a table and of its tables, and the rules between keys.
+    fn check_table(&self) -> Result<(), SettingError> {
         Ok(())
     }
 
@@ -279,7 +294,8 @@ pub(crate) use range;
 
 /// Declares a struct of settings.
 ///
-/// Each key has a comment, a default, and for a number its unit and its [`range`].
+/// Each key has a comment, a default, and for a number its unit and its [`range`]. The heading of a
+/// file and a rule between keys follow the struct.
 macro_rules! settings {
     (
         $(#[$about:meta])*
@@ -289,6 +305,8 @@ macro_rules! settings {
                 pub $key:ident: $kind:ty = $default:expr $(, [$unit:literal, $($range:tt)+])?;
             )+
         }
+        $(heading $heading:literal)?
+        $(rule |$this:ident| $rule:expr)?
     ) => {
         $(#[$about])*
         pub struct $name {
@@ -306,6 +324,36 @@ macro_rules! settings {
                 }
             }
         }
+
+        impl $name {
+            /// Checks every number, also in tables of these settings, and the rules between them.
+            ///
+            /// # Errors
+            /// Names the first number out of range.
+            pub fn validate(&self) -> Result<(), $crate::settings::SettingError> {
+                $crate::settings::Setting::check_table(self)
+            }
+        }
+
+        $(impl $name {
+            /// Returns TOML with every key, its default and a comment. Parsing it gives the default configuration.
+            #[must_use]
+            pub fn documented() -> String {
+                $crate::settings::commented_toml::<Self>($heading)
+            }
+
+            /// Returns every key with its default and description.
+            #[must_use]
+            pub fn keys() -> Vec<$crate::settings::KeyDescription> {
+                $crate::settings::keys::<Self>()
+            }
+
+            /// Returns the JSON Schema (draft 2020-12) of the file.
+            #[must_use]
+            pub fn schema() -> serde_json::Value {
+                $crate::settings::schema::<Self>($heading)
+            }
+        })?
 
         impl $crate::settings::Setting for $name {
             const FIELDS: &'static [$crate::settings::Field] = &[$(
@@ -330,7 +378,7 @@ macro_rules! settings {
                 $crate::settings::table_schema(Self::FIELDS)
             }
 
-            fn check_ranges(&self) -> Result<(), $crate::settings::SettingError> {
+            fn check_table(&self) -> Result<(), $crate::settings::SettingError> {
                 $($(
                     $crate::settings::Setting::check(
                         &self.$key,
@@ -338,6 +386,14 @@ macro_rules! settings {
                         &$crate::settings::range!($($range)+),
                     )?;
                 )?)+
+                $(
+                    let $this = self;
+                    $rule?;
+                )?
+                $(
+                    $crate::settings::Setting::check_table(&self.$key)
+                        .map_err(|error| error.in_table(stringify!($key)))?;
+                )+
                 Ok(())
             }
         }

@@ -2,10 +2,7 @@
 
 use thiserror::Error;
 
-use crate::localization::LocalizationError;
-use crate::navigator::Fault;
-use crate::robot::RobotError;
-use crate::runtime::{ConfigError, MissionError};
+use crate::runtime::MissionError;
 use crate::settings::{SettingError, require};
 
 /// Rejects a number that is not finite and above zero.
@@ -20,31 +17,12 @@ pub(super) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), 
     require(is_valid, name, value, "finite and at least zero")
 }
 
-impl From<MissionError> for SimError {
-    fn from(error: MissionError) -> Self {
-        match error {
-            MissionError::Config(error) => error.into(),
-            MissionError::Localization(error) => error.into(),
-            MissionError::Fault(fault) => fault.into(),
-        }
-    }
-}
-
 /// Why a simulation cannot be built or run.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SimError {
-    /// The robot is invalid.
+    /// The mission cannot start.
     #[error(transparent)]
-    Robot(#[from] RobotError),
-    /// The localizer cannot start.
-    #[error(transparent)]
-    Localization(#[from] LocalizationError),
-    /// A table of the configuration is out of range.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// The navigator cannot start.
-    #[error(transparent)]
-    Fault(#[from] Fault),
+    Mission(#[from] MissionError),
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),

@@ -5,7 +5,6 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::error::above_zero;
 use super::patrol::Patrol;
 use super::route_sampler::{straight_route, winding_route};
 use super::{MovingObstacle, MovingObstacles, PedestrianSettings, SimError};
@@ -13,7 +12,7 @@ use crate::geometry::{Point, bearing};
 use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::navigator::Fault;
-use crate::runtime::Config;
+use crate::runtime::{Config, MissionError};
 
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
@@ -34,33 +33,29 @@ pub struct PedestrianSpawner {
     pub count: usize,
     /// Seed; the same seed gives the same pedestrians.
     pub seed: u64,
-    /// Radius of each, metres. Default 0.3 m.
-    pub radius_m: f64,
-    /// Lowest and highest speed, m/s. Default 0.3 to 0.8 m/s.
-    pub speed_m_s: (f64, f64),
-    /// Whether they yield to the robot. Default yes.
-    pub yields: bool,
+    /// Size, speed and behaviour of each.
+    pub settings: PedestrianSettings,
 }
 
 impl PedestrianSpawner {
     /// Creates a spawner of yielding pedestrians with usual size and speed.
     #[must_use]
-    pub const fn new(count: usize, seed: u64) -> Self {
-        Self { count, seed, radius_m: 0.3, speed_m_s: (0.3, 0.8), yields: true }
+    pub fn new(count: usize, seed: u64) -> Self {
+        PedestrianSettings::default().spawner(count, seed)
     }
 }
 
 impl PedestrianSettings {
     /// Returns a spawner of this many pedestrians.
     #[must_use]
-    pub const fn spawner(&self, count: usize, seed: u64) -> PedestrianSpawner {
-        PedestrianSpawner {
-            count,
-            seed,
-            radius_m: self.radius_m,
-            speed_m_s: (self.min_speed, self.max_speed),
-            yields: self.yields,
-        }
+    pub const fn spawner(self, count: usize, seed: u64) -> PedestrianSpawner {
+        PedestrianSpawner { count, seed, settings: self }
+    }
+
+    /// The same pedestrians, which yield to the robot or do not.
+    #[must_use]
+    pub const fn yielding(self, yields: bool) -> Self {
+        Self { yields, ..self }
     }
 }
 
@@ -68,7 +63,7 @@ impl PedestrianSpawner {
     /// Spawns pedestrians along the route that a robot plans from the first of the ends to the second.
     ///
     /// # Errors
-    /// [`SimError::Fault`] where there is no route; the others as [`PedestrianSpawner::spawn`].
+    /// [`MissionError::Fault`] where there is no route; the others as [`PedestrianSpawner::spawn`].
     pub fn spawn_on_route(
         &self,
         map: &OccupancyGrid,
@@ -80,7 +75,9 @@ impl PedestrianSpawner {
         }
         let obstacles = map.obstacles(config.unknown);
         let mut planner = config.route_planner(map.frame().resolution_m);
-        let plan = planner.plan(&obstacles, start, goal, &mut || 0.0).map_err(Fault::Plan)?;
+        let plan = planner
+            .plan(&obstacles, start, goal, &mut || 0.0)
+            .map_err(|error| MissionError::Fault(Fault::Plan(error)))?;
         self.spawn(&obstacles, plan.smoothed.points(), &[start, goal])
     }
 
@@ -90,7 +87,7 @@ impl PedestrianSpawner {
     /// the limit is a quarter of its length.
     ///
     /// # Errors
-    /// [`SimError::Setting`] for a radius or speed that is not finite and above zero; [`SimError::NoRoom`] where there is
+    /// [`SimError::Setting`] for a setting out of range; [`SimError::NoRoom`] where there is
     /// no walk for some of them.
     pub fn spawn(
         &self,
@@ -98,18 +95,13 @@ impl PedestrianSpawner {
         path: &[Point],
         keep_clear: &[Point],
     ) -> Result<MovingObstacles, SimError> {
-        let (slowest, fastest) = self.speed_m_s;
-        for (name, value) in [
-            ("obstacle radius", self.radius_m),
-            ("slowest obstacle speed", slowest),
-            ("fastest obstacle speed", fastest),
-        ] {
-            above_zero(name, value)?;
-        }
+        let PedestrianSettings { radius_m, min_speed: slowest, max_speed: fastest, yields } =
+            self.settings;
+        self.settings.validate()?;
         if self.count == 0 {
             return Ok(MovingObstacles::default());
         }
-        let places = Places::new(obstacles, self.radius_m, path, keep_clear);
+        let places = Places::new(obstacles, radius_m, path, keep_clear);
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
         let mut moving_obstacles = Vec::with_capacity(self.count);
         for index in 0..self.count {
@@ -126,7 +118,7 @@ impl PedestrianSpawner {
             let mut walk = Patrol::new(route, speed);
             walk.along_m = walk.route.length_m() * rng.random::<f64>();
             walk.forward = rng.random_bool(0.5);
-            moving_obstacles.push(MovingObstacle::mid_patrol(self.radius_m, self.yields, walk)?);
+            moving_obstacles.push(MovingObstacle::mid_patrol(radius_m, yields, walk)?);
         }
         Ok(MovingObstacles::new(moving_obstacles))
     }

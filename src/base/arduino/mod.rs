@@ -27,8 +27,7 @@ pub use session::ArduinoSession;
 
 use serde::{Deserialize, Serialize};
 
-use super::BaseError;
-use crate::settings::{Setting, settings};
+use crate::settings::settings;
 
 /// Time after the last motor command at which the firmware stops, seconds.
 pub const WATCHDOG_S: f64 = 2.0;
@@ -49,15 +48,5 @@ settings! {
         pub max_attempts: u32 = 3, ["", at_least 1];
         /// Time between encoder readings. Default 0.033 s, one cycle of the firmware.
         pub poll_period_s: f64 = 0.033, ["s", above 0];
-    }
-}
-
-impl ArduinoSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`BaseError::Setting`] for the first number out of range.
-    pub fn validate(&self) -> Result<(), BaseError> {
-        Ok(self.check_ranges()?)
     }
 }

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::BaseError;
 use crate::geometry::Pose;
-use crate::settings::{Setting, settings};
+use crate::settings::settings;
 
 settings! {
     /// Mounting and timeout of a lidar on the robot.
@@ -28,14 +27,6 @@ settings! {
 }
 
 impl LidarSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`BaseError::Setting`] for the first number out of range.
-    pub fn validate(&self) -> Result<(), BaseError> {
-        Ok(self.check_ranges()?)
-    }
-
     /// Pose of the sensor in the robot's frame.
     #[must_use]
     pub const fn mount(&self) -> Pose {

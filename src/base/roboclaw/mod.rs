@@ -22,8 +22,7 @@ pub use session::RoboClawSession;
 
 use serde::{Deserialize, Serialize};
 
-use super::BaseError;
-use crate::settings::{Setting, require, settings};
+use crate::settings::{require, settings};
 
 /// Pause inside a packet after which a controller discards it, seconds.
 const PACKET_PAUSE_S: f64 = 0.01;
@@ -49,18 +48,12 @@ settings! {
         /// Time between the starts of poll cycles. Default 0.05 s.
         pub poll_period_s: f64 = 0.05, ["s", above 0];
     }
+    rule |settings| {
+        require(settings.status_bytes != 3, "status_bytes", settings.status_bytes as f64, "2 or 4")
+    }
 }
 
 impl RoboClawSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`BaseError::Setting`] for the first number out of range.
-    pub fn validate(&self) -> Result<(), BaseError> {
-        self.check_ranges()?;
-        Ok(require(self.status_bytes != 3, "status_bytes", self.status_bytes as f64, "2 or 4")?)
-    }
-
     /// The watchdog in the controller's unit of 0.1 s.
     fn watchdog_tenths(&self) -> u8 {
         (self.watchdog_s * 10.0).round() as u8

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::{BaseError, FaultDetectorSettings};
-use crate::settings::{Setting, require, settings};
+use crate::base::FaultDetectorSettings;
+use crate::settings::{require, settings};
 
 settings! {
     /// Command rate, target timeout, reconnection and fault detection.
@@ -22,24 +22,15 @@ settings! {
         /// Thresholds of the fault detector.
         pub fault_detector: FaultDetectorSettings = FaultDetectorSettings::default();
     }
+    rule |settings| require(
+        settings.reconnect_max_s >= settings.reconnect_min_s,
+        "reconnect_max_s",
+        settings.reconnect_max_s,
+        "finite and at least reconnect_min_s",
+    )
 }
 
 impl SupervisorSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`BaseError::Setting`] for the first number out of range.
-    pub fn validate(&self) -> Result<(), BaseError> {
-        self.check_ranges()?;
-        require(
-            self.reconnect_max_s >= self.reconnect_min_s,
-            "reconnect_max_s",
-            self.reconnect_max_s,
-            "finite and at least reconnect_min_s",
-        )?;
-        self.fault_detector.validate()
-    }
-
     /// Time between commands, seconds.
     #[must_use]
     pub fn period_s(&self) -> f64 {

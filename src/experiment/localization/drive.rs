@@ -14,7 +14,7 @@ use crate::geometry::{Point, Pose};
 use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
 use crate::navigator::{Fault, Goal};
-use crate::runtime::{Config, Mission, Observer, PoseSource, TickEvent};
+use crate::runtime::{Config, Mission, MissionError, Observer, PoseSource, TickEvent};
 use crate::sim::{
     FaultInjection, PedestrianSpawner, SimError, Simulation, crossing, roadway as roadway_scene,
 };
@@ -213,7 +213,7 @@ impl LocalizationPlan {
         let mut planner = config.route_planner(self.map.frame().resolution_m);
         let plan = planner
             .plan(&ground, self.start.position(), self.goal, &mut || 0.0)
-            .map_err(Fault::Plan)?;
+            .map_err(|error| MissionError::from(Fault::Plan(error)))?;
         Ok(plan.smoothed.points().to_vec())
     }
 

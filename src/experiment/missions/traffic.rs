@@ -71,11 +71,9 @@ pub(super) fn traffic(
     let moving_obstacles = match kind {
         TrafficKind::Appearing => appearing(count, config, ground, path, rng),
         kind => {
-            let spawner = PedestrianSpawner {
-                yields: kind == TrafficKind::Yielding,
-                ..config.simulation.pedestrians.spawner(count, seed)
-            };
-            along(spawner, ground, path)
+            let pedestrians = config.simulation.pedestrians;
+            let pedestrians = pedestrians.yielding(kind == TrafficKind::Yielding);
+            along(pedestrians.spawner(count, seed), ground, path)
         }
     };
     if moving_obstacles.is_empty() {

@@ -10,7 +10,7 @@ use crate::global::Plan;
 use crate::map::{ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Goal, Route};
 use crate::runtime::{Config, Mission};
-use crate::sim::{MovingObstacles, PedestrianSpawner, Simulation};
+use crate::sim::{MovingObstacles, Simulation};
 
 /// Yaw at the start, radians: the paper's initial direction angle.
 pub const START_YAW_RAD: f64 = FRAC_PI_4;
@@ -110,10 +110,8 @@ impl Course {
             TrafficKind::NonYielding => false,
             TrafficKind::Yielding | TrafficKind::Appearing => true,
         };
-        let spawner = PedestrianSpawner {
-            yields,
-            ..config.simulation.pedestrians.spawner(self.people, seed)
-        };
+        let pedestrians = config.simulation.pedestrians.yielding(yields);
+        let spawner = pedestrians.spawner(self.people, seed);
         let path = self.plan.smoothed.points();
         let keep_clear = [self.start.position(), self.goal.position];
         spawner.spawn(&self.obstacles, path, &keep_clear).map_err(|error| self.failed(seed, &error))

@@ -7,7 +7,7 @@ use super::incoming::{self, IncomingMessage, MapInput};
 use super::latest_inputs::LatestInputs;
 use super::notices::{MessageError, NodeStats, Notices};
 use crate::geometry::{Pose, Twist};
-use crate::local::{Detail, Engine, EngineError, Evaluation, LocalPlanner, QuantizedProblem};
+use crate::local::{Detail, Engine, EngineError, Evaluation, QuantizedProblem};
 use crate::map::GridFrame;
 use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Waypoints};
 use crate::ros::convert::{self, SAMPLING, markers};
@@ -234,18 +234,9 @@ impl NodeCore {
         let (_, goal) = self.goal.as_ref()?;
         let config = &self.settings.config;
         let known = map.grid.obstacles(config.unknown);
-        let route_planner = config.route_planner(known.frame().resolution_m);
         let waypoints = Waypoints { start: pose.position(), goals: vec![*goal] };
         let engine = Box::new(self.engine.clone());
-        Some(Navigator::new(
-            known,
-            &waypoints,
-            config.robot.model(),
-            LocalPlanner::new(engine, config.local.clone()),
-            route_planner,
-            config.navigator.clone(),
-            clock,
-        ))
+        Some(config.navigator(known, &waypoints, engine, clock))
     }
 
     fn start(&mut self, navigator: Navigator) {

@@ -4,7 +4,8 @@ use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, UnknownPolicy};
 use inbye::robot::Footprint;
 use inbye::sim::{
-    MovingObstacles, PedestrianSpawner, Scene, SimError, World, YIELD_GAP_M, dead_end, scenes,
+    MovingObstacles, PedestrianSettings, PedestrianSpawner, Scene, SimError, World, YIELD_GAP_M,
+    dead_end, scenes,
 };
 
 /// Radius of the robot that must pass everywhere, metres.
@@ -169,7 +170,7 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
     for scene in scenes() {
         for seed in 0..3 {
             let crowd =
-                PedestrianSpawner { yields, ..PedestrianSpawner::new(scene.obstacles, seed) };
+                PedestrianSettings::default().yielding(yields).spawner(scene.obstacles, seed);
             let start = spawned(&scene, &crowd);
             // The robot stands where a pedestrian walks in 5 s.
             let mut later = start.clone();

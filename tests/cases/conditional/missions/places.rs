@@ -6,7 +6,7 @@ use inbye::geometry::wrap_angle;
 use inbye::global::PlanError;
 use inbye::local::CpuEngine;
 use inbye::navigator::{Fault, Mode};
-use inbye::runtime::Config;
+use inbye::runtime::{Config, MissionError};
 use inbye::sim::SimError;
 
 use super::Test;
@@ -76,8 +76,12 @@ fn rejects_a_start() {
         let task = mission(&hall(10.0, 4.0), [x, y, 0.0], [7.0, 1.5]);
         let engine = Box::new(CpuEngine::single_threaded());
         let rejected = try_drive(&task, &Config::default(), engine).map(|result| story(&result));
-        let occupied =
-            matches!(rejected, Err(SimError::Fault(Fault::Plan(PlanError::StartOccupied { .. }))));
+        let occupied = matches!(
+            rejected,
+            Err(SimError::Mission(MissionError::Fault(Fault::Plan(
+                PlanError::StartOccupied { .. }
+            ))))
+        );
         assert!(occupied, "{rejected:?}");
     }
 }
