@@ -164,11 +164,15 @@ pub trait Engine: Send {
     /// The processor for display: `CPU, 2 threads, AVX2`, or the adapter's name.
     fn name(&self) -> String;
 
-    /// `cpu` or `gpu`.
-    fn kind(&self) -> &'static str;
-
     /// Number of threads of a CPU engine; zero for a GPU.
-    fn threads(&self) -> usize;
+    fn threads(&self) -> usize {
+        0
+    }
+
+    /// `cpu` or `gpu`, by the number of threads.
+    fn kind(&self) -> &'static str {
+        if self.threads() == 0 { "gpu" } else { "cpu" }
+    }
 
     /// Evaluates every sample of a problem and selects the winner.
     ///

@@ -20,12 +20,10 @@ mod kernel_inputs;
 mod planner;
 mod problem;
 mod quantize;
-mod ranges;
 mod rollout;
 mod score;
 mod select;
 mod settings;
-mod trajectory_fan;
 mod window;
 
 pub use cpu::{CpuEngine, InstructionSet};
@@ -37,28 +35,26 @@ pub use engine_selection::{
     open_with_fallback,
 };
 pub use error::{DecisionError, EngineError, GpuFailureKind, ProblemError};
-pub use explain::{Decision, Explainer, SampleSi, TermsSi, WinnerSi};
+pub use explain::{Decision, Explainer, FanArc, SampleSi, TermsSi, TrajectoryFan, WinnerSi};
 pub use failover::{BackgroundOpener, Failover, GpuSource, Incident, Incidents};
 pub use field::ClearanceField;
 #[cfg(feature = "gpu")]
 pub use gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
 pub use planner::LocalPlanner;
-pub use problem::{DecisionInput, Normalization, Outside, Problem, Stopping, Weights};
+pub use problem::{DecisionInput, MAX_DISCS, Normalization, Outside, Problem, Stopping, Weights};
 pub use quantize::QuantizedProblem;
-pub use ranges::MAX_DISCS;
 pub use settings::{LocalSettings, Sampling};
-pub use trajectory_fan::{FanArc, TrajectoryFan};
 pub use window::{Axis, Window};
 
 /// Parts of the kernels that the tests, the benchmarks and the playground of this package use. Not part of the API:
 /// they change without notice.
 #[doc(hidden)]
 pub mod internals {
+    pub use super::explain::evenly_spaced;
     pub use super::failover::{FIRST_RETRY, LONGEST_RETRY};
     pub use super::kernel_inputs::{
         Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample,
     };
-    pub use super::trajectory_fan::evenly_spaced;
 
     /// The vectors of the CPU engine.
     pub mod lanes {

@@ -10,7 +10,7 @@ use core::f64::consts::TAU;
 use multiversion::multiversion;
 
 use super::kernel_inputs::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
-use super::ranges::{
+use super::problem::{
     MAX_CLEARANCE_UNITS, MAX_OFFSET_UNITS, MAX_REACH_UNITS, MAX_STEP_UNITS, at_most, check_numbers,
 };
 use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Stopping};

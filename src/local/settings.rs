@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ranges::check_counts;
+use super::problem::check_counts;
 use super::{Normalization, Outside, Stopping, Weights};
 use crate::settings::settings;
 

@@ -4,7 +4,6 @@
 //! and so are unknown cells unless [`UnknownPolicy::Free`] is selected.
 
 mod bit_grid;
-mod dilation;
 mod distance_field;
 mod error;
 mod free_space;
@@ -12,12 +11,9 @@ mod grid;
 mod image;
 mod load;
 mod map_server;
-mod map_yaml;
 mod moving_disc;
 mod movingai;
 mod scan;
-mod scenario;
-mod text_map;
 pub(crate) mod yaml;
 
 pub(crate) use bit_grid::BitGrid;
@@ -30,6 +26,5 @@ pub use grid::{
 };
 pub use load::{LoadOptions, load, load_with_warnings};
 pub use moving_disc::MovingDisc;
-pub use movingai::cell_from_top_left;
+pub use movingai::{Scenario, cell_from_top_left, parse_scen, read_scen};
 pub use scan::{Beam, Scan, TimedScan};
-pub use scenario::{Scenario, parse_scen, read_scen};

@@ -63,14 +63,6 @@ impl Engine for ChromiumEngine {
         "Chromium".to_owned()
     }
 
-    fn kind(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn threads(&self) -> usize {
-        0
-    }
-
     fn evaluate(
         &mut self,
         problem: &QuantizedProblem,

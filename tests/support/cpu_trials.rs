@@ -133,10 +133,6 @@ impl Engine for Falsified {
         "falsified".to_owned()
     }
 
-    fn kind(&self) -> &'static str {
-        "cpu"
-    }
-
     fn threads(&self) -> usize {
         1
     }

@@ -172,14 +172,6 @@ impl Engine for Battered {
         self.gpu.name()
     }
 
-    fn kind(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn threads(&self) -> usize {
-        0
-    }
-
     fn evaluate(
         &mut self,
         problem: &QuantizedProblem,

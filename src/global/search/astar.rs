@@ -1,8 +1,7 @@
 //! A* on an 8-connected grid without corner cutting (paper, section 3.2; eq. 13).
 
 use super::labels::{Arrival, Labels};
-use super::moves::{COSTS, MOVES, allowed};
-use super::node::Node;
+use super::moves::{COSTS, MOVES, Node, allowed};
 use super::open_list::OpenList;
 use crate::map::{Cell, FreeSpace};
 

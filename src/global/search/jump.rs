@@ -8,8 +8,7 @@
 
 use super::astar::{Outcome, START};
 use super::labels::{Arrival, Labels};
-use super::moves::MOVES;
-use super::node::Node;
+use super::moves::{MOVES, Node};
 use super::open_list::{Buckets, OpenList};
 use crate::global::heuristic::{DIAGONAL, STRAIGHT, octile};
 use crate::map::{BitGrid, Cell, FreeSpace};

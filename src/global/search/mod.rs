@@ -4,13 +4,12 @@ mod astar;
 mod jump;
 mod labels;
 mod moves;
-mod node;
 mod open_list;
 
 use astar::{Outcome, search};
 use jump::Jumps;
 use labels::Labels;
-use node::Node;
+use moves::Node;
 use open_list::{Buckets, Sorted};
 
 use super::ClearanceCosts;

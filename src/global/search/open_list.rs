@@ -2,7 +2,7 @@
 
 use std::collections::BinaryHeap;
 
-use super::node::Node;
+use super::moves::Node;
 
 /// A priority queue of cells.
 pub(super) trait OpenList {

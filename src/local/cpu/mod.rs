@@ -11,7 +11,6 @@ pub mod lanes;
 mod min_pyramid;
 mod moving_obstacles;
 mod ordered_steps;
-mod paired_lookup;
 mod reachable_region;
 mod register_tiles;
 mod row;
@@ -20,7 +19,6 @@ mod row_shard;
 mod sample_stats;
 mod scalar;
 mod soa_inputs;
-mod step_groups;
 mod step_pruning;
 mod thread_pool;
 
@@ -225,10 +223,6 @@ impl Engine for CpuEngine {
         let plural = if self.threads == 1 { "" } else { "s" };
         let instructions = self.instructions.as_str();
         format!("CPU, {} thread{plural}, {instructions}", self.threads)
-    }
-
-    fn kind(&self) -> &'static str {
-        "cpu"
     }
 
     fn threads(&self) -> usize {

@@ -2,6 +2,8 @@
 
 use core::ops::Range;
 
+#[cfg(test)]
+use super::clearance_bounds::StepGroups;
 use super::displacement_table::DisplacementTable;
 use super::instruction_set::Kernel;
 use super::lanes::{LaneTask, Lanes};
@@ -11,8 +13,6 @@ use super::row_argmax::{RowArgmax, TermScale, score};
 use super::sample_stats::{LaneStats, SampleStats};
 use super::scalar;
 use super::soa_inputs::{MAX_ROWS, SoaInputs};
-#[cfg(test)]
-use super::step_groups::StepGroups;
 use super::step_pruning::{SampleTile, StepPruning};
 use crate::local::engine::{SampleRecord, SampleStatus, Terms};
 use crate::local::select::{Candidate, NO_CANDIDATE, better};

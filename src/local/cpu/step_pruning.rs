@@ -9,7 +9,7 @@
 //! This applies to trajectories that cannot leave the field and whose status depends on the smallest clearance: the
 //! order of their steps does not matter.
 
-use super::clearance_bounds::ClearanceBounds;
+use super::clearance_bounds::{ClearanceBounds, StepGroups};
 use super::disc_lookup::DiscLookup;
 use super::displacement_bounds::DisplacementBounds;
 use super::displacement_table::{DisplacementTable, stays_on_field};
@@ -18,7 +18,6 @@ use super::min_pyramid::MinPyramid;
 use super::moving_obstacles::{Chunk, MovingObstacles};
 use super::register_tiles::{RegisterTiles, SampleList};
 use super::soa_inputs::{MAX_ROWS, PAIR, SoaInputs};
-use super::step_groups::StepGroups;
 use crate::local::QuantizedProblem;
 use crate::local::kernel_inputs::VthetaSample;
 

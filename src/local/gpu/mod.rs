@@ -8,7 +8,6 @@ mod buffers;
 mod device;
 pub mod layout;
 pub mod pipelines;
-mod resident_fields;
 
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
@@ -201,14 +200,6 @@ impl GpuEngine {
 impl Engine for GpuEngine {
     fn name(&self) -> String {
         self.device.adapter.clone()
-    }
-
-    fn kind(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn threads(&self) -> usize {
-        0
     }
 
     fn evaluate(

@@ -324,10 +324,6 @@ impl Engine for SharedEngine {
         lock(self).name()
     }
 
-    fn kind(&self) -> &'static str {
-        lock(self).kind()
-    }
-
     fn threads(&self) -> usize {
         lock(self).threads()
     }

@@ -50,14 +50,6 @@ impl Engine for FaultyGpu {
         "faulty".to_owned()
     }
 
-    fn kind(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn threads(&self) -> usize {
-        0
-    }
-
     fn evaluate(
         &mut self,
         problem: &QuantizedProblem,
@@ -311,14 +303,6 @@ struct SlowToClose {
 impl Engine for SlowToClose {
     fn name(&self) -> String {
         self.engine.name()
-    }
-
-    fn kind(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn threads(&self) -> usize {
-        0
     }
 
     fn evaluate(

@@ -18,14 +18,6 @@ impl Engine for Slow {
         format!("{} ns", self.nanoseconds_per_sample)
     }
 
-    fn kind(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn threads(&self) -> usize {
-        0
-    }
-
     fn evaluate(
         &mut self,
         problem: &QuantizedProblem,

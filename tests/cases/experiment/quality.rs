@@ -129,10 +129,6 @@ impl Engine for Silent {
         "silent".to_owned()
     }
 
-    fn kind(&self) -> &'static str {
-        "cpu"
-    }
-
     fn threads(&self) -> usize {
         1
     }

@@ -110,10 +110,6 @@ impl Engine for Flipped {
         "flipped".to_owned()
     }
 
-    fn kind(&self) -> &'static str {
-        "cpu"
-    }
-
     fn threads(&self) -> usize {
         1
     }

@@ -87,14 +87,6 @@ impl Engine for LostGpu {
         "a failing GPU".to_owned()
     }
 
-    fn kind(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn threads(&self) -> usize {
-        0
-    }
-
     fn evaluate(
         &mut self,
         problem: &QuantizedProblem,

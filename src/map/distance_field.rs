@@ -1,4 +1,6 @@
-//! One row of the field: the lowest of the parabolas `(x - site)^2 + height(site)^2` at each column.
+//! Exact integer distance from every cell to the nearest obstacle.
+//!
+//! A row of the field is the lowest of the parabolas `(x - site)^2 + height(site)^2` at each column.
 //!
 //! The lowest site never moves left as the column increases, so the lowest sites of two columns bound those of all
 //! columns between them. The lowest site of every sixteenth column is found by bisection. All sites between two of these
@@ -7,8 +9,102 @@
 
 use multiversion::multiversion;
 
-use super::FAR;
-use super::lane::Lane;
+use super::{Cell, GridFrame, ObstacleGrid};
+
+/// The squared distance, in cells, from each cell's centre to the centre of the nearest obstacle cell.
+///
+/// Exact Euclidean distance transform in two passes (Meijster, Roerdink and Hesselink, 2000): first along the columns,
+/// then along each row as the lower envelope of one parabola per column. All numbers are integers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DistanceField {
+    frame: GridFrame,
+    squared: Vec<u32>,
+}
+
+/// Marks a column without an obstacle: longer than any distance within a grid, and its square fits in an `i32`.
+const FAR: u16 = 46_000;
+
+impl DistanceField {
+    /// The squared distance stored if the grid has no obstacle.
+    pub const NO_OBSTACLE: u32 = FAR as u32 * FAR as u32;
+
+    /// Computes the field of an obstacle grid. The area outside the grid is not an obstacle here.
+    #[must_use]
+    pub fn new(obstacles: &ObstacleGrid) -> Self {
+        let frame = *obstacles.frame();
+        let width = frame.width as usize;
+        let mut squared = vec![0; frame.len()];
+        Self::for_each_row(obstacles, |row, squared_cells| {
+            squared[row * width..][..width].copy_from_slice(squared_cells);
+        });
+        Self { frame, squared }
+    }
+
+    /// Computes the squared distances of [`Self::new`] and passes each row with its index to `take`, in unspecified
+    /// order. Callers that store another format avoid an intermediate copy.
+    pub(crate) fn for_each_row(obstacles: &ObstacleGrid, mut take: impl FnMut(usize, &[u32])) {
+        let width = obstacles.frame().width as usize;
+        let mut squared = vec![Self::NO_OBSTACLE; width];
+        if !obstacles.cells().contains(&true) {
+            (0..obstacles.frame().height as usize).for_each(|row| take(row, &squared));
+            return;
+        }
+        let mut reach = Reach::unknown(width);
+        let (mut near, mut any) = (Row::<u16>::new(width), Row::<f64>::new(width));
+        let mut heights = vec![FAR; width];
+        let downwards = distance_downwards(obstacles);
+        // From the highest row down, so that the distances upwards follow from the row above.
+        for (row, downwards) in downwards.chunks_exact(width).enumerate().rev() {
+            for (height, &below) in heights.iter_mut().zip(downwards) {
+                *height = height.saturating_add(1).min(below);
+            }
+            if reach.is_near(width) {
+                lower(&mut near, &heights, &mut reach, &mut squared);
+            } else {
+                lower(&mut any, &heights, &mut reach, &mut squared);
+            }
+            take(row, &squared);
+        }
+    }
+
+    /// Size and pose of the grid.
+    #[must_use]
+    pub const fn frame(&self) -> &GridFrame {
+        &self.frame
+    }
+
+    /// All squared distances in cells, row-major, lowest row first.
+    #[must_use]
+    pub fn squared_cells(&self) -> &[u32] {
+        &self.squared
+    }
+
+    /// Distance in metres from the centre of a cell to the centre of the nearest obstacle cell; infinite if the grid has
+    /// no obstacle. The cell must lie inside the grid.
+    #[must_use]
+    pub fn distance_m(&self, cell: Cell) -> f64 {
+        match self.squared[self.frame.index(cell)] {
+            Self::NO_OBSTACLE.. => f64::INFINITY,
+            squared => f64::from(squared).sqrt() * self.frame.resolution_m,
+        }
+    }
+}
+
+/// For each cell, the distance in rows to the nearest obstacle of the same column at or below it, or [`FAR`].
+fn distance_downwards(obstacles: &ObstacleGrid) -> Vec<u16> {
+    let width = obstacles.frame().width as usize;
+    let mut distances = vec![0; obstacles.cells().len()];
+    let mut heights = vec![FAR; width];
+    let rows = obstacles.cells().chunks_exact(width);
+    for (blocked, out) in rows.zip(distances.chunks_exact_mut(width)) {
+        for ((height, &blocked), out) in heights.iter_mut().zip(blocked).zip(out) {
+            let above = height.saturating_add(1).min(FAR);
+            *height = if blocked { 0 } else { above };
+            *out = *height;
+        }
+    }
+    distances
+}
 
 /// Columns compared at once.
 const BLOCK: usize = 16;
@@ -19,24 +115,24 @@ const WIDEST: usize = 65_000;
 
 /// Upper bounds of the distance to the nearest obstacle, in cells, in the most recently computed row: for the first column
 /// of each block and for the last column. The bound for the next row is at most one larger.
-pub(super) struct Reach(Vec<usize>);
+struct Reach(Vec<usize>);
 
 impl Reach {
     /// The bounds before the first row.
-    pub(super) fn unknown(width: usize) -> Self {
+    fn unknown(width: usize) -> Self {
         Self(vec![usize::from(FAR); width.div_ceil(BLOCK) + 1])
     }
 
     /// Whether `u16` is sufficient for the next row. Distances at the known columns are then at most 214 cells, so those
     /// between are at most 222, and sites are at most 230 columns from the columns where they are compared. Both are
     /// below 255, at which `u16` saturates.
-    pub(super) fn is_near(&self, width: usize) -> bool {
+    fn is_near(&self, width: usize) -> bool {
         width <= WIDEST && self.0.iter().all(|&reach| reach < 214)
     }
 }
 
 /// Working memory for one row, padded to a whole last block and a whole last group of sites.
-pub(super) struct Row<T> {
+struct Row<T> {
     columns: Vec<T>,
     squared_heights: Vec<T>,
     /// The lowest site at the columns of [`Reach`].
@@ -45,7 +141,7 @@ pub(super) struct Row<T> {
 }
 
 impl<T: Lane> Row<T> {
-    pub(super) fn new(width: usize) -> Self {
+    fn new(width: usize) -> Self {
         let blocks = width.div_ceil(BLOCK);
         let padded = blocks * BLOCK + SITES;
         Self {
@@ -149,12 +245,7 @@ impl<T: Lane> Row<T> {
 
 /// Calls [`Row::lower`] compiled for the widest vectors of the processor.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn lower<T: Lane>(
-    row: &mut Row<T>,
-    heights: &[u16],
-    reach: &mut Reach,
-    squared: &mut [u32],
-) {
+fn lower<T: Lane>(row: &mut Row<T>, heights: &[u16], reach: &mut Reach, squared: &mut [u32]) {
     row.lower(heights, reach, squared);
 }
 
@@ -183,4 +274,91 @@ fn lowest_of<T: Lane>(
         }
     }
     lowest
+}
+
+/// A number type for vector code: several values fit in a register. Operations are unchecked, since overflow checks
+/// prevent vectorisation; the caller keeps relevant values in range.
+trait Lane: Copy + PartialOrd {
+    const ONE: Self;
+    /// At least as large as any relevant value.
+    const MOST: Self;
+
+    /// Converts a column index.
+    fn column(column: usize) -> Self;
+    /// Squares the vertical distance of a column to its obstacle, in cells.
+    fn square_of_height(height: u16) -> Self;
+    fn minus(self, other: Self) -> Self;
+    /// Returns `offset^2 + squared_height`: the value of a parabola at this offset from its site.
+    fn parabola(offset: Self, squared_height: Self) -> Self;
+    /// Converts a non-negative whole number.
+    fn whole(self) -> u32;
+}
+
+/// Heights from this value on are treated as equal by [`u16`]: its square is the largest that fits.
+const HIGHEST_NEAR: u16 = 255;
+
+/// At least eight lanes. Exact below `255^2`; larger values are saturated to at least that.
+impl Lane for u16 {
+    const ONE: Self = 1;
+    const MOST: Self = Self::MAX;
+
+    #[inline(always)]
+    fn column(column: usize) -> Self {
+        column as Self
+    }
+
+    #[inline(always)]
+    fn square_of_height(height: u16) -> Self {
+        let height = height.min(HIGHEST_NEAR);
+        height.wrapping_mul(height)
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self.wrapping_sub(other)
+    }
+
+    /// A negative offset wraps, and its square is still correct.
+    #[inline(always)]
+    fn parabola(offset: Self, squared_height: Self) -> Self {
+        offset.wrapping_mul(offset).saturating_add(squared_height)
+    }
+
+    #[inline(always)]
+    fn whole(self) -> u32 {
+        self.into()
+    }
+}
+
+/// Two lanes, exact for every grid: no sum reaches `2^53`.
+impl Lane for f64 {
+    const ONE: Self = 1.0;
+    const MOST: Self = 4.0 * FAR as Self * FAR as Self;
+
+    #[inline(always)]
+    fn column(column: usize) -> Self {
+        column as Self
+    }
+
+    #[inline(always)]
+    fn square_of_height(height: u16) -> Self {
+        Self::from(height) * Self::from(height)
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self - other
+    }
+
+    #[inline(always)]
+    fn parabola(offset: Self, squared_height: Self) -> Self {
+        offset * offset + squared_height
+    }
+
+    /// Adding `2^52` leaves the whole number in the low bits. This vectorises; a cast does not.
+    #[inline(always)]
+    fn whole(self) -> u32 {
+        const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
+        (self + TWO_TO_52).to_bits() as u32
+    }
 }
