@@ -54,7 +54,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
         report_file::create_folder(folder)?;
     }
     let config = Config::default();
-    let sites = Site::roadways(&config)?;
+    let sites = Site::roadways(&config);
     let mine = mine(arguments, &config)?;
     let mine_repetitions = arguments.repetitions.div_ceil(MINE_SHARE);
     let steps = sites.len() * arguments.repetitions + mine.tasks.len() * mine_repetitions;

@@ -78,7 +78,7 @@ fn printed_row(row: &PublishedRow) -> String {
 }
 
 fn reduction(found: &Reduction) -> String {
-    let (variant, against) = (label_of(&found.variant), label_of(&found.against));
+    let (variant, against) = (label_of(found.variant), label_of(found.against));
     figures(&format!("{variant} against {against}"), found)
 }
 

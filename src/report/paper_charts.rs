@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::chart::{Axis, Chart, Mark, Panel, Plot, Row, RowMark, XAxis, range};
 use super::number::significant;
 use super::svg::{LegendEntry, legend_list};
-use crate::bench::paper::{PathRow, StepRow};
+use crate::bench::paper::{PathRow, Stage, StepRow};
 use crate::experiment::paper_drives::{
     Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
 };
@@ -58,7 +58,7 @@ fn stages(rows: &[StepRow]) -> Chart {
     let mut bars: Vec<(&str, Vec<f64>)> = Vec::new();
     for row in rows {
         match (row.stage, bars.last_mut()) {
-            ("raw", _) | (_, None) => bars.push((&row.label, vec![row.time_ms])),
+            (Stage::Raw, _) | (_, None) => bars.push((&row.label, vec![row.time_ms])),
             (_, Some((_, ends))) => ends.push(row.time_ms),
         }
     }

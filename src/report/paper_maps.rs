@@ -19,19 +19,19 @@ const MARK_SCALE: f64 = 2.2;
 
 /// The paths on maps side by side: search, class of the line, and name.
 const SHOWN: [(Search, &str, &str); 3] = [
-    (Search::Manhattan, "traditional-path", "traditional A*, Manhattan"),
-    (Search::Improved, "improved-path", "improved"),
-    (Search::JumpPoints, "jump-path", "jump points, pruning, spline"),
+    (Search::MANHATTAN, "traditional-path", "traditional A*, Manhattan"),
+    (Search::IMPROVED, "improved-path", "improved"),
+    (Search::JUMP_POINTS, "jump-path", "jump points, pruning, spline"),
 ];
 
 /// The searches on the overview map.
-const OVERVIEW: [Search; 2] = [Search::Manhattan, Search::JumpPoints];
+const OVERVIEW: [Search; 2] = [Search::MANHATTAN, Search::JUMP_POINTS];
 
 /// The final path of a run, and the nodes that remain after pruning.
 fn final_path(run: &Run) -> (&[Point], &[Point]) {
-    let is_pruned = run.search.last_stage() > Stage::Raw;
+    let is_pruned = run.search.last_stage > Stage::Raw;
     let nodes = if is_pruned { run.at(Stage::Pruned).path.points() } else { &[] };
-    (run.at(run.search.last_stage()).path.points(), nodes)
+    (run.at(run.search.last_stage).path.points(), nodes)
 }
 
 /// One task with the traditional and the improved paths.
@@ -55,8 +55,8 @@ pub(super) fn variants(name: &str, title: String, site: &Site, task: &TaskRuns) 
 }
 
 fn path_text(run: &Run) -> String {
-    let last = run.at(run.search.last_stage());
-    let turns = match run.search.last_stage() {
+    let last = run.at(run.search.last_stage);
+    let turns = match run.search.last_stage {
         Stage::Raw => format!("{} turns", last.path.turns()),
         _ => format!("{} turns before smoothing", run.at(Stage::Pruned).path.turns()),
     };
@@ -152,7 +152,7 @@ fn alt_text(site: &Site, drawn: &[(&TaskRuns, &Run, &str)]) -> String {
     let paths: Vec<String> = drawn
         .iter()
         .map(|(task, run, _)| {
-            let label = run.search.label();
+            let label = run.search.label;
             format!("{}, {label}: {}", task.task.name, path_text(run))
         })
         .collect();

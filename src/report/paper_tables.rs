@@ -65,7 +65,7 @@ pub(super) fn reduction_table(table: &PathTable) -> Markup {
                 } }
                 tbody {
                     @for found in &table.reductions { tr {
-                        td { (label_of(&found.variant)) " against " (label_of(&found.against)) }
+                        td { (label_of(found.variant)) " against " (label_of(found.against)) }
                         @for (measure, target) in targets {
                             (change(measure, found.of(measure), Some(target)))
                         }

@@ -4,38 +4,33 @@ use serde::Serialize;
 
 use super::measure::TaskRuns;
 use super::reduction::Measure;
-use super::search::{LITERAL_K, SMALL_K, Search, Stage};
+use super::search::{Search, Stage};
+use crate::global::Heuristic;
 
-/// The steps of the table, from the traditional ones to all steps together.
-pub const STEPS: [(Search, Stage); 13] = [
-    (Search::Manhattan, Stage::Raw),
-    (Search::Euclid, Stage::Raw),
-    (Search::Theta(45.0), Stage::Raw),
-    (Search::Literal(SMALL_K), Stage::Raw),
-    (Search::Literal(LITERAL_K), Stage::Raw),
-    (Search::Literal(LITERAL_K), Stage::Pruned),
-    (Search::Literal(LITERAL_K), Stage::Smoothed),
-    (Search::Improved, Stage::Raw),
-    (Search::Improved, Stage::Pruned),
-    (Search::Improved, Stage::Smoothed),
-    (Search::JumpPoints, Stage::Raw),
-    (Search::JumpPoints, Stage::Pruned),
-    (Search::JumpPoints, Stage::Smoothed),
+/// The searches of the table, from the traditional ones on. Each has a row for each of its stages.
+const STEPS: [Search; 7] = [
+    Search::MANHATTAN,
+    Search::EUCLID,
+    Search::THETA_45,
+    Search::LITERAL_SMALL,
+    Search::LITERAL,
+    Search::IMPROVED,
+    Search::JUMP_POINTS,
 ];
 
 /// Searches with all steps, and the traditional searches for comparison.
-const CHAINS: [Search; 2] = [Search::Improved, Search::JumpPoints];
-const BASELINES: [Search; 2] = [Search::Manhattan, Search::Euclid];
+const CHAINS: [Search; 2] = [Search::IMPROVED, Search::JUMP_POINTS];
+const BASELINES: [Search; 2] = [Search::MANHATTAN, Search::EUCLID];
 
 /// A step, summed over all tasks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StepRow {
     /// The search.
-    pub search: String,
+    pub search: &'static str,
     /// Label for people.
     pub label: String,
     /// `raw`, `pruned` or `smoothed`.
-    pub stage: &'static str,
+    pub stage: Stage,
     /// Sum of the median times up to here, milliseconds.
     pub time_ms: f64,
     /// Sum of the lengths, metres.
@@ -52,21 +47,21 @@ pub struct StepRow {
     pub worst_over_shortest: f64,
 }
 
-/// The rows of [`STEPS`] whose search was run.
+/// The rows of the steps whose search was run.
 #[must_use]
 pub fn step_rows(measured: &[TaskRuns]) -> Vec<StepRow> {
-    STEPS.iter().filter_map(|&(search, stage)| step_row(measured, search, stage)).collect()
+    let steps = STEPS.into_iter().flat_map(|search| {
+        let stages = Stage::ALL.into_iter().filter(move |stage| *stage <= search.last_stage);
+        stages.map(move |stage| (search, stage))
+    });
+    steps.filter_map(|(search, stage)| step_row(measured, search, stage)).collect()
 }
 
 fn step_row(measured: &[TaskRuns], search: Search, stage: Stage) -> Option<StepRow> {
     let mut sum = StepRow {
-        search: search.name(),
+        search: search.name,
         label: label(search, stage),
-        stage: match stage {
-            Stage::Raw => "raw",
-            Stage::Pruned => "pruned",
-            Stage::Smoothed => "smoothed",
-        },
+        stage,
         time_ms: 0.0,
         length_m: 0.0,
         turns: 0,
@@ -93,13 +88,13 @@ fn step_row(measured: &[TaskRuns], search: Search, stage: Stage) -> Option<StepR
 }
 
 fn label(search: Search, stage: Stage) -> String {
-    let name = match search {
-        Search::Manhattan | Search::Euclid => format!("traditional, {}", search.label()),
-        Search::Theta(_) => "octile distance (eqs. 16, 17)".to_owned(),
-        _ => search.label(),
+    let name = match search.heuristic {
+        Some(Heuristic::Manhattan | Heuristic::Euclid) => search.variant.1,
+        Some(Heuristic::Theta { .. }) => "octile distance (eqs. 16, 17)",
+        _ => search.label,
     };
     match stage {
-        Stage::Raw => name,
+        Stage::Raw => name.to_owned(),
         Stage::Pruned => format!("{name} + pruning"),
         Stage::Smoothed => format!("{name} + pruning + spline"),
     }
@@ -121,9 +116,9 @@ pub enum Step {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Breakdown {
     /// The improved algorithm's search: `improved` or `jump_points`.
-    pub chain: String,
+    pub chain: &'static str,
     /// The traditional search that it is compared with.
-    pub against: String,
+    pub against: &'static str,
     /// The compared measure.
     pub measure: Measure,
     /// Sum before: milliseconds, metres or turns.
@@ -144,15 +139,15 @@ impl Breakdown {
     /// Computes the contributions from the sums before and after each step; none if the sum before is zero.
     #[must_use]
     pub fn new(
-        chain: &str,
-        against: &str,
+        chain: &'static str,
+        against: &'static str,
         measure: Measure,
         [before, searched, pruned, smoothed]: [f64; 4],
     ) -> Option<Self> {
         let less = |from: f64, to: f64| (from - to) / before;
         (before > 0.0).then(|| Self {
-            chain: chain.to_owned(),
-            against: against.to_owned(),
+            chain,
+            against,
             measure,
             before,
             after: smoothed,
@@ -180,9 +175,8 @@ impl Breakdown {
 /// The breakdown of each reduction.
 #[must_use]
 pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
-    let figure = |search: Search, stage: &str, measure: Measure| -> Option<f64> {
-        let name = search.name();
-        let row = rows.iter().find(|row| row.search == name && row.stage == stage)?;
+    let figure = |search: Search, stage: Stage, measure: Measure| -> Option<f64> {
+        let row = rows.iter().find(|row| row.search == search.name && row.stage == stage)?;
         Some(match measure {
             Measure::Time => row.time_ms,
             Measure::Length => row.length_m,
@@ -190,13 +184,9 @@ pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
         })
     };
     let breakdown = |chain: Search, against: Search, measure: Measure| -> Option<Breakdown> {
-        let sums = [
-            figure(against, "raw", measure)?,
-            figure(chain, "raw", measure)?,
-            figure(chain, "pruned", measure)?,
-            figure(chain, "smoothed", measure)?,
-        ];
-        Breakdown::new(&chain.name(), &against.name(), measure, sums)
+        let [raw, pruned, smoothed] = Stage::ALL.map(|stage| figure(chain, stage, measure));
+        let sums = [figure(against, Stage::Raw, measure)?, raw?, pruned?, smoothed?];
+        Breakdown::new(chain.name, against.name, measure, sums)
     };
     let mut all = Vec::new();
     // Smoothing is one of the steps here, so turns are counted once.
@@ -206,19 +196,4 @@ pub fn breakdowns(rows: &[StepRow]) -> Vec<Breakdown> {
         }
     }
     all
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn breakdown_steps_add_up_to_the_total() {
-        let sums = [10.0, 11.0, 8.0, 7.5];
-        let found = Breakdown::new("improved", "euclid", Measure::Length, sums);
-        let found = found.expect("there was something before");
-        assert!((found.search + found.pruning + found.spline - found.total).abs() < 1e-15);
-        assert_eq!((found.total, found.main_step()), (0.25, Step::Pruning));
-        assert_eq!(Breakdown::new("", "", Measure::Turns, [0.0; 4]), None);
-    }
 }

@@ -1,9 +1,13 @@
 //! Paths of every search, checked once and timed many times.
 
+use core::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use super::search::{Search, Stage};
-use super::shortest::shortest_cost;
-use super::{PaperError, Site, Task};
-use crate::global::{Path, PathClearance, Pruning, Searcher, prune, smooth};
+use super::site::{PaperError, Site, Task};
+use crate::bench::{percentile, search_grid};
+use crate::global::{DIAGONAL, Path, PathClearance, Pruning, STRAIGHT, Searcher, prune, smooth};
+use crate::map::{Cell, FreeSpace};
 
 /// Degree of the smoothing B-spline, as in the default settings.
 const SPLINE_DEGREE: usize = 3;
@@ -84,16 +88,14 @@ impl TaskRuns {
     pub fn faults(&self, site: &Site) -> Vec<String> {
         let mut faults = Vec::new();
         for run in &self.runs {
-            let (name, task) = (run.search.label(), &self.task.name);
+            let (name, task) = (run.search.label, &self.task.name);
             let (cost, least) = (run.cost, self.shortest);
             if cost < least || (run.search.is_exact() && cost > least) {
                 faults
                     .push(format!("{task}, {name}: its path costs {cost}, a shortest one {least}"));
             }
-            for (stage, staged) in
-                [Stage::Raw, Stage::Pruned, Stage::Smoothed].iter().zip(&run.stages)
-            {
-                let ground = if *stage == Stage::Smoothed { &site.proof } else { &site.search };
+            for (stage, staged) in Stage::ALL.into_iter().zip(&run.stages) {
+                let ground = if stage == Stage::Smoothed { &site.proof } else { &site.search };
                 let (clear_m, promised_m) = (staged.min_clearance_m, ground.radius_m());
                 if clear_m < promised_m - ROUNDING_M {
                     faults.push(format!(
@@ -170,16 +172,17 @@ fn attempt(
 ) -> Option<Attempt> {
     let frame = site.search.frame();
     let began = clock();
-    let found = search.run(searcher, &site.search, task.start, task.goal).ok()?;
+    let found =
+        search_grid(searcher, &site.search, [task.start, task.goal], search.heuristic).ok()?;
     let centers = found.cells.iter().map(|&cell| frame.center_of(cell));
     let mut paths = vec![Path::new(centers.collect())];
     let (cost, expanded) = (found.cost, found.expanded);
     let mut ended_s = vec![clock() - began];
-    if search.last_stage() >= Stage::Pruned {
+    if search.last_stage >= Stage::Pruned {
         paths.push(prune(&site.search, None, &paths[0], Pruning::Sparse));
         ended_s.push(clock() - began);
     }
-    if search.last_stage() >= Stage::Smoothed {
+    if search.last_stage >= Stage::Smoothed {
         paths.push(smooth(&site.proof, &paths[1], SPLINE_DEGREE).0);
         ended_s.push(clock() - began);
     }
@@ -192,14 +195,14 @@ fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[
         .into_iter()
         .enumerate()
         .map(|(stage, path)| {
-            let total = seconds.iter().map(|ends| ends[stage]).collect();
+            let total: Vec<f64> = seconds.iter().map(|ends| ends[stage]).collect();
             let before = |ends: &Vec<f64>| stage.checked_sub(1).map_or(0.0, |one| ends[one]);
-            let own = seconds.iter().map(|ends| ends[stage] - before(ends)).collect();
+            let own: Vec<f64> = seconds.iter().map(|ends| ends[stage] - before(ends)).collect();
             StagePath {
                 min_clearance_m: clearances.min_m(&path),
                 path,
-                time: times(total),
-                own_ms: times(own).p50_ms,
+                time: times(&total),
+                own_ms: times(&own).p50_ms,
             }
         })
         .collect();
@@ -207,63 +210,42 @@ fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[
 }
 
 /// Median and tail of times in seconds; zero for no times.
-fn times(mut seconds: Vec<f64>) -> Times {
-    seconds.sort_by(f64::total_cmp);
-    // The smallest time that at least this share does not exceed.
-    let quantile = |share: f64| {
-        let rank = (seconds.len() as f64 * share).ceil() as usize;
-        seconds.get(rank.max(1) - 1).map_or(0.0, |time| time * 1e3)
-    };
-    Times { p50_ms: quantile(0.5), p95_ms: quantile(0.95) }
+fn times(seconds: &[f64]) -> Times {
+    let quantile_ms = |share| percentile(seconds.to_vec(), share).map_or(0.0, |time| time * 1e3);
+    Times { p50_ms: quantile_ms(0.5), p95_ms: quantile_ms(0.95) }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::runtime::Config;
-
-    #[test]
-    fn times_are_ranks() {
-        let hundred = (1..=100).rev().map(|index| f64::from(index) / 1e3);
-        let expected = Times { p50_ms: 50.0, p95_ms: 95.0 };
-        assert_eq!(times(hundred.collect()), expected);
-        assert_eq!(times(vec![0.002]).p95_ms, 2.0);
-        assert_eq!(times(Vec::new()), Times::default());
+/// Returns the smallest cost of moves from a cell to another by a plain Dijkstra search; none without a path. The searches
+/// share only the costs of moves with this reference.
+fn shortest_cost(space: &FreeSpace, start: Cell, goal: Cell) -> Option<u64> {
+    let frame = space.frame();
+    if !(space.is_free(start) && space.is_free(goal)) {
+        return None;
     }
-
-    /// A clock that advances with each reading counts the stages.
-    #[test]
-    fn stages_are_timed_from_the_start_and_alone() {
-        let site = &Site::roadways(&Config::default()).expect("the default robot fits")[0];
-        let searches = [Search::Manhattan, Search::JumpPoints];
-        let mut ticks = 0.0;
-        let mut clock = || {
-            ticks += 1.0;
-            ticks
-        };
-        let mut passes = 0;
-        let measured = measure(site, &searches, 3, &mut clock, || passes += 1);
-        let measured = measured.expect("the scene has a path");
-        let [raw] = &measured[0].runs[0].stages[..] else {
-            panic!("a baseline is only searched");
-        };
-        assert_eq!((raw.time.p50_ms, raw.own_ms), (1e3, 1e3));
-        let smoothed = measured[0].runs[1].at(Stage::Smoothed);
-        assert_eq!((smoothed.time.p50_ms, smoothed.own_ms), (3e3, 1e3));
-        assert_eq!(passes, 3);
-        assert_eq!(measured[0].faults(site), [""; 0]);
+    let mut least = vec![u64::MAX; frame.len()];
+    least[frame.index(start)] = 0;
+    let mut open = BinaryHeap::from([(Reverse(0), frame.index(start))]);
+    while let Some((Reverse(cost), index)) = open.pop() {
+        let Cell { column, row } = frame.cell_at(index);
+        if Cell::new(column, row) == goal {
+            return Some(cost);
+        }
+        if cost > least[index] {
+            continue;
+        }
+        let is_free = |right: i32, up: i32| space.is_free(Cell::new(column + right, row + up));
+        for (right, up) in (-1..=1).flat_map(|up| (-1..=1).map(move |right| (right, up))) {
+            let moves = (right, up) != (0, 0);
+            if !(moves && is_free(right, up) && is_free(right, 0) && is_free(0, up)) {
+                continue;
+            }
+            let step = if right != 0 && up != 0 { DIAGONAL } else { STRAIGHT };
+            let neighbour = frame.index(Cell::new(column + right, row + up));
+            if cost + step < least[neighbour] {
+                least[neighbour] = cost + step;
+                open.push((Reverse(cost + step), neighbour));
+            }
+        }
     }
-
-    #[test]
-    fn faults_report_long_and_close_paths() {
-        let site = &Site::roadways(&Config::default()).expect("the default robot fits")[0];
-        let mut clock = || 0.0;
-        let measured = measure(site, &[Search::JumpPoints], 0, &mut clock, || ());
-        let mut task = measured.expect("the scene has a path").remove(0);
-        task.shortest -= 1;
-        task.runs[0].stages[2].min_clearance_m = 0.1;
-        let faults = task.faults(site);
-        assert_eq!(faults.len(), 2, "{faults:?}");
-        assert!(faults[0].contains("shortest") && faults[1].contains("Smoothed: 0.1000 m"));
-    }
+    None
 }

@@ -200,17 +200,3 @@ impl Wall {
         self.bumps.iter().zip(BUMPS_M).map(blended).sum()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn made_mine_depends_on_its_seed_and_has_open_area() {
-        let mine = made_mine(1);
-        assert!(made_mine(1) == mine && made_mine(2) != mine);
-        let open = mine.cells().iter().filter(|&&cell| cell == 0).count();
-        let share = open as f64 / mine.cells().len() as f64;
-        assert!((0.25..0.6).contains(&share), "{share} of the ground is open");
-    }
-}

@@ -1,8 +1,11 @@
 //! The maps of the paper's experiments and their tasks.
 
-use super::PaperError;
-use super::ascii_maps::{ASCII_MAPS, AsciiMap};
-use super::farthest_point_sampling::farthest_points;
+use core::iter::repeat_n;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use thiserror::Error;
+
 use crate::geometry::Pose;
 use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::runtime::Config;
@@ -11,6 +14,49 @@ use crate::runtime::Config;
 const CHARACTER_M: f64 = 0.5;
 /// Cells along that side: 5 cm each, as usual for indoor maps.
 const CELLS: usize = 10;
+
+/// A map or drive that cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum PaperError {
+    /// Too little room for paths.
+    #[error(
+        "the map has no {places} connected places {radius_m:.3} m from every obstacle: use a map whose roadways are wider \
+         than twice that"
+    )]
+    TooNarrow {
+        /// Number of places.
+        places: usize,
+        /// Distance kept from obstacles, metres.
+        radius_m: f64,
+    },
+    /// A start and a goal without a path.
+    #[error("{task}: no path from the start to the goal {radius_m:.3} m from every obstacle")]
+    NoPath {
+        /// The task.
+        task: String,
+        /// Distance kept from obstacles, metres.
+        radius_m: f64,
+    },
+    /// A drive that cannot start.
+    #[error("{scene}, seed {seed}: the drive cannot start: {reason}: try another seed")]
+    Drive {
+        /// The scene.
+        scene: String,
+        /// The seed.
+        seed: u64,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// The scenes of Table 1 in the paper's order: name, title, and map as text, highest row first, one character for each half
+/// metre: `#` rock or machine, `.` free, `S` start, `G` goal. The paper does not publish its maps: these have its size, with
+/// start and goal about 20 m apart.
+const SCENES: [[&str; 3]; 3] = [
+    ["drift", "A straight drift with parked machines", include_str!("maps/drift.txt")],
+    ["junction", "A bend and a junction with cross-cuts", include_str!("maps/junction.txt")],
+    ["rooms", "Rooms and pillars with clutter", include_str!("maps/rooms.txt")],
+];
 
 /// A start and a goal, both cells' centres.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,10 +92,21 @@ pub struct Site {
 impl Site {
     /// The three scenes of Table 1 and figs. 9 to 11, for the robot of a configuration.
     ///
-    /// # Errors
-    /// Fails when that robot does not fit into one of them.
-    pub fn roadways(config: &Config) -> Result<Vec<Self>, PaperError> {
-        ASCII_MAPS.iter().map(|map| Self::from_ascii(map, config)).collect()
+    /// # Panics
+    /// Never: the text of each scene is a map with a start and a goal.
+    #[must_use]
+    pub fn roadways(config: &Config) -> Vec<Self> {
+        let scene = |[name, title, text]: [&str; 3]| {
+            let rows: Vec<String> =
+                text.lines().flat_map(|row| repeat_n(enlarged(row), CELLS)).collect();
+            let resolution_m = CHARACTER_M / CELLS as f64;
+            let map = OccupancyGrid::from_rows(&rows, resolution_m, Pose::default());
+            let map = map.expect("rows of equal length");
+            let end = |mark| marked(text, mark).expect("one start and one goal");
+            let task = Task { name: name.to_owned(), start: end('S'), goal: end('G') };
+            Self { tasks: vec![task], ..Self::without_tasks(name, title, map, config) }
+        };
+        SCENES.map(scene).into()
     }
 
     /// A mine with this number of tasks, for Table 2 and fig. 16. Their ends are spread over all reachable cells. The seed
@@ -99,67 +156,117 @@ impl Site {
             tasks: Vec::new(),
         }
     }
-
-    fn from_ascii(drawing: &AsciiMap, config: &Config) -> Result<Self, PaperError> {
-        let rows: Vec<String> = drawing
-            .rows
-            .iter()
-            .flat_map(|row| core::iter::repeat_n(enlarged(row), CELLS))
-            .collect();
-        let resolution_m = CHARACTER_M / CELLS as f64;
-        let map = OccupancyGrid::from_rows(&rows, resolution_m, Pose::default())
-            .map_err(|error| PaperError::AsciiMap { scene: drawing.name.to_owned(), error })?;
-        let mut site = Self::without_tasks(drawing.name, drawing.title, map, config);
-        let end = |mark| {
-            middle_of(drawing, mark)
-                .ok_or(PaperError::NoMark { scene: drawing.name.to_owned(), mark })
-        };
-        site.tasks.push(Task { name: drawing.name.to_owned(), start: end('S')?, goal: end('G')? });
-        Ok(site)
-    }
 }
 
 /// Returns a row with each character as wide as its cells, without the marks.
 fn enlarged(row: &str) -> String {
     let ground = row.replace(['S', 'G'], ".");
-    let wide = |character| core::iter::repeat_n(character, CELLS);
-    ground.chars().flat_map(wide).collect()
+    ground.chars().flat_map(|character| repeat_n(character, CELLS)).collect()
 }
 
 /// The middle cell of a marked character.
-fn middle_of(drawing: &AsciiMap, mark: char) -> Option<Cell> {
-    let mut lowest_first = drawing.rows.iter().rev().enumerate();
-    let (row, column) =
-        lowest_first.find_map(|(row, text)| text.find(mark).map(|column| (row, column)))?;
+fn marked(text: &str, mark: char) -> Option<Cell> {
+    let mut lowest_first = text.lines().rev().enumerate();
+    let (row, column) = lowest_first.find_map(|(row, line)| Some((row, line.find(mark)?)))?;
     let middle = |character: usize| (character * CELLS + CELLS / 2) as i32;
     Some(Cell::new(middle(column), middle(row)))
+}
+
+/// Returns cells of the largest connected part of a space, each as far as possible from those before it; the seed determines
+/// the first. None if there are too few.
+fn farthest_points(space: &FreeSpace, count: usize, seed: u64) -> Option<Vec<Cell>> {
+    let part = largest_part(space);
+    if part.is_empty() || part.len() < count {
+        return None;
+    }
+    let squared = |one: Cell, other: Cell| {
+        let (columns, rows) = (one.column - other.column, one.row - other.row);
+        i64::from(columns).pow(2) + i64::from(rows).pow(2)
+    };
+    let first = Pcg64Mcg::seed_from_u64(seed).random_range(0..part.len());
+    let mut chosen = vec![part[first]];
+    let mut nearest = vec![i64::MAX; part.len()];
+    while let (Some(&last), true) = (chosen.last(), chosen.len() < count) {
+        let mut farthest = (0, 0);
+        for (index, (&cell, nearest)) in part.iter().zip(&mut nearest).enumerate() {
+            *nearest = (*nearest).min(squared(cell, last));
+            if *nearest > farthest.0 {
+                farthest = (*nearest, index);
+            }
+        }
+        chosen.push(part[farthest.1]);
+    }
+    Some(chosen)
+}
+
+/// The largest connected set of free cells. A diagonal move needs both adjacent cells, so moves to the four neighbours
+/// suffice.
+fn largest_part(space: &FreeSpace) -> Vec<Cell> {
+    let frame = space.frame();
+    let mut seen = vec![false; frame.len()];
+    let mut largest = Vec::new();
+    for index in 0..frame.len() {
+        let first = frame.cell_at(index);
+        if seen[index] || !space.is_free(first) {
+            continue;
+        }
+        seen[index] = true;
+        let mut part = vec![first];
+        let mut next = 0;
+        while let Some(&Cell { column, row }) = part.get(next) {
+            next += 1;
+            for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+                let neighbour = Cell::new(column + right, row + up);
+                if space.is_free(neighbour) && !seen[frame.index(neighbour)] {
+                    seen[frame.index(neighbour)] = true;
+                    part.push(neighbour);
+                }
+            }
+        }
+        if part.len() > largest.len() {
+            largest = part;
+        }
+    }
+    largest
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::UnknownPolicy;
+
+    fn space(rows: &[&str]) -> FreeSpace {
+        let map = OccupancyGrid::from_rows(rows, 1.0, Pose::default()).expect("a sound drawing");
+        FreeSpace::new(&map.obstacles(UnknownPolicy::Blocked), 0.0)
+    }
 
     #[test]
-    fn roadways_have_the_size_of_the_papers_scenes() {
-        let sites = Site::roadways(&Config::default()).expect("the default robot fits");
-        for site in &sites {
-            let [task] = &site.tasks[..] else {
-                panic!("one task each");
-            };
-            let frame = site.map.frame();
-            let apart_m = (frame.center_of(task.goal) - frame.center_of(task.start)).norm();
-            assert!((19.0..26.0).contains(&apart_m), "{}: {apart_m} m", site.name);
-            assert!(site.search.is_free(task.start) && site.search.is_free(task.goal));
-        }
-        assert_eq!(sites.len(), 3);
+    fn farthest_points_are_in_the_largest_connected_part() {
+        // Two parts that touch only at a corner, which no path may cut.
+        let parts = space(&["..#...", "..#...", "##...."]);
+        assert_eq!(largest_part(&parts).len(), 10);
+        let places = farthest_points(&parts, 4, 1).expect("room for four");
+        assert!(places.iter().all(|cell| cell.column > 1));
+        assert_eq!(farthest_points(&parts, 4, 1), Some(places));
+        assert_eq!(farthest_points(&parts, 99, 1), None);
+        assert_eq!(farthest_points(&space(&["##"]), 1, 1), None);
+    }
+
+    #[test]
+    fn farthest_points_are_far_from_each_other() {
+        let places =
+            farthest_points(&space(&["...................."]), 4, 7).expect("room for four");
+        // For any first cell, both ends are among the next ones, and the fourth halves the longest gap.
+        let columns: Vec<i32> = places.iter().map(|cell| cell.column).collect();
+        assert!(columns[1..].contains(&0) && columns[1..].contains(&19), "{columns:?}");
     }
 
     #[test]
     fn marks_are_found_in_the_text_map() {
-        let drawing = AsciiMap { name: "", title: "", rows: &["..G", "S.#"] };
-        assert_eq!(middle_of(&drawing, 'S'), Some(Cell::new(5, 5)));
-        assert_eq!(middle_of(&drawing, 'G'), Some(Cell::new(25, 15)));
-        assert_eq!(middle_of(&drawing, 'x'), None);
+        let text = "..G\nS.#\n";
+        assert_eq!(marked(text, 'S'), Some(Cell::new(5, 5)));
+        assert_eq!(marked(text, 'G'), Some(Cell::new(25, 15)));
+        assert_eq!(marked(text, 'x'), None);
         assert_eq!(enlarged("S#"), "..........##########");
     }
 }

@@ -1,4 +1,5 @@
 //! The paper's experiments, repeated: its paths, and drives through its scenes.
 
 mod drives;
+mod findings;
 mod paths;

@@ -6,6 +6,7 @@ use crate::support::gap::{STEP, is_on_grid, smallest_gap_m};
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, Stage, TaskRuns, made_mine, measure,
 };
+use inbye::global::Heuristic;
 use inbye::map::FreeSpace;
 use inbye::runtime::Config;
 
@@ -17,7 +18,7 @@ fn measured() -> &'static [(Site, Vec<TaskRuns>)] {
     static MEASURED: OnceLock<Vec<(Site, Vec<TaskRuns>)>> = OnceLock::new();
     MEASURED.get_or_init(|| {
         let config = Config::default();
-        let mut sites = Site::roadways(&config).expect("the default robot fits");
+        let mut sites = Site::roadways(&config);
         sites.push(Site::mine("made", made_mine(1), 5, 1, &config).expect("the mine has room"));
         sites
             .into_iter()
@@ -51,7 +52,7 @@ fn every_path_of_every_variant_keeps_its_distance() {
                 for (worked, kept_m) in run.stages.iter().zip(kept_m) {
                     let points = worked.path.points();
                     let gap_m = smallest_gap_m(points, &site.obstacles, 1.2, STEP);
-                    let what = format!("{}, {}", task.task.name, run.search.label());
+                    let what = format!("{}, {}", task.task.name, run.search.label);
                     assert!(gap_m >= kept_m - ROUNDING_M, "{what}: {gap_m} m");
                     assert!(worked.min_clearance_m <= gap_m + ROUNDING_M, "{what}");
                     assert!(is_on_grid(points, &site.obstacles), "{what}");
@@ -70,7 +71,7 @@ fn exact_searches_agree_and_no_search_beats_them() {
     for (_, tasks) in measured() {
         for task in tasks {
             for run in &task.runs {
-                let (name, task_name) = (run.search.label(), &task.task.name);
+                let (name, task_name) = (run.search.label, &task.task.name);
                 let beyond = run.cost.checked_sub(task.shortest);
                 let beyond = beyond.unwrap_or_else(|| panic!("{task_name}, {name}: too short"));
                 assert!(beyond == 0 || !run.search.is_exact(), "{task_name}, {name}: {beyond}");
@@ -85,8 +86,8 @@ fn exact_searches_agree_and_no_search_beats_them() {
 fn paths_are_shorter_and_have_fewer_turns_than_the_traditional_ones() {
     let length = |search, stage| sum(search, stage, inbye::global::Path::length_m);
     let turns = |search, stage| sum(search, stage, |path| path.turns() as f64);
-    for search in [Search::Improved, Search::JumpPoints] {
-        for traditional in [Search::Manhattan, Search::Euclid] {
+    for search in [Search::IMPROVED, Search::JUMP_POINTS] {
+        for traditional in [Search::MANHATTAN, Search::EUCLID] {
             let shorter = length(search, Stage::Smoothed) / length(traditional, Stage::Raw);
             assert!(shorter <= 0.97, "{search:?} against {traditional:?}: {shorter}");
             let fewer = turns(search, Stage::Pruned) / turns(traditional, Stage::Raw);
@@ -117,4 +118,69 @@ fn the_five_ways_are_spread_over_the_mine() {
             assert!((one - other).norm() > 30.0, "{one} and {other}");
         }
     }
+}
+
+#[test]
+fn roadways_have_the_size_of_the_papers_scenes() {
+    let sites = Site::roadways(&Config::default());
+    for site in &sites {
+        let [task] = &site.tasks[..] else {
+            panic!("one task each");
+        };
+        let frame = site.map.frame();
+        let apart_m = (frame.center_of(task.goal) - frame.center_of(task.start)).norm();
+        assert!((19.0..26.0).contains(&apart_m), "{}: {apart_m} m", site.name);
+        assert!(site.search.is_free(task.start) && site.search.is_free(task.goal));
+    }
+    assert_eq!(sites.len(), 3);
+}
+
+#[test]
+fn made_mine_depends_on_its_seed_and_has_open_area() {
+    let mine = made_mine(1);
+    assert!(made_mine(1) == mine && made_mine(2) != mine);
+    let open = mine.cells().iter().filter(|&&cell| cell == 0).count();
+    let share = open as f64 / mine.cells().len() as f64;
+    assert!((0.25..0.6).contains(&share), "{share} of the ground is open");
+}
+
+/// A clock that advances with each reading counts the stages.
+#[test]
+fn stages_are_timed_from_the_start_and_alone() {
+    let site = &Site::roadways(&Config::default())[0];
+    let searches = [Search::MANHATTAN, Search::JUMP_POINTS];
+    let mut ticks = 0.0;
+    let mut clock = || {
+        ticks += 1.0;
+        ticks
+    };
+    let mut passes = 0;
+    let measured = measure(site, &searches, 3, &mut clock, || passes += 1);
+    let measured = measured.expect("the scene has a path");
+    let [raw] = &measured[0].runs[0].stages[..] else {
+        panic!("a baseline is only searched");
+    };
+    assert_eq!((raw.time.p50_ms, raw.own_ms), (1e3, 1e3));
+    let smoothed = measured[0].runs[1].at(Stage::Smoothed);
+    assert_eq!((smoothed.time.p50_ms, smoothed.own_ms), (3e3, 1e3));
+    assert_eq!(passes, 3);
+    assert_eq!(measured[0].faults(site), [""; 0]);
+}
+
+#[test]
+fn faults_report_long_and_close_paths() {
+    let site = &Site::roadways(&Config::default())[0];
+    let mut clock = || 0.0;
+    let measured = measure(site, &[Search::JUMP_POINTS], 0, &mut clock, || ());
+    let mut task = measured.expect("the scene has a path").remove(0);
+    task.shortest -= 1;
+    task.runs[0].stages[2].min_clearance_m = 0.1;
+    let faults = task.faults(site);
+    assert_eq!(faults.len(), 2, "{faults:?}");
+    assert!(faults[0].contains("shortest") && faults[1].contains("Smoothed: 0.1000 m"));
+}
+
+#[test]
+fn improved_search_has_the_default_heuristic() {
+    assert_eq!(Search::IMPROVED.heuristic, Some(Heuristic::default()));
 }
