@@ -31,7 +31,7 @@ fn scene_plan(criterion: &mut Criterion) {
         ("euclid", Heuristic::Euclid),
     ];
     for (name, heuristic) in modes {
-        let settings = Settings { heuristic, ..Settings::default() };
+        let settings = Settings::default().heuristic(heuristic);
         criterion.bench_function(&format!("plan 25 m, {name}"), |bencher| {
             bencher.iter(|| {
                 let found = plan(
@@ -53,7 +53,7 @@ fn scene_revolution(criterion: &mut Criterion) {
     let scene = roadway();
     let obstacles = scene.map.obstacles(UnknownPolicy::Blocked);
     let world = World::new(obstacles.clone());
-    let lidar = Lidar { beams: 450, range_max_m: 12.0, ..Lidar::default() };
+    let lidar = Lidar::default().beams(450).range_max_m(12.0);
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let sweep = lidar.sweep(&world, |_| scene.start, 0.0, &mut random);
     let settings = LocalizationSettings::default();

@@ -100,7 +100,7 @@ impl Scene {
 /// The same decision for points, as a lidar of 360 beams without noise measures the walls.
 fn as_points(roadway: &Roadway, field: &Arc<ClearanceField>, world: &World) -> PointDwa {
     let problem = roadway.problem(field, TICK);
-    let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
+    let lidar = Lidar::default().range_sigma_m(0.0).dropout(0.0);
     let rng = &mut Pcg64Mcg::seed_from_u64(0);
     let seen = lidar.scan(world, &problem.pose, rng).scan;
     let weights = problem.weights;

@@ -118,12 +118,10 @@ pub fn ld19(data: &[u8]) {
     }
     there_and_back::<ld19::Decoder>(data);
     let mut bytes = Bytes(data);
-    let settings = ld19::LidarSettings {
-        mount_x_m: 0.2,
-        mount_yaw_rad: -2.0,
-        upside_down: bytes.byte() & 1 != 0,
-        ..ld19::LidarSettings::default()
-    };
+    let settings = ld19::LidarSettings::default()
+        .mount_x_m(0.2)
+        .mount_yaw_rad(-2.0)
+        .upside_down(bytes.byte() & 1 != 0);
     let mut revolutions = ld19::RevolutionAssembler::new(settings);
     let mut now_s = 0.0;
     while !bytes.0.is_empty() {

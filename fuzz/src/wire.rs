@@ -101,17 +101,15 @@ fn opened(data: &[u8]) -> (BaseSettings, Bytes<'_>) {
     let mut bytes = Bytes(data);
     let flags = bytes.byte();
     let flag = |bit: u8| flags >> bit & 1 != 0;
-    let mut settings = BaseSettings {
-        swap_tracks: flag(0),
-        reversed: PerTrack::new(flag(1), flag(2)),
-        effective_width_ratio: if flag(3) { 1.6 } else { 1.0 },
-        ticks_per_m: if flag(4) {
+    let mut settings = BaseSettings::default()
+        .swap_tracks(flag(0))
+        .reversed(PerTrack::new(flag(1), flag(2)))
+        .effective_width_ratio(if flag(3) { 1.6 } else { 1.0 })
+        .ticks_per_m(if flag(4) {
             PerTrack::new(150.0, 1_000_000.0)
         } else {
             PerTrack::both(10_000.0)
-        },
-        ..BaseSettings::default()
-    };
+        });
     settings.roboclaw.status_bytes = if flag(5) { 2 } else { 4 };
     settings.roboclaw.address = 0x80 | flags >> 5;
     settings.validate().expect("sound settings");

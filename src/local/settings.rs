@@ -10,7 +10,6 @@ settings! {
     /// Sampling density, horizon and weights. The defaults suit the default robot.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
-    #[non_exhaustive]
     pub struct LocalSettings {
         /// Number of forward speeds per decision; times `vtheta_samples` at most 4194304.
         pub vx_samples: u32 = 20, ["", at_least 1];

@@ -8,7 +8,6 @@ settings! {
     /// Distances, tolerances and times of the navigator. The defaults drive the default robot through mine roadways.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
-    #[non_exhaustive]
     pub struct NavigatorSettings {
         /// The goal is reached when the robot stands within this distance of it.
         pub xy_goal_tolerance: f64 = 0.25, ["m", above 0 to 10000];
@@ -95,7 +94,6 @@ settings! {
     /// gains.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
-    #[non_exhaustive]
     pub struct NavigatorFeatures {
         /// The robot follows a global path. Off: the goal itself is the local target.
         pub global_path: bool = true;

@@ -10,7 +10,6 @@ settings! {
     /// A simulated robot and its world.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
-    #[non_exhaustive]
     pub struct SimulationSettings {
         /// The simulated lidar.
         pub lidar: Lidar = Lidar::default();

@@ -295,7 +295,8 @@ pub(crate) use range;
 /// Declares a struct of settings.
 ///
 /// Each key has a comment, a default, and for a number its unit and its [`range`]. The heading of a
-/// file and a rule between keys follow the struct.
+/// file and a rule between keys follow the struct. A method with the name of a key sets it, so that
+/// other crates write `LocalSettings::default().vx_samples(15)`: the struct can then get more keys.
 macro_rules! settings {
     (
         $(#[$about:meta])*
@@ -309,6 +310,7 @@ macro_rules! settings {
         $(rule |$this:ident| $rule:expr)?
     ) => {
         $(#[$about])*
+        #[non_exhaustive]
         pub struct $name {
             $(
                 $(#[doc = $doc])+
@@ -354,6 +356,17 @@ macro_rules! settings {
                 $crate::settings::schema::<Self>($heading)
             }
         })?
+
+        impl $name {
+            $(
+                $(#[doc = $doc])+
+                #[must_use]
+                pub fn $key(mut self, $key: $kind) -> Self {
+                    self.$key = $key;
+                    self
+                }
+            )+
+        }
 
         impl $crate::settings::Setting for $name {
             const FIELDS: &'static [$crate::settings::Field] = &[$(

@@ -115,11 +115,8 @@ type Judging = (f64, Weights, Normalization, Stopping, Outside, [f64; 2]);
 
 fn judging() -> impl Strategy<Value = Judging> {
     let weights = [0.0..1.0, 0.0..1.0, 0.0..1.0, 0.0..1.0_f64];
-    let weights = weights.prop_map(|[heading, clearance, velocity, path]| Weights {
-        heading,
-        clearance,
-        velocity,
-        path,
+    let weights = weights.prop_map(|[heading, clearance, velocity, path]| {
+        Weights::default().heading(heading).clearance(clearance).velocity(velocity).path(path)
     });
     (
         0.2..3.0,

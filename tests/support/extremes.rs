@@ -152,7 +152,7 @@ fn stationary_windows() -> Vec<Named> {
         window: Window { vx: axis(-rate, rate, 5), vtheta: axis(-rate, rate, 5) },
         ..plain()
     };
-    let weights = Weights { heading: 0.0, clearance: 0.0, velocity: 0.0, path: 0.0 };
+    let weights = Weights::default().heading(0.0).clearance(0.0).velocity(0.0).path(0.0);
     vec![
         ("standing still without weights", Problem { weights, ..with(0.0) }),
         ("a crawl", with(1e-12)),

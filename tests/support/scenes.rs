@@ -88,12 +88,11 @@ impl Scene {
             obstacles: (0..rng.random_range(0..=8)).map(|_| moving(rng, &frame)).collect(),
             target,
             key_node,
-            weights: Weights {
-                heading: rng.random_range(0.0..1.0),
-                clearance: rng.random_range(0.0..1.0),
-                velocity: rng.random_range(0.0..1.0),
-                path: [0.0, 0.15, 0.7][rng.random_range(0..3)],
-            },
+            weights: Weights::default()
+                .heading(rng.random_range(0.0..1.0))
+                .clearance(rng.random_range(0.0..1.0))
+                .velocity(rng.random_range(0.0..1.0))
+                .path([0.0, 0.15, 0.7][rng.random_range(0..3)]),
             normalization: [Normalization::Sum, Normalization::MinMax][rng.random_range(0..2)],
             stopping: [Stopping::Clearance, Stopping::Arc][rng.random_range(0..2)],
         };

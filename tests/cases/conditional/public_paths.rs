@@ -82,11 +82,9 @@ fn keeps_clear(file: PathBuf) -> Trial {
             if space.count() == 0 {
                 continue;
             }
-            let settings = Settings {
-                search: [SearchMethod::AStar, SearchMethod::JumpPoints][number % 2],
-                spline_degree: 1 + number % 6,
-                ..Settings::default()
-            };
+            let settings = Settings::default()
+                .search([SearchMethod::AStar, SearchMethod::JumpPoints][number % 2])
+                .spline_degree(1 + number % 6);
             let ends = [(); 2].map(|()| free_point(&space, &mut random));
             let outcome = path(&mut searcher, &space, ends, &settings);
             let path = match outcome {
@@ -156,7 +154,7 @@ fn is_noticed(mine: &FilePath) -> Result<(), Failed> {
 fn are_short(mine: &FilePath) -> Result<(), Failed> {
     let obstacles = read(mine)?;
     let space = FreeSpace::new(&obstacles, 0.0);
-    let settings = Settings { search: SearchMethod::JumpPoints, ..Settings::default() };
+    let settings = Settings::default().search(SearchMethod::JumpPoints);
     let mut searcher = Searcher::default();
     let (mut ratios, mut worst) = (0.0, 0.0_f64);
     let queries = read_scen(&mine.with_extension("map.scen"))?;

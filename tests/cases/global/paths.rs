@@ -54,11 +54,9 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
         Some(point_in(random, &frame, frame.cell_at(*index)))
     };
     let (start, goal) = (any_free(random)?, any_free(random)?);
-    let settings = Settings {
-        heuristic: HEURISTICS[number % HEURISTICS.len()],
-        spline_degree: random.random_range(1..=6),
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .heuristic(HEURISTICS[number % HEURISTICS.len()])
+        .spline_degree(random.random_range(1..=6));
     let ground = PlanningSpace { search: &search, smoothing: &proof, costs: None };
     match plan(&mut Searcher::default(), &ground, start, goal, &settings, &mut || 0.0) {
         Ok(plan) => Some(Case { obstacles, search, proof, start, goal, plan }),

@@ -41,7 +41,7 @@ fn yaw_error(base: &SimBase) -> f64 {
 
 #[test]
 fn odometry_is_exact_without_noise_and_slip() {
-    let dynamics = DriveDynamics { slip: Slip::none(), ..DriveDynamics::default() };
+    let dynamics = DriveDynamics::default().slip(Slip::none());
     let mut base = base(dynamics, OdometryNoise::none(), 1);
     assert_eq!(base.odometry().pose, START);
     wind(&mut base, 120.0);
@@ -54,8 +54,8 @@ fn odometry_is_exact_without_noise_and_slip() {
 
 #[test]
 fn odometry_misses_slip_and_measures_turns() {
-    let slip = Slip { mean: 0.1, variation: 0.0, ..Slip::default() };
-    let dynamics = DriveDynamics { slip, ..DriveDynamics::default() };
+    let slip = Slip::default().mean(0.1).variation(0.0);
+    let dynamics = DriveDynamics::default().slip(slip);
     let mut base = base(dynamics, OdometryNoise::none(), 1);
     drive_straight(&mut base, 0.5, 20.0);
     let truth = (base.pose().position() - START.position()).norm();
@@ -77,11 +77,11 @@ fn standing_yaw_errors(noise: OdometryNoise) -> Vec<f64> {
 
 #[test]
 fn gyro_yaw_drifts_by_bias_and_noise() {
-    let biased = OdometryNoise { gyro_bias_sigma_rad_s: 0.002, ..OdometryNoise::none() };
+    let biased = OdometryNoise::none().gyro_bias_sigma_rad_s(0.002);
     // A constant for a minute.
     let found = deviation(&standing_yaw_errors(biased));
     assert!((found - 0.12).abs() < 0.012, "{found}");
-    let noisy = OdometryNoise { gyro_sigma_rad_s: 0.02, ..OdometryNoise::none() };
+    let noisy = OdometryNoise::none().gyro_sigma_rad_s(0.02);
     // 6000 samples of 10 ms: 0.02 rad/s * 0.01 s * sqrt(6000).
     let found = deviation(&standing_yaw_errors(noisy));
     assert!((found - 0.015_49).abs() < 0.001_6, "{found}");
@@ -89,7 +89,7 @@ fn gyro_yaw_drifts_by_bias_and_noise() {
 
 #[test]
 fn gyro_resolution_hides_rates_below_half_a_bit() {
-    let coarse = OdometryNoise { gyro_bit_rad_s: 0.1, ..OdometryNoise::none() };
+    let coarse = OdometryNoise::none().gyro_bit_rad_s(0.1);
     let mut base = base(DriveDynamics::ideal(), coarse, 1);
     base.send(&Twist::new(0.0, 0.049)).unwrap();
     base.step(0.4);
@@ -102,8 +102,7 @@ fn gyro_resolution_hides_rates_below_half_a_bit() {
 
 #[test]
 fn scale_errors_grow_with_distance_and_turn() {
-    let scaled =
-        OdometryNoise { travel_scale_sigma: 0.02, gyro_scale_sigma: 0.03, ..OdometryNoise::none() };
+    let scaled = OdometryNoise::none().travel_scale_sigma(0.02).gyro_scale_sigma(0.03);
     let (mut distances, mut turns) = (Vec::new(), Vec::new());
     for seed in 0..400 {
         let mut base = base(DriveDynamics::ideal(), scaled, seed);
@@ -123,7 +122,7 @@ fn scale_errors_grow_with_distance_and_turn() {
 
 #[test]
 fn encoder_counts_whole_ticks_without_loss() {
-    let coarse = OdometryNoise { encoder_tick_m: 0.05, ..OdometryNoise::none() };
+    let coarse = OdometryNoise::none().encoder_tick_m(0.05);
     let ideal = DriveDynamics::ideal();
     let (mut base, start) = (base(ideal, coarse, 1), START.position());
     let mut steps = 0;
@@ -167,7 +166,7 @@ fn fixes_of(fixes: Fixes, seed: u64, ticks: u32) -> Vec<[f64; 3]> {
 
 #[test]
 fn fixes_have_the_configured_rate_and_deviation() {
-    let fixes = Fixes { rate_hz: 4.0, sigma_m: 0.03, sigma_rad: 0.01, dropout: 0.0 };
+    let fixes = Fixes::default().rate_hz(4.0).sigma_m(0.03).sigma_rad(0.01).dropout(0.0);
     let errors = fixes_of(fixes, 3, 40_000);
     assert_eq!(errors.len(), 8000, "four in each of 2000 s");
     for (axis, sigma) in [(0, 0.03), (1, 0.03), (2, 0.01)] {
@@ -181,18 +180,18 @@ fn fixes_have_the_configured_rate_and_deviation() {
 
 #[test]
 fn fix_dropout_omits_the_configured_fraction() {
-    let fixes = Fixes { dropout: 0.3, ..Fixes::default() };
+    let fixes = Fixes::default().dropout(0.3);
     let received = fixes_of(fixes, 3, 40_000).len() as f64 / 20_000.0;
     assert!((received - 0.7).abs() < 0.015, "{received}");
-    let none = Fixes { dropout: 1.0, ..fixes };
+    let none = fixes.dropout(1.0);
     assert!(fixes_of(none, 3, 1000).is_empty());
-    let never = Fixes { rate_hz: 0.0, ..fixes };
+    let never = fixes.rate_hz(0.0);
     assert!(fixes_of(never, 3, 1000).is_empty());
 }
 
 #[test]
 fn fixes_are_limited_to_one_per_tick() {
-    let fast = Fixes { rate_hz: 100.0, dropout: 0.0, ..Fixes::default() };
+    let fast = Fixes::default().rate_hz(100.0).dropout(0.0);
     assert_eq!(fixes_of(fast, 3, 500).len(), 500);
 }
 
@@ -207,10 +206,10 @@ fn fixes_depend_on_the_seed_only() {
 fn fix_source_rejects_bad_settings_by_name() {
     let (plain, bad) = (Fixes::default(), f64::NAN);
     for (fixes, name) in [
-        (Fixes { rate_hz: bad, ..plain }, "rate_hz"),
-        (Fixes { sigma_m: bad, ..plain }, "sigma_m"),
-        (Fixes { sigma_rad: -0.1, ..plain }, "sigma_rad"),
-        (Fixes { dropout: 1.1, ..plain }, "dropout"),
+        (plain.rate_hz(bad), "rate_hz"),
+        (plain.sigma_m(bad), "sigma_m"),
+        (plain.sigma_rad(-0.1), "sigma_rad"),
+        (plain.dropout(1.1), "dropout"),
     ] {
         let error = FixSource::new(fixes, 0).unwrap_err().to_string();
         assert!(error.starts_with(name), "{error}");

@@ -11,23 +11,24 @@ use rand_pcg::Pcg64Mcg;
 
 const DRIVE: TrackedDrive = TrackedDrive { track_width_m: 0.5 };
 
-const LIMITS: Limits = Limits {
-    min_vel_x: -0.3,
-    max_vel_x: 1.0,
-    max_vel_theta: 0.8,
-    acc_lim_x: 0.5,
-    decel_lim_x: -1.5,
-    acc_lim_theta: 1.0,
-    decel_lim_theta: -2.0,
-};
+fn limits() -> Limits {
+    Limits::default()
+        .min_vel_x(-0.3)
+        .max_vel_x(1.0)
+        .max_vel_theta(0.8)
+        .acc_lim_x(0.5)
+        .decel_lim_x(-1.5)
+        .acc_lim_theta(1.0)
+        .decel_lim_theta(-2.0)
+}
 
 fn base_with(dynamics: DriveDynamics, noise: OdometryNoise, seed: u64) -> SimBase {
-    SimBase::new(DRIVE, LIMITS, dynamics, noise, Pose::default(), seed).expect("valid settings")
+    SimBase::new(DRIVE, limits(), dynamics, noise, Pose::default(), seed).expect("valid settings")
 }
 
 /// A base with motor lag, commands without delay, and ground without slip.
 fn base() -> SimBase {
-    let lagging = DriveDynamics { motor_lag_s: 0.05, ..DriveDynamics::ideal() };
+    let lagging = DriveDynamics::ideal().motor_lag_s(0.05);
     base_with(lagging, OdometryNoise::none(), 0)
 }
 
@@ -130,11 +131,8 @@ fn base_brakes_after_command_timeout() {
 fn command_acts_exactly_after_its_delay() {
     // The delay is no multiple of the sub-step, and longer than the time between two commands.
     let delay_s = 0.1337;
-    let mut base = base_with(
-        DriveDynamics { command_delay_s: delay_s, ..DriveDynamics::ideal() },
-        OdometryNoise::none(),
-        0,
-    );
+    let mut base =
+        base_with(DriveDynamics::ideal().command_delay_s(delay_s), OdometryNoise::none(), 0);
     // The command is 0.4 m/s for 0.1 s, then zero: the ramp rises at 0.5 m/s^2 for 0.1 s and falls at 1.5 m/s^2.
     let expected = |time_s: f64| {
         let since = time_s - delay_s;
@@ -163,14 +161,9 @@ fn later_of_two_simultaneous_commands_counts() {
 
 #[test]
 fn steady_slip_and_width_scale_speed_and_turn_rate() {
-    let slip = Slip {
-        mean: 0.1,
-        width_ratio: 1.6,
-        calibrated_width_ratio: 1.2,
-        variation: 0.0,
-        ..Slip::default()
-    };
-    let dynamics = DriveDynamics { slip, ..DriveDynamics::default() };
+    let slip =
+        Slip::default().mean(0.1).width_ratio(1.6).calibrated_width_ratio(1.2).variation(0.0);
+    let dynamics = DriveDynamics::default().slip(slip);
     let mut base = base_with(dynamics, OdometryNoise::none(), 0);
     keep_on(&mut base, Twist::new(0.6, 0.4), 8.0);
     let truth = base.twist();
@@ -186,14 +179,13 @@ fn steady_slip_and_width_scale_speed_and_turn_rate() {
 
 /// Returns true speed and turn rate divided by the commanded ones, for each metre of a steady drive.
 fn grip(variation: f64, seed: u64) -> Vec<[f64; 2]> {
-    let slip = Slip {
-        mean: 0.05,
-        width_ratio: 1.5,
-        calibrated_width_ratio: 1.5,
-        variation,
-        variation_length_m: 2.0,
-    };
-    let dynamics = DriveDynamics { slip, ..DriveDynamics::ideal() };
+    let slip = Slip::default()
+        .mean(0.05)
+        .width_ratio(1.5)
+        .calibrated_width_ratio(1.5)
+        .variation(variation)
+        .variation_length_m(2.0);
+    let dynamics = DriveDynamics::ideal().slip(slip);
     let mut base = base_with(dynamics, OdometryNoise::none(), seed);
     let command = Twist::new(1.0, 0.5);
     keep_on(&mut base, command, 5.0);
@@ -256,11 +248,11 @@ fn base_rejects_bad_settings_by_name() {
         SimBase::new(DRIVE, limits, dynamics, noise, Pose::default(), 0).unwrap_err().to_string()
     };
     let plain = DriveDynamics::default();
-    let lag = DriveDynamics { motor_lag_s: f64::NAN, ..plain };
-    let late = DriveDynamics { command_delay_s: -0.1, ..plain };
-    let slipping = |slip| DriveDynamics { slip, ..plain };
-    let all = slipping(Slip { mean: 1.0, ..Slip::default() });
-    let wild = slipping(Slip { variation: 0.3, ..Slip::default() });
+    let lag = plain.motor_lag_s(f64::NAN);
+    let late = plain.command_delay_s(-0.1);
+    let slipping = |slip| plain.slip(slip);
+    let all = slipping(Slip::default().mean(1.0));
+    let wild = slipping(Slip::default().variation(0.3));
     let noise = OdometryNoise::default();
     for (dynamics, words) in [
         (lag, "motor_lag_s is NaN"),
@@ -268,13 +260,13 @@ fn base_rejects_bad_settings_by_name() {
         (all, "mean is 1"),
         (wild, "variation is 0.3"),
     ] {
-        let error = refusal(LIMITS, dynamics, noise);
+        let error = refusal(limits(), dynamics, noise);
         assert!(error.starts_with(words), "{error}");
     }
-    let slow = Limits { acc_lim_x: 0.0, ..LIMITS };
+    let slow = limits().acc_lim_x(0.0);
     let error = refusal(slow, plain, noise);
     assert!(error.starts_with("acc_lim_x is 0"), "{error}");
-    let coarse = OdometryNoise { encoder_tick_m: f64::INFINITY, ..noise };
-    let error = refusal(LIMITS, plain, coarse);
+    let coarse = noise.encoder_tick_m(f64::INFINITY);
+    let error = refusal(limits(), plain, coarse);
     assert!(error.starts_with("encoder_tick_m is inf"), "{error}");
 }

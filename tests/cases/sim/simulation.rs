@@ -72,14 +72,7 @@ fn is_solid(world: &World, point: &Point) -> bool {
 }
 
 fn quiet_lidar(beams: usize) -> Lidar {
-    Lidar {
-        beams,
-        range_min_m: 0.0,
-        range_max_m: 4.0,
-        range_sigma_m: 0.0,
-        dropout: 0.0,
-        ..Lidar::default()
-    }
+    Lidar::default().beams(beams).range_min_m(0.0).range_max_m(4.0).range_sigma_m(0.0).dropout(0.0)
 }
 
 fn robot(radius: f64) -> Footprint {
@@ -209,9 +202,9 @@ fn range_noise_has_configured_deviation_and_zero_draws_nothing() {
     let pose = Pose::new(3.0, 3.0, 0.3);
     let seeded = || Pcg64Mcg::seed_from_u64(9);
     let exact = quiet_lidar(20_000);
-    let noisy = Lidar { range_sigma_m: 0.02, range_max_m: 10.0, ..exact };
+    let noisy = exact.range_sigma_m(0.02).range_max_m(10.0);
     let mut rng = seeded();
-    let truth = Lidar { range_max_m: 10.0, ..exact }.scan(&world, &pose, &mut rng).scan.ranges;
+    let truth = exact.range_max_m(10.0).scan(&world, &pose, &mut rng).scan.ranges;
     assert_eq!(rng, seeded(), "a lidar without noise leaves the generator alone");
     let measured = noisy.scan(&world, &pose, &mut rng).scan.ranges;
     assert_eq!(measured, noisy.scan(&world, &pose, &mut seeded()).scan.ranges);
@@ -238,14 +231,14 @@ fn dropout_omits_configured_fraction_of_beams() {
     let mut rng = Pcg64Mcg::seed_from_u64(4);
     let whole = quiet_lidar(20_000);
     let truth = whole.scan(&world, &pose, &mut rng).scan.ranges;
-    let dropping = Lidar { dropout: 0.2, ..whole };
+    let dropping = whole.dropout(0.2);
     let seen = dropping.scan(&world, &pose, &mut rng).scan.ranges;
     let (dropped, kept): (Vec<_>, Vec<_>) =
         (seen.iter().zip(&truth)).partition(|(range, _)| range.is_nan());
     let share = dropped.len() as f64 / seen.len() as f64;
     assert!((share - 0.2).abs() < 0.01, "{share}");
     assert!(kept.iter().all(|(range, truth)| range == truth));
-    let blind = Lidar { dropout: 1.0, ..whole };
+    let blind = whole.dropout(1.0);
     let mut world = world;
     world.moving = vec![MovingDisc { x: 4.0, y: 3.0, radius: 0.3, vx: 0.0, vy: 0.0 }];
     assert_eq!(whole.scan(&world, &pose, &mut rng).visible, [0]);
@@ -257,7 +250,7 @@ fn lidar_does_not_measure_below_shortest_range() {
     let mut world = room();
     let disc = |x| MovingDisc { x, y: 3.0, radius: 0.3, vx: 0.0, vy: 0.0 };
     world.moving = vec![disc(3.4), disc(2.0)];
-    let lidar = Lidar { range_min_m: 0.2, range_sigma_m: 0.05, ..quiet_lidar(360) };
+    let lidar = quiet_lidar(360).range_min_m(0.2).range_sigma_m(0.05);
     let mut rng = Pcg64Mcg::seed_from_u64(4);
     let seen = lidar.scan(&world, &Pose::new(3.0, 3.0, 0.0), &mut rng);
     assert!(seen.scan.ranges[180].is_nan(), "0.1 m ahead");
@@ -269,7 +262,7 @@ fn lidar_does_not_measure_below_shortest_range() {
 
 #[test]
 fn partial_field_of_view_has_beams_at_both_edges() {
-    let lidar = Lidar { field_of_view_rad: 1.5 * PI, ..quiet_lidar(271) };
+    let lidar = quiet_lidar(271).field_of_view_rad(1.5 * PI);
     let mut rng = Pcg64Mcg::seed_from_u64(4);
     let scan = lidar.scan(&room(), &Pose::new(3.0, 3.0, 0.0), &mut rng).scan;
     assert!((scan.angle(0) + 0.75 * PI).abs() < 1e-12);
@@ -281,9 +274,9 @@ fn partial_field_of_view_has_beams_at_both_edges() {
 fn lidar_rejects_bad_settings_by_name() {
     let plain = Lidar::default();
     for (lidar, words) in [
-        (Lidar { beams: 0, ..plain }, "beams is 0"),
-        (Lidar { range_min_m: 11.0, ..plain }, "range_max_m is 10"),
-        (Lidar { dropout: -0.1, ..plain }, "dropout is -0.1"),
+        (plain.beams(0), "beams is 0"),
+        (plain.range_min_m(11.0), "range_max_m is 10"),
+        (plain.dropout(-0.1), "dropout is -0.1"),
     ] {
         let error = lidar.validate().unwrap_err();
         assert!(error.to_string().starts_with(words), "{error}");

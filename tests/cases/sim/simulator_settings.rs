@@ -64,9 +64,9 @@ fn settings_keep_defaults_of_omitted_keys() {
     )
     .expect("a valid configuration");
     assert_eq!(config.validate(), Ok(()));
-    let slip = Slip { mean: 0.1, ..Slip::default() };
-    let odometry = OdometryNoise { encoder_tick_m: 0.0, ..OdometryNoise::default() };
-    let fixes = Fixes { rate_hz: 2.0, ..Fixes::default() };
+    let slip = Slip::default().mean(0.1);
+    let odometry = OdometryNoise::default().encoder_tick_m(0.0);
+    let fixes = Fixes::default().rate_hz(2.0);
     assert_eq!(config.simulation.dynamics.slip, slip);
     assert_eq!((config.simulation.odometry, config.simulation.fixes), (odometry, fixes));
 }

@@ -22,7 +22,7 @@ struct Drive {
 
 impl Drive {
     fn new() -> Self {
-        let settings = BaseSettings { min_battery_v: Some(22.0), ..BaseSettings::default() };
+        let settings = BaseSettings::default().min_battery_v(Some(22.0));
         Self {
             detector: FaultDetector::new(&settings, FaultDetectorSettings::default())
                 .expect("valid settings"),

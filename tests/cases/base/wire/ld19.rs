@@ -201,10 +201,9 @@ fn beams_run_counter_clockwise_and_follow_mounting() {
     }
     let mounted = |settings| post(&assemble(settings, &rotating(0.3, 9_040), |_| 0.0)[0]);
     let plain = LidarSettings::default();
-    let (angle, _) = mounted(LidarSettings { upside_down: true, ..plain });
+    let (angle, _) = mounted(plain.upside_down(true));
     assert!((angle - FRAC_PI_2).abs() < 0.008, "{angle}");
-    let (angle, range) =
-        mounted(LidarSettings { mount_x_m: 0.2, mount_yaw_rad: FRAC_PI_2, ..plain });
+    let (angle, range) = mounted(plain.mount_x_m(0.2).mount_yaw_rad(FRAC_PI_2));
     assert!(angle.abs() < 0.008 && (range - 1.2).abs() < 1e-4, "{angle} {range}");
 }
 
@@ -282,7 +281,7 @@ fn deskewed_scans_of_moving_robot_hit_the_walls() {
     };
     let world =
         World::new(ObstacleGrid::new(frame, (0..frame.len()).map(|index| !open(index)).collect()));
-    let quiet = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
+    let quiet = Lidar::default().range_sigma_m(0.0).dropout(0.0);
     let mut lidar = RotatingLidar::new(quiet, world, 1).expect("good settings");
     let (start, twist) = (Pose::new(2.5, 2.0, 0.3), Twist::new(0.8, 0.7));
     let (mut decoder, mut assembler) =
@@ -387,8 +386,8 @@ fn reader_reports_faults_and_recovers() {
 
 #[test]
 fn lidar_settings_reject_value_out_of_range() {
-    let bad = LidarSettings { mount_yaw_rad: 4.0, ..LidarSettings::default() };
-    let config = BaseConfig { lidar: bad, ..BaseConfig::default() };
+    let bad = LidarSettings::default().mount_yaw_rad(4.0);
+    let config = BaseConfig::default().lidar(bad);
     let message = config.validate().expect_err("out of range").to_string();
     assert_eq!(message, "[lidar] mount_yaw_rad is 4: it must be -3.2 to 3.2");
 }

@@ -9,7 +9,11 @@ use super::property::{counterexample, for_all};
 
 fn limits() -> impl Strategy<Value = TrackLimits> {
     (0.1..3.0, 0.1..5.0, 0.1..5.0).prop_map(|(max_track_speed, gain, brake): (f64, f64, f64)| {
-        TrackLimits { max_track_speed, acc_lim_track: gain, decel_lim_track: -brake, deadband: 0.0 }
+        TrackLimits::default()
+            .max_track_speed(max_track_speed)
+            .acc_lim_track(gain)
+            .decel_lim_track(-brake)
+            .deadband(0.0)
     })
 }
 

@@ -126,12 +126,10 @@ fn blocked_line_is_disconnected() {
             SerialSettings { feedback_timeout: 10 * TIMEOUT, ..SerialSettings::default() };
         Ok(Box::new(SerialBase::from_port(Box::new(port), "pty", session, timeouts)))
     });
-    let settings = SupervisorSettings {
-        rate_hz: 1000.0,
-        reconnect_min_s: 1000.0,
-        reconnect_max_s: 1000.0,
-        ..SupervisorSettings::default()
-    };
+    let settings = SupervisorSettings::default()
+        .rate_hz(1000.0)
+        .reconnect_min_s(1000.0)
+        .reconnect_max_s(1000.0);
     let supervisor =
         BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default())
             .expect("an open port");

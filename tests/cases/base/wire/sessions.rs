@@ -14,11 +14,9 @@ const CURVE: Twist = Twist::new(0.5, 0.4);
 const RESOLUTION: f64 = 0.004;
 
 fn settings() -> BaseSettings {
-    BaseSettings {
-        effective_width_ratio: 1.5,
-        ticks_per_m: PerTrack::new(10_000.0, 12_000.0),
-        ..BaseSettings::default()
-    }
+    BaseSettings::default()
+        .effective_width_ratio(1.5)
+        .ticks_per_m(PerTrack::new(10_000.0, 12_000.0))
 }
 
 fn assert_near(found: Twist, expected: Twist, tolerance: f64, what: &str) {
@@ -59,11 +57,9 @@ fn clean_line_follows_commands_and_reports_truth() {
 fn every_wiring_gives_same_motion() {
     for protocol in Protocol::ALL {
         for wiring in 0..8 {
-            let settings = BaseSettings {
-                swap_tracks: wiring & 1 != 0,
-                reversed: PerTrack::new(wiring & 2 != 0, wiring & 4 != 0),
-                ..settings()
-            };
+            let settings = settings()
+                .swap_tracks(wiring & 1 != 0)
+                .reversed(PerTrack::new(wiring & 2 != 0, wiring & 4 != 0));
             let mut link = SimulatedLink::new(protocol, settings);
             link.drive_for(CURVE, 1.0);
             assert_near(link.twist(), CURVE, RESOLUTION, "driven");
@@ -80,7 +76,7 @@ fn every_wiring_gives_same_motion() {
 fn unconfigured_swapped_tracks_turn_in_reverse() {
     for protocol in [Protocol::Native, Protocol::Roboclaw, Protocol::Arduino] {
         let straight = BaseSettings::default();
-        let swapped = BaseSettings { swap_tracks: true, ..straight };
+        let swapped = straight.swap_tracks(true);
         let mut link = SimulatedLink::between(protocol, straight, swapped);
         link.drive_for(CURVE, 1.0);
         assert_near(link.twist(), Twist::new(0.5, -0.4), RESOLUTION, "driven");
@@ -91,8 +87,8 @@ fn unconfigured_swapped_tracks_turn_in_reverse() {
 #[test]
 fn fast_commands_are_scaled_at_constant_curvature() {
     for protocol in Protocol::ALL {
-        let limits = TrackLimits { max_track_speed: 0.5, ..TrackLimits::default() };
-        let settings = BaseSettings { tracks: limits, ..BaseSettings::default() };
+        let limits = TrackLimits::default().max_track_speed(0.5);
+        let settings = BaseSettings::default().tracks(limits);
         let mut link = SimulatedLink::new(protocol, settings);
         link.drive_for(Twist::new(0.8, 0.8), 2.0);
         assert_near(link.twist(), Twist::new(0.4, 0.4), RESOLUTION, "driven");

@@ -179,7 +179,7 @@ fn brakes_for_a_body() {
     let body = |y: f64| MovingDisc { x, y, radius: 0.3, vx: 0.0, vy: 0.0 };
     let mut world = World::new(hall(11.0, 5.0).obstacles());
     world.moving = (0..9).map(|lane| body(0.8 + 0.55 * f64::from(lane))).collect();
-    let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
+    let lidar = Lidar::default().range_sigma_m(0.0).dropout(0.0);
     let mut noise = Pcg64Mcg::seed_from_u64(0);
     for tick in 0..60 {
         let before = script.observation.twist.linear;
@@ -205,7 +205,7 @@ fn stands_while_touched() {
     let mut world = World::new(hall(11.0, 5.0).obstacles());
     // In front of its lidar, and over its foremost disc.
     world.moving = vec![MovingDisc { x: pose.x + 0.5, y: pose.y, radius: 0.3, vx: 0.0, vy: 0.0 }];
-    let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
+    let lidar = Lidar::default().range_sigma_m(0.0).dropout(0.0);
     let mut noise = Pcg64Mcg::seed_from_u64(0);
     for tick in 0..40 {
         // The braking robot pushes the obstacle along.

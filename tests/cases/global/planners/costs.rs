@@ -74,7 +74,7 @@ fn clearance_weight_moves_a_path_away_from_walls() {
     let space = FreeSpace::new(&obstacles, 0.0);
     let (start, goal) = (Point::new(-8.7, 21.3), Point::new(8.7, 25.7));
     let planned = |clearance_weight| {
-        let settings = Settings { clearance_weight, ..Settings::default() };
+        let settings = Settings::default().clearance_weight(clearance_weight);
         let costs = settings.costs(&obstacles);
         assert_eq!(costs.is_some(), clearance_weight > 0.0);
         let ground = PlanningSpace { search: &space, smoothing: &space, costs: costs.as_ref() };

@@ -115,7 +115,7 @@ fn plan_rejects_settings_out_of_range_by_name() {
     let ground = PlanningSpace { search: &space, smoothing: &space, costs: None };
     let here = Point::new(-8.7, 21.3);
     let with = |heuristic, spline_degree| {
-        let settings = Settings { heuristic, spline_degree, ..Settings::default() };
+        let settings = Settings::default().heuristic(heuristic).spline_degree(spline_degree);
         plan(&mut Searcher::default(), &ground, here, here, &settings, &mut || 0.0)
             .map_err(|error| error.to_string())
     };

@@ -12,15 +12,16 @@ use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-const LIDAR: Lidar = Lidar {
-    beams: 360,
-    field_of_view_rad: TAU,
-    range_min_m: 0.05,
-    range_max_m: 12.0,
-    range_sigma_m: 0.01,
-    dropout: 0.01,
-    sweep_s: 0.0,
-};
+fn lidar() -> Lidar {
+    Lidar::default()
+        .beams(360)
+        .field_of_view_rad(TAU)
+        .range_min_m(0.05)
+        .range_max_m(12.0)
+        .range_sigma_m(0.01)
+        .dropout(0.01)
+        .sweep_s(0.0)
+}
 
 /// Free boxes in solid rock, each from lower left to upper right corner, metres in the grid's frame; cells of 5 cm.
 fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
@@ -73,7 +74,7 @@ impl Stage {
         for tick in 0..times {
             let time_s = 0.1 * f64::from(tick);
             self.localizer.predict(time_s, &Pose::default());
-            self.update(&LIDAR, truth, time_s);
+            self.update(&lidar(), truth, time_s);
         }
         *self.localizer.estimate()
     }
@@ -142,7 +143,7 @@ fn along_the_roadway(lidar: &Lidar) -> (PoseEstimate, Pose, f64) {
 
 #[test]
 fn smooth_roadway_leaves_the_pose_along_it_to_odometry() {
-    let short = Lidar { range_max_m: 6.0, ..LIDAR };
+    let short = lidar().range_max_m(6.0);
     let (estimate, truth, distance_scale) = along_the_roadway(&short);
     assert_eq!(estimate.unobservable_directions, 1);
     // The slip over 2 m remains along the roadway; there is no error across it.
@@ -157,7 +158,7 @@ fn smooth_roadway_leaves_the_pose_along_it_to_odometry() {
 
 #[test]
 fn visible_roadway_end_lets_the_filter_learn_slip() {
-    let (estimate, truth, distance_scale) = along_the_roadway(&LIDAR);
+    let (estimate, truth, distance_scale) = along_the_roadway(&lidar());
     assert_eq!(
         (estimate.unobservable_directions, estimate.status),
         (0, LocalizationStatus::Tracking)
@@ -185,11 +186,11 @@ fn occluded_lidar_relocalises_after_consecutive_matches() {
     let truth = Pose::new(4.1, 4.3, 0.4);
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
     stage.stand_still(&truth, 10);
-    let occluded = Lidar { dropout: 1.0, ..LIDAR };
+    let occluded = lidar().dropout(1.0);
     let mut statuses = Vec::new();
     for tick in 10..40 {
-        let lidar = if tick < 20 { &occluded } else { &LIDAR };
-        statuses.push(stage.update(lidar, &truth, 0.1 * f64::from(tick)).status);
+        let used = if tick < 20 { occluded } else { lidar() };
+        statuses.push(stage.update(&used, &truth, 0.1 * f64::from(tick)).status);
     }
     assert_eq!(statuses[3], LocalizationStatus::Uncertain);
     assert_eq!(statuses[4..10], [LocalizationStatus::Lost(LostReason::NoReturns); 6]);
@@ -204,8 +205,7 @@ fn occluded_lidar_relocalises_after_consecutive_matches() {
 #[test]
 fn localizer_rejects_bad_settings_and_start() {
     let ground = ground(Pose::default(), &ROOM);
-    let bad =
-        LocalizationSettings { outlier_distance_m: f64::NAN, ..LocalizationSettings::default() };
+    let bad = LocalizationSettings::default().outlier_distance_m(f64::NAN);
     let error = Localizer::new(&ground, bad, &Pose::default()).expect_err("NaN is invalid");
     assert_eq!(error.to_string(), "outlier_distance_m is NaN: it must be above zero and at most 1");
     let not_finite = Pose::new(f64::NAN, 0.0, 0.0);
@@ -223,7 +223,7 @@ fn localizer_ignores_values_that_are_not_finite() {
     stage.localizer.predict(f64::NAN, &Pose::default());
     stage.localizer.predict(1.0, &Pose::new(f64::INFINITY, 0.0, 0.0));
     assert_eq!(*stage.localizer.estimate(), before);
-    let seen = LIDAR.scan(&stage.world, &truth, &mut stage.rng);
+    let seen = lidar().scan(&stage.world, &truth, &mut stage.rng);
     let mut scan = TimedScan::from_scan(&seen.scan, 0.5, 0.0);
     for (number, beam) in scan.beams.iter_mut().enumerate() {
         match number % 4 {

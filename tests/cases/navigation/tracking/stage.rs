@@ -65,11 +65,9 @@ impl Stage {
     pub fn new(truth: ObstacleGrid, known: ObstacleGrid, errors: Errors, seed: u64) -> Self {
         Self {
             world: World::new(truth),
-            lidar: Lidar {
+            lidar: Lidar::default()
                 // The stage drops beams itself.
-                dropout: 0.0,
-                ..Lidar::default()
-            },
+                .dropout(0.0),
             model: ObstacleModel::new(known),
             time_s: 0.0,
             period_s: 0.1,

@@ -182,7 +182,7 @@ impl Robot {
     }
 
     fn scan(&self) -> msg::LaserScan {
-        let lidar = Lidar { range_sigma_m: 0.0, dropout: 0.0, ..Lidar::default() };
+        let lidar = Lidar::default().range_sigma_m(0.0).dropout(0.0);
         let position = self.pose.transform(&self.mount.position());
         let lidar_pose = Pose::new(position.x, position.y, self.pose.yaw + self.mount.yaw);
         let mut unused = Pcg64Mcg::seed_from_u64(0);
