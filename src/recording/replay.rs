@@ -81,7 +81,7 @@ pub fn replay<R: Read>(
     let DriveMetadata { config, waypoints, map, .. } = reader.metadata();
     let known = map.obstacles(config.unknown);
     // The clock measures the duration of planning, which no decision depends on.
-    let mut navigator = config.navigator(known, waypoints, engine, &mut || 0.0)?;
+    let mut navigator = config.new_navigator(known, waypoints, engine, &mut || 0.0)?;
     let engine = navigator.planner().engine_name();
     let mut ticks = 0;
     let mut first_difference = None;

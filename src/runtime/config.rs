@@ -127,7 +127,7 @@ impl Config {
     ///
     /// # Errors
     /// No path leads to a goal.
-    pub fn navigator(
+    pub fn new_navigator(
         &self,
         known: ObstacleGrid,
         waypoints: &Waypoints,

@@ -37,7 +37,7 @@ impl<'a> ControlLoop<'a> {
         let known = mission.map.obstacles(config.unknown);
         let pose_estimator = PoseEstimator::new(config, &known, mission.start)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
-        let navigator = config.navigator(known, &waypoints, engine, observer.clock)?;
+        let navigator = config.new_navigator(known, &waypoints, engine, observer.clock)?;
         let engine = navigator.planner().engine_name();
         let moving_radii = robot.moving_radii_m();
         Ok(Self {

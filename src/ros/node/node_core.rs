@@ -236,7 +236,7 @@ impl NodeCore {
         let known = map.grid.obstacles(config.unknown);
         let waypoints = Waypoints { start: pose.position(), goals: vec![*goal] };
         let engine = Box::new(self.engine.clone());
-        Some(config.navigator(known, &waypoints, engine, clock))
+        Some(config.new_navigator(known, &waypoints, engine, clock))
     }
 
     fn start(&mut self, navigator: Navigator) {
