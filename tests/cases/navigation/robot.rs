@@ -9,8 +9,13 @@ use inbye::robot::{
 
 const DRIVE: TrackedDrive = TrackedDrive { track_width_m: 0.5 };
 
-const TRACK_LIMITS: TrackLimits =
-    TrackLimits { max_track_speed: 1.0, acc_lim_track: 1.0, decel_lim_track: -2.0, deadband: 0.05 };
+fn track_limits() -> TrackLimits {
+    TrackLimits::default()
+        .max_track_speed(1.0)
+        .acc_lim_track(1.0)
+        .decel_lim_track(-2.0)
+        .deadband(0.05)
+}
 
 #[test]
 fn braking_keeps_the_curvature_as_far_as_the_limits_allow() {
@@ -30,7 +35,7 @@ fn braking_keeps_the_curvature_as_far_as_the_limits_allow() {
 
 #[test]
 fn acceleration_and_deceleration_limits_apply_in_both_directions() {
-    let limits = Limits { acc_lim_x: 1.0, decel_lim_x: -2.0, ..Limits::default() };
+    let limits = Limits::default().acc_lim_x(1.0).decel_lim_x(-2.0);
     let reach =
         |from, to| limits.reachable(&Twist::new(from, 0.0), &Twist::new(to, 0.0), 0.1).linear;
     assert!((reach(0.5, 1.0) - 0.6).abs() < 1e-12);
@@ -41,7 +46,7 @@ fn acceleration_and_deceleration_limits_apply_in_both_directions() {
 
 #[test]
 fn limits_reject_a_positive_deceleration_by_name() {
-    let limits = Limits { decel_lim_x: 0.5, ..Limits::default() };
+    let limits = Limits::default().decel_lim_x(0.5);
     let message = limits.validate().unwrap_err().to_string();
     assert!(message.contains("decel_lim_x is 0.5"), "{message}");
 }
@@ -73,7 +78,7 @@ fn max_speed_is_the_inverse_of_max_curvature() {
 
 #[test]
 fn top_track_speed_combines_both_limits() {
-    let limits = Limits { max_vel_x: 0.8, max_vel_theta: 1.2, ..Limits::default() };
+    let limits = Limits::default().max_vel_x(0.8).max_vel_theta(1.2);
     let top = DRIVE.top_track_speed(&limits);
     assert!((top - (0.8 + 1.2 * 0.25)).abs() < 1e-15);
     assert!((DRIVE.max_curvature(0.8, top, 1.2) - 1.5).abs() < 1e-12);
@@ -111,7 +116,7 @@ fn odometry_ignores_a_counter_reset() {
 }
 
 fn mixer() -> Mixer {
-    Mixer::new(DRIVE, TrackLimits { decel_lim_track: -1.0, ..TRACK_LIMITS })
+    Mixer::new(DRIVE, track_limits().decel_lim_track(-1.0))
 }
 
 #[test]
@@ -135,7 +140,7 @@ fn target_that_is_not_finite_brakes() {
 
 #[test]
 fn scale_to_max_keeps_the_ratio() {
-    let scaled = |left, right| TRACK_LIMITS.scale_to_max(&PerTrack::new(left, right));
+    let scaled = |left, right| track_limits().scale_to_max(&PerTrack::new(left, right));
     assert_eq!(scaled(0.8, 1.6), PerTrack::new(0.5, 1.0));
     assert_eq!(scaled(-4.0, 2.0), PerTrack::new(-1.0, 0.5));
     assert_eq!(scaled(0.8, 0.9), PerTrack::new(0.8, 0.9));
@@ -145,34 +150,34 @@ fn scale_to_max_keeps_the_ratio() {
 fn reachable_keeps_the_curvature_at_start_and_the_stopping_time() {
     let (standing, target) = (PerTrack::both(0.0), PerTrack::new(0.4, 0.8));
     // 0.1 s at 1 m/s^2 is 0.1 m/s for the right track, and half of it for the left.
-    let started = TRACK_LIMITS.reachable(&standing, &target, 0.1);
+    let started = track_limits().reachable(&standing, &target, 0.1);
     assert!((started.left - 0.05).abs() < 1e-12 && (started.right - 0.1).abs() < 1e-12);
     // 0.1 s at 2 m/s^2 is a fourth of the right track's 0.8 m/s.
-    let braked = TRACK_LIMITS.reachable(&target, &standing, 0.1);
+    let braked = track_limits().reachable(&target, &standing, 0.1);
     assert!((braked.left - 0.3).abs() < 1e-12 && (braked.right - 0.6).abs() < 1e-12);
-    assert_eq!(TRACK_LIMITS.reachable(&target, &standing, 0.4), standing);
+    assert_eq!(track_limits().reachable(&target, &standing, 0.4), standing);
 }
 
 #[test]
 fn reversal_decelerates_before_it_accelerates() {
     // 0.1 s to stop from 0.2 m/s at 2 m/s^2; then 0.1 s at 1 m/s^2 gives 0.1 m/s.
-    let turned = TRACK_LIMITS.reachable(&PerTrack::both(0.2), &PerTrack::both(-1.0), 0.2);
+    let turned = track_limits().reachable(&PerTrack::both(0.2), &PerTrack::both(-1.0), 0.2);
     assert!((turned.left + 0.1).abs() < 1e-12 && (turned.right + 0.1).abs() < 1e-12);
 }
 
 #[test]
 fn speeds_within_the_deadband_become_zero() {
-    let kept = TRACK_LIMITS.apply_deadband(&PerTrack::new(0.049, -0.05));
+    let kept = track_limits().apply_deadband(&PerTrack::new(0.049, -0.05));
     assert_eq!(kept, PerTrack::new(0.0, -0.05));
 }
 
 #[test]
 fn track_limits_reject_bad_values_by_name() {
     for (limits, start) in [
-        (TrackLimits { max_track_speed: 0.0, ..TRACK_LIMITS }, "max_track_speed is 0"),
-        (TrackLimits { acc_lim_track: f64::NAN, ..TRACK_LIMITS }, "acc_lim_track is NaN"),
-        (TrackLimits { decel_lim_track: 1.0, ..TRACK_LIMITS }, "decel_lim_track is 1"),
-        (TrackLimits { deadband: 1.0, ..TRACK_LIMITS }, "deadband is 1"),
+        (track_limits().max_track_speed(0.0), "max_track_speed is 0"),
+        (track_limits().acc_lim_track(f64::NAN), "acc_lim_track is NaN"),
+        (track_limits().decel_lim_track(1.0), "decel_lim_track is 1"),
+        (track_limits().deadband(1.0), "deadband is 1"),
     ] {
         let message = limits.validate().unwrap_err().to_string();
         assert!(message.starts_with(start), "{message}");
