@@ -7,6 +7,7 @@ mod cases {
         mod moving_obstacles;
         mod odometry;
         mod robot;
+        mod surroundings;
         mod tracking;
     }
 }

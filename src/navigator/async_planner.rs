@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use super::{Fault, RoutePlanner};
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
-use crate::map::ObstacleGrid;
+use crate::map::{MovingDisc, ObstacleGrid};
 
 /// What to plan.
 #[derive(Clone, Debug)]
@@ -20,8 +20,8 @@ pub(super) struct PlanRequest {
     pub goal: Point,
     /// Obstacles that are not in the map.
     pub marks: Vec<Point>,
-    /// Discs that count as obstacles too: centre, and radius in metres.
-    pub discs: Vec<(Point, f64)>,
+    /// Moving obstacles that count as obstacles where they are.
+    pub discs: Vec<MovingDisc>,
 }
 
 /// A planner on a thread of its own. It takes one request at a time; the thread ends when this is dropped.
@@ -29,14 +29,8 @@ pub(super) struct PlanRequest {
 pub(super) struct AsyncPlanner<R> {
     requests: Sender<PlanRequest>,
     plans: Receiver<Result<Plan, PlanError>>,
-    pending: Option<Pending<R>>,
-}
-
-/// A pending request.
-#[derive(Debug)]
-struct Pending<R> {
-    reason: R,
-    due_s: f64,
+    /// Reason of the pending request, and the time when its plan is due, seconds.
+    pending: Option<(R, f64)>,
 }
 
 impl<R> AsyncPlanner<R> {
@@ -63,7 +57,7 @@ impl<R> AsyncPlanner<R> {
     /// while one is pending.
     pub fn request(&mut self, request: PlanRequest, reason: R, due_s: f64) {
         if !self.is_busy() && self.requests.send(request).is_ok() {
-            self.pending = Some(Pending { reason, due_s });
+            self.pending = Some((reason, due_s));
         }
     }
 
@@ -77,14 +71,14 @@ impl<R> AsyncPlanner<R> {
 
     /// Returns the plan that is due. Where the thread has not finished it, `waits` sets whether to wait for it.
     pub fn due(&mut self, now_s: f64, waits: bool) -> Option<(R, Result<Plan, PlanError>)> {
-        let pending = self.pending.take_if(|pending| now_s >= pending.due_s)?;
+        let pending = self.pending.take_if(|(_, due_s)| now_s >= *due_s)?;
         let answer = if waits {
             self.plans.recv().map_err(|_| TryRecvError::Disconnected)
         } else {
             self.plans.try_recv()
         };
         match answer {
-            Ok(plan) => Some((pending.reason, plan)),
+            Ok(plan) => Some((pending.0, plan)),
             Err(TryRecvError::Empty) => {
                 self.pending = Some(pending);
                 None
@@ -118,8 +112,8 @@ fn with_unknown(known: &ObstacleGrid, request: &PlanRequest) -> ObstacleGrid {
             all.set(cell, true);
         }
     }
-    for (center, radius_m) in &request.discs {
-        all.fill_disc(center, *radius_m);
+    for disc in &request.discs {
+        all.fill_disc(&disc.center(), disc.radius);
     }
     all
 }
@@ -142,7 +136,7 @@ mod tests {
         AsyncPlanner::new(known, route_planner).expect("a thread")
     }
 
-    fn request(discs: Vec<(Point, f64)>) -> PlanRequest {
+    fn request(discs: Vec<MovingDisc>) -> PlanRequest {
         PlanRequest {
             start: Point::new(1.0, 2.0),
             goal: Point::new(5.0, 2.0),
@@ -150,6 +144,8 @@ mod tests {
             discs,
         }
     }
+
+    const DISC: MovingDisc = MovingDisc { x: 3.0, y: 1.8, radius: 0.5, vx: 0.0, vy: 0.0 };
 
     #[test]
     fn plan_is_delivered_when_due_and_not_before() {
@@ -162,7 +158,7 @@ mod tests {
         assert_eq!((reason, planner.is_busy()), (7, false));
         let straight_m = plan.expect("a path").smoothed.length_m();
         // The next answer is that of the next request, with its obstacle.
-        planner.request(request(vec![(Point::new(3.0, 1.8), 0.5)]), 9, 2.0);
+        planner.request(request(vec![DISC]), 9, 2.0);
         let (reason, plan) = planner.due(2.0, true).expect("a plan is due");
         assert_eq!(reason, 9);
         assert!(plan.expect("a detour").smoothed.length_m() > straight_m + 0.1);
@@ -171,7 +167,7 @@ mod tests {
     #[test]
     fn cancelled_plan_is_not_delivered_for_the_next_request() {
         let mut planner = async_planner();
-        planner.request(request(vec![(Point::new(3.0, 1.8), 0.5)]), 1, 1.0);
+        planner.request(request(vec![DISC]), 1, 1.0);
         planner.cancel();
         assert!(planner.due(5.0, true).is_none());
         planner.request(request(vec![]), 2, 1.0);

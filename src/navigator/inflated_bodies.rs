@@ -1,8 +1,8 @@
 //! Footprint and moving obstacles with their margins, for the local planner.
 
 use super::NavigatorSettings;
-use super::predicted_state::PredictedState;
 use super::route_planner::{coarseness_m, local_margin_m};
+use super::state::PredictedState;
 use crate::geometry::Pose;
 use crate::local::ClearanceField;
 use crate::map::MovingDisc;
@@ -48,7 +48,7 @@ impl InflatedBodies {
             wanted_m
         };
         let inflate = |disc: &MovingDisc| {
-            let gap_m = footprint.gap_to_disc_m(pose, &disc.center(), disc.radius);
+            let gap_m = footprint.gap_to_moving_m(pose, disc);
             let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
             within_a_margin |= came_close;
             let kept_m = if came_close {
@@ -83,11 +83,8 @@ impl InflatedBodies {
 
     /// Whether a robot at a pose, this many seconds from now, touches no moving obstacle.
     pub fn is_clear_of_moving(&self, pose: &Pose, time_s: f64) -> bool {
-        self.moving.iter().all(|disc| {
-            let then = disc.after(time_s);
-            let gap_m = self.footprint.gap_to_disc_m(pose, &then.center(), then.radius);
-            gap_m > 0.0
-        })
+        let gap_m = |disc: &MovingDisc| self.footprint.gap_to_moving_m(pose, &disc.after(time_s));
+        self.moving.iter().all(|disc| gap_m(disc) > 0.0)
     }
 }
 

@@ -23,8 +23,6 @@ const SETTLED_S: f64 = 2.5;
 const MAX_WINDOW_CELLS: f64 = 4095.0;
 /// A window farther away than this lies outside every map, cells.
 const FARTHEST_CELL: f64 = 1e9;
-/// The slot of a cell without a mark.
-const UNMARKED: u32 = u32::MAX;
 
 /// Known obstacles, and the marks of the lidar among them.
 pub(super) struct LocalMap {
@@ -109,13 +107,17 @@ impl LocalMap {
         on_border || !self.apart.is_free(cell)
     }
 
+    /// The place of a cell's mark in the list of marks.
+    fn slot_of(&self, index: usize) -> Option<usize> {
+        self.slots[index].checked_sub(1).map(|slot| slot as usize)
+    }
+
     fn mark_of(&self, cell: Cell) -> Option<&Mark> {
         let frame = self.known.frame();
         if !frame.contains(cell) {
             return None;
         }
-        let slot = self.slots[frame.index(cell)].wrapping_sub(1);
-        (slot != UNMARKED).then(|| &self.marks[slot as usize])
+        self.slot_of(frame.index(cell)).map(|slot| &self.marks[slot])
     }
 
     /// Marks the cell of a return, unless it belongs to a known obstacle.
@@ -125,9 +127,8 @@ impl LocalMap {
             return;
         };
         let index = frame.index(cell);
-        let slot = self.slots[index].wrapping_sub(1);
-        if slot != UNMARKED {
-            let mark = &mut self.marks[slot as usize];
+        if let Some(slot) = self.slot_of(index) {
+            let mark = &mut self.marks[slot];
             mark.evidence = (mark.evidence + 1).min(MAX_EVIDENCE);
             mark.last_s = time_s;
         } else if !self.is_near_known(cell) {
@@ -148,16 +149,16 @@ impl LocalMap {
         let reach_m = disc.radius + reach_m;
         let units = frame.to_cell_units(&disc.center());
         let reach = reach_m / frame.resolution_m;
-        let rows = span(units.y, reach, frame.height);
-        for row in rows {
+        for row in span(units.y, reach, frame.height) {
             for column in span(units.x, reach, frame.width) {
                 let cell = Cell::new(column, row);
                 if (cell.center() - units).norm() > reach {
                     continue;
                 }
-                let slot = self.slots[frame.index(cell)].wrapping_sub(1);
-                if slot != UNMARKED && self.marks[slot as usize].first_s >= since_s {
-                    self.remove(slot as usize);
+                if let Some(slot) = self.slot_of(frame.index(cell))
+                    && self.marks[slot].first_s >= since_s
+                {
+                    self.remove(slot);
                 }
             }
         }
@@ -274,23 +275,4 @@ fn span(at: f64, reach: f64, cells: i32) -> core::ops::Range<i32> {
     let from = (at - reach).floor().max(0.0) as i32;
     let to = ((at + reach).floor() as i32).saturating_add(1).min(cells);
     from..to
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn window_rejects_an_excessive_size_and_accepts_a_place_outside_the_map() {
-        let frame = GridFrame::new(10, 10, 0.1, Pose::default()).expect("a small map");
-        let map = LocalMap::new(ObstacleGrid::new(frame, vec![false; 100]));
-        for half_m in [300.0, 1e9, f64::INFINITY] {
-            let error = map.window(&Point::origin(), half_m).expect_err("too large");
-            assert!(error.to_string().starts_with("side of the local window"));
-        }
-        for far in [-1e300, -50.0, 50.0, 1e300] {
-            let window = map.window(&Point::new(far, 0.0), 1.0).expect("small");
-            assert_eq!(window.frame().width, 21, "{far}");
-        }
-    }
 }

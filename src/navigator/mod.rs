@@ -4,23 +4,18 @@
 //! an observation and returns a decision; `behaviours` lists what the robot does, by priority. The navigator reads no clock
 //! and no file, and its planning thread answers at promised ticks: the same observations give the same decisions.
 
-mod adaptive_sampling;
 mod async_planner;
 mod behaviours;
-mod command_decay;
 mod deadline;
 mod decision;
 mod exact_clearance;
-mod fault;
 mod inflated_bodies;
 mod local_map;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
 mod navigator;
-mod observation_validator;
+mod observation;
 mod obstacle_model;
 mod passive_safety;
-mod predicted_state;
-mod progress_checker;
 mod replanning;
 mod route;
 mod route_planner;
@@ -30,12 +25,10 @@ mod state;
 mod tracker;
 mod waypoints;
 
-pub use command_decay::COMMAND_LIFETIME_S;
-pub use deadline::DeadlineStats;
-pub use decision::{Decision, Mode};
-pub use fault::{Fault, ObservationFault};
+pub use deadline::{COMMAND_LIFETIME_S, DeadlineStats};
+pub use decision::{Decision, Fault, Mode};
 pub use navigator::Navigator;
-pub use observation_validator::Observation;
+pub use observation::{Observation, ObservationFault};
 pub use obstacle_model::ObstacleModel;
 pub use route_planner::RoutePlanner;
 pub use settings::{NavigatorFeatures, NavigatorSettings};

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use super::behaviours::Behaviours;
 use super::deadline::Deadline;
-use super::observation_validator::ObservationValidator;
-use super::predicted_state::PredictedState;
-use super::progress_checker::ProgressChecker;
+use super::observation::ObservationValidator;
 use super::replanning::Replanner;
-use super::state::{Leg, RobotModel, State};
+use super::route::ProgressChecker;
+use super::state::{Leg, PredictedState, RobotModel, State};
 use super::waypoints::WaypointQueue;
 use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
@@ -98,13 +97,13 @@ impl Navigator {
     /// Number of answers received from the planning thread so far, plans and failures.
     #[must_use]
     pub const fn plans_received(&self) -> u64 {
-        self.replanner.received()
+        self.replanner.received
     }
 
     /// Sets whether the next step receives the plan that is due, for the replay of a recorded run. Without `wait_for_plans`
     /// the arrival of a plan depends on the load of the machine.
     pub const fn replay_plan_arrival(&mut self, arrives: bool) {
-        self.replanner.replay_arrival(arrives);
+        self.replanner.replayed_arrival = Some(arrives);
     }
 
     /// Why the mission failed, if it did.
@@ -116,13 +115,13 @@ impl Navigator {
     /// The goal that the robot drives to or stands at.
     #[must_use]
     pub const fn goal(&self) -> &Goal {
-        self.waypoints.goal()
+        &self.waypoints.goal
     }
 
     /// Number of goals that the robot has left behind.
     #[must_use]
     pub const fn goals_passed(&self) -> usize {
-        self.waypoints.passed()
+        self.waypoints.passed
     }
 
     /// Obstacles that are not in the map.
@@ -134,13 +133,13 @@ impl Navigator {
     /// Number of faulty observations by kind.
     #[must_use]
     pub const fn observation_faults(&self) -> &BTreeMap<ObservationFault, u64> {
-        self.validator.counts()
+        &self.validator.counts
     }
 
     /// What is wrong with the last observation; nothing where it is sound.
     #[must_use]
     pub const fn observation_fault(&self) -> Option<ObservationFault> {
-        self.validator.fault()
+        self.validator.fault
     }
 
     /// The local planner.
@@ -177,8 +176,7 @@ impl Navigator {
         let took_s = clock() - began_s;
         if let Some(deadline) = &mut self.deadline {
             decision.command = deadline.settle(observation.time_s, took_s, decision.command);
-            let sampling = deadline.sampling();
-            self.behaviours.planner_mut().set_sampling(sampling);
+            self.behaviours.planner_mut().set_sampling(deadline.stats().last);
             self.last_command = decision.command;
         }
         (decision, took_s)
@@ -234,7 +232,7 @@ impl Navigator {
     /// Brakes from the last command, since pose and speed are unknown; fails when that lasts. Otherwise the present mode
     /// continues after the fault.
     fn brake_without_observation(&mut self, fault: ObservationFault) -> Decision {
-        let count = self.validator.faults_in_a_row();
+        let count = self.validator.faults_in_a_row;
         let mut decision = self.brake_from(&self.last_command);
         if self.is_over() {
             return decision;
@@ -281,7 +279,7 @@ impl Navigator {
             settings: &self.settings,
             robot: &self.robot,
             period_s: self.period_s,
-            goal: self.waypoints.goal(),
+            goal: &self.waypoints.goal,
             mode: self.mode,
         };
         let mut state = State::new(leg, &self.route, now, &field, off_path_m);
@@ -307,8 +305,7 @@ impl Navigator {
         }
         let mut decision = self.behaviours.decide(state)?;
         if decision.mode == Mode::Arrived && self.waypoints.has_next() {
-            let pause_s = self.settings.waypoint_pause_s;
-            self.waypoints.pause_until(now.time_s + pause_s);
+            self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
             decision.mode = Mode::AtWaypoint;
         }
         Ok(decision)
@@ -316,8 +313,8 @@ impl Navigator {
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {
         let left_m = self.route.left_m();
-        if let Some(error) = self.replanner.no_path() {
-            return Fault::Plan(error);
+        if let Some(error) = &self.replanner.no_path {
+            return Fault::Plan(error.clone());
         }
         if matches!(self.mode, Mode::Blocked | Mode::Escaping) {
             return Fault::NoControl { stuck_s, left_m };

@@ -4,9 +4,8 @@
 //! robot's own motion brings it nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe vehicle navigation in dynamic urban
 //! scenarios, 2009). It prevents no contact with an obstacle that comes from behind, or at a standing robot.
 
-use super::predicted_state::PredictedState;
+use super::state::PredictedState;
 use crate::geometry::{Pose, Twist};
-use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
 
 /// Time until the scans show that an obstacle turned, seconds. The tracker needs about half a second to establish a motion,
@@ -82,17 +81,14 @@ impl PassiveSafety<'_> {
     }
 
     fn gaps_m(&self, pose: &Pose) -> impl Iterator<Item = f64> {
-        let gap = |disc: &MovingDisc| {
-            let center = disc.center();
-            self.footprint.gap_to_disc_m(pose, &center, disc.radius)
-        };
-        self.now.moving.iter().map(gap)
+        self.now.moving.iter().map(|disc| self.footprint.gap_to_moving_m(pose, disc))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::MovingDisc;
 
     const DELAY_S: f64 = 0.1;
 

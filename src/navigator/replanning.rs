@@ -1,7 +1,7 @@
 //! When to plan a new global path, and whether to follow it.
 
 use super::async_planner::{AsyncPlanner, PlanRequest};
-use super::progress_checker::ConditionTimer;
+use super::route::ConditionTimer;
 use super::state::State;
 use super::{Fault, Mode, ObstacleModel, RoutePlanner};
 use crate::geometry::{Point, Pose};
@@ -51,11 +51,12 @@ pub(super) struct Replanner {
     least_radius_m: f64,
     is_blocked: bool,
     blocked: ConditionTimer,
-    /// Why the last request found no path.
-    no_path: Option<PlanError>,
-    received: u64,
+    /// Why there is no path to the goal, if the last request found none.
+    pub no_path: Option<PlanError>,
+    /// Number of answers received so far, plans and failures.
+    pub received: u64,
     /// In a replay: whether the next tick receives the plan that is due.
-    replayed_arrival: Option<bool>,
+    pub replayed_arrival: Option<bool>,
 }
 
 impl Replanner {
@@ -77,21 +78,6 @@ impl Replanner {
         })
     }
 
-    /// Why there is no path to the goal, if the last request found none.
-    pub fn no_path(&self) -> Option<PlanError> {
-        self.no_path.clone()
-    }
-
-    /// Number of answers received so far, plans and failures.
-    pub const fn received(&self) -> u64 {
-        self.received
-    }
-
-    /// Sets whether the next tick receives the plan that is due.
-    pub const fn replay_arrival(&mut self, arrives: bool) {
-        self.replayed_arrival = Some(arrives);
-    }
-
     /// Drops the pending request: the goal has changed.
     pub fn cancel(&mut self) {
         self.planner.cancel();
@@ -104,32 +90,26 @@ impl Replanner {
         let now_s = state.now.time_s;
         self.is_blocked = self.is_path_blocked(state);
         let blocked_s = self.blocked.update(now_s, self.is_blocked);
-        let (reason, answer) = self.answer(now_s, state.settings.wait_for_plans)?;
-        self.received += 1;
-        match answer {
-            Ok(plan) => {
-                self.no_path = None;
-                is_better(&plan, reason, blocked_s, state).then_some(plan)
-            }
-            Err(error @ PlanError::NoValidPath { .. }) => {
-                // The obstacles may have gone since: Nav2 clears its costmaps here.
-                let robot = state.now.pose.position();
-                obstacles.forget(now_s - FORGET_AFTER_S, &robot, FORGET_BEYOND_M);
-                self.no_path = Some(error);
-                None
-            }
-            // An obstacle too near to the robot says nothing about the path.
-            Err(_) => {
-                self.no_path = None;
-                None
-            }
-        }
-    }
-
-    fn answer(&mut self, now_s: f64, waits: bool) -> Option<(Reason, Result<Plan, PlanError>)> {
-        match self.replayed_arrival.take() {
+        let (reason, answer) = match self.replayed_arrival.take() {
             Some(false) => None,
-            replayed => self.planner.due(now_s, waits || replayed.is_some()),
+            replayed => {
+                self.planner.due(now_s, state.settings.wait_for_plans || replayed.is_some())
+            }
+        }?;
+        self.received += 1;
+        self.no_path = None;
+        match answer {
+            Ok(plan) => is_better(&plan, reason, blocked_s, state).then_some(plan),
+            Err(error) => {
+                // An obstacle too near to the robot says nothing about the path.
+                if matches!(error, PlanError::NoValidPath { .. }) {
+                    // The obstacles may have gone since: Nav2 clears its costmaps here.
+                    let robot = state.now.pose.position();
+                    obstacles.forget(now_s - FORGET_AFTER_S, &robot, FORGET_BEYOND_M);
+                    self.no_path = Some(error);
+                }
+                None
+            }
         }
     }
 
@@ -149,12 +129,7 @@ impl Replanner {
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only where the robot waited for them in vain.
-        let discs = if reason == Reason::HeldUp {
-            let moving = now.moving.iter();
-            moving.map(|disc| (disc.center(), disc.radius)).collect()
-        } else {
-            Vec::new()
-        };
+        let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
         let request = PlanRequest {
             start: now.pose.position(),
             goal: state.goal.position,
@@ -199,7 +174,7 @@ impl Replanner {
 
 /// Whether the robot is far off its path, or near it with an obstacle between them.
 fn has_strayed(state: &State<'_>) -> bool {
-    let nearest = state.route.path().point_at(state.route.progress_m());
+    let nearest = state.route.path.point_at(state.route.progress_m);
     state.off_path_m > STRAYED_M
         || state.off_path_m > ON_PATH_M && !state.is_straight_clear_to(&nearest)
 }

@@ -1,4 +1,4 @@
-//! The path that the robot follows, and the key node it drives to.
+//! The path that the robot follows, the key node it drives to, and its progress.
 
 use super::{NavigatorFeatures, NavigatorSettings};
 use crate::geometry::Point;
@@ -7,10 +7,11 @@ use crate::global::{Path, Plan};
 /// A global path with its key nodes. They are the local targets, one after the other; the last one is the goal.
 #[derive(Clone, Debug)]
 pub(crate) struct Route {
-    path: Path,
+    pub(super) path: Path,
     /// Arc lengths of the key nodes, metres, increasing; the last is the path's length.
     key_nodes_m: Vec<f64>,
-    progress_m: f64,
+    /// Arc length that the robot has reached, metres.
+    pub(super) progress_m: f64,
     /// Number of key nodes touched so far; nothing where progress along the path counts.
     touched: Option<usize>,
 }
@@ -56,20 +57,10 @@ impl Route {
         Self { path, key_nodes_m, progress_m: 0.0, touched: None }
     }
 
-    /// The path.
-    pub const fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// The key nodes in order, the goal last.
     #[cfg(feature = "experiment")]
     pub fn key_nodes(&self) -> impl Iterator<Item = Point> + '_ {
         self.key_nodes_m.iter().map(|&arc| self.path.point_at(arc))
-    }
-
-    /// Arc length that the robot has reached, metres.
-    pub const fn progress_m(&self) -> f64 {
-        self.progress_m
     }
 
     /// Arc length left, metres.
@@ -118,5 +109,43 @@ impl Route {
         let stretch_m = ahead_m.min(self.left_m());
         let count = (stretch_m / spacing_m) as usize;
         (0..=count).map(move |index| self.path.point_at(self.progress_m + index as f64 * spacing_m))
+    }
+}
+
+/// Measures the time since the last progress along the path, as Nav2's progress checker.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ProgressChecker {
+    least_left_m: Option<f64>,
+    since_s: f64,
+}
+
+impl ProgressChecker {
+    /// Measures along a new path with this length left, metres. A new path alone is no progress.
+    pub const fn rebase(&mut self, left_m: f64) {
+        self.least_left_m = Some(left_m);
+    }
+
+    /// Updates with the length of path left and returns the time since it last shrank by `radius_m`, seconds.
+    pub fn stuck_s(&mut self, now_s: f64, left_m: f64, radius_m: f64) -> f64 {
+        if self.least_left_m.is_none_or(|least| left_m <= least - radius_m) {
+            self.least_left_m = Some(left_m);
+            self.since_s = now_s;
+        }
+        now_s - self.since_s
+    }
+}
+
+/// Measures how long a condition has held without a break.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ConditionTimer(Option<f64>);
+
+impl ConditionTimer {
+    /// Seconds since `holds` became true; zero while it is false.
+    pub fn update(&mut self, now_s: f64, holds: bool) -> f64 {
+        if !holds {
+            self.0 = None;
+            return 0.0;
+        }
+        now_s - *self.0.get_or_insert(now_s)
     }
 }

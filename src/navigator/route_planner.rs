@@ -122,14 +122,9 @@ impl RoutePlanner {
             comfortable.free_cells_near(least, &end, END_REACH_MARGINS * margin_m);
         }
         let detour = self.comfort_detour;
-        let mut within = |search| {
-            let ground = PlanningSpace { search, smoothing: least, costs: terrain.costs.as_ref() };
-            let from = self.free_start(&terrain.obstacles, search, start);
-            let settings = &self.settings;
-            global::plan(&mut self.searcher, &ground, from, goal, settings, clock)
-        };
-        let Ok(wide) = within(&comfortable) else {
-            return within(least)
+        let Ok(wide) = self.search(terrain, [&comfortable, least], start, goal, clock) else {
+            return self
+                .search(terrain, [least, least], start, goal, clock)
                 .or_else(|error| self.squeezed(terrain, start, goal, clock, error));
         };
         let is_detour = |shortest_m: f64| wide.smoothed.length_m() > detour * shortest_m;
@@ -137,7 +132,7 @@ impl RoutePlanner {
         if !is_detour((goal - start).norm()) {
             return Ok(wide);
         }
-        let close = within(least)?;
+        let close = self.search(terrain, [least, least], start, goal, clock)?;
         let (expanded, time_s) = (wide.expanded + close.expanded, wide.time_s + close.time_s);
         let chosen = if is_detour(close.smoothed.length_m()) { close } else { wide };
         Ok(Plan { expanded, time_s, ..chosen })
@@ -158,11 +153,21 @@ impl RoutePlanner {
         let tight = FreeSpace::new(&terrain.obstacles, self.squeezing_radius_m);
         let mut space = terrain.least.clone();
         space.free_cells_near(&tight, &start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
-        let ground =
-            PlanningSpace { search: &space, smoothing: &space, costs: terrain.costs.as_ref() };
-        let from = self.free_start(&terrain.obstacles, &space, start);
-        let settings = &self.settings;
-        global::plan(&mut self.searcher, &ground, from, goal, settings, clock).map_err(|_| error)
+        self.search(terrain, [&space, &space], start, goal, clock).map_err(|_| error)
+    }
+
+    /// Searches in one free space, and smooths the path in another.
+    fn search(
+        &mut self,
+        terrain: &Terrain,
+        [search, smoothing]: [&FreeSpace; 2],
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError> {
+        let ground = PlanningSpace { search, smoothing, costs: terrain.costs.as_ref() };
+        let from = self.free_start(&terrain.obstacles, search, start);
+        global::plan(&mut self.searcher, &ground, from, goal, &self.settings, clock)
     }
 
     /// The nearest free point to a start that is within a margin. Any free point beyond a wall is farther away.
@@ -190,86 +195,4 @@ pub(super) fn local_margin_m(settings: &NavigatorSettings, resolution_m: f64) ->
 /// because obstacle cells are squares while the field measures to their centres.
 pub(super) fn coarseness_m(resolution_m: f64) -> f64 {
     core::f64::consts::SQRT_2 * resolution_m
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::Pose;
-    use crate::global::{Path, min_clearance_m};
-    use crate::map::{Cell, GridFrame};
-
-    #[test]
-    fn path_from_a_start_near_a_wall_keeps_the_comfort_margin() {
-        let frame =
-            GridFrame { width: 400, height: 80, resolution_m: 0.05, origin: Pose::default() };
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        for column in 0..400 {
-            // A roadway 3 m wide with a pillar in the middle.
-            let is_pillar = (190..210).contains(&column);
-            for row in (0..10).chain(70..80).chain(if is_pillar { 10..36 } else { 0..0 }) {
-                obstacles.set(Cell::new(column, row), true);
-            }
-        }
-        let navigator = NavigatorSettings {
-            safety_margin_m: 0.05,
-            comfort_margin_m: 0.25,
-            ..NavigatorSettings::default()
-        };
-        let footprint = Footprint::round(0.3).expect("a sound radius");
-        let mut planner =
-            RoutePlanner::new(&footprint, &navigator, global::Settings::default(), 0.05);
-        let close_m = 0.5 + planner.least_radius_m() + 0.06;
-        let ends = [Point::new(2.0, close_m), Point::new(18.0, close_m)];
-        let plan = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);
-        let smoothed = plan.expect("a path past the pillar").smoothed;
-        let middle = (0..100).map(|step| smoothed.point_at(5.0 + f64::from(step) / 10.0));
-        let kept_m = min_clearance_m(&Path::new(middle.collect()), &obstacles);
-        assert!(kept_m > planner.least_radius_m() + 0.1, "{kept_m} m");
-        assert!(min_clearance_m(&smoothed, &obstacles) >= planner.least_radius_m() - 1e-9);
-    }
-
-    #[test]
-    fn comfort_margin_is_worth_a_limited_detour() {
-        let frame = GridFrame::new(200, 100, 0.1, Pose::default()).expect("a sound size");
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        // A wall with a narrow door near both ends, and a wide one far away.
-        for row in (0..100).filter(|row| !(10..23).contains(row) && *row < 80) {
-            obstacles.set(Cell::new(100, row), true);
-        }
-        let length_m = |comfort_detour| {
-            let navigator = NavigatorSettings { comfort_detour, ..NavigatorSettings::default() };
-            let footprint = Footprint::round(0.3).expect("a sound radius");
-            let settings = global::Settings::default();
-            let mut planner = RoutePlanner::new(&footprint, &navigator, settings, 0.1);
-            let ends = [Point::new(7.0, 1.6), Point::new(13.0, 1.6)];
-            let plan = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);
-            plan.expect("there are two doors").smoothed.length_m()
-        };
-        assert!(length_m(1.5) < 6.5 && length_m(10.0) > 12.0);
-    }
-
-    #[test]
-    fn used_planner_plans_as_a_new_one() {
-        let frame = GridFrame::new(100, 60, 0.1, Pose::default()).expect("a sound size");
-        let walled = |column: i32| {
-            let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-            (0..40).for_each(|row| obstacles.set(Cell::new(column, row), true));
-            obstacles
-        };
-        let footprint = Footprint::round(0.3).expect("a sound radius");
-        let new = || {
-            let settings = global::Settings::default();
-            RoutePlanner::new(&footprint, &NavigatorSettings::default(), settings, 0.1)
-        };
-        let mut used = new();
-        for (column, goal_x) in [(40, 8.0), (40, 7.0), (60, 7.0), (60, 2.0), (40, 8.0)] {
-            let obstacles = walled(column);
-            let ends = [Point::new(2.0, 2.0), Point::new(goal_x, 2.0)];
-            let [by_used, by_new] = [&mut used, &mut new()]
-                .map(|planner| planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0));
-            assert_eq!(by_used, by_new);
-            assert!(by_used.is_ok());
-        }
-    }
 }

@@ -1,27 +1,10 @@
-//! Whether a lidar scan saw through a place.
+//! Whether a lidar scan, or an earlier one, saw through a place.
 
 use core::f64::consts::TAU;
+use std::collections::VecDeque;
 
 use crate::geometry::{Point, Pose, bearing};
 use crate::map::Scan;
-
-/// A scan with the pose from which it was made.
-#[derive(Clone, Debug, Default)]
-pub(super) struct StampedScan {
-    pub pose: Pose,
-    pub scan: Scan,
-}
-
-impl StampedScan {
-    /// Copies another scan into the memory of this one.
-    pub fn copy(&mut self, pose: &Pose, scan: &Scan) {
-        self.pose = *pose;
-        self.scan.angle_min = scan.angle_min;
-        self.scan.angle_increment = scan.angle_increment;
-        self.scan.range_max = scan.range_max;
-        self.scan.ranges.clone_from(&scan.ranges);
-    }
-}
 
 /// Largest error of a pose, radians and metres: three standard deviations of each of two poses.
 const YAW_ERROR: f64 = 0.012;
@@ -74,4 +57,78 @@ pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, margin_m: f64
     let margin_m = margin_m + MARGIN_SHARE * distance;
     seen_to_m(pose, scan, bearing(&robot, point), half_angle)
         .is_some_and(|seen| seen > distance + margin_m)
+}
+
+/// Interval of the kept scans, seconds, and their number.
+pub(super) const INTERVAL_S: f64 = 0.099;
+pub(super) const KEPT: usize = 20;
+/// Ages of the scans that are checked, seconds: the latest shows fast motion, and only the oldest slow motion.
+pub(super) const AGES_S: [f64; 4] = [0.25, 0.5, 1.0, 1.7];
+/// Distance that a beam must go beyond a place to show that it was free, metres, and its growth with the time between the two
+/// scans, m/s: odometry drifts.
+const FREE_MARGIN_M: f64 = 0.06;
+const DRIFT: f64 = 0.05;
+
+/// The margin for two scans this many seconds apart, metres.
+pub(super) fn free_margin_m(apart_s: f64) -> f64 {
+    FREE_MARGIN_M + DRIFT * apart_s
+}
+
+/// A scan with its time, seconds, and the pose from which it was made.
+#[derive(Debug, Default)]
+struct TimedPoseScan {
+    time_s: f64,
+    pose: Pose,
+    scan: Scan,
+}
+
+/// Scans of the last two seconds, the newest last.
+#[derive(Debug, Default)]
+pub(super) struct History {
+    scans: VecDeque<TimedPoseScan>,
+    /// Indices of the scans that are checked now, and their ages, seconds.
+    selected: Vec<(usize, f64)>,
+}
+
+impl History {
+    /// Forgets all scans.
+    pub fn clear(&mut self) {
+        self.scans.clear();
+        self.selected.clear();
+    }
+
+    /// Selects the scans to check at a time, seconds.
+    pub fn select(&mut self, time_s: f64) {
+        self.selected.clear();
+        for age_s in AGES_S {
+            let old_enough = |earlier: &TimedPoseScan| time_s - earlier.time_s >= age_s;
+            if let Some(place) = self.scans.iter().rposition(old_enough)
+                && !self.selected.iter().any(|&(other, _)| other == place)
+            {
+                self.selected.push((place, time_s - self.scans[place].time_s));
+            }
+        }
+    }
+
+    /// Whether a selected scan saw through a point.
+    pub fn was_free(&self, point: &Point) -> bool {
+        self.selected.iter().any(|&(place, age_s)| {
+            let TimedPoseScan { pose, scan, .. } = &self.scans[place];
+            proves_free(pose, scan, point, free_margin_m(age_s))
+        })
+    }
+
+    /// Keeps a scan.
+    pub fn push(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
+        if self.scans.back().is_some_and(|last| time_s - last.time_s < INTERVAL_S) {
+            return;
+        }
+        // The oldest scan gives its memory to the new one.
+        let oldest = if self.scans.len() >= KEPT { self.scans.pop_front() } else { None };
+        let mut ranges = oldest.map_or_else(Vec::new, |oldest| oldest.scan.ranges);
+        ranges.clone_from(&scan.ranges);
+        let Scan { angle_min, angle_increment, range_max, .. } = *scan;
+        let scan = Scan { angle_min, angle_increment, range_max, ranges };
+        self.scans.push_back(TimedPoseScan { time_s, pose: *pose, scan });
+    }
 }

@@ -32,12 +32,14 @@ pub struct Waypoints {
 /// The present goal, and those after it with the plans that lead there.
 #[derive(Clone, Debug)]
 pub(super) struct WaypointQueue {
-    goal: Goal,
-    passed: usize,
+    /// The goal that the robot drives to or stands at.
+    pub goal: Goal,
+    /// Number of goals before that.
+    pub passed: usize,
+    /// End of the pause at the present goal, seconds.
+    pub pause_until_s: f64,
     /// The next one last.
     ahead: Vec<(Goal, Plan)>,
-    /// End of the pause at the present goal, seconds.
-    pause_until_s: f64,
 }
 
 impl WaypointQueue {
@@ -66,24 +68,9 @@ impl WaypointQueue {
         Ok((queue, first))
     }
 
-    /// The goal that the robot drives to or stands at.
-    pub const fn goal(&self) -> &Goal {
-        &self.goal
-    }
-
-    /// Number of goals before that.
-    pub const fn passed(&self) -> usize {
-        self.passed
-    }
-
     /// Whether another goal follows.
     pub const fn has_next(&self) -> bool {
         !self.ahead.is_empty()
-    }
-
-    /// Pauses at the present goal until a time, seconds.
-    pub const fn pause_until(&mut self, time_s: f64) {
-        self.pause_until_s = time_s;
     }
 
     /// Takes the next goal as the present one and returns the plan to it; nothing during the pause or after the last goal.

@@ -6,12 +6,11 @@
 //! towards where it came from.
 
 use super::super::exact_clearance::ExactClearance;
-use super::super::progress_checker::ConditionTimer;
+use super::super::route::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
-use super::proposal::{Behaviour, Override, Proposal};
+use super::{Behaviour, Override, Proposal};
 use crate::geometry::{Point, Pose, Twist};
-use crate::map::MovingDisc;
 
 /// Duration of the first attempt, seconds. Each further one lasts twice as long, up to this many doublings.
 const FIRST_ATTEMPT_S: f64 = 2.0;
@@ -70,13 +69,14 @@ impl Behaviour for Escape {
         let behind = behind.unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)));
         let wanted = best_motion(state, &behind);
         let command = state.towards(&wanted);
-        Ok(Some(Proposal::Decide(
-            Decision::new(command, Mode::Escaping, state.local_target),
-            Override::ByEvasion,
-        )))
+        let decision = Decision::new(command, Mode::Escaping, state.local_target);
+        Ok(Some(Proposal::Decide(decision, Override::ByEvasion)))
     }
+}
 
-    fn observe(&mut self, state: &State<'_>, decision: &Decision) {
+impl Escape {
+    /// Updates the memory with the decision of the tick.
+    pub fn observe(&mut self, state: &State<'_>, decision: &Decision) {
         match decision.mode {
             Mode::Escaping => self.breadcrumbs.forget_near(&state.now.pose.position()),
             Mode::Rotating => self.held_up = ConditionTimer::default(),
@@ -84,9 +84,7 @@ impl Behaviour for Escape {
             _ => {}
         }
     }
-}
 
-impl Escape {
     /// Starts an attempt where the robot was held up for longer than its patience.
     fn drove(&mut self, state: &State<'_>) {
         let (now, stuck_s) = (state.now, state.stuck_s);
@@ -168,11 +166,7 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
 fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Option<Pose> {
     let footprint = &state.robot.footprint;
     let moving_gap_m = |pose: &Pose| {
-        let gap_m = |disc: &MovingDisc| {
-            let center = disc.center();
-            footprint.gap_to_disc_m(pose, &center, disc.radius)
-        };
-        let gaps_m = state.now.moving.iter().map(gap_m);
+        let gaps_m = state.now.moving.iter().map(|disc| footprint.gap_to_moving_m(pose, disc));
         gaps_m.fold(f64::INFINITY, f64::min)
     };
     let (mut pose, mut twist) = (state.now.pose, state.now.twist);

@@ -6,7 +6,7 @@
 
 use super::super::state::State;
 use super::super::{Decision, Mode};
-use super::proposal::{Override, Overriding};
+use super::Override;
 use crate::geometry::Twist;
 use crate::map::MovingDisc;
 
@@ -26,17 +26,13 @@ const FORWARD: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const BACKWARD: [f64; 2] = [0.5, 1.0];
 const TURNING: [f64; 9] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
 
-/// Leaves the path of an approaching obstacle.
-pub(super) struct Evasion;
-
-impl Overriding for Evasion {
-    fn replace(&mut self, state: &State<'_>, allowed: Override) -> Option<Decision> {
-        if allowed == Override::Never || !state.settings.features.recovery {
-            return None;
-        }
-        let wanted = safest_motion(state)?;
-        Some(Decision { command: state.towards(&wanted), ..state.stand(Mode::Evading) })
+/// Leaves the path of an approaching obstacle; nothing where the robot need not or may not.
+pub(super) fn replacement(state: &State<'_>, allowed: Override) -> Option<Decision> {
+    if allowed == Override::Never || !state.settings.features.recovery {
+        return None;
     }
+    let wanted = safest_motion(state)?;
+    Some(Decision { command: state.towards(&wanted), ..state.stand(Mode::Evading) })
 }
 
 /// The motion with the greatest distance to all moving obstacles; nothing where standing is safe, or no motion is better.
@@ -94,11 +90,7 @@ fn min_gap_m(state: &State<'_>, wanted: &Twist, obstacles: &[MovingDisc]) -> Opt
         if moves && !state.inflated.is_clear_of_static(state.field, &pose) {
             return None;
         }
-        let gap_m = |disc: &MovingDisc| {
-            let center = disc.center();
-            let footprint = &state.robot.footprint;
-            footprint.gap_to_disc_m(&pose, &center, disc.radius)
-        };
+        let gap_m = |disc: &MovingDisc| state.robot.footprint.gap_to_moving_m(&pose, disc);
         for disc in obstacles {
             least_m = least_m.min(gap_m(&disc.after(f64::from(step) * STEP_S)));
             // The obstacle may have stopped or turned: its present place counts as occupied too.

@@ -8,8 +8,8 @@ use core::f64::consts::FRAC_PI_2;
 
 use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
-use super::proposal::{Behaviour, Override, Proposal};
 use super::rotate_in_place::{RATE_PER_RAD, rotation};
+use super::{Behaviour, Override, Proposal};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::robot::Limits;
 

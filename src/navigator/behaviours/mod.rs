@@ -1,24 +1,50 @@
 //! The behaviours of the robot, in the order of their priority.
 //!
 //! Each behaviour reads one [`State`], keeps its own memory and proposes a decision or nothing. [`Behaviours::decide`] lists
-//! them.
+//! them, and those that override the decision of another one.
 
 mod escape;
 mod evasion;
 mod goal_handling;
 mod path_following;
-mod proposal;
 mod rotate_in_place;
 
 use super::state::State;
 use super::{Decision, Fault, Mode};
 use crate::local::LocalPlanner;
 use escape::Escape;
-use evasion::Evasion;
 use goal_handling::GoalHandling;
 use path_following::PathFollowing;
-use proposal::{Behaviour, Override, Overriding, Proposal};
 use rotate_in_place::RotateInPlace;
+
+/// What a behaviour proposes.
+#[derive(Debug)]
+enum Proposal {
+    /// The behaviours with lower priority keep below this forward speed, m/s.
+    SpeedLimit(f64),
+    /// A decision, and how it may be overridden.
+    Decide(Decision, Override),
+}
+
+/// Which behaviours may override a decision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Override {
+    /// None: the robot drives on, or has arrived.
+    Never,
+    /// Evasion: the robot is so slow that an approaching obstacle may hit it.
+    ByEvasion,
+    /// Evasion, then rotation in place: the robot creeps along its path.
+    ByEvasionOrRotation,
+}
+
+/// A behaviour that proposes what to do.
+trait Behaviour {
+    /// Proposes a decision; nothing where the behaviour does not apply.
+    ///
+    /// # Errors
+    /// When the mission must end.
+    fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault>;
+}
 
 /// All behaviours with their memories.
 pub(super) struct Behaviours {
@@ -26,7 +52,6 @@ pub(super) struct Behaviours {
     escape: Escape,
     rotate_in_place: RotateInPlace,
     path_following: PathFollowing,
-    evasion: Evasion,
 }
 
 impl Behaviours {
@@ -35,8 +60,7 @@ impl Behaviours {
             goal_handling: GoalHandling::default(),
             escape: Escape::default(),
             rotate_in_place: RotateInPlace::default(),
-            path_following: PathFollowing::new(planner),
-            evasion: Evasion,
+            path_following: PathFollowing { planner },
         }
     }
 
@@ -55,7 +79,7 @@ impl Behaviours {
             // 4. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
             &mut self.path_following,
         ];
-        let mut proposed = (state.stand(Mode::Blocked), Override::Never);
+        let mut proposed = None;
         for behaviour in by_priority {
             match behaviour.propose(&state)? {
                 None => {}
@@ -63,29 +87,21 @@ impl Behaviours {
                     state.speed_limit = state.speed_limit.min(limit);
                 }
                 Some(Proposal::Decide(decision, allowed)) => {
-                    proposed = (decision, allowed);
+                    proposed = Some((decision, allowed));
                     break;
                 }
             }
         }
-        let (mut decision, allowed) = proposed;
-        let overriding: [&mut dyn Overriding; 2] = [
-            // 1. A slow robot evades an approaching obstacle, whatever else it would do. A robot that drives on needs no
-            //    evasion: its samples are clear of moving obstacles.
-            &mut self.evasion,
-            // 2. A robot that only creeps along its path rotates towards its target, and may then drive on.
-            &mut self.rotate_in_place,
-        ];
-        for behaviour in overriding {
-            if let Some(replacement) = behaviour.replace(&state, allowed) {
-                decision = replacement;
-                break;
-            }
-        }
-        let with_memory: [&mut dyn Behaviour; 2] = [&mut self.escape, &mut self.rotate_in_place];
-        for behaviour in with_memory {
-            behaviour.observe(&state, &decision);
-        }
+        let (decision, allowed) =
+            proposed.unwrap_or_else(|| (state.stand(Mode::Blocked), Override::Never));
+        // 1. A slow robot evades an approaching obstacle, whatever else it would do. A robot that drives on needs no
+        //    evasion: its samples are clear of moving obstacles.
+        let evasion = evasion::replacement(&state, allowed);
+        // 2. A robot that only creeps along its path rotates towards its target, and may then drive on.
+        let replacement = evasion.or_else(|| self.rotate_in_place.replacement(&state, allowed));
+        let decision = replacement.unwrap_or(decision);
+        self.escape.observe(&state, &decision);
+        self.rotate_in_place.observe(&decision);
         Ok(decision)
     }
 
@@ -102,10 +118,10 @@ impl Behaviours {
 
     /// The local planner.
     pub const fn planner(&self) -> &LocalPlanner {
-        self.path_following.planner()
+        &self.path_following.planner
     }
 
     pub const fn planner_mut(&mut self) -> &mut LocalPlanner {
-        self.path_following.planner_mut()
+        &mut self.path_following.planner
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
-use super::proposal::{Behaviour, Override, Proposal};
+use super::{Behaviour, Override, Proposal};
 use crate::geometry::Twist;
 use crate::local::{DecisionInput, LocalPlanner};
 use crate::robot::Limits;
@@ -16,21 +16,7 @@ const MIN_APPROACH_SPEED: f64 = 0.1;
 
 /// Chooses a velocity of the dynamic window that leads to the local target.
 pub(super) struct PathFollowing {
-    planner: LocalPlanner,
-}
-
-impl PathFollowing {
-    pub const fn new(planner: LocalPlanner) -> Self {
-        Self { planner }
-    }
-
-    pub const fn planner(&self) -> &LocalPlanner {
-        &self.planner
-    }
-
-    pub const fn planner_mut(&mut self) -> &mut LocalPlanner {
-        &mut self.planner
-    }
+    pub planner: LocalPlanner,
 }
 
 impl Behaviour for PathFollowing {
@@ -78,18 +64,13 @@ fn limits(state: &State<'_>) -> Limits {
     if let Some(safety) = state.passive_safety() {
         fastest = safety.fastest(fastest);
     }
-    limits_between(0.0, fastest.min(state.speed_limit), state)
-}
-
-/// The robot's limits with forward speeds from `least` to `most`, widened by what braking needs to get there: the robot
-/// reaches every sample, and drives it as it was evaluated.
-fn limits_between(least: f64, most: f64, state: &State<'_>) -> Limits {
-    let limits = state.robot.limits;
+    let fastest = fastest.min(state.speed_limit);
+    // Widened by what braking needs to get there: the robot reaches every sample, and drives it as it was evaluated.
     let in_reach = |speed: f64| state.towards(&Twist::new(speed, 0.0)).linear;
     let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
     Limits {
-        min_vel_x: within(least.min(in_reach(least))),
-        max_vel_x: within(most.max(in_reach(most))),
-        ..limits
+        min_vel_x: within(0.0_f64.min(in_reach(0.0))),
+        max_vel_x: within(fastest.max(in_reach(fastest))),
+        ..*limits
     }
 }

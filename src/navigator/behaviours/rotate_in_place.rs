@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use super::super::exact_clearance::ExactClearance;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
-use super::proposal::{Behaviour, Override, Overriding, Proposal};
+use super::{Behaviour, Override, Proposal};
 use crate::geometry::{Pose, Twist};
 use crate::robot::Limits;
 
@@ -48,16 +48,18 @@ impl Behaviour for RotateInPlace {
         self.proposed_until = if is_rotating { self.until } else { settings.rotate_in_place_until };
         Ok(Some(Proposal::Decide(decision(state, angle), Override::ByEvasion)))
     }
+}
 
-    fn observe(&mut self, _state: &State<'_>, decision: &Decision) {
+impl RotateInPlace {
+    /// Updates the memory with the decision of the tick.
+    pub fn observe(&mut self, decision: &Decision) {
         if decision.mode == Mode::Rotating {
             self.until = self.proposed_until;
         }
     }
-}
 
-impl Overriding for RotateInPlace {
-    fn replace(&mut self, state: &State<'_>, allowed: Override) -> Option<Decision> {
+    /// Rotates a robot that creeps; nothing where it need not or may not.
+    pub fn replacement(&mut self, state: &State<'_>, allowed: Override) -> Option<Decision> {
         let may_rotate = state.settings.features.recovery
             && allowed == Override::ByEvasionOrRotation
             && state.heading_error.abs() > CREEPING_UNTIL;

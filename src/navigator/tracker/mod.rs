@@ -6,21 +6,17 @@
 //! Corners that come into view, walls behind a doorway and posts that merge into one do neither.
 
 mod cluster;
-mod disc_fit;
 mod filter;
-mod history;
 mod track;
 
 use nalgebra::Matrix2;
 
 use super::local_map::ReturnOrigin;
-use super::scan_visibility::{proves_free, seen_to_m};
+use super::scan_visibility::{History, free_margin_m, proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
-use cluster::{Cluster, LONGEST_M, Return};
-use disc_fit::Fit;
-use history::{History, free_margin_m};
-use track::{MotionEvidence, Track};
+use cluster::{Cluster, Fit, LONGEST_M, Return};
+use track::Track;
 
 /// Returns from beyond this distance do not count, metres: a person has no three beams of 1 degree there.
 pub(super) const FARTHEST_M: f64 = 12.0;
@@ -217,9 +213,9 @@ impl Tracker {
                     .earlier_points(time_s)
                     .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))
                     .count();
-                MotionEvidence { entered: entered as u32, left: left as u32 }
+                (entered + left) as u32
             } else {
-                MotionEvidence::default()
+                0
             };
             if track.update_motion(time_s, evidence) {
                 let since_s = track.born_s;
@@ -273,12 +269,10 @@ fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
     tracks
         .iter()
         .enumerate()
-        .filter(|(_, track)| track.claims_returns())
-        .map(|(number, track)| {
+        .filter_map(|(number, track)| {
             let beyond_m = (point - track.center()).norm() - track.radius_m();
-            (number, beyond_m)
+            (track.claims_returns() && beyond_m < OWN_M).then_some((number, beyond_m))
         })
-        .filter(|&(_, beyond_m)| beyond_m < OWN_M)
         .min_by(|one, other| one.1.total_cmp(&other.1))
         .map(|(number, _)| number)
 }

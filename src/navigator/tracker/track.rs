@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use super::disc_fit::{Fit, RADII_M, Radius};
+use super::super::scan_visibility::{AGES_S, INTERVAL_S, KEPT};
+use super::cluster::{Fit, RADII_M, Radius};
 use super::filter::Filter;
-use super::history::{AGES_S, INTERVAL_S, KEPT};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
@@ -60,15 +60,6 @@ struct Step {
     time_s: f64,
     center: Point,
     points: [Point; 3],
-}
-
-/// Points of a track in a scan that show motion.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct MotionEvidence {
-    /// Number of points on ground that was free.
-    pub entered: u32,
-    /// Number of earlier points on ground that is free now.
-    pub left: u32,
 }
 
 /// A tracked object.
@@ -220,9 +211,10 @@ impl Track {
         })
     }
 
-    /// Updates whether it moves, with the evidence of a scan. Returns whether motion was just established.
-    pub fn update_motion(&mut self, time_s: f64, evidence: MotionEvidence) -> bool {
-        let found = (evidence.entered + evidence.left).min(MAX_EVIDENCE_OF_SCAN);
+    /// Updates whether it moves, with the evidence of a scan: the number of its points on ground that was free, and of its
+    /// earlier points on ground that is free now. Returns whether motion was just established.
+    pub fn update_motion(&mut self, time_s: f64, evidence: u32) -> bool {
+        let found = evidence.min(MAX_EVIDENCE_OF_SCAN);
         if found > 0 {
             self.evidence = (self.evidence + found).min(MAX_EVIDENCE);
             self.evidence_s = time_s;
@@ -287,9 +279,7 @@ impl Track {
         self.seems_since_s = None;
         self.stands_since_s = None;
         self.evidence = 0;
-        while self.places.len() > 1 {
-            self.places.pop_front();
-        }
+        self.places.drain(..self.places.len().saturating_sub(1));
     }
 
     /// Whether the track ends without an update at this time; `is_gone` where a scan saw its place free.

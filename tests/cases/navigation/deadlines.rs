@@ -3,9 +3,10 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use inbye::geometry::Twist;
-use inbye::local::{CpuEngine, Sampling};
-use inbye::navigator::{COMMAND_LIFETIME_S, Goal};
+use inbye::geometry::{Point, Pose, Twist};
+use inbye::local::{CpuEngine, LocalPlanner, Sampling};
+use inbye::map::{GridFrame, ObstacleGrid, Scan};
+use inbye::navigator::{COMMAND_LIFETIME_S, Goal, Navigator, Observation, Waypoints};
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
 use inbye::sim::{Simulation, dead_end};
 
@@ -148,4 +149,84 @@ fn robot_stands_when_all_decisions_are_late() {
     assert!(rows.last().is_some_and(|row| row.pose == dead_end().start));
     let stats = result.deadline_stats.expect("there is a deadline");
     assert_eq!(stats.misses, stats.decisions);
+}
+
+/// A navigator with a deadline of a second. It has no scan and only brakes, so that its decisions are quick.
+fn braking_navigator(vx_samples: u32, vtheta_samples: u32) -> Navigator {
+    let mut config = Config::default();
+    config.navigator.deadline_s = Some(1.0);
+    (config.local.vx_samples, config.local.vtheta_samples) = (vx_samples, vtheta_samples);
+    let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a small map");
+    let (start, goal) = (Point::new(3.0, 5.0), Point::new(7.0, 5.0));
+    Navigator::new(
+        ObstacleGrid::new(frame, vec![false; frame.len()]),
+        &Waypoints { start, goals: vec![Goal::at(goal)] },
+        config.robot.model(),
+        LocalPlanner::new(Box::new(CpuEngine::single_threaded()), config.local.clone()),
+        config.route_planner(frame.resolution_m),
+        config.navigator.clone(),
+        &mut || 0.0,
+    )
+    .expect("a path through free space")
+}
+
+/// Lets decisions take these shares of the deadline and returns the sampling density for the next one.
+fn after(navigator: &mut Navigator, shares: impl IntoIterator<Item = f64>) -> (u32, u32) {
+    let observation = Observation {
+        time_s: 0.0,
+        pose: Pose::new(3.0, 5.0, 0.0),
+        lost: None,
+        twist: Twist::STOP,
+        scan: Scan::default(),
+        scan_s: 0.0,
+    };
+    for share in shares {
+        let mut readings_s = [0.0, share].into_iter();
+        navigator.step_by(&observation, &mut || readings_s.next().unwrap_or(share));
+    }
+    let stats = navigator.deadline_stats().expect("there is a deadline");
+    (stats.last.vx_samples, stats.last.vtheta_samples)
+}
+
+#[test]
+fn sampling_levels_halve_down_to_eight_by_eight() {
+    let mut navigator = braking_navigator(20, 40);
+    let mut seen = vec![after(&mut navigator, [])];
+    for _ in 0..5 {
+        seen.push(after(&mut navigator, [1.5, 1.5]));
+    }
+    assert_eq!(seen, [(20, 40), (10, 20), (8, 10), (8, 8), (8, 8), (8, 8)]);
+    let stats = navigator.deadline_stats().expect("there is a deadline");
+    assert_eq!(stats.lowest, stats.last);
+    assert_eq!(after(&mut braking_navigator(3, 5), [2.0; 9]), (3, 5));
+}
+
+#[test]
+fn two_misses_within_ten_decisions_lower_the_level_and_one_does_not() {
+    let on_time = |count| std::iter::repeat_n(1.0, count);
+    let mut navigator = braking_navigator(20, 40);
+    after(&mut navigator, [1.01]);
+    after(&mut navigator, on_time(9));
+    assert_eq!(after(&mut navigator, [1.01]), (20, 40));
+    after(&mut navigator, on_time(8));
+    assert_eq!(after(&mut navigator, [1.01]), (10, 20));
+    // The two misses that lowered the level no longer count.
+    assert_eq!(after(&mut navigator, [1.01]), (10, 20));
+    assert_eq!(after(&mut navigator, [f64::NAN]), (8, 10));
+}
+
+#[test]
+fn long_slack_raises_the_level_by_one() {
+    let slack: f64 = 0.25;
+    let mut navigator = braking_navigator(20, 40);
+    after(&mut navigator, [2.0; 4]);
+    assert_eq!(after(&mut navigator, [slack; 49]), (8, 10));
+    assert_eq!(after(&mut navigator, [slack.next_up()]), (8, 10));
+    assert_eq!(after(&mut navigator, [slack; 49]), (8, 10));
+    assert_eq!(after(&mut navigator, [0.0]), (10, 20));
+    assert_eq!(after(&mut navigator, [0.1; 49]), (10, 20));
+    assert_eq!(after(&mut navigator, [0.1]), (20, 40));
+    assert_eq!(after(&mut navigator, [0.1; 200]), (20, 40));
+    let stats = navigator.deadline_stats().expect("there is a deadline");
+    assert_eq!(stats.lowest.vtheta_samples, 10);
 }

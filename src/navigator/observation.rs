@@ -5,7 +5,9 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::{NavigatorSettings, ObservationFault};
+use serde::{Serialize, Serializer};
+
+use super::NavigatorSettings;
 use crate::geometry::{Pose, Twist, Vector};
 use crate::localization::LostReason;
 use crate::map::Scan;
@@ -61,6 +63,56 @@ impl Observation {
     }
 }
 
+/// What is wrong with an observation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObservationFault {
+    /// A time, pose, speed or angle of the scan is not a finite number.
+    #[error("time, pose, speed or the scan's angles are not finite")]
+    NotFinite,
+    /// The clock jumped, or the scan is from the future.
+    #[error("the clock jumped, or the scan is from the future")]
+    ClockJump,
+    /// There is no scan, none with a measurement, or only an old one.
+    #[error("there is no fresh scan with a measurement")]
+    NoScan,
+    /// The localisation does not know the pose.
+    #[error("the robot is lost: {0}")]
+    Lost(LostReason),
+    /// The pose jumped farther than the robot can drive.
+    #[error("the pose jumps farther than the robot can drive")]
+    PoseJump,
+    /// The pose does not change although the robot drives.
+    #[error(
+        "the pose does not change although the robot is commanded to drive: odometry is frozen, or the tracks are stuck"
+    )]
+    PoseFrozen,
+    /// The pose moves against the speed of the odometry.
+    #[error(
+        "the pose moves against the speed that odometry reports: one of the two has the wrong sign"
+    )]
+    MotionReversed,
+}
+
+/// Serializes as a string, so that it may be the key of an object.
+impl Serialize for ObservationFault {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(match self {
+            Self::NotFinite => "not_finite",
+            Self::ClockJump => "clock_jump",
+            Self::NoScan => "no_scan",
+            Self::Lost(LostReason::NoReturns) => "lost_no_returns",
+            Self::Lost(LostReason::BeamsThroughWalls) => "lost_beams_through_walls",
+            Self::Lost(LostReason::PoorMatch) => "lost_poor_match",
+            Self::Lost(LostReason::PoseJump) => "lost_pose_jump",
+            Self::Lost(LostReason::HighUncertainty) => "lost_high_uncertainty",
+            Self::PoseJump => "pose_jump",
+            Self::PoseFrozen => "pose_frozen",
+            Self::MotionReversed => "motion_reversed",
+        })
+    }
+}
+
 /// An accepted observation.
 #[derive(Clone, Copy, Debug)]
 struct Accepted {
@@ -82,27 +134,15 @@ pub(super) struct ObservationValidator {
     is_frozen: bool,
     is_reversed: bool,
     recent: VecDeque<Accepted>,
-    faults_in_a_row: u32,
-    fault: Option<ObservationFault>,
-    counts: BTreeMap<ObservationFault, u64>,
+    /// Number of faulty observations since the last sound one.
+    pub faults_in_a_row: u32,
+    /// What is wrong with the last observation.
+    pub fault: Option<ObservationFault>,
+    /// Number of faulty observations by kind.
+    pub counts: BTreeMap<ObservationFault, u64>,
 }
 
 impl ObservationValidator {
-    /// Number of faulty observations by kind.
-    pub const fn counts(&self) -> &BTreeMap<ObservationFault, u64> {
-        &self.counts
-    }
-
-    /// What is wrong with the last observation.
-    pub const fn fault(&self) -> Option<ObservationFault> {
-        self.fault
-    }
-
-    /// Number of faulty observations since the last sound one.
-    pub const fn faults_in_a_row(&self) -> u32 {
-        self.faults_in_a_row
-    }
-
     /// Validates an observation and returns whether its scan is a new one.
     ///
     /// # Errors
