@@ -1,18 +1,14 @@
 //! Selects an engine by the user's choice and the machine's adapters, and gives the reason.
 
 use core::str::FromStr;
-#[cfg(feature = "gpu")]
 use std::time::Duration;
 
 #[cfg(feature = "gpu")]
-use super::gpu::{AdapterSummary, GpuEngine, adapters};
-#[cfg(feature = "gpu")]
-use super::{BackgroundOpener, Failover};
-use super::{CpuEngine, Engine, EngineError, InstructionSet};
+use super::gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
+use super::{BackgroundOpener, CpuEngine, Engine, EngineError, Failover, InstructionSet};
 
 /// Longest wait for an answer of the GPU while driving: half of the default control period, so that the CPU can still
 /// answer within it.
-#[cfg(feature = "gpu")]
 const DRIVING_TIMEOUT: Duration = Duration::from_millis(50);
 
 /// The engine that the user chooses.
@@ -60,16 +56,12 @@ pub struct SelectedEngine {
 /// When the choice is a GPU and no matching adapter opens. [`EngineChoice::Auto`] falls back to the CPU and gives the
 /// cause as the reason.
 pub fn open_engine(choice: &EngineChoice, threads: usize) -> Result<SelectedEngine, EngineError> {
-    match choice {
-        EngineChoice::Cpu => open_cpu(threads, "requested"),
-        EngineChoice::Gpu(name) => {
-            let (engine, reason) = requested_gpu(name.as_deref())?;
-            Ok(SelectedEngine { engine: Box::new(engine), reason })
-        }
-        EngineChoice::Auto => match best_gpu() {
-            Ok((engine, reason)) => Ok(SelectedEngine { engine: Box::new(engine), reason }),
-            Err(error) => open_cpu(threads, &no_gpu_reason(&error)),
-        },
+    if *choice == EngineChoice::Cpu {
+        return open_cpu(threads, "requested");
+    }
+    match open_gpu(choice, None) {
+        Err(error) if *choice == EngineChoice::Auto => open_cpu(threads, &no_gpu_reason(&error)),
+        opened => opened,
     }
 }
 
@@ -88,8 +80,7 @@ pub fn open_with_fallback(
 ) -> Result<SelectedEngine, EngineError> {
     let selected = match choice {
         EngineChoice::Cpu => open_cpu(threads, "requested"),
-        EngineChoice::Gpu(name) => open_requested_with_fallback(name.clone(), threads),
-        EngineChoice::Auto => open_best_with_fallback(threads),
+        _ => open_gpu_with_fallback(choice, threads),
     }?;
     if gpu_required && selected.engine.kind() != "gpu" {
         return Err(EngineError::GpuRequired { selected: selected.reason });
@@ -106,12 +97,7 @@ pub fn open_all_engines(
     threads: usize,
     left_out: impl FnMut(EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
-    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
-    if threads > 1 {
-        engines.push(Box::new(CpuEngine::with_threads(threads)?));
-    }
-    add_adapters(&mut engines, left_out);
-    Ok(engines)
+    with_others(vec![Box::new(CpuEngine::single_threaded())], threads, left_out)
 }
 
 /// Opens every engine variant for a comparison: each instruction set on one thread, the scalar reference first; the
@@ -124,86 +110,36 @@ pub fn open_all_variants(
     left_out: impl FnMut(EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     let mut engines: Vec<Box<dyn Engine>> = Vec::new();
-    for instructions in InstructionSet::ALL {
-        if instructions.is_available() {
-            engines.push(Box::new(CpuEngine::with_instruction_set(instructions, 1)?));
-        }
+    for instructions in InstructionSet::ALL.into_iter().filter(|one| one.is_available()) {
+        engines.push(Box::new(CpuEngine::with_instruction_set(instructions, 1)?));
     }
+    with_others(engines, threads, left_out)
+}
+
+/// Adds the CPU on all threads if there are several, and all adapters.
+fn with_others(
+    mut engines: Vec<Box<dyn Engine>>,
+    threads: usize,
+    mut left_out: impl FnMut(EngineError),
+) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     if threads > 1 {
         engines.push(Box::new(CpuEngine::with_threads(threads)?));
     }
-    add_adapters(&mut engines, left_out);
-    Ok(engines)
-}
-
-#[cfg(feature = "gpu")]
-fn add_adapters(engines: &mut Vec<Box<dyn Engine>>, mut left_out: impl FnMut(EngineError)) {
+    #[cfg(feature = "gpu")]
     for adapter in adapters() {
         match GpuEngine::new(&adapter) {
             Ok(engine) => engines.push(Box::new(engine)),
             Err(error) => left_out(error),
         }
     }
-}
-
-#[cfg(not(feature = "gpu"))]
-fn add_adapters(_engines: &mut Vec<Box<dyn Engine>>, mut left_out: impl FnMut(EngineError)) {
+    #[cfg(not(feature = "gpu"))]
     left_out(EngineError::NoGpuSupport);
+    Ok(engines)
 }
 
 fn open_cpu(threads: usize, reason: &str) -> Result<SelectedEngine, EngineError> {
     let engine = CpuEngine::with_threads(threads)?;
     Ok(SelectedEngine { reason: format!("{}: {reason}", engine.name()), engine: Box::new(engine) })
-}
-
-/// Opens the first adapter, or the first whose name contains `name`, and gives the reason.
-#[cfg(feature = "gpu")]
-fn requested_gpu(name: Option<&str>) -> Result<(GpuEngine, String), EngineError> {
-    let adapters = adapters();
-    let first = adapters.first().ok_or(EngineError::NoAdapter)?;
-    let adapter = match name {
-        None => first,
-        Some(name) => {
-            let requested = name.to_lowercase();
-            let matches =
-                |summary: &AdapterSummary| summary.name.to_lowercase().contains(&requested);
-            let found = adapters.iter().find(|adapter| matches(&adapter.summary));
-            found.ok_or_else(|| EngineError::AdapterNotFound {
-                requested: name.to_owned(),
-                available: adapters
-                    .iter()
-                    .map(|adapter| adapter.summary.name.as_str())
-                    .collect::<Vec<_>>()
-                    .join(", "),
-            })?
-        }
-    };
-    let kind = if adapter.summary.software { "software adapter" } else { "hardware adapter" };
-    let reason = format!("GPU, {}: requested, {kind}", adapter.summary.name);
-    Ok((GpuEngine::new(adapter)?, reason))
-}
-
-#[cfg(not(feature = "gpu"))]
-fn requested_gpu(_name: Option<&str>) -> Result<(CpuEngine, String), EngineError> {
-    Err(EngineError::NoGpuSupport)
-}
-
-/// Opens the first hardware adapter and gives the reason.
-#[cfg(feature = "gpu")]
-fn best_gpu() -> Result<(GpuEngine, String), EngineError> {
-    let adapters = adapters();
-    let first = adapters.first().ok_or(EngineError::NoAdapter)?;
-    let name = &first.summary.name;
-    if first.summary.software {
-        return Err(EngineError::SoftwareAdapterOnly { adapter: name.clone() });
-    }
-    let reason = format!("GPU, {name}: hardware adapter found");
-    Ok((GpuEngine::new(first)?, reason))
-}
-
-#[cfg(not(feature = "gpu"))]
-fn best_gpu() -> Result<(CpuEngine, String), EngineError> {
-    Err(EngineError::NoGpuSupport)
 }
 
 /// The reason for the CPU when the best GPU does not open.
@@ -216,63 +152,65 @@ fn no_gpu_reason(error: &EngineError) -> String {
     }
 }
 
+/// Opens the GPU of a choice other than the CPU, with another timeout than the default if one is given.
 #[cfg(feature = "gpu")]
-fn open_requested_with_fallback(
-    name: Option<String>,
-    threads: usize,
+fn open_gpu(
+    choice: &EngineChoice,
+    timeout: Option<Duration>,
 ) -> Result<SelectedEngine, EngineError> {
-    let (gpu, reason) = requested_gpu(name.as_deref())?;
-    let reopen = move || Ok(with_timeout(requested_gpu(name.as_deref())?.0));
-    with_fallback(with_timeout(gpu), reason, reopen, threads)
-}
-
-#[cfg(feature = "gpu")]
-fn open_best_with_fallback(threads: usize) -> Result<SelectedEngine, EngineError> {
-    let reopen = || Ok(with_timeout(best_gpu()?.0));
-    match best_gpu() {
-        Ok((gpu, reason)) => with_fallback(with_timeout(gpu), reason, reopen, threads),
-        Err(error @ EngineError::SoftwareAdapterOnly { .. }) => {
-            open_cpu(threads, &no_gpu_reason(&error))
-        }
-        Err(error) => {
-            let cpu = CpuEngine::with_threads(threads)?;
-            Ok(SelectedEngine {
-                reason: format!("{}: {}", cpu.name(), no_gpu_reason(&error)),
-                engine: Box::new(Failover::new(Err(error), BackgroundOpener::new(reopen), cpu)),
-            })
-        }
+    let adapters = adapters();
+    let mut adapter = adapters.first().ok_or(EngineError::NoAdapter)?;
+    if let EngineChoice::Gpu(Some(requested)) = choice {
+        let pattern = requested.to_lowercase();
+        let matches = |one: &&Adapter| one.summary.name.to_lowercase().contains(&pattern);
+        adapter = adapters.iter().find(matches).ok_or_else(|| {
+            let names: Vec<&str> = adapters.iter().map(|one| one.summary.name.as_str()).collect();
+            EngineError::AdapterNotFound {
+                requested: requested.clone(),
+                available: names.join(", "),
+            }
+        })?;
     }
-}
-
-#[cfg(feature = "gpu")]
-fn with_timeout(mut gpu: GpuEngine) -> Box<dyn Engine> {
-    gpu.set_timeout(DRIVING_TIMEOUT);
-    Box::new(gpu)
-}
-
-#[cfg(feature = "gpu")]
-fn with_fallback(
-    gpu: Box<dyn Engine>,
-    reason: String,
-    reopen: impl Fn() -> Result<Box<dyn Engine>, EngineError> + Send + Sync + 'static,
-    threads: usize,
-) -> Result<SelectedEngine, EngineError> {
-    let cpu = CpuEngine::with_threads(threads)?;
-    Ok(SelectedEngine {
-        engine: Box::new(Failover::new(Ok(gpu), BackgroundOpener::new(reopen), cpu)),
-        reason,
-    })
+    let AdapterSummary { name, software, .. } = &adapter.summary;
+    let cause = match (choice, software) {
+        (EngineChoice::Auto, true) => {
+            return Err(EngineError::SoftwareAdapterOnly { adapter: name.clone() });
+        }
+        (EngineChoice::Auto, false) => "hardware adapter found",
+        (_, true) => "requested, software adapter",
+        (_, false) => "requested, hardware adapter",
+    };
+    let mut engine = GpuEngine::new(adapter)?;
+    if let Some(timeout) = timeout {
+        engine.set_timeout(timeout);
+    }
+    Ok(SelectedEngine { engine: Box::new(engine), reason: format!("GPU, {name}: {cause}") })
 }
 
 #[cfg(not(feature = "gpu"))]
-fn open_requested_with_fallback(
-    _name: Option<String>,
-    _threads: usize,
-) -> Result<SelectedEngine, EngineError> {
+fn open_gpu(_: &EngineChoice, _: Option<Duration>) -> Result<SelectedEngine, EngineError> {
     Err(EngineError::NoGpuSupport)
 }
 
-#[cfg(not(feature = "gpu"))]
-fn open_best_with_fallback(threads: usize) -> Result<SelectedEngine, EngineError> {
-    open_cpu(threads, &no_gpu_reason(&EngineError::NoGpuSupport))
+fn open_gpu_with_fallback(
+    choice: &EngineChoice,
+    threads: usize,
+) -> Result<SelectedEngine, EngineError> {
+    let cpu = CpuEngine::with_threads(threads)?;
+    let (gpu, reason) = match open_gpu(choice, Some(DRIVING_TIMEOUT)) {
+        Ok(opened) => (Ok(opened.engine), opened.reason),
+        Err(error) if *choice != EngineChoice::Auto => return Err(error),
+        Err(error) => {
+            let reason = format!("{}: {}", cpu.name(), no_gpu_reason(&error));
+            if matches!(error, EngineError::SoftwareAdapterOnly { .. } | EngineError::NoGpuSupport)
+            {
+                return Ok(SelectedEngine { engine: Box::new(cpu), reason });
+            }
+            (Err(error), reason)
+        }
+    };
+    let choice = choice.clone();
+    let reopen = move || Ok(open_gpu(&choice, Some(DRIVING_TIMEOUT))?.engine);
+    let engine = Failover::new(gpu, BackgroundOpener::new(reopen), cpu);
+    Ok(SelectedEngine { engine: Box::new(engine), reason })
 }

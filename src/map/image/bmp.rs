@@ -19,13 +19,6 @@ const MAX_SIDE: i32 = 0xffff;
 /// The first bytes of a BMP file.
 pub(super) const MAGIC: &[u8] = b"BM";
 
-/// How pixels are stored.
-#[derive(Clone, Copy, PartialEq)]
-enum Encoding {
-    Uncompressed,
-    RunLength,
-}
-
 /// A decoded header.
 struct Header {
     width: i32,
@@ -33,8 +26,8 @@ struct Header {
     /// Whether the first row is the top row.
     is_top_down: bool,
     bits_per_pixel: usize,
-    encoding: Encoding,
-    /// Number of palette colours; zero for the largest.
+    is_run_length: bool,
+    /// Number of palette colours.
     colors: usize,
     /// Bytes of a palette entry.
     color_bytes: usize,
@@ -42,18 +35,11 @@ struct Header {
     palette_at: usize,
     /// Where the pixels start.
     pixels_at: usize,
-    channels: Channels,
+    /// The bits of red, green, blue and alpha in a pixel without palette.
+    channels: [Channel; 4],
 }
 
-/// The bits of a pixel without palette.
-struct Channels {
-    red: Channel,
-    green: Channel,
-    blue: Channel,
-    alpha: Option<Channel>,
-}
-
-/// A contiguous group of bits.
+/// A contiguous group of bits; without bits, the channel is missing.
 #[derive(Clone, Copy)]
 struct Channel {
     shift: u32,
@@ -70,22 +56,30 @@ impl<'a> Input<'a> {
     }
 
     fn number(&self, at: usize, bytes: usize) -> Result<u32, MapError> {
-        let bytes = self.slice(at, bytes)?.iter().rev();
-        Ok(bytes.fold(0, |number, &byte| number << 8 | u32::from(byte)))
+        self.slice(at, bytes).map(little_endian)
     }
+}
+
+fn little_endian(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |number, &byte| number << 8 | u32::from(byte))
 }
 
 /// Decodes a BMP file.
 pub(super) fn decode(bytes: &[u8]) -> Result<GreyImage, MapError> {
     let input = Input(bytes);
     let header = Header::read(&input)?;
-    check_size(i64::from(header.width), i64::from(header.height))?;
-    let mut pixels = header.pixels(&input)?;
+    let Header { width, height, .. } = header;
+    check_size(i64::from(width), i64::from(height))?;
+    let palette = header.palette(&input)?;
+    let mut pixels = if header.is_run_length {
+        header.run_length_pixels(&input, &palette)?
+    } else {
+        header.uncompressed_pixels(&input, &palette)?
+    };
     if !header.is_top_down {
-        let rows = pixels.chunks_exact(header.width as usize).rev();
-        pixels = rows.flatten().copied().collect();
+        pixels = pixels.chunks_exact(width as usize).rev().flatten().copied().collect();
     }
-    Ok(GreyImage { width: header.width, height: header.height, pixels })
+    Ok(GreyImage { width, height, pixels })
 }
 
 impl Header {
@@ -133,21 +127,17 @@ impl Header {
             )));
         }
         let channels = match (compression, bits) {
-            (3, _) => Channels::read(input, AT + 40, size >= ALPHA_HEADER, bits)?,
-            (_, 16) => Channels::packed(5),
-            _ => Channels::packed(8),
+            (3, _) => Channel::read_masks(input, AT + 40, size >= ALPHA_HEADER, bits)?,
+            (_, 16) => Channel::packed(5),
+            _ => Channel::packed(8),
         };
         Ok(Self {
             width,
             height,
             is_top_down,
             bits_per_pixel: bits as usize,
-            encoding: if matches!(compression, 1 | 2) {
-                Encoding::RunLength
-            } else {
-                Encoding::Uncompressed
-            },
-            colors: colors as usize,
+            is_run_length: matches!(compression, 1 | 2),
+            colors: if colors == 0 { 1 << bits.min(8) } else { colors as usize },
             color_bytes: if is_core { 3 } else { 4 },
             palette_at: AT + size,
             pixels_at,
@@ -155,22 +145,12 @@ impl Header {
         })
     }
 
-    /// All pixels, in the order of the file's rows.
-    fn pixels(&self, input: &Input<'_>) -> Result<Vec<Pixel>, MapError> {
-        let palette = if self.bits_per_pixel <= 8 { self.palette(input)? } else { Vec::new() };
-        match self.encoding {
-            Encoding::RunLength => self.run_length_pixels(input, &palette),
-            Encoding::Uncompressed => self.uncompressed_pixels(input, &palette),
-        }
-    }
-
-    /// 256 colours; those beyond the palette's are black.
+    /// 256 colours; those beyond the palette's are black. Pixels of more than 8 bits have no palette.
     fn palette(&self, input: &Input<'_>) -> Result<Vec<Pixel>, MapError> {
-        let colors = match self.colors {
-            0 => 1 << self.bits_per_pixel,
-            colors => colors,
-        };
-        let bytes = input.slice(self.palette_at, colors * self.color_bytes)?;
+        if self.bits_per_pixel > 8 {
+            return Ok(Vec::new());
+        }
+        let bytes = input.slice(self.palette_at, self.colors * self.color_bytes)?;
         let entries = bytes.chunks_exact(self.color_bytes);
         let mut palette: Vec<Pixel> =
             entries.map(|entry| Pixel::from_rgb([entry[2], entry[1], entry[0]])).collect();
@@ -197,11 +177,7 @@ impl Header {
                 }));
             } else {
                 let whole = row.chunks_exact(bits / 8).take(width);
-                pixels.extend(whole.map(|bytes| {
-                    let bytes = bytes.iter().rev();
-                    let value = bytes.fold(0, |value, &byte| value << 8 | u32::from(byte));
-                    self.channels.pixel(value)
-                }));
+                pixels.extend(whole.map(|bytes| self.pixel(little_endian(bytes))));
             }
         }
         Ok(pixels)
@@ -276,52 +252,59 @@ impl Header {
             _ => byte & 0xf,
         })
     }
-}
 
-impl Channels {
-    /// Equal channels in the order blue, green, red from the lowest bit, without alpha.
-    const fn packed(bits: u32) -> Self {
-        Self {
-            red: Channel { shift: 2 * bits, bits },
-            green: Channel { shift: bits, bits },
-            blue: Channel { shift: 0, bits },
-            alpha: None,
-        }
-    }
-
-    /// Reads the masks of red, green, blue and, optionally, alpha.
-    fn read(input: &Input<'_>, at: usize, has_alpha: bool, bits: u32) -> Result<Self, MapError> {
-        let channel = |number: usize| Channel::from_mask(input.number(at + 4 * number, 4)?, bits);
-        let color = |number: usize| channel(number)?.ok_or_else(|| bad_image("missing bit mask"));
-        Ok(Self {
-            red: color(0)?,
-            green: color(1)?,
-            blue: color(2)?,
-            alpha: if has_alpha { channel(3)? } else { None },
-        })
-    }
-
+    /// A pixel without palette.
     fn pixel(&self, value: u32) -> Pixel {
-        let rgb = [self.red, self.green, self.blue].map(|channel| channel.read(value));
+        let [rgb @ .., alpha] = self.channels;
         Pixel {
-            opaque: self.alpha.is_none_or(|alpha| alpha.read(value) == u8::MAX),
-            ..Pixel::from_rgb(rgb)
+            opaque: alpha.bits == 0 || alpha.read(value) == u8::MAX,
+            ..Pixel::from_rgb(rgb.map(|channel| channel.read(value)))
         }
     }
 }
 
 impl Channel {
-    /// The upper eight bits of a mask; none if it is zero.
-    fn from_mask(mask: u32, pixel_bits: u32) -> Result<Option<Self>, MapError> {
+    const MISSING: Self = Self { shift: 0, bits: 0 };
+
+    /// Equal channels in the order blue, green, red from the lowest bit, without alpha.
+    const fn packed(bits: u32) -> [Self; 4] {
+        let [red, green, blue] = [2 * bits, bits, 0];
+        [
+            Self { shift: red, bits },
+            Self { shift: green, bits },
+            Self { shift: blue, bits },
+            Self::MISSING,
+        ]
+    }
+
+    /// Reads the masks of red, green, blue and, optionally, alpha.
+    fn read_masks(
+        input: &Input<'_>,
+        at: usize,
+        has_alpha: bool,
+        pixel_bits: u32,
+    ) -> Result<[Self; 4], MapError> {
+        let mut channels = [Self::MISSING; 4];
+        for (number, channel) in channels.iter_mut().enumerate().take(3 + usize::from(has_alpha)) {
+            *channel = Self::from_mask(input.number(at + 4 * number, 4)?, pixel_bits)?;
+            if number < 3 && channel.bits == 0 {
+                return Err(bad_image("missing bit mask"));
+            }
+        }
+        Ok(channels)
+    }
+
+    /// The upper eight bits of a mask.
+    fn from_mask(mask: u32, pixel_bits: u32) -> Result<Self, MapError> {
         if mask == 0 {
-            return Ok(None);
+            return Ok(Self::MISSING);
         }
         let (shift, bits) = (mask.trailing_zeros(), mask.count_ones());
         if bits != 32 - mask.leading_zeros() - shift || bits + shift > pixel_bits {
             return Err(bad_image("invalid bit mask"));
         }
         let excess = bits.saturating_sub(8);
-        Ok(Some(Self { shift: shift + excess, bits: bits - excess }))
+        Ok(Self { shift: shift + excess, bits: bits - excess })
     }
 
     /// The channel's value scaled to 0..=255, rounded.

@@ -4,6 +4,9 @@ use super::{GreyImage, Pixel, bad_image, to_8_bits};
 use crate::map::MapError;
 use crate::map::grid::check_size;
 
+/// Longest line of a PAM header, bytes.
+const MAX_LINE: usize = 200;
+
 /// Whether the bytes start like a Netpbm image.
 pub(super) fn is_pnm(bytes: &[u8]) -> bool {
     matches!(bytes, [b'P', b'1'..=b'7', ..])
@@ -14,35 +17,61 @@ struct Input<'a>(core::slice::Iter<'a, u8>);
 
 /// Decodes a Netpbm file whose first two bytes are valid.
 pub(super) fn decode(bytes: &[u8]) -> Result<GreyImage, MapError> {
+    let kind = bytes[1];
     let mut input = Input(bytes[2..].iter());
-    if bytes[1] == b'7' {
-        return input.pam();
+    let [width, height, depth, max] =
+        if kind == b'7' { input.pam_header()? } else { input.header(kind)? };
+    if !(1..=4).contains(&depth) {
+        return Err(bad_image(format!("depth {depth}: it must be 1 to 4")));
     }
-    let (width, height) = (input.header_number()?, input.header_number()?);
-    let max = match bytes[1] {
-        b'1' | b'4' => 1,
-        _ => input.header_number()?,
-    };
     if !(1..=0xffff).contains(&max) {
         return Err(bad_image(format!("largest value {max}: it must be 1 to 65535")));
     }
     check_size(i64::from(width), i64::from(height))?;
-    let (width, height) = (width as usize, height as usize);
-    let pixels: Result<Vec<Pixel>, MapError> = match bytes[1] {
-        b'1' => (0..width * height).map(|_| input.text_bit()).collect(),
-        b'4' => input.bits(width, height),
-        b'2' => (0..width * height).map(|_| input.text_sample(max).map(Pixel::from_grey)).collect(),
-        b'3' => (0..width * height).map(|_| input.color(|input| input.text_sample(max))).collect(),
-        b'5' => (0..width * height).map(|_| input.sample(max).map(Pixel::from_grey)).collect(),
-        _ => (0..width * height).map(|_| input.color(|input| input.sample(max))).collect(),
+    let mut bits = 0;
+    let pixel = |column: u32| match kind {
+        b'1' => input.text_bit(),
+        b'4' => {
+            bits = if column.is_multiple_of(8) { input.next()? } else { bits << 1 };
+            Ok(Pixel::from_bit(bits & 0x80 != 0))
+        }
+        _ => {
+            let is_text = matches!(kind, b'2' | b'3');
+            let mut sample = || if is_text { input.text_sample(max) } else { input.sample(max) };
+            let color = if depth < 3 {
+                Pixel::from_grey(sample()?)
+            } else {
+                Pixel::from_rgb([sample()?, sample()?, sample()?])
+            };
+            // The last of two or four channels is alpha.
+            let opaque = depth % 2 == 1 || sample()? == u8::MAX;
+            Ok(Pixel { opaque, ..color })
+        }
     };
+    let pixels: Result<Vec<Pixel>, MapError> =
+        (0..height).flat_map(|_| 0..width).map(pixel).collect();
     Ok(GreyImage { width: width as i32, height: height as i32, pixels: pixels? })
+}
+
+impl Pixel {
+    /// The pixel of a bitmap: a set bit is black.
+    const fn from_bit(is_black: bool) -> Self {
+        Self::from_grey(if is_black { 0 } else { u8::MAX })
+    }
 }
 
 impl Input<'_> {
     fn next(&mut self) -> Result<u8, MapError> {
         let byte = self.0.next().copied();
         byte.ok_or_else(|| bad_image("the file ends too early"))
+    }
+
+    /// Width, height, number of channels and largest value of all formats except PAM.
+    fn header(&mut self, kind: u8) -> Result<[u32; 4], MapError> {
+        let (width, height) = (self.header_number()?, self.header_number()?);
+        let depth = if matches!(kind, b'3' | b'6') { 3 } else { 1 };
+        let max = if matches!(kind, b'1' | b'4') { 1 } else { self.header_number()? };
+        Ok([width, height, depth, max])
     }
 
     /// A number of the header. A comment runs from `#` to the end of its line.
@@ -62,64 +91,34 @@ impl Input<'_> {
         number.ok_or_else(|| bad_image("the header ends too early"))
     }
 
-    /// A PAM image (netpbm.sourceforge.net/doc/pam.html): one to four binary channels, the last of two or four is alpha.
-    fn pam(mut self) -> Result<GreyImage, MapError> {
-        let (mut width, mut height, mut depth, mut max) = (0, 0, 0, 0);
+    /// The same four numbers of a PAM image (netpbm.sourceforge.net/doc/pam.html); those that are missing are zero. The
+    /// type of a tuple follows from the number of channels.
+    fn pam_header(&mut self) -> Result<[u32; 4], MapError> {
+        let mut numbers = [0; 4];
         loop {
             let line = self.line()?;
+            let bad_line = || bad_image(format!("{line:?} in the header"));
             let (key, value) = line.split_once(' ').unwrap_or((&line, ""));
-            let number = || {
-                let number = value.trim().parse::<u32>();
-                number.map_err(|_| bad_image(format!("{line:?} in the header")))
-            };
-            match key {
-                "WIDTH" => width = number()?,
-                "HEIGHT" => height = number()?,
-                "DEPTH" => depth = number()?,
-                "MAXVAL" => max = number()?,
-                "ENDHDR" => break,
-                // The type of a tuple follows from its depth.
-                "" | "TUPLTYPE" => {}
-                comment if comment.starts_with('#') => {}
-                _ => return Err(bad_image(format!("{line:?} in the header"))),
+            let keys = ["WIDTH", "HEIGHT", "DEPTH", "MAXVAL"];
+            if let Some(at) = keys.into_iter().position(|known| known == key) {
+                numbers[at] = value.trim().parse().map_err(|_| bad_line())?;
+            } else if key == "ENDHDR" {
+                return Ok(numbers);
+            } else if !matches!(key, "" | "TUPLTYPE") && !key.starts_with('#') {
+                return Err(bad_line());
             }
         }
-        if !((1..=4).contains(&depth) && (1..=0xffff).contains(&max)) {
-            return Err(bad_image(format!(
-                "depth {depth} and largest value {max}: they must be 1 to 4 and 1 to 65535"
-            )));
-        }
-        check_size(i64::from(width), i64::from(height))?;
-        let pixel = |input: &mut Self| {
-            let color = if depth < 3 {
-                Pixel::from_grey(input.sample(max)?)
-            } else {
-                input.color(|input| input.sample(max))?
-            };
-            let opaque = depth % 2 == 1 || input.sample(max)? == u8::MAX;
-            Ok(Pixel { opaque, ..color })
-        };
-        let count = width as usize * height as usize;
-        let pixels: Result<Vec<Pixel>, MapError> = (0..count).map(|_| pixel(&mut self)).collect();
-        Ok(GreyImage { width: width as i32, height: height as i32, pixels: pixels? })
     }
 
-    /// A line of a header, at most 200 bytes.
     fn line(&mut self) -> Result<String, MapError> {
-        let mut line = Vec::new();
-        loop {
-            match self.next()? {
-                b'\n' => break,
-                _ if line.len() == 200 => {
-                    return Err(bad_image("a line of the header is too long"));
-                }
-                byte => line.push(byte),
-            }
-        }
-        Ok(String::from_utf8_lossy(&line).trim().to_owned())
+        let rest = self.0.as_slice();
+        let end = rest.iter().take(MAX_LINE + 1).position(|&byte| byte == b'\n');
+        let end = end.ok_or_else(|| bad_image("a line of the header does not end"))?;
+        self.0 = rest[end + 1..].iter();
+        Ok(String::from_utf8_lossy(&rest[..end]).trim().to_owned())
     }
 
-    /// A sample as text, scaled to 8 bits.
+    /// A sample of a text format, scaled to 0..=255.
     fn text_sample(&mut self, max: u32) -> Result<u8, MapError> {
         let mut byte = self.next()?;
         while is_space(byte) {
@@ -132,51 +131,30 @@ impl Input<'_> {
                 break;
             }
         }
-        if number > if max <= 0xff { 0xff } else { 0xffff } {
+        if number > limit(max) {
             return Err(bad_image(format!("value {number} with {max} as the largest")));
         }
         Ok(scaled(number, max))
     }
 
-    /// A binary sample, scaled to 8 bits.
+    /// A sample of a binary format, scaled to 0..=255: one byte, or two with the high byte first.
     fn sample(&mut self, max: u32) -> Result<u8, MapError> {
         let high = if max > 0xff { self.next()? } else { 0 };
         let low = self.next()?;
         Ok(scaled(u32::from(high) << 8 | u32::from(low), max))
     }
 
-    fn color(
-        &mut self,
-        mut sample: impl FnMut(&mut Self) -> Result<u8, MapError>,
-    ) -> Result<Pixel, MapError> {
-        Ok(Pixel::from_rgb([sample(self)?, sample(self)?, sample(self)?]))
-    }
-
-    /// A bit as text: 1 is black.
+    /// A bit of a text bitmap.
     fn text_bit(&mut self) -> Result<Pixel, MapError> {
         loop {
             match self.next()? {
-                b'0' => return Ok(Pixel::from_grey(u8::MAX)),
-                b'1' => return Ok(Pixel::BLACK),
+                byte @ (b'0' | b'1') => return Ok(Pixel::from_bit(byte == b'1')),
                 byte if is_space(byte) => {}
                 byte => {
                     return Err(bad_image(format!("{:?} in place of a bit", char::from(byte))));
                 }
             }
         }
-    }
-
-    /// Rows of bits, each padded to whole bytes: 1 is black.
-    fn bits(&mut self, width: usize, height: usize) -> Result<Vec<Pixel>, MapError> {
-        let mut pixels = Vec::with_capacity(width * height);
-        for _ in 0..height {
-            let mut byte = 0;
-            for column in 0..width {
-                byte = if column.is_multiple_of(8) { self.next()? } else { byte << 1 };
-                pixels.push(Pixel::from_grey(if byte & 0x80 == 0 { u8::MAX } else { 0 }));
-            }
-        }
-        Ok(pixels)
     }
 }
 
@@ -191,9 +169,14 @@ fn append_digit(number: u32, byte: u8) -> Result<u32, MapError> {
         .ok_or_else(|| bad_image(format!("{:?} in a number", char::from(byte))))
 }
 
+/// Largest value of a sample in the file: 8 bits, or 16 if the largest value of the image needs them.
+const fn limit(max: u32) -> u32 {
+    if max <= 0xff { 0xff } else { 0xffff }
+}
+
 /// A value of 0 to `max` scaled to 8 bits; a larger one is limited.
 fn scaled(value: u32, max: u32) -> u8 {
-    let limit = if max <= 0xff { 0xff } else { 0xffff };
+    let limit = limit(max);
     // Single precision, as in the `image` crate.
     let scaled = if max == limit {
         value
