@@ -4,9 +4,10 @@ use core::f64::consts::PI;
 
 use serde::Serialize;
 
+use super::cpu::scalar;
 use super::{
     Counts, Evaluation, Normalization, Problem, QuantizedProblem, SampleStatus, Sampling, Terms,
-    Totals, rollout, score,
+    Totals, rollout,
 };
 use crate::geometry::{Pose, Twist, Vector, wrap_angle};
 use crate::map::MovingDisc;
@@ -253,18 +254,14 @@ impl TrajectoryFan {
         for row in evenly_spaced(quantized.vtheta_samples.len(), max.vtheta_samples) {
             let vtheta = &quantized.vtheta_samples[row];
             rollout::tabulate(header, vtheta, &quantized.discs, &mut table);
-            let heading = rollout::end_heading(header, vtheta);
             for column in evenly_spaced(vx_count, max.vx_samples) {
                 let vx = &quantized.vx_samples[column];
-                let (status, clearance) = rollout::evaluate_sample(quantized, vx, vtheta, &table);
-                let terms = || -> Terms {
-                    let end = rollout::end_position(header, vx, &table);
-                    score::terms(header, vx, heading, end, clearance)
-                };
+                let sample = scalar::evaluate_sample(quantized, vx, vtheta, &table);
+                let is_admissible = sample.status == SampleStatus::Ok;
                 arcs.push(FanArc {
                     twist: problem.window.twist((row * vx_count + column) as u32),
-                    score: (status == SampleStatus::Ok).then(|| explainer.score(&terms())),
-                    status,
+                    score: is_admissible.then(|| explainer.score(&sample.terms)),
+                    status: sample.status,
                 });
             }
         }

@@ -71,16 +71,17 @@ fn read(
     }
 }
 
+/// Reads a file of at most `limit` bytes.
+pub(super) fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, MapError> {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
+    read.map_err(|error| MapError::Unreadable { reason: error.to_string() })?;
+    if bytes.len() as u64 > limit { Err(MapError::TooLarge { limit }) } else { Ok(bytes) }
+}
+
 /// Reads a text file of at most `limit` bytes and removes its byte order mark.
 pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, MapError> {
-    let unreadable = |error: std::io::Error| MapError::Unreadable { reason: error.to_string() };
-    let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(limit + 1).read_to_end(&mut bytes))
-        .map_err(unreadable)?;
-    if bytes.len() as u64 > limit {
-        return Err(MapError::TooLarge { limit });
-    }
+    let bytes = read_bytes(path, limit)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         MapError::NotUtf8 { line: valid.split(|&byte| byte == b'\n').count() }

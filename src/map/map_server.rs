@@ -18,7 +18,8 @@ use serde_json::Value;
 use serde_saphyr::Spanned;
 use strsim::levenshtein;
 
-use super::image::{GreyImage, Pixel};
+use super::image::{GreyImage, MAX_BYTES, Pixel};
+use super::load::read_bytes;
 use super::yaml::{self, BadYaml};
 use super::{GridFrame, MapError, MapWarning, OccupancyGrid, UNKNOWN};
 use crate::geometry::Pose;
@@ -33,7 +34,9 @@ pub(super) fn read(
     let mut yaml = MapYaml::parse(text)?;
     yaml.warnings.drain(..).for_each(warn);
     let image_path = image_path(yaml_path, &yaml.image, env::home_dir().as_deref());
-    let image = GreyImage::read(&image_path).map_err(|problem| MapError::InImage {
+    let bytes = read_bytes(&image_path, MAX_BYTES as u64);
+    let image = bytes.and_then(|bytes| GreyImage::decode(&bytes));
+    let image = image.map_err(|problem| MapError::InImage {
         line: yaml.image_line,
         image: image_path,
         problem: Box::new(problem),

@@ -59,21 +59,10 @@ impl DisplacementTable {
         self.fill_discs::<L>(token, problem, inputs, false);
     }
 
-    /// Fills the entries that are equal for all turn rates of a decision: central discs do not move when the robot
-    /// turns.
+    /// Computes the positions of either the central discs or the others. Central discs do not move when the robot turns, so
+    /// their entries are equal for all turn rates of a decision.
     #[inline(always)]
-    pub fn fill_central_discs<L: Lanes>(
-        &mut self,
-        token: L::FeatureToken,
-        problem: &QuantizedProblem,
-        inputs: &SoaInputs,
-    ) {
-        self.fill_discs::<L>(token, problem, inputs, true);
-    }
-
-    /// Computes the positions of either the central discs or the others.
-    #[inline(always)]
-    fn fill_discs<L: Lanes>(
+    pub fn fill_discs<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         problem: &QuantizedProblem,

@@ -26,11 +26,11 @@ const FILLED: usize = 32;
 /// higher columns and rows. Cells beyond the region do not count.
 #[derive(Debug, Default)]
 pub struct MinPyramid {
-    region: Region,
+    pub region: Region,
     stride: usize,
     /// Entries of one level.
     level: usize,
-    entries: Vec<u16>,
+    pub entries: Vec<u16>,
 }
 
 /// First and last columns and rows of rectangles of cells, one rectangle per lane.
@@ -116,18 +116,6 @@ impl MinPyramid {
     /// Whether there is no pyramid for this decision.
     pub const fn is_empty(&self) -> bool {
         self.region.cells() == 0
-    }
-
-    /// Clears all obstacles from the pyramid.
-    #[cfg(test)]
-    pub fn clear_obstacles(&mut self) {
-        self.entries.fill(u16::MAX);
-    }
-
-    /// The region of the pyramid.
-    #[cfg(test)]
-    pub const fn region(&self) -> Region {
-        self.region
     }
 
     /// Lower bounds of the entries in the boxes; zero for a box that is too large. Boxes are clipped to the region.

@@ -17,7 +17,7 @@ mod row;
 mod row_argmax;
 mod row_shard;
 mod sample_stats;
-mod scalar;
+pub mod scalar;
 mod soa_inputs;
 mod step_pruning;
 mod thread_pool;
@@ -134,7 +134,7 @@ impl CpuEngine {
     fn select(&mut self, problem: &QuantizedProblem) -> (SampleStats, Candidate) {
         let mut stats = SampleStats::default();
         for shard in &mut self.shards {
-            stats.merge(unlocked(shard).total());
+            stats.merge(&unlocked(shard).total);
         }
         let normalizers = score::normalizers(&problem.header, &stats.totals);
         let argmax = ArgmaxInputs {
@@ -162,7 +162,7 @@ impl CpuEngine {
         for_each_shard(pool, shards, |_, shard| {
             shard.select_best(&argmax, candidate);
         });
-        let best = self.shards.iter_mut().map(|shard| unlocked(shard).best());
+        let best = self.shards.iter_mut().map(|shard| unlocked(shard).best);
         (stats, best.fold(NO_CANDIDATE, better))
     }
 
@@ -172,7 +172,7 @@ impl CpuEngine {
         let (row, column) = (index as usize / vx_count, index as usize % vx_count);
         let inputs = &self.inputs;
         let mut shards = self.shards.iter_mut().map(unlocked);
-        let shard = shards.find(|shard| shard.rows().contains(&row))?;
+        let shard = shards.find(|shard| shard.rows.contains(&row))?;
         Some(Winner { index, score, terms: shard.sample(problem, inputs, row, column).terms })
     }
 
@@ -182,7 +182,7 @@ impl CpuEngine {
         let mut samples = Vec::with_capacity(problem.len());
         for shard in &mut self.shards {
             let shard = unlocked(shard);
-            for row in shard.rows().clone() {
+            for row in shard.rows.clone() {
                 let row = (0..problem.vx_samples.len())
                     .map(|index| shard.sample(problem, inputs, row, index));
                 samples.extend(row);

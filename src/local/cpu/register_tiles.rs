@@ -35,7 +35,8 @@ pub struct SampleList {
 /// The cells visited by each list, and working memory.
 #[derive(Debug, Default)]
 pub struct RegisterTiles {
-    applies: bool,
+    /// Whether register tiles apply to the problem.
+    pub applies: bool,
     /// For each list and group of steps: first columns, last columns, first rows, last rows.
     visited: Vec<[[i32; GROUPS]; 4]>,
     /// Groups that share a register tile.
@@ -76,11 +77,6 @@ impl RegisterTiles {
         let header = &tile.problem.header;
         self.applies = BITS.contains(&product_bits(header));
         self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
-    }
-
-    /// Whether register tiles apply to this problem.
-    pub const fn applies(&self) -> bool {
-        self.applies
     }
 
     /// Stores the cells that a list's samples visit, for the groups from `at`.

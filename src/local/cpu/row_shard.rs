@@ -2,8 +2,6 @@
 
 use core::ops::Range;
 
-#[cfg(test)]
-use super::clearance_bounds::StepGroups;
 use super::displacement_table::DisplacementTable;
 use super::instruction_set::Kernel;
 use super::lanes::{LaneTask, Lanes};
@@ -20,10 +18,10 @@ use crate::local::{QuantizedProblem, Totals};
 
 /// Working memory of the lanes.
 #[derive(Debug, Default)]
-struct Scratch {
+pub struct Scratch {
     /// Tables of a tile's rows.
     tables: [DisplacementTable; MAX_ROWS],
-    pruning: StepPruning,
+    pub pruning: StepPruning,
     ends: EndPositions,
 }
 
@@ -38,20 +36,21 @@ pub struct ArgmaxInputs<'a> {
 /// A shard of the rows. The next decision reuses its memory.
 #[derive(Debug, Default)]
 pub struct RowShard {
-    rows: Range<usize>,
+    pub rows: Range<usize>,
     /// The result columns of each row.
     samples: Vec<i32>,
     /// The best value of each term for each row that has an admissible sample.
     best_terms: Vec<Option<[i32; 4]>>,
     /// Statistics of all rows.
-    total: SampleStats,
+    pub total: SampleStats,
     /// Bounds of the rows that have admissible samples.
     bounds: Vec<Candidate>,
-    best: Candidate,
+    /// The result of `select_best`.
+    pub best: Candidate,
     /// Working memory of the scalar kernel.
     table: Vec<i32>,
     /// Working memory of the other kernels.
-    scratch: Scratch,
+    pub scratch: Scratch,
 }
 
 impl RowShard {
@@ -87,64 +86,6 @@ impl RowShard {
         }
     }
 
-    #[inline(always)]
-    fn evaluate_lanes<L: Lanes>(
-        &mut self,
-        token: L::FeatureToken,
-        problem: &QuantizedProblem,
-        inputs: &SoaInputs,
-        pyramid: &MinPyramid,
-    ) {
-        let vtheta_samples = &problem.vtheta_samples[self.rows.clone()];
-        let words = COLUMNS * inputs.stride;
-        let Scratch { tables, pruning, ends } = &mut self.scratch;
-        let tiles = self.samples.chunks_mut(inputs.tile_rows * words);
-        // Sized for the largest tile: the next decision may have more rows per tile.
-        for table in tables.iter_mut().take(vtheta_samples.len()) {
-            table.resize::<L>(inputs, problem.discs.len());
-        }
-        for table in tables.iter_mut().take(inputs.tile_rows.min(vtheta_samples.len())) {
-            table.fill_central_discs::<L>(token, problem, inputs);
-        }
-        for (vtheta_samples, rows) in vtheta_samples.chunks(inputs.tile_rows).zip(tiles) {
-            let tables = &mut tables[..vtheta_samples.len()];
-            for (table, vtheta) in tables.iter_mut().zip(vtheta_samples) {
-                table.fill::<L>(token, problem, inputs, vtheta);
-            }
-            if inputs.order_free {
-                let tile = SampleTile { problem, inputs, vtheta_samples, tables };
-                pruning.prune::<L>(token, &tile, pyramid);
-            }
-            let mut stats = LaneStats::<L>::new(token);
-            let rows = rows.chunks_exact_mut(words).enumerate();
-            for ((vtheta, table), (number, row)) in vtheta_samples.iter().zip(&*tables).zip(rows) {
-                let table = (number, table);
-                let outputs = (&mut *ends, row, &mut stats);
-                let best =
-                    evaluate_row::<L>(token, problem, inputs, vtheta, table, pruning, outputs);
-                self.best_terms.push(best);
-            }
-            self.total.merge(&stats.finish());
-        }
-    }
-
-    /// The groups of steps that the second round looked up for the last tile, list by list.
-    #[cfg(test)]
-    pub fn selected_groups(&self) -> &[StepGroups] {
-        self.scratch.pruning.selected_groups()
-    }
-
-    /// Number of register tiles looked up so far.
-    #[cfg(test)]
-    pub const fn looked_up(&self) -> usize {
-        self.scratch.pruning.looked_up()
-    }
-
-    /// Statistics of all its samples.
-    pub const fn total(&self) -> &SampleStats {
-        &self.total
-    }
-
     /// Computes an upper bound of the scores of each row that has an admissible sample, with the index of the row's
     /// first sample. Returns the best bound.
     ///
@@ -178,11 +119,6 @@ impl RowShard {
         }
     }
 
-    /// The result of `select_best`.
-    pub const fn best(&self) -> Candidate {
-        self.best
-    }
-
     /// The better of a candidate and the best sample of one row.
     pub fn best_of_row(
         &self,
@@ -208,11 +144,6 @@ impl RowShard {
         &self.samples[(row - self.rows.start) * words..][..words]
     }
 
-    /// The rows of the shard.
-    pub const fn rows(&self) -> &Range<usize> {
-        &self.rows
-    }
-
     /// A sample of one of its rows.
     pub fn sample(
         &self,
@@ -222,7 +153,18 @@ impl RowShard {
         index: usize,
     ) -> SampleRecord {
         let row = self.row(inputs, row);
-        record(problem, inputs, row, index)
+        let word = row[index] as u32;
+        let status = SampleStatus::from_u32(word >> STATUS_SHIFT);
+        if status != SampleStatus::Ok {
+            return SampleRecord { status, terms: Terms::default() };
+        }
+        let terms = Terms {
+            heading: word,
+            clearance: row[inputs.stride + index] as u32,
+            velocity: problem.vx_samples[index].velocity_term,
+            path: row[2 * inputs.stride + index] as u32,
+        };
+        SampleRecord { status, terms }
     }
 }
 
@@ -239,7 +181,38 @@ impl LaneTask for EvaluateRows<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self, token: L::FeatureToken) {
-        self.shard.evaluate_lanes::<L>(token, self.problem, self.inputs, self.pyramid);
+        let Self { shard, problem, inputs, pyramid } = self;
+        let vtheta_samples = &problem.vtheta_samples[shard.rows.clone()];
+        let words = COLUMNS * inputs.stride;
+        let Scratch { tables, pruning, ends } = &mut shard.scratch;
+        let tiles = shard.samples.chunks_mut(inputs.tile_rows * words);
+        // Sized for the largest tile: the next decision may have more rows per tile.
+        for table in tables.iter_mut().take(vtheta_samples.len()) {
+            table.resize::<L>(inputs, problem.discs.len());
+        }
+        for table in tables.iter_mut().take(inputs.tile_rows.min(vtheta_samples.len())) {
+            table.fill_discs::<L>(token, problem, inputs, true);
+        }
+        for (vtheta_samples, rows) in vtheta_samples.chunks(inputs.tile_rows).zip(tiles) {
+            let tables = &mut tables[..vtheta_samples.len()];
+            for (table, vtheta) in tables.iter_mut().zip(vtheta_samples) {
+                table.fill::<L>(token, problem, inputs, vtheta);
+            }
+            if inputs.order_free {
+                let tile = SampleTile { problem, inputs, vtheta_samples, tables };
+                pruning.prune::<L>(token, &tile, pyramid);
+            }
+            let mut stats = LaneStats::<L>::new(token);
+            let rows = rows.chunks_exact_mut(words).enumerate();
+            for ((vtheta, table), (number, row)) in vtheta_samples.iter().zip(&*tables).zip(rows) {
+                let table = (number, table);
+                let outputs = (&mut *ends, row, &mut stats);
+                let best =
+                    evaluate_row::<L>(token, problem, inputs, vtheta, table, pruning, outputs);
+                shard.best_terms.push(best);
+            }
+            shard.total.merge(&stats.finish());
+        }
     }
 }
 
@@ -247,24 +220,4 @@ impl LaneTask for EvaluateRows<'_> {
 const fn best_terms(totals: &Totals) -> [i32; 4] {
     let [heading, clearance, velocity, _] = totals.max;
     [heading as i32, clearance as i32, velocity as i32, totals.min[3] as i32]
-}
-
-fn record(
-    problem: &QuantizedProblem,
-    inputs: &SoaInputs,
-    row: &[i32],
-    index: usize,
-) -> SampleRecord {
-    let word = row[index] as u32;
-    let status = SampleStatus::from_u32(word >> STATUS_SHIFT);
-    if status != SampleStatus::Ok {
-        return SampleRecord { status, terms: Terms::default() };
-    }
-    let terms = Terms {
-        heading: word,
-        clearance: row[inputs.stride + index] as u32,
-        velocity: problem.vx_samples[index].velocity_term,
-        path: row[2 * inputs.stride + index] as u32,
-    };
-    SampleRecord { status, terms }
 }

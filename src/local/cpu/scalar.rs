@@ -3,8 +3,25 @@
 use super::row::STATUS_SHIFT;
 use super::sample_stats::SampleStats;
 use super::soa_inputs::SoaInputs;
-use crate::local::kernel_inputs::VthetaSample;
-use crate::local::{QuantizedProblem, SampleStatus, rollout, score, select};
+use crate::local::kernel_inputs::{VthetaSample, VxSample};
+use crate::local::{QuantizedProblem, SampleRecord, SampleStatus, Terms, rollout, score, select};
+
+/// Evaluates one sample. `table` is that of its turn rate, see [`rollout::tabulate`].
+pub fn evaluate_sample(
+    problem: &QuantizedProblem,
+    vx: &VxSample,
+    vtheta: &VthetaSample,
+    table: &[i32],
+) -> SampleRecord {
+    let header = &problem.header;
+    let (status, clearance) = rollout::evaluate_sample(problem, vx, vtheta, table);
+    if status != SampleStatus::Ok {
+        return SampleRecord { status, terms: Terms::default() };
+    }
+    let end = rollout::end_position(header, vx, table);
+    let end_heading = rollout::end_heading(header, vtheta);
+    SampleRecord { status, terms: score::terms(header, vx, end_heading, end, clearance) }
+}
 
 /// Evaluates every sample of a turn rate. `table` is working memory; `samples` is as in [`super::row::evaluate_row`].
 pub fn evaluate_row(
@@ -17,15 +34,12 @@ pub fn evaluate_row(
     let header = &problem.header;
     table.resize(rollout::table_words(header), 0);
     rollout::tabulate(header, vtheta, &problem.discs, table);
-    let end_heading = rollout::end_heading(header, vtheta);
     let mut stats = SampleStats::default();
     for (index, vx) in problem.vx_samples.iter().enumerate() {
-        let (status, clearance) = rollout::evaluate_sample(problem, vx, vtheta, table);
+        let SampleRecord { status, terms } = evaluate_sample(problem, vx, vtheta, table);
         select::count(&mut stats.counts, status);
         let mut words = [(status as i32) << STATUS_SHIFT, 0, 0];
         if status == SampleStatus::Ok {
-            let end = rollout::end_position(header, vx, table);
-            let terms = score::terms(header, vx, end_heading, end, clearance);
             select::accumulate(&mut stats.totals, terms.to_array());
             words = [terms.heading as i32, terms.clearance as i32, terms.path as i32];
         }

@@ -27,12 +27,12 @@ pub struct StepPruning {
     displacements: DisplacementBounds,
     bounds: ClearanceBounds,
     /// The groups of steps to look up, for each list.
-    selected: Vec<StepGroups>,
+    pub selected: Vec<StepGroups>,
     /// For each speed, the bound below which a clearance can matter to the sample of any row.
     critical: Vec<i32>,
     /// The smallest clearances of the samples of each row.
     clearances: Vec<i32>,
-    register_tiles: RegisterTiles,
+    pub register_tiles: RegisterTiles,
     /// Groups that are looked up in the field itself, and their steps.
     remaining: StepGroups,
     steps: Vec<i32>,
@@ -99,10 +99,16 @@ impl StepPruning {
             // A loop of two rounds, because the inlined lookup is large: one copy of it stays in the instruction cache.
             for round in 0..2 {
                 if round == 0 {
-                    self.select_first::<L>(token, tile);
+                    self.selected.resize_with(tile.lists(), StepGroups::default);
+                    for (list, selected) in self.selected.iter_mut().enumerate() {
+                        self.bounds.select_smallest::<L>(token, inputs, list, selected);
+                    }
                 } else {
                     self.update_critical::<L>(token, tile);
-                    self.select_critical::<L>(token, tile);
+                    for (list, selected) in self.selected.iter_mut().enumerate() {
+                        let critical = &self.critical[tile.list_samples(list).samples];
+                        self.bounds.below::<L>(token, inputs, list, critical, selected);
+                    }
                 }
                 self.look_up_selected::<L>(token, tile, pyramid);
             }
@@ -122,18 +128,6 @@ impl StepPruning {
         }
     }
 
-    /// The groups of steps of the second round for the last tile, list by list.
-    #[cfg(test)]
-    pub fn selected_groups(&self) -> &[StepGroups] {
-        &self.selected
-    }
-
-    /// Number of register tiles looked up so far.
-    #[cfg(test)]
-    pub const fn looked_up(&self) -> usize {
-        self.register_tiles.looked_up
-    }
-
     /// The smallest clearances of one row of the tile.
     #[inline(always)]
     pub fn clearances(&self, inputs: &SoaInputs, row: usize) -> &[i32] {
@@ -150,15 +144,6 @@ impl StepPruning {
                 let lookup = DiscLookup::new(problem, inputs, table, disc);
                 lookup.lower_all::<L>(token, &inputs.all_steps, &inputs.coarse_twice, clearances);
             }
-        }
-    }
-
-    /// Selects, for each list, the groups with the smallest bounds of its boxes.
-    #[inline(always)]
-    fn select_first<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
-        self.selected.resize_with(tile.lists(), StepGroups::default);
-        for (list, selected) in self.selected.iter_mut().enumerate() {
-            self.bounds.select_smallest::<L>(token, tile.inputs, list, selected);
         }
     }
 
@@ -185,15 +170,6 @@ impl StepPruning {
         }
     }
 
-    /// Selects the groups of steps that can matter.
-    #[inline(always)]
-    fn select_critical<L: Lanes>(&mut self, token: L::FeatureToken, tile: &SampleTile<'_>) {
-        for (number, selected) in self.selected.iter_mut().enumerate() {
-            let critical = &self.critical[tile.list_samples(number).samples];
-            self.bounds.below::<L>(token, tile.inputs, number, critical, selected);
-        }
-    }
-
     /// Looks up the selected groups.
     #[inline(always)]
     fn look_up_selected<L: Lanes>(
@@ -206,7 +182,7 @@ impl StepPruning {
         for (number, selected) in self.selected.iter().enumerate() {
             let list_samples = tile.list_samples(number);
             let mut groups = selected.as_slice();
-            if L::HAS_REGISTER_LOOKUP && self.register_tiles.applies() {
+            if L::HAS_REGISTER_LOOKUP && self.register_tiles.applies {
                 let (clearances, remaining) = (&mut self.clearances, &mut self.remaining);
                 self.register_tiles.lower::<L>(
                     token,

@@ -126,7 +126,7 @@ fn looked_up_groups(engine: &mut CpuEngine) -> Option<(usize, usize)> {
         return None;
     }
     let shard = engine.shards[0].get_mut().expect("no thread panicked");
-    let lists = shard.selected_groups();
+    let lists = &shard.scratch.pruning.selected;
     let looked_up = lists.iter().map(|list| list.as_slice().len()).sum();
     Some((looked_up, lists.len() * engine.inputs.groups))
 }
@@ -174,7 +174,11 @@ fn step_pruning_changes_no_sample_of_dense_problems() {
     for engine in &mut engines {
         let is_with_registers = engine.instructions() == InstructionSet::Avx512;
         let shard = engine.shards[0].get_mut().expect("no thread panicked");
-        assert_eq!(shard.looked_up() > 0, is_with_registers, "register tiles");
+        assert_eq!(
+            shard.scratch.pruning.register_tiles.looked_up > 0,
+            is_with_registers,
+            "register tiles"
+        );
     }
     assert!(pruned > PROBLEMS / 2, "only {pruned} problems were pruned");
     assert!(2 * looked_up < all, "{looked_up} of {all} groups were looked_up at");
@@ -235,7 +239,7 @@ fn bound_that_is_too_high_changes_samples() {
         let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
         let mut engine = CpuEngine::single_threaded();
         let expected = engine.evaluate(&quantized, Detail::Samples);
-        engine.pyramid.clear_obstacles();
+        engine.pyramid.entries.fill(u16::MAX);
         engine.evaluate_rows(&quantized);
         let chosen = engine.select(&quantized);
         let samples = engine.samples(&quantized);
@@ -259,7 +263,7 @@ fn every_visited_cell_is_in_the_reachable_region() {
         if engine.pyramid.is_empty() {
             continue;
         }
-        let region = engine.pyramid.region();
+        let region = engine.pyramid.region;
         for index in 0..problem.window.len() as u32 {
             let twist = problem.window.twist(index);
             let mut pose = problem.pose;

@@ -1,6 +1,7 @@
 //! Checks the winner of another engine: evaluates that one sample with the scalar reference, the twin of the shaders.
 
-use crate::local::engine::{Detail, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner};
+use crate::local::cpu::scalar;
+use crate::local::engine::{Detail, Evaluation, SampleRecord, SampleStatus, Totals, Winner};
 use crate::local::{QuantizedProblem, rollout, score};
 
 /// Bound of every term.
@@ -103,15 +104,7 @@ impl WinnerCheck {
             (&problem.vx_samples[index % vx_count], &problem.vtheta_samples[index / vx_count]);
         self.table.resize(rollout::table_words(header), 0);
         rollout::tabulate(header, vtheta, &problem.discs, &mut self.table);
-        let (status, clearance) = rollout::evaluate_sample(problem, vx, vtheta, &self.table);
-        let terms = if status == SampleStatus::Ok {
-            let end = rollout::end_position(header, vx, &self.table);
-            let end_heading = rollout::end_heading(header, vtheta);
-            score::terms(header, vx, end_heading, end, clearance)
-        } else {
-            Terms::default()
-        };
-        SampleRecord { status, terms }
+        scalar::evaluate_sample(problem, vx, vtheta, &self.table)
     }
 }
 

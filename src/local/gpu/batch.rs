@@ -124,26 +124,19 @@ impl Sizes {
     /// The maximum of both, part by part.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
-        Self {
-            input: self.input.max(other.input),
-            field: self.field.max(other.field),
-            table: self.table.max(other.table),
-            records: self.records.max(other.records),
-            partials: self.partials.max(other.partials),
-            answers: self.answers.max(other.answers),
-        }
+        self.zip(other, u64::max)
     }
 
-    /// Applies a function to each size.
+    /// Combines each size with that of the other.
     #[must_use]
-    pub fn map(&self, change: impl Fn(u64) -> u64) -> Self {
+    pub fn zip(&self, other: &Self, combine: impl Fn(u64, u64) -> u64) -> Self {
         Self {
-            input: change(self.input),
-            field: change(self.field),
-            table: change(self.table),
-            records: change(self.records),
-            partials: change(self.partials),
-            answers: change(self.answers),
+            input: combine(self.input, other.input),
+            field: combine(self.field, other.field),
+            table: combine(self.table, other.table),
+            records: combine(self.records, other.records),
+            partials: combine(self.partials, other.partials),
+            answers: combine(self.answers, other.answers),
         }
     }
 }

@@ -25,7 +25,7 @@ impl Buffers {
     /// Allocates buffers of at least these sizes; rounds up, so that similar problems share them.
     pub fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, least: &Sizes) -> Self {
         use wgpu::BufferUsages as Usage;
-        let sizes = least.map(|bytes| {
+        let sizes = least.zip(least, |bytes, _| {
             let rounded = bytes.max(MIN_BYTES).next_power_of_two();
             rounded.min(MAX_BYTES).max(bytes)
         });

@@ -3,9 +3,7 @@
 mod bmp;
 mod pnm;
 
-use std::fs::File;
-use std::io::{Cursor, Read};
-use std::path::Path;
+use std::io::Cursor;
 
 use png_codec::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
@@ -46,7 +44,7 @@ pub(super) struct GreyImage {
 }
 
 /// Limit of file size and decoder memory, bytes: eight for each cell, four channels of 16 bits.
-const MAX_BYTES: usize = 8 * MAX_GRID_CELLS;
+pub(super) const MAX_BYTES: usize = 8 * MAX_GRID_CELLS;
 
 /// Largest length of a decoder's message in an error, characters: some messages repeat parts of the file.
 const MAX_REASON: usize = 200;
@@ -55,18 +53,6 @@ const MAX_REASON: usize = 200;
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 impl GreyImage {
-    /// Decodes the image in a file.
-    pub(super) fn read(path: &Path) -> Result<Self, MapError> {
-        let mut bytes = Vec::new();
-        let read = File::open(path)
-            .and_then(|file| file.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes));
-        match read {
-            Err(error) => Err(MapError::Unreadable { reason: error.to_string() }),
-            Ok(length) if length > MAX_BYTES => Err(MapError::TooLarge { limit: MAX_BYTES as u64 }),
-            Ok(_) => Self::decode(&bytes),
-        }
-    }
-
     /// Decodes a PGM, PNG or BMP image; the content determines the format. Samples of any depth are rounded to 8 bits, palettes
     /// are resolved, and colours become luma.
     ///
