@@ -53,6 +53,23 @@ columns! {
     }
 }
 
+impl DensityRow {
+    /// The columns of a short table.
+    pub const SUMMARY: [&str; 11] = [
+        "name",
+        "samples",
+        "steps",
+        "p50_ms",
+        "p95_ms",
+        "p99_ms",
+        "max_ms",
+        "missed_20_hz",
+        "missed_50_hz",
+        "missed_100_hz",
+        "decisions",
+    ];
+}
+
 /// A cell that was not measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SkippedCell {

@@ -6,14 +6,13 @@ use std::sync::Arc;
 use inbye::bench::{Density, DensityPlan, crossovers, verify};
 use inbye::local::{Engine, EngineChoice, SelectedEngine, open_with_fallback};
 use inbye::navigator::Goal;
-use inbye::report::{EngineComparison, PlaybackRecorder, Report, html};
+use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult};
 use inbye::sim::{Scene, Simulation, scenes};
 use serde_json::json;
 
 use super::command::Arguments;
-use super::report_file::{self, MissionPage};
-use super::{bench, density_text, drive, engines, output};
+use super::{bench, density_text, drive, engines, output, report_file};
 
 /// Default folder of the report.
 const FOLDER: &str = "inbye-report";
@@ -53,8 +52,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         if !arguments.json {
             output::line(format!("{:12} {}", scene.name, drive::one_line(&result)));
         }
-        let page = MissionPage::new(scene.title, "inbye", &result);
-        drives.push((scene, simulation, result, playback, page));
+        let facts = report_file::facts(&result);
+        drives.push((scene, simulation, result, playback, facts));
     }
     let mut all = engines::all()?;
     let bar = output::progress(CASES, "comparing engines");
@@ -84,8 +83,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         machine: &machine,
         missions: drives
             .iter()
-            .map(|(_, simulation, result, playback, page)| {
-                page.view(&simulation.mission, &config, result, playback)
+            .map(|(scene, simulation, result, playback, facts)| MissionView {
+                title: scene.title,
+                command: "inbye",
+                mission: &simulation.mission,
+                config: &config,
+                result,
+                playback: Some(playback),
+                facts,
             })
             .collect(),
         comparisons: &comparisons,

@@ -2,41 +2,13 @@
 
 use inbye::bench::{Crossover, DensityRow, QualityRow, SkippedCell, text_table};
 
-const LATENCY: [&str; 11] = [
-    "name",
-    "samples",
-    "steps",
-    "p50_ms",
-    "p95_ms",
-    "p99_ms",
-    "max_ms",
-    "missed_20_hz",
-    "missed_50_hz",
-    "missed_100_hz",
-    "decisions",
-];
-
-const QUALITY: [&str; 11] = [
-    "window_s",
-    "samples",
-    "vx_samples",
-    "vtheta_samples",
-    "regret_p50",
-    "regret_max",
-    "v_off_p50_m_s",
-    "v_off_max_m_s",
-    "omega_off_p50_rad_s",
-    "omega_off_max_rad_s",
-    "without_command",
-];
-
 /// The table of latencies, the skipped cells, and where GPUs overtake the CPU.
 pub fn density(
     rows: &[DensityRow],
     skipped: &[SkippedCell],
     crossovers: &[Crossover],
 ) -> Vec<String> {
-    let mut lines = text_table(rows, &LATENCY);
+    let mut lines = text_table(rows, &DensityRow::SUMMARY);
     lines.extend(skipped.iter().map(|cell| {
         let (name, samples, reason) = (&cell.name, cell.samples, &cell.reason);
         format!("not measured: {name} with {samples} samples: {reason}")
@@ -70,7 +42,7 @@ pub fn quality(rows: &[QualityRow]) -> Vec<String> {
         first.densest, first.decisions
     );
     let mut lines = vec![String::new(), title];
-    lines.extend(text_table(rows, &QUALITY));
+    lines.extend(text_table(rows, &QualityRow::SUMMARY));
     lines
 }
 

@@ -8,7 +8,7 @@ use inbye::global::PlanError;
 use inbye::local::DecisionError;
 use inbye::map::{OccupancyGrid, UnknownPolicy};
 use inbye::navigator::{Fault, Goal};
-use inbye::report::PlaybackRecorder;
+use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::{
     Config, Mission, MissionError, MissionResult, Observer, PoseSource, StopError, TickEvent,
     run_mission,
@@ -87,15 +87,16 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let recording = recording.map(|recording| recording.end(&result));
     if let Some((folder, playback)) = arguments.report.as_ref().zip(playback.as_ref()) {
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page = report_file::drive_page(
+        let drive = MissionView {
+            title: &map_name,
+            command: &command,
             mission,
-            &config,
-            &result,
-            playback,
-            &map_name,
-            &command,
-            arguments.hardware.description(),
-        );
+            config: &config,
+            result: &result,
+            playback: Some(playback),
+            facts: &report_file::facts(&result),
+        };
+        let page = report_file::drive_page(drive, arguments.hardware.description());
         report_file::write(folder, &page)?;
     }
     let unknown = (&*mission.map, config.unknown);

@@ -5,7 +5,7 @@ use std::path::Path as FilePath;
 use inbye::geometry::{Point, Pose, bearing};
 use inbye::global::{Path, PlanError};
 use inbye::map::OccupancyGrid;
-use inbye::report::{PlanMetrics, PlanOutcome, PlanView, plan_svg};
+use inbye::report::{PathStages, PlanMetrics, PlanOutcome, PlanView, plan_svg};
 
 use super::arguments::{Place, PlanArguments};
 use super::multi_leg_plan::{GOAL, Leg, LegFailure, MultiLegPlan, joined};
@@ -81,9 +81,7 @@ impl<'a> Drawing<'a> {
             start: start(&self.arguments.start, smoothed),
             stops: &stops,
             goal: self.arguments.goal.position,
-            searched,
-            pruned,
-            smoothed,
+            stages: PathStages { searched, pruned, smoothed },
             outcome,
         });
         if let Some(file) = self.png {

@@ -10,7 +10,7 @@ use inbye::experiment::{
     Cell, Comparison, Grid, RunRow, Setup, SoakSummary, compare_digests, run_cell, spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
-use inbye::report::{BenchReport, PlaybackRecorder, bench_files};
+use inbye::report::{BenchReport, MissionView, PlaybackRecorder, bench_files};
 use inbye::runtime::Observer;
 use serde_json::json;
 
@@ -231,15 +231,16 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
         let title = format!("{}, seed {}", world.name, cell.id.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let page = report_file::drive_page(
-            &drawn.simulation.mission,
+        let drive = MissionView {
+            title: &title,
+            command: &command,
+            mission: &drawn.simulation.mission,
             config,
             result,
-            &playback,
-            &title,
-            &command,
-            report_file::SIMULATED,
-        );
+            playback: Some(&playback),
+            facts: &report_file::facts(result),
+        };
+        let page = report_file::drive_page(drive, report_file::SIMULATED);
         report_file::write(folder, &page)?;
         let file = folder.join(TICKS);
         let place = || format!("--report {}", folder.display());

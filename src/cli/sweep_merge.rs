@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 use inbye::bench::{Columns, csv_text, text_table};
-use inbye::experiment::{ExperimentError, Manifest, Merged, RunRow, groups, merge};
+use inbye::experiment::{ExperimentError, Group, Manifest, Merged, RunRow, groups, merge};
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
@@ -16,22 +16,6 @@ use super::{output, report_file, result_store};
 const FOLDER: &str = "inbye-sweep-report";
 /// Number of missing cells that are named.
 const NAMED: usize = 3;
-
-/// Columns of the text table.
-const COLUMNS: [&str; 12] = [
-    "kind",
-    "config",
-    "weights",
-    "engine",
-    "vx_samples",
-    "vtheta_samples",
-    "runs",
-    "reached",
-    "contacts",
-    "mean_time_s",
-    "shared",
-    "mean_shared_time_s",
-];
 
 /// `inbye sweep merge`.
 #[derive(Debug, Args)]
@@ -62,7 +46,7 @@ pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
     if json {
         output::json(&json!({ "cells": cells, "missing": missing, "groups": groups }))?;
     } else {
-        text_table(&groups, &COLUMNS).iter().for_each(output::line);
+        text_table(&groups, &Group::SUMMARY).iter().for_each(output::line);
         if !missing.is_empty() {
             let named: Vec<&str> = missing.iter().take(NAMED).map(String::as_str).collect();
             output::line(format!(

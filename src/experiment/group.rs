@@ -169,6 +169,22 @@ fn times_s<'a>(rows: &[&'a RunRow]) -> BTreeMap<Task<'a>, f64> {
 }
 
 impl Group {
+    /// The columns of a short table.
+    pub const SUMMARY: [&str; 12] = [
+        "kind",
+        "config",
+        "weights",
+        "engine",
+        "vx_samples",
+        "vtheta_samples",
+        "runs",
+        "reached",
+        "contacts",
+        "mean_time_s",
+        "shared",
+        "mean_shared_time_s",
+    ];
+
     /// The figures of runs that are not compared with other groups.
     #[must_use]
     pub fn of(name: &str, rows: &[&RunRow]) -> Self {

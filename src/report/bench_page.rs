@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::chart::{Plot, standalone_svg};
-use super::figure::{ChartFigure, file_links};
+use super::chart::{Chart, standalone_svg};
+use super::figure::file_links;
 use super::mission_set_charts::{self, missed_missions};
 use super::number::fixed;
 use super::page::{Extras, ReportFile, document, json_text, page_header, reproduction};
@@ -47,12 +47,12 @@ pub struct BenchReport<'a> {
     pub sweep_latency: &'a [RunRow],
 }
 
-/// Figures of the same rows, and the files of these rows.
+/// Charts of the same rows, and the files of these rows.
 struct Section {
     /// Name of the files without their extension.
     name: &'static str,
-    figures: Vec<ChartFigure>,
-    /// HTML after the figures.
+    charts: Vec<Chart>,
+    /// HTML after the charts.
     notes: Markup,
     csv: String,
     json: String,
@@ -63,11 +63,11 @@ impl Section {
     fn new<R: Columns>(
         name: &'static str,
         rows: &[R],
-        figures: impl FnOnce(&[R]) -> Vec<ChartFigure>,
+        charts: impl FnOnce(&[R]) -> Vec<Chart>,
     ) -> Option<Self> {
         (!rows.is_empty()).then(|| Self {
             name,
-            figures: figures(rows),
+            charts: charts(rows),
             notes: Markup::default(),
             csv: csv_text(rows),
             json: json_text(rows),
@@ -78,28 +78,24 @@ impl Section {
         Self { notes, ..self }
     }
 
-    fn has_data(&self) -> bool {
-        let is_empty = |figure: &ChartFigure| matches!(figure.chart.plot, Plot::Empty(_));
-        !self.figures.iter().all(is_empty)
+    /// The files: the rows, and a picture if any chart has data.
+    fn files(&self) -> Vec<ReportFile> {
+        let has_picture = self.charts.iter().any(Chart::has_data);
+        let svg = has_picture.then(|| ("svg", standalone_svg(&self.charts, NO_LATENCY)));
+        let data = [("csv", self.csv.clone()), ("json", self.json.clone())];
+        let file = |(extension, text)| ReportFile::new(format!("{}.{extension}", self.name), text);
+        data.into_iter().chain(svg).map(file).collect()
     }
 
-    fn svg(&self) -> Option<String> {
-        let charts = self.figures.iter().map(|figure| &figure.chart);
-        self.has_data().then(|| standalone_svg(charts, NO_LATENCY))
-    }
-
-    /// The figures with links to the files. Several figures use the full width of the page.
-    fn markup(&self) -> Markup {
-        let extensions: &[&str] =
-            if self.has_data() { &["csv", "json", "svg"] } else { &["csv", "json"] };
-        let files = extensions.iter().map(|extension| format!("{}.{extension}", self.name));
-        let has_several = self.figures.len() > 1;
+    /// The charts with links to the files. Several charts use the full width of the page.
+    fn markup(&self, files: &[ReportFile]) -> Markup {
+        let has_several = self.charts.len() > 1;
         html! {
             div class=[has_several.then_some("full-row")] {
                 div class=[has_several.then_some("charts")] {
-                    @for figure in &self.figures { (figure.markup()) }
+                    @for chart in &self.charts { (chart.figure()) }
                 }
-                (file_links(&files.collect::<Vec<_>>()))
+                (file_links(files))
             }
             (self.notes)
         }
@@ -109,36 +105,43 @@ impl Section {
 /// Returns the charts of all rows as one SVG file.
 #[must_use]
 pub fn bench_svg(report: &BenchReport) -> String {
-    let sections = sections(report);
-    let figures = sections.iter().flat_map(|section| &section.figures);
-    standalone_svg(figures.map(|figure| &figure.chart), NO_LATENCY)
+    standalone_svg(sections(report).iter().flat_map(|section| &section.charts), NO_LATENCY)
 }
 
 /// Returns the files of a report: `index.html`, and for each section its charts as SVG and its rows as CSV and JSON. The
 /// page needs none of the other files.
 #[must_use]
 pub fn bench_files(report: &BenchReport) -> Vec<ReportFile> {
-    let sections = sections(report);
-    let mut files = vec![ReportFile::new("index.html", page(report, &sections))];
-    for section in sections {
-        let svg = section.svg();
-        let file =
-            |extension: &str, text| ReportFile::new(format!("{}.{extension}", section.name), text);
-        files.extend([file("csv", section.csv), file("json", section.json)]);
-        files.extend(svg.map(|svg| file("svg", svg)));
-    }
+    let mut files = Vec::new();
+    let content = html! {
+        (page_header(report.title, report.intro, report.machine, &html! {}))
+        section {
+            div class="charts" {
+                @for section in sections(report) {
+                    @let of_section = section.files();
+                    (section.markup(&of_section))
+                    @let () = files.extend(of_section);
+                }
+            }
+            @if files.is_empty() { p class="nothing" { (NO_LATENCY) } }
+        }
+        (reproduction(report.command))
+    };
+    let page = document(report.title, &Extras::default(), &content);
+    files.insert(0, ReportFile::new("index.html", page));
     files
 }
 
 fn sections(report: &BenchReport) -> Vec<Section> {
-    let samples = SampleRows::new(report.density, report.quality, report.closed_loop);
+    let BenchReport { density, quality, closed_loop, .. } = *report;
+    let samples = SampleRows { density, quality, closed_loop };
     let sections = [
-        Section::new("latency", report.density, |_| vec![samples.latency()])
-            .map(|section| section.with_notes(density_notes(report.density, report.skipped))),
-        Section::new("quality", report.quality, |_| vec![samples.quality()]),
-        Section::new("closed_loop", report.closed_loop, |_| vec![samples.closed_loop()]),
-        Section::new("barn", report.barn, |rows| vec![barn_worlds(rows).figure()]),
-        Section::new("dynabarn", report.dynabarn, |rows| vec![dynabarn_worlds(rows).figure()]),
+        Section::new("latency", density, |_| vec![samples.latency()])
+            .map(|section| section.with_notes(density_notes(density, report.skipped))),
+        Section::new("quality", quality, |_| vec![samples.quality()]),
+        Section::new("closed_loop", closed_loop, |_| vec![samples.closed_loop()]),
+        Section::new("barn", report.barn, |rows| vec![barn_worlds(rows).chart()]),
+        Section::new("dynabarn", report.dynabarn, |rows| vec![dynabarn_worlds(rows).chart()]),
         Section::new("soak", report.soak, mission_set_charts::soak)
             .map(|section| section.with_notes(missed_missions(report.soak))),
         Section::new("ablation", report.ablation, mission_set_charts::ablation),
@@ -151,18 +154,6 @@ fn sections(report: &BenchReport) -> Vec<Section> {
         vec![sweep_charts::latency(rows)]
     });
     sections.into_iter().flatten().chain(sweeps).chain(latency).collect()
-}
-
-fn page(report: &BenchReport, sections: &[Section]) -> String {
-    let content = html! {
-        (page_header(report.title, report.intro, report.machine, &html! {}))
-        section {
-            div class="charts" { @for section in sections { (section.markup()) } }
-            @if sections.is_empty() { p class="nothing" { (NO_LATENCY) } }
-        }
-        (reproduction(report.command))
-    };
-    document(report.title, &Extras::default(), &content)
 }
 
 fn barn_worlds(rows: &[RunRow]) -> Worlds<'_> {

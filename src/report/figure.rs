@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-use super::chart::{Chart, Plot};
 use super::number::NONE;
+use super::page::ReportFile;
 use super::svg::{LegendEntry, legend_list};
 use crate::bench::{self, Columns, csv_line};
 
@@ -19,22 +19,6 @@ pub(super) struct Table {
     pub(super) title: String,
     pub(super) headers: Vec<String>,
     pub(super) rows: Vec<Vec<String>>,
-}
-
-/// A picture with its title, legend and caption, and the table of its data.
-pub(super) struct Figure<'a> {
-    pub(super) title: &'a str,
-    pub(super) picture: Markup,
-    pub(super) legend: &'a [LegendEntry],
-    pub(super) caption: &'a str,
-    pub(super) table: &'a Table,
-}
-
-/// A chart with its caption and the table of its data.
-pub(super) struct ChartFigure {
-    pub(super) chart: Chart,
-    pub(super) caption: String,
-    pub(super) table: Table,
 }
 
 impl Table {
@@ -101,45 +85,33 @@ impl Table {
     }
 }
 
-impl Figure<'_> {
-    pub(super) fn markup(&self) -> Markup {
-        html! {
-            figure {
-                h3 { (self.title) }
-                (self.picture)
-                (legend_list(self.legend))
-                figcaption { (self.caption) }
-                details { summary { "Table: " (self.table.title) } (self.table.markup()) }
-            }
+/// A picture with its title, legend and caption, and the table of its data.
+pub(super) fn figure(
+    title: &str,
+    picture: &Markup,
+    legend: &[LegendEntry],
+    caption: &str,
+    table: &Table,
+) -> Markup {
+    html! {
+        figure {
+            h3 { (title) }
+            (picture)
+            (legend_list(legend))
+            figcaption { (caption) }
+            details { summary { "Table: " (table.title) } (table.markup()) }
         }
-    }
-}
-
-impl ChartFigure {
-    /// The figure of a page; a sentence in place of the picture if the chart has no data.
-    pub(super) fn markup(&self) -> Markup {
-        if let Plot::Empty(reason) = self.chart.plot {
-            return html! { figure { h3 { (self.chart.title) } p class="nothing" { (reason) } } };
-        }
-        Figure {
-            title: &self.chart.title,
-            picture: self.chart.svg(),
-            legend: &self.chart.legend,
-            caption: &self.caption,
-            table: &self.table,
-        }
-        .markup()
     }
 }
 
 /// Links to the files next to a page.
-pub(super) fn file_links(files: &[String]) -> Markup {
+pub(super) fn file_links(files: &[ReportFile]) -> Markup {
     html! {
         p class="files" {
             "Files: "
             @for (index, file) in files.iter().enumerate() {
                 @if index > 0 { ", " }
-                a href=(file) { (file) }
+                a href=(file.name) { (file.name) }
             }
         }
     }

@@ -3,11 +3,11 @@
 use maud::{Markup, html};
 
 use super::map::{
-    MAP_WIDTH, STANDALONE_RASTER, STANDALONE_TOLERANCE, Stages, StandaloneMap, Viewport, contacts,
-    goal_mark, ground, ground_legend, has_trails, labels, nearest_mark, path, stage_legend, stages,
-    start_mark, stop_mark, top_speed, track, trails,
+    PathStages, STANDALONE_RASTER, STANDALONE_TOLERANCE, StandaloneMap, Viewport, contacts,
+    end_legend, goal_mark, ground, ground_legend, labels, nearest_mark, path, stage_legend, stages,
+    start_mark, stop_mark, top_speed, track, trail_legend, trails,
 };
-use super::number::{coordinate, fixed};
+use super::number::fixed;
 use super::svg::LegendEntry;
 use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
@@ -32,12 +32,8 @@ pub struct PlanView<'a> {
     pub stops: &'a [Point],
     /// The goal.
     pub goal: Point,
-    /// The path as the search returned it; empty: no path.
-    pub searched: &'a [Point],
-    /// The path without redundant nodes.
-    pub pruned: &'a [Point],
-    /// The smoothed path.
-    pub smoothed: &'a [Point],
+    /// The path; empty stages: no path.
+    pub stages: PathStages<'a>,
     /// The outcome.
     pub outcome: PlanOutcome<'a>,
 }
@@ -90,36 +86,31 @@ pub struct DriveView<'a> {
 /// classes.
 #[must_use]
 pub fn plan_svg(plan: &PlanView) -> String {
-    let stages = Stages { searched: plan.searched, pruned: plan.pruned, smoothed: plan.smoothed };
-    let nearest = match plan.outcome {
-        PlanOutcome::NotFound { nearest, .. } => nearest,
-        PlanOutcome::Found(_) => None,
+    let (nearest, caption) = match plan.outcome {
+        PlanOutcome::NotFound { nearest, reason } => (nearest, reason.to_owned()),
+        PlanOutcome::Found(metrics) => (None, metrics_text(&metrics, plan.stops.len())),
     };
-    let points = stages
+    let points = plan
+        .stages
         .points()
         .chain([plan.start.position(), plan.goal])
         .chain(plan.stops.iter().copied())
         .chain(nearest);
     let view = Viewport::around(points, plan.map.frame());
-    let caption = match plan.outcome {
-        PlanOutcome::Found(metrics) => metrics_text(&metrics, plan.stops.len()),
-        PlanOutcome::NotFound { reason, .. } => reason.to_owned(),
-    };
     StandaloneMap {
         title: plan.title,
         caption: &caption,
         style: PLAN_STYLE,
-        map: plan_map(plan, &stages, nearest, &view),
+        layers: plan_layers(plan, nearest, &view),
         legend: plan_legend(plan, nearest.is_some(), &view),
     }
     .svg(&view)
 }
 
-fn plan_map(plan: &PlanView, of: &Stages, nearest: Option<Point>, view: &Viewport) -> Markup {
+fn plan_layers(plan: &PlanView, nearest: Option<Point>, view: &Viewport) -> Markup {
     html! {
-        rect class="outside" width=(MAP_WIDTH) height=(coordinate(view.height())) {}
         (ground(plan.map, view, STANDALONE_RASTER))
-        (stages(view, of, STANDALONE_TOLERANCE))
+        (stages(view, &plan.stages, STANDALONE_TOLERANCE))
         @for (index, stop) in plan.stops.iter().enumerate().filter(|(_, stop)| view.shows(stop)) {
             (stop_mark(view.at(stop), index + 1))
         }
@@ -133,14 +124,11 @@ fn plan_map(plan: &PlanView, of: &Stages, nearest: Option<Point>, view: &Viewpor
 }
 
 fn plan_legend(plan: &PlanView, has_nearest: bool, view: &Viewport) -> Vec<LegendEntry> {
-    let mut legend = vec![
-        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
-        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
-    ];
+    let mut legend = end_legend();
     if !plan.stops.is_empty() {
         legend.push(LegendEntry::new(stop_mark([14.0, 7.0], 1), "stop"));
     }
-    if plan.smoothed.len() > 1 {
+    if plan.stages.smoothed.len() > 1 {
         legend.extend(stage_legend());
     }
     if has_nearest {
@@ -179,50 +167,30 @@ fn metrics_text(metrics: &PlanMetrics, stops: usize) -> String {
 /// Returns an SVG file with the map, every planned path, the driven track coloured by speed, a scale bar and a legend.
 #[must_use]
 pub fn drive_svg(drive: &DriveView) -> String {
-    let rows = &drive.trace.rows;
-    let driven = rows.iter().map(|row| row.pose.position());
-    let points = driven
-        .chain(drive.trace.paths.iter().flatten().copied())
-        .chain([drive.start.position(), drive.goal]);
-    let view = Viewport::around(points, drive.map.frame());
-    StandaloneMap {
-        title: drive.title,
-        caption: drive.caption,
-        style: DRIVE_STYLE,
-        map: drive_map(drive, &view),
-        legend: drive_legend(drive, &view),
-    }
-    .svg(&view)
-}
-
-fn drive_map(drive: &DriveView, view: &Viewport) -> Markup {
     let trace = drive.trace;
-    html! {
-        rect class="outside" width=(MAP_WIDTH) height=(coordinate(view.height())) {}
+    let (start, goal) = (drive.start.position(), drive.goal);
+    let driven = trace.rows.iter().map(|row| row.pose.position());
+    let points = driven.chain(trace.paths.iter().flatten().copied()).chain([start, goal]);
+    let view = &Viewport::around(points, drive.map.frame());
+    let layers = html! {
         (ground(drive.map, view, STANDALONE_RASTER))
         (trails(trace, view))
         @for planned in &trace.paths { (path(view, "planned", planned, STANDALONE_TOLERANCE)) }
         (track(&trace.rows, view))
         (contacts(&trace.rows, view))
-        (start_mark(view.at(&drive.start.position()), drive.start.yaw))
-        (goal_mark(view.at(&drive.goal)))
-        (labels(view, &drive.start.position(), &drive.goal))
-    }
-}
-
-fn drive_legend(drive: &DriveView, view: &Viewport) -> Vec<LegendEntry> {
-    let trace = drive.trace;
+        (start_mark(view.at(&start), drive.start.yaw))
+        (goal_mark(view.at(&goal)))
+        (labels(view, &start, &goal))
+    };
     let fastest = fixed(top_speed(&trace.rows), 2);
-    let mut legend = vec![
-        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
-        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
+    let mut legend = end_legend();
+    legend.extend([
         LegendEntry::line("planned", "planned path"),
         LegendEntry::line("track speed-0", "track, slowest quarter"),
         LegendEntry::line("track speed-3", format!("track, up to {fastest} m/s")),
-    ];
-    if has_trails(trace, view) {
-        legend.push(LegendEntry::line("trail", "trail of a moving obstacle"));
-    }
+    ]);
+    legend.extend(trail_legend(trace, view));
     legend.extend(ground_legend(drive.map, view));
-    legend
+    let (title, caption) = (drive.title, drive.caption);
+    StandaloneMap { title, caption, style: DRIVE_STYLE, layers, legend }.svg(view)
 }

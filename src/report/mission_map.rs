@@ -2,20 +2,21 @@
 
 use maud::{Markup, html};
 
-use super::figure::{Figure, Table};
+use super::figure::{Table, figure as page_figure};
 use super::map::{
-    Encounters, MAP_WIDTH, PAGE_RASTER, STRIP, Stages, Viewport, contacts, goal_mark, ground,
-    ground_legend, has_trails, labels, path, stage_legend, stages, start_mark, strip, top_speed,
-    track, track_legend, trails,
+    Encounters, MapPanel, PAGE_RASTER, Viewport, contacts, end_legend, goal_mark, ground,
+    ground_legend, labels, path, stage_legend, stages, start_mark, top_speed, track, track_legend,
+    trail_legend, trails,
 };
 use super::mission_charts::closest;
+use super::mission_page::MissionView;
 use super::number::{coordinate, fixed};
 use super::svg::{LegendEntry, TOLERANCE};
-use super::views::MissionView;
 
 /// The figure of a map.
 pub(super) fn figure(mission: &MissionView, view: &Viewport) -> Markup {
-    let encounters = Encounters::new(mission.trace, mission.footprint, view);
+    let trace = &mission.result.trace;
+    let encounters = Encounters::new(trace, &mission.config.robot.footprint, view);
     let caption = format!(
         "Shown is x {} to {} m and y {} to {} m of the map frame.{}",
         fixed(view.low.x, 1),
@@ -26,7 +27,7 @@ pub(super) fn figure(mission: &MissionView, view: &Viewport) -> Markup {
     );
     let table = Table::of_ticks(
         "track",
-        &mission.trace.rows,
+        &trace.rows,
         &[
             ("time, s", |row| fixed(row.time_s, 2)),
             ("x, m", |row| fixed(row.pose.x, 3)),
@@ -36,63 +37,47 @@ pub(super) fn figure(mission: &MissionView, view: &Viewport) -> Markup {
             ("local target y, m", |row| fixed(row.local_target.y, 2)),
         ],
     );
-    Figure {
-        title: "Map",
-        picture: picture(mission, view, &encounters),
-        legend: &legend(mission, view, &encounters),
-        caption: &caption,
-        table: &table,
-    }
-    .markup()
+    let layers = layers(mission, view, &encounters);
+    let picture = MapPanel::new(view, &layers, alt_text(mission), "").picture();
+    page_figure("Map", &picture, &legend(mission, view, &encounters), &caption, &table)
 }
 
 /// The part of the map that the pictures of a mission show.
-pub(super) fn viewport(mission: &MissionView) -> Viewport {
-    let driven = mission.trace.rows.iter().map(|row| row.pose.position());
+pub(super) fn viewport(view: &MissionView) -> Viewport {
+    let (mission, trace) = (view.mission, &view.result.trace);
+    let driven = trace.rows.iter().map(|row| row.pose.position());
     let points = driven
-        .chain(path_stages(mission).points())
-        .chain(mission.trace.paths.iter().flatten().copied())
-        .chain([mission.start.position(), mission.goal]);
+        .chain(view.stages().points())
+        .chain(trace.paths.iter().flatten().copied())
+        .chain([mission.start.position(), mission.goal.position]);
     Viewport::around(points, mission.map.frame())
 }
 
-const fn path_stages<'a>(mission: &MissionView<'a>) -> Stages<'a> {
-    Stages { searched: mission.searched, pruned: mission.pruned, smoothed: mission.smoothed }
-}
-
-fn picture(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Markup {
-    let trace = mission.trace;
-    let height = view.height();
+fn layers(of: &MissionView, view: &Viewport, encounters: &Encounters) -> Markup {
+    let (mission, trace) = (of.mission, &of.result.trace);
+    let (start, goal) = (mission.start.position(), mission.goal.position);
     html! {
-        svg class="map-picture" xmlns="http://www.w3.org/2000/svg" role="img"
-            aria-label=(alt_text(mission)) viewBox=(format!("0 0 {MAP_WIDTH} {}", coordinate(height + STRIP))) {
-            rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
-            (ground(mission.map, view, PAGE_RASTER))
-            (trails(trace, view))
-            (stages(view, &path_stages(mission), TOLERANCE))
-            @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
-            (track(&trace.rows, view))
-            (encounters.draw(mission.footprint, view))
-            @if let Some(row) = closest(&trace.rows) {
-                @let [x, y] = view.at(&row.pose.position());
-                circle class="closest" cx=(coordinate(x)) cy=(coordinate(y)) r="6" {}
-            }
-            (contacts(&trace.rows, view))
-            (start_mark(view.at(&mission.start.position()), mission.start.yaw))
-            (goal_mark(view.at(&mission.goal)))
-            (encounters.draw_numbers())
-            (labels(view, &mission.start.position(), &mission.goal))
-            (strip(view, height))
+        (ground(&mission.map, view, PAGE_RASTER))
+        (trails(trace, view))
+        (stages(view, &of.stages(), TOLERANCE))
+        @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
+        (track(&trace.rows, view))
+        (encounters.draw(&of.config.robot.footprint, view))
+        @if let Some(row) = closest(&trace.rows) {
+            @let [x, y] = view.at(&row.pose.position());
+            circle class="closest" cx=(coordinate(x)) cy=(coordinate(y)) r="6" {}
         }
+        (contacts(&trace.rows, view))
+        (start_mark(view.at(&start), mission.start.yaw))
+        (goal_mark(view.at(&goal)))
+        (encounters.draw_numbers())
+        (labels(view, &start, &goal))
     }
 }
 
 fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Vec<LegendEntry> {
-    let trace = mission.trace;
-    let mut legend = vec![
-        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
-        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
-    ];
+    let trace = &mission.result.trace;
+    let mut legend = end_legend();
     legend.extend(stage_legend());
     if trace.paths.len() > 1 {
         legend.push(LegendEntry::line("replanned", "replanned path"));
@@ -102,9 +87,7 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
         legend.push(track_legend(format!("driven track, speed 0 to {speed} m/s")));
     }
     legend.extend(encounters.legend());
-    if has_trails(trace, view) {
-        legend.push(LegendEntry::line("trail", "trail of a moving obstacle"));
-    }
+    legend.extend(trail_legend(trace, view));
     if closest(&trace.rows).is_some() {
         legend.push(LegendEntry::circle("closest", 6.0, "smallest gap"));
     }
@@ -112,22 +95,22 @@ fn legend(mission: &MissionView, view: &Viewport, encounters: &Encounters) -> Ve
         let mark = html! { path class="contact-mark" d="M9 2l10 10m0 -10l-10 10" {} };
         legend.push(LegendEntry::new(mark, "contact"));
     }
-    legend.extend(ground_legend(mission.map, view));
+    legend.extend(ground_legend(&mission.mission.map, view));
     legend
 }
 
-fn alt_text(mission: &MissionView) -> String {
-    let outcome = &mission.outcome;
+fn alt_text(view: &MissionView) -> String {
+    let (start, goal, result) = (view.mission.start, view.mission.goal.position, view.result);
     format!(
         "Map with the planned paths and the driven track from ({}, {}) to the goal ({}, {}), metres. The goal was {}, \
          {}. {} moving obstacles, {} plans.",
-        fixed(mission.start.x, 1),
-        fixed(mission.start.y, 1),
-        fixed(mission.goal.x, 1),
-        fixed(mission.goal.y, 1),
-        if outcome.reached { "reached" } else { "not reached" },
-        if outcome.collided { "with contact" } else { "without contact" },
-        mission.trace.moving_radii.len(),
-        mission.trace.paths.len().max(1)
+        fixed(start.x, 1),
+        fixed(start.y, 1),
+        fixed(goal.x, 1),
+        fixed(goal.y, 1),
+        if result.reached { "reached" } else { "not reached" },
+        if result.collided { "with contact" } else { "without contact" },
+        result.trace.moving_radii.len(),
+        result.trace.paths.len().max(1)
     )
 }

@@ -3,15 +3,87 @@
 use maud::{Markup, html};
 
 use super::figure::Table;
-use super::map::Viewport;
-use super::mission_latency::{self, Latency};
-use super::number::{fixed, significant};
+use super::map::{PathStages, Viewport};
+use super::mission_charts::{self, Latency};
+use super::number::{fixed, optional, significant};
 use super::page::{Extras, badge, document, page_header};
+use super::player::PlaybackRecorder;
 use super::sample_charts::{SampleRows, density_notes};
 use super::svg::TOLERANCE;
-use super::views::{EngineComparison, MissionView, Outcome, Report};
-use super::{mission_charts, mission_map, player};
+use super::{mission_map, player};
+use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::Point;
+use crate::runtime::{Config, Mission, MissionResult};
+
+/// The content of a page on missions. All texts may hold any characters.
+#[derive(Clone, Debug, Default)]
+pub struct Report<'a> {
+    /// The title.
+    pub title: &'a str,
+    /// The introduction. An empty line starts a new paragraph.
+    pub intro: &'a str,
+    /// Processor, adapter and system of the measurements; empty: unknown.
+    pub machine: &'a str,
+    /// The missions, in their order on the page.
+    pub missions: Vec<MissionView<'a>>,
+    /// The digests of all engines for the same problems; empty: no such section.
+    pub comparisons: &'a [EngineComparison],
+    /// The density benchmark; the section is left out if this and its command are empty.
+    pub density: &'a [DensityRow],
+    /// The cells that the density benchmark left out.
+    pub skipped: &'a [SkippedCell],
+    /// Regrets against the densest sampling; empty: no such chart.
+    pub quality: &'a [QualityRow],
+    /// The command that repeats the density benchmark; empty: unknown.
+    pub density_command: &'a str,
+}
+
+/// One mission of a page. Numbers that are not finite are left out of the pictures; the texts show a dash.
+#[derive(Clone, Debug)]
+pub struct MissionView<'a> {
+    /// Heading of the section.
+    pub title: &'a str,
+    /// The command that repeats the mission.
+    pub command: &'a str,
+    /// The mission.
+    pub mission: &'a Mission,
+    /// The settings of the robot.
+    pub config: &'a Config,
+    /// How the mission ended. The map shows the stages of its first plan.
+    pub result: &'a MissionResult,
+    /// The recorded ticks for the player; none: no player and no script.
+    pub playback: Option<&'a PlaybackRecorder>,
+    /// Further rows of the table of facts: name and value.
+    pub facts: &'a [(String, String)],
+}
+
+impl<'a> MissionView<'a> {
+    /// The control period, s, which is the deadline of a decision.
+    pub(super) const fn control_period_s(&self) -> f64 {
+        self.config.local.control_period_s
+    }
+
+    /// The stages of the first global path.
+    pub(super) fn stages(&self) -> PathStages<'a> {
+        let first = self.result.plans.first();
+        first.map_or_else(PathStages::default, |plan| PathStages {
+            searched: plan.raw.points(),
+            pruned: plan.pruned.points(),
+            smoothed: plan.smoothed.points(),
+        })
+    }
+}
+
+/// The answers of one engine to problems that all engines solved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EngineComparison {
+    /// The name of the engine, with its adapter.
+    pub name: String,
+    /// The digest of its answers.
+    pub digest: String,
+    /// Whether its answers equal those of the reference, bit for bit.
+    pub agrees: bool,
+}
 
 /// Returns the page as text, to be written to a file with the extension `.html`.
 #[must_use]
@@ -50,7 +122,7 @@ fn overview(missions: &[MissionView]) -> Markup {
                 @for (index, mission) in missions.iter().enumerate() {
                     li {
                         a href=(format!("#mission-{}", index + 1)) { (mission.title) }
-                        " " (outcome_badges(&mission.outcome))
+                        " " (outcome_badges(mission.result))
                     }
                 }
             } }
@@ -62,38 +134,38 @@ fn section(mission: &MissionView, number: usize) -> Markup {
     let latency = Latency::new(mission);
     let view: Viewport = mission_map::viewport(mission);
     let playback = mission.playback.filter(|playback| !playback.is_empty());
-    let rows = &mission.trace.rows;
+    let rows = &mission.result.trace.rows;
     html! {
         section id=(format!("mission-{number}")) {
             h2 { (mission.title) }
-            p { (outcome_badges(&mission.outcome)) }
-            (results(&mission.outcome, latency.as_ref()))
+            p { (outcome_badges(mission.result)) }
+            (results(mission.result, latency.as_ref()))
             @if let Some(playback) = playback { (player::figure(mission, playback, &view)) }
             div class="map" { (mission_map::figure(mission, &view)) }
             div class="charts" {
-                (mission_charts::motion(mission).markup())
-                (mission_charts::gap(mission).markup())
-                @for figure in mission_latency::figures(rows, latency.as_ref()) { (figure.markup()) }
+                (mission_charts::motion(mission).figure())
+                (mission_charts::gap(mission).figure())
+                @for chart in mission_charts::latency(rows, latency.as_ref()) { (chart.figure()) }
             }
             (details(mission))
         }
     }
 }
 
-fn outcome_badges(outcome: &Outcome) -> Markup {
-    let reached = if outcome.reached { "goal reached" } else { "goal not reached" };
-    let contact = if outcome.collided { "contact" } else { "no contact" };
-    html! { (badge(outcome.reached, reached)) " " (badge(!outcome.collided, contact)) }
+fn outcome_badges(result: &MissionResult) -> Markup {
+    let reached = if result.reached { "goal reached" } else { "goal not reached" };
+    let contact = if result.collided { "contact" } else { "no contact" };
+    html! { (badge(result.reached, reached)) " " (badge(!result.collided, contact)) }
 }
 
-fn results(outcome: &Outcome, latency: Option<&Latency>) -> Markup {
-    let error = &outcome.final_error;
+fn results(result: &MissionResult, latency: Option<&Latency>) -> Markup {
+    let (x, y) = result.final_error_m;
     let mut cards = vec![
-        ("time", fixed(outcome.time_s, 1), "s"),
-        ("distance driven", fixed(outcome.travelled_m, 2), "m"),
-        ("smallest gap", fixed(outcome.min_clearance_m, 3), "m"),
-        ("goal error", fixed(libm::hypot(error.x, error.y), 3), "m"),
-        ("yaw error", fixed(error.yaw, 3), "rad"),
+        ("time", fixed(result.time_s, 1), "s"),
+        ("distance driven", fixed(result.travelled_m, 2), "m"),
+        ("smallest gap", fixed(result.min_clearance_m, 3), "m"),
+        ("goal error", fixed(libm::hypot(x, y), 3), "m"),
+        ("yaw error", optional(result.final_yaw_error, 3), "rad"),
     ];
     if let Some(Latency { summary, .. }) = latency {
         cards.push(("decision, p50", significant(summary.p50_ms), "ms"));
@@ -110,29 +182,21 @@ fn results(outcome: &Outcome, latency: Option<&Latency>) -> Markup {
 }
 
 fn details(mission: &MissionView) -> Markup {
-    let error = &mission.outcome.final_error;
-    let error = format!(
-        "x {} m, y {} m, yaw {} rad",
-        fixed(error.x, 4),
-        fixed(error.y, 4),
-        fixed(error.yaw, 4)
-    );
-    let period = format!("{} s", significant(mission.control_period_s));
+    let result = mission.result;
+    let (x, y) = result.final_error_m;
+    let yaw = optional(result.final_yaw_error, 4);
     let mut facts = vec![
-        ("Engine", mission.engine.to_owned()),
-        ("Control period", period),
-        ("Ticks", mission.trace.rows.len().to_string()),
-        ("Final error", error),
+        ("Engine", result.engine.clone()),
+        ("Control period", format!("{} s", significant(mission.control_period_s()))),
+        ("Ticks", result.trace.rows.len().to_string()),
+        ("Final error", format!("x {} m, y {} m, yaw {yaw} rad", fixed(x, 4), fixed(y, 4))),
     ];
     let further = mission.facts.iter();
     facts.extend(further.map(|(name, value)| (name.as_str(), value.clone())));
+    let stages = mission.stages();
     let paths = Table::new(
         "the global path in its stages",
-        &[
-            ("searched", mission.searched),
-            ("pruned", mission.pruned),
-            ("smoothed", mission.smoothed),
-        ],
+        &[("searched", stages.searched), ("pruned", stages.pruned), ("smoothed", stages.smoothed)],
         &[
             ("stage", |(stage, _)| (*stage).to_owned()),
             ("points", |(_, path)| path.len().to_string()),
@@ -184,13 +248,13 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
 }
 
 fn density(report: &Report) -> Markup {
-    let rows = SampleRows::new(report.density, report.quality, &[]);
+    let rows = SampleRows { density: report.density, quality: report.quality, closed_loop: &[] };
     html! {
         section id="density" {
             h2 { "How many samples are possible, and how many are necessary?" }
             div class="charts" {
-                (rows.latency().markup())
-                @if !report.quality.is_empty() { (rows.quality().markup()) }
+                (rows.latency().figure())
+                @if !report.quality.is_empty() { (rows.quality().figure()) }
                 (density_notes(report.density, report.skipped))
             }
             @if !report.density_command.is_empty() {

@@ -10,12 +10,10 @@
 
 mod bench_page;
 mod chart;
-mod fault_list;
 mod figure;
 mod map;
 mod map_pictures;
 mod mission_charts;
-mod mission_latency;
 mod mission_map;
 mod mission_page;
 mod mission_set_charts;
@@ -25,7 +23,6 @@ mod paper_charts;
 mod paper_maps;
 mod paper_page;
 mod paper_tables;
-mod playback_recorder;
 mod player;
 #[cfg(feature = "png")]
 mod png;
@@ -33,14 +30,13 @@ mod run_charts;
 mod sample_charts;
 mod svg;
 mod sweep_charts;
-mod views;
 
 pub use bench_page::{BenchReport, bench_files, bench_svg};
+pub use map::PathStages;
 pub use map_pictures::{DriveView, PlanMetrics, PlanOutcome, PlanView, drive_svg, plan_svg};
-pub use mission_page::html;
+pub use mission_page::{EngineComparison, MissionView, Report, html};
 pub use page::{ReportFile, STYLE};
 pub use paper_page::{PaperReport, paper_files};
-pub use playback_recorder::PlaybackRecorder;
+pub use player::PlaybackRecorder;
 #[cfg(feature = "png")]
 pub use png::{PngError, png};
-pub use views::{EngineComparison, MissionView, Outcome, Report};

@@ -1,10 +1,8 @@
 //! The charts of the paper's experiments: times by stage, paths by angle, and deviations of the drives.
 
-use maud::{Markup, html};
-
-use super::chart::{Axis, Chart, Mark, Panel, Plot, Row, RowMark, XAxis, range};
+use super::chart::{Axis, Chart, Mark, Panel, Row, RowMark, XAxis, range};
 use super::number::significant;
-use super::svg::{LegendEntry, legend_list};
+use super::svg::LegendEntry;
 use crate::bench::paper::{PathRow, Stage, StepRow};
 use crate::experiment::paper_drives::{
     Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
@@ -25,31 +23,17 @@ pub(super) fn charts(table: &PaperTable) -> Vec<Chart> {
     match table {
         PaperTable::Paths(table) if table.name == FIGURE_5 => vec![
             angles(
-                "(a) Planning time: sums of medians over the scenes",
-                "ms",
+                ("(a) Planning time: sums of medians over the scenes", "ms"),
                 &table.rows,
                 |row| row.time_ms.p50_ms,
             ),
-            angles("(b) Length of the paths: sums over the scenes", "m", &table.rows, |row| {
+            angles(("(b) Length of the paths: sums over the scenes", "m"), &table.rows, |row| {
                 row.length_m
             }),
         ],
         PaperTable::Paths(_) => Vec::new(),
         PaperTable::Ablation(table) => vec![stages(&table.rows)],
         PaperTable::Drives(table) => vec![positions(table), angle_errors(table)],
-    }
-}
-
-/// The charts as figures of a page, next to each other.
-pub(super) fn figures(charts: &[Chart]) -> Markup {
-    html! {
-        @if !charts.is_empty() {
-            div class="charts" {
-                @for chart in charts {
-                    figure { h3 { (chart.title) } (chart.svg()) (legend_list(&chart.legend)) }
-                }
-            }
-        }
     }
 }
 
@@ -62,12 +46,17 @@ fn stages(rows: &[StepRow]) -> Chart {
             (_, Some((_, ends))) => ends.push(row.time_ms),
         }
     }
-    let legend = STAGES.map(|(class, name)| LegendEntry::area(class, name));
-    bar_chart("Planning time by stage: sums of median times", "ms", &bars, legend.to_vec())
+    let legend = STAGES.map(|(class, name)| LegendEntry::area(class, name)).to_vec();
+    let chart = bar_chart(("Planning time by stage: sums of median times", "ms"), &bars);
+    Chart { legend, ..chart }
 }
 
 /// Sums over the scenes for each angle of the distance model (fig. 5).
-fn angles(title: &str, unit: &str, rows: &[PathRow], value: fn(&PathRow) -> f64) -> Chart {
+fn angles(
+    title_and_unit: (&'static str, &'static str),
+    rows: &[PathRow],
+    value: fn(&PathRow) -> f64,
+) -> Chart {
     let mut bars: Vec<(&str, Vec<f64>)> = Vec::new();
     for row in rows {
         match bars.iter_mut().find(|(label, _)| *label == row.label) {
@@ -75,16 +64,11 @@ fn angles(title: &str, unit: &str, rows: &[PathRow], value: fn(&PathRow) -> f64)
             None => bars.push((row.label, vec![value(row)])),
         }
     }
-    bar_chart(title, unit, &bars, Vec::new())
+    bar_chart(title_and_unit, &bars)
 }
 
 /// A row for each bar: its label, and the positions at which its parts end.
-fn bar_chart(
-    title: &str,
-    unit: &str,
-    bars: &[(&str, Vec<f64>)],
-    legend: Vec<LegendEntry>,
-) -> Chart {
+fn bar_chart((title, unit): (&'static str, &'static str), bars: &[(&str, Vec<f64>)]) -> Chart {
     let row = |(label, ends): &(&str, Vec<f64>)| {
         let starts = [0.0].iter().chain(ends);
         let parts = starts.zip(ends).zip(STAGES);
@@ -97,8 +81,8 @@ fn bar_chart(
         }
     };
     let longest = bars.iter().flat_map(|(_, ends)| ends).copied().fold(0.0, f64::max);
-    let axis = Axis::rounded(0.0, longest);
-    Chart::of_rows(title, (axis, unit), bars.iter().map(row).collect(), legend)
+    let axis = (Axis::rounded(0.0, longest), unit);
+    Chart::of_rows(title, axis, bars.iter().map(row).collect(), Vec::new())
 }
 
 /// The deviations of the drives that reached the goal, over their number within the scene, and those of the paper.
@@ -115,23 +99,14 @@ fn deviations(table: &DriveTable) -> [Vec<(usize, Deviation)>; 2] {
 fn positions(table: &DriveTable) -> Chart {
     let all = deviations(table);
     let largest = all.iter().flatten().flat_map(|(_, off)| [off.dx_m, off.dy_m]);
-    let most = largest.fold(2.0 * MEAN_LIMIT_M, f64::max);
-    let axis = || Axis::logarithmic(MIN_DEVIATION, most);
-    let points = |of: &[(usize, Deviation)]| {
-        let point = |(_, off): &(usize, Deviation)| [off.dx_m, off.dy_m].map(charted);
-        of.iter().map(point).collect()
-    };
+    let axis = Axis::logarithmic(MIN_DEVIATION, largest.fold(2.0 * MEAN_LIMIT_M, f64::max));
+    let alt_text = alt_text("distance", "m", &all, |off| libm::hypot(off.dx_m, off.dy_m));
     deviation_chart(
-        "Position error: |dy| against |dx|",
-        XAxis::new(axis(), "|dx|, m (logarithmic)"),
-        ("|dy|, m (logarithmic)", axis()),
-        vec![
-            Mark::Position(MEAN_LIMIT_M, None),
-            Mark::Level(MEAN_LIMIT_M, None),
-            Mark::Circles(MEASURED, 4.0, points(&all[0])),
-            Mark::Circles(PUBLISHED, 4.0, points(&all[1])),
-        ],
-        &alt_text("distance", "m", &all, |off| libm::hypot(off.dx_m, off.dy_m)),
+        ("Position error: |dy| against |dx|", "|dy|, m (logarithmic)", alt_text),
+        XAxis::new(axis, "|dx|, m (logarithmic)"),
+        axis,
+        vec![Mark::Position(MEAN_LIMIT_M, None), Mark::Level(MEAN_LIMIT_M, None)],
+        all.map(|of| of.iter().map(|(_, off)| [off.dx_m, off.dy_m].map(charted)).collect()),
     )
 }
 
@@ -140,42 +115,35 @@ fn angle_errors(table: &DriveTable) -> Chart {
     let largest = all.iter().flatten().map(|(_, off)| off.dyaw_rad);
     let most = largest.fold(2.0 * MEAN_LIMIT_RAD, f64::max);
     let last = all.iter().flatten().map(|&(number, _)| number).max();
-    let points = |of: &[(usize, Deviation)]| {
-        let point = |(number, off): &(usize, Deviation)| [*number as f64, charted(off.dyaw_rad)];
-        of.iter().map(point).collect()
-    };
+    let axis = Axis::exact(0.0, last.unwrap_or(1) as f64 + 1.0);
+    let alt_text = alt_text("angle", "rad", &all, |off| off.dyaw_rad);
+    let point = |(number, off): &(usize, Deviation)| [*number as f64, charted(off.dyaw_rad)];
     deviation_chart(
-        "Yaw error: |dyaw| of each drive",
-        XAxis::new(Axis::exact(0.0, last.unwrap_or(1) as f64 + 1.0), "number of the drive"),
-        ("|dyaw|, rad (logarithmic)", Axis::logarithmic(MIN_DEVIATION, most)),
-        vec![
-            Mark::Level(MEAN_LIMIT_RAD, None),
-            Mark::Circles(MEASURED, 4.0, points(&all[0])),
-            Mark::Circles(PUBLISHED, 4.0, points(&all[1])),
-        ],
-        &alt_text("angle", "rad", &all, |off| off.dyaw_rad),
+        ("Yaw error: |dyaw| of each drive", "|dyaw|, rad (logarithmic)", alt_text),
+        XAxis::new(axis, "number of the drive"),
+        Axis::logarithmic(MIN_DEVIATION, most),
+        vec![Mark::Level(MEAN_LIMIT_RAD, None)],
+        all.map(|of| of.iter().map(point).collect()),
     )
 }
 
+/// A chart of measured and published deviations. `marks` are the limits.
 fn deviation_chart(
-    title: &str,
+    (title, y_title, alt_text): (&'static str, &str, String),
     x: XAxis,
-    (y_title, y): (&str, Axis),
-    marks: Vec<Mark>,
-    alt_text: &str,
+    y: Axis,
+    mut marks: Vec<Mark>,
+    [measured, published]: [Vec<[f64; 2]>; 2],
 ) -> Chart {
+    marks.push(Mark::Circles(MEASURED, 4.0, measured));
+    marks.push(Mark::Circles(PUBLISHED, 4.0, published));
     Chart {
-        title: title.to_owned(),
-        plot: Plot::Panels {
-            x,
-            panels: vec![Panel { title: y_title.to_owned(), height: 256.0, y, marks }],
-        },
         legend: vec![
             LegendEntry::circle(MEASURED, 4.5, "measured, all scenes"),
             LegendEntry::circle(PUBLISHED, 4.5, "the ten drives of the paper"),
             LegendEntry::line("limit", "accepted mean"),
         ],
-        alt_text: alt_text.to_owned(),
+        ..Chart::of_panels(title, x, vec![Panel::new(y_title, 256.0, y, marks)], alt_text)
     }
 }
 

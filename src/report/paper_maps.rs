@@ -3,8 +3,9 @@
 use maud::{Markup, html};
 
 use super::map::{
-    Encounters, MAP_WIDTH, MapPanel, MapsSideBySide, PAGE_RASTER, STRIP, Viewport, contacts,
-    goal_mark, ground, has_trails, path, scaled, start_mark, strip, track, track_legend, trails,
+    Encounters, MAP_WIDTH, MapPanel, MapsSideBySide, PAGE_RASTER, Viewport, contacts, end_legend,
+    goal_mark, ground, node_mark, path, scaled, start_mark, track, track_legend, trail_legend,
+    trails,
 };
 use super::number::{coordinate, fixed};
 use super::svg::{LegendEntry, TOLERANCE};
@@ -39,17 +40,15 @@ pub(super) fn variants(name: &str, title: String, site: &Site, task: &TaskRuns) 
     let points = task.runs.iter().flat_map(|run| final_path(run).0).copied();
     let view = Viewport::around(points, site.map.frame());
     let shown = ["a", "b", "c"].iter().zip(SHOWN);
-    let panel = |(letter, (search, class, name)): (&&str, (Search, &str, &str))| {
+    let panels = shown.filter_map(|(letter, (search, class, name))| {
         let run = task.of(search)?;
-        Some(MapPanel {
-            caption: format!("({letter}) {name}: {}", path_text(run)),
-            ..one_map(site, &view, &[(task, run, class)], false)
-        })
-    };
+        let caption = format!("({letter}) {name}: {}", path_text(run));
+        Some(one_map(site, &view, &[(task, run, class)], false, caption))
+    });
     MapsSideBySide {
         name: name.to_owned(),
         title,
-        panels: shown.filter_map(panel).collect(),
+        panels: panels.collect(),
         legend: path_legend(|_| true, true),
     }
 }
@@ -80,19 +79,18 @@ pub(super) fn overview(name: &str, title: &str, site: &Site, tasks: &[TaskRuns])
     MapsSideBySide {
         name: name.to_owned(),
         title: title.to_owned(),
-        panels: vec![one_map(site, &view, &drawn, true)],
+        panels: vec![one_map(site, &view, &drawn, true, String::new())],
         legend: path_legend(|search| OVERVIEW.contains(&search), false),
     }
 }
 
 /// The legend of maps with some of the paths.
 fn path_legend(has_path: impl Fn(Search) -> bool, has_nodes: bool) -> Vec<LegendEntry> {
-    let node = html! { rect class="node" x="10.5" y="3.5" width="7" height="7" {} };
     let paths = SHOWN.into_iter().filter(|(search, ..)| has_path(*search));
     let mut legend = end_legend();
     legend.extend(paths.map(|(_, class, name)| LegendEntry::line(class, name)));
     if has_nodes {
-        legend.push(LegendEntry::new(node, "node after pruning"));
+        legend.push(LegendEntry::new(node_mark([14.0, 7.0], 7.0), "node after pruning"));
     }
     legend.push(LegendEntry::area("rock", "obstacle"));
     legend
@@ -103,27 +101,21 @@ fn one_map(
     view: &Viewport,
     drawn: &[(&TaskRuns, &Run, &str)],
     with_numbers: bool,
+    caption: String,
 ) -> MapPanel {
-    let height = view.height();
     // On a map with many paths, nodes would hide them.
-    let nodes: Vec<&Point> =
-        drawn.iter().filter(|_| !with_numbers).flat_map(|(_, run, _)| final_path(run).1).collect();
-    let content = html! {
-        rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
+    let nodes = drawn.iter().filter(|_| !with_numbers).flat_map(|(_, run, _)| final_path(run).1);
+    let layers = html! {
         (ground(&site.map, view, PAGE_RASTER))
         @for (_, run, class) in drawn { (path(view, class, final_path(run).0, TOLERANCE)) }
-        @for [x, y] in nodes.into_iter().map(|node| view.at(node)) {
-            rect class="node" x=(coordinate(x - 5.0)) y=(coordinate(y - 5.0)) width="10" height="10" {}
-        }
+        @for node in nodes { (node_mark(view.at(node), 10.0)) }
         @for (index, (task, run, _)) in drawn.iter().enumerate() { (ends(site, view, task, run, with_numbers.then_some(index))) }
-        (strip(view, height))
     };
-    MapPanel {
-        content,
-        height: height + STRIP,
-        alt_text: alt_text(site, drawn),
-        caption: String::new(),
-    }
+    let paths = drawn.iter().map(|(task, run, _)| {
+        format!("{}, {}: {}", task.task.name, run.search.label, path_text(run))
+    });
+    let paths = paths.collect::<Vec<_>>().join("; ");
+    MapPanel::new(view, &layers, format!("Map of {} with paths. {paths}.", site.title), caption)
 }
 
 /// Start and goal; with an index, also the number of the task at both.
@@ -146,17 +138,6 @@ fn ends(site: &Site, view: &Viewport, task: &TaskRuns, run: &Run, index: Option<
             }
         }
     }
-}
-
-fn alt_text(site: &Site, drawn: &[(&TaskRuns, &Run, &str)]) -> String {
-    let paths: Vec<String> = drawn
-        .iter()
-        .map(|(task, run, _)| {
-            let label = run.search.label;
-            format!("{}, {label}: {}", task.task.name, path_text(run))
-        })
-        .collect();
-    format!("Map of {} with paths. {}.", site.title, paths.join("; "))
 }
 
 /// A drive on its map.
@@ -205,31 +186,28 @@ impl<'a> DriveMap<'a> {
 
     fn panel(&self, letter: &str) -> MapPanel {
         let (view, course, trace) = (&self.view, self.course, self.trace);
-        let height = view.height();
         let mark = |mark: &Markup, at: Point| scaled(view.at(&at), MARK_SCALE, mark);
-        let content = html! {
-            rect class="outside" width=(MAP_WIDTH) height=(coordinate(height)) {}
+        let layers = html! {
             (ground(&course.map, view, PAGE_RASTER))
             (trails(trace, view))
             (path(view, "smoothed", course.plan.smoothed.points(), TOLERANCE))
             @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
-            @for node in &course.key_nodes { (square(view.at(node), 5.0)) }
+            @for node in &course.key_nodes { (node_mark(view.at(node), 5.0)) }
             (track(&trace.rows, view))
             (self.encounters.draw(self.footprint, view))
-            @for node in course.plan.pruned.points() { (square(view.at(node), 13.0)) }
+            @for node in course.plan.pruned.points() { (node_mark(view.at(node), 13.0)) }
             (contacts(&trace.rows, view))
             (mark(&start_mark([0.0, 0.0], course.start.yaw), course.start.position()))
             (mark(&goal_mark([0.0, 0.0]), course.goal.position))
             (self.encounters.draw_numbers())
-            (strip(view, height))
         };
-        let moments = self.encounters.times_text();
-        MapPanel {
-            content,
-            height: height + STRIP,
-            alt_text: self.alt_text(),
-            caption: format!("({letter}) {}: {}{moments}", course.title, self.result_text()),
-        }
+        let (title, result, moments) =
+            (&course.title, self.result_text(), self.encounters.times_text());
+        let alt_text = format!(
+            "Map of {title} with the planned path, its {} key nodes and the driven track: {result}",
+            course.key_nodes.len()
+        );
+        MapPanel::new(view, &layers, alt_text, format!("({letter}) {title}: {result}{moments}"))
     }
 
     fn result_text(&self) -> String {
@@ -247,48 +225,22 @@ impl<'a> DriveMap<'a> {
         };
         format!("{pedestrians}{} s, smallest gap {} m, {plans}.", fixed(time_s, 1), fixed(gap_m, 2),)
     }
-
-    fn alt_text(&self) -> String {
-        format!(
-            "Map of {} with the planned path, its {} key nodes and the driven track: {}",
-            self.course.title,
-            self.course.key_nodes.len(),
-            self.result_text()
-        )
-    }
-}
-
-/// A key node with a side in drawing units.
-fn square([x, y]: [f64; 2], side: f64) -> Markup {
-    let (x, y) = (coordinate(x - side / 2.0), coordinate(y - side / 2.0));
-    html! { rect class="node" x=(x) y=(y) width=(side) height=(side) {} }
 }
 
 fn drive_legend(maps: &[DriveMap]) -> Vec<LegendEntry> {
-    let is_replanned = maps.iter().any(|map| map.trace.paths.len() > 1);
-    let has_trails = maps.iter().any(|map| has_trails(map.trace, &map.view));
     let mut legend = end_legend();
     legend.extend([
         LegendEntry::line("smoothed", "planned path"),
-        LegendEntry::new(square([14.0, 7.0], 8.0), "key node after pruning"),
-        LegendEntry::new(square([14.0, 7.0], 4.0), "intermediate key node, or goal"),
+        LegendEntry::new(node_mark([14.0, 7.0], 8.0), "key node after pruning"),
+        LegendEntry::new(node_mark([14.0, 7.0], 4.0), "intermediate key node, or goal"),
     ]);
-    if is_replanned {
+    if maps.iter().any(|map| map.trace.paths.len() > 1) {
         legend.push(LegendEntry::line("replanned", "replanned path"));
     }
     legend.push(track_legend("driven track, from standstill to top speed".to_owned()));
     let encounters = maps.iter().map(|map| map.encounters.legend());
     legend.extend(encounters.max_by_key(Vec::len).unwrap_or_default());
-    if has_trails {
-        legend.push(LegendEntry::line("trail", "trail of a moving obstacle"));
-    }
+    legend.extend(maps.iter().find_map(|map| trail_legend(map.trace, &map.view)));
     legend.push(LegendEntry::area("rock", "obstacle"));
     legend
-}
-
-fn end_legend() -> Vec<LegendEntry> {
-    vec![
-        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
-        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
-    ]
 }

@@ -6,7 +6,7 @@ use super::chart::{Chart, standalone_svg};
 use super::figure::file_links;
 use super::map::MapsSideBySide;
 use super::page::{Extras, ReportFile, badge, document, json_text, page_header, reproduction};
-use super::paper_charts::{charts, figures};
+use super::paper_charts::charts;
 use super::paper_maps::{self, overview, variants};
 use super::paper_tables::{
     findings, path_table, reduction_table, run_table, step_table, summary_table,
@@ -73,34 +73,21 @@ struct Section<'a> {
 /// digits; the maps and charts as SVG. The page needs none of the other files.
 #[must_use]
 pub fn paper_files(report: &PaperReport) -> Vec<ReportFile> {
-    let tables = report.tables.iter();
-    let sections: Vec<Section> = tables.map(|table| Section::new(report, table)).collect();
-    let mut files = vec![ReportFile::new("paper.html", page(report, &sections))];
-    for section in &sections {
-        let table = section.table;
-        let csv = match table {
-            PaperTable::Paths(table) => path_table(table),
-            PaperTable::Ablation(table) => step_table(table),
-            PaperTable::Drives(table) => run_table(table),
-        }
-        .csv();
-        let file =
-            |extension: &str, text| ReportFile::new(format!("{}.{extension}", table.name()), text);
-        files.extend([file("csv", csv), file("json", json_text(table))]);
-        files.extend(section.pictures());
-    }
-    files
-}
-
-fn page(report: &PaperReport, sections: &[Section]) -> String {
+    let mut files = Vec::new();
     let content = html! {
         (page_header(TITLE, INTRO, report.machine, &html! {}))
         (summary(report))
-        @for section in sections { (section.markup()) (section.files()) }
+        @for section in report.tables.iter().map(|table| Section::new(report, table)) {
+            @let of_section = section.files();
+            (section.markup())
+            (file_links(&of_section))
+            @let () = files.extend(of_section);
+        }
         (reproduction(report.command))
     };
     let extras = Extras { style: include_str!("paper.css"), ..Extras::default() };
-    document(TITLE, &extras, &content)
+    files.insert(0, ReportFile::new("paper.html", document(TITLE, &extras, &content)));
+    files
 }
 
 /// Whether paths and drives are sound, and whether they reach the reductions of the paper.
@@ -165,56 +152,58 @@ impl<'a> Section<'a> {
         Self { table, maps, charts: charts(table) }
     }
 
-    /// The SVG files.
-    fn pictures(&self) -> impl Iterator<Item = ReportFile> {
-        let maps = self.maps.iter().map(|map| (map.name.as_str(), map.standalone_svg()));
-        let charts = (!self.charts.is_empty())
-            .then(|| (self.table.name(), standalone_svg(&self.charts, "")));
-        maps.chain(charts).map(|(name, text)| ReportFile::new(format!("{name}.svg"), text))
+    /// The table, the maps and the charts.
+    fn files(&self) -> Vec<ReportFile> {
+        let name = self.table.name();
+        let csv = match self.table {
+            PaperTable::Paths(table) => path_table(table),
+            PaperTable::Ablation(table) => step_table(table),
+            PaperTable::Drives(table) => run_table(table),
+        }
+        .csv();
+        let maps = self.maps.iter().map(|map| (map.name.as_str(), "svg", map.standalone_svg()));
+        let charts =
+            (!self.charts.is_empty()).then(|| (name, "svg", standalone_svg(&self.charts, "")));
+        let files = [(name, "csv", csv), (name, "json", json_text(self.table))];
+        let files = files.into_iter().chain(maps).chain(charts);
+        files
+            .map(|(name, ending, text)| ReportFile::new(format!("{name}.{ending}"), text))
+            .collect()
     }
 
     fn markup(&self) -> Markup {
         // The maps of a table share the legend of the last one.
         let last = self.maps.len().saturating_sub(1);
-        let name = self.table.name();
+        let (title, tables) = match self.table {
+            PaperTable::Paths(table) => {
+                let tables = html! {
+                    div class="tall" { (path_table(table).markup()) }
+                    // The findings of the other tables are a table of reductions in the summary.
+                    @if table.reductions.is_empty() { (findings(&table.findings)) }
+                };
+                (&table.title, tables)
+            }
+            PaperTable::Ablation(table) => {
+                (&table.title, html! { div class="tall steps" { (step_table(table).markup()) } })
+            }
+            PaperTable::Drives(table) => {
+                let tables = html! {
+                    div class="tall steps" { (summary_table(table).markup()) }
+                    div class="tall steps narrow" { (run_table(table).markup()) }
+                };
+                (&table.title, tables)
+            }
+        };
         html! {
-            section id=(name) {
-                h2 { (self.title()) }
+            section id=(self.table.name()) {
+                h2 { (title) }
                 @for (index, map) in self.maps.iter().enumerate() { (map.figure(index == last)) }
-                (figures(&self.charts))
-                @match self.table {
-                    PaperTable::Paths(table) => {
-                        div class="tall" { (path_table(table).markup()) }
-                        // The findings of the other tables are a table of reductions in the summary.
-                        @if table.reductions.is_empty() { (findings(&table.findings)) }
-                    }
-                    PaperTable::Ablation(table) => { div class="tall steps" { (step_table(table).markup()) } }
-                    PaperTable::Drives(table) => {
-                        div class="tall steps" { (summary_table(table).markup()) }
-                        div class="tall steps narrow" { (run_table(table).markup()) }
-                    }
+                @if !self.charts.is_empty() {
+                    div class="charts" { @for chart in &self.charts { (chart.figure()) } }
                 }
+                (tables)
             }
         }
-    }
-
-    fn title(&self) -> &str {
-        match self.table {
-            PaperTable::Paths(table) => &table.title,
-            PaperTable::Ablation(table) => &table.title,
-            PaperTable::Drives(table) => &table.title,
-        }
-    }
-
-    /// Links to all files of the section.
-    fn files(&self) -> Markup {
-        let name = self.table.name();
-        let mut files = vec![format!("{name}.csv"), format!("{name}.json")];
-        files.extend(self.maps.iter().map(|map| format!("{}.svg", map.name)));
-        if !self.charts.is_empty() {
-            files.push(format!("{name}.svg"));
-        }
-        file_links(&files)
     }
 }
 

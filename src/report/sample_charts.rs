@@ -5,308 +5,288 @@ use core::fmt::{self, Display};
 use maud::{Markup, html};
 
 use super::chart::{
-    Axis, Bar, Chart, LabelSide, Mark, Panel, Plot, Series, Upper, XAxis, curves, range,
-    series_alt_text, series_by_name, series_class, series_legend,
+    Axis, Bar, Chart, Curve, LabelSide, Mark, Panel, Upper, XAxis, marker, range, series_class,
 };
-use super::figure::{ChartFigure, Table};
+use super::figure::Table;
 use super::number::{fixed, significant};
 use super::svg::LegendEntry;
 use crate::bench::{DensityRow, QualityRow, RATES_HZ, SkippedCell};
 use crate::experiment::Group;
 
-const LATENCY: &str = "Sampling density against latency";
-const QUALITY: &str = "Sampling density against the quality of the command";
-const CLOSED_LOOP: &str = "Sampling density in closed loop";
 /// The sentence of a page without timed engines.
 pub(super) const NO_LATENCY: &str = "No engine was timed at any density.";
 
 /// Least regret of the chart, percent. A logarithmic axis has no zero.
 const MIN_PERCENT: f64 = 0.01;
 
-/// The rows of the density benchmark, which share one axis of samples.
-pub(super) struct SampleRows<'a> {
-    density: &'a [DensityRow],
-    quality: &'a [QualityRow],
-    closed_loop: &'a [Group],
-    counts: Vec<u64>,
+/// Rows of one name, in ascending order of their samples.
+struct Series<'a, R> {
+    name: String,
+    rows: Vec<&'a R>,
+}
+
+/// The series of a chart.
+pub(super) struct AllSeries<'a, R> {
+    all: Vec<Series<'a, R>>,
+    samples: fn(&R) -> u64,
+}
+
+impl<'a, R> AllSeries<'a, R> {
+    /// Groups rows by name, in the order in which the names first occur. Rows without a name are left out.
+    pub(super) fn new(
+        rows: &'a [R],
+        samples: fn(&R) -> u64,
+        name: impl Fn(&R) -> Option<String>,
+    ) -> Self {
+        let mut all: Vec<Series<R>> = Vec::new();
+        for row in rows {
+            let Some(name) = name(row) else { continue };
+            match all.iter_mut().find(|series| series.name == name) {
+                Some(series) => series.rows.push(row),
+                None => all.push(Series { name, rows: vec![row] }),
+            }
+        }
+        for series in &mut all {
+            series.rows.sort_by_key(|row| samples(row));
+        }
+        Self { all, samples }
+    }
+
+    pub(super) fn rows(&self) -> impl Iterator<Item = &'a R> {
+        self.all.iter().flat_map(|series| series.rows.iter().copied())
+    }
+
+    /// The axis of the samples of these series.
+    pub(super) fn axis(&self) -> XAxis {
+        samples_axis(self.rows().map(self.samples))
+    }
+
+    /// A curve for each series, from the median and the upper value of each row.
+    pub(super) fn curves(
+        &self,
+        upper: Upper,
+        values: impl Fn(&R) -> Option<[f64; 2]>,
+    ) -> Vec<Mark> {
+        let point = |row: &&R| {
+            let [median, upper] = values(row)?;
+            Some([(self.samples)(row) as f64, median, upper])
+        };
+        let curve = |(index, series): (usize, &Series<R>)| {
+            let points = series.rows.iter().filter_map(point).collect();
+            Mark::Curve(Curve { index, points, upper })
+        };
+        self.all.iter().enumerate().map(curve).collect()
+    }
+
+    /// A group of bars at each position, one bar for each series: curves would cover each other.
+    fn grouped_bars(&self, height: impl Fn(&R) -> f64) -> Vec<Mark> {
+        // The groups are half an octave wide, and the axis is logarithmic.
+        let count = self.all.len().max(1) as f64;
+        let ratio = libm::exp2(0.5 / count);
+        let bars = |(index, series): (usize, &Series<R>)| {
+            let bar = |row: &&R| {
+                let x = (self.samples)(row) as f64;
+                let left = x * libm::pow(ratio, index as f64 - count / 2.0);
+                Bar { x: [left, left * ratio], y: [0.0, height(row)] }
+            };
+            let class = format!("{} marker", series_class(index));
+            Mark::Bars(class, series.rows.iter().map(bar).collect())
+        };
+        self.all.iter().enumerate().map(bars).collect()
+    }
+
+    pub(super) fn legend(&self) -> Vec<LegendEntry> {
+        let entry = |(index, series): (usize, &Series<R>)| {
+            let mark = html! {
+                g class=(series_class(index)) {
+                    line class="median" x1="1" x2="27" y1="7" y2="7" {}
+                    (marker(index, 14.0, 7.0))
+                }
+            };
+            LegendEntry::new(mark, series.name.as_str())
+        };
+        self.all.iter().enumerate().map(entry).collect()
+    }
+
+    /// A text alternative that names the first and the last row of each series.
+    pub(super) fn alt_text(&self, start: &str, text: impl Fn(&R) -> Option<String>) -> String {
+        let row_text = |row: &R| {
+            let samples = (self.samples)(row);
+            Some(format!("{} with {samples} samples", text(row)?))
+        };
+        let ends = self.all.iter().filter_map(|series| {
+            let (first, last) = (row_text(series.rows.first()?)?, row_text(series.rows.last()?)?);
+            Some(format!(" {}: {first}, {last}.", series.name))
+        });
+        format!("{start}.{}", ends.collect::<String>())
+    }
 }
 
 /// The axis of samples.
-pub(super) fn samples_axis(counts: impl Iterator<Item = u64>) -> XAxis {
+fn samples_axis(counts: impl Iterator<Item = u64>) -> XAxis {
     let counts = counts.filter(|&count| count > 0).map(|count| count as f64);
     let (fewest, most) = range(counts).unwrap_or((1.0, 1.0));
     XAxis::new(Axis::logarithmic(fewest, most), "Samples of the dynamic window (logarithmic)")
 }
 
-impl<'a> SampleRows<'a> {
-    pub(super) fn new(
-        density: &'a [DensityRow],
-        quality: &'a [QualityRow],
-        closed_loop: &'a [Group],
-    ) -> Self {
-        let density_counts = density.iter().map(|row| row.samples as u64);
-        let quality_counts = quality.iter().map(|row| row.samples as u64);
-        let counts =
-            density_counts.chain(quality_counts).chain(closed_loop.iter().map(|row| row.samples));
-        Self { density, quality, closed_loop, counts: counts.collect() }
-    }
+/// The rows of the density benchmark, which share one axis of samples.
+pub(super) struct SampleRows<'a> {
+    pub(super) density: &'a [DensityRow],
+    pub(super) quality: &'a [QualityRow],
+    pub(super) closed_loop: &'a [Group],
+}
 
+impl SampleRows<'_> {
     fn axis(&self) -> XAxis {
-        samples_axis(self.counts.iter().copied())
+        let density = self.density.iter().map(|row| row.samples as u64);
+        let quality = self.quality.iter().map(|row| row.samples as u64);
+        samples_axis(density.chain(quality).chain(self.closed_loop.iter().map(|row| row.samples)))
     }
 
     /// The latency of each engine.
-    pub(super) fn latency(&self) -> ChartFigure {
+    pub(super) fn latency(&self) -> Chart {
+        const TITLE: &str = "Sampling density against latency";
         let rows = self.density;
-        let mut caption =
-            "Lines are medians; the shaded band reaches up to the 99th percentile.".to_owned();
-        if let Some(row) = rows.first().filter(|_| !has_several_horizons(rows)) {
-            let steps = row.steps.to_string();
-            caption += &[" Each sample is simulated for ", &steps, " steps."].concat();
+        let series = latency_series(rows);
+        if series.all.is_empty() {
+            return Chart::empty(TITLE, NO_LATENCY);
         }
-        ChartFigure {
-            chart: self.latency_chart(),
-            caption,
-            table: Table::of_columns(
-                "density against latency",
-                rows,
-                &[
-                    "name",
-                    "samples",
-                    "steps",
-                    "p50_ms",
-                    "p95_ms",
-                    "p99_ms",
-                    "max_ms",
-                    "decisions",
-                    "missed_20_hz",
-                    "missed_50_hz",
-                    "missed_100_hz",
-                    "steps_per_s",
-                ],
-            ),
-        }
-    }
-
-    fn latency_chart(&self) -> Chart {
-        let series = latency_series(self.density);
-        let values =
-            series.iter().flat_map(|series| &series.rows).flat_map(|row| [row.p50_ms, row.p99_ms]);
         let periods_ms = RATES_HZ.map(|rate_hz| 1e3 / rate_hz);
-        if series.is_empty() {
-            return Chart::empty(LATENCY, NO_LATENCY);
-        }
+        let values = series.rows().flat_map(|row| [row.p50_ms, row.p99_ms]);
         let (fastest_ms, slowest_ms) = range(values.chain(periods_ms)).unwrap_or((1.0, 1.0));
         let levels = RATES_HZ.iter().zip(periods_ms).map(|(rate_hz, period_ms)| {
-            let label = format!("{rate_hz} Hz");
-            Mark::Level(period_ms, Some((LabelSide::Outside, label)))
+            Mark::Level(period_ms, Some((LabelSide::Outside, format!("{rate_hz} Hz"))))
         });
-        let curves =
-            curves(&series, Upper::Band, |row| Some([row.samples as f64, row.p50_ms, row.p99_ms]));
-        let mut legend = series_legend(&series);
+        let curves = series.curves(Upper::Band, |row| Some([row.p50_ms, row.p99_ms]));
+        let panel = Panel::new(
+            "Latency of one decision, ms (logarithmic)",
+            286.0,
+            Axis::logarithmic(fastest_ms, slowest_ms),
+            levels.chain(curves),
+        );
+        let mut legend = series.legend();
         legend.push(LegendEntry::line("limit", "period of a control loop"));
+        let alt_text = series
+            .alt_text("Median latency of one decision against the number of samples", |row| {
+                Some(format!("{} ms", significant(row.p50_ms)))
+            });
+        let steps = match rows {
+            [row, ..] if !has_several_horizons(rows) => {
+                format!(" Each sample is simulated for {} steps.", row.steps)
+            }
+            _ => String::new(),
+        };
+        let columns = [&DensityRow::SUMMARY[..], &["steps_per_s"]].concat();
         Chart {
-            title: LATENCY.to_owned(),
-            plot: Plot::Panels {
-                x: self.axis(),
-                panels: vec![Panel {
-                    title: "Latency of one decision, ms (logarithmic)".to_owned(),
-                    height: 286.0,
-                    y: Axis::logarithmic(fastest_ms, slowest_ms),
-                    marks: levels.chain(curves).collect(),
-                }],
-            },
             legend,
-            alt_text: series_alt_text(
-                "Median latency of one decision against the number of samples",
-                &series,
-                |row| {
-                    let ms = significant(row.p50_ms);
-                    Some(format!("{ms} ms with {} samples", row.samples))
-                },
+            caption: format!(
+                "Lines are medians; the shaded band reaches up to the 99th percentile.{steps}"
             ),
+            table: Some(Table::of_columns("density against latency", rows, &columns)),
+            ..Chart::of_panels(TITLE, self.axis(), vec![panel], alt_text)
         }
     }
 
     /// The regret of each window and shape.
-    pub(super) fn quality(&self) -> ChartFigure {
+    pub(super) fn quality(&self) -> Chart {
+        const TITLE: &str = "Sampling density against the quality of the command";
         let rows = self.quality;
-        let (decisions, densest) = rows.first().map_or((0, 0), |row| (row.decisions, row.densest));
-        ChartFigure {
-            chart: self.quality_chart(),
-            caption: format!(
-                "Lines are medians of {decisions} decisions, dashed lines the worst. 0 % equals the choice among \
-                 {densest} samples, 100 % a random sample. {MIN_PERCENT} % includes all smaller values. v : omega is \
-                 the number of forward speeds to that of turn rates."
-            ),
-            table: Table::of_columns(
-                "density against quality",
-                rows,
-                &[
-                    "window_s",
-                    "samples",
-                    "vx_samples",
-                    "vtheta_samples",
-                    "decisions",
-                    "without_command",
-                    "regret_p50",
-                    "regret_max",
-                    "v_off_p50_m_s",
-                    "v_off_max_m_s",
-                    "omega_off_p50_rad_s",
-                    "omega_off_max_rad_s",
-                ],
-            ),
-        }
-    }
-
-    fn quality_chart(&self) -> Chart {
         let point = |row: &QualityRow| {
-            let (median, worst) = (percent(row.regret_p50)?, percent(row.regret_max)?);
-            (row.samples > 0 && row.window_s.is_finite()).then_some([
-                row.samples as f64,
-                median,
-                worst,
-            ])
+            let values = [percent(row.regret_p50)?, percent(row.regret_max)?];
+            (row.samples > 0 && row.window_s.is_finite()).then_some(values)
         };
         let name = |row: &QualityRow| {
             point(row)?;
             let shape = SamplingShape::new(row.vx_samples, row.vtheta_samples)?;
             Some(format!("window {} s, {shape}", row.window_s))
         };
-        let series = series_by_name(self.quality, name, |row| row.samples as u64);
-        if series.is_empty() {
-            return Chart::empty(QUALITY, "No commands were compared.");
-        }
-        let rows = series.iter().flat_map(|series| &series.rows);
-        let worst = rows.filter_map(|row| percent(row.regret_max)).fold(MIN_PERCENT, f64::max);
-        let mut legend = series_legend(&series);
+        let series = AllSeries::new(rows, |row| row.samples as u64, name);
+        let Some(first) = rows.first().filter(|_| !series.all.is_empty()) else {
+            return Chart::empty(TITLE, "No commands were compared.");
+        };
+        let worst = series.rows().filter_map(|row| percent(row.regret_max));
+        let panel = Panel::new(
+            "Regret, % of the gain of choosing (logarithmic)",
+            286.0,
+            Axis::logarithmic(MIN_PERCENT, worst.fold(MIN_PERCENT, f64::max)),
+            series.curves(Upper::Line, point),
+        );
+        let mut legend = series.legend();
         legend.push(LegendEntry::line("upper", "the worst of all decisions"));
+        let alt_text = series.alt_text("Median regret against the number of samples", |row| {
+            Some(format!("{} %", significant(percent(row.regret_p50)?)))
+        });
+        let columns = [&QualityRow::SUMMARY[..], &["decisions"]].concat();
         Chart {
-            title: QUALITY.to_owned(),
-            plot: Plot::Panels {
-                x: self.axis(),
-                panels: vec![Panel {
-                    title: "Regret, % of the gain of choosing (logarithmic)".to_owned(),
-                    height: 286.0,
-                    y: Axis::logarithmic(MIN_PERCENT, worst),
-                    marks: curves(&series, Upper::Line, point),
-                }],
-            },
             legend,
-            alt_text: series_alt_text(
-                "Median regret against the number of samples",
-                &series,
-                |row| {
-                    let median = significant(percent(row.regret_p50)?);
-                    Some(format!("{median} % with {} samples", row.samples))
-                },
+            caption: format!(
+                "Lines are medians of {} decisions, dashed lines the worst. 0 % equals the choice among {} samples, 100 % a \
+                 random sample. {MIN_PERCENT} % includes all smaller values. v : omega is the number of forward speeds to \
+                 that of turn rates.",
+                first.decisions, first.densest
             ),
+            table: Some(Table::of_columns("density against quality", rows, &columns)),
+            ..Chart::of_panels(TITLE, self.axis(), vec![panel], alt_text)
         }
     }
 
     /// Success and time of the missions with each sampling.
-    pub(super) fn closed_loop(&self) -> ChartFigure {
-        ChartFigure {
-            chart: self.closed_loop_chart(),
-            caption: "The same random missions with each sampling. Lines are median times, dashed lines the 90th \
-                percentile. v : omega is the number of forward speeds to that of turn rates."
-                .to_owned(),
-            table: Table::of_columns(
-                "density in closed loop",
-                self.closed_loop,
-                &[
-                    "samples",
-                    "vx_samples",
-                    "vtheta_samples",
-                    "runs",
-                    "reached",
-                    "contacts",
-                    "shared_time_p50_s",
-                    "shared_time_p90_s",
-                    "mean_time_ratio",
-                    "mean_clearance_reached_m",
-                    "tick_p50_ms",
-                    "tick_p99_ms",
-                ],
-            ),
-        }
-    }
-
-    fn closed_loop_chart(&self) -> Chart {
+    pub(super) fn closed_loop(&self) -> Chart {
+        const TITLE: &str = "Sampling density in closed loop";
         let name = |row: &Group| {
             let shape = SamplingShape::new(row.vx_samples, row.vtheta_samples)?;
             (row.samples > 0 && row.runs > 0).then(|| shape.to_string())
         };
-        let series = series_by_name(self.closed_loop, name, |row| row.samples);
-        let Some(first) = series.first().and_then(|series| series.rows.first()) else {
-            return Chart::empty(CLOSED_LOOP, "No mission was driven.");
+        let times_s = |row: &Group| {
+            let times_s = [row.shared_time_p50_s?, row.shared_time_p90_s?];
+            times_s.iter().all(|time_s| time_s.is_finite()).then_some(times_s)
         };
-        let reached_percent = |row: &Group| 100.0 * row.reached as f64 / row.runs as f64;
-        let rows = series.iter().flat_map(|series| &series.rows);
-        let slowest_s = rows
-            .filter_map(|row| time_s(row))
-            .fold(0.0, |slowest_s: f64, (_, far_s)| slowest_s.max(far_s));
-        let success = Panel {
-            title: format!("Goal reached, % of {} missions", first.runs),
-            height: 106.0,
-            y: Axis::exact(0.0, 100.0),
-            marks: grouped_bars(&series, |row| (row.samples as f64, reached_percent(row))),
+        let series = AllSeries::new(self.closed_loop, |row| row.samples, name);
+        let Some(first) = series.rows().next() else {
+            return Chart::empty(TITLE, "No mission was driven.");
         };
-        let time = Panel {
-            title: format!(
-                "Time of missions reached by all ({} of {}), s",
-                first.shared, first.runs
-            ),
-            height: 138.0,
-            y: Axis::rounded(0.0, slowest_s),
-            marks: curves(&series, Upper::Line, |row| {
-                let (median_s, far_s) = time_s(row)?;
-                Some([row.samples as f64, median_s, far_s])
-            }),
-        };
-        let mut legend = series_legend(&series);
+        let slowest_s = series.rows().filter_map(times_s).map(|[_, far_s]| far_s);
+        let success = Panel::new(
+            format!("Goal reached, % of {} missions", first.runs),
+            106.0,
+            Axis::exact(0.0, 100.0),
+            series.grouped_bars(reached_percent),
+        );
+        let time = Panel::new(
+            format!("Time of missions reached by all ({} of {}), s", first.shared, first.runs),
+            138.0,
+            Axis::rounded(0.0, slowest_s.fold(0.0, f64::max)),
+            series.curves(Upper::Line, times_s),
+        );
+        let mut legend = series.legend();
         legend.push(LegendEntry::line("upper", "time, 90th percentile"));
+        let alt_text = series.alt_text(
+            "Share of missions that reached their goal, and their median time, against the number of samples",
+            |row| Some(reached_text(row, 0, times_s(row).map(|[median_s, _]| median_s))),
+        );
+        let columns = [
+            "samples",
+            "vx_samples",
+            "vtheta_samples",
+            "runs",
+            "reached",
+            "contacts",
+            "shared_time_p50_s",
+            "shared_time_p90_s",
+            "mean_time_ratio",
+            "mean_clearance_reached_m",
+            "tick_p50_ms",
+            "tick_p99_ms",
+        ];
         Chart {
-            title: CLOSED_LOOP.to_owned(),
-            plot: Plot::Panels { x: self.axis(), panels: vec![success, time] },
             legend,
-            alt_text: series_alt_text(
-                "Share of missions that reached their goal, and their median time, against the number of samples",
-                &series,
-                |row| {
-                    let time =
-                        time_s(row).map(|(median_s, _)| format!("{} s", significant(median_s)));
-                    let time = time.unwrap_or_else(|| "no time".to_owned());
-                    let reached = fixed(reached_percent(row), 0);
-                    Some(format!("{reached} % and {time} with {} samples", row.samples))
-                },
-            ),
+            caption: "The same random missions with each sampling. Lines are median times, dashed lines the 90th percentile. \
+                v : omega is the number of forward speeds to that of turn rates."
+                .to_owned(),
+            table: Some(Table::of_columns("density in closed loop", self.closed_loop, &columns)),
+            ..Chart::of_panels(TITLE, self.axis(), vec![success, time], alt_text)
         }
     }
-}
-
-/// A group of bars at each position, one bar for each series: curves would cover each other.
-fn grouped_bars<R>(series: &[Series<R>], point: impl Fn(&R) -> (f64, f64)) -> Vec<Mark> {
-    // The groups are half an octave wide, and the axis is logarithmic.
-    let count = series.len().max(1) as f64;
-    let ratio = libm::exp2(0.5 / count);
-    let bars = |(index, series): (usize, &Series<R>)| {
-        let bar = |row: &&R| {
-            let (x, height) = point(row);
-            let left = x * libm::pow(ratio, index as f64 - count / 2.0);
-            Bar { x: [left, left * ratio], y: [0.0, height] }
-        };
-        let class = format!("{} marker", series_class(index));
-        Mark::Bars(class, series.rows.iter().map(bar).collect())
-    };
-    series.iter().enumerate().map(bars).collect()
-}
-
-/// Median and 90th percentile of the time, s, if both are finite.
-fn time_s(row: &Group) -> Option<(f64, f64)> {
-    let pair = row.shared_time_p50_s.zip(row.shared_time_p90_s);
-    pair.filter(|(median_s, far_s)| median_s.is_finite() && far_s.is_finite())
 }
 
 /// A finite share as a percentage of at least [`MIN_PERCENT`].
@@ -314,19 +294,27 @@ fn percent(share: Option<f64>) -> Option<f64> {
     share.filter(|share| share.is_finite()).map(|share| (share * 100.0).max(MIN_PERCENT))
 }
 
+pub(super) fn reached_percent(group: &Group) -> f64 {
+    100.0 * group.reached as f64 / group.runs as f64
+}
+
+/// Share and time of a group in words.
+pub(super) fn reached_text(group: &Group, decimals: usize, time_s: Option<f64>) -> String {
+    let time = time_s.map(|time_s| format!("{} s", significant(time_s)));
+    let time = time.unwrap_or_else(|| "no time".to_owned());
+    format!("{} % and {time}", fixed(reached_percent(group), decimals))
+}
+
 /// Engines with the rows that a logarithmic scale can show.
-fn latency_series(rows: &[DensityRow]) -> Vec<Series<'_, DensityRow>> {
+fn latency_series(rows: &[DensityRow]) -> AllSeries<'_, DensityRow> {
     let several_horizons = has_several_horizons(rows);
     let is_shown = |ms: f64| ms.is_finite() && ms > 0.0;
     let name = |row: &DensityRow| {
-        let name = if several_horizons {
-            format!("{}, {} steps", row.name, row.steps)
-        } else {
-            row.name.clone()
-        };
-        (row.samples > 0 && is_shown(row.p50_ms) && is_shown(row.p99_ms)).then_some(name)
+        let steps = several_horizons.then(|| format!(", {} steps", row.steps));
+        let name = || row.name.clone() + &steps.unwrap_or_default();
+        (row.samples > 0 && is_shown(row.p50_ms) && is_shown(row.p99_ms)).then(name)
     };
-    series_by_name(rows, name, |row| row.samples as u64)
+    AllSeries::new(rows, |row| row.samples as u64, name)
 }
 
 fn has_several_horizons(rows: &[DensityRow]) -> bool {
@@ -335,7 +323,7 @@ fn has_several_horizons(rows: &[DensityRow]) -> bool {
 
 /// The most samples of each engine that keep a rate, and the cells that were not measured.
 pub(super) fn density_notes(rows: &[DensityRow], skipped: &[SkippedCell]) -> Markup {
-    let series = latency_series(rows);
+    let series = latency_series(rows).all;
     let table = Table::new(
         "most samples whose 99th percentile is within the period",
         &series,
@@ -366,14 +354,10 @@ pub(super) fn density_notes(rows: &[DensityRow], skipped: &[SkippedCell]) -> Mar
 /// The most samples up to which every measured density keeps a rate.
 fn most_samples_at(series: &Series<DensityRow>, rate_hz: f64) -> String {
     let is_late = |row: &&DensityRow| row.p99_ms > 1e3 / rate_hz;
-    let first_late = series.rows.iter().position(is_late);
-    match first_late {
+    match series.rows.iter().position(is_late) {
         Some(0) => format!("fewer than {}", series.rows[0].samples),
         Some(index) => series.rows[index - 1].samples.to_string(),
-        None => {
-            let most = series.rows.last().map_or(0, |row| row.samples);
-            format!("{most} or more")
-        }
+        None => format!("{} or more", series.rows.last().map_or(0, |row| row.samples)),
     }
 }
 

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use maud::{Markup, html};
 
 use super::axis::{Axis, Tick};
-use super::{Bar, Curve, LabelSide, Mark, Panel, Plot, Row, RowMark, Upper, XAxis, series_class};
+use super::{Bar, Curve, LabelSide, Mark, Panel, Plot, Row, RowMark, Upper, XAxis};
 use crate::report::number::coordinate;
 use crate::report::svg::{TOLERANCE, points_attribute, simplify};
 
@@ -32,6 +32,9 @@ const ROW_PITCH: f64 = 33.0;
 const BAR_HEIGHT: f64 = 11.0;
 const GROUP_GAP: f64 = 10.0;
 const ROW_SIDE: f64 = 14.0;
+
+/// Colours for series; further series reuse them with other markers.
+const COLOURS: usize = 6;
 
 /// A drawn chart.
 pub(crate) struct Drawn {
@@ -93,7 +96,7 @@ fn draw_panels(x: &XAxis, panels: &[Panel]) -> Drawn {
     let content = html! {
         @for (index, (panel, area)) in panels.iter().zip(&areas).enumerate() {
             @for mark in &panel.marks { (area.background(mark)) }
-            (area.axes(ticks, (index == last).then_some(&x.title), &panel.title))
+            (area.axes(ticks, (index == last).then_some(x.title), &panel.title))
             @for mark in &panel.marks { (area.mark(mark)) }
             (area.outside_labels(panel))
             @for (line, (value, label)) in position_labels(panel).enumerate() {
@@ -131,7 +134,7 @@ impl Area<'_> {
     }
 
     /// The frame, the grid with its labels, and the titles. Only the lowest panel has a horizontal title and labels.
-    fn axes(&self, x_ticks: &[Tick], x_title: Option<&String>, y_title: &str) -> Markup {
+    fn axes(&self, x_ticks: &[Tick], x_title: Option<&str>, y_title: &str) -> Markup {
         let (left, right) = (coordinate(self.left), coordinate(self.right()));
         let (top, bottom) = (coordinate(self.top), coordinate(self.bottom()));
         let title_gap = if self.labels_height > 0.0 { 18.0 } else { 13.0 };
@@ -373,6 +376,11 @@ pub(crate) fn marker(index: usize, x: f64, y: f64) -> Markup {
     ];
     let shape = SHAPES[index % SHAPES.len()];
     html! { path class="marker" d=(format!("M{} {}{shape}", coordinate(x), coordinate(y))) {} }
+}
+
+/// The class with the colour of a series.
+pub(crate) fn series_class(index: usize) -> String {
+    format!("series-{}", index % COLOURS)
 }
 
 fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {

@@ -2,25 +2,44 @@
 
 mod axis;
 mod draw;
-mod standalone_svg;
 
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
 pub(crate) use axis::{Axis, Tick, round_number_below};
-pub(crate) use standalone_svg::standalone_svg;
+use draw::{CHART_WIDTH, Drawn, draw};
+pub(crate) use draw::{marker, series_class, spread};
 
-use super::svg::LegendEntry;
+use super::figure::{Table, figure};
+use super::number::coordinate;
+use super::svg::{LegendEntry, drawn_legend, legend_height, legend_list, themed_style};
 
-/// Colours for series; further series reuse them with other markers.
-const COLOURS: usize = 6;
+/// Style of a standalone picture: that of a page, a background, and the size of its text.
+const STANDALONE_STYLE: [&str; 3] = [
+    include_str!("../drawing.css"),
+    include_str!("../chart.css"),
+    "svg { font-family: system-ui, \"DejaVu Sans\", sans-serif; } text { font-size: 11.5px; } \
+    .background { fill: var(--panel); } .headline { font-size: 14px; font-weight: 600; }",
+];
 
-/// A chart.
+/// Margin around and between the charts of a standalone picture.
+const MARGIN: f64 = 16.0;
+/// Height of the headline above a chart.
+const HEADLINE: f64 = 30.0;
+/// Most charts next to each other.
+const MAX_COLUMNS: usize = 4;
+/// Letters of a legend entry that fit into half the width of a chart.
+const SHORT_ENTRY: usize = 27;
+
+/// A chart, with its caption and the table of its data on a page.
 pub(crate) struct Chart {
-    pub(crate) title: String,
+    pub(crate) title: &'static str,
     pub(crate) plot: Plot,
     pub(crate) legend: Vec<LegendEntry>,
     /// A sentence in place of the picture for screen readers.
     pub(crate) alt_text: String,
+    pub(crate) caption: String,
+    /// None if the page shows the data elsewhere.
+    pub(crate) table: Option<Table>,
 }
 
 /// What a chart shows.
@@ -28,7 +47,7 @@ pub(crate) enum Plot {
     /// Panels one below the other over one horizontal axis.
     Panels { x: XAxis, panels: Vec<Panel> },
     /// Labelled rows of horizontal bars.
-    Rows { axis: Axis, axis_title: String, rows: Vec<Row> },
+    Rows { axis: Axis, axis_title: &'static str, rows: Vec<Row> },
     /// A sentence that says why there is no data.
     Empty(&'static str),
 }
@@ -36,7 +55,7 @@ pub(crate) enum Plot {
 /// The horizontal axis of all panels.
 pub(crate) struct XAxis {
     pub(crate) axis: Axis,
-    pub(crate) title: String,
+    pub(crate) title: &'static str,
     /// Ticks in place of those of the axis.
     pub(crate) ticks: Option<Vec<Tick>>,
 }
@@ -134,83 +153,6 @@ pub(crate) enum RowMark {
     None,
 }
 
-/// Rows of one name, in ascending order of their position.
-pub(crate) struct Series<'a, R> {
-    pub(crate) name: String,
-    pub(crate) rows: Vec<&'a R>,
-}
-
-/// Groups rows by name, in the order in which the names first occur, and sorts each group by position. Rows without a
-/// name are left out.
-pub(crate) fn series_by_name<R>(
-    rows: &[R],
-    name: impl Fn(&R) -> Option<String>,
-    position: impl Fn(&R) -> u64,
-) -> Vec<Series<'_, R>> {
-    let mut all: Vec<Series<R>> = Vec::new();
-    for row in rows {
-        let Some(name) = name(row) else { continue };
-        match all.iter_mut().find(|series| series.name == name) {
-            Some(series) => series.rows.push(row),
-            None => all.push(Series { name, rows: vec![row] }),
-        }
-    }
-    for series in &mut all {
-        series.rows.sort_by_key(|row| position(row));
-    }
-    all
-}
-
-/// A curve for each series.
-pub(crate) fn curves<R>(
-    all: &[Series<R>],
-    upper: Upper,
-    point: impl Fn(&R) -> Option<[f64; 3]>,
-) -> Vec<Mark> {
-    let curve = |(index, series): (usize, &Series<R>)| {
-        let points = series.rows.iter().filter_map(|row| point(row)).collect();
-        Mark::Curve(Curve { index, points, upper })
-    };
-    all.iter().enumerate().map(curve).collect()
-}
-
-/// A legend entry for each series.
-pub(crate) fn series_legend<R>(all: &[Series<R>]) -> Vec<LegendEntry> {
-    let entry = |(index, series): (usize, &Series<R>)| {
-        let mark = html! {
-            g class=(series_class(index)) {
-                line class="median" x1="1" x2="27" y1="7" y2="7" {}
-                (draw::marker(index, 14.0, 7.0))
-            }
-        };
-        LegendEntry::new(mark, series.name.as_str())
-    };
-    all.iter().enumerate().map(entry).collect()
-}
-
-/// A text alternative that names the first and the last row of each series.
-pub(crate) fn series_alt_text<R>(
-    start: &str,
-    all: &[Series<R>],
-    text: impl Fn(&R) -> Option<String>,
-) -> String {
-    let ends = all.iter().filter_map(|series| {
-        let (first, last) = (text(series.rows.first()?)?, text(series.rows.last()?)?);
-        Some(format!(" {}: {first}, {last}.", series.name))
-    });
-    format!("{start}.{}", ends.collect::<String>())
-}
-
-/// The legend mark of a [`RowMark::Spread`].
-pub(super) fn spread_mark() -> Markup {
-    draw::spread([0.0, 6.0, 14.0, 22.0, 28.0], 7.0)
-}
-
-/// The class with the colour of a series.
-pub(crate) fn series_class(index: usize) -> String {
-    format!("series-{}", index % COLOURS)
-}
-
 /// The least and greatest finite value; none without any.
 pub(crate) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values
@@ -220,48 +162,131 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 }
 
 impl Chart {
-    /// A chart without data, and the sentence that says so.
-    pub(crate) fn empty(title: impl Into<String>, reason: &'static str) -> Self {
-        Self {
-            title: title.into(),
-            plot: Plot::Empty(reason),
-            legend: Vec::new(),
-            alt_text: String::new(),
-        }
+    /// A chart without a legend, a caption and a table.
+    const fn new(title: &'static str, plot: Plot, alt_text: String) -> Self {
+        Self { title, plot, legend: Vec::new(), alt_text, caption: String::new(), table: None }
+    }
+
+    /// A chart of panels.
+    pub(crate) const fn of_panels(
+        title: &'static str,
+        x: XAxis,
+        panels: Vec<Panel>,
+        alt_text: String,
+    ) -> Self {
+        Self::new(title, Plot::Panels { x, panels }, alt_text)
     }
 
     /// A chart of rows. Its text alternative lists their labels and values.
     pub(crate) fn of_rows(
-        title: &str,
-        (axis, axis_title): (Axis, &str),
+        title: &'static str,
+        (axis, axis_title): (Axis, &'static str),
         rows: Vec<Row>,
         legend: Vec<LegendEntry>,
     ) -> Self {
         let texts: Vec<String> =
             rows.iter().map(|row| format!("{} {}", row.label, row.value)).collect();
-        Self {
-            title: title.to_owned(),
-            alt_text: format!("{title}: {}.", texts.join("; ")),
-            plot: Plot::Rows { axis, axis_title: axis_title.to_owned(), rows },
-            legend,
+        let alt_text = format!("{title}: {}.", texts.join("; "));
+        Self { legend, ..Self::new(title, Plot::Rows { axis, axis_title, rows }, alt_text) }
+    }
+
+    /// A chart without data, and the sentence that says so.
+    pub(crate) const fn empty(title: &'static str, reason: &'static str) -> Self {
+        Self::new(title, Plot::Empty(reason), String::new())
+    }
+
+    /// Whether the chart shows data.
+    pub(crate) const fn has_data(&self) -> bool {
+        !matches!(self.plot, Plot::Empty(_))
+    }
+
+    /// The figure of a page; a sentence in place of the picture if the chart has no data.
+    pub(crate) fn figure(&self) -> Markup {
+        if let Plot::Empty(reason) = self.plot {
+            return html! { figure { h3 { (self.title) } p class="nothing" { (reason) } } };
+        }
+        let drawn = draw(&self.plot);
+        let picture = html! {
+            svg class="chart" xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(self.alt_text)
+                viewBox=(format!("0 0 {CHART_WIDTH} {}", drawn.height)) {
+                (drawn.content)
+            }
+        };
+        match &self.table {
+            Some(table) => figure(self.title, &picture, &self.legend, &self.caption, table),
+            None => html! { figure { h3 { (self.title) } (picture) (legend_list(&self.legend)) } },
         }
     }
 
-    /// The chart as an SVG element of a page, without its legend.
-    pub(crate) fn svg(&self) -> Markup {
-        let drawn = draw::draw(&self.plot);
-        html! {
-            svg class="chart" xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(self.alt_text)
-                viewBox=(format!("0 0 {} {}", draw::CHART_WIDTH, drawn.height)) {
-                (drawn.content)
-            }
-        }
+    /// Columns of the legend in a standalone picture: two if all entries are short.
+    fn legend_columns(&self) -> usize {
+        let is_short = |entry: &LegendEntry| entry.text.chars().count() <= SHORT_ENTRY;
+        if self.legend.iter().all(is_short) { 2 } else { 1 }
     }
 }
 
 impl XAxis {
     /// An axis with its own ticks.
-    pub(crate) fn new(axis: Axis, title: impl Into<String>) -> Self {
-        Self { axis, title: title.into(), ticks: None }
+    pub(crate) const fn new(axis: Axis, title: &'static str) -> Self {
+        Self { axis, title, ticks: None }
     }
+}
+
+impl Panel {
+    /// A panel of a height in drawing units.
+    pub(crate) fn new(
+        title: impl Into<String>,
+        height: f64,
+        y: Axis,
+        marks: impl IntoIterator<Item = Mark>,
+    ) -> Self {
+        Self { title: title.into(), height, y, marks: marks.into_iter().collect() }
+    }
+}
+
+/// Returns an SVG file with all charts that have data, each with its title and legend. Without any, it shows a sentence.
+pub(crate) fn standalone_svg<'a>(
+    charts: impl IntoIterator<Item = &'a Chart>,
+    nothing: &str,
+) -> String {
+    let charts = charts.into_iter().filter(|chart| chart.has_data());
+    let drawn: Vec<(&Chart, Drawn)> = charts.map(|chart| (chart, draw(&chart.plot))).collect();
+    let alt_texts: Vec<&str> = drawn.iter().map(|(chart, _)| chart.alt_text.as_str()).collect();
+    let alt_text = if drawn.is_empty() { nothing.to_owned() } else { alt_texts.join(" ") };
+    let pitch = CHART_WIDTH + MARGIN;
+    let width = drawn.len().clamp(1, MAX_COLUMNS) as f64 * pitch + MARGIN;
+    let total = |(chart, drawn): &(&Chart, Drawn)| {
+        let legend = legend_height(chart.legend.len(), chart.legend_columns());
+        HEADLINE + drawn.height + 12.0 + legend + MARGIN
+    };
+    let mut height = MARGIN;
+    let content = html! {
+        @for line in drawn.chunks(MAX_COLUMNS) {
+            @for (column, (chart, drawn)) in line.iter().enumerate() {
+                @let x = MARGIN + column as f64 * pitch;
+                g transform=(format!("translate({} {})", coordinate(x), coordinate(height))) {
+                    text class="headline" x="0" y="14" { (chart.title) }
+                    g transform=(format!("translate(0 {})", coordinate(HEADLINE))) {
+                        (drawn.content)
+                        (drawn_legend(&chart.legend, [0.0, drawn.height + 6.0], CHART_WIDTH, chart.legend_columns()))
+                    }
+                }
+            }
+            @let () = height += line.iter().map(total).fold(0.0, f64::max);
+        }
+        @if drawn.is_empty() {
+            text x=(coordinate(MARGIN)) y=(coordinate(MARGIN + HEADLINE)) { (nothing) }
+            @let () = height += 2.0 * HEADLINE;
+        }
+    };
+    let (width, height) = (coordinate(width), coordinate(height));
+    html! {
+        svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label=(alt_text)
+            width=(width) height=(height) viewBox=(format!("0 0 {width} {height}")) {
+            style { (PreEscaped(themed_style(&STANDALONE_STYLE))) }
+            rect class="background" width="100%" height="100%" {}
+            (content)
+        }
+    }
+    .into_string()
 }

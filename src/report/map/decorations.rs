@@ -6,6 +6,7 @@ use super::viewport::{MAP_WIDTH, Viewport};
 use crate::geometry::Point;
 use crate::report::chart::round_number_below;
 use crate::report::number::coordinate;
+use crate::report::svg::LegendEntry;
 
 /// Height of the strip below a map with the scale bar and the axes, drawing units.
 pub(crate) const STRIP: f64 = 44.0;
@@ -29,6 +30,20 @@ pub(crate) fn goal_mark([x, y]: [f64; 2]) -> Markup {
         circle class="goal" cx=(x) cy=(y) r="6.5" {}
         circle class="goal-center" cx=(x) cy=(y) r="2.2" {}
     }
+}
+
+/// A node of a path with a side in drawing units.
+pub(crate) fn node_mark([x, y]: [f64; 2], side: f64) -> Markup {
+    let (x, y) = (coordinate(x - side / 2.0), coordinate(y - side / 2.0));
+    html! { rect class="node" x=(x) y=(y) width=(side) height=(side) {} }
+}
+
+/// The legend of start and goal.
+pub(crate) fn end_legend() -> Vec<LegendEntry> {
+    vec![
+        LegendEntry::new(start_mark([12.0, 7.0], 0.0), "start"),
+        LegendEntry::new(goal_mark([14.0, 7.0]), "goal"),
+    ]
 }
 
 /// A numbered stop.
@@ -81,8 +96,9 @@ fn label(view: &Viewport, point: &Point, word: &str, above: bool) -> Markup {
     }
 }
 
-/// The strip below a map of a height: the scale bar, and the directions of the axes.
-pub(crate) fn strip(view: &Viewport, map_height: f64) -> Markup {
+/// The strip below a map: the scale bar, and the directions of the axes.
+pub(crate) fn strip(view: &Viewport) -> Markup {
+    let map_height = view.height();
     let metres = round_number_below(SCALE_BAR / view.scale());
     let end = 12.0 + metres * view.scale();
     let y = map_height + STRIP / 2.0 + 2.0;

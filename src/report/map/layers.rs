@@ -1,15 +1,18 @@
-//! The lowest layers of a map: the occupancy grid, and the global path in its stages.
+//! Layers of a map: the occupancy grid, the global path in its stages, the track, the trails of obstacles, and the contacts.
 
 use std::ops::Range;
 
 use maud::{Markup, html};
 
+use super::decorations::node_mark;
+use super::encounters::distance_m;
 use super::raster::Raster;
-use super::viewport::Viewport;
+use super::viewport::{MAP_WIDTH, Viewport};
 use crate::geometry::Point;
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::report::number::coordinate;
-use crate::report::svg::{LegendEntry, points_attribute, simplify};
+use crate::report::svg::{LegendEntry, TOLERANCE, points_attribute, simplify};
+use crate::runtime::{Trace, TraceRow};
 
 /// Most pixels of the longer side of a grid on a page: pages hold several maps.
 pub(crate) const PAGE_RASTER: i32 = 900;
@@ -18,23 +21,35 @@ pub(crate) const PAGE_RASTER: i32 = 900;
 /// large mine has a pixel.
 pub(crate) const STANDALONE_RASTER: i32 = 2880;
 
-/// A global path in its three stages; each may be empty.
-#[derive(Clone, Copy)]
-pub(crate) struct Stages<'a> {
-    pub(crate) searched: &'a [Point],
-    pub(crate) pruned: &'a [Point],
-    pub(crate) smoothed: &'a [Point],
+/// Speed above which an obstacle has jumped from the end of its route to the start, m/s.
+const JUMP_M_S: f64 = 15.0;
+
+/// Number of speed classes with their own colour.
+const SPEED_CLASSES: f64 = 4.0;
+
+/// Distance from a class boundary, in classes, at which the colour changes. It prevents stripes in the track from noise.
+const HYSTERESIS: f64 = 0.12;
+
+/// A global path in its three stages; each may be empty. Points that are not finite are left out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathStages<'a> {
+    /// The path as the search returned it.
+    pub searched: &'a [Point],
+    /// The path without redundant nodes.
+    pub pruned: &'a [Point],
+    /// The smoothed path.
+    pub smoothed: &'a [Point],
 }
 
-impl<'a> Stages<'a> {
+impl<'a> PathStages<'a> {
     /// The points of all stages.
     pub(crate) fn points(&self) -> impl Iterator<Item = Point> + use<'a> {
         [self.searched, self.pruned, self.smoothed].into_iter().flatten().copied()
     }
 }
 
-/// The area of the grid in the colour of free cells, and on it the raster of all other cells. The longer side of the
-/// raster has at most `raster_side` pixels.
+/// The background: the area outside the grid, the grid in the colour of free cells, and on it the raster of all other
+/// cells. The longer side of the raster has at most `raster_side` pixels.
 pub(crate) fn ground(map: &OccupancyGrid, view: &Viewport, raster_side: i32) -> Markup {
     let frame = map.frame();
     let at = |column: i32, row: i32| {
@@ -45,6 +60,7 @@ pub(crate) fn ground(map: &OccupancyGrid, view: &Viewport, raster_side: i32) -> 
     // Visible cells have sharp edges; smaller ones are interpolated as in a photograph.
     let is_coarse = frame.resolution_m * view.scale() >= 1.0;
     html! {
+        rect class="outside" width=(MAP_WIDTH) height=(coordinate(view.height())) {}
         polygon class="free" points=(points_attribute(&area)) {}
         @if !columns.is_empty() && !rows.is_empty() {
             @let raster = Raster::new(map, columns.clone(), rows.clone(), raster_side);
@@ -91,14 +107,13 @@ pub(crate) fn ground_legend(map: &OccupancyGrid, view: &Viewport) -> Vec<LegendE
 
 /// The smoothed path as a band, and on it the searched path, the pruned path and its nodes. The tolerance is in drawing
 /// units.
-pub(crate) fn stages(view: &Viewport, of: &Stages, tolerance: f64) -> Markup {
+pub(crate) fn stages(view: &Viewport, of: &PathStages, tolerance: f64) -> Markup {
     html! {
         (path(view, "smoothed", of.smoothed, tolerance))
         (path(view, "searched", of.searched, tolerance))
         (path(view, "pruned", of.pruned, tolerance))
         @for node in of.pruned.iter().filter(|node| view.shows(node)) {
-            @let [x, y] = view.at(node);
-            rect class="node" x=(coordinate(x - 3.5)) y=(coordinate(y - 3.5)) width="7" height="7" {}
+            (node_mark(view.at(node), 7.0))
         }
     }
 }
@@ -107,7 +122,7 @@ pub(crate) fn stages(view: &Viewport, of: &Stages, tolerance: f64) -> Markup {
 pub(crate) fn stage_legend() -> [LegendEntry; 3] {
     let pruned = html! {
         line class="pruned" x1="1" x2="27" y1="7" y2="7" {}
-        rect class="node" x="10.5" y="3.5" width="7" height="7" {}
+        (node_mark([14.0, 7.0], 7.0))
     };
     [
         LegendEntry::line("searched", "searched path"),
@@ -126,6 +141,97 @@ pub(crate) fn path(view: &Viewport, class: &str, points: &[Point], tolerance: f6
     html! {
         @if finite.len() > 1 {
             polyline class=(class) points=(points_attribute(&simplify(&finite, tolerance))) {}
+        }
+    }
+}
+
+/// The highest true speed of a run, m/s.
+pub(crate) fn top_speed(rows: &[TraceRow]) -> f64 {
+    rows.iter()
+        .map(|row| row.twist.linear.abs())
+        .filter(|speed| speed.is_finite())
+        .fold(0.0, f64::max)
+}
+
+/// The track of the robot, coloured by speed.
+pub(crate) fn track(rows: &[TraceRow], view: &Viewport) -> Markup {
+    let top = top_speed(rows).max(1e-9);
+    let mut class = 0.0;
+    let mut stretches: Vec<(u8, Vec<[f64; 2]>)> = Vec::new();
+    for row in rows.iter().filter(|row| row.pose.is_finite()) {
+        let position = view.at(&row.pose.position());
+        let speed = row.twist.linear.abs() / top * SPEED_CLASSES;
+        if speed < class - HYSTERESIS || speed > class + 1.0 + HYSTERESIS {
+            class = libm::floor(speed).min(SPEED_CLASSES - 1.0);
+        }
+        if let Some((_, stretch)) = stretches.last_mut() {
+            stretch.push(position);
+        }
+        if stretches.last().is_none_or(|&(last, _)| last != class as u8) {
+            stretches.push((class as u8, vec![position]));
+        }
+    }
+    html! {
+        @for (class, stretch) in &stretches {
+            polyline class=(format!("track speed-{class}"))
+                points=(points_attribute(&simplify(stretch, TOLERANCE))) {}
+        }
+    }
+}
+
+/// The legend of the track.
+pub(crate) fn track_legend(text: String) -> LegendEntry {
+    let mark = html! {
+        line class="track speed-0" x1="1" x2="8" y1="7" y2="7" {}
+        line class="track speed-1" x1="8" x2="14" y1="7" y2="7" {}
+        line class="track speed-2" x1="14" x2="20" y1="7" y2="7" {}
+        line class="track speed-3" x1="20" x2="27" y1="7" y2="7" {}
+    };
+    LegendEntry::new(mark, text)
+}
+
+/// The legend of the trails; none if no moving obstacle is in the viewport at any tick.
+pub(crate) fn trail_legend(trace: &Trace, view: &Viewport) -> Option<LegendEntry> {
+    let mut centers = trace.rows.iter().flat_map(|row| row.moving.iter().flatten());
+    let has_trails = centers.any(|center| view.shows(center));
+    has_trails.then(|| LegendEntry::line("trail", "trail of a moving obstacle"))
+}
+
+/// The trails of the moving obstacles inside the viewport.
+pub(crate) fn trails(trace: &Trace, view: &Viewport) -> Markup {
+    let trails = (0..trace.moving_radii.len()).flat_map(|obstacle| {
+        let centers: Vec<(f64, Point)> = trace
+            .rows
+            .iter()
+            .filter_map(|row| Some((row.time_s, (*row.moving.get(obstacle)?)?)))
+            .collect();
+        centers
+            .chunk_by(|(earlier, from), (later, to)| {
+                view.shows(from)
+                    && view.shows(to)
+                    && distance_m(from, to) <= JUMP_M_S * (later - earlier)
+            })
+            .map(|trail| trail.iter().map(|(_, center)| view.at(center)).collect())
+            .collect::<Vec<Vec<[f64; 2]>>>()
+    });
+    html! {
+        @for trail in trails.filter(|trail| trail.len() > 1) {
+            polyline class="trail" points=(points_attribute(&simplify(&trail, TOLERANCE))) {}
+        }
+    }
+}
+
+/// A cross at the first tick of each contact.
+pub(crate) fn contacts(rows: &[TraceRow], view: &Viewport) -> Markup {
+    let touches = |row: &TraceRow| row.gap_m <= 0.0;
+    let first_rows = rows
+        .chunk_by(|a, b| touches(a) == touches(b))
+        .filter_map(|stretch| stretch.first())
+        .filter(|row| touches(row) && view.shows(&row.pose.position()));
+    html! {
+        @for row in first_rows {
+            @let [x, y] = view.at(&row.pose.position());
+            path class="contact-mark" d=(format!("M{} {}l12 12m0 -12l-12 12", coordinate(x - 6.0), coordinate(y - 6.0))) {}
         }
     }
 }

@@ -1,22 +1,20 @@
-//! Parts of map pictures: the viewport, the occupancy grid, paths, tracks, encounters, and standalone pictures.
+//! Parts of map pictures: the viewport, the layers, encounters, decorations, and standalone pictures.
 
 mod decorations;
 mod encounters;
 mod layers;
-mod motion;
 mod raster;
-mod side_by_side;
-mod standalone_map;
+mod standalone;
 mod viewport;
 
 pub(super) use decorations::{
-    STRIP, goal_mark, labels, nearest_mark, scaled, start_mark, stop_mark, strip,
+    end_legend, goal_mark, labels, nearest_mark, node_mark, scaled, start_mark, stop_mark,
 };
 pub(super) use encounters::Encounters;
+pub use layers::PathStages;
 pub(super) use layers::{
-    PAGE_RASTER, STANDALONE_RASTER, Stages, ground, ground_legend, path, stage_legend, stages,
+    PAGE_RASTER, STANDALONE_RASTER, contacts, ground, ground_legend, path, stage_legend, stages,
+    top_speed, track, track_legend, trail_legend, trails,
 };
-pub(super) use motion::{contacts, has_trails, top_speed, track, track_legend, trails};
-pub(super) use side_by_side::{MapPanel, MapsSideBySide};
-pub(super) use standalone_map::{StandaloneMap, TOLERANCE as STANDALONE_TOLERANCE};
+pub(super) use standalone::{MapPanel, MapsSideBySide, STANDALONE_TOLERANCE, StandaloneMap};
 pub(super) use viewport::{MAP_WIDTH, Viewport};

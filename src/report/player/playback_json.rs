@@ -4,13 +4,13 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Map, Value, json};
 
+use super::MissionView;
+use super::playback_recorder::{Frame, PlaybackRecorder, Window};
 use crate::geometry::{Point, Pose};
 use crate::local::WinnerSi;
 use crate::map::MovingDisc;
 use crate::report::map::{MAP_WIDTH, Viewport};
-use crate::report::playback_recorder::{Frame, PlaybackRecorder, Window};
 use crate::report::svg::simplify;
-use crate::report::views::MissionView;
 
 /// Returns the playback of a mission. Lengths on the map are drawing units, so the script needs no map frame.
 pub(super) fn playback_json(
@@ -21,9 +21,16 @@ pub(super) fn playback_json(
     let frames = &playback.frames;
     let scan = frames.first().map(|frame| &frame.scan);
     let window = frames.iter().find_map(|frame| frame.window.as_ref());
-    let footprint: Vec<[f64; 3]> =
-        mission.footprint.discs().iter().map(|disc| [disc.x, disc.y, disc.radius]).collect();
-    let paths: Vec<_> = mission.trace.paths.iter().map(|path| path_points(path, view)).collect();
+    let footprint: Vec<[f64; 3]> = mission
+        .config
+        .robot
+        .footprint
+        .discs()
+        .iter()
+        .map(|disc| [disc.x, disc.y, disc.radius])
+        .collect();
+    let paths: Vec<_> =
+        mission.result.trace.paths.iter().map(|path| path_points(path, view)).collect();
     let modes = frames.iter().map(|frame| frame.row.mode.as_str());
     let predicted = |frame: &'_ Frame| -> Vec<MovingDisc> {
         let window = frame.window.as_ref();
@@ -34,12 +41,12 @@ pub(super) fn playback_json(
         "width": MAP_WIDTH,
         "height": view.height(),
         "scale": view.scale(),
-        "goal": view.at(&mission.goal),
+        "goal": view.at(&mission.mission.goal.position),
         "footprint": footprint,
         "paths": paths,
         "modes": changes(modes),
         "faults": playback.faults.json(playback.stride),
-        "deadline_ms": mission.control_period_s * 1e3,
+        "deadline_ms": mission.control_period_s() * 1e3,
         "lidar": {
             "beams": scan.map_or(0, |scan| scan.ranges.len()),
             "angle_min": scan.map_or(0.0, |scan| scan.angle_min),

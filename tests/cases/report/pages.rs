@@ -4,9 +4,12 @@ mod benchmarks;
 mod markup;
 mod scene;
 
+use std::sync::Arc;
+
 use inbye::bench::{DensityRow, QualityRow};
 use inbye::experiment::Group;
 use inbye::geometry::{Point, Pose};
+use inbye::global::Path;
 use inbye::map::{GridFrame, OccupancyGrid};
 use inbye::report::{BenchReport, Report, bench_svg, html};
 use inbye::runtime::Trace;
@@ -25,6 +28,13 @@ fn page_with(scenes: &[Scene]) -> String {
         quality: &quality(),
         density_command: "inbye bench density",
     })
+}
+
+/// A path with other points.
+fn altered(path: &Path, alter: impl FnOnce(&mut [Point])) -> Path {
+    let mut points = path.points().to_vec();
+    alter(&mut points);
+    Path::new(points)
 }
 
 /// The picture of the density benchmark.
@@ -89,11 +99,12 @@ fn same_data_give_the_same_bytes() {
 
 #[test]
 fn hostile_text_is_escaped() {
-    let made = scene(30);
+    let mut made = scene(30);
     let hostile = "</title><script>alert('&')</script>\"";
+    hostile.clone_into(&mut made.result.engine);
     let facts = [(hostile.to_owned(), hostile.to_owned())];
     let mut view = made.view();
-    (view.title, view.command, view.engine, view.facts) = (hostile, hostile, hostile, &facts);
+    (view.title, view.command, view.facts) = (hostile, hostile, &facts);
     let mut rows = density();
     for row in &mut rows {
         (row.adapter, row.name) = (Some(hostile.to_owned()), hostile.to_owned());
@@ -123,7 +134,7 @@ fn page_without_data_says_so() {
     assert!(pictures(&empty).is_empty());
 
     let mut made = scene(50);
-    made.trace = Trace::default();
+    made.result.trace = Trace::default();
     let page = html(&Report {
         missions: vec![made.view()],
         density_command: "inbye bench density",
@@ -146,12 +157,12 @@ fn trails_begin_when_an_obstacle_appears() {
         |made: &Scene| page_with(std::slice::from_ref(made)).matches("class=\"trail\"").count();
     let mut made = scene(60);
     let all = trails(&made);
-    for row in &mut made.trace.rows[..30] {
+    for row in &mut made.result.trace.rows[..30] {
         row.moving[1] = None;
     }
     check(&page_with(std::slice::from_ref(&made)));
     assert_eq!(trails(&made), all);
-    for row in &mut made.trace.rows {
+    for row in &mut made.result.trace.rows {
         row.moving[1] = None;
     }
     check(&page_with(std::slice::from_ref(&made)));
@@ -163,26 +174,28 @@ fn numbers_that_are_not_finite_are_left_out() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut made = scene(60);
         for tick in [0, 7, 30, 59] {
-            let row = &mut made.trace.rows[tick];
+            let row = &mut made.result.trace.rows[tick];
             (row.gap_m, row.pose.x, row.pose.yaw, row.twist.linear) = (bad, bad, bad, bad);
             (row.command.angular, row.local_target.x) = (bad, bad);
             row.moving[0] = Some(Point::new(1.0, bad));
-            made.latency_ms[tick] = bad;
+            made.result.decision_s[tick] = bad;
         }
-        made.trace.rows[20].time_s = bad;
-        made.smoothed[3].x = bad;
-        made.pruned[1].y = bad;
-        let mut view = made.view();
-        (view.control_period_s, view.outcome.min_clearance_m) = (bad, bad);
-        (view.outcome.final_error, view.start, view.goal) =
-            (Pose::new(bad, bad, bad), Pose::new(bad, 0.0, bad), Point::new(0.0, bad));
+        made.result.trace.rows[20].time_s = bad;
+        let (result, mission) = (&mut made.result, &mut made.mission);
+        let plan = &mut result.plans[0];
+        plan.smoothed = altered(&plan.smoothed, |points| points[3].x = bad);
+        plan.pruned = altered(&plan.pruned, |points| points[1].y = bad);
+        (result.min_clearance_m, result.final_error_m, result.final_yaw_error) =
+            (bad, (bad, bad), Some(bad));
+        (mission.start, mission.goal.position) = (Pose::new(bad, 0.0, bad), Point::new(0.0, bad));
+        made.config.local.control_period_s = bad;
         let mut rows = density();
         (rows[0].p50_ms, rows[4].p99_ms, rows[7].steps_per_s) = (bad, bad, bad);
         let mut lost = quality();
         (lost[0].window_s, lost[1].regret_p50, lost[2].v_off_p50_m_s) = (bad, Some(bad), Some(bad));
         (lost[3].regret_max, lost[4].omega_off_max_rad_s) = (None, Some(bad));
         let page = html(&Report {
-            missions: vec![view],
+            missions: vec![made.view()],
             density: &rows,
             quality: &lost,
             ..Report::default()
@@ -259,10 +272,9 @@ fn skipped_cells_are_listed_with_their_reason() {
 #[test]
 fn contact_is_marked_on_the_map_and_in_text() {
     let mut made = scene(100);
-    made.trace.rows[40].gap_m = -0.02;
-    let mut view = made.view();
-    (view.outcome.collided, view.outcome.reached) = (true, false);
-    let page = html(&Report { missions: vec![view], ..Report::default() });
+    made.result.trace.rows[40].gap_m = -0.02;
+    (made.result.collided, made.result.reached) = (true, false);
+    let page = html(&Report { missions: vec![made.view()], ..Report::default() });
     check(&page);
     assert!(page.contains("✗ contact") && page.contains("✗ goal not reached"));
     // One on the map, one in its legend.
@@ -280,14 +292,16 @@ fn pages_of_long_runs_are_small() {
 
 #[test]
 fn large_map_is_cropped_or_scaled_down() {
-    let cropped = Scene { map: pillars_of(2230, 1470), ..scene(200) };
+    let mut cropped = scene(200);
+    cropped.mission.map = Arc::new(pillars_of(2230, 1470));
     let page = page_with(std::slice::from_ref(&cropped));
     check(&page);
     assert!(page.len() < 300_000, "{} bytes", page.len());
 
     // A path from corner to corner shows the whole map.
     let mut whole = cropped;
-    whole.smoothed = vec![Point::new(-1.0, -1.0), Point::new(270.0, 178.0)];
+    whole.result.plans[0].smoothed =
+        Path::new(vec![Point::new(-1.0, -1.0), Point::new(270.0, 178.0)]);
     let page = page_with(&[whole]);
     check(&page);
     assert!(page.len() < 300_000, "{} bytes", page.len());

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use inbye::geometry::{Point, Pose};
+use inbye::geometry::Point;
 use inbye::local::{CpuEngine, Engine};
 use inbye::navigator::Goal;
-use inbye::report::{MissionView, Outcome, PlaybackRecorder, Report, html};
+use inbye::report::{MissionView, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult, Observer};
 use inbye::sim::{MovingObstacles, Simulation, crossing};
 
@@ -87,13 +87,10 @@ fn run(
         Some(base) => simulation.run_with(base, config, engine, &mut observer),
         None => simulation.run(config, engine, &mut observer),
     };
-    Run {
-        result: result.expect("a mission that can start"),
-        simulation,
-        config: config.clone(),
-        playback,
-        observed,
-    }
+    let mut result = result.expect("a mission that can start");
+    // Pages without decision times are the same for the same run.
+    result.decision_s.clear();
+    Run { result, simulation, config: config.clone(), playback, observed }
 }
 
 impl Run {
@@ -103,30 +100,12 @@ impl Run {
     }
 
     fn view(&self) -> MissionView<'_> {
-        let result = &self.result;
-        let plan = &result.plans[0];
         MissionView {
             title: "A run",
             command: "inbye",
-            map: &self.simulation.mission.map,
-            start: self.simulation.mission.start,
-            goal: self.simulation.mission.goal.position,
-            searched: plan.raw.points(),
-            pruned: plan.pruned.points(),
-            smoothed: plan.smoothed.points(),
-            trace: &result.trace,
-            footprint: &self.config.robot.footprint,
-            latency_ms: &[],
-            engine: &result.engine,
-            outcome: Outcome {
-                reached: result.reached,
-                collided: result.collided,
-                time_s: result.time_s,
-                travelled_m: result.travelled_m,
-                min_clearance_m: result.min_clearance_m,
-                final_error: Pose::default(),
-            },
-            control_period_s: self.config.local.control_period_s,
+            mission: &self.simulation.mission,
+            config: &self.config,
+            result: &self.result,
             playback: Some(&self.playback),
             facts: &[],
         }

@@ -1,24 +1,25 @@
 //! A generated mission: a robot drives along pillars while obstacles cross its path. It is data, not a simulation.
 
+use std::sync::Arc;
+
 use inbye::bench::{DensityRow, QualityRow, SkippedCell};
 use inbye::experiment::Group;
 use inbye::geometry::{Point, Pose, Twist, bearing, wrap_angle};
+use inbye::global::Path;
+use inbye::local::CpuEngine;
 use inbye::map::{Cell, GridFrame, OccupancyGrid};
-use inbye::navigator::Mode;
-use inbye::report::{EngineComparison, MissionView, Outcome};
+use inbye::navigator::{Goal, Mode};
+use inbye::report::{EngineComparison, MissionView};
 use inbye::robot::{Disc, Footprint};
-use inbye::runtime::{Trace, TraceRow};
+use inbye::runtime::{Config, Mission, MissionResult, Observer, Trace, TraceRow};
+use inbye::sim::{self, Simulation};
 use rand::{RngExt, SeedableRng};
 
 /// The data that a [`MissionView`] borrows.
 pub struct Scene {
-    pub map: OccupancyGrid,
-    pub searched: Vec<Point>,
-    pub pruned: Vec<Point>,
-    pub smoothed: Vec<Point>,
-    pub trace: Trace,
-    pub footprint: Footprint,
-    pub latency_ms: Vec<f64>,
+    pub mission: Mission,
+    pub config: Config,
+    pub result: MissionResult,
     pub facts: Vec<(String, String)>,
 }
 
@@ -48,10 +49,7 @@ pub fn pillars(resolution_m: f64) -> OccupancyGrid {
 pub fn scene(ticks: usize) -> Scene {
     let corners = [(0.0, 0.0), (8.0, 0.4), (8.6, 7.0), (17.5, 7.3), (18.0, 14.0), (31.0, 14.5)];
     let pruned: Vec<Point> = corners.iter().map(|&(x, y)| Point::new(x, y)).collect();
-    let searched: Vec<Point> = staircase(&pruned);
     let smoothed: Vec<Point> = rounded(&pruned);
-    let footprint = [0.25, -0.25].map(|x| Disc { x, y: 0.0, radius: 0.35 }).to_vec();
-    let footprint = Footprint::new(footprint).expect("two sound discs");
     let replanned = vec![
         Point::new(9.0, 7.4),
         Point::new(13.0, 8.2),
@@ -59,26 +57,38 @@ pub fn scene(ticks: usize) -> Scene {
         Point::new(18.4, 14.0),
         Point::new(31.0, 14.5),
     ];
-    let trace = Trace {
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(3);
+    let decision_s = (0..ticks).map(|tick| {
+        let spike = if tick % 97 == 50 { 5.0 } else { 1.0 };
+        0.35e-3 * spike * (1.0 + 0.3 * rng.random::<f64>() * rng.random::<f64>())
+    });
+    let goal = Goal { position: Point::new(31.0, 14.5), yaw: Some(0.0) };
+    let start = Pose::new(0.0, 0.0, 0.05);
+    let mission = Mission::new(Arc::new(pillars(0.1)), start, goal);
+    let mut config = Config::default();
+    let footprint = [0.25, -0.25].map(|x| Disc { x, y: 0.0, radius: 0.35 }).to_vec();
+    config.robot.footprint = Footprint::new(footprint).expect("two sound discs");
+    config.local.control_period_s = PERIOD_S;
+    let mut result = short_drive();
+    let plan = &mut result.plans[0];
+    plan.raw = Path::new(staircase(&pruned));
+    plan.smoothed = Path::new(smoothed.clone());
+    plan.pruned = Path::new(pruned);
+    result.trace = Trace {
         rows: drive(&smoothed, ticks),
-        paths: vec![smoothed.clone(), replanned],
+        paths: vec![smoothed, replanned],
         moving_radii: vec![0.4, 0.3, 0.5],
     };
-    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(3);
-    let latency_ms = (0..ticks)
-        .map(|tick| {
-            let spike = if tick % 97 == 50 { 5.0 } else { 1.0 };
-            0.35 * spike * (1.0 + 0.3 * rng.random::<f64>() * rng.random::<f64>())
-        })
-        .collect();
+    result.decision_s = decision_s.collect();
+    "CPU, 2 threads, AVX2".clone_into(&mut result.engine);
+    (result.reached, result.collided) = (true, false);
+    result.time_s = result.trace.rows.last().map_or(0.0, |row| row.time_s);
+    (result.travelled_m, result.min_clearance_m) = (47.9, 0.141);
+    (result.final_error_m, result.final_yaw_error) = ((0.004, -0.011), Some(0.003));
     Scene {
-        map: pillars(0.1),
-        searched,
-        pruned,
-        smoothed,
-        trace,
-        footprint,
-        latency_ms,
+        mission,
+        config,
+        result,
         facts: vec![
             ("Digest".to_owned(), "9f2c".repeat(16)),
             ("Engine choice".to_owned(), "auto: the GPU is faster from 2000 samples on".to_owned()),
@@ -86,32 +96,27 @@ pub fn scene(ticks: usize) -> Scene {
     }
 }
 
+/// The result of a mission of half a second. Only the library creates results.
+fn short_drive() -> MissionResult {
+    let scene = sim::crossing();
+    let goal = Goal { position: scene.goal, yaw: None };
+    let mut mission = Mission::new(Arc::new(scene.map), scene.start, goal);
+    mission.time_limit_s = 0.5;
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let run = Simulation::new(mission).run(&Config::default(), engine, &mut observer);
+    run.expect("a mission that can start")
+}
+
 impl Scene {
     pub fn view(&self) -> MissionView<'_> {
-        let last = self.trace.rows.last();
         MissionView {
             title: "Around the pillars, with three obstacles",
             command: "inbye drive --map pillars.yaml --start 0,0 --goal 31,14.5 --obstacles 3 --seed 7 --report out",
-            map: &self.map,
-            start: Pose::new(0.0, 0.0, 0.05),
-            goal: Point::new(31.0, 14.5),
-            searched: &self.searched,
-            pruned: &self.pruned,
-            smoothed: &self.smoothed,
-            trace: &self.trace,
-            footprint: &self.footprint,
+            mission: &self.mission,
+            config: &self.config,
+            result: &self.result,
             playback: None,
-            latency_ms: &self.latency_ms,
-            engine: "CPU, 2 threads, AVX2",
-            outcome: Outcome {
-                reached: true,
-                collided: false,
-                time_s: last.map_or(0.0, |row| row.time_s),
-                travelled_m: 47.9,
-                min_clearance_m: 0.141,
-                final_error: Pose::new(0.004, -0.011, 0.003),
-            },
-            control_period_s: PERIOD_S,
             facts: &self.facts,
         }
     }

@@ -1,6 +1,6 @@
 //! Records the data of each tick for the player while the robot drives.
 
-use super::fault_list::FaultList;
+use super::FaultList;
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::{SampleStatus, Sampling, TrajectoryFan, WinnerSi};
 use crate::map::{MovingDisc, Scan};
