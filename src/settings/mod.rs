@@ -10,7 +10,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use serde::de::{self, DeserializeOwned, Visitor};
+use serde::de::value::StrDeserializer;
+use serde::de::{self, DeserializeOwned};
 use serde_json::{Map, Value, json};
 
 #[cfg(feature = "sim")]
@@ -198,48 +199,22 @@ setting_schema! {
 #[doc(hidden)]
 #[must_use]
 pub fn choices<T: DeserializeOwned>() -> Value {
-    json!({ "enum": T::deserialize(Variants).err().map_or(&[][..], |Words(words)| words) })
+    let read = T::deserialize(StrDeserializer::new(""));
+    json!({ "enum": read.err().map_or(&[][..], |Words(words)| words) })
 }
 
-/// A deserializer that reads nothing and returns the words of an enum as its error.
-struct Variants;
-
-#[derive(Debug)]
+/// The words of an enum, from the error of one that is none of them.
+#[derive(Debug, thiserror::Error)]
+#[error("{0:?}")]
 struct Words(&'static [&'static str]);
-
-impl core::fmt::Display for Words {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{:?}", self.0)
-    }
-}
-
-impl core::error::Error for Words {}
 
 impl de::Error for Words {
     fn custom<M: core::fmt::Display>(_: M) -> Self {
         Self(&[])
     }
-}
 
-impl<'de> de::Deserializer<'de> for Variants {
-    type Error = Words;
-
-    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Words> {
-        Err(Words(&[]))
-    }
-
-    fn deserialize_enum<V: Visitor<'de>>(
-        self,
-        _: &'static str,
-        words: &'static [&'static str],
-        _: V,
-    ) -> Result<V::Value, Words> {
-        Err(Words(words))
-    }
-
-    serde::forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
-        newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+    fn unknown_variant(_: &str, words: &'static [&'static str]) -> Self {
+        Self(words)
     }
 }
 
@@ -374,14 +349,10 @@ macro_rules! settings {
                     name: stringify!($key),
                     doc: concat!($($doc),+),
                     unit: concat!($($unit)?),
-                    range: {
-                        let range: Option<$crate::settings::Range> = None;
-                        $(
-                            let _ = range;
-                            let range = Some($crate::settings::range!($($range)+));
-                        )?
-                        range
-                    },
+                    range: <[$crate::settings::Range]>::first(
+                        &[$($crate::settings::range!($($range)+))?],
+                    )
+                    .copied(),
                     fields: <$kind as $crate::settings::Setting>::FIELDS,
                     schema: <$kind as $crate::settings::Setting>::schema,
                 },
