@@ -10,7 +10,6 @@ mod deadline;
 mod decision;
 mod exact_clearance;
 mod inflated_bodies;
-mod local_map;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
 mod navigator;
 mod observation;

@@ -2,16 +2,31 @@
 
 use std::sync::Arc;
 
-use super::local_map::LocalMap;
-use super::tracker::Tracker;
-use crate::geometry::{Point, Pose};
+use nalgebra::Isometry2;
+
+use super::scan_visibility::seen_to_m;
+use super::tracker::{FARTHEST_M, Tracker};
+use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
-use crate::map::{MovingDisc, ObstacleGrid, Scan};
+use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan};
 
 /// A return within this distance of a moving obstacle belongs to it, metres.
 const MOVING_MARGIN_M: f64 = 0.12;
 /// Marks that a moving obstacle made before its motion was established are at most this much older than its track, seconds.
 const BEFORE_TRACK_S: f64 = 0.05;
+/// A return within this distance of a known obstacle belongs to it, metres: three standard deviations of range and pose.
+const KNOWN_MARGIN_M: f64 = 0.06;
+/// At most this many scans must see through a mark, beyond those that hit it, before it goes: beams that pass close to a thin
+/// post must not make it flicker.
+const MAX_EVIDENCE: u8 = 3;
+/// Beams see through a mark if they go beyond it by this, metres, or by a cell if that is more.
+const SEEN_THROUGH_M: f64 = 0.05;
+/// A mark that exists for this long is settled, seconds.
+const SETTLED_S: f64 = 2.5;
+/// Largest number of cells along a side of the local window: it takes two bytes per cell, and is built at each decision.
+const MAX_WINDOW_CELLS: f64 = 4095.0;
+/// A window farther away than this lies outside every map, cells.
+const FARTHEST_CELL: f64 = 1e9;
 
 /// Obstacles that the lidar saw and the map does not show.
 pub struct ObstacleModel {
@@ -30,7 +45,7 @@ impl ObstacleModel {
     /// As [`Self::new`], but without tracking: every obstacle counts as static.
     #[must_use]
     pub fn without_tracking(known: ObstacleGrid) -> Self {
-        Self { tracker: None, ..Self::new(known) }
+        Self { map: LocalMap::new(known), tracker: None }
     }
 
     /// Updates the model with a scan made at a time, seconds, from a pose in the map frame: tracks moving obstacles, marks the
@@ -46,13 +61,13 @@ impl ObstacleModel {
         };
         let map = &self.map;
         tracker.update(time_s, pose, scan, |point| map.origin_at(time_s, point));
-        for (disc, since_s) in tracker.swept_discs() {
-            self.map.erase(&disc, MOVING_MARGIN_M, since_s - BEFORE_TRACK_S);
+        for (disc, since_s) in &tracker.swept {
+            self.map.erase(disc, MOVING_MARGIN_M, since_s - BEFORE_TRACK_S);
         }
         self.map.clear_seen_through(pose, scan);
-        let moving = tracker.moving();
         for point in tracker.points() {
-            let is_moving = moving
+            let is_moving = tracker
+                .moving
                 .iter()
                 .any(|disc| (disc.center() - point).norm() <= disc.radius + MOVING_MARGIN_M);
             if !is_moving {
@@ -64,18 +79,19 @@ impl ObstacleModel {
     /// Obstacles that move, or moved until a moment ago, in the map frame at the time of the last scan.
     #[must_use]
     pub fn moving(&self) -> &[MovingDisc] {
-        self.tracker.as_ref().map_or(&[], Tracker::moving)
+        self.tracker.as_ref().map_or(&[], |tracker| &tracker.moving)
     }
 
     /// Forgets marks that no scan hit since a time, seconds, except those within a distance of a place, metres: for a robot
     /// that has no path among them.
     pub(super) fn forget(&mut self, since_s: f64, place: &Point, near_m: f64) {
-        self.map.forget(since_s, place, near_m);
+        let is_far = |mark: &Mark| (mark.center - place).norm() > near_m;
+        self.map.remove_where(|mark| mark.last_s < since_s && is_far(mark));
     }
 
     /// Centres of the marked cells.
     pub fn marks(&self) -> impl Iterator<Item = Point> + '_ {
-        self.map.marks()
+        self.map.marks.iter().map(|mark| mark.center)
     }
 
     /// The distance field of a square window around a point, `half_m` to each side, aligned with the map's cells. Cells
@@ -84,6 +100,236 @@ impl ObstacleModel {
     /// # Errors
     /// When the map's resolution is out of range, or the window has more than 4095 cells a side.
     pub fn window(&self, center: &Point, half_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
-        self.map.window(center, half_m)
+        let known = &self.map.known;
+        let frame = *known.frame();
+        let units = frame.to_cell_units(center);
+        let half_cells = (half_m / frame.resolution_m).ceil();
+        let side_cells = 2.0 * half_cells + 1.0;
+        let fits = side_cells <= MAX_WINDOW_CELLS;
+        if !fits {
+            return Err(ProblemError::OutOfRange {
+                quantity: "side of the local window",
+                value: side_cells,
+                unit: "cells",
+                limit: "at most 4095 cells, by a lower speed, a shorter horizon or a coarser map",
+            });
+        }
+        let (half, side) = (half_cells as i32, side_cells as i32);
+        let lowest = |units: f64| units.floor().clamp(-FARTHEST_CELL, FARTHEST_CELL) as i32 - half;
+        let (left, bottom) = (lowest(units.x), lowest(units.y));
+        let corner = frame.from_cell_units(&Point::new(f64::from(left), f64::from(bottom)));
+        let origin = Pose { x: corner.x, y: corner.y, ..frame.origin };
+        let window = GridFrame { width: side, height: side, origin, ..frame };
+        let mut blocked = vec![true; window.len()];
+        let columns = left.max(0)..(left + side).min(frame.width);
+        if !columns.is_empty() {
+            let width = columns.len();
+            for row in bottom.max(0)..(bottom + side).min(frame.height) {
+                let from = frame.index(Cell::new(columns.start, row));
+                let to = window.index(Cell::new(columns.start - left, row - bottom));
+                blocked[to..to + width].copy_from_slice(&known.cells()[from..from + width]);
+            }
+        }
+        let mut obstacles = ObstacleGrid::new(window, blocked);
+        for mark in &self.map.marks {
+            let Cell { column, row } = frame.cell_at(mark.index as usize);
+            obstacles.set(Cell::new(column - left, row - bottom), true);
+        }
+        Ok(Arc::new(ClearanceField::new(&obstacles)?))
     }
+}
+
+/// Known obstacles, and the marks of the lidar among them.
+struct LocalMap {
+    known: ObstacleGrid,
+    /// The frame's origin with its sine and cosine.
+    origin: Isometry2<f64>,
+    /// Cells that are not next to a known obstacle.
+    apart: FreeSpace,
+    /// Index of each cell's mark plus one, or zero. So the operating system never allocates the pages of an area without
+    /// marks.
+    slots: Vec<u32>,
+    /// The order depends only on the scans.
+    marks: Vec<Mark>,
+}
+
+/// A cell that the lidar saw occupied and the map shows free.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    index: u32,
+    center: Point,
+    evidence: u8,
+    first_s: f64,
+    last_s: f64,
+}
+
+/// What a return belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ReturnOrigin {
+    /// An obstacle of the map, or a place outside the map.
+    Mapped,
+    /// A mark that has been there for a while.
+    Settled,
+    /// Anything else.
+    New,
+}
+
+impl LocalMap {
+    /// A local map over the known obstacles, without marks.
+    fn new(known: ObstacleGrid) -> Self {
+        Self {
+            origin: known.frame().origin.isometry(),
+            apart: FreeSpace::new(&known, KNOWN_MARGIN_M),
+            slots: vec![0; known.frame().len()],
+            known,
+            marks: Vec::new(),
+        }
+    }
+
+    /// What a return at a point belongs to.
+    fn origin_at(&self, time_s: f64, point: &Point) -> ReturnOrigin {
+        let Some(cell) = self.cell_of(point) else {
+            return ReturnOrigin::Mapped;
+        };
+        if self.is_near_known(cell) {
+            return ReturnOrigin::Mapped;
+        }
+        let settled =
+            |cell: Cell| self.mark_of(cell).is_some_and(|mark| time_s - mark.first_s > SETTLED_S);
+        // Its own cell first: it is the most likely one.
+        if settled(cell) || neighbours(cell).any(settled) {
+            ReturnOrigin::Settled
+        } else {
+            ReturnOrigin::New
+        }
+    }
+
+    /// The cell of a point, as [`GridFrame::cell_of`] returns it.
+    fn cell_of(&self, point: &Point) -> Option<Cell> {
+        let frame = self.known.frame();
+        let units = self.origin.inverse_transform_point(point) / frame.resolution_m;
+        frame.cell_at_units(&units)
+    }
+
+    /// Whether a cell is next to a known obstacle: by noise a return from the obstacle falls there too. Cells on the border of
+    /// the grid are, because everything outside it is an obstacle.
+    fn is_near_known(&self, cell: Cell) -> bool {
+        let frame = self.known.frame();
+        let on_border = cell.column == 0
+            || cell.row == 0
+            || cell.column == frame.width - 1
+            || cell.row == frame.height - 1;
+        on_border || !self.apart.is_free(cell)
+    }
+
+    /// The place of a cell's mark in the list of marks.
+    fn slot_of(&self, index: usize) -> Option<usize> {
+        self.slots[index].checked_sub(1).map(|slot| slot as usize)
+    }
+
+    fn mark_of(&self, cell: Cell) -> Option<&Mark> {
+        let frame = self.known.frame();
+        if !frame.contains(cell) {
+            return None;
+        }
+        self.slot_of(frame.index(cell)).map(|slot| &self.marks[slot])
+    }
+
+    /// Marks the cell of a return, unless it belongs to a known obstacle.
+    fn mark(&mut self, time_s: f64, hit: &Point) {
+        let frame = *self.known.frame();
+        let Some(cell) = self.cell_of(hit) else {
+            return;
+        };
+        let index = frame.index(cell);
+        if let Some(slot) = self.slot_of(index) {
+            let mark = &mut self.marks[slot];
+            mark.evidence = (mark.evidence + 1).min(MAX_EVIDENCE);
+            mark.last_s = time_s;
+        } else if !self.is_near_known(cell) {
+            self.marks.push(Mark {
+                index: index as u32,
+                center: frame.center_of(cell),
+                evidence: 1,
+                first_s: time_s,
+                last_s: time_s,
+            });
+            self.slots[index] = self.marks.len() as u32;
+        }
+    }
+
+    /// Removes the marks of a moving obstacle: those within a distance of it, metres, since a time, seconds.
+    fn erase(&mut self, disc: &MovingDisc, reach_m: f64, since_s: f64) {
+        let frame = *self.known.frame();
+        let reach_m = disc.radius + reach_m;
+        let units = frame.to_cell_units(&disc.center());
+        let reach = reach_m / frame.resolution_m;
+        for row in span(units.y, reach, frame.height) {
+            for column in span(units.x, reach, frame.width) {
+                let cell = Cell::new(column, row);
+                if (cell.center() - units).norm() > reach {
+                    continue;
+                }
+                if let Some(slot) = self.slot_of(frame.index(cell))
+                    && self.marks[slot].first_s >= since_s
+                {
+                    self.remove(slot);
+                }
+            }
+        }
+    }
+
+    fn remove(&mut self, slot: usize) {
+        let gone = self.marks.swap_remove(slot);
+        self.slots[gone.index as usize] = 0;
+        if let Some(moved) = self.marks.get(slot) {
+            self.slots[moved.index as usize] = slot as u32 + 1;
+        }
+    }
+
+    /// Removes the marks for which a condition holds.
+    fn remove_where(&mut self, mut is_gone: impl FnMut(&mut Mark) -> bool) {
+        let mut slot = 0;
+        while slot < self.marks.len() {
+            if is_gone(&mut self.marks[slot]) {
+                self.remove(slot);
+            } else {
+                slot += 1;
+            }
+        }
+    }
+
+    /// Reduces the evidence of marks that the scan saw through, and removes those without any.
+    fn clear_seen_through(&mut self, pose: &Pose, scan: &Scan) {
+        if scan.ranges.is_empty() {
+            return;
+        }
+        let resolution_m = self.known.frame().resolution_m;
+        let robot = pose.position();
+        let beyond_m = resolution_m.max(SEEN_THROUGH_M);
+        self.remove_where(|mark| {
+            let distance = (mark.center - robot).norm();
+            let seen_through = distance < scan.range_max.min(FARTHEST_M) && {
+                let half_angle = resolution_m / distance.max(resolution_m);
+                seen_to_m(pose, scan, bearing(&robot, &mark.center), half_angle)
+                    .is_some_and(|seen| seen > distance + beyond_m)
+            };
+            mark.evidence -= u8::from(seen_through);
+            mark.evidence == 0
+        });
+    }
+}
+
+/// The eight neighbours of a cell.
+fn neighbours(Cell { column, row }: Cell) -> impl Iterator<Item = Cell> {
+    const AROUND: [(i32, i32); 8] =
+        [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+    AROUND.into_iter().map(move |(right, up)| Cell::new(column + right, row + up))
+}
+
+/// The cells within reach of a place, in a row of this many cells.
+fn span(at: f64, reach: f64, cells: i32) -> core::ops::Range<i32> {
+    let from = (at - reach).floor().max(0.0) as i32;
+    let to = ((at + reach).floor() as i32).saturating_add(1).min(cells);
+    from..to
 }

@@ -108,9 +108,7 @@ impl<'a> State<'a> {
     ) -> Self {
         let Leg { settings, robot, period_s, goal, mode } = leg;
         let place = now.pose.position();
-        let in_sight = |node: &Point| is_straight_clear(&robot.footprint, field, &place, node);
-        let local_target = route.key_node(settings.min_lookahead_m, settings.lookahead_m, in_sight);
-        Self {
+        let mut state = Self {
             settings,
             robot,
             period_s,
@@ -120,13 +118,18 @@ impl<'a> State<'a> {
             goal,
             route,
             off_path_m,
-            local_target,
-            heading_error: wrap_angle(bearing(&place, &local_target) - now.pose.yaw),
+            local_target: place,
+            heading_error: 0.0,
             mode,
             is_at_goal: false,
             stuck_s: 0.0,
             speed_limit: f64::INFINITY,
-        }
+        };
+        let in_sight = |node: &Point| state.is_straight_clear_to(node);
+        state.local_target =
+            route.key_node(settings.min_lookahead_m, settings.lookahead_m, in_sight);
+        state.heading_error = wrap_angle(bearing(&place, &state.local_target) - now.pose.yaw);
+        state
     }
 
     /// The velocity after one period of braking at the limit, on the same arc.
@@ -162,35 +165,25 @@ impl<'a> State<'a> {
         if self.is_safe_towards(wanted) { self.towards(wanted) } else { self.brake() }
     }
 
-    /// Whether the robot could drive straight from its position to a point, as far as the local window shows.
+    /// Whether a disc as large as the footprint's largest could move straight from the robot's position to a point, as far as
+    /// the local window shows.
     pub fn is_straight_clear_to(&self, point: &Point) -> bool {
+        let Ok(body) = Footprint::round(self.robot.footprint.max_disc_radius_m()) else {
+            return false;
+        };
         let from = self.now.pose.position();
-        is_straight_clear(&self.robot.footprint, self.field, &from, point)
+        let line = point - from;
+        let steps = (line.norm() / LINE_STEP_M).ceil();
+        (1..=steps as u32).all(|step| {
+            let point = from + line * (f64::from(step) / steps);
+            let there = Pose::new(point.x, point.y, 0.0);
+            let clearance_m = self.field.clearance_m(&body, &there);
+            clearance_m.is_none_or(|clearance_m| clearance_m > 0.0)
+        })
     }
 
     /// A decision to brake.
     pub fn stand(&self, mode: Mode) -> Decision {
         Decision::new(self.brake(), mode, self.goal.position)
     }
-}
-
-/// Whether a disc as large as the footprint's largest could move straight from one point to another, as far as the local
-/// window shows.
-fn is_straight_clear(
-    footprint: &Footprint,
-    field: &ClearanceField,
-    from: &Point,
-    to: &Point,
-) -> bool {
-    let Ok(body) = Footprint::round(footprint.max_disc_radius_m()) else {
-        return false;
-    };
-    let line = to - from;
-    let steps = (line.norm() / LINE_STEP_M).ceil();
-    (1..=steps as u32).all(|step| {
-        let point = from + line * (f64::from(step) / steps);
-        let there = Pose::new(point.x, point.y, 0.0);
-        let clearance_m = field.clearance_m(&body, &there);
-        clearance_m.is_none_or(|clearance_m| clearance_m > 0.0)
-    })
 }

@@ -59,10 +59,10 @@ impl WaypointQueue {
             from = goal.position;
         }
         ahead.reverse();
+        // Without a goal the robot stays where it is.
         let (goal, first) = match ahead.pop() {
             Some(next) => next,
-            // Without a goal the robot stays where it is.
-            None => (Goal { position: from, yaw: None }, plan(from, from)?),
+            None => (Goal::at(from), plan(from, from)?),
         };
         let queue = Self { goal, passed: 0, ahead, pause_until_s: f64::NEG_INFINITY };
         Ok((queue, first))

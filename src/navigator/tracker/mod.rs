@@ -11,7 +11,7 @@ mod track;
 
 use nalgebra::Matrix2;
 
-use super::local_map::ReturnOrigin;
+use super::obstacle_model::ReturnOrigin;
 use super::scan_visibility::{History, free_margin_m, proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
@@ -55,9 +55,10 @@ pub(super) struct Tracker {
     last_s: Option<f64>,
     tracks: Vec<Track>,
     history: History,
-    moving: Vec<MovingDisc>,
+    /// Obstacles that move, or moved until a moment ago, in the map frame at the time of the last scan.
+    pub moving: Vec<MovingDisc>,
     /// Discs that a moving obstacle covered, and the begin of its track, seconds.
-    swept: Vec<(MovingDisc, f64)>,
+    pub swept: Vec<(MovingDisc, f64)>,
     returns: Vec<Return>,
     runs: Vec<(usize, usize)>,
     clusters: Vec<Cluster>,
@@ -102,19 +103,9 @@ impl Tracker {
         }
     }
 
-    /// Obstacles that move, or moved until a moment ago, in the map frame at the time of the last scan.
-    pub fn moving(&self) -> &[MovingDisc] {
-        &self.moving
-    }
-
     /// The returns of the last scan that the map does not explain, up to a distance.
     pub fn points(&self) -> impl Iterator<Item = Point> + '_ {
         self.returns.iter().map(|one| one.point)
-    }
-
-    /// Discs that a moving obstacle covered, and the begin of its track, seconds.
-    pub fn swept_discs(&self) -> impl Iterator<Item = (MovingDisc, f64)> + '_ {
-        self.swept.iter().copied()
     }
 
     fn collect(&mut self, pose: &Pose, scan: &Scan, origin: impl Fn(&Point) -> ReturnOrigin) {
@@ -149,7 +140,7 @@ impl Tracker {
                 continue;
             }
             for (number, track) in self.tracks.iter().enumerate() {
-                let radius_m = track.radius_m();
+                let radius_m = track.radius.radius_m;
                 let gate_m = if track.has_moved { GATE_M } else { FIRST_GATE_M };
                 let rough = cluster.rough_center(&robot, radius_m, scan.angle_increment);
                 if (rough - track.center()).norm() > gate_m {
@@ -198,7 +189,7 @@ impl Tracker {
         for pair in &self.pairs {
             let cluster = &self.clusters[pair.cluster];
             let track = &mut self.tracks[pair.track];
-            let distance_m = (pair.fit.center - robot).norm() - track.radius_m();
+            let distance_m = (pair.fit.center - robot).norm() - track.radius.radius_m;
             let seen = cluster.radius(distance_m, scan.angle_increment);
             let sample = sample(&self.returns, cluster);
             track.update((time_s, gap_s), &pair.fit, seen, &robot, sample);
@@ -237,7 +228,7 @@ impl Tracker {
                 return true;
             }
             let distance = (track.center() - robot).norm();
-            let half_angle = libm::atan2(track.radius_m() / 2.0, distance);
+            let half_angle = libm::atan2(track.radius.radius_m / 2.0, distance);
             let seen = seen_to_m(pose, scan, bearing(&robot, &track.center()), half_angle);
             let is_gone = seen.is_some_and(|seen| seen > distance);
             !track.is_over(time_s, is_gone)
@@ -270,7 +261,7 @@ fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
         .iter()
         .enumerate()
         .filter_map(|(number, track)| {
-            let beyond_m = (point - track.center()).norm() - track.radius_m();
+            let beyond_m = (point - track.center()).norm() - track.radius.radius_m;
             (track.claims_returns() && beyond_m < OWN_M).then_some((number, beyond_m))
         })
         .min_by(|one, other| one.1.total_cmp(&other.1))

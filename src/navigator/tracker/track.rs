@@ -66,7 +66,7 @@ struct Step {
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     filter: Filter,
-    radius: Radius,
+    pub radius: Radius,
     pub born_s: f64,
     seen_s: f64,
     updates: u32,
@@ -123,10 +123,6 @@ impl Track {
 
     pub fn center(&self) -> Point {
         self.filter.center()
-    }
-
-    pub fn radius_m(&self) -> f64 {
-        self.radius.radius_m
     }
 
     /// The squared deviations of a fit, as [`Filter::squared_deviations`].
