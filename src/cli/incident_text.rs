@@ -41,11 +41,8 @@ pub fn facts(result: &MissionResult) -> Vec<(&'static str, String)> {
 }
 
 fn losses(incidents: &Incidents) -> String {
-    let kinds: Vec<String> = incidents
-        .failures
-        .iter()
-        .map(|(kind, count)| format!("{count} {}", kind.as_str()))
-        .collect();
+    let kinds: Vec<String> =
+        incidents.failures.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
     format!(
         "lost: {}; reopened: {}; decided by the CPU meanwhile: {} of {}",
         kinds.join(", "),

@@ -1,5 +1,7 @@
 //! Errors between a problem and its answer.
 
+use core::fmt::{self, Display, Formatter};
+
 use serde::Serialize;
 use thiserror::Error;
 
@@ -176,23 +178,10 @@ impl From<SettingError> for ProblemError {
     }
 }
 
-impl GpuFailureKind {
-    /// The name in JSON and text.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Absent => "absent",
-            Self::OpenFailed => "open_failed",
-            Self::DeviceLost => "device_lost",
-            Self::TimedOut => "timed_out",
-            Self::Validation => "validation",
-            Self::OutOfMemory => "out_of_memory",
-            Self::Internal => "internal",
-            Self::Stale => "stale",
-            Self::TooLarge => "too_large",
-            Self::WrongAnswer => "wrong_answer",
-            Self::Panicked => "panicked",
-        }
+/// The name as in JSON.
+impl Display for GpuFailureKind {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        self.serialize(formatter)
     }
 }
 

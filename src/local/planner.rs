@@ -64,17 +64,11 @@ impl LocalPlanner {
         &mut self,
         input: &DecisionInput<'_>,
     ) -> Result<(Option<Twist>, Evaluation), DecisionError> {
-        let (problem, quantized) = match self.last.take() {
-            None => {
-                let problem = input.problem(&self.settings);
-                let quantized = QuantizedProblem::new(&problem)?;
-                (problem, quantized)
-            }
-            Some((problem, quantized)) => {
-                let problem = input.problem_in(problem, &self.settings);
-                let quantized = quantized.requantized(&problem)?;
-                (problem, quantized)
-            }
+        let (old, quantized) = self.last.take().unzip();
+        let problem = input.problem_in(old, &self.settings);
+        let quantized = match quantized {
+            None => QuantizedProblem::new(&problem)?,
+            Some(quantized) => quantized.requantized(&problem)?,
         };
         let evaluation = self.engine.evaluate(&quantized, Detail::Answer);
         let window = problem.window;

@@ -176,23 +176,16 @@ impl DecisionInput<'_> {
     /// The problem for a planner with these settings. The weights of the input replace those of the settings.
     #[must_use]
     pub fn problem(&self, settings: &LocalSettings) -> Problem {
-        self.problem_with(settings, self.footprint.clone(), Vec::new())
+        self.problem_in(None, settings)
     }
 
     /// As [`Self::problem`], in the memory of an old problem: allocates nothing for an unchanged footprint and for
     /// moving obstacles that fit into the old list.
-    pub(super) fn problem_in(&self, old: Problem, settings: &LocalSettings) -> Problem {
-        let footprint =
-            if old.footprint == *self.footprint { old.footprint } else { self.footprint.clone() };
-        self.problem_with(settings, footprint, old.obstacles)
-    }
-
-    fn problem_with(
-        &self,
-        settings: &LocalSettings,
-        footprint: Footprint,
-        mut obstacles: Vec<MovingDisc>,
-    ) -> Problem {
+    pub(super) fn problem_in(&self, old: Option<Problem>, settings: &LocalSettings) -> Problem {
+        let (footprint, mut obstacles) =
+            old.map_or_else(Default::default, |old| (Some(old.footprint), old.obstacles));
+        let is_same = |footprint: &Footprint| footprint == self.footprint;
+        let footprint = footprint.filter(is_same).unwrap_or_else(|| self.footprint.clone());
         obstacles.clear();
         obstacles.extend_from_slice(self.obstacles);
         Problem {
@@ -202,8 +195,7 @@ impl DecisionInput<'_> {
                 &self.limits,
                 &self.twist,
                 settings.control_period_s,
-                settings.vx_samples,
-                settings.vtheta_samples,
+                settings.sampling(),
             ),
             braking_x: -self.limits.decel_lim_x,
             braking_theta: -self.limits.decel_lim_theta,

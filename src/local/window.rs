@@ -1,5 +1,6 @@
 //! The dynamic window: the velocities that the robot may have and can reach (paper, eqs. 28, 29 and 31).
 
+use super::Sampling;
 use crate::geometry::Twist;
 use crate::robot::Limits;
 
@@ -55,25 +56,23 @@ impl Window {
         limits: &Limits,
         current: &Twist,
         control_period_s: f64,
-        vx_samples: u32,
-        vtheta_samples: u32,
+        sampling: Sampling,
     ) -> Self {
-        let axis = |now: f64, brake: f64, gain: f64, (min, max): (f64, f64), count| Axis {
+        let axis = |now: f64, (brake, gain): (f64, f64), (min, max): (f64, f64), count| Axis {
             low: (now + brake * control_period_s).clamp(min, max),
             high: (now + gain * control_period_s).clamp(min, max),
             count,
         };
+        let Sampling { vx_samples, vtheta_samples } = sampling;
+        let (vx_rates, vtheta_rates) = (
+            (limits.decel_lim_x, limits.acc_lim_x),
+            (limits.decel_lim_theta, limits.acc_lim_theta),
+        );
         let vx_range = (limits.min_vel_x, limits.max_vel_x);
         let vtheta_range = (-limits.max_vel_theta, limits.max_vel_theta);
         Self {
-            vx: axis(current.linear, limits.decel_lim_x, limits.acc_lim_x, vx_range, vx_samples),
-            vtheta: axis(
-                current.angular,
-                limits.decel_lim_theta,
-                limits.acc_lim_theta,
-                vtheta_range,
-                vtheta_samples,
-            ),
+            vx: axis(current.linear, vx_rates, vx_range, vx_samples),
+            vtheta: axis(current.angular, vtheta_rates, vtheta_range, vtheta_samples),
         }
     }
 

@@ -57,7 +57,12 @@ impl OccupancyGrid {
 
 fn grid(yaml: &MapYaml, image: &GreyImage) -> Result<OccupancyGrid, MapError> {
     let frame = GridFrame::new(image.width, image.height, yaml.resolution_m, yaml.origin)?;
-    let cells: Vec<i8> = occupancies(yaml, &image.pixels);
+    let of_grey: [i8; 256] = core::array::from_fn(|grey| occupancy(yaml, grey as u8));
+    let is_known = |pixel: &Pixel| pixel.opaque || yaml.mode == Mode::Raw;
+    let cell = |pixel: &Pixel| {
+        if is_known(pixel) { of_grey[usize::from(pixel.grey)] } else { UNKNOWN }
+    };
+    let cells: Vec<i8> = image.pixels.iter().map(cell).collect();
     Ok(OccupancyGrid::from_top_down(frame, &cells))
 }
 
@@ -67,18 +72,6 @@ fn image_path(yaml_path: &Path, image: &str, home: Option<&Path>) -> PathBuf {
         (Some(rest), Some(home)) => home.join(rest),
         _ => yaml_path.with_file_name(image),
     }
-}
-
-fn occupancies(yaml: &MapYaml, pixels: &[Pixel]) -> Vec<i8> {
-    let of_grey: [i8; 256] = core::array::from_fn(|grey| occupancy(yaml, grey as u8));
-    let occupancy = |pixel: &Pixel| {
-        if pixel.opaque || yaml.mode == Mode::Raw {
-            of_grey[usize::from(pixel.grey)]
-        } else {
-            UNKNOWN
-        }
-    };
-    pixels.iter().map(occupancy).collect()
 }
 
 /// The occupancy of an opaque pixel.
@@ -141,23 +134,14 @@ impl MapYaml {
     /// that resembles a known one gives a warning.
     fn parse(text: &str) -> Result<Self, MapError> {
         let file = Entries::parse(text)?;
-        let unit = |number: f64| (0.0..=1.0).contains(&number);
         let [x, y, yaw] = file.get("origin", "three finite numbers, [x, y, yaw]", triple)?;
         let parsed = Self {
             image: file.get("image", "the path of an image", path)?,
             image_line: file.required("image")?.0,
-            resolution_m: file.get(
-                "resolution",
-                "a finite number of metres above zero",
-                |value| number(value).filter(|&metres| metres > 0.0),
-            )?,
+            resolution_m: file.get("resolution", "a finite number of metres above zero", size)?,
             origin: Pose::new(x, y, yaw),
-            free_thresh: file.get("free_thresh", "a number from 0 to 1", |value| {
-                number(value).filter(|&occupancy| unit(occupancy))
-            })?,
-            occupied_thresh: file.get("occupied_thresh", "a number from 0 to 1", |value| {
-                number(value).filter(|&occupancy| unit(occupancy))
-            })?,
+            free_thresh: file.get("free_thresh", "a number from 0 to 1", share)?,
+            occupied_thresh: file.get("occupied_thresh", "a number from 0 to 1", share)?,
             negate: file.get("negate", "0, 1, true or false", flag)?,
             mode: if file.entries.contains_key("mode") {
                 file.get("mode", "trinary, scale or raw", mode)?
@@ -181,10 +165,8 @@ struct Entries {
 
 impl Entries {
     fn parse(text: &str) -> Result<Self, MapError> {
-        match yaml::parse(text, MAX_NODES) {
-            Ok(entries) => Ok(Self { entries }),
-            Err(BadYaml { line, reason }) => Err(MapError::BadYaml { line, reason }),
-        }
+        let bad = |BadYaml { line, reason }| MapError::BadYaml { line, reason };
+        Ok(Self { entries: yaml::parse(text, MAX_NODES).map_err(bad)? })
     }
 
     /// Warnings for unknown keys that resemble a known one, in the order of their lines.
@@ -252,6 +234,14 @@ fn number(value: &Value) -> Option<f64> {
         value => value.as_f64(),
     };
     number.filter(|number: &f64| number.is_finite())
+}
+
+fn size(value: &Value) -> Option<f64> {
+    number(value).filter(|&metres| metres > 0.0)
+}
+
+fn share(value: &Value) -> Option<f64> {
+    number(value).filter(|number| (0.0..=1.0).contains(number))
 }
 
 fn triple(value: &Value) -> Option<[f64; 3]> {

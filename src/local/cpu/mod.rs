@@ -84,14 +84,10 @@ impl CpuEngine {
         instructions: InstructionSet,
         threads: usize,
     ) -> Result<Self, EngineError> {
-        let kernel = Self::kernel_of(instructions)?;
+        let kernel = Kernel::of(instructions)
+            .ok_or(EngineError::UnsupportedInstructionSet { name: instructions.as_str() })?;
         let pool = if threads > 1 { Some(ThreadPool::new(threads - 1)?) } else { None };
         Ok(Self::new(instructions, kernel, pool, threads.max(1)))
-    }
-
-    fn kernel_of(instructions: InstructionSet) -> Result<Kernel, EngineError> {
-        Kernel::of(instructions)
-            .ok_or(EngineError::UnsupportedInstructionSet { name: instructions.as_str() })
     }
 
     fn new(

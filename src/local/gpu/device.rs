@@ -172,6 +172,11 @@ impl Device {
     pub fn failure(&self, kind: GpuFailureKind, message: impl Into<String>) -> EngineError {
         EngineError::Lost { adapter: self.adapter.clone(), kind, message: message.into() }
     }
+
+    /// The error of a problem that the adapter cannot hold.
+    pub fn too_large(&self, message: String) -> EngineError {
+        EngineError::TooLarge { adapter: self.adapter.clone(), message }
+    }
 }
 
 const fn kind_of(error: &wgpu::Error) -> GpuFailureKind {

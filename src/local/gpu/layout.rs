@@ -28,17 +28,10 @@ pub enum Access {
 }
 
 /// The access of each binding of `shaders/layout.wgsl`, by number.
-pub const ACCESS: [Access; BINDINGS] = [
-    Access::Uniform,
-    Access::Read,
-    Access::Read,
-    Access::Read,
-    Access::Read,
-    Access::ReadWrite,
-    Access::ReadWrite,
-    Access::ReadWrite,
-    Access::ReadWrite,
-];
+pub const ACCESS: [Access; BINDINGS] = {
+    use Access::{Read, ReadWrite, Uniform};
+    [Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite]
+};
 
 /// Threads per workgroup of `tabulate_vtheta`. With this size the largest number of samples, all of them turn rates,
 /// needs no more than the 65,535 workgroups that every adapter supports.

@@ -85,15 +85,12 @@ impl GpuEngine {
         };
         let limit = self.device.largest_buffer();
         match batch.problems {
-            [problem] if sizes.largest() > limit => Err(EngineError::TooLarge {
-                adapter: self.device.adapter.clone(),
-                message: format!(
-                    "{} samples of {} steps need a buffer of {} bytes, the adapter allows {limit}: sample less densely",
-                    problem.len(),
-                    problem.header.steps,
-                    sizes.largest(),
-                ),
-            }),
+            [problem] if sizes.largest() > limit => Err(self.device.too_large(format!(
+                "{} samples of {} steps need a buffer of {} bytes, the adapter allows {limit}: sample less densely",
+                problem.len(),
+                problem.header.steps,
+                sizes.largest(),
+            ))),
             _ => Ok(Buffers::new(&self.device.inner, &self.layout, &grown)),
         }
     }
@@ -108,12 +105,9 @@ impl GpuEngine {
         // the reduction of the workgroup.
         let needed = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 40;
         match self.device.loop_iterations {
-            Some(most) if needed > most => Err(EngineError::TooLarge {
-                adapter: self.device.adapter.clone(),
-                message: format!(
-                    "{steps} steps of {discs} discs among {moving} moving obstacles need up to {needed} loop iterations, the driver allows {most}: use the CPU engine"
-                ),
-            }),
+            Some(most) if needed > most => Err(self.device.too_large(format!(
+                "{steps} steps of {discs} discs among {moving} moving obstacles need up to {needed} loop iterations, the driver allows {most}: use the CPU engine"
+            ))),
             _ => Ok(()),
         }
     }

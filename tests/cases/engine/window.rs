@@ -2,14 +2,15 @@
 
 use inbye::geometry::Twist;
 use inbye::local::internals::evenly_spaced;
-use inbye::local::{Axis, Window};
+use inbye::local::{Axis, Sampling, Window};
 use inbye::robot::Limits;
 
 #[test]
 fn window_intersects_limits_and_reachable_velocities() {
     let limits =
         Limits::default().acc_lim_x(0.5).decel_lim_x(-1.0).acc_lim_theta(1.0).decel_lim_theta(-1.0);
-    let window = Window::new(&limits, &Twist::new(0.98, 0.0), 0.1, 5, 3);
+    let sampling = Sampling { vx_samples: 5, vtheta_samples: 3 };
+    let window = Window::new(&limits, &Twist::new(0.98, 0.0), 0.1, sampling);
     // 0.98 - 1.0 * 0.1 = 0.88; 0.98 + 0.5 * 0.1 = 1.03, cut at 1.0.
     assert!((window.vx.low - 0.88).abs() < 1e-12 && window.vx.high == 1.0);
     assert!((window.vtheta.low + 0.1).abs() < 1e-12);

@@ -129,21 +129,9 @@ impl Lanes for Avx2 {
     type FeatureToken = FeatureToken;
     type Mask = Mask;
 
-    #[inline(always)]
-    fn splat(_: FeatureToken, value: i32) -> Self {
-        run!(Self(_mm256_set1_epi32(value)))
-    }
-
-    #[inline(always)]
-    fn load(_: FeatureToken, from: &[i32]) -> Self {
-        let from = &from[..COUNT];
-        run!(Self(_mm256_loadu_si256(from.as_ptr().cast())))
-    }
-
-    #[inline(always)]
-    fn store(self, to: &mut [i32]) {
-        let to = &mut to[..COUNT];
-        run!(_mm256_storeu_si256(to.as_mut_ptr().cast(), self.0));
+    same_calls! {
+        set = _mm256_set1_epi32, load = _mm256_loadu_si256, store = _mm256_storeu_si256, add = _mm256_add_epi32,
+        mul = _mm256_mul_epi32, right = _mm256_srli_epi64, and = _mm256_and_si256, abs = _mm256_abs_epi32
     }
 
     one_instruction! {
@@ -165,24 +153,7 @@ impl Lanes for Avx2 {
         shr = _mm256_srlv_epi32,
     }
 
-    #[inline(always)]
-    fn mul_hi(self, other: Self) -> Self {
-        run!(upper_halves(
-            _mm256_mul_epi32(self.0, other.0),
-            _mm256_mul_epi32(odd(self), odd(other))
-        ))
-    }
-
     look_up_in_memory! {}
-
-    odd_polynomial! {
-        _mm256_set1_epi32, _mm256_mul_epi32, _mm256_srli_epi64, _mm256_add_epi32
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        run!(Self(_mm256_abs_epi32(self.0)))
-    }
 
     #[inline(always)]
     fn leading_zeros(self) -> Self {
@@ -247,11 +218,6 @@ impl Lanes for Avx2 {
             let index = _mm256_min_epu32(self.0, _mm256_set1_epi32(last));
             Self(_mm256_i32gather_epi32::<2>(list.as_ptr().cast(), index))
         })
-    }
-
-    #[inline(always)]
-    fn mask_high(self) -> Self {
-        run!(Self(_mm256_and_si256(self.0, _mm256_set1_epi32(0xFFFF))))
     }
 
     #[inline(always)]

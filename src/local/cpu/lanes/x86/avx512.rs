@@ -137,21 +137,9 @@ impl Lanes for Avx512 {
     type FeatureToken = FeatureToken;
     type Mask = __mmask16;
 
-    #[inline(always)]
-    fn splat(_: FeatureToken, value: i32) -> Self {
-        run!(Self(_mm512_set1_epi32(value)))
-    }
-
-    #[inline(always)]
-    fn load(_: FeatureToken, from: &[i32]) -> Self {
-        let from = &from[..COUNT];
-        run!(Self(_mm512_loadu_si512(from.as_ptr().cast())))
-    }
-
-    #[inline(always)]
-    fn store(self, to: &mut [i32]) {
-        let to = &mut to[..COUNT];
-        run!(_mm512_storeu_si512(to.as_mut_ptr().cast(), self.0));
+    same_calls! {
+        set = _mm512_set1_epi32, load = _mm512_loadu_si512, store = _mm512_storeu_si512, add = _mm512_add_epi32,
+        mul = _mm512_mul_epi32, right = _mm512_srli_epi64, and = _mm512_and_si512, abs = _mm512_abs_epi32
     }
 
     one_instruction! {
@@ -171,23 +159,6 @@ impl Lanes for Avx512 {
         shl = _mm512_sllv_epi32,
         sar = _mm512_srav_epi32,
         shr = _mm512_srlv_epi32,
-    }
-
-    #[inline(always)]
-    fn mul_hi(self, other: Self) -> Self {
-        run!(upper_halves(
-            _mm512_mul_epi32(self.0, other.0),
-            _mm512_mul_epi32(odd(self), odd(other))
-        ))
-    }
-
-    odd_polynomial! {
-        _mm512_set1_epi32, _mm512_mul_epi32, _mm512_srli_epi64, _mm512_add_epi32
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        run!(Self(_mm512_abs_epi32(self.0)))
     }
 
     #[inline(always)]
@@ -254,11 +225,6 @@ impl Lanes for Avx512 {
             let index = _mm512_min_epu32(self.0, _mm512_set1_epi32(last));
             Self(_mm512_i32gather_epi32::<2>(index, list.as_ptr().cast()))
         })
-    }
-
-    #[inline(always)]
-    fn mask_high(self) -> Self {
-        run!(Self(_mm512_and_si512(self.0, _mm512_set1_epi32(0xFFFF))))
     }
 
     const HAS_REGISTER_LOOKUP: bool = true;

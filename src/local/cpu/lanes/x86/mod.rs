@@ -32,9 +32,45 @@ macro_rules! shifts {
     )*};
 }
 
-/// Polynomials, separately for even and odd lanes: the products are not interleaved until the end.
-macro_rules! odd_polynomial {
-    ($set:ident, $mul:ident, $right:ident, $add:ident) => {
+/// Methods that are the same calls in all registers, with the intrinsics of each.
+macro_rules! same_calls {
+    (
+        set = $set:ident, load = $load:ident, store = $store:ident, add = $add:ident,
+        mul = $mul:ident, right = $right:ident, and = $and:ident, abs = $abs:ident
+    ) => {
+        #[inline(always)]
+        fn splat(_: FeatureToken, value: i32) -> Self {
+            run!(Self($set(value)))
+        }
+
+        #[inline(always)]
+        fn load(_: FeatureToken, from: &[i32]) -> Self {
+            let from = &from[..COUNT];
+            run!(Self($load(from.as_ptr().cast())))
+        }
+
+        #[inline(always)]
+        fn store(self, to: &mut [i32]) {
+            let to = &mut to[..COUNT];
+            run!($store(to.as_mut_ptr().cast(), self.0));
+        }
+
+        #[inline(always)]
+        fn mul_hi(self, other: Self) -> Self {
+            run!(upper_halves($mul(self.0, other.0), $mul(odd(self), odd(other))))
+        }
+
+        #[inline(always)]
+        fn abs(self) -> Self {
+            run!(Self($abs(self.0)))
+        }
+
+        #[inline(always)]
+        fn mask_high(self) -> Self {
+            run!(Self($and(self.0, $set(0xFFFF))))
+        }
+
+        // Separately for even and odd lanes: the products are not interleaved until the end.
         #[inline(always)]
         fn odd_polynomial<const N: usize>(self, bits: u32, coefficients: [i32; N]) -> Self {
             let (x, other_x) = (self.0, odd(self));
