@@ -1,4 +1,4 @@
-//! Measurements and experiments: density and quality of sampling, times, the paper, and the soak.
+//! Measurements and experiments: density and quality of sampling, contacts, times, the paper, and the soak.
 
 mod support {
     pub mod gap;
@@ -6,6 +6,7 @@ mod support {
 
 mod cases {
     mod experiment {
+        mod contact;
         mod density;
         mod movingai;
         mod paper;

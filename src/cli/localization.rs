@@ -6,12 +6,17 @@ use std::sync::Arc;
 use anyhow::bail;
 use clap::Args;
 use inbye::bench::text_table;
-use inbye::experiment::{LocalizationCase, LocalizationPlan, LocalizationRow};
-use inbye::sim::{Lidar, Scene, roadway};
+use inbye::experiment::{
+    Grid, LocalizationCase, LocalizationSite, RunRow, Setup, World, localization_config,
+};
+use inbye::runtime::{Config, PoseSource};
+use inbye::sim::roadway;
 use serde_json::json;
 
 use super::arguments::{Place, number, whole};
+use super::grid_run::RunArguments;
 use super::output_file::Output;
+use super::run_text::unreached;
 use super::{config, map_file, output, output_file};
 
 /// Largest position and yaw errors of a tour, metres and radians.
@@ -26,6 +31,7 @@ const WITHIN: (f64, f64) = (0.05, 0.02);
     kidnapped_to_twin (into an identical roadway), occluded, briefly_occluded, other_map.\n\
     Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
     of noise.\n\
+    With --out the same command resumes where it was interrupted.\n\
     Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad.")]
 pub struct LocalizationArguments {
     /// Map that is the world, of any kind that `drive` reads; with --start and --goal.
@@ -58,9 +64,8 @@ pub struct LocalizationArguments {
     /// Share of each track's speed that is lost to slip.
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true, value_parser = slip)]
     pub slip: f64,
-    /// Write a row for each drive into this file, CSV or JSON by its ending.
-    #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArguments,
 }
 
 fn case(text: &str) -> Result<LocalizationCase, String> {
@@ -81,78 +86,72 @@ fn slip(text: &str) -> Result<f64, String> {
 
 /// Drives all cases. False when a tour was not within its bounds.
 pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool> {
-    let record = Output::create("--record", arguments.record.as_deref(), &["csv", "json"])?;
-    let plan = plan(arguments)?;
-    let cases = if arguments.case.is_empty() {
-        LocalizationCase::ALL.to_vec()
-    } else {
-        arguments.case.clone()
-    };
-    let bar = output::progress(cases.len() as u64 * arguments.seeds, "localization");
-    let mut rows = Vec::new();
-    for case in cases {
-        for seed in arguments.seed..arguments.seed + arguments.seeds {
-            rows.push(plan.drive(case, seed)?);
-            bar.inc(1);
-        }
-    }
-    bar.finish_and_clear();
+    let record = Output::create("--record", arguments.run.record.as_deref(), &["csv", "json"])?;
+    let site = Arc::new(site(arguments)?);
+    let all = LocalizationCase::ALL;
+    let cases = if arguments.case.is_empty() { &all[..] } else { &arguments.case };
+    let worlds: Vec<World> =
+        cases.iter().map(|&case| World::localization(case, &site)).collect();
+    let seeds: Vec<u64> = (arguments.seed..arguments.seed + arguments.seeds).collect();
+    let setups = [Setup::unnamed(settings(arguments)?)];
+    let rows = arguments.run.run(&Grid::of_worlds("localization", &worlds, &setups, &seeds)?)?;
     if let Some(record) = record {
         output_file::write_rows(record, &rows)?;
     }
+    let within = rows.iter().all(is_within);
     if json {
-        output::json(&json!({ "rows": rows, "within": rows.iter().all(is_within) }))?;
+        output::json(&json!({ "rows": rows, "within": within }))?;
     } else {
-        text_table(&rows, &COLUMNS).iter().for_each(output::line);
+        let lines = text_table(&rows, &COLUMNS).into_iter();
+        lines.chain(unreached(&rows)).for_each(output::line);
     }
-    Ok(rows.iter().all(is_within))
+    Ok(within)
 }
 
-fn plan(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationPlan> {
-    let mut config = config::load("--config", arguments.config.as_deref())?;
-    if arguments.config.is_none() {
-        config.simulation.lidar = Lidar::turning();
-    }
-    config.simulation.dynamics.slip.mean = arguments.slip;
-    let (name, map, start, goal) = match (&arguments.map, &arguments.start, &arguments.goal) {
-        (Some(file), Some(start), Some(goal)) => {
-            let map = map_file::load(file, arguments.resolution)?;
-            let name = file.file_stem().unwrap_or_default().to_string_lossy();
-            let (start, goal) = (start.pose(), goal.position);
-            (name.into_owned(), map, start, goal)
-        }
-        (None, None, None) => {
-            let Scene { name, map, start, goal, .. } = roadway();
-            (name.to_owned(), map, start, goal)
-        }
-        _ => bail!("--map needs --start and --goal: name where drives start and turn back"),
+fn settings(arguments: &LocalizationArguments) -> anyhow::Result<Config> {
+    let mut config = match arguments.config.as_deref() {
+        None => localization_config(),
+        file => config::load("--config", file)?,
     };
-    Ok(LocalizationPlan { name, map: Arc::new(map), start, goal, config, tour_m: arguments.tour })
+    config.pose_source = PoseSource::Scans;
+    config.simulation.dynamics.slip.mean = arguments.slip;
+    Ok(config)
+}
+
+fn site(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationSite> {
+    let tour_m = arguments.tour;
+    Ok(match (&arguments.map, &arguments.start, &arguments.goal) {
+        (Some(file), Some(start), Some(goal)) => {
+            let map = Arc::new(map_file::load(file, arguments.resolution)?);
+            let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            LocalizationSite { name, map, start: start.pose(), goal: goal.position, tour_m }
+        }
+        (None, None, None) => LocalizationSite::of_scene(roadway(), tour_m),
+        _ => bail!("--map needs --start and --goal: name where drives start and turn back"),
+    })
 }
 
 /// Whether a tour was within its bounds; other cases have none.
-fn is_within(row: &LocalizationRow) -> bool {
-    let words = [LocalizationCase::Tour, LocalizationCase::People].map(LocalizationCase::name);
-    !words.contains(&row.case.as_str())
-        || row.reached
-            && !row.collided
-            && row.worst_m <= WITHIN.0
-            && row.worst_rad <= WITHIN.1
-            && row.lost_ticks == 0
+fn is_within(row: &RunRow) -> bool {
+    let is_at_most = |error: Option<f64>, bound| error.is_some_and(|error| error <= bound);
+    !matches!(row.case, Some(LocalizationCase::Tour | LocalizationCase::People))
+        || row.reached()
+            && is_at_most(row.pose_error_max_m, WITHIN.0)
+            && is_at_most(row.pose_error_max_rad, WITHIN.1)
+            && row.lost_ticks == Some(0)
 }
 
 /// Columns of the text table.
-const COLUMNS: [&str; 14] = [
+const COLUMNS: [&str; 13] = [
     "case",
     "seed",
-    "reached",
-    "collided",
+    "outcome",
     "travelled_m",
-    "worst_m",
-    "worst_rad",
-    "rms_m",
-    "odometry_worst_m",
-    "sigma_m",
+    "pose_error_max_m",
+    "pose_error_max_rad",
+    "pose_error_rms_m",
+    "odometry_error_max_m",
+    "pose_sigma_max_m",
     "lost_after_s",
     "driven_on_m",
     "found_after_s",

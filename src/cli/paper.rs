@@ -7,16 +7,18 @@ use clap::Args;
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, TaskRuns, made_mine, measure, path_tables,
 };
-use inbye::experiment::paper_drives::{
-    Course, Drives, PaperTable, TRAFFIC, drive_all, drive_table,
-};
+use inbye::experiment::paper_drives::{Course, PaperTable, TRAFFIC, drive_table, drive_worlds};
+use inbye::experiment::{Grid, RunRow, Setup, TrafficKind, World, run_in_order};
+use inbye::local::CpuEngine;
 use inbye::report::{PaperReport, paper_files};
-use inbye::runtime::Config;
+use inbye::runtime::{Config, Observer, Trace};
 use serde_json::json;
 
 use super::arguments::whole;
+use super::grid_run::RunArguments;
+use super::output_file::Output;
 use super::process::wall_clock;
-use super::{engines, map_file, output, paper_text, report_file};
+use super::{engines, map_file, output, output_file, paper_text, report_file};
 
 /// Number of paths through the mine, as in Table 2.
 const PATHS: usize = 5;
@@ -28,7 +30,8 @@ const MINE_SHARE: usize = 5;
 #[command(after_help = "Example:\n  inbye bench paper --repetitions 5 --runs 1 --report paper\n\n\
     Every variant searches the same free cells, for the default robot. Times are medians of searching, pruning and \
     smoothing, all variants in turn. Exit status 1: a path is closer to an obstacle than it must be, an exact search has one \
-    that is not shortest, or a drive touched something or did not arrive.")]
+    that is not shortest, or a drive touched something or did not arrive.\n\
+    With --out the same command drives only what an interrupted one did not.")]
 pub struct PaperArguments {
     /// Map of a mine for Table 2, any that `inbye plan` takes [default: a generated mine].
     #[arg(long, value_name = "FILE.yaml")]
@@ -46,10 +49,13 @@ pub struct PaperArguments {
     /// Write `paper.html` with maps, charts and tables into this folder, and maps and charts as SVG, tables as CSV and JSON.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArguments,
 }
 
 /// Repeats the paper's tables. False when a path or a drive has a fault.
 pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
+    let record = Output::create("--record", arguments.run.record.as_deref(), &["csv", "json"])?;
     if let Some(folder) = &arguments.report {
         report_file::create_folder(folder)?;
     }
@@ -71,7 +77,11 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let mine_paths = measured(&mine, &MINE_SEARCHES, mine_repetitions)?;
     bar.finish_and_clear();
     let courses = Course::all(&sites, &config)?;
-    let drives = drives(arguments, &courses, &config)?;
+    let worlds = drive_worlds(&courses);
+    let rows = drives(arguments, &worlds, &config)?;
+    if let Some(record) = record {
+        output_file::write_rows(record, &rows)?;
+    }
     let (paths, steps) = path_tables(&roadways, &mine_paths, &mine.title);
     let paths = paths.into_iter().map(PaperTable::Paths);
     let mut tables: Vec<PaperTable> =
@@ -79,7 +89,8 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let mut faults: Vec<String> =
         sites.iter().zip(&roadways).flat_map(|(site, task)| task.faults(site)).collect();
     faults.extend(mine_paths.iter().flat_map(|task| task.faults(&mine)));
-    for table in drives.iter().map(drive_table) {
+    for (traffic, rows) in TRAFFIC.into_iter().zip(rows.chunks(courses.len() * arguments.runs.max(1))) {
+        let table = drive_table(traffic, rows.to_vec());
         faults.extend(table.faults());
         tables.push(PaperTable::Drives(table));
     }
@@ -90,7 +101,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
             roadways: sites.iter().zip(&roadways).collect(),
             mine: (&mine, &mine_paths),
             courses: &courses,
-            drives: &drives,
+            traces: &traces(arguments, &worlds, &config)?,
             footprint: &config.robot.footprint,
             tables: &tables,
             faults: &faults,
@@ -106,22 +117,33 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     Ok(faults.is_empty())
 }
 
-/// All drives, on all cores; none without --runs.
+/// All drives; none with `--runs 0`.
 fn drives(
     arguments: &PaperArguments,
-    courses: &[Course],
+    worlds: &[World],
     config: &Config,
-) -> anyhow::Result<Vec<Drives>> {
-    if arguments.runs == 0 {
-        return Ok(Vec::new());
-    }
+) -> anyhow::Result<Vec<RunRow>> {
     let seeds = (0..arguments.runs).map(|run| arguments.seed.wrapping_add(run as u64));
     let seeds: Vec<u64> = seeds.collect();
-    let count = TRAFFIC.len() * courses.len() * seeds.len();
-    let bar = output::progress(count as u64, "driving");
-    let drives = drive_all(courses, &seeds, config, engines::cores(), || bar.inc(1))?;
-    bar.finish_and_clear();
-    Ok(drives)
+    let setups = [Setup::unnamed(config.clone())];
+    arguments.run.run(&Grid::of_worlds("driving", worlds, &setups, &seeds)?)
+}
+
+/// The first drive in each world once more, tick by tick, to draw it; none with `--runs 0`.
+fn traces(
+    arguments: &PaperArguments,
+    worlds: &[World],
+    config: &Config,
+) -> anyhow::Result<Vec<(TrafficKind, Trace)>> {
+    let worlds = if arguments.runs == 0 { &[] } else { worlds };
+    let drive = |world: &World| {
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+        let engine = Box::new(CpuEngine::single_threaded());
+        let run = world.drive(arguments.seed, config, engine, &mut observer)?;
+        let trace = run.result.map(|result| result.trace).unwrap_or_default();
+        Ok((run.row.traffic.unwrap_or(TrafficKind::None), trace))
+    };
+    run_in_order(worlds, arguments.run.jobs(), drive, || ())
 }
 
 fn mine(arguments: &PaperArguments, config: &Config) -> anyhow::Result<Site> {

@@ -1,6 +1,9 @@
 //! Text of the drives of `inbye bench paper`.
 
-use inbye::experiment::paper_drives::{Deviation, DriveRun, DriveSummary, DriveTable, Spread};
+use inbye::experiment::RunRow;
+use inbye::experiment::paper_drives::{Deviation, DriveSummary, DriveTable, Spread, scene};
+
+use super::paper_text::number;
 
 /// Heads the rows of [`run_row`].
 const RUN_HEADER: &str = "scene      seed  |dx| m  |dy| m  |dyaw| rad    paper's |dx| |dy| |dyaw|  time s  driven m  path m  gap m  to person m   \
@@ -13,9 +16,9 @@ const SUMMARY_HEADER: &str =
 /// Every drive with the paper's, the means, and the findings.
 pub fn table(table: &DriveTable) -> Vec<String> {
     let mut lines = vec![table.title.clone(), RUN_HEADER.to_owned()];
-    let first = table.rows.first().map(|run| run.scene.as_str());
+    let first = table.rows.first().map(scene);
     for (index, run) in table.rows.iter().enumerate() {
-        let of_first = Some(run.scene.as_str()) == first;
+        let of_first = Some(scene(run)) == first;
         let paper = table.paper.rows.get(index).filter(|_| of_first);
         lines.push(run_row(run, paper));
     }
@@ -27,24 +30,23 @@ pub fn table(table: &DriveTable) -> Vec<String> {
     lines
 }
 
-fn run_row(run: &DriveRun, paper: Option<&Deviation>) -> String {
-    let [dx_m, dy_m, dyaw_rad] = run.deviation.to_array();
+fn run_row(run: &RunRow, paper: Option<&Deviation>) -> String {
+    let [dx_m, dy_m, dyaw_rad] = Deviation::of(run).to_array();
     let printed = paper.map_or_else(String::new, |row| {
         row.to_array().map(|value| format!("{value:.3}")).join("  ")
     });
-    let nearest =
-        run.nearest_person_m.map_or_else(|| "-".to_owned(), |gap_m| format!("{gap_m:.3}"));
     format!(
-        "{:9} {:5} {dx_m:7.4} {dy_m:7.4} {dyaw_rad:11.4} {printed:>27} {:7.1} {:9.2} {:7.2} {:6.3} {nearest:>13} {:6} {:8.1} {:10.1}  {}",
-        run.scene,
+        "{:9} {:5} {dx_m:7.4} {dy_m:7.4} {dyaw_rad:11.4} {printed:>27} {:7.1} {:9.2} {:>7} {:>6} {:>13} {:6} {:>8} {:>10}  {}",
+        scene(run),
         run.seed,
         run.time_s,
         run.travelled_m,
-        run.path_length_m,
-        run.min_clearance_m,
+        number(run.path_m, 2),
+        number(run.min_clearance_m, 3),
+        number(run.nearest_moving_m, 3),
         run.plans,
-        100.0 * run.waited_share,
-        run.longest_wait_s,
+        number(run.waited_share.map(|share| 100.0 * share), 1),
+        number(run.longest_wait_s, 1),
         run.outcome.text(),
     )
 }

@@ -124,6 +124,7 @@ fn step_row(row: &StepRow) -> String {
     )
 }
 
-fn number(value: Option<f64>, decimals: usize) -> String {
+/// A value with this number of decimals; `-` without one.
+pub fn number(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| format!("{value:.decimals$}"))
 }

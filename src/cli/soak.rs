@@ -73,7 +73,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     let (count, seed) = (arguments.missions, missions.seed);
     let grid = Grid::of_missions("soak", &worlds, &setups, count, seed)?;
     if let Some((seed, folder)) = arguments.replay.zip(arguments.report.as_deref()) {
-        let Some(cell) = grid.cells.iter().find(|cell| cell.id.seed == seed) else {
+        let Some(cell) = grid.cells.iter().find(|cell| cell.row.seed == seed) else {
             bail!("--replay {seed}: no mission of these has that seed");
         };
         return replay(cell, folder, json);
@@ -227,9 +227,9 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
         Observer { clock: &mut wall_clock(), on_tick: &mut |moment| playback.record(moment) };
     let engine = Box::new(CpuEngine::single_threaded());
     let (world, config) = (&cell.world, &cell.config);
-    let run = world.drive(cell.id.seed, config, engine, &mut observer)?;
+    let run = world.drive(cell.row.seed, config, engine, &mut observer)?;
     if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
-        let title = format!("{}, seed {}", world.name, cell.id.seed);
+        let title = format!("{}, seed {}", world.name, cell.row.seed);
         let command = std::env::args().collect::<Vec<_>>().join(" ");
         let drive = MissionView {
             title: &title,

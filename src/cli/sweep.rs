@@ -159,12 +159,12 @@ fn requested<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<V
     let all = grid.distinct();
     for key in &arguments.cells {
         ensure!(
-            all.iter().any(|cell| cell.key == *key),
+            all.iter().any(|cell| cell.row.key == *key),
             ExperimentError::NoCell { key: key.clone() }
         );
     }
     let is_requested =
-        |cell: &&Cell| arguments.cells.is_empty() || arguments.cells.contains(&cell.key);
+        |cell: &&Cell| arguments.cells.is_empty() || arguments.cells.contains(&cell.row.key);
     let cells: Vec<&Cell> = all.into_iter().filter(is_requested).collect();
     Ok(match arguments.shard {
         Some(shard) => shard.of(&cells),
@@ -176,10 +176,9 @@ fn requested<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<V
 fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Result<bool> {
     let mut lines = Vec::new();
     for cell in cells {
-        let mut line = serde_json::to_value(&cell.id)?;
-        line["key"] = json!(cell.key);
+        let mut line = cell.row.names();
         if let Some(folder) = folder {
-            line["done"] = json!(folder.has(&cell.key)?);
+            line["done"] = json!(folder.has(&cell.row.key)?);
         }
         lines.push(line);
     }

@@ -56,7 +56,7 @@ impl Workers<'_> {
     pub fn run(&self, cells: &[&Cell], jobs: usize) -> anyhow::Result<Vec<(String, Done)>> {
         let bar = output::progress(cells.len() as u64, self.title);
         let (exclusive, shared): (Vec<&Cell>, Vec<&Cell>) =
-            cells.iter().copied().partition(|cell| cell.id.latency);
+            cells.iter().copied().partition(|cell| cell.row.latency);
         let mut done = self.pass(&shared, jobs, &bar)?;
         done.extend(self.pass(&exclusive, 1, &bar)?);
         bar.finish_and_clear();
@@ -76,7 +76,7 @@ impl Workers<'_> {
             let mut busy = Vec::new();
             let work = |cell: &&Cell| {
                 let done = self.cell(cell, wait)?;
-                Ok::<_, anyhow::Error>((cell.key.clone(), done))
+                Ok::<_, anyhow::Error>((cell.row.key.clone(), done))
             };
             run_jobs(&open, jobs, work, |(key, one)| {
                 if one == Done::Busy {
@@ -87,26 +87,26 @@ impl Workers<'_> {
                 }
                 Ok(())
             })?;
-            open.retain(|cell| busy.contains(&cell.key));
+            open.retain(|cell| busy.contains(&cell.row.key));
         }
         Ok(done)
     }
 
     fn cell(&self, cell: &Cell, wait: bool) -> anyhow::Result<Done> {
         let store = self.store;
-        if store.has(&cell.key)? {
+        if store.has(&cell.row.key)? {
             return Ok(Done::Found);
         }
-        let Some(claim) = store.claim(&cell.key, wait)? else {
+        let Some(claim) = store.claim(&cell.row.key, wait)? else {
             return Ok(Done::Busy);
         };
         // Another process may have finished it in between.
-        if store.has(&cell.key)? {
+        if store.has(&cell.row.key)? {
             claim.done();
             return Ok(Done::Found);
         }
-        let _machine = machine(cell.id.latency)?;
-        store.log(&cell.key, "begun");
+        let _machine = machine(cell.row.latency)?;
+        store.log(&cell.row.key, "begun");
         let engine = match open_engine(cell) {
             Ok(engine) => engine,
             Err(error) => return Ok(Done::NoEngine(error.to_string())),
@@ -121,7 +121,7 @@ impl Workers<'_> {
 
 /// Runs a cell without keeping its result.
 pub fn run_alone(cell: &Cell, machine_name: &str) -> anyhow::Result<CellFile> {
-    let _machine = machine(cell.id.latency)?;
+    let _machine = machine(cell.row.latency)?;
     let engine = open_engine(cell)?;
     Ok(run_cell(cell, engine, &mut wall_clock(), machine_name))
 }

@@ -1,27 +1,27 @@
 //! A cell: everything that its result depends on, and its key.
 
-use serde::{Deserialize, Serialize};
+use core::str::FromStr;
+
 use serde_json::{Value, json};
 
-use super::canonical::canonical;
-use super::{World, WorldKind};
+use super::{ExperimentError, RunRow, World};
 use crate::digest::BitDigest;
 use crate::runtime::Config;
 
 /// Number of the format of inputs and results. Raise it when the same inputs may give other results, or results are
 /// written differently, while the crate's version stays.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Hex digits of a key: 128 bits of SHA-256.
 const KEY_DIGITS: usize = 32;
+/// Largest number of shards.
+const MAX_SHARDS: usize = 1_000_000;
 
 /// One combination of world, settings, engine and seed.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// Its names.
-    pub id: CellId,
-    /// Digest of its inputs.
-    pub key: String,
+    /// Its row before the run: its names, and its key, the digest of its inputs. The key does not depend on the names.
+    pub row: RunRow,
     /// Its world.
     pub world: World,
     /// Its settings.
@@ -33,20 +33,19 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// A cell with these names. `threads` is the number of threads of a CPU engine.
-    pub(super) fn new(id: CellId, world: &World, config: Config, threads: usize) -> Self {
+    /// A cell with the names of this row. `threads` is the number of threads of a CPU engine.
+    pub(super) fn new(names: RunRow, world: &World, config: Config, threads: usize) -> Self {
         let inputs = json!({
             "format": FORMAT,
             "version": env!("CARGO_PKG_VERSION"),
             "world": world.digest,
-            "seed": id.seed,
-            "engine": id.engine,
-            "latency_threads": id.latency.then_some(threads),
+            "seed": names.seed,
+            "engine": names.engine,
+            "latency_threads": names.latency.then_some(threads),
             "settings": config,
         });
         Self {
-            key: key(&inputs),
-            id,
+            row: RunRow { key: key(&inputs), ..names },
             world: world.clone(),
             config,
             inputs,
@@ -56,34 +55,50 @@ impl Cell {
     }
 }
 
-/// The key of inputs.
+/// The key of inputs: a digest of their JSON with the fields of every object sorted by name.
 pub(super) fn key(inputs: &Value) -> String {
+    let mut inputs = inputs.clone();
+    inputs.sort_all_objects();
     let mut digest = BitDigest::default();
-    digest.text(&canonical(inputs));
+    digest.text(&inputs.to_string());
     let mut hex = digest.hex();
     hex.truncate(KEY_DIGITS);
     hex
 }
 
-/// Where a cell is in the grid of its plan. Its key does not depend on these names.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CellId {
-    /// Kind of the world.
-    pub kind: WorldKind,
-    /// Name or number of the world.
-    pub world: String,
-    /// Name of the changes to the settings; none where the plan has none.
-    pub config: Option<String>,
-    /// Name of the weights; none where the plan has none.
-    pub weights: Option<String>,
-    /// Forward speeds.
-    pub vx_samples: u32,
-    /// Turn rates.
-    pub vtheta_samples: u32,
-    /// The engine, as the plan names it.
-    pub engine: String,
-    /// The seed.
-    pub seed: u64,
-    /// Whether the cell measures latency and so has the machine to itself.
-    pub latency: bool,
+/// Part `index`, from 1, of `count` parts of the cells, for one machine of several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    index: usize,
+    count: usize,
+}
+
+impl FromStr for Shard {
+    type Err = ExperimentError;
+
+    fn from_str(text: &str) -> Result<Self, ExperimentError> {
+        let parts = text.split_once('/').and_then(|(index, count)| {
+            let (index, count) = (index.parse().ok()?, count.parse().ok()?);
+            Some(Self { index, count })
+        });
+        parts
+            .filter(|shard| (1..=shard.count).contains(&shard.index) && shard.count <= MAX_SHARDS)
+            .ok_or_else(|| ExperimentError::BadShard { text: text.escape_debug().to_string() })
+    }
+}
+
+impl Shard {
+    /// The cells of this part. Each cell is in one part. The numbers of latency cells differ by at most one between parts, and
+    /// so do the numbers of other cells. The keys determine the part, not the plan's order: a part mixes easy and hard cells.
+    #[must_use]
+    pub fn of<'c>(&self, cells: &[&'c Cell]) -> Vec<&'c Cell> {
+        let mut all = Vec::new();
+        for latency in [false, true] {
+            let kind = cells.iter().filter(|cell| cell.row.latency == latency);
+            let mut kind: Vec<&Cell> = kind.copied().collect();
+            kind.sort_by(|one, other| one.row.key.cmp(&other.row.key));
+            all.extend(kind.into_iter().skip(self.index - 1).step_by(self.count));
+        }
+        all
+    }
 }

@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::barn::BarnError;
 use super::dynabarn::DynaBarnError;
 use super::missions::MissionsError;
+use crate::bench::paper::PaperError;
 use crate::map::MapError;
 use crate::sim::SimError;
 
@@ -141,6 +142,9 @@ pub enum ExperimentError {
     /// `DynaBARN` worlds that cannot be read.
     #[error(transparent)]
     DynaBarn(#[from] DynaBarnError),
+    /// Scenes of the paper without a path.
+    #[error(transparent)]
+    Paper(#[from] PaperError),
     /// A table that cannot be written as Parquet.
     #[error("Parquet: {reason}")]
     Parquet {

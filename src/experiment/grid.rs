@@ -6,7 +6,7 @@ use std::path::Path;
 use toml::Table;
 
 use super::plan_worlds::worlds;
-use super::{Cell, CellId, ExperimentError, Plan, World};
+use super::{Cell, ExperimentError, Plan, RunRow, World};
 use crate::runtime::Config;
 
 /// All cells of a plan, in its order: worlds, settings, weights, samplings, engines, seeds.
@@ -150,9 +150,9 @@ impl Grid {
     #[must_use]
     pub fn on_engine(&self, engine: &str) -> Self {
         let moved = |cell: &Cell| {
-            let id = CellId { engine: engine.to_owned(), ..cell.id.clone() };
+            let names = RunRow { engine: engine.to_owned(), ..cell.row.clone() };
             let timed = cell.timed;
-            let cell = Cell::new(id, &cell.world, cell.config.clone(), cell.threads);
+            let cell = Cell::new(names, &cell.world, cell.config.clone(), cell.threads);
             Cell { timed, ..cell }
         };
         Self { title: self.title.clone(), cells: self.cells.iter().map(moved).collect() }
@@ -163,7 +163,7 @@ impl Grid {
     pub fn distinct(&self) -> Vec<&Cell> {
         let mut seen = BTreeSet::new();
         let cells = self.cells.iter();
-        cells.filter(|cell| seen.insert(cell.key.as_str())).collect()
+        cells.filter(|cell| seen.insert(cell.row.key.as_str())).collect()
     }
 
     fn empty(title: &str) -> Self {
@@ -171,26 +171,20 @@ impl Grid {
     }
 
     fn add(&mut self, world: &World, setup: &Setup, engine: &str, seed: u64, threads: usize) {
-        let id = CellId {
-            kind: world.kind,
-            world: world.name.clone(),
+        let names = RunRow {
             config: setup.name.clone(),
             weights: setup.weights.clone(),
-            vx_samples: setup.config.local.vx_samples,
-            vtheta_samples: setup.config.local.vtheta_samples,
-            engine: engine.to_owned(),
-            seed,
-            latency: world.latency,
+            ..world.row(&setup.config, engine, seed)
         };
-        let cell = Cell::new(id, world, setup.config.clone(), threads);
-        self.cells.push(cell);
+        self.cells.push(Cell::new(names, world, setup.config.clone(), threads));
     }
 
     fn check_names(&self) -> Result<(), ExperimentError> {
         let mut ids = BTreeSet::new();
         for cell in &self.cells {
-            if !ids.insert(format!("{:?}", cell.id)) {
-                let name = cell.id.world.clone();
+            let names = RunRow { key: String::new(), ..cell.row.clone() };
+            if !ids.insert(format!("{names:?}")) {
+                let name = names.world;
                 return Err(ExperimentError::SameName { name });
             }
         }

@@ -1,9 +1,15 @@
-//! The outcome of a run and its reason as text.
+//! The outcome of a run, its reason as text, and the attribution of a contact to the robot or to what it touched.
 
-use super::contact::{Contact, TouchedBody, contact};
 use super::{ContactCause, RunOutcome};
+use crate::geometry::{Point, Vector};
+use crate::robot::Footprint;
 use crate::runtime::{Config, MissionResult, TraceRow};
 use crate::sim::{Simulation, World};
+
+/// Closing speed above which the robot's own motion closed the gap, m/s.
+const CLOSING_M_S: f64 = 0.02;
+/// Highest speed of a body that counts as standing, m/s.
+const STANDING_M_S: f64 = 0.02;
 
 /// How a run ended, who caused a contact, and why the goal was not reached.
 pub(super) type Ended = (RunOutcome, Option<ContactCause>, Option<String>);
@@ -85,4 +91,100 @@ fn gaps(row: &TraceRow, result: &MissionResult, config: &Config, world: &World) 
     } else {
         to_static
     }
+}
+
+/// The body that was touched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TouchedBody {
+    /// A static obstacle.
+    Static,
+    /// A moving obstacle, by its index in the row's list.
+    Moving(usize),
+}
+
+/// A contact and its cause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The body that was touched; of several bodies, the one with the least gap.
+    pub body: TouchedBody,
+    /// Whose motion closed the gap: the robot's or only the other's.
+    pub cause: ContactCause,
+    /// Speed at which the robot's own motion closed the gap, m/s; below zero if it backed away. None for a static body,
+    /// which never causes a contact.
+    pub closing_m_s: Option<f64>,
+    /// Speed of the body, m/s; none if it was not present in the row before.
+    pub body_m_s: Option<f64>,
+}
+
+/// Returns the contact at a row of a trace, none if there is a gap. `before` is the previous row, `radii_m` are those of
+/// the moving obstacles, `world` holds the static ones.
+///
+/// The robot causes the contact when the body stands, or when the true velocity of the touching part of its footprint
+/// towards the body's centre is above 0.02 m/s, at the row or at the previous one: the gap closed between the two.
+/// Otherwise only the body's motion can have closed it.
+#[must_use]
+pub fn contact(
+    row: &TraceRow,
+    before: Option<&TraceRow>,
+    radii_m: &[f64],
+    footprint: &Footprint,
+    world: &World,
+) -> Option<Contact> {
+    let moving = row.moving.iter().zip(radii_m).enumerate();
+    let nearest = moving
+        .filter_map(|(index, (center, &radius_m))| {
+            let center = (*center)?;
+            let gap_m = footprint.gap_to_disc_m(&row.pose, &center, radius_m);
+            Some((gap_m, index, center))
+        })
+        .min_by(|one, other| one.0.total_cmp(&other.0));
+    let to_ground_m = world.gap_to_static_m(footprint, &row.pose);
+    let (gap_m, touched) = match nearest {
+        Some((gap_m, index, center)) if gap_m < to_ground_m => (gap_m, Some((index, center))),
+        _ => (to_ground_m, None),
+    };
+    if gap_m > 0.0 {
+        return None;
+    }
+    let Some((index, center)) = touched else {
+        return Some(Contact {
+            body: TouchedBody::Static,
+            cause: ContactCause::Robot,
+            closing_m_s: None,
+            body_m_s: Some(0.0),
+        });
+    };
+    let was = before.and_then(|before| Some((before, (*before.moving.get(index)?)?)));
+    let body_m_s = was.map(|(before, place)| {
+        (center - place).norm() / (row.time_s - before.time_s).max(f64::MIN_POSITIVE)
+    });
+    let earlier = was.map(|(before, place)| closing_m_s(before, footprint, &place));
+    let closing_m_s = closing_m_s(row, footprint, &center);
+    let closing_m_s = earlier.map_or(closing_m_s, |earlier| closing_m_s.max(earlier));
+    let stands = body_m_s.is_some_and(|body_m_s| body_m_s <= STANDING_M_S);
+    let cause =
+        if stands || closing_m_s > CLOSING_M_S { ContactCause::Robot } else { ContactCause::Other };
+    Some(Contact {
+        body: TouchedBody::Moving(index),
+        cause,
+        closing_m_s: Some(closing_m_s),
+        body_m_s,
+    })
+}
+
+/// Speed at which the robot's true motion brings the nearest disc of its footprint closer to a point, m/s.
+fn closing_m_s(row: &TraceRow, footprint: &Footprint, center: &Point) -> f64 {
+    let gap = |(own, radius_m): &(Point, f64)| (center - own).norm() - radius_m;
+    let nearest = footprint.at(&row.pose).min_by(|one, other| gap(one).total_cmp(&gap(other)));
+    let Some((own, _)) = nearest else {
+        return 0.0;
+    };
+    let (sin, cos) = libm::sincos(row.pose.yaw);
+    let arm = own - row.pose.position();
+    // The rotation of a disc about its own centre closes no gap; its centre moves with the robot.
+    let velocity =
+        Vector::new(cos, sin) * row.twist.linear + Vector::new(-arm.y, arm.x) * row.twist.angular;
+    let towards = center - own;
+    let distance_m = towards.norm();
+    if distance_m > 0.0 { velocity.dot(&towards) / distance_m } else { velocity.norm() }
 }

@@ -1,5 +1,7 @@
 //! The plan of a sweep, a TOML file.
 
+use core::fmt::{self, Display};
+use core::str::FromStr;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -7,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use toml::Table;
 
-use super::SamplingGrid;
 use crate::local::Weights;
 use crate::settings::{choices, commented_toml, setting_schema, settings};
 
@@ -43,7 +44,8 @@ settings! {
     #[serde(deny_unknown_fields, default)]
     pub struct PlanWorlds {
         /// Kind: "scenes", built in, each with its people; "map", routes on a map; "missions", a random one for each
-        /// seed, on a map or on the built-in ones; "barn" and "dynabarn", worlds of these benchmarks by their rules.
+        /// seed, on a map or on the built-in ones; "barn" and "dynabarn", worlds of these benchmarks by their rules;
+        /// "localization", the cases of `inbye bench localization`; "paper", the drives of `inbye bench paper`.
         pub kind: WorldKind = WorldKind::default();
         /// The folder of "barn" and "dynabarn", the map of "map" and "missions". It is relative to the plan's folder,
         /// such as "maps/mine.yaml".
@@ -98,6 +100,10 @@ pub enum WorldKind {
     Barn,
     /// `DynaBARN`.
     DynaBarn,
+    /// Cases of localization.
+    Localization,
+    /// Drives of the paper.
+    Paper,
 }
 
 impl WorldKind {
@@ -110,7 +116,58 @@ impl WorldKind {
             Self::Missions => "missions",
             Self::Barn => "barn",
             Self::DynaBarn => "dynabarn",
+            Self::Localization => "localization",
+            Self::Paper => "paper",
         }
+    }
+}
+
+/// Numbers of forward speeds and turn rates, written as `16x64`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct SamplingGrid {
+    /// Number of forward speeds, at least one.
+    pub vx_samples: u32,
+    /// Number of turn rates, at least one.
+    pub vtheta_samples: u32,
+}
+
+impl FromStr for SamplingGrid {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let count = |text: &str| text.parse().ok().filter(|&count: &u32| count > 0);
+        let counts = text.split_once('x');
+        counts
+            .and_then(|(v, omega)| {
+                Some(Self { vx_samples: count(v)?, vtheta_samples: count(omega)? })
+            })
+            .ok_or_else(|| {
+                let text = text.escape_debug();
+                format!(
+                    "`{text}` is no sampling: write forward speeds x turn rates, such as \"16x64\""
+                )
+            })
+    }
+}
+
+impl TryFrom<String> for SamplingGrid {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<SamplingGrid> for String {
+    fn from(grid: SamplingGrid) -> Self {
+        grid.to_string()
+    }
+}
+
+impl Display for SamplingGrid {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}x{}", self.vx_samples, self.vtheta_samples)
     }
 }
 

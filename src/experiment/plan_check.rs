@@ -31,17 +31,17 @@ impl Plan {
 
 impl PlanWorlds {
     fn check(&self) -> Result<(), ExperimentError> {
-        use WorldKind::{Barn, DynaBarn, Map, Scenes};
+        use WorldKind::{Barn, DynaBarn, Localization, Map, Paper, Scenes};
         let kind = self.kind;
         let is = |kinds: &[WorldKind]| kinds.contains(&kind);
         let path = self.path.as_ref().map_or("missing", |_| "given");
         let needs = is(&[Map, Barn, DynaBarn]);
         require(!needs || self.path.is_some(), "worlds.path", path, "given for this kind")?;
         require(
-            !is(&[Scenes]) || self.path.is_none(),
+            !is(&[Scenes, Localization, Paper]) || self.path.is_none(),
             "worlds.path",
             path,
-            "left out: scenes are built in",
+            "left out: worlds of this kind are built in",
         )?;
         let only = self.only.len();
         let expected = "left out: only barn and dynabarn have numbered worlds";

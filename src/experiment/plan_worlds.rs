@@ -4,16 +4,23 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::missions::Rules;
+use super::paper_drives::{Course, drive_worlds};
 use super::world::Route;
-use super::{ExperimentError, Plan, PlanRoute, PlanWorlds, World, WorldKind, barn, dynabarn};
-use crate::bench::paper::made_mine;
+use super::{
+    ExperimentError, LocalizationCase, LocalizationSite, Plan, PlanRoute, PlanWorlds, World,
+    WorldKind, barn, dynabarn,
+};
+use crate::bench::paper::{Site, made_mine};
 use crate::geometry::{Point, Pose};
 use crate::map::{LoadOptions, OccupancyGrid, load};
 use crate::navigator::Goal;
-use crate::sim::{Scene, scenes};
+use crate::runtime::Config;
+use crate::sim::{Scene, roadway, scenes};
 
 /// Seed of the generated mine.
 const MINE_SEED: u64 = 1;
+/// Smallest length of a tour of localization, metres.
+const TOUR_M: f64 = 300.0;
 
 /// All worlds of a plan, in its order. Paths are relative to this folder.
 pub(super) fn worlds(plan: &Plan, folder: &Path) -> Result<Vec<World>, ExperimentError> {
@@ -43,6 +50,14 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
             scenes().into_iter().map(|scene| of_scene(scene, group.time_limit_s)).collect()
         }
         WorldKind::Map => routes(group, &path)?,
+        WorldKind::Localization => {
+            let site = Arc::new(LocalizationSite::of_scene(roadway(), TOUR_M));
+            LocalizationCase::ALL.map(|case| World::localization(case, &site)).to_vec()
+        }
+        WorldKind::Paper => {
+            let config = Config::default();
+            drive_worlds(&Course::all(&Site::roadways(&config)?, &config)?)
+        }
         WorldKind::Missions => {
             let rules = Rules {
                 longest_m: group.longest_m,
@@ -67,7 +82,8 @@ fn of_scene(scene: Scene, time_limit_s: f64) -> World {
         start: scene.start,
         goal,
         people: scene.obstacles,
-        time_limit_s,
+        traffic: None,
+        time_limit_s: Some(time_limit_s),
     };
     World::route(WorldKind::Scenes, scene.name.to_owned(), route)
 }
@@ -84,7 +100,8 @@ fn routes(group: &PlanWorlds, path: &Path) -> Result<Vec<World>, ExperimentError
             start: Pose::from(route.start),
             goal,
             people: group.people,
-            time_limit_s: group.time_limit_s,
+            traffic: None,
+            time_limit_s: Some(group.time_limit_s),
         };
         World::route(WorldKind::Map, format!("{name} route {}", index + 1), route)
     };

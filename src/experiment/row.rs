@@ -1,11 +1,20 @@
 //! One row for each run, for all kinds of worlds.
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::{CellId, TrafficKind, WorldKind};
+use super::paper_drives::Deviation;
+use super::{LocalizationCase, TrafficKind, WorldKind};
 use crate::bench::columns::{column_values, columns};
-use crate::bench::{Latencies, LatencySummary};
-use crate::runtime::MissionResult;
+use crate::bench::{Columns, Latencies, LatencySummary};
+use crate::robot::Footprint;
+use crate::runtime::{Config, MissionResult, Trace, TraceRow};
+use crate::sim::Simulation;
+
+/// Below this speed the robot stands: m/s and rad/s.
+const STANDS_BELOW: f64 = 0.01;
+/// Number of the columns that name a cell, the first of a row.
+const NAMES: usize = 9;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -51,11 +60,12 @@ pub enum ContactCause {
 }
 
 column_values! {
-    Text: RunOutcome, ContactCause, WorldKind, TrafficKind;
+    Text: RunOutcome, ContactCause, WorldKind, TrafficKind, LocalizationCase;
 }
 
 columns! {
-    /// One run: its cell, how it ended, and its figures. Only the fields from `ran_on` on depend on the machine.
+    /// One run: its cell, how it ended, and its figures. Only the fields from `ran_on` on depend on the machine. The row of a
+    /// cell that was not run yet has the fields up to `latency`, and `key`.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     #[serde(default)]
     pub struct RunRow {
@@ -87,7 +97,7 @@ columns! {
         pub reason: Option<String>,
         /// Simulated time, seconds.
         pub time_s: f64 => 2,
-        /// Length of a mission's first global path, metres; none elsewhere.
+        /// Length of the first global path, metres, of a random mission or of a drive of the paper; none elsewhere.
         pub path_m: Option<f64> => 2,
         /// Distance driven, metres.
         pub travelled_m: f64 => 2,
@@ -101,7 +111,7 @@ columns! {
         pub optimal_time_s: Option<f64> => 2,
         /// BARN's score, 0 to 0.5; none elsewhere.
         pub score: Option<f64> => 4,
-        /// Kind of a mission's moving obstacles; none elsewhere.
+        /// Kind of the moving obstacles of a random mission or of a drive of the paper; none elsewhere.
         pub traffic: Option<TrafficKind>,
         /// Number of moving obstacles.
         pub obstacles: usize,
@@ -111,6 +121,53 @@ columns! {
         pub plans: usize,
         /// Number of ticks.
         pub ticks: usize,
+        /// Distance of the true final position from the goal along the x axis of the start pose, metres.
+        pub final_dx_m: Option<f64> => 4,
+        /// The same along its y axis.
+        pub final_dy_m: Option<f64> => 4,
+        /// The robot's true forward speed at the end, m/s, without its sign.
+        pub final_speed_m_s: Option<f64> => 2,
+        /// Smallest gap to a moving obstacle, metres; none without any.
+        pub nearest_moving_m: Option<f64> => 3,
+        /// Share of the ticks in which the robot stood.
+        pub waited_share: Option<f64> => 3,
+        /// The longest time in which it stood, seconds.
+        pub longest_wait_s: Option<f64> => 1,
+        /// The case of the localization experiment; none elsewhere.
+        pub case: Option<LocalizationCase>,
+        /// Share of each track's speed that is lost to slip. This and the next columns are none unless the pose comes from scans.
+        pub slip: Option<f64>,
+        /// Largest error of the estimated position over all ticks at which the robot was not lost, metres; the first second
+        /// after an injected fault does not count.
+        pub pose_error_max_m: Option<f64> => 4,
+        /// The same of the yaw, radians.
+        pub pose_error_max_rad: Option<f64> => 4,
+        /// Largest position error over the ticks at which it was neither lost nor uncertain, metres.
+        pub tracking_error_max_m: Option<f64> => 4,
+        /// Root mean square of the position errors, metres.
+        pub pose_error_rms_m: Option<f64> => 4,
+        /// Largest position error of odometry alone over the same ticks, metres.
+        pub odometry_error_max_m: Option<f64> => 2,
+        /// The same of the yaw, radians.
+        pub odometry_error_max_rad: Option<f64> => 4,
+        /// Largest standard deviation that the robot reported for its position, metres.
+        pub pose_sigma_max_m: Option<f64> => 3,
+        /// Share of revolutions in which scans did not observe at least one direction.
+        pub unobserved_share: Option<f64> => 3,
+        /// Smallest share of beams that agree with the map.
+        pub agreement_min_share: Option<f64> => 3,
+        /// Number of ticks at which the robot was uncertain of its pose.
+        pub uncertain_ticks: Option<u64>,
+        /// Number of ticks at which it was lost.
+        pub lost_ticks: Option<u64>,
+        /// Why it was first lost.
+        pub lost_reason: Option<String>,
+        /// Time from the injected fault, or from the start without one, until the robot was lost, seconds.
+        pub lost_after_s: Option<f64> => 1,
+        /// Distance driven from the fault until it stood or was localized again, metres.
+        pub driven_on_m: Option<f64> => 1,
+        /// Time from being lost until it was localized again, seconds.
+        pub found_after_s: Option<f64> => 1,
         /// Digest of the trace; none where no tick was driven.
         pub trace_digest: Option<String>,
         /// The cell's key; empty for a run outside a plan.
@@ -133,23 +190,34 @@ columns! {
 }
 
 impl RunRow {
-    /// The row with the names of a cell.
+    /// The row under the names and the key of a cell.
     #[must_use]
-    pub fn named(self, id: &CellId, key: &str) -> Self {
-        let id = id.clone();
+    pub fn named(self, cell: &Self) -> Self {
+        let cell = cell.clone();
         Self {
-            kind: id.kind,
-            world: id.world,
-            config: id.config,
-            weights: id.weights,
-            vx_samples: id.vx_samples,
-            vtheta_samples: id.vtheta_samples,
-            engine: id.engine,
-            seed: id.seed,
-            latency: id.latency,
-            key: key.to_owned(),
+            kind: cell.kind,
+            world: cell.world,
+            config: cell.config,
+            weights: cell.weights,
+            vx_samples: cell.vx_samples,
+            vtheta_samples: cell.vtheta_samples,
+            engine: cell.engine,
+            seed: cell.seed,
+            latency: cell.latency,
+            key: cell.key,
             ..self
         }
+    }
+
+    /// The columns that name the cell, and its key, as a JSON object.
+    #[must_use]
+    pub fn names(&self) -> Value {
+        let mut names = serde_json::to_value(self).unwrap_or_default();
+        if let Some(fields) = names.as_object_mut() {
+            let listed = &Self::COLUMNS[..NAMES];
+            fields.retain(|name, _| name == "key" || listed.iter().any(|it| it.name == name));
+        }
+        names
     }
 
     /// The row without the columns that depend on the wall clock or the machine: the same bits on every machine.
@@ -173,8 +241,30 @@ impl RunRow {
         self.outcome == RunOutcome::Reached
     }
 
+    /// Whether the run ended in contact.
+    #[must_use]
+    pub fn collided(&self) -> bool {
+        self.outcome == RunOutcome::Contact
+    }
+
+    /// Whether the robot moved at the end.
+    #[must_use]
+    pub fn was_moving(&self) -> bool {
+        self.final_speed_m_s.is_some_and(|speed_m_s| speed_m_s >= STANDS_BELOW)
+    }
+
     /// Fills in the figures of a run.
-    pub(super) fn fill(&mut self, result: &MissionResult) {
+    pub(super) fn fill(
+        &mut self,
+        simulation: &Simulation,
+        config: &Config,
+        result: &MissionResult,
+    ) {
+        let (trace, mission) = (&result.trace, &simulation.mission);
+        let last = trace.rows.last();
+        let pose = last.map_or(mission.start, |row| row.pose);
+        let [dx_m, dy_m] = Deviation::offset(&pose, &mission.goal.position, &mission.start);
+        let (waited_share, longest_wait_s) = waits(&trace.rows, config.local.control_period_s);
         let (x_m, y_m) = result.final_error_m;
         self.fault = result.fault.as_ref().map(|it| fault_name(&it.to_string()));
         self.time_s = result.time_s;
@@ -183,8 +273,14 @@ impl RunRow {
         self.final_error_m = Some(libm::hypot(x_m, y_m));
         self.final_yaw_error_rad = result.final_yaw_error;
         self.plans = result.plans.len();
-        self.ticks = result.trace.rows.len();
-        self.trace_digest = Some(result.trace.digest());
+        self.ticks = trace.rows.len();
+        self.final_dx_m = Some(dx_m);
+        self.final_dy_m = Some(dy_m);
+        self.final_speed_m_s = Some(last.map_or(0.0, |row| row.twist.linear.abs()));
+        self.nearest_moving_m = nearest_moving_m(trace, &config.robot.footprint);
+        self.waited_share = Some(waited_share);
+        self.longest_wait_s = Some(longest_wait_s);
+        self.trace_digest = Some(trace.digest());
     }
 
     /// Fills in the times of the ticks.
@@ -201,6 +297,30 @@ impl RunRow {
         self.tick_p99_ms = time(|times| times.p99_ms);
         self.tick_max_ms = time(|times| times.max_ms);
     }
+}
+
+fn nearest_moving_m(trace: &Trace, footprint: &Footprint) -> Option<f64> {
+    let gaps = trace.rows.iter().flat_map(|row| {
+        let moving = row.moving.iter().zip(&trace.moving_radii);
+        moving.filter_map(|(center, &radius_m)| {
+            Some(footprint.gap_to_disc_m(&row.pose, center.as_ref()?, radius_m))
+        })
+    });
+    gaps.reduce(f64::min)
+}
+
+/// The share of ticks in which the robot stood, and the longest sequence of them in seconds.
+fn waits(rows: &[TraceRow], period_s: f64) -> (f64, f64) {
+    let stands = |row: &TraceRow| {
+        row.twist.linear.abs() < STANDS_BELOW && row.twist.angular.abs() < STANDS_BELOW
+    };
+    let stood = rows.iter().filter(|row| stands(row)).count();
+    let longest = rows
+        .chunk_by(|a, b| stands(a) == stands(b))
+        .filter(|stretch| stretch.first().is_some_and(stands))
+        .map(<[TraceRow]>::len)
+        .max();
+    (stood as f64 / rows.len().max(1) as f64, longest.unwrap_or(0) as f64 * period_s)
 }
 
 /// Nav2's name at the beginning of a fault's sentence; `FAULT` where it has none.

@@ -1,12 +1,13 @@
 //! One run: a world driven with a seed.
 
 use super::barn::score;
+use super::localization::LocalizationMonitor;
 use super::outcome::outcome;
 use super::row::fault_name;
 use super::world::WorldSource;
 use super::{Cell, CellFile, RunError, RunOutcome, RunRow, World, WorldSimulation};
 use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
-use crate::runtime::{Config, MissionError, MissionResult, Observer};
+use crate::runtime::{Config, MissionError, MissionResult, Observer, PoseSource};
 use crate::sim::SimError;
 
 /// A run: its row, its simulation, and every tick.
@@ -33,16 +34,13 @@ impl World {
         observer: &mut Observer<'_>,
     ) -> Result<Run, RunError> {
         let mut row = RunRow {
-            kind: self.kind,
-            world: self.name.clone(),
-            vx_samples: config.local.vx_samples,
-            vtheta_samples: config.local.vtheta_samples,
-            engine: engine.kind().to_owned(),
-            seed,
             ran_on: Some(engine.name()),
             outcome: RunOutcome::Failed,
-            ..RunRow::default()
+            ..self.row(config, engine.kind(), seed)
         };
+        if let WorldSource::Localization { case, .. } = self.source.as_ref() {
+            row.case = Some(*case);
+        }
         let refused = |mut row: RunRow, fault: String, simulation| {
             row.fault = Some(fault_name(&fault));
             row.reason = Some(fault);
@@ -63,14 +61,24 @@ impl World {
             row.optimal_time_s = Some(world.optimal_time_s);
             row.score = Some(0.0);
         }
-        let result = match simulation.run(config, engine, observer) {
+        row.slip = (config.pose_source == PoseSource::Scans)
+            .then_some(config.simulation.dynamics.slip.mean);
+        let mut monitor = LocalizationMonitor::new(&simulation.faults);
+        let mut observer = Observer {
+            clock: &mut *observer.clock,
+            on_tick: &mut |event| {
+                monitor.on_tick(&mut row, event);
+                (observer.on_tick)(event);
+            },
+        };
+        let result = match simulation.run(config, engine, &mut observer) {
             Err(SimError::Mission(MissionError::Fault(fault))) => {
                 return Ok(refused(row, fault.to_string(), Some(generated)));
             }
             result => result?,
         };
         (row.outcome, row.contact_cause, row.reason) = outcome(simulation, config, &result);
-        row.fill(&result);
+        row.fill(simulation, config, &result);
         row.fill_times(&result.decision_s);
         match self.source.as_ref() {
             WorldSource::Barn(world) => {
@@ -80,7 +88,7 @@ impl World {
             WorldSource::DynaBarn(world) => {
                 row.contact_cause = world.contact_cause(&result, config);
             }
-            WorldSource::Route(_) | WorldSource::Mission { .. } => {}
+            _ => {}
         }
         Ok(Run { row, simulation: Some(generated), result: Some(result) })
     }
@@ -92,7 +100,7 @@ impl World {
 /// Fails when this machine does not have the engine. That is no result of the cell: another machine may have it.
 pub fn open_engine(cell: &Cell) -> Result<Box<dyn Engine>, EngineError> {
     // The plan's check accepts no other names.
-    let preference: EngineChoice = cell.id.engine.parse().unwrap_or_default();
+    let preference: EngineChoice = cell.row.engine.parse().unwrap_or_default();
     let is_gpu = matches!(preference, EngineChoice::Gpu(_));
     Ok(open_with_fallback(&preference, cell.threads, is_gpu)?.engine)
 }
@@ -106,18 +114,18 @@ pub fn run_cell(
     machine: &str,
 ) -> CellFile {
     let mut no_clock = || 0.0;
-    let is_timed = cell.timed || cell.id.latency;
+    let is_timed = cell.timed || cell.row.latency;
     let mut observer =
         Observer { clock: if is_timed { clock } else { &mut no_clock }, on_tick: &mut |_| {} };
-    let driven = cell.world.drive(cell.id.seed, &cell.config, engine, &mut observer);
+    let driven = cell.world.drive(cell.row.seed, &cell.config, engine, &mut observer);
     let row = match driven {
         Ok(run) => run.row,
         Err(error) => RunRow { reason: Some(error.to_string()), ..RunRow::default() },
     };
-    let mut row = row.named(&cell.id, &cell.key);
+    let mut row = row.named(&cell.row);
     if !is_timed {
         row = row.without_clock();
-    } else if cell.id.latency {
+    } else if cell.row.latency {
         row.machine = Some(machine.to_owned());
         row.threads = Some(cell.threads);
     }

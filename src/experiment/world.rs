@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use super::barn::{self, BarnWorld, Course};
 use super::dynabarn::{self, DynaBarnWorld};
+use super::localization::localization_config;
 use super::missions::{MissionSite, Rules};
-use super::{RunError, TrafficKind, WorldKind};
+use super::{LocalizationCase, LocalizationSite, RunError, RunRow, TrafficKind, WorldKind};
 use crate::digest::BitDigest;
 use crate::geometry::Pose;
 use crate::map::OccupancyGrid;
-use crate::navigator::Goal;
-use crate::runtime::{Config, Mission};
+use crate::navigator::{Fault, Goal};
+use crate::runtime::{Config, Mission, MissionError};
 use crate::sim::{SimError, Simulation};
 
 /// A world with the settings of its kind.
@@ -39,7 +40,12 @@ pub(super) enum WorldSource {
     Route(Route),
     /// A map, on which the seed determines a mission.
     Mission { map: Arc<OccupancyGrid>, rules: Rules },
+    /// A case of the localization experiment.
+    Localization { case: LocalizationCase, site: Arc<LocalizationSite> },
 }
+
+/// Time limit of a route for each metre of its path, seconds: a tenth of walking speed.
+const SLOWEST_S_PER_M: f64 = 10.0;
 
 /// A route on a map, among people.
 #[derive(Clone, Debug)]
@@ -48,7 +54,10 @@ pub(super) struct Route {
     pub start: Pose,
     pub goal: Goal,
     pub people: usize,
-    pub time_limit_s: f64,
+    /// Whether the people yield, by their kind; none for what the settings say.
+    pub traffic: Option<TrafficKind>,
+    /// None for a time limit by the length of the path.
+    pub time_limit_s: Option<f64>,
 }
 
 /// A simulation of a world, with the figures that the seed determines.
@@ -56,9 +65,9 @@ pub(super) struct Route {
 pub struct WorldSimulation {
     /// The mission in its world.
     pub simulation: Simulation,
-    /// Length of a random mission's first global path, metres.
+    /// Length of the first global path of a random mission or of a drive of the paper, metres.
     pub path_m: Option<f64>,
-    /// Kind of a random mission's moving obstacles.
+    /// Kind of its moving obstacles.
     pub traffic: Option<TrafficKind>,
     /// Number of obstacles on the path that the map does not show.
     pub unmapped: usize,
@@ -98,8 +107,30 @@ impl World {
         Self::new(WorldKind::Missions, name.to_owned(), Config::default(), source)
     }
 
+    /// A case of the localization experiment.
+    #[must_use]
+    pub fn localization(case: LocalizationCase, site: &Arc<LocalizationSite>) -> Self {
+        let name = format!("{} {}", site.name, case.name());
+        let source = WorldSource::Localization { case, site: Arc::clone(site) };
+        Self::new(WorldKind::Localization, name, localization_config(), source)
+    }
+
     pub(super) fn route(kind: WorldKind, name: String, route: Route) -> Self {
         Self::new(kind, name, Config::default(), WorldSource::Route(route))
+    }
+
+    /// The row of a run before its start.
+    pub(super) fn row(&self, config: &Config, engine: &str, seed: u64) -> RunRow {
+        RunRow {
+            kind: self.kind,
+            world: self.name.clone(),
+            vx_samples: config.local.vx_samples,
+            vtheta_samples: config.local.vtheta_samples,
+            engine: engine.to_owned(),
+            seed,
+            latency: self.latency,
+            ..RunRow::default()
+        }
     }
 
     /// The simulation of a seed.
@@ -108,38 +139,59 @@ impl World {
     /// [`RunError`] when the world is too large for a grid, has no room for a mission, or an obstacle cannot move as
     /// described.
     pub fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, RunError> {
-        let simulation = match self.source.as_ref() {
-            WorldSource::Barn(world) => world.simulation(seed)?,
-            WorldSource::DynaBarn(world) => world.simulation(seed)?,
+        let plain = |simulation| WorldSimulation {
+            simulation,
+            path_m: None,
+            traffic: None,
+            unmapped: 0,
+        };
+        Ok(match self.source.as_ref() {
+            WorldSource::Barn(world) => plain(world.simulation(seed)?),
+            WorldSource::DynaBarn(world) => plain(world.simulation(seed)?),
             WorldSource::Route(route) => route.simulation(seed, config)?,
             WorldSource::Mission { map, rules } => {
                 let site = MissionSite::new(&self.name, OccupancyGrid::clone(map), config);
-                let generated = site.generate(seed, rules, config)?;
-                return Ok(WorldSimulation {
-                    simulation: generated.simulation,
-                    path_m: Some(generated.path_m),
-                    traffic: Some(generated.traffic),
-                    unmapped: generated.unmapped,
-                });
+                site.generate(seed, rules, config)?
             }
-        };
-        Ok(WorldSimulation { simulation, path_m: None, traffic: None, unmapped: 0 })
+            WorldSource::Localization { case, site } => {
+                plain(site.simulation(*case, seed, config)?)
+            }
+        })
     }
 }
 
 impl Route {
     /// The simulation, with people spread along the path that the robot will plan.
-    fn simulation(&self, seed: u64, config: &Config) -> Result<Simulation, SimError> {
+    fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, SimError> {
         let ends = (self.start.position(), self.goal.position);
-        let spawner = config.simulation.pedestrians.spawner(self.people, seed);
-        Ok(Simulation {
-            moving_obstacles: spawner.spawn_on_route(&self.map, config, ends)?,
+        let mut pedestrians = config.simulation.pedestrians;
+        if let Some(traffic) = self.traffic {
+            pedestrians = pedestrians.yielding(traffic != TrafficKind::NonYielding);
+        }
+        let spawner = pedestrians.spawner(self.people, seed);
+        let moving_obstacles = spawner.spawn_on_route(&self.map, config, ends)?;
+        let path_m = match self.time_limit_s {
+            Some(_) => None,
+            None => Some(self.path_m(config)?),
+        };
+        let by_path_s = path_m.map(|path_m| SLOWEST_S_PER_M * path_m);
+        let simulation = Simulation {
+            moving_obstacles,
             seed,
             ..Simulation::new(Mission {
-                time_limit_s: self.time_limit_s,
+                time_limit_s: self.time_limit_s.or(by_path_s).unwrap_or_default(),
                 ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
             })
-        })
+        };
+        Ok(WorldSimulation { simulation, path_m, traffic: self.traffic, unmapped: 0 })
+    }
+
+    fn path_m(&self, config: &Config) -> Result<f64, SimError> {
+        let obstacles = self.map.obstacles(config.unknown);
+        let mut planner = config.route_planner(self.map.frame().resolution_m);
+        let ends = (self.start.position(), self.goal.position);
+        let plan = planner.plan(&obstacles, ends.0, ends.1, &mut || 0.0).map_err(|error| MissionError::from(Fault::Plan(error)))?;
+        Ok(plan.smoothed.length_m())
     }
 }
 
@@ -158,7 +210,8 @@ impl WorldSource {
                 digest.real(route.goal.position.y);
                 add_optional(&mut digest, route.goal.yaw);
                 digest.wide(route.people as u64);
-                digest.real(route.time_limit_s);
+                digest.text(route.traffic.map_or("", TrafficKind::name));
+                add_optional(&mut digest, route.time_limit_s);
             }
             Self::Mission { map, rules } => {
                 digest.text("mission");
@@ -167,6 +220,14 @@ impl WorldSource {
                 digest.real(rules.longest_m);
                 digest.wide(rules.most_people as u64);
                 digest.real(rules.unmapped_share);
+            }
+            Self::Localization { case, site } => {
+                digest.text("localization");
+                digest.text(case.name());
+                add_map(&mut digest, &site.map);
+                add_pose(&mut digest, &site.start);
+                let numbers = [site.goal.x, site.goal.y, site.tour_m];
+                numbers.iter().for_each(|&number| digest.real(number));
             }
         }
         digest.hex()

@@ -5,7 +5,7 @@ use super::number::significant;
 use super::svg::LegendEntry;
 use crate::bench::paper::{PathRow, Stage, StepRow};
 use crate::experiment::paper_drives::{
-    Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
+    Deviation, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable, scene,
 };
 
 /// Name of the table whose paths are shown as bars.
@@ -87,11 +87,11 @@ fn bar_chart((title, unit): (&'static str, &'static str), bars: &[(&str, Vec<f64
 
 /// The deviations of the drives that reached the goal, over their number within the scene, and those of the paper.
 fn deviations(table: &DriveTable) -> [Vec<(usize, Deviation)>; 2] {
-    let scenes = table.rows.chunk_by(|a, b| a.scene == b.scene);
+    let scenes = table.rows.chunk_by(|a, b| scene(a) == scene(b));
     let measured = scenes
         .flat_map(|runs| runs.iter().enumerate())
         .filter(|(_, run)| run.reached())
-        .map(|(index, run)| (index + 1, run.deviation));
+        .map(|(index, run)| (index + 1, Deviation::of(run)));
     let published = table.paper.rows.iter().enumerate();
     [measured.collect(), published.map(|(index, row)| (index + 1, *row)).collect()]
 }

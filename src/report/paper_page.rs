@@ -14,9 +14,10 @@ use super::paper_tables::{
 use crate::bench::paper::{Site, TaskRuns};
 use crate::experiment::TrafficKind;
 use crate::experiment::paper_drives::{
-    Course, DriveTable, Drives, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
+    Course, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
 };
 use crate::robot::Footprint;
+use crate::runtime::Trace;
 
 const TITLE: &str = "inbye: the paper's experiments";
 
@@ -52,8 +53,8 @@ pub struct PaperReport<'a> {
     pub mine: (&'a Site, &'a [TaskRuns]),
     /// The scenes of the drives; empty without drives.
     pub courses: &'a [Course],
-    /// The drives with each kind of traffic.
-    pub drives: &'a [Drives],
+    /// One drive on each course for each kind of traffic.
+    pub traces: &'a [(TrafficKind, Trace)],
     /// The footprint of the robot.
     pub footprint: &'a Footprint,
     /// The tables.
@@ -230,9 +231,8 @@ fn mine_maps(report: &PaperReport) -> Vec<MapsSideBySide> {
 
 /// The drives with one kind of traffic.
 fn drive_maps(report: &PaperReport, table: &DriveTable) -> MapsSideBySide {
-    let drives = report.drives.iter();
-    let shown =
-        drives.filter(|drives| drives.traffic == table.traffic).flat_map(|drives| &drives.shown);
+    let of_table = report.traces.iter().filter(|(traffic, _)| *traffic == table.traffic);
+    let shown = of_table.map(|(_, trace)| trace);
     let names = match table.traffic {
         TrafficKind::None => ["figure_12", "Fig. 12: no pedestrians"],
         TrafficKind::Yielding | TrafficKind::Appearing => {

@@ -7,7 +7,8 @@ use super::number::{NONE, fixed, significant};
 use crate::bench::paper::{
     AblationTable, Measure, PathTable, PublishedRow, Reduced, label_of, targets,
 };
-use crate::experiment::paper_drives::{ALL_SCENES, Deviation, DriveRun, DriveSummary, DriveTable};
+use crate::experiment::RunRow;
+use crate::experiment::paper_drives::{ALL_SCENES, Deviation, DriveSummary, DriveTable, scene};
 
 /// The paths of all variants.
 pub(super) fn path_table(table: &PathTable) -> Table {
@@ -185,13 +186,13 @@ fn deviation_text(summary: &DriveSummary, is_max: bool, axis: usize) -> String {
 
 /// Every drive. The ten drives of the paper stand next to those of the first scene.
 pub(super) fn run_table(table: &DriveTable) -> Table {
-    let first_scene = table.rows.first().map(|run| run.scene.as_str());
-    let rows: Vec<(&DriveRun, [f64; 3])> = table
+    let first_scene = table.rows.first().map(scene);
+    let rows: Vec<(&RunRow, [f64; 3])> = table
         .rows
         .iter()
         .enumerate()
         .map(|(index, run)| {
-            let is_first = Some(run.scene.as_str()) == first_scene;
+            let is_first = Some(scene(run)) == first_scene;
             let paper = table.paper.rows.get(index).filter(|_| is_first);
             (run, paper.map_or([f64::NAN; 3], |row| row.to_array()))
         })
@@ -200,21 +201,21 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
         format!("{}: every drive", table.title),
         &rows,
         &[
-            ("scene, seed", |(run, _)| format!("{}, {}", run.scene, run.seed)),
-            ("|dx|, m", |(run, _)| fixed(run.deviation.dx_m, 4)),
-            ("|dy|, m", |(run, _)| fixed(run.deviation.dy_m, 4)),
-            ("|dyaw|, rad", |(run, _)| fixed(run.deviation.dyaw_rad, 4)),
+            ("scene, seed", |(run, _)| format!("{}, {}", scene(run), run.seed)),
+            ("|dx|, m", |(run, _)| fixed(Deviation::of(run).dx_m, 4)),
+            ("|dy|, m", |(run, _)| fixed(Deviation::of(run).dy_m, 4)),
+            ("|dyaw|, rad", |(run, _)| fixed(Deviation::of(run).dyaw_rad, 4)),
             ("paper |dx|", |(_, paper)| published_text(paper[0])),
             ("paper |dy|", |(_, paper)| published_text(paper[1])),
             ("paper |dyaw|", |(_, paper)| published_text(paper[2])),
             ("time, s", |(run, _)| fixed(run.time_s, 1)),
             ("distance, m", |(run, _)| fixed(run.travelled_m, 2)),
-            ("path, m", |(run, _)| fixed(run.path_length_m, 2)),
-            ("smallest gap, m", |(run, _)| fixed(run.min_clearance_m, 3)),
-            ("to a pedestrian, m", |(run, _)| fixed(run.nearest_person_m.unwrap_or(f64::NAN), 3)),
+            ("path, m", |(run, _)| fixed(run.path_m.unwrap_or(f64::NAN), 2)),
+            ("smallest gap, m", |(run, _)| fixed(run.min_clearance_m.unwrap_or(f64::NAN), 3)),
+            ("to a pedestrian, m", |(run, _)| fixed(run.nearest_moving_m.unwrap_or(f64::NAN), 3)),
             ("plans", |(run, _)| run.plans.to_string()),
-            ("standing, %", |(run, _)| fixed(100.0 * run.waited_share, 1)),
-            ("longest stop, s", |(run, _)| fixed(run.longest_wait_s, 1)),
+            ("standing, %", |(run, _)| fixed(100.0 * run.waited_share.unwrap_or(f64::NAN), 1)),
+            ("longest stop, s", |(run, _)| fixed(run.longest_wait_s.unwrap_or(f64::NAN), 1)),
             ("end", |(run, _)| run.outcome.text().to_owned()),
         ],
     )

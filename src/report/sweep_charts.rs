@@ -28,6 +28,8 @@ pub(super) const fn names(kind: WorldKind) -> (&'static str, &'static str) {
         WorldKind::Missions => ("groups-missions", "Random missions"),
         WorldKind::Barn => ("groups-barn", "BARN"),
         WorldKind::DynaBarn => ("groups-dynabarn", "DynaBARN"),
+        WorldKind::Localization => ("groups-localization", "Localization"),
+        WorldKind::Paper => ("groups-paper", "Drives of the paper"),
     }
 }
 

@@ -15,7 +15,7 @@ const CHARACTER_M: f64 = 0.5;
 /// Cells along that side: 5 cm each, as usual for indoor maps.
 const CELLS: usize = 10;
 
-/// A map or drive that cannot be used.
+/// A map that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PaperError {
     /// Too little room for paths.
@@ -36,16 +36,6 @@ pub enum PaperError {
         task: String,
         /// Distance kept from obstacles, metres.
         radius_m: f64,
-    },
-    /// A drive that cannot start.
-    #[error("{scene}, seed {seed}: the drive cannot start: {reason}: try another seed")]
-    Drive {
-        /// The scene.
-        scene: String,
-        /// The seed.
-        seed: u64,
-        /// Why.
-        reason: String,
     },
 }
 

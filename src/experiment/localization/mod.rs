@@ -1,11 +1,249 @@
 //! Accuracy of localization: closed-loop drives on matched scans alone, compared with the simulator's truth.
 
-mod case;
-mod drive;
-mod error_monitor;
-mod ground;
-mod row;
+mod maps;
+mod monitor;
 
-pub use case::LocalizationCase;
-pub use drive::LocalizationPlan;
-pub use row::LocalizationRow;
+use core::f64::consts::PI;
+use std::sync::Arc;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Point, Pose};
+use crate::local::CpuEngine;
+use crate::map::{DistanceField, OccupancyGrid};
+use crate::navigator::{Fault, Goal};
+use crate::runtime::{Config, Mission, MissionError, Observer, PoseSource};
+use crate::sim::{
+    FaultInjection, Lidar, PedestrianSpawner, Scene, SimError, Simulation, crossing,
+    roadway as roadway_scene,
+};
+use maps::{coarsened, smooth_roadway, twin_roadways};
+pub(super) use monitor::LocalizationMonitor;
+
+/// Time of the injected fault, seconds: the robot is driving.
+const FAULT_S: f64 = 12.0;
+/// Length and width of the smooth roadways, metres.
+const ROADWAY_M: (f64, f64) = (120.0, 3.0);
+/// Search for a pose to move the robot to: free radius, metres, smallest distance from the start, metres, and attempts.
+const FREE_RADIUS_M: f64 = 1.1;
+const AWAY_M: f64 = 20.0;
+const TRIES: usize = 100_000;
+/// Longest time of a tour, seconds.
+const LONGEST_S: f64 = 3600.0;
+
+/// A case of the localization experiment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LocalizationCase {
+    /// Back and forth between start and goal, for the length of the tour.
+    Tour,
+    /// A tour among five people that the map does not show.
+    People,
+    /// A tour with a map of twice the world's cell size.
+    CoarseMap,
+    /// Along a straight smooth roadway of 120 m. Its walls do not show the position along it.
+    Smooth,
+    /// The robot is moved two metres back while it drives.
+    Kidnapped,
+    /// The robot is moved to a random free place, at least 20 m from the start.
+    KidnappedFar,
+    /// The robot is moved into an identical parallel roadway.
+    KidnappedToTwin,
+    /// Its lidar returns nothing from some time on.
+    Occluded,
+    /// Its lidar returns nothing for three seconds.
+    BrieflyOccluded,
+    /// The map is of another built-in scene.
+    OtherMap,
+}
+
+impl LocalizationCase {
+    /// All cases.
+    pub const ALL: [Self; 10] = [
+        Self::Tour,
+        Self::People,
+        Self::CoarseMap,
+        Self::Smooth,
+        Self::Kidnapped,
+        Self::KidnappedFar,
+        Self::KidnappedToTwin,
+        Self::Occluded,
+        Self::BrieflyOccluded,
+        Self::OtherMap,
+    ];
+
+    /// Its name in rows and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Tour => "tour",
+            Self::People => "people",
+            Self::CoarseMap => "coarse_map",
+            Self::Smooth => "smooth",
+            Self::Kidnapped => "kidnapped",
+            Self::KidnappedFar => "kidnapped_far",
+            Self::KidnappedToTwin => "kidnapped_to_twin",
+            Self::Occluded => "occluded",
+            Self::BrieflyOccluded => "briefly_occluded",
+            Self::OtherMap => "other_map",
+        }
+    }
+}
+
+/// The map and the ends of the drives.
+#[derive(Clone, Debug)]
+pub struct LocalizationSite {
+    /// Name of the map.
+    pub name: String,
+    /// The map, which is the world.
+    pub map: Arc<OccupancyGrid>,
+    /// Start of the drives.
+    pub start: Pose,
+    /// Point at which the drives turn back.
+    pub goal: Point,
+    /// Smallest length of a tour, metres.
+    pub tour_m: f64,
+}
+
+/// The settings of the drives: a lidar of 450 beams, 5 % slip, and the pose from scans.
+#[must_use]
+pub fn localization_config() -> Config {
+    let mut config = Config { pose_source: PoseSource::Scans, ..Config::default() };
+    config.simulation.lidar = Lidar::turning();
+    config.simulation.dynamics.slip.mean = 0.05;
+    config
+}
+
+impl LocalizationSite {
+    /// A built-in scene.
+    #[must_use]
+    pub fn of_scene(scene: Scene, tour_m: f64) -> Self {
+        let Scene { name, map, start, goal, .. } = scene;
+        Self { name: name.to_owned(), map: Arc::new(map), start, goal, tour_m }
+    }
+
+    pub(super) fn simulation(
+        &self,
+        case: LocalizationCase,
+        seed: u64,
+        config: &Config,
+    ) -> Result<Simulation, SimError> {
+        let (length_m, width_m) = ROADWAY_M;
+        let along = |x: f64| Point::new(x, 1.0 + width_m / 2.0);
+        let seeded = |mission| Simulation { seed, ..Simulation::new(mission) };
+        let roadway = |map: OccupancyGrid| {
+            let start = Pose::new(3.0, along(3.0).y, 0.0);
+            seeded(Mission::new(Arc::new(map), start, stop(along(length_m - 2.0))))
+        };
+        let one_leg = seeded(Mission::new(Arc::clone(&self.map), self.start, stop(self.goal)));
+        let kidnapped = |to, drive| Simulation {
+            faults: vec![FaultInjection::Kidnapped { at_s: FAULT_S, to }],
+            ..drive
+        };
+        let occluded = |to_s, drive| Simulation {
+            faults: vec![FaultInjection::LidarOccluded { from_s: FAULT_S, to_s }],
+            ..drive
+        };
+        Ok(match case {
+            LocalizationCase::Tour => self.back_and_forth(one_leg, config)?,
+            LocalizationCase::People => self.among_people(one_leg, config)?,
+            LocalizationCase::CoarseMap => {
+                let mut tour = self.back_and_forth(one_leg, config)?;
+                tour.mission.map = Arc::new(coarsened(&self.map));
+                tour.truth = Some(self.map.obstacles(config.unknown));
+                tour
+            }
+            LocalizationCase::Smooth => roadway(smooth_roadway(length_m, width_m)),
+            LocalizationCase::Kidnapped => {
+                kidnapped(self.place_behind(config, &one_leg)?, one_leg)
+            }
+            LocalizationCase::KidnappedFar => kidnapped(self.far_pose(seed, config), one_leg),
+            LocalizationCase::KidnappedToTwin => {
+                let twin = Pose::new(20.0, along(20.0).y + 1.0 + width_m, 0.0);
+                kidnapped(twin, roadway(twin_roadways(length_m, width_m)))
+            }
+            LocalizationCase::Occluded => occluded(f64::INFINITY, one_leg),
+            LocalizationCase::BrieflyOccluded => occluded(FAULT_S + 3.0, one_leg),
+            LocalizationCase::OtherMap => {
+                let own = roadway_scene();
+                Simulation {
+                    truth: Some(crossing().map.obstacles(config.unknown)),
+                    ..seeded(Mission::new(Arc::new(own.map), own.start, stop(own.goal)))
+                }
+            }
+        })
+    }
+
+    /// Enough legs for the tour's length.
+    fn back_and_forth(&self, mut drive: Simulation, config: &Config) -> Result<Simulation, SimError> {
+        let path = self.path(config)?;
+        let lengths = path.windows(2).map(|leg| (leg[1] - leg[0]).norm());
+        let length_m = lengths.sum::<f64>().max(1.0);
+        // The robot cuts corners, so one leg more.
+        let legs = (self.tour_m / length_m).ceil() as usize + 1;
+        let ends = [self.goal, self.start.position()];
+        let mut stops: Vec<Goal> = (0..legs).map(|leg| stop(ends[leg % 2])).collect();
+        let goal = stops.pop().unwrap_or_else(|| stop(self.goal));
+        drive.mission = Mission { via: stops, goal, time_limit_s: LONGEST_S, ..drive.mission };
+        Ok(drive)
+    }
+
+    fn among_people(&self, one_leg: Simulation, config: &Config) -> Result<Simulation, SimError> {
+        let ground = self.map.obstacles(config.unknown);
+        let ends = [self.start.position(), self.goal];
+        let spawner = PedestrianSpawner::new(5, one_leg.seed);
+        let moving_obstacles = spawner.spawn(&ground, &self.path(config)?, &ends)?;
+        let tour = self.back_and_forth(one_leg, config)?;
+        Ok(Simulation { moving_obstacles, ..tour })
+    }
+
+    /// The pose two metres behind the robot at the time of the fault, from a drive without it.
+    fn place_behind(&self, config: &Config, one_leg: &Simulation) -> Result<Pose, SimError> {
+        let mut simulation = one_leg.clone();
+        simulation.mission.time_limit_s = FAULT_S;
+        let result = simulation.run(
+            config,
+            Box::new(CpuEngine::single_threaded()),
+            &mut Observer { clock: &mut || 0.0, on_tick: &mut |_| {} },
+        )?;
+        let rows = &result.trace.rows;
+        let last = rows.last().map_or(self.start, |row| row.pose);
+        let behind =
+            rows.iter().rev().find(|row| (row.pose.position() - last.position()).norm() >= 2.0);
+        Ok(behind.map_or(self.start, |row| row.pose))
+    }
+
+    /// A random free pose with room for the robot, far from the start.
+    fn far_pose(&self, seed: u64, config: &Config) -> Pose {
+        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+        let field = DistanceField::new(&self.map.obstacles(config.unknown));
+        let frame = field.frame();
+        let is_good = |pose: &Pose| {
+            let cell = frame.cell_of(&pose.position());
+            cell.is_some_and(|cell| field.distance_m(cell) > FREE_RADIUS_M)
+                && (pose.position() - self.start.position()).norm() > AWAY_M
+        };
+        let mut any = || {
+            let cell = frame.cell_at(rng.random_range(0..frame.len()));
+            let place = frame.center_of(cell);
+            Pose::new(place.x, place.y, rng.random_range(-PI..PI))
+        };
+        let found = (0..TRIES).map(|_| any()).find(is_good);
+        found.unwrap_or_else(|| Pose::new(self.goal.x, self.goal.y, 0.0))
+    }
+
+    fn path(&self, config: &Config) -> Result<Vec<Point>, SimError> {
+        let ground = self.map.obstacles(config.unknown);
+        let mut planner = config.route_planner(self.map.frame().resolution_m);
+        let plan = planner
+            .plan(&ground, self.start.position(), self.goal, &mut || 0.0)
+            .map_err(|error| MissionError::from(Fault::Plan(error)))?;
+        Ok(plan.smoothed.points().to_vec())
+    }
+}
+
+const fn stop(position: Point) -> Goal {
+    Goal { position, yaw: None }
+}

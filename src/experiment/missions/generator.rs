@@ -9,7 +9,8 @@ use rand_pcg::Pcg64Mcg;
 use super::flood_fill::flood_fill;
 use super::traffic::traffic;
 use super::unmapped::add_unmapped;
-use super::{MissionSite, MissionsError, Rules, TrafficKind};
+use super::{MissionSite, MissionsError, Rules};
+use crate::experiment::WorldSimulation;
 use crate::geometry::{Point, Pose};
 use crate::global::Plan;
 use crate::navigator::{Goal, RoutePlanner};
@@ -23,19 +24,6 @@ const ATTEMPTS: usize = 200;
 const TIME_S: f64 = 180.0;
 const TIME_S_PER_M: f64 = 6.0;
 
-/// A generated mission.
-#[derive(Clone, Debug)]
-pub struct GeneratedMission {
-    /// The mission in its world.
-    pub simulation: Simulation,
-    /// Length of the path that the robot's own planner finds on the map at the start, metres.
-    pub path_m: f64,
-    /// Kind of the moving obstacles.
-    pub traffic: TrafficKind,
-    /// Number of obstacles on the path that the map does not show.
-    pub unmapped: usize,
-}
-
 impl MissionSite {
     /// Generates the mission of a seed: start and goal in free space, joined by a path of the planner within the rules'
     /// lengths; both yaws are uniformly random.
@@ -47,7 +35,7 @@ impl MissionSite {
         seed: u64,
         rules: &Rules,
         config: &Config,
-    ) -> Result<GeneratedMission, MissionsError> {
+    ) -> Result<WorldSimulation, MissionsError> {
         rules.validate()?;
         let mut planner = config.route_planner(self.map.frame().resolution_m);
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -76,7 +64,12 @@ impl MissionSite {
                 ..Mission::new(Arc::clone(&self.map), start, goal)
             })
         };
-        Ok(GeneratedMission { simulation, path_m, traffic, unmapped })
+        Ok(WorldSimulation {
+            simulation,
+            path_m: Some(path_m),
+            traffic: Some(traffic),
+            unmapped,
+        })
     }
 
     fn ends(

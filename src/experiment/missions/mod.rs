@@ -12,7 +12,6 @@ mod unmapped;
 
 use thiserror::Error;
 
-pub use generator::GeneratedMission;
 pub use rules::Rules;
 pub use site::MissionSite;
 pub use traffic::TrafficKind;

@@ -1,8 +1,9 @@
-//! Deviation of the final pose from the goal.
+//! Deviation of the final pose from the goal: of our drives, and Tables 3 and 4 as the paper prints them.
 
 use serde::Serialize;
 
-use crate::geometry::{Pose, wrap_angle};
+use crate::experiment::RunRow;
+use crate::geometry::{Point, Pose};
 
 /// Absolute deviations of the final pose from the goal's, as the columns of Tables 3 and 4.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -19,17 +20,19 @@ pub struct Deviation {
 pub(super) const COLUMNS: [&str; 3] = ["|dx|", "|dy|", "|dyaw|"];
 
 impl Deviation {
-    /// The deviation of a final pose from the goal's, both in the map frame, along the axes of the start pose, which is the
-    /// paper's origin.
+    /// The deviation of a run; not a number where it did not start.
     #[must_use]
-    pub fn between(last: &Pose, goal: &Pose, start: &Pose) -> Self {
-        let local = |pose: &Pose| start.inverse_transform(&pose.position());
-        let off = local(last) - local(goal);
-        Self {
-            dx_m: off.x.abs(),
-            dy_m: off.y.abs(),
-            dyaw_rad: wrap_angle(last.yaw - goal.yaw).abs(),
-        }
+    pub fn of(run: &RunRow) -> Self {
+        let figure = |figure: Option<f64>| figure.map_or(f64::NAN, f64::abs);
+        let yaw_rad = figure(run.final_yaw_error_rad);
+        Self::from_array([figure(run.final_dx_m), figure(run.final_dy_m), yaw_rad])
+    }
+
+    /// The offset of a final pose from the goal, both in the map frame, along the axes of the start pose, which is the
+    /// paper's origin.
+    pub(in crate::experiment) fn offset(last: &Pose, goal: &Point, start: &Pose) -> [f64; 2] {
+        let off = start.inverse_transform(&last.position()) - start.inverse_transform(goal);
+        [off.x, off.y]
     }
 
     /// Along x, along y, in yaw.
@@ -67,29 +70,64 @@ impl Spread {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use core::f64::consts::{FRAC_PI_2, PI};
+/// A table of deviations in the paper.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PublishedDeviations {
+    /// Its ten rows.
+    pub rows: Vec<Deviation>,
+    /// Mean and largest of these rows.
+    pub of_rows: Spread,
+    /// Mean and largest in the text, which differ from the rows in places.
+    pub of_text: Spread,
+}
 
-    use super::*;
+/// Table 3: ten drives in a known static environment.
+#[must_use]
+pub fn published_table_3() -> PublishedDeviations {
+    published(
+        [
+            [0.070, 0.068, 0.034],
+            [0.062, 0.082, 0.031],
+            [0.101, 0.013, 0.181],
+            [0.067, 0.031, 0.007],
+            [0.094, 0.090, 0.021],
+            [0.085, 0.025, 0.039],
+            [0.088, 0.070, 0.020],
+            [0.034, 0.088, 0.013],
+            [0.059, 0.067, 0.012],
+            [0.094, 0.018, 0.234],
+        ],
+        [0.075, 0.055, 0.059],
+        [0.101, 0.090, 0.234],
+    )
+}
 
-    #[test]
-    fn deviation_is_along_the_axes_of_the_start() {
-        let start = Pose::new(7.0, -2.0, FRAC_PI_2);
-        let goal = Pose::new(10.0, 3.0, PI - 0.01);
-        let last = Pose::new(10.2, 2.9, -PI + 0.02);
-        let off = Deviation::between(&last, &goal, &start);
-        for (found, expected) in off.to_array().into_iter().zip([0.1, 0.2, 0.03]) {
-            assert!((found - expected).abs() < 1e-12, "{off:?}");
-        }
-    }
+/// Table 4: ten drives in an unknown dynamic environment.
+#[must_use]
+pub fn published_table_4() -> PublishedDeviations {
+    published(
+        [
+            [0.136, 0.033, 0.072],
+            [0.079, 0.036, 0.178],
+            [0.111, 0.011, 0.040],
+            [0.148, 0.028, 0.543],
+            [0.054, 0.143, 0.001],
+            [0.084, 0.011, 0.018],
+            [0.023, 0.305, 0.037],
+            [0.086, 0.065, 0.089],
+            [0.073, 0.045, 0.013],
+            [0.020, 0.052, 0.006],
+        ],
+        [0.081, 0.012, 0.099],
+        [0.148, 0.143, 0.543],
+    )
+}
 
-    #[test]
-    fn spread_of_no_deviations_is_none() {
-        assert_eq!(Spread::of(&[]), None);
-        let rows = [[0.1, 0.4, 0.0], [0.3, 0.0, 0.2]].map(Deviation::from_array);
-        let spread = Spread::of(&rows).expect("two rows");
-        assert_eq!(spread.mean.to_array(), [0.2, 0.2, 0.1]);
-        assert_eq!(spread.max.to_array(), [0.3, 0.4, 0.2]);
+fn published(rows: [[f64; 3]; 10], mean: [f64; 3], max: [f64; 3]) -> PublishedDeviations {
+    let rows = rows.map(Deviation::from_array).to_vec();
+    PublishedDeviations {
+        of_rows: Spread::of(&rows).expect("ten rows have a mean"),
+        of_text: Spread { mean: Deviation::from_array(mean), max: Deviation::from_array(max) },
+        rows,
     }
 }

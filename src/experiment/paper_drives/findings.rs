@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use super::deviation::COLUMNS;
 use super::{
-    ALL_SCENES, DriveRun, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, MET_WITHIN_M,
-    PublishedDeviations, Spread,
+    ALL_SCENES, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, MET_WITHIN_M,
+    PublishedDeviations, Spread, scene,
 };
-use crate::experiment::TrafficKind;
+use crate::experiment::{RunRow, TrafficKind};
 
 /// Factor by which deviations should be smaller than the paper's.
 const TARGET_RATIO: f64 = 10.0;
@@ -44,7 +44,7 @@ pub(super) fn findings(table: &DriveTable) -> Vec<String> {
     findings
 }
 
-fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
+fn ends(rows: &[RunRow], all: &DriveSummary) -> String {
     let count = |count: usize| match count {
         0 => "none".to_owned(),
         count if count == all.runs => "all".to_owned(),
@@ -65,8 +65,8 @@ fn ends(rows: &[DriveRun], all: &DriveSummary) -> String {
 }
 
 /// States the number of distinct drives; identical drives add no evidence.
-fn distinct_traces(rows: &[DriveRun]) -> Option<String> {
-    let digests: BTreeSet<&str> = rows.iter().map(|run| run.trace_digest.as_str()).collect();
+fn distinct_traces(rows: &[RunRow]) -> Option<String> {
+    let digests: BTreeSet<&str> = rows.iter().filter_map(|run| run.trace_digest.as_deref()).collect();
     (digests.len() < rows.len()).then(|| {
         format!("Only {} of them differ: the seed has no effect on the others.", digests.len())
     })
@@ -128,8 +128,8 @@ fn limits(summaries: &[DriveSummary]) -> String {
     }
 }
 
-fn people(rows: &[DriveRun], all: &DriveSummary) -> String {
-    let gaps = rows.iter().filter_map(|run| run.nearest_person_m);
+fn people(rows: &[RunRow], all: &DriveSummary) -> String {
+    let gaps = rows.iter().filter_map(|run| run.nearest_moving_m);
     let nearest_m = gaps.fold(f64::INFINITY, f64::min);
     format!(
         "A person came within {MET_WITHIN_M} m in {} of {} drives; the smallest gap to a person was {nearest_m:.3} m.",
@@ -137,14 +137,15 @@ fn people(rows: &[DriveRun], all: &DriveSummary) -> String {
     )
 }
 
-fn waits(rows: &[DriveRun], all: &DriveSummary) -> Option<String> {
+fn waits(rows: &[RunRow], all: &DriveSummary) -> Option<String> {
+    let wait_s = |run: &RunRow| run.longest_wait_s.unwrap_or_default();
     // `max_by` returns the last of equal ones; from the end that is the first.
-    let longest = rows.iter().rev().max_by(|a, b| a.longest_wait_s.total_cmp(&b.longest_wait_s))?;
+    let longest = rows.iter().rev().max_by(|a, b| wait_s(a).total_cmp(&wait_s(b)))?;
     Some(format!(
         "The robot stood for {:.1} % of the time, at most {:.1} s at a time, in {} with seed {}.",
         100.0 * all.waited_share,
-        longest.longest_wait_s,
-        longest.scene,
+        wait_s(longest),
+        scene(longest),
         longest.seed
     ))
 }

@@ -6,17 +6,13 @@
 mod course;
 mod deviation;
 mod findings;
-mod published;
-mod run;
-mod series;
 mod table;
 
-pub use course::{Course, GOAL_YAW_RAD, START_YAW_RAD};
-pub use deviation::{Deviation, Spread};
-pub use published::{PublishedDeviations, published_table_3, published_table_4};
-pub use run::{Drive, DriveRun, MET_WITHIN_M};
-pub use series::{Drives, TRAFFIC, drive_all};
+pub use course::{Course, GOAL_YAW_RAD, START_YAW_RAD, TRAFFIC, drive_worlds};
+pub use deviation::{
+    Deviation, PublishedDeviations, Spread, published_table_3, published_table_4,
+};
 pub use table::{
-    ALL_SCENES, Acceptance, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, PaperTable,
-    drive_table,
+    ALL_SCENES, Acceptance, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, MET_WITHIN_M,
+    PaperTable, drive_table, scene,
 };

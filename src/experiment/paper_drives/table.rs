@@ -4,15 +4,17 @@ use serde::Serialize;
 
 use super::findings::findings;
 use super::{
-    Deviation, DriveRun, Drives, PublishedDeviations, Spread, published_table_3, published_table_4,
+    Deviation, PublishedDeviations, Spread, published_table_3, published_table_4,
 };
 use crate::bench::paper::{AblationTable, PathTable};
-use crate::experiment::TrafficKind;
+use crate::experiment::{RunRow, TrafficKind};
 
 /// Largest mean deviation along an axis that is accepted, metres.
 pub const MEAN_LIMIT_M: f64 = 0.01;
 /// Largest mean deviation in yaw that is accepted, radians.
 pub const MEAN_LIMIT_RAD: f64 = 0.01;
+/// A person closer than this counts as near, metres between both edges.
+pub const MET_WITHIN_M: f64 = 1.5;
 /// Name of the summary of all scenes.
 pub const ALL_SCENES: &str = "all";
 
@@ -60,7 +62,7 @@ pub struct DriveTable {
     /// The kind of traffic.
     pub traffic: TrafficKind,
     /// Scene by scene, in each seed by seed.
-    pub rows: Vec<DriveRun>,
+    pub rows: Vec<RunRow>,
     /// A summary of each scene, then of all.
     pub summaries: Vec<DriveSummary>,
     /// The paper's table.
@@ -122,26 +124,30 @@ impl Acceptance {
 }
 
 impl DriveSummary {
-    fn of(scene: &str, runs: &[DriveRun]) -> Self {
-        let count = |is: fn(&DriveRun) -> bool| runs.iter().filter(|run| is(run)).count();
-        let figures = |figure: fn(&DriveRun) -> f64| runs.iter().map(figure);
+    fn of(scene: &str, runs: &[RunRow]) -> Self {
+        let count = |is: fn(&RunRow) -> bool| runs.iter().filter(|run| is(run)).count();
+        let figures = |figure: fn(&RunRow) -> f64| runs.iter().map(figure);
         let mean = |figure| figures(figure).sum::<f64>() / runs.len().max(1) as f64;
         let reached = runs.iter().filter(|run| run.reached());
-        let deviations: Vec<Deviation> = reached.map(|run| run.deviation).collect();
+        let deviations: Vec<Deviation> = reached.map(Deviation::of).collect();
         Self {
             scene: scene.to_owned(),
             runs: runs.len(),
             reached: deviations.len(),
-            contacts: count(DriveRun::collided),
-            near_people: count(DriveRun::is_near_person),
+            contacts: count(RunRow::collided),
+            near_people: count(|run| run.nearest_moving_m.is_some_and(|it| it <= MET_WITHIN_M)),
             deviation: Spread::of(&deviations),
             time_s: mean(|run| run.time_s),
             travelled_m: mean(|run| run.travelled_m),
-            path_length_m: mean(|run| run.path_length_m),
-            min_clearance_m: figures(|run| run.min_clearance_m).fold(f64::INFINITY, f64::min),
+            path_length_m: mean(|run| run.path_m.unwrap_or_default()),
+            min_clearance_m: runs
+                .iter()
+                .filter_map(|run| run.min_clearance_m)
+                .fold(f64::INFINITY, f64::min),
             plans: runs.iter().map(|run| run.plans).max().unwrap_or(0),
-            waited_share: mean(|run| run.waited_share),
-            longest_wait_s: figures(|run| run.longest_wait_s).fold(0.0, f64::max),
+            waited_share: mean(|run| run.waited_share.unwrap_or_default()),
+            longest_wait_s: figures(|run| run.longest_wait_s.unwrap_or_default())
+                .fold(0.0, f64::max),
         }
     }
 
@@ -161,29 +167,38 @@ impl DriveTable {
     /// not yield: that is a finding, not a fault.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
-        let was_hit_standing = |run: &DriveRun| {
+        let was_hit_standing = |run: &RunRow| {
             self.traffic == TrafficKind::NonYielding && run.collided() && !run.was_moving()
         };
         let bad = self.rows.iter().filter(|run| !run.reached() && !was_hit_standing(run));
         bad.map(|run| {
-            let what = match (&run.fault, run.collided()) {
-                (_, true) => format!("contact, at {:.2} m/s", run.final_speed_m_s),
-                (Some(fault), false) => format!("gave up: {fault}"),
-                (None, false) => "did not arrive in time".to_owned(),
+            let what = match (&run.fault, &run.reason) {
+                _ if run.collided() => {
+                    format!("contact, at {:.2} m/s", run.final_speed_m_s.unwrap_or_default())
+                }
+                (Some(_), Some(reason)) => format!("gave up: {reason}"),
+                (None, Some(reason)) if run.ticks == 0 => format!("did not start: {reason}"),
+                _ => "did not arrive in time".to_owned(),
             };
-            let (scene, seed, traffic) = (&run.scene, run.seed, text(self.traffic));
+            let (scene, seed, traffic) = (scene(run), run.seed, text(self.traffic));
             format!("{scene}, seed {seed}, {traffic}: {what} after {:.1} s", run.time_s)
         })
         .collect()
     }
 }
 
-/// The drives of one kind of traffic as a table: Table 3 without people, else Table 4.
+/// The scene of a drive.
 #[must_use]
-pub fn drive_table(drives: &Drives) -> DriveTable {
-    let rows = drives.runs.clone();
-    let text = text(drives.traffic);
-    let (name, title, paper) = match drives.traffic {
+pub fn scene(run: &RunRow) -> &str {
+    run.world.split(' ').next().unwrap_or_default()
+}
+
+/// The drives of one kind of traffic as a table: Table 3 without people, else Table 4. The rows are sorted by scene, then
+/// by seed.
+#[must_use]
+pub fn drive_table(traffic: TrafficKind, rows: Vec<RunRow>) -> DriveTable {
+    let text = text(traffic);
+    let (name, title, paper) = match traffic {
         TrafficKind::None => {
             ("table_3", format!("Table 3, figs. 12 and 17: driven {text}"), published_table_3())
         }
@@ -197,16 +212,16 @@ pub fn drive_table(drives: &Drives) -> DriveTable {
         ),
     };
     let summaries = summaries(&rows);
-    let all = |is: fn(&DriveRun) -> bool| rows.iter().all(is);
+    let all = |is: fn(&RunRow) -> bool| rows.iter().all(is);
     let acceptance = Acceptance {
         no_contact: all(|run| !run.collided()),
-        all_reached: all(DriveRun::reached),
+        all_reached: all(RunRow::reached),
         means_within_limits: summaries.iter().all(DriveSummary::is_within_limits),
     };
     let mut table = DriveTable {
         name,
         title,
-        traffic: drives.traffic,
+        traffic,
         rows,
         summaries,
         paper,
@@ -227,8 +242,8 @@ const fn text(traffic: TrafficKind) -> &'static str {
     }
 }
 
-fn summaries(rows: &[DriveRun]) -> Vec<DriveSummary> {
-    let scenes = rows.chunk_by(|a, b| a.scene == b.scene);
-    let each = scenes.map(|runs| (runs[0].scene.as_str(), runs));
+fn summaries(rows: &[RunRow]) -> Vec<DriveSummary> {
+    let scenes = rows.chunk_by(|a, b| scene(a) == scene(b));
+    let each = scenes.map(|runs| (scene(&runs[0]), runs));
     each.chain([(ALL_SCENES, rows)]).map(|(scene, runs)| DriveSummary::of(scene, runs)).collect()
 }

@@ -155,9 +155,9 @@ fn the_scenes_are_driven() {
     for table in drives {
         assert_fields(
             table,
-            "title text, rows[].scene text, rows[].seed whole, rows[].outcome text, \
-             rows[].deviation.dx_m real, rows[].deviation.dy_m real, rows[].deviation.dyaw_rad real, rows[].time_s real, \
-             rows[].travelled_m real, rows[].path_length_m real, rows[].min_clearance_m real, rows[].plans whole, \
+            "title text, rows[].kind text, rows[].world text, rows[].seed whole, rows[].outcome text, \
+             rows[].final_dx_m real, rows[].final_dy_m real, rows[].final_yaw_error_rad real, rows[].time_s real, \
+             rows[].travelled_m real, rows[].path_m real, rows[].min_clearance_m real, rows[].plans whole, \
              rows[].waited_share real, rows[].longest_wait_s real, rows[].final_speed_m_s real, rows[].fault null, \
              rows[].trace_digest text, summaries[].scene text, summaries[].runs whole, summaries[].reached whole, \
              summaries[].contacts whole, summaries[].near_people whole, summaries[].time_s real, \
@@ -167,8 +167,8 @@ fn the_scenes_are_driven() {
         let count = |list: &Value| list.as_array().expect("a list").len();
         assert_eq!([&table["rows"], &table["summaries"]].map(count), [3, 4]);
     }
-    assert_fields(&drives[0], "rows[].nearest_person_m null");
-    assert_fields(&drives[1], "rows[].nearest_person_m real");
+    assert_fields(&drives[0], "rows[].nearest_moving_m null");
+    assert_fields(&drives[1], "rows[].nearest_moving_m real");
     for table in &drives[..2] {
         assert_eq!(table["acceptance"]["no_contact"], true, "{table}");
         assert_eq!(table["acceptance"]["all_reached"], true, "{table}");

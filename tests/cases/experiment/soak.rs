@@ -5,7 +5,7 @@ use std::sync::Arc;
 use inbye::experiment::missions::{MissionSite, Rules};
 use inbye::experiment::{
     ABLATION_VARIANTS, Grid, RunOutcome, RunRow, Setup, SoakSummary, TrafficKind, World, WorldKind,
-    ablation_groups, compare_digests, groups, run_cell, sampling_setups,
+    ablation_groups, compare_digests, groups, run_cell, sampling_setups, spread_evenly,
 };
 use inbye::global::Searcher;
 use inbye::local::{
@@ -45,7 +45,7 @@ fn a_mission_belongs_to_its_seed() {
         let first = draw(seed);
         assert_eq!(first, draw(seed), "seed {seed}");
         assert_ne!(first.0, draw(seed + 100).0, "seed {seed}");
-        kinds.push(first.0.3);
+        kinds.extend(first.0.3);
     }
     for kind in [TrafficKind::Yielding, TrafficKind::NonYielding, TrafficKind::Appearing] {
         assert!(kinds.contains(&kind), "{kind:?} in {kinds:?}");
@@ -68,7 +68,7 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
         let [start, goal] = ends.map(|end| frame.cell_of(&end).expect("on the map"));
         assert!(mission.goal.yaw.is_some());
         assert!((ends[1] - ends[0]).norm() >= rules.least_m);
-        assert!((rules.least_m..=rules.longest_m).contains(&drawn.path_m));
+        assert!((rules.least_m..=rules.longest_m).contains(&drawn.path_m.unwrap_or_default()));
         // The circle that the robot turns in fits at both ends, and the search finds a path.
         let radius_m = config.robot.footprint.circumscribed_radius_m();
         let space = FreeSpace::new(&site.obstacles, radius_m);
@@ -162,14 +162,14 @@ fn missions_of_a_grid_take_turns_on_the_maps() {
     let setups = ["a", "b"].map(|name| Setup::named(name, Config::default()));
     let grid = Grid::of_missions("turns", &worlds, &setups, 3, 7).expect("a sound grid");
     let cells = grid.cells.iter().map(|cell| {
-        let id = &cell.id;
+        let id = &cell.row;
         (id.world.as_str(), id.seed, id.config.as_deref())
     });
     let expected = [("one", 7), ("two", 8), ("one", 9)];
     let expected = expected.map(|(world, seed)| ["a", "b"].map(|name| (world, seed, Some(name))));
     assert_eq!(cells.collect::<Vec<_>>(), expected.concat());
     // The setups differ only in their names, which have no effect.
-    assert_eq!(grid.cells[0].key, grid.cells[1].key);
+    assert_eq!(grid.cells[0].row.key, grid.cells[1].row.key);
     assert_eq!(grid.distinct().len(), 3);
     // The ticks of a built-in experiment are timed; the rest does not depend on the clock.
     let mut now = 0.0;
@@ -262,4 +262,13 @@ fn closed_loop_times_are_relative_to_the_densest_sampling() {
     assert_eq!(times(2), (1, None, None));
     assert_eq!(table[0].tick_p50_ms, Some(2.0));
     assert_eq!((table[1].samples, table[2].samples), (64, 64));
+}
+
+#[test]
+fn spread_evenly_returns_at_most_all_elements() {
+    let all: Vec<u32> = (0..10).collect();
+    assert_eq!(spread_evenly(&all, 5), [0, 2, 4, 6, 8]);
+    assert_eq!(spread_evenly(&all, 3), [0, 3, 6]);
+    assert_eq!(spread_evenly(&all, 99), all);
+    assert!(spread_evenly(&all, 0).is_empty());
 }

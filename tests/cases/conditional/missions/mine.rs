@@ -3,12 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use inbye::experiment::{LocalizationCase, LocalizationPlan};
+use inbye::experiment::{LocalizationCase, LocalizationSite, World};
 use inbye::geometry::{Point, Pose};
+use inbye::local::CpuEngine;
 use inbye::map::{LoadOptions, UnknownPolicy, load};
 use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission};
-use inbye::sim::{Lidar, PedestrianSpawner, Simulation};
+use inbye::runtime::{Config, Mission, Observer};
+use inbye::sim::{PedestrianSpawner, Simulation};
 use libtest_mimic::{Completion, Failed, Trial};
 
 use super::driving::{arrive, story};
@@ -30,22 +31,23 @@ pub fn trial_by_scans() -> Trial {
 }
 
 fn tours_by_scans() -> Result<(), Failed> {
-    let mut config = Config::default();
-    config.simulation.lidar = Lidar::turning();
-    config.simulation.dynamics.slip.mean = 0.05;
-    let plan = LocalizationPlan {
+    let site = Arc::new(LocalizationSite {
         name: "mine".to_owned(),
         map: Arc::new(load(Path::new(MAP), &LoadOptions::default())?),
         start: Pose::new(57.37, 93.86, 0.0),
         goal: Point::new(210.86, 169.48),
-        config,
         tour_m: 300.0,
-    };
+    });
+    let world = World::localization(LocalizationCase::Tour, &site);
     for seed in 0..2 {
-        let row = plan.drive(LocalizationCase::Tour, seed)?;
-        assert!(row.reached && row.travelled_m >= 300.0, "{row:#?}");
-        assert!(row.worst_m <= 0.05 && row.worst_rad <= 0.02, "{row:#?}");
-        assert!(row.lost_ticks == 0 && row.odometry_worst_m > 1.0, "{row:#?}");
+        let engine = Box::new(CpuEngine::single_threaded());
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+        let row = world.drive(seed, &world.settings, engine, &mut observer)?.row;
+        assert!(row.reached() && row.travelled_m >= 300.0, "{row:#?}");
+        assert!(row.pose_error_max_m <= Some(0.05), "{row:#?}");
+        assert!(row.pose_error_max_rad <= Some(0.02), "{row:#?}");
+        assert!(row.lost_ticks == Some(0), "{row:#?}");
+        assert!(row.odometry_error_max_m > Some(1.0), "{row:#?}");
     }
     Ok(())
 }

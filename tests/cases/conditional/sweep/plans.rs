@@ -178,6 +178,15 @@ fn kinds() {
         "[[worlds]]\nkind = \"dynabarn\"\npath = \"dynabarn\"\n\
          [[worlds]]\nkind = \"missions\"\nlongest_m = 8.0\npeople = 1\n",
     );
+    place.write(
+        "built_in.toml",
+        "[[worlds]]\nkind = \"localization\"\n[[worlds]]\nkind = \"paper\"\n",
+    );
+    let listed = place.json("sweep built_in.toml --list");
+    let worlds = listed["cells"].as_array().expect("a list").iter();
+    let worlds: Vec<&str> = worlds.map(|cell| cell["world"].as_str().expect("a name")).collect();
+    assert_eq!(worlds.len(), 10 + 3 * 3, "{listed}");
+    assert_eq!((worlds[0], worlds[10]), ("roadway tour", "drift none"));
     let report = place.json("sweep kinds.toml --out out");
     assert_eq!((&report["cells"], &report["errors"]), (&5.into(), &0.into()), "{report}");
     let merged = place.json("sweep merge out --report merged");

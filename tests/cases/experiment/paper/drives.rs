@@ -2,50 +2,52 @@
 
 use inbye::bench::paper::Site;
 use inbye::experiment::paper_drives::{
-    Course, Deviation, DriveRun, DriveTable, Drives, TRAFFIC, drive_all, drive_table,
-    published_table_3, published_table_4,
+    Course, Deviation, DriveTable, Spread, TRAFFIC, drive_table, drive_worlds, published_table_3,
+    published_table_4,
 };
-use inbye::experiment::{RunOutcome, TrafficKind};
-use inbye::runtime::Config;
+use inbye::experiment::{Grid, RunOutcome, RunRow, Setup, TrafficKind, run_cell, run_in_order};
+use inbye::local::CpuEngine;
+use inbye::runtime::{Config, Observer};
 
 /// A drive that reached its goal with this deviation along x, along y and in yaw.
-fn arrived(scene: &str, seed: u64, off: [f64; 3]) -> DriveRun {
-    DriveRun {
-        scene: scene.to_owned(),
+fn arrived(scene: &str, seed: u64, [dx_m, dy_m, dyaw_rad]: [f64; 3]) -> RunRow {
+    RunRow {
+        world: scene.to_owned(),
         seed,
         outcome: RunOutcome::Reached,
-        deviation: Deviation::from_array(off),
+        final_dx_m: Some(dx_m),
+        final_dy_m: Some(-dy_m),
+        final_yaw_error_rad: Some(dyaw_rad),
         time_s: 40.0,
         travelled_m: 21.0,
-        path_length_m: 20.0,
-        min_clearance_m: 0.3,
-        nearest_person_m: None,
+        path_m: Some(20.0),
+        min_clearance_m: Some(0.3),
         plans: 1,
-        waited_share: 0.1,
-        longest_wait_s: 0.5,
-        final_speed_m_s: 0.0,
-        fault: None,
-        trace_digest: format!("{scene} {seed}"),
+        waited_share: Some(0.1),
+        longest_wait_s: Some(0.5),
+        final_speed_m_s: Some(0.0),
+        trace_digest: Some(format!("{scene} {seed}")),
+        ..RunRow::default()
     }
 }
 
 /// A drive that ended in contact at a speed.
-fn touched(scene: &str, seed: u64, final_speed_m_s: f64) -> DriveRun {
-    DriveRun {
+fn touched(scene: &str, seed: u64, final_speed_m_s: f64) -> RunRow {
+    RunRow {
         outcome: RunOutcome::Contact,
-        min_clearance_m: -0.01,
-        nearest_person_m: Some(-0.01),
-        final_speed_m_s,
+        min_clearance_m: Some(-0.01),
+        nearest_moving_m: Some(-0.01),
+        final_speed_m_s: Some(final_speed_m_s),
         ..arrived(scene, seed, [5.0, 5.0, 1.0])
     }
 }
 
-fn table(traffic: TrafficKind, runs: Vec<DriveRun>) -> DriveTable {
-    drive_table(&Drives { traffic, runs, shown: Vec::new() })
+fn table(traffic: TrafficKind, runs: Vec<RunRow>) -> DriveTable {
+    drive_table(traffic, runs)
 }
 
 /// Two scenes with two good drives each.
-fn good() -> Vec<DriveRun> {
+fn good() -> Vec<RunRow> {
     vec![
         arrived("drift", 1, [0.002, 0.004, 0.001]),
         arrived("drift", 2, [0.004, 0.002, 0.003]),
@@ -106,7 +108,7 @@ fn drive_table_summarizes_each_scene_and_all() {
 #[test]
 fn finding_claims_ten_times_better_only_where_true() {
     let mut runs = good();
-    runs[0].deviation.dy_m = 0.03;
+    runs[0].final_dy_m = Some(0.03);
     let table = table(TrafficKind::None, runs);
     assert!(!table.acceptance.is_met() && !table.acceptance.means_within_limits);
     assert!(says(
@@ -149,9 +151,10 @@ fn contact_while_standing_is_no_fault_among_non_yielding_people() {
 
 #[test]
 fn drive_without_arrival_counts_for_no_mean() {
-    let stuck = DriveRun {
+    let stuck = RunRow {
         outcome: RunOutcome::Failed,
-        fault: Some("no way".to_owned()),
+        fault: Some("FAULT".to_owned()),
+        reason: Some("no way".to_owned()),
         ..arrived("drift", 1, [9.0, 9.0, 3.0])
     };
     let table = table(TrafficKind::None, vec![stuck]);
@@ -164,7 +167,7 @@ fn drive_without_arrival_counts_for_no_mean() {
 fn finding_reports_identical_drives() {
     let mut runs = good();
     for run in &mut runs {
-        run.trace_digest = "same".to_owned();
+        run.trace_digest = Some("same".to_owned());
     }
     let table = table(TrafficKind::None, runs);
     assert!(says(&table, "Only 1 of them differ"));
@@ -189,15 +192,35 @@ fn course_ends_at_its_last_key_node() {
 }
 
 #[test]
+fn spread_of_no_deviations_is_none() {
+    assert_eq!(Spread::of(&[]), None);
+    let rows = [[0.1, 0.4, 0.0], [0.3, 0.0, 0.2]].map(Deviation::from_array);
+    let spread = Spread::of(&rows).expect("two rows");
+    assert_eq!(spread.mean.to_array(), [0.2, 0.2, 0.1]);
+    assert_eq!(spread.max.to_array(), [0.3, 0.4, 0.2]);
+}
+
+#[test]
 fn drives_do_not_depend_on_the_number_of_threads() {
     let config = Config::default();
     let courses = &courses(&config)[..1];
-    let driven = |seed: u64, threads: usize| {
-        drive_all(courses, &[seed], &config, threads, || ()).expect("there is room for one")
+    let worlds = drive_worlds(courses);
+    let setups = [Setup::unnamed(config.clone())];
+    let driven = |seed: u64, threads: usize| -> Vec<RunRow> {
+        let grid = Grid::of_worlds("drives", &worlds, &setups, &[seed]).expect("three worlds");
+        let run = |cell: &_| {
+            let engine = Box::new(CpuEngine::single_threaded());
+            Ok::<_, ()>(run_cell(cell, engine, &mut || 0.0, "").row.without_clock())
+        };
+        run_in_order(&grid.cells, threads, run, || ()).expect("no run fails")
     };
-    let drives = driven(7, 1);
-    assert_eq!(driven(7, 3), drives);
-    let tables: Vec<DriveTable> = drives.iter().map(drive_table).collect();
+    let rows = driven(7, 1);
+    assert_eq!(driven(7, 3), rows);
+    let tables: Vec<DriveTable> = TRAFFIC
+        .into_iter()
+        .zip(&rows)
+        .map(|(traffic, row)| drive_table(traffic, vec![row.clone()]))
+        .collect();
     for table in &tables[..2] {
         assert_eq!(table.faults(), [""; 0]);
         assert!(table.acceptance.no_contact && table.acceptance.all_reached);
@@ -205,14 +228,32 @@ fn drives_do_not_depend_on_the_number_of_threads() {
     let names: Vec<&str> = tables.iter().map(|table| table.name).collect();
     assert_eq!(names, ["table_3", "table_4", "table_4_non_yielding"]);
     // Another seed gives another drive, so the comparison above can fail.
-    assert_ne!(driven(8, 2)[1], drives[1]);
-    for drives in &drives {
-        let [trace] = &drives.shown[..] else {
-            panic!("one course, one drive to show");
-        };
-        assert_eq!(trace.paths[0], courses[0].plan.smoothed.points());
-        let people = usize::from(drives.traffic != TrafficKind::None);
-        assert_eq!(trace.moving_radii.len(), people);
-        assert_eq!(drives.runs[0].nearest_person_m.is_some(), people == 1);
+    assert_ne!(driven(8, 2)[1].trace_digest, rows[1].trace_digest);
+    for (world, row) in worlds.iter().zip(&rows) {
+        assert_eq!(row.world, world.name);
+        let people = usize::from(row.traffic != Some(TrafficKind::None));
+        assert_eq!((row.obstacles, row.nearest_moving_m.is_some()), (people, people == 1));
+        assert_eq!(row.path_m, Some(courses[0].plan.smoothed.length_m()));
     }
+}
+
+/// The deviation is along the axes of the start pose, and the first path of a drive is that of the course.
+#[test]
+fn row_of_a_drive_agrees_with_its_trace() {
+    let config = Config::default();
+    let course = &courses(&config)[0];
+    let engine = Box::new(CpuEngine::single_threaded());
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+    let world = course.world(TrafficKind::None);
+    let run = world.drive(7, &config, engine, &mut observer).expect("the course has a path");
+    let trace = run.result.expect("the drive started").trace;
+    assert_eq!(trace.paths[0], course.plan.smoothed.points());
+    let last = trace.rows.last().expect("a tick").pose;
+    let turned = course.start.inverse_transform(&last.position())
+        - course.start.inverse_transform(&course.goal.position);
+    let expected = [turned.x.abs(), turned.y.abs()];
+    let Deviation { dx_m, dy_m, dyaw_rad } = Deviation::of(&run.row);
+    assert_eq!([dx_m, dy_m], expected);
+    let yaw = course.goal.yaw.expect("the paper has a yaw");
+    assert!((dyaw_rad - (last.yaw - yaw).abs()).abs() < 1e-12);
 }

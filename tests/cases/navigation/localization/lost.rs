@@ -1,21 +1,20 @@
 //! A robot that loses its pose reports it, stops, and continues only after relocalisation.
 
-use inbye::experiment::{LocalizationCase, LocalizationRow};
+use inbye::experiment::{LocalizationCase, RunOutcome, RunRow};
 use inbye::sim::roadway;
 
-use super::tours::plan;
+use super::tours;
 
-fn drive(case: LocalizationCase, seed: u64) -> LocalizationRow {
-    let drive = plan(roadway()).drive(case, seed);
-    drive.expect("a path to the goal")
+fn drive(case: LocalizationCase, seed: u64) -> RunRow {
+    tours::drive(roadway(), case, seed)
 }
 
 /// Asserts that the loss is reported within 1 s, the robot stops within 1.5 m, and the mission ends with the reason.
-fn assert_lost(row: &LocalizationRow, reason: &str) {
-    assert!(!row.reached && !row.collided, "{row:#?}");
+fn assert_lost(row: &RunRow, reason: &str) {
+    assert_eq!(row.outcome, RunOutcome::Failed, "{row:#?}");
     assert!(row.lost_after_s.is_some_and(|s| s <= 1.0), "{row:#?}");
     assert!(row.driven_on_m.is_some_and(|m| m <= 1.5), "{row:#?}");
-    let fault = row.fault.as_deref().unwrap_or_default();
+    let fault = row.reason.as_deref().unwrap_or_default();
     assert!(
         fault.starts_with("INVALID_OBSERVATION: the robot is lost: ") && fault.contains(reason),
         "{fault}"
@@ -47,9 +46,10 @@ fn robot_moved_a_little_relocalises_and_reaches_its_goal() {
         let row = drive(LocalizationCase::Kidnapped, seed);
         assert!(row.lost_after_s.is_some_and(|s| s <= 1.0), "{row:#?}");
         assert!(row.found_after_s.is_some(), "{row:#?}");
-        assert!(row.reached && !row.collided, "{row:#?}");
+        assert!(row.reached(), "{row:#?}");
         // The odometry does not include the move, so only the map corrects it.
-        assert!(row.worst_m <= 0.05 && row.odometry_worst_m > 1.0, "{row:#?}");
+        assert!(row.pose_error_max_m <= Some(0.05), "{row:#?}");
+        assert!(row.odometry_error_max_m > Some(1.0), "{row:#?}");
     }
 }
 
@@ -58,7 +58,7 @@ fn briefly_occluded_lidar_stops_the_robot_until_it_relocalises() {
     let row = drive(LocalizationCase::BrieflyOccluded, 1);
     assert!(row.driven_on_m.is_some_and(|m| m <= 1.5), "{row:#?}");
     assert!(row.found_after_s.is_some_and(|s| s >= 2.0), "{row:#?}");
-    assert!(row.reached && row.worst_m <= 0.05, "{row:#?}");
+    assert!(row.reached() && row.pose_error_max_m <= Some(0.05), "{row:#?}");
 }
 
 /// Without features along a roadway, the localiser reports an uncertain pose, and the robot stops before the error is
@@ -66,9 +66,10 @@ fn briefly_occluded_lidar_stops_the_robot_until_it_relocalises() {
 #[test]
 fn smooth_roadway_makes_the_pose_uncertain() {
     let row = drive(LocalizationCase::Smooth, 1);
-    assert!(row.uncertain_ticks > 100 && row.lost_ticks > 0, "{row:#?}");
-    assert!(row.worst_tracking_m <= 0.05, "{row:#?}");
-    assert!(row.worst_m <= 1.0 && row.worst_rad <= 0.02, "{row:#?}");
-    let fault = row.fault.unwrap_or_default();
+    assert!(row.uncertain_ticks > Some(100) && row.lost_ticks > Some(0), "{row:#?}");
+    assert!(row.tracking_error_max_m <= Some(0.05), "{row:#?}");
+    assert!(row.pose_error_max_m <= Some(1.0), "{row:#?}");
+    assert!(row.pose_error_max_rad <= Some(0.02), "{row:#?}");
+    let fault = row.reason.unwrap_or_default();
     assert!(fault.contains("have not constrained the pose"), "{fault}");
 }

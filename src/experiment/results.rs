@@ -1,0 +1,182 @@
+//! Results in files: the file of each cell, the list of all cells, and the table of several folders.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::Value;
+
+use super::cell::key;
+use super::{Cell, ExperimentError, FORMAT, Grid, RunRow};
+use crate::digest::BitDigest;
+
+/// Version of the crate.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The file of a cell: its result, and what the result depends on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellFile {
+    /// What its result depends on.
+    pub inputs: Value,
+    /// Its result, with its key.
+    pub row: RunRow,
+}
+
+impl CellFile {
+    /// The file's text: a line with the cell as JSON, and a line with the SHA-256 of the first.
+    #[must_use]
+    pub fn text(&self) -> String {
+        // Numbers and texts always serialise.
+        let line = serde_json::to_string(self).unwrap_or_default();
+        let digest = digest(&line);
+        format!("{line}\n{digest}\n")
+    }
+
+    /// Reads the file of the cell with this key.
+    ///
+    /// # Errors
+    /// [`ExperimentError::BadCell`] when a byte differs from what was written, or the file is of another cell;
+    /// [`ExperimentError::OtherVersion`] when another version wrote it.
+    pub fn parse(bytes: &[u8], file: &Path, expected: &str) -> Result<Self, ExperimentError> {
+        let bad = |reason: &str| ExperimentError::BadCell {
+            file: file.to_owned(),
+            reason: reason.to_owned(),
+        };
+        let text = str::from_utf8(bytes).map_err(|_| bad("it is no text"))?;
+        let lines = text.strip_suffix('\n').and_then(|text| text.split_once('\n'));
+        let (line, written) = lines.ok_or_else(|| bad("it does not have two lines"))?;
+        if digest(line) != written {
+            return Err(bad("its digest is not that of its line"));
+        }
+        let value: Value = serde_json::from_str(line).map_err(|_| bad("it is no cell"))?;
+        let found = &value["inputs"];
+        if key(found) != expected {
+            return Err(bad("it is of another cell than its name says"));
+        }
+        let format = found["format"].as_u64().unwrap_or_default() as u32;
+        check_version(found["version"].as_str().unwrap_or_default(), format, file)?;
+        let read: Self = serde_json::from_value(value).map_err(|_| bad("it is no cell"))?;
+        if read.row.key != expected {
+            return Err(bad("it is of another cell than its name says"));
+        }
+        Ok(read)
+    }
+}
+
+fn digest(line: &str) -> String {
+    let mut digest = BitDigest::default();
+    digest.text(line);
+    digest.hex()
+}
+
+/// Checks that this version wrote a file.
+fn check_version(version: &str, format: u32, file: &Path) -> Result<(), ExperimentError> {
+    if (version, format) == (VERSION, FORMAT) {
+        return Ok(());
+    }
+    Err(ExperimentError::OtherVersion {
+        file: file.to_owned(),
+        found: (version.to_owned(), format),
+        expected: (VERSION.to_owned(), FORMAT),
+    })
+}
+
+/// All cells of a plan by their names and keys, in the plan's order. It turns results into a table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// The crate's version.
+    pub version: String,
+    /// Number of the format of results.
+    pub format: u32,
+    /// The plan's title.
+    pub title: String,
+    /// The cells, without results.
+    #[serde(serialize_with = "names_only")]
+    pub cells: Vec<RunRow>,
+}
+
+fn names_only<S: Serializer>(cells: &[RunRow], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(cells.iter().map(RunRow::names))
+}
+
+impl Manifest {
+    /// The manifest of a grid.
+    #[must_use]
+    pub fn of(grid: &Grid) -> Self {
+        let names = |cell: &Cell| cell.row.clone();
+        Self {
+            version: VERSION.to_owned(),
+            format: FORMAT,
+            title: grid.title.clone(),
+            cells: grid.cells.iter().map(names).collect(),
+        }
+    }
+
+    /// The text of its JSON file.
+    #[must_use]
+    pub fn text(&self) -> String {
+        // Numbers and texts always serialise.
+        serde_json::to_string(self).unwrap_or_default() + "\n"
+    }
+
+    /// Reads such a file.
+    ///
+    /// # Errors
+    /// Fails when it is no manifest, or another version wrote it.
+    pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, ExperimentError> {
+        let read: Self = serde_json::from_slice(bytes).map_err(|error| {
+            ExperimentError::BadManifest { file: file.to_owned(), reason: error.to_string() }
+        })?;
+        check_version(&read.version, read.format, file)?;
+        Ok(read)
+    }
+
+    /// The keys, each once, in order.
+    #[must_use]
+    pub fn keys(&self) -> Vec<&str> {
+        let mut seen = BTreeSet::new();
+        let keys = self.cells.iter().map(|cell| cell.key.as_str());
+        keys.filter(|key| seen.insert(*key)).collect()
+    }
+}
+
+/// One table, and the cells that it lacks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Merged {
+    /// A row for each cell that has a result, in the plan's order. Without their clock columns
+    /// ([`RunRow::without_clock`]) they are the same on every machine.
+    pub rows: Vec<RunRow>,
+    /// Keys of the cells without a result.
+    pub missing: Vec<String>,
+}
+
+/// Merges the results of folders of one plan. Results of one cell must be the same in all folders; its times are those of
+/// the first.
+///
+/// # Errors
+/// [`ExperimentError::Differs`] when a cell's results differ.
+pub fn merge(
+    manifest: &Manifest,
+    files: Vec<(PathBuf, CellFile)>,
+) -> Result<Merged, ExperimentError> {
+    let mut by_key: BTreeMap<String, (PathBuf, RunRow)> = BTreeMap::new();
+    for (path, file) in files {
+        let key = file.row.key.clone();
+        let Some((first, known)) = by_key.get(&key) else {
+            by_key.insert(key, (path, file.row));
+            continue;
+        };
+        // The stored names are those of the plan that ran the cell: another plan may have other names for it.
+        let result = |row: &RunRow| row.clone().without_clock().named(&RunRow::default());
+        if result(known) != result(&file.row) {
+            let files = [first.clone(), path];
+            return Err(ExperimentError::Differs { key, files });
+        }
+    }
+    let row = |cell: &RunRow| Some(by_key.get(&cell.key)?.1.clone().named(cell));
+    let missing = manifest.keys().into_iter();
+    Ok(Merged {
+        rows: manifest.cells.iter().filter_map(row).collect(),
+        missing: missing.filter(|key| !by_key.contains_key(*key)).map(str::to_owned).collect(),
+    })
+}
