@@ -90,8 +90,7 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
     let site = Arc::new(site(arguments)?);
     let all = LocalizationCase::ALL;
     let cases = if arguments.case.is_empty() { &all[..] } else { &arguments.case };
-    let worlds: Vec<World> =
-        cases.iter().map(|&case| World::localization(case, &site)).collect();
+    let worlds: Vec<World> = cases.iter().map(|&case| World::localization(case, &site)).collect();
     let seeds: Vec<u64> = (arguments.seed..arguments.seed + arguments.seeds).collect();
     let setups = [Setup::unnamed(settings(arguments)?)];
     let rows = arguments.run.run(&Grid::of_worlds("localization", &worlds, &setups, &seeds)?)?;

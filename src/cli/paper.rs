@@ -89,7 +89,9 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let mut faults: Vec<String> =
         sites.iter().zip(&roadways).flat_map(|(site, task)| task.faults(site)).collect();
     faults.extend(mine_paths.iter().flat_map(|task| task.faults(&mine)));
-    for (traffic, rows) in TRAFFIC.into_iter().zip(rows.chunks(courses.len() * arguments.runs.max(1))) {
+    for (traffic, rows) in
+        TRAFFIC.into_iter().zip(rows.chunks(courses.len() * arguments.runs.max(1)))
+    {
         let table = drive_table(traffic, rows.to_vec());
         faults.extend(table.faults());
         tables.push(PaperTable::Drives(table));

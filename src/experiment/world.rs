@@ -139,12 +139,8 @@ impl World {
     /// [`RunError`] when the world is too large for a grid, has no room for a mission, or an obstacle cannot move as
     /// described.
     pub fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, RunError> {
-        let plain = |simulation| WorldSimulation {
-            simulation,
-            path_m: None,
-            traffic: None,
-            unmapped: 0,
-        };
+        let plain =
+            |simulation| WorldSimulation { simulation, path_m: None, traffic: None, unmapped: 0 };
         Ok(match self.source.as_ref() {
             WorldSource::Barn(world) => plain(world.simulation(seed)?),
             WorldSource::DynaBarn(world) => plain(world.simulation(seed)?),
@@ -190,7 +186,9 @@ impl Route {
         let obstacles = self.map.obstacles(config.unknown);
         let mut planner = config.route_planner(self.map.frame().resolution_m);
         let ends = (self.start.position(), self.goal.position);
-        let plan = planner.plan(&obstacles, ends.0, ends.1, &mut || 0.0).map_err(|error| MissionError::from(Fault::Plan(error)))?;
+        let plan = planner
+            .plan(&obstacles, ends.0, ends.1, &mut || 0.0)
+            .map_err(|error| MissionError::from(Fault::Plan(error)))?;
         Ok(plan.smoothed.length_m())
     }
 }

@@ -156,9 +156,7 @@ impl LocalizationSite {
                 tour
             }
             LocalizationCase::Smooth => roadway(smooth_roadway(length_m, width_m)),
-            LocalizationCase::Kidnapped => {
-                kidnapped(self.place_behind(config, &one_leg)?, one_leg)
-            }
+            LocalizationCase::Kidnapped => kidnapped(self.place_behind(config, &one_leg)?, one_leg),
             LocalizationCase::KidnappedFar => kidnapped(self.far_pose(seed, config), one_leg),
             LocalizationCase::KidnappedToTwin => {
                 let twin = Pose::new(20.0, along(20.0).y + 1.0 + width_m, 0.0);
@@ -177,7 +175,11 @@ impl LocalizationSite {
     }
 
     /// Enough legs for the tour's length.
-    fn back_and_forth(&self, mut drive: Simulation, config: &Config) -> Result<Simulation, SimError> {
+    fn back_and_forth(
+        &self,
+        mut drive: Simulation,
+        config: &Config,
+    ) -> Result<Simulation, SimError> {
         let path = self.path(config)?;
         let lengths = path.windows(2).map(|leg| (leg[1] - leg[0]).norm());
         let length_m = lengths.sum::<f64>().max(1.0);

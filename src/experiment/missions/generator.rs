@@ -64,12 +64,7 @@ impl MissionSite {
                 ..Mission::new(Arc::clone(&self.map), start, goal)
             })
         };
-        Ok(WorldSimulation {
-            simulation,
-            path_m: Some(path_m),
-            traffic: Some(traffic),
-            unmapped,
-        })
+        Ok(WorldSimulation { simulation, path_m: Some(path_m), traffic: Some(traffic), unmapped })
     }
 
     fn ends(

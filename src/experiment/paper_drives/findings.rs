@@ -66,7 +66,8 @@ fn ends(rows: &[RunRow], all: &DriveSummary) -> String {
 
 /// States the number of distinct drives; identical drives add no evidence.
 fn distinct_traces(rows: &[RunRow]) -> Option<String> {
-    let digests: BTreeSet<&str> = rows.iter().filter_map(|run| run.trace_digest.as_deref()).collect();
+    let digests: BTreeSet<&str> =
+        rows.iter().filter_map(|run| run.trace_digest.as_deref()).collect();
     (digests.len() < rows.len()).then(|| {
         format!("Only {} of them differ: the seed has no effect on the others.", digests.len())
     })

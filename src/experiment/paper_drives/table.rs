@@ -3,9 +3,7 @@
 use serde::Serialize;
 
 use super::findings::findings;
-use super::{
-    Deviation, PublishedDeviations, Spread, published_table_3, published_table_4,
-};
+use super::{Deviation, PublishedDeviations, Spread, published_table_3, published_table_4};
 use crate::bench::paper::{AblationTable, PathTable};
 use crate::experiment::{RunRow, TrafficKind};
 

@@ -2,9 +2,7 @@
 
 use std::sync::Arc;
 
-use inbye::experiment::{
-    LocalizationCase, LocalizationSite, RunRow, World, localization_config,
-};
+use inbye::experiment::{LocalizationCase, LocalizationSite, RunRow, World, localization_config};
 use inbye::local::CpuEngine;
 use inbye::runtime::Observer;
 use inbye::sim::{Scene, crossing, roadway};
