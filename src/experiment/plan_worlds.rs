@@ -56,7 +56,7 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
         }
         WorldKind::Paper => {
             let config = Config::default();
-            drive_worlds(&Course::all(&Site::roadways(&config)?, &config)?)
+            drive_worlds(&Course::all(&Site::roadways(&config), &config)?)
         }
         WorldKind::Missions => {
             let rules = Rules {
