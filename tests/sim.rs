@@ -6,5 +6,6 @@ mod cases {
         mod simulated_base;
         mod simulation;
         mod simulator_settings;
+        mod timed_path;
     }
 }

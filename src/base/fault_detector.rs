@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
-use super::{BaseError, BaseSettings, Faults, Feedback, StopCause};
+use super::{BaseError, BaseSettings, Faults, Feedback};
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, Side, TrackSpeeds, TrackedDrive};
 use crate::settings::settings;
@@ -75,11 +76,17 @@ pub struct FaultDetector {
     min_battery_v: Option<f64>,
     /// Recent commands to the tracks, the oldest first.
     recent: VecDeque<(f64, TrackSpeeds)>,
+    timers: Timers,
+    cause: Option<StopCause>,
+}
+
+/// Timers of all symptoms.
+#[derive(Clone, Copy, Debug, Default)]
+struct Timers {
     tracks: PerTrack<TrackTimers>,
     slip: Timer,
     command_delay: Timer,
     low_battery: Timer,
-    cause: Option<StopCause>,
 }
 
 /// Timers of one track's symptoms.
@@ -115,10 +122,7 @@ impl FaultDetector {
             drive: base.drive(),
             min_battery_v: base.min_battery_v,
             recent: VecDeque::new(),
-            tracks: PerTrack::default(),
-            slip: Timer::default(),
-            command_delay: Timer::default(),
-            low_battery: Timer::default(),
+            timers: Timers::default(),
             cause: None,
         })
     }
@@ -136,10 +140,7 @@ impl FaultDetector {
     pub fn release(&mut self) {
         self.cause = None;
         self.recent.clear();
-        self.tracks = PerTrack::default();
-        self.slip = Timer::default();
-        self.command_delay = Timer::default();
-        self.low_battery = Timer::default();
+        self.timers = Timers::default();
     }
 
     fn detect(&mut self, sample: &BaseSample) -> Option<StopCause> {
@@ -191,8 +192,8 @@ impl FaultDetector {
         let too_fast = measured > fastest + settings.runaway_margin_m_s
             || measured < slowest - settings.runaway_margin_m_s;
         let timers = match side {
-            Side::Left => &mut self.tracks.left,
-            Side::Right => &mut self.tracks.right,
+            Side::Left => &mut self.timers.tracks.left,
+            Side::Right => &mut self.timers.tracks.right,
         };
         let stuck = timers.stuck.elapsed(stuck, now_s, settings.stuck_s);
         let reversed = timers.reversed.elapsed(against, now_s, settings.reversed_s);
@@ -215,7 +216,8 @@ impl FaultDetector {
         let difference = (gyro - tracks).abs();
         let slips = difference > self.settings.slip_rate_rad_s
             && difference > 0.5 * gyro.abs().max(tracks.abs());
-        self.slip
+        self.timers
+            .slip
             .elapsed(slips, now_s, self.settings.slip_s)
             .then_some(StopCause::Slip { tracks, gyro })
     }
@@ -223,7 +225,8 @@ impl FaultDetector {
     fn check_command_delay(&mut self, now_s: f64, feedback: &Feedback) -> Option<StopCause> {
         let delay_s = feedback.command_delay_s?;
         let is_delayed = delay_s > self.settings.command_delay_s;
-        self.command_delay
+        self.timers
+            .command_delay
             .elapsed(is_delayed, now_s, COMMAND_DELAY_S)
             .then_some(StopCause::CommandDelay { delay_s })
     }
@@ -231,8 +234,91 @@ impl FaultDetector {
     fn check_battery(&mut self, now_s: f64, feedback: &Feedback) -> Option<StopCause> {
         let min = self.min_battery_v?;
         let volts = feedback.battery_v?;
-        self.low_battery
+        self.timers
+            .low_battery
             .elapsed(volts < min, now_s, LOW_BATTERY_S)
             .then_some(StopCause::LowBattery { volts, min })
     }
+}
+
+/// Why a stop is latched. Speeds in m/s, forward positive.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum StopCause {
+    /// The caller requested the stop.
+    #[error("a stop was requested")]
+    Requested,
+    /// The base is at its own emergency stop.
+    #[error(
+        "the base is at its emergency stop: check its surroundings, release the button, then release the stop"
+    )]
+    EmergencyStop,
+    /// Faults found by the base or its driver.
+    #[error("the base reports: {0}")]
+    Fault(Faults),
+    /// The measured motion is NaN or infinite.
+    #[error("the base reports a motion that is not finite")]
+    NotFinite,
+    /// A track stands although it is commanded to move.
+    #[error(
+        "the {side} track stands (measured {measured:.2} m/s) while commanded {commanded:.2} m/s: it is stuck, or its motor or encoder is not connected"
+    )]
+    Stuck {
+        /// The track.
+        side: Side,
+        /// Commanded speed.
+        commanded: f64,
+        /// Measured speed.
+        measured: f64,
+    },
+    /// A track runs against its command.
+    #[error(
+        "the {side} track runs at {measured:.2} m/s while commanded {commanded:.2} m/s: its motor or encoder is wired in reverse, or the tracks are swapped"
+    )]
+    Reversed {
+        /// The track.
+        side: Side,
+        /// Commanded speed.
+        commanded: f64,
+        /// Measured speed.
+        measured: f64,
+    },
+    /// A track is faster than every recent command.
+    #[error(
+        "the {side} track runs at {measured:.2} m/s while commanded {commanded:.2} m/s: it has run away; cut the motors' power if it does not stop"
+    )]
+    Runaway {
+        /// The track.
+        side: Side,
+        /// Commanded speed.
+        commanded: f64,
+        /// Measured speed.
+        measured: f64,
+    },
+    /// Gyro and tracks disagree on the turn rate.
+    #[error(
+        "the turn rate is {tracks:.2} rad/s by the tracks and {gyro:.2} rad/s by the gyro: the tracks slip or are swapped, or the effective track width is wrong"
+    )]
+    Slip {
+        /// Turn rate by the tracks, rad/s.
+        tracks: f64,
+        /// Turn rate by the gyro, rad/s.
+        gyro: f64,
+    },
+    /// The battery is low.
+    #[error("the battery has {volts:.1} V, less than {min:.1} V: charge it")]
+    LowBattery {
+        /// Measured voltage.
+        volts: f64,
+        /// Configured minimum.
+        min: f64,
+    },
+    /// The base accepts commands too late.
+    #[error(
+        "the base is {delay_s:.2} s behind with its commands: its controller reads them too slowly, or the serial line delays them"
+    )]
+    CommandDelay {
+        /// Age of the oldest command not yet accepted, seconds.
+        delay_s: f64,
+    },
 }

@@ -100,19 +100,3 @@ impl fmt::Display for Faults {
         Ok(())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn faults_display_every_name_and_keep_every_bit() {
-        assert_eq!(Faults::NONE.to_string(), "none");
-        let two = Faults::OVERHEATED.union(Faults::STALLED);
-        assert_eq!(two.to_string(), "overheated, stalled track");
-        assert_eq!(Faults::from_bits(0x0400), Faults::OTHER);
-        for (fault, _) in NAMES {
-            assert_eq!(Faults::from_bits(fault.bits()), fault);
-        }
-    }
-}

@@ -6,7 +6,6 @@
 //! Do not rely on a base to stop by itself when commands cease: some published firmware has its watchdog disabled.
 
 pub mod arduino;
-mod device;
 mod emulator;
 mod encoder_speed;
 mod error;
@@ -20,25 +19,23 @@ mod request;
 pub mod roboclaw;
 #[cfg(feature = "serial")]
 mod serial;
-mod session;
 mod settings;
-mod stop_cause;
 pub mod supervisor;
 pub mod wheeltec;
 
-pub use device::{CommandStats, DeviceProtocol, MachineState};
+pub(crate) use emulator::standard_normal;
 pub use emulator::{Emulator, InjectedFault, ScheduledFault};
 pub use error::BaseError;
-pub use fault_detector::FaultDetectorSettings;
 #[doc(hidden)]
 pub use fault_detector::{BaseSample, FaultDetector};
+pub use fault_detector::{FaultDetectorSettings, StopCause};
 pub use faults::Faults;
-pub use protocol::Protocol;
+pub use protocol::{
+    CommandStats, DeviceProtocol, MachineState, Protocol, Session, SessionCounters, TimedFeedback,
+};
 #[cfg(feature = "serial")]
 pub use serial::{SerialBase, SerialSettings, open_lidar_port};
-pub use session::{Session, SessionCounters, TimedFeedback};
 pub use settings::{BaseConfig, BaseSettings};
-pub use stop_cause::StopCause;
 pub use supervisor::{
     BaseSupervisor, CommandRejected, DriveStatus, OpenBase, OutgoingCommand, SafetyController,
     SupervisorCounters, SupervisorSettings, SupervisorStatus,

@@ -1,4 +1,4 @@
-//! Selects a wire protocol by name.
+//! The two sides of a wire protocol, without I/O: bytes and time in, bytes and motion out.
 
 use core::fmt;
 use core::str::FromStr;
@@ -6,10 +6,14 @@ use core::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::arduino::{ArduinoDevice, ArduinoSession};
+use super::encoder_speed::EncoderSpeed;
 use super::native::{NativeDevice, NativeSession};
 use super::roboclaw::{RoboClawDevice, RoboClawSession};
 use super::wheeltec::{WheeltecDevice, WheeltecSession};
-use super::{BaseError, BaseSettings, DeviceProtocol, Session};
+use super::{BaseError, BaseSettings, Faults, Feedback};
+use crate::geometry::Twist;
+use crate::robot::{PerTrack, TrackSpeeds};
+use crate::settings::parse_choice;
 
 /// A wire protocol of bases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,11 +82,216 @@ impl FromStr for Protocol {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let known = Self::ALL.into_iter().find(|known| known.name() == text);
-        known.ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
-            let text = text.escape_debug();
-            format!("`{text}` is not a protocol: use one of {names}")
+        parse_choice("a protocol", text)
+    }
+}
+
+/// The host's side of a protocol. It has no port and no clock: the caller transfers the bytes and passes the time.
+///
+/// Time is in seconds from any origin and never runs backwards. A session never renews a command by itself: each
+/// [`Session::command`] sends one frame, which is repeated, with the latest command in it, only if its answer was lost. So the
+/// base's own watchdog, if it has one, acts when the caller stops sending.
+pub trait Session: Send {
+    /// State that all sessions have.
+    #[doc(hidden)]
+    fn core(&self) -> &SessionCore;
+
+    /// State that all sessions have.
+    #[doc(hidden)]
+    fn core_mut(&mut self) -> &mut SessionCore;
+
+    /// Speed of the serial line, baud.
+    fn baud(&self) -> u32;
+
+    /// Takes received bytes, in pieces of any size.
+    fn receive(&mut self, bytes: &[u8], now_s: f64);
+
+    /// Appends the bytes to write now to `line`. Call it after [`Session::command`], after [`Session::receive`], and
+    /// periodically while [`Session::is_waiting`].
+    fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>);
+
+    /// Whether an answer is outstanding; after it there may be more to write.
+    fn is_waiting(&self) -> bool {
+        false
+    }
+
+    /// Sets the next command and replaces one that was not sent yet. The caller has limited it; a command still beyond the
+    /// tracks' highest speed is scaled down at constant curvature.
+    ///
+    /// # Errors
+    /// [`BaseError::NotFinite`]; the previous command then stays.
+    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
+        let core = self.core_mut();
+        core.target = core.settings.limit(twist)?;
+        core.is_pending = true;
+        Ok(())
+    }
+
+    /// The latest complete feedback with its time of arrival.
+    fn latest(&self) -> Option<&TimedFeedback> {
+        self.core().latest.as_ref()
+    }
+
+    /// Counts of line errors so far.
+    fn counters(&self) -> SessionCounters {
+        let core = self.core();
+        let rejected_readings = core.counters.rejected_readings + core.encoder_speed.rejected();
+        SessionCounters { rejected_readings, ..core.counters }
+    }
+
+    /// Stops the base until [`Session::release`], if the protocol can latch a stop; otherwise commands zero, and the caller must
+    /// keep commanding zero.
+    fn engage_stop(&mut self) {
+        self.core_mut().stop();
+    }
+
+    /// Ends a latched stop, as an operator's explicit decision, and clears the faults that the session found. The commanded motion
+    /// becomes zero. A button that is still pressed keeps the base stopped.
+    fn release(&mut self) {
+        self.core_mut().release();
+    }
+}
+
+/// Feedback with its time of arrival.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimedFeedback {
+    /// Time at which its last byte was received, seconds.
+    pub received_s: f64,
+    /// The feedback.
+    pub feedback: Feedback,
+}
+
+/// Line errors since the session began. All zero on a clean line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SessionCounters {
+    /// Bytes that belong to no frame or answer.
+    pub dropped_bytes: u64,
+    /// Requests repeated because no valid answer came in time.
+    pub retries: u64,
+    /// Requests given up after the last attempt.
+    pub unanswered: u64,
+    /// Encoder counts and speeds rejected because no track runs that fast.
+    pub rejected_readings: u64,
+}
+
+/// State that all sessions have.
+#[doc(hidden)]
+#[derive(Clone, Debug)]
+pub struct SessionCore {
+    pub(super) settings: BaseSettings,
+    /// The commanded motion, within the tracks' highest speed.
+    pub(super) target: Twist,
+    /// Whether a command is to be sent.
+    pub(super) is_pending: bool,
+    pub(super) encoder_speed: EncoderSpeed,
+    pub(super) latest: Option<TimedFeedback>,
+    pub(super) counters: SessionCounters,
+}
+
+impl SessionCore {
+    pub(super) fn new(settings: BaseSettings) -> Result<Self, BaseError> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            target: Twist::STOP,
+            is_pending: false,
+            encoder_speed: EncoderSpeed::new(&settings),
+            latest: None,
+            counters: SessionCounters::default(),
         })
     }
+
+    /// The commanded speeds of the tracks.
+    pub(super) fn target_speeds(&self) -> TrackSpeeds {
+        self.settings.drive().tracks(&self.target)
+    }
+
+    /// Takes the pending command as ticks per second of the controller's channels.
+    pub(super) fn take_rates(&mut self) -> [f64; 2] {
+        self.is_pending = false;
+        self.settings.channel_rates(&self.target_speeds())
+    }
+
+    pub(super) fn stop(&mut self) {
+        self.target = Twist::STOP;
+        self.is_pending = true;
+    }
+
+    pub(super) fn release(&mut self) {
+        self.stop();
+        self.encoder_speed.clear_fault();
+    }
+
+    pub(super) fn report(&mut self, feedback: Feedback, received_s: f64) {
+        self.latest = Some(TimedFeedback { received_s, feedback });
+    }
+}
+
+/// The communication part of a lower controller's firmware. The caller simulates motors, encoders and faults.
+///
+/// It knows the machine by settings of its own, which may differ from the host's, as firmware does.
+pub trait DeviceProtocol: Send {
+    /// Takes received bytes, in pieces of any size.
+    fn receive(&mut self, bytes: &[u8], now_s: f64);
+
+    /// Runs one cycle of the firmware's loop: appends the bytes to write to `line` and returns the set speeds of the tracks,
+    /// m/s: zero while the watchdog or an emergency stop acts. Time never runs backwards.
+    fn step(&mut self, now_s: f64, machine: &MachineState, line: &mut Vec<u8>) -> TrackSpeeds;
+
+    /// Statistics of the commands received so far.
+    fn command_stats(&self) -> CommandStats;
+}
+
+/// Commands received by a controller since power-on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct CommandStats {
+    /// Accepted motor commands.
+    pub commands: u64,
+    /// Number of consecutive zero commands at the end.
+    pub final_zero_commands: u64,
+    /// How often the watchdog stopped running motors because commands ceased.
+    pub watchdog_stops: u64,
+}
+
+/// Collects [`CommandStats`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CommandCounter {
+    stats: CommandStats,
+    is_watchdog_active: bool,
+}
+
+impl CommandCounter {
+    pub(super) const fn stats(&self) -> CommandStats {
+        self.stats
+    }
+
+    /// Counts an accepted command.
+    pub(super) const fn command(&mut self, is_zero: bool) {
+        self.stats.commands += 1;
+        self.stats.final_zero_commands =
+            if is_zero { self.stats.final_zero_commands + 1 } else { 0 };
+    }
+
+    /// Counts the watchdog's stops; call it in every cycle with whether the watchdog holds motors that were commanded to run.
+    pub(super) fn watchdog(&mut self, is_active: bool) {
+        self.stats.watchdog_stops += u64::from(is_active && !self.is_watchdog_active);
+        self.is_watchdog_active = is_active;
+    }
+}
+
+/// State of the machine as its controller measures it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MachineState {
+    /// Encoder counts of the tracks, modulo 2^32.
+    pub encoder_counts: PerTrack<u32>,
+    /// Measured speeds of the tracks, m/s.
+    pub speeds: TrackSpeeds,
+    /// Turn rate by the gyro, rad/s.
+    pub yaw_rate: f64,
+    /// Battery voltage.
+    pub battery_v: f64,
+    /// Faults found by the controller.
+    pub faults: Faults,
+    /// Whether the emergency button is pressed.
+    pub button_pressed: bool,
 }

@@ -203,6 +203,17 @@ pub fn choices<T: DeserializeOwned>() -> Value {
     json!({ "enum": read.err().map_or(&[][..], |Words(words)| words) })
 }
 
+/// Reads a word of an enum of plain words.
+///
+/// # Errors
+/// Lists the words, for a text that is not `kind`, such as "a protocol".
+#[cfg(feature = "sim")]
+pub(crate) fn parse_choice<T: DeserializeOwned>(kind: &str, text: &str) -> Result<T, String> {
+    T::deserialize(StrDeserializer::new(text)).map_err(|Words(words)| {
+        format!("`{}` is not {kind}: use one of {}", text.escape_debug(), words.join(", "))
+    })
+}
+
 /// The words of an enum, from the error of one that is none of them.
 #[derive(Debug, thiserror::Error)]
 #[error("{0:?}")]

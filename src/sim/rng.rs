@@ -1,9 +1,9 @@
 //! Seeded random numbers of the simulation.
 
-use core::f64::consts::TAU;
-
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
+
+pub(super) use crate::base::standard_normal;
 
 /// The streams of random numbers of a run. They are independent: a change of one leaves the others unchanged. The values
 /// are arbitrary.
@@ -19,13 +19,6 @@ pub(super) enum RngStream {
 /// Returns the generator of a stream.
 pub(super) fn generator(seed: u64, source: RngStream) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed ^ source as u64)
-}
-
-/// Draws from the standard normal distribution (Box and Muller, 1958).
-pub(super) fn standard_normal(rng: &mut Pcg64Mcg) -> f64 {
-    // 1 - [0, 1) is never zero, so the logarithm is finite.
-    let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
-    radius * libm::cos(TAU * rng.random::<f64>())
 }
 
 /// Draws from a normal distribution with mean zero. A deviation of zero gives zero and draws nothing.

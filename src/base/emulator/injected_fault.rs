@@ -3,21 +3,13 @@
 use core::fmt;
 use core::str::FromStr;
 
-/// Names on the command line.
-const NAMES: [(InjectedFault, &str); 9] = [
-    (InjectedFault::StuckLeft, "stuck-left"),
-    (InjectedFault::StuckRight, "stuck-right"),
-    (InjectedFault::Runaway, "runaway"),
-    (InjectedFault::Reversed, "reversed"),
-    (InjectedFault::Button, "button"),
-    (InjectedFault::Silence, "silence"),
-    (InjectedFault::SlowReads, "slow-reads"),
-    (InjectedFault::Garbage, "garbage"),
-    (InjectedFault::BitFlips, "bit-flips"),
-];
+use serde::{Deserialize, Serialize};
+
+use crate::settings::parse_choice;
 
 /// A fault of an emulated base or its serial line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum InjectedFault {
     /// The left track is blocked.
     StuckLeft,
@@ -42,21 +34,22 @@ pub enum InjectedFault {
 
 impl InjectedFault {
     /// Every fault.
-    pub const ALL: [Self; 9] = {
-        let mut all = [Self::StuckLeft; 9];
-        let mut index = 0;
-        while index < all.len() {
-            all[index] = NAMES[index].0;
-            index += 1;
-        }
-        all
-    };
+    pub const ALL: [Self; 9] = [
+        Self::StuckLeft,
+        Self::StuckRight,
+        Self::Runaway,
+        Self::Reversed,
+        Self::Button,
+        Self::Silence,
+        Self::SlowReads,
+        Self::Garbage,
+        Self::BitFlips,
+    ];
 }
 
 impl fmt::Display for InjectedFault {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let entry = NAMES.iter().find(|(fault, _)| fault == self);
-        formatter.write_str(entry.map_or("", |(_, name)| name))
+        self.serialize(formatter)
     }
 }
 
@@ -90,15 +83,7 @@ impl FromStr for ScheduledFault {
     /// Parses `NAME`, `NAME@FROM` or `NAME@FROM..TO`, times in seconds.
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, times) = text.split_once('@').unwrap_or((text, "0"));
-        let entry = NAMES.iter().find(|(_, known)| *known == name);
-        let Some((fault, _)) = entry else {
-            let known: Vec<&str> = NAMES.iter().map(|(_, name)| *name).collect();
-            return Err(format!(
-                "`{}` is not a fault: use one of {}",
-                name.escape_debug(),
-                known.join(", ")
-            ));
-        };
+        let fault = parse_choice("a fault", name)?;
         let (from, to) =
             times.split_once("..").map_or((times, None), |(from, to)| (from, Some(to)));
         let seconds = |text: &str| text.parse().ok().filter(|time: &f64| time.is_finite());
@@ -106,43 +91,12 @@ impl FromStr for ScheduledFault {
         let to_s = to.map_or(Some(f64::INFINITY), seconds);
         match from_s.zip(to_s) {
             Some((from_s, to_s)) if from_s >= 0.0 && to_s > from_s => {
-                Ok(Self { fault: *fault, from_s, to_s })
+                Ok(Self { fault, from_s, to_s })
             }
             _ => Err(format!(
                 "`{}` is not a time: write {name}@SECONDS or {name}@FROM..TO, such as {name}@2 or {name}@2..3.5",
                 times.escape_debug()
             )),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scheduled_fault_parses_every_name_and_its_times() {
-        for fault in InjectedFault::ALL {
-            let scheduled: ScheduledFault =
-                fault.to_string().parse().expect("a name, or a name and times");
-            assert_eq!(scheduled, ScheduledFault::from(fault, 0.0));
-        }
-        let scheduled: ScheduledFault =
-            "button@2..3.5".parse().expect("a name, or a name and times");
-        assert_eq!(
-            [1.9, 2.0, 3.4, 3.5].map(|now_s| scheduled.is_active(now_s)),
-            [false, true, true, false]
-        );
-        for (text, words) in [
-            ("stuck", "`stuck` is not a fault: use one of stuck-left, "),
-            ("button@", "`` is not a time"),
-            ("button@x", "`x` is not a time"),
-            ("button@-1", "`-1` is not a time"),
-            ("button@NaN", "`NaN` is not a time"),
-            ("button@3..2", "`3..2` is not a time"),
-        ] {
-            let message = text.parse::<ScheduledFault>().unwrap_err();
-            assert!(message.starts_with(words), "{message}");
         }
     }
 }

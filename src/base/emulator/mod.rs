@@ -3,10 +3,10 @@
 //! Bytes and time are parameters. The same bytes at the same times with the same seed give the same motion and answers.
 
 mod injected_fault;
-mod motor;
 mod plant;
 
 pub use injected_fault::{InjectedFault, ScheduledFault};
+pub(crate) use plant::standard_normal;
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use self::plant::Plant;
-use super::device::CommandStats;
-use super::{BaseError, BaseSettings, DeviceProtocol, MachineState, Protocol};
+use super::{BaseError, BaseSettings, CommandStats, DeviceProtocol, MachineState, Protocol};
 use crate::geometry::{Pose, Twist};
 
 /// Delay of the host's bytes while reads are slow, seconds: longer than every timeout of a host.

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use super::{Decoder, LidarSettings, RevolutionAssembler};
 use crate::base::BaseError;
 use crate::base::error::is_timeout;
-use crate::base::supervisor::backoff::Backoff;
+use crate::base::supervisor::Backoff;
 use crate::map::TimedScan;
 
 /// Shortest and longest pause between attempts to reconnect, seconds.

@@ -2,8 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use super::frames::{POINTS, REVOLUTION};
-use super::{LidarSettings, Packet, RANGE_MAX_M};
+use super::{LidarSettings, POINTS, Packet, RANGE_MAX_M, REVOLUTION};
 use crate::geometry::Pose;
 use crate::map::{Beam, TimedScan};
 

@@ -85,16 +85,13 @@
 //!
 //! [`Faults`]: super::Faults
 
-mod device;
 mod frames;
 mod session;
 
 #[doc(hidden)]
-pub use device::NativeDevice;
-#[doc(hidden)]
 pub use frames::{Command, Decoder, Frame, Report};
 #[doc(hidden)]
-pub use session::NativeSession;
+pub use session::{NativeDevice, NativeSession};
 
 /// Speed of the serial line, baud.
 pub const BAUD: u32 = 115_200;

@@ -1,12 +1,14 @@
-//! The host's side: sends commands, derives feedback from reports.
+//! The two sides: the host sends commands and derives feedback from reports; the base behaves as reference firmware.
 
 use std::collections::VecDeque;
 
-use super::BAUD;
 use super::frames::{Command, Decoder, Report};
-use crate::base::session::TrackSession;
-use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
-use crate::geometry::Twist;
+use super::{BAUD, REPORT_PERIOD_S, WATCHDOG_S};
+use crate::base::protocol::{CommandCounter, SessionCore};
+use crate::base::{
+    BaseError, BaseSettings, CommandStats, DeviceProtocol, Faults, Feedback, MachineState, Session,
+};
+use crate::robot::TrackSpeeds;
 
 /// Most unacknowledged commands that are remembered: several seconds at the usual rate.
 const MAX_UNACKNOWLEDGED: usize = 256;
@@ -14,7 +16,7 @@ const MAX_UNACKNOWLEDGED: usize = 256;
 /// Host session of the native protocol.
 #[derive(Clone, Debug)]
 pub struct NativeSession {
-    core: TrackSession,
+    core: SessionCore,
     stop: bool,
     release: bool,
     sequence: u16,
@@ -49,7 +51,7 @@ impl NativeSession {
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         Ok(Self {
-            core: TrackSession::new(settings)?,
+            core: SessionCore::new(settings)?,
             stop: false,
             release: false,
             sequence: 0,
@@ -88,12 +90,16 @@ impl NativeSession {
 }
 
 impl Session for NativeSession {
-    fn baud(&self) -> u32 {
-        BAUD
+    fn core(&self) -> &SessionCore {
+        &self.core
     }
 
-    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
-        self.core.command(twist)
+    fn core_mut(&mut self) -> &mut SessionCore {
+        &mut self.core
+    }
+
+    fn baud(&self) -> u32 {
+        BAUD
     }
 
     fn receive(&mut self, bytes: &[u8], now_s: f64) {
@@ -108,21 +114,18 @@ impl Session for NativeSession {
                 self.core.report(feedback, now_s);
             }
         }
+        self.core.counters.dropped_bytes = self.decoder.dropped_bytes();
     }
 
     fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
         if !self.core.is_pending {
             return;
         }
-        self.core.is_pending = false;
+        let rates = self.core.take_rates();
         self.sequence = self.sequence.wrapping_add(1);
         let stands = self.stop || self.release;
-        let speeds = if stands {
-            [0, 0]
-        } else {
-            // The cast saturates.
-            self.core.settings.channel_rates(&self.core.target).map(|rate| rate.round() as i32)
-        };
+        // The cast saturates.
+        let speeds = if stands { [0, 0] } else { rates.map(|rate| rate.round() as i32) };
         let command =
             Command { sequence: self.sequence, stop: self.stop, release: self.release, speeds };
         self.release = false;
@@ -131,18 +134,6 @@ impl Session for NativeSession {
         }
         self.unacknowledged.push_back((self.sequence, now_s));
         line.extend(command.encode());
-    }
-
-    fn is_waiting(&self) -> bool {
-        false
-    }
-
-    fn latest(&self) -> Option<&TimedFeedback> {
-        self.core.latest.as_ref()
-    }
-
-    fn counters(&self) -> SessionCounters {
-        SessionCounters { dropped_bytes: self.decoder.dropped_bytes(), ..self.core.counters() }
     }
 
     fn engage_stop(&mut self) {
@@ -155,5 +146,100 @@ impl Session for NativeSession {
         self.core.release();
         self.stop = false;
         self.release = true;
+    }
+}
+
+/// A lower controller with the native protocol, its watchdog and its latched stop.
+#[derive(Clone, Debug)]
+pub struct NativeDevice {
+    settings: BaseSettings,
+    decoder: Decoder<Command>,
+    set: TrackSpeeds,
+    /// Sequence and time of the last accepted command.
+    accepted: Option<(u16, f64)>,
+    stopped: bool,
+    /// Whether to release the stop in the next cycle, unless the button is pressed.
+    release: bool,
+    next_report_s: f64,
+    sequence: u16,
+    commands: CommandCounter,
+}
+
+impl NativeDevice {
+    /// Creates a controller at power-on.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            decoder: Decoder::default(),
+            set: TrackSpeeds::default(),
+            accepted: None,
+            stopped: false,
+            release: false,
+            next_report_s: f64::NEG_INFINITY,
+            sequence: 0,
+            commands: CommandCounter::default(),
+        })
+    }
+
+    fn accept(&mut self, command: &Command, now_s: f64) {
+        if self.accepted.is_some_and(|(last, _)| last == command.sequence) {
+            return;
+        }
+        self.accepted = Some((command.sequence, now_s));
+        self.commands.command(command.speeds == [0, 0]);
+        let rates = command.speeds.map(f64::from);
+        self.set = self.settings.track_speeds(rates);
+        if command.stop {
+            self.stopped = true;
+            self.release = false;
+        } else if command.release && command.speeds == [0, 0] {
+            self.release = true;
+        }
+    }
+}
+
+impl DeviceProtocol for NativeDevice {
+    fn receive(&mut self, bytes: &[u8], now_s: f64) {
+        self.decoder.push(bytes);
+        while let Some(command) = self.decoder.next() {
+            self.accept(&command, now_s);
+        }
+    }
+
+    fn step(&mut self, now_s: f64, machine: &MachineState, line: &mut Vec<u8>) -> TrackSpeeds {
+        if self.release {
+            self.stopped = false;
+            self.release = false;
+        }
+        self.stopped |= machine.button_pressed || !machine.faults.is_empty();
+        let silent = self.accepted.is_none_or(|(_, at_s)| now_s - at_s >= WATCHDOG_S);
+        self.commands.watchdog(silent && !self.stopped && self.set != TrackSpeeds::default());
+        if now_s >= self.next_report_s {
+            let next_s = self.next_report_s + REPORT_PERIOD_S;
+            // No burst of reports after a pause.
+            self.next_report_s = if next_s > now_s { next_s } else { now_s + REPORT_PERIOD_S };
+            self.sequence = self.sequence.wrapping_add(1);
+            let report = Report {
+                sequence: self.sequence,
+                echo: self.accepted.map(|(sequence, _)| sequence),
+                stopped: self.stopped,
+                button_pressed: machine.button_pressed,
+                faults: machine.faults.union(Faults::WATCHDOG.when(silent)),
+                time_ms: (now_s * 1000.0).round() as i64 as u32,
+                counts: self.settings.channel_counts(machine.encoder_counts),
+                yaw_rate_mrad_s: Some((machine.yaw_rate * 1000.0).round() as i16),
+                battery_mv: Some((machine.battery_v * 1000.0).round() as u16),
+            };
+            line.extend(report.encode());
+        }
+        if self.stopped || silent { TrackSpeeds::default() } else { self.set }
+    }
+
+    fn command_stats(&self) -> CommandStats {
+        self.commands.stats()
     }
 }

@@ -1,8 +1,20 @@
-//! Encoding and decoding of requests and replies.
+//! Encoding and decoding of requests and replies, and of the status bits.
 
 use crc::{CRC_16_XMODEM, Crc};
 
+use crate::base::{BaseSettings, Faults};
+
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_XMODEM);
+
+/// The queries of a poll cycle, in order. Each cycle includes the battery: it takes about 20 ms at 38,400 baud.
+pub(super) const POLL_CYCLE: [Request; 6] = [
+    Request::Encoder { second: false },
+    Request::Encoder { second: true },
+    Request::Speed { second: false },
+    Request::Speed { second: true },
+    Request::Status,
+    Request::Battery,
+];
 
 /// A request to a controller. The vendor calls the first channel M1 and the second M2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,23 +39,6 @@ pub enum Request {
     Drive([i32; 2]),
     /// 90: read the status.
     Status,
-}
-
-/// A reply of a controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reply {
-    /// The byte `FF`: the request was executed.
-    Ack,
-    /// The watchdog, in 0.1 s.
-    Timeout(u8),
-    /// An encoder count; the flags that follow it add no information.
-    Encoder(u32),
-    /// A speed, pulses per second.
-    Speed(i32),
-    /// A voltage in 0.1 V.
-    Battery(u16),
-    /// The status bits.
-    Status(u32),
 }
 
 impl Request {
@@ -89,27 +84,20 @@ impl Request {
         }
     }
 
-    /// Decodes a reply of [`Self::reply_length`] bytes; returns none if it is damaged.
+    /// Returns the number in a reply of [`Self::reply_length`] bytes, zero for a bare confirmation; none if the reply is damaged.
+    ///
+    /// Encoder counts are modulo 2^32 and speeds are two's complement. The watchdog is in 0.1 s, the battery in 0.1 V.
     #[must_use]
-    pub fn reply(self, address: u8, bytes: &[u8]) -> Option<Reply> {
+    pub fn reply(self, address: u8, bytes: &[u8]) -> Option<u32> {
         if matches!(self, Self::SetTimeout(_) | Self::Drive(_)) {
-            return (bytes == [0xFF]).then_some(Reply::Ack);
+            return (bytes == [0xFF]).then_some(0);
         }
         let (data, check) = bytes.split_last_chunk::<2>()?;
         if self.check(address, data).to_be_bytes() != *check {
             return None;
         }
-        let number = || data.first_chunk::<4>().copied();
-        Some(match self {
-            Self::GetTimeout => Reply::Timeout(*data.first()?),
-            Self::Encoder { .. } => Reply::Encoder(u32::from_be_bytes(number()?)),
-            Self::Speed { .. } => {
-                // Some firmware sends an unsigned speed and the direction in the byte that follows.
-                Reply::Speed(i32::from_be_bytes(number()?))
-            }
-            Self::Battery => Reply::Battery(u16::from_be_bytes(*data.first_chunk()?)),
-            _ => Reply::Status(data.iter().fold(0, |bits, byte| bits << 8 | u32::from(*byte))),
-        })
+        // Encoder flags add no information. Nor does the direction that some firmware sends after an unsigned speed.
+        Some(data.iter().take(4).fold(0, |number, byte| number << 8 | u32::from(*byte)))
     }
 
     /// Encodes a reply with this data.
@@ -141,16 +129,14 @@ impl Request {
         if to != address {
             return Err(BadPacket);
         }
-        let read = |request| Ok(Some((request, 2)));
         let length = match code {
             14 => 5,
-            15 => return read(Self::GetTimeout),
-            16 | 17 => return read(Self::Encoder { second: code == 17 }),
-            18 | 19 => return read(Self::Speed { second: code == 19 }),
-            24 => return read(Self::Battery),
             37 => 12,
-            90 => return read(Self::Status),
-            _ => return Err(BadPacket),
+            _ => {
+                let mut reads = POLL_CYCLE.into_iter().chain([Self::GetTimeout]);
+                let read = reads.find(|read| read.code() == code).ok_or(BadPacket)?;
+                return Ok(Some((read, 2)));
+            }
         };
         let Some(packet) = bytes.get(..length) else {
             return Ok(None);
@@ -162,10 +148,8 @@ impl Request {
         let request = if code == 14 {
             Self::SetTimeout(content[2])
         } else {
-            let speed = |at: usize| {
-                i32::from_be_bytes([content[at], content[at + 1], content[at + 2], content[at + 3]])
-            };
-            Self::Drive([speed(2), speed(6)])
+            let (speeds, _) = content[2..].as_chunks::<4>();
+            Self::Drive([0, 1].map(|channel: usize| i32::from_be_bytes(speeds[channel])))
         };
         Ok(Some((request, length)))
     }
@@ -174,3 +158,103 @@ impl Request {
 /// A packet that a controller ignores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadPacket;
+
+/// Returns whether the emergency stop is active, and the faults. Warnings are ignored.
+///
+/// The tables are those of command 90 in Basicmicro's "`RoboClaw` Series User Manual": four bytes from firmware 4.1.34 on, two
+/// bytes in earlier editions, where overcurrent is only a warning.
+pub(super) fn read_status(settings: &BaseSettings, bits: u32) -> (bool, Faults) {
+    let any = |mask: u32| bits & mask != 0;
+    let wide = settings.roboclaw.status_bytes == 4;
+    let drivers = if wide { [0x40, 0x80] } else { [0x100, 0x200] };
+    let [stop, hot, supply, current, stalled, other] =
+        if wide { [0x01, 0x06, 0x38, 0x3000, 0x0300, 0xCC00] } else { [0x04, 0x18, 0xE0, 0, 0, 0] };
+    let faults = [
+        (any(drivers[0]), settings.motor_fault(false)),
+        (any(drivers[1]), settings.motor_fault(true)),
+        (any(hot), Faults::OVERHEATED),
+        (any(supply), Faults::SUPPLY),
+        (any(current), Faults::OVERCURRENT),
+        (any(stalled), Faults::STALLED),
+        (any(other), Faults::OTHER),
+    ];
+    let all = faults.into_iter().fold(Faults::NONE, |all, (set, fault)| all.union(fault.when(set)));
+    (any(stop), all)
+}
+
+/// Encodes the status bits: the inverse of [`read_status`].
+pub(super) fn write_status(settings: &BaseSettings, stopped: bool, faults: Faults) -> u32 {
+    // Trying all sixteen bits keeps the two directions consistent.
+    (0..16)
+        .map(|bit| 1 << bit)
+        .filter(|bit| {
+            let (stops, fault) = read_status(settings, *bit);
+            stops && stopped || !fault.is_empty() && faults.contains(fault)
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::roboclaw::RoboClawSettings;
+
+    #[test]
+    fn status_round_trips_in_both_widths() {
+        for status_bytes in [2, 4] {
+            let settings = BaseSettings {
+                swap_tracks: true,
+                roboclaw: RoboClawSettings { status_bytes, ..RoboClawSettings::default() },
+                ..BaseSettings::default()
+            };
+            for faults in
+                [Faults::NONE, Faults::MOTOR_LEFT, Faults::SUPPLY.union(Faults::OVERHEATED)]
+            {
+                for stopped in [false, true] {
+                    let bits = write_status(&settings, stopped, faults);
+                    assert_eq!(
+                        read_status(&settings, bits),
+                        (stopped, faults),
+                        "{status_bytes} {bits:X}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn status_warnings_are_no_faults() {
+        let settings = BaseSettings::default();
+        assert_eq!(read_status(&settings, 0xFFFF_0000), (false, Faults::NONE));
+        assert_eq!(read_status(&settings, 0x0001), (true, Faults::NONE));
+        assert_eq!(read_status(&settings, 0x0040), (false, Faults::MOTOR_LEFT));
+    }
+
+    /// The expected values are the manual's two tables.
+    #[test]
+    fn every_status_bit_matches_manual() {
+        use Faults as F;
+        let stop = (true, F::NONE);
+        let fault = |fault| (false, fault);
+        let nothing = fault(F::NONE);
+        let [hot, supply, left, right] =
+            [F::OVERHEATED, F::SUPPLY, F::MOTOR_LEFT, F::MOTOR_RIGHT].map(fault);
+        let [stalled, position, current] = [F::STALLED, F::OTHER, F::OVERCURRENT].map(fault);
+        let four_bytes = [
+            stop, hot, hot, supply, supply, supply, left, right, stalled, stalled, position,
+            position, current, current,
+        ];
+        let two_bytes = [
+            nothing, nothing, stop, hot, hot, supply, supply, supply, left, right, nothing,
+            nothing, nothing, nothing, nothing, nothing,
+        ];
+        let tables: [(usize, &[(bool, F)]); 2] = [(4, &four_bytes), (2, &two_bytes)];
+        for (status_bytes, table) in tables {
+            let mut settings = BaseSettings::default();
+            settings.roboclaw.status_bytes = status_bytes;
+            for (bit, expected) in table.iter().enumerate() {
+                assert_eq!(read_status(&settings, 1 << bit), *expected, "{status_bytes} {bit}");
+            }
+        }
+    }
+}

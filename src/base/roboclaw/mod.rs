@@ -8,17 +8,13 @@
 //! Any received byte resets its watchdog, command 14, including the bytes of queries. So the watchdog does not act on a host that
 //! sends queries but no commands.
 
-mod device;
 mod frames;
 mod session;
-mod status;
 
 #[doc(hidden)]
-pub use device::RoboClawDevice;
+pub use frames::Request;
 #[doc(hidden)]
-pub use frames::{Reply, Request};
-#[doc(hidden)]
-pub use session::RoboClawSession;
+pub use session::{RoboClawDevice, RoboClawSession};
 
 use serde::{Deserialize, Serialize};
 

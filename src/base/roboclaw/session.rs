@@ -1,22 +1,14 @@
-//! The host's side: sets the watchdog first, then sends commands and polls the controller between them.
+//! The two sides: the host sets the watchdog first, then sends commands and polls the controller between them; the
+//! controller answers.
 
-use super::frames::{Reply, Request};
-use super::status;
+use super::PACKET_PAUSE_S;
+use super::frames::{POLL_CYCLE, Request, read_status, write_status};
+use crate::base::protocol::{CommandCounter, SessionCore};
 use crate::base::request::{RequestState, RequestTracker, RetryPolicy};
-use crate::base::session::TrackSession;
-use crate::base::{BaseError, BaseSettings, Feedback, Session, SessionCounters, TimedFeedback};
-use crate::geometry::Twist;
+use crate::base::{
+    BaseError, BaseSettings, CommandStats, DeviceProtocol, Feedback, MachineState, Session,
+};
 use crate::robot::TrackSpeeds;
-
-/// The queries of a poll cycle, in order. Each cycle includes the battery: it takes about 20 ms at 38,400 baud.
-const POLL_CYCLE: [Request; 6] = [
-    Request::Encoder { second: false },
-    Request::Encoder { second: true },
-    Request::Speed { second: false },
-    Request::Speed { second: true },
-    Request::Status,
-    Request::Battery,
-];
 
 /// Number of leading queries that read the encoders.
 const ENCODER_QUERIES: usize = 2;
@@ -29,13 +21,14 @@ const ENCODER_QUERIES: usize = 2;
 /// watchdog from acting.
 #[derive(Clone, Debug)]
 pub struct RoboClawSession {
-    core: TrackSession,
+    core: SessionCore,
     requests: RequestTracker<Request>,
     received: Vec<u8>,
     watchdog: Watchdog,
     /// Position in the poll cycle.
     next_query: usize,
-    answers: Answers,
+    /// The number in the last answer to each query of the poll cycle.
+    answers: [u32; POLL_CYCLE.len()],
     next_poll_s: f64,
 }
 
@@ -46,21 +39,13 @@ enum Watchdog {
     Confirmed,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Answers {
-    counts: [u32; 2],
-    speeds: [i32; 2],
-    status: u32,
-    battery: u16,
-}
-
 impl RoboClawSession {
     /// Creates a session.
     ///
     /// # Errors
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
-        let core = TrackSession::new(settings)?;
+        let core = SessionCore::new(settings)?;
         let policy = RetryPolicy {
             answer_timeout_s: settings.roboclaw.answer_timeout_s,
             max_attempts: settings.roboclaw.max_attempts,
@@ -71,7 +56,7 @@ impl RoboClawSession {
             received: Vec::new(),
             watchdog: Watchdog::Unconfirmed,
             next_query: POLL_CYCLE.len(),
-            answers: Answers::default(),
+            answers: [0; POLL_CYCLE.len()],
             next_poll_s: f64::NEG_INFINITY,
         })
     }
@@ -84,7 +69,7 @@ impl RoboClawSession {
 
     /// Whether the pending command may be sent.
     fn may_drive(&self) -> bool {
-        self.is_ready() || self.core.target == TrackSpeeds::default()
+        self.is_ready() || self.core.target_speeds() == TrackSpeeds::default()
     }
 
     /// The next request, if one is due.
@@ -124,44 +109,38 @@ impl RoboClawSession {
         self.received.clear();
     }
 
-    fn take(&mut self, request: Request, reply: Reply, now_s: f64) {
-        match (request, reply) {
-            (Request::SetTimeout(_), _) => self.watchdog = Watchdog::Set,
-            (_, Reply::Timeout(tenths)) => {
-                let confirmed = tenths == self.core.settings.roboclaw.watchdog_tenths();
+    fn take(&mut self, request: Request, number: u32, now_s: f64) {
+        match request {
+            Request::SetTimeout(_) => self.watchdog = Watchdog::Set,
+            Request::GetTimeout => {
+                let confirmed = number == u32::from(self.core.settings.roboclaw.watchdog_tenths());
                 self.watchdog = if confirmed { Watchdog::Confirmed } else { Watchdog::Unconfirmed };
             }
-            (Request::Encoder { second }, Reply::Encoder(count)) => {
-                self.answers.counts[usize::from(second)] = count;
+            query if POLL_CYCLE.get(self.next_query) == Some(&query) => {
+                self.answers[self.next_query] = number;
+                self.next_query += 1;
+                if self.next_query == POLL_CYCLE.len() {
+                    self.finish_cycle(now_s);
+                }
             }
-            (Request::Speed { second }, Reply::Speed(speed)) => {
-                self.answers.speeds[usize::from(second)] = speed;
-            }
-            (_, Reply::Status(bits)) => self.answers.status = bits,
-            (_, Reply::Battery(decivolts)) => self.answers.battery = decivolts,
             _ => {}
-        }
-        if POLL_CYCLE.get(self.next_query) == Some(&request) {
-            self.next_query += 1;
-            if self.next_query == POLL_CYCLE.len() {
-                self.finish_cycle(now_s);
-            }
         }
     }
 
     fn finish_cycle(&mut self, now_s: f64) {
-        let counts = self.core.settings.track_counts(self.answers.counts);
+        let [first, second, first_speed, second_speed, status, decivolts] = self.answers;
+        let counts = self.core.settings.track_counts([first, second]);
         // The controller's speeds are more accurate, but implausible counts invalidate the whole answer.
         if self.core.encoder_speed.update(counts, now_s).is_none() {
             return;
         }
-        let speeds = self.answers.speeds.map(f64::from);
+        let speeds = [first_speed, second_speed].map(|speed| f64::from(speed as i32));
         let speeds = self.core.settings.track_speeds(speeds);
-        let (emergency_stop, faults) = status::read(&self.core.settings, self.answers.status);
+        let (emergency_stop, faults) = read_status(&self.core.settings, status);
         let feedback = Feedback {
             twist: self.core.settings.drive().twist(&speeds),
             emergency_stop,
-            battery_v: Some(f64::from(self.answers.battery) / 10.0),
+            battery_v: Some(f64::from(decivolts) / 10.0),
             encoder_counts: Some(counts),
             faults: faults.union(self.core.encoder_speed.faults()),
             ..Feedback::default()
@@ -175,12 +154,16 @@ const fn is_drive(request: Request) -> bool {
 }
 
 impl Session for RoboClawSession {
-    fn baud(&self) -> u32 {
-        self.core.settings.roboclaw.baud
+    fn core(&self) -> &SessionCore {
+        &self.core
     }
 
-    fn command(&mut self, twist: &Twist) -> Result<(), BaseError> {
-        self.core.command(twist)
+    fn core_mut(&mut self) -> &mut SessionCore {
+        &mut self.core
+    }
+
+    fn baud(&self) -> u32 {
+        self.core.settings.roboclaw.baud
     }
 
     /// An answer is taken as a whole or not at all. If its check fails, all received bytes are dropped and the request is repeated
@@ -196,13 +179,13 @@ impl Session for RoboClawSession {
             return;
         }
         let reply = request.reply(self.core.settings.roboclaw.address, &self.received);
-        let Some(reply) = reply else {
+        let Some(number) = reply else {
             self.drop_received();
             return;
         };
         self.received.clear();
         self.requests.finish();
-        self.take(request, reply, now_s);
+        self.take(request, number, now_s);
     }
 
     fn transmit(&mut self, now_s: f64, line: &mut Vec<u8>) {
@@ -248,20 +231,118 @@ impl Session for RoboClawSession {
     fn is_waiting(&self) -> bool {
         self.requests.outstanding().is_some()
     }
+}
 
-    fn latest(&self) -> Option<&TimedFeedback> {
-        self.core.latest.as_ref()
+/// A `RoboClaw` controller. Its watchdog is off at power-on, and any received byte resets it.
+#[derive(Clone, Debug)]
+pub struct RoboClawDevice {
+    settings: BaseSettings,
+    received: Vec<u8>,
+    requests: Vec<Request>,
+    last_byte_s: f64,
+    watchdog_tenths: u8,
+    set: [i32; 2],
+    commands: CommandCounter,
+}
+
+impl RoboClawDevice {
+    /// Creates a controller at power-on.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            received: Vec::new(),
+            requests: Vec::new(),
+            last_byte_s: f64::NEG_INFINITY,
+            watchdog_tenths: 0,
+            set: [0, 0],
+            commands: CommandCounter::default(),
+        })
     }
 
-    fn counters(&self) -> SessionCounters {
-        self.core.counters()
+    fn answer(&mut self, request: Request, machine: &MachineState) -> Vec<u8> {
+        let settings = &self.settings;
+        let with_flags = |number: [u8; 4]| [&number[..], &[0]].concat();
+        let data = match request {
+            Request::SetTimeout(tenths) => {
+                self.watchdog_tenths = tenths;
+                return vec![0xFF];
+            }
+            Request::Drive(speeds) => {
+                self.set = speeds;
+                self.commands.command(speeds == [0, 0]);
+                return vec![0xFF];
+            }
+            Request::GetTimeout => vec![self.watchdog_tenths],
+            Request::Encoder { second } => {
+                let counts = settings.channel_counts(machine.encoder_counts);
+                with_flags(counts[usize::from(second)].to_be_bytes())
+            }
+            Request::Speed { second } => {
+                let rate = settings.channel_rates(&machine.speeds)[usize::from(second)];
+                with_flags((rate.round() as i32).to_be_bytes())
+            }
+            Request::Battery => {
+                let decivolts = (machine.battery_v * 10.0).round() as u16;
+                decivolts.to_be_bytes().to_vec()
+            }
+            Request::Status => {
+                let bits = write_status(settings, machine.button_pressed, machine.faults);
+                bits.to_be_bytes()[4 - settings.roboclaw.status_bytes..].to_vec()
+            }
+        };
+        request.encode_reply(settings.roboclaw.address, data)
+    }
+}
+
+impl DeviceProtocol for RoboClawDevice {
+    fn receive(&mut self, bytes: &[u8], now_s: f64) {
+        if bytes.is_empty() {
+            return;
+        }
+        if now_s - self.last_byte_s > PACKET_PAUSE_S {
+            self.received.clear();
+        }
+        self.last_byte_s = now_s;
+        self.received.extend_from_slice(bytes);
+        loop {
+            match Request::decode(&self.received, self.settings.roboclaw.address) {
+                Ok(Some((request, length))) => {
+                    self.requests.push(request);
+                    self.received.drain(..length);
+                }
+                Ok(None) => return,
+                // The controller stays silent; the host's pause resynchronizes it.
+                Err(_) => {
+                    self.received.clear();
+                    return;
+                }
+            }
+        }
     }
 
-    fn engage_stop(&mut self) {
-        self.core.stop();
+    fn step(&mut self, now_s: f64, machine: &MachineState, line: &mut Vec<u8>) -> TrackSpeeds {
+        for request in std::mem::take(&mut self.requests) {
+            line.extend(self.answer(request, machine));
+        }
+        let watchdog_s = f64::from(self.watchdog_tenths) / 10.0;
+        let is_silent = self.watchdog_tenths > 0 && now_s - self.last_byte_s >= watchdog_s;
+        self.commands.watchdog(is_silent && self.set != [0, 0]);
+        if is_silent {
+            // The set speeds are cleared, so that later queries do not restart the motors.
+            self.set = [0, 0];
+        }
+        if machine.button_pressed {
+            TrackSpeeds::default()
+        } else {
+            self.settings.track_speeds(self.set.map(f64::from))
+        }
     }
 
-    fn release(&mut self) {
-        self.core.release();
+    fn command_stats(&self) -> CommandStats {
+        self.commands.stats()
     }
 }

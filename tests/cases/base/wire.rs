@@ -11,6 +11,7 @@ mod port;
 mod property;
 mod safety;
 mod sessions;
+mod settings;
 mod simulated_link;
 mod stops;
 mod streams;

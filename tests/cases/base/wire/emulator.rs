@@ -299,3 +299,26 @@ fn healthy_base_reports_no_fault() {
     assert!(feedback.battery_v.is_some_and(|volts| volts > 24.0));
     assert!(feedback.yaw_rate.is_some_and(|rate| (rate - 0.3).abs() < 0.05));
 }
+
+#[test]
+fn scheduled_fault_parses_every_name_and_its_times() {
+    for fault in InjectedFault::ALL {
+        let scheduled: ScheduledFault =
+            fault.to_string().parse().expect("a name, or a name and times");
+        assert_eq!(scheduled, ScheduledFault::from(fault, 0.0));
+    }
+    let scheduled: ScheduledFault = "button@2..3.5".parse().expect("a name, or a name and times");
+    let (fault, from_s) = (InjectedFault::Button, 2.0);
+    assert_eq!(scheduled, ScheduledFault { fault, from_s, to_s: 3.5 });
+    for (text, words) in [
+        ("stuck", "`stuck` is not a fault: use one of stuck-left, "),
+        ("button@", "`` is not a time"),
+        ("button@x", "`x` is not a time"),
+        ("button@-1", "`-1` is not a time"),
+        ("button@NaN", "`NaN` is not a time"),
+        ("button@3..2", "`3..2` is not a time"),
+    ] {
+        let message = text.parse::<ScheduledFault>().unwrap_err();
+        assert!(message.starts_with(words), "{message}");
+    }
+}

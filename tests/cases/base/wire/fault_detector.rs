@@ -188,3 +188,16 @@ fn motion_that_is_not_finite_is_fault() {
     };
     assert_eq!(detector.update(&sample), Some(&StopCause::NotFinite));
 }
+
+#[test]
+fn faults_display_every_name_and_keep_every_bit() {
+    assert_eq!(Faults::NONE.to_string(), "none");
+    let two = Faults::OVERHEATED.union(Faults::STALLED);
+    assert_eq!(two.to_string(), "overheated, stalled track");
+    assert_eq!(Faults::from_bits(0x0400), Faults::OTHER);
+    for bit in 0..16 {
+        let fault = Faults::from_bits(1 << bit);
+        assert!(!fault.is_empty() && fault.to_string() != "none", "{bit}");
+        assert_eq!(Faults::from_bits(fault.bits()), fault);
+    }
+}

@@ -15,10 +15,10 @@
 //! print((packet + struct.pack(">H", crc(packet, 0))).hex(" "))
 //! ```
 
-use inbye::base::Faults;
-use inbye::base::arduino::{Answer, parse_answer};
+use inbye::base::arduino::{Answer, ArduinoDevice, parse_answer};
 use inbye::base::native::{Command, Decoder, Frame, Report};
-use inbye::base::roboclaw::{Reply, Request};
+use inbye::base::roboclaw::Request;
+use inbye::base::{BaseSettings, DeviceProtocol, Faults, MachineState};
 
 pub fn bytes(hex: &str) -> Vec<u8> {
     hex.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("two digits")).collect()
@@ -123,22 +123,18 @@ fn roboclaw_requests_equal_the_golden_packets() {
 
 #[test]
 fn roboclaw_replies_equal_the_golden_bytes() {
-    for (request, hex, reply) in [
-        (Request::Encoder { second: false }, "00 00 00 64 00 76 93", Reply::Encoder(100)),
-        (
-            Request::Encoder { second: true },
-            "FF FF FF 9C 02 57 76",
-            Reply::Encoder(100_u32.wrapping_neg()),
-        ),
-        (Request::Speed { second: false }, "00 00 03 E8 00 FA 76", Reply::Speed(1000)),
-        (Request::Battery, "00 F0 D8 E5", Reply::Battery(240)),
-        (Request::Status, "00 00 00 01 97 9D", Reply::Status(1)),
-        (Request::GetTimeout, "05 7B C1", Reply::Timeout(5)),
-        (Request::Drive([1, 2]), "FF", Reply::Ack),
+    for (request, hex, number) in [
+        (Request::Encoder { second: false }, "00 00 00 64 00 76 93", 100),
+        (Request::Encoder { second: true }, "FF FF FF 9C 02 57 76", 100_u32.wrapping_neg()),
+        (Request::Speed { second: false }, "00 00 03 E8 00 FA 76", 1000),
+        (Request::Battery, "00 F0 D8 E5", 240),
+        (Request::Status, "00 00 00 01 97 9D", 1),
+        (Request::GetTimeout, "05 7B C1", 5),
+        (Request::Drive([1, 2]), "FF", 0),
     ] {
         let reply_bytes = bytes(hex);
         assert_eq!(request.reply_length(4), reply_bytes.len());
-        assert_eq!(request.reply(0x80, &reply_bytes), Some(reply));
+        assert_eq!(request.reply(0x80, &reply_bytes), Some(number));
         for bit in 0..8 * reply_bytes.len() {
             let mut damaged = reply_bytes.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
@@ -151,7 +147,53 @@ fn roboclaw_replies_equal_the_golden_bytes() {
 }
 
 #[test]
-fn arduino_answers_are_exact() {
-    assert_eq!(parse_answer(b"12 -5"), Some(Answer::Counts([12, 5_u32.wrapping_neg()])));
-    assert_eq!(parse_answer(b"12 -5 7"), None);
+fn arduino_answer_has_firmware_spelling_only() {
+    let counts = |first: i32, second: i32| Some(Answer::Counts([first as u32, second as u32]));
+    for (line, answer) in [
+        ("OK", Some(Answer::Ok)),
+        ("0 0", counts(0, 0)),
+        ("1234 -567", counts(1234, -567)),
+        ("12 -5", counts(12, -5)),
+        ("-2147483648 2147483647", counts(i32::MIN, i32::MAX)),
+        ("2147483648 0", None),
+        ("12", None),
+        ("1 2 3", None),
+        ("1  2", None),
+        (" 1 2", None),
+        ("1 2 ", None),
+        ("+1 2", None),
+        ("-0 2", None),
+        ("01 2", None),
+        ("1x 2", None),
+        ("ok", None),
+        ("OKOK", None),
+        ("Invalid Command", None),
+        ("", None),
+        (" ", None),
+    ] {
+        assert_eq!(parse_answer(line.as_bytes()), answer, "{line:?}");
+    }
+    assert_eq!(parse_answer(&[0xFF, 0x20, 0x31]), None);
+}
+
+/// Set speeds of a controller that received these bytes, in ticks per cycle.
+fn arduino_set_speeds(lines: &[u8]) -> [i32; 2] {
+    let settings = BaseSettings::default();
+    let mut device = ArduinoDevice::new(settings).expect("valid settings");
+    device.receive(lines, 0.0);
+    let speeds = device.step(0.0, &MachineState::default(), &mut Vec::new());
+    let ticks = speeds.zip(settings.ticks_per_m, |speed, per_m| {
+        (speed * per_m * settings.arduino.pid_interval_s).round() as i32
+    });
+    [ticks.left, ticks.right]
+}
+
+#[test]
+fn arduino_arguments_are_parsed_like_firmware() {
+    assert_eq!(arduino_set_speeds(b"m 20 -30\r"), [20, -30]);
+    assert_eq!(arduino_set_speeds(b"m 20\r"), [20, 0]);
+    assert_eq!(arduino_set_speeds(b"m 2x0 +3\r"), [2, 0]);
+    // Two commands become one with a wild speed if the first loses its carriage return.
+    assert_eq!(arduino_set_speeds(b"m 10 10m 20 20\r"), [10, 10]);
+    assert_eq!(arduino_set_speeds(b"m 10 1020 20\r"), [10, 102_020]);
 }

@@ -1,0 +1,34 @@
+//! Settings out of range are rejected by name.
+
+use inbye::base::{BaseSettings, SupervisorSettings};
+use inbye::robot::PerTrack;
+
+#[test]
+fn base_settings_reject_bad_values_by_name() {
+    let valid = BaseSettings::default();
+    valid.validate().expect("valid settings");
+    let no_ticks = PerTrack::new(0.0, 1.0);
+    for (settings, words) in [
+        (BaseSettings { track_width_m: -1.0, ..valid }, "track_width_m is -1"),
+        (BaseSettings { effective_width_ratio: 6.0, ..valid }, "effective_width_ratio is 6"),
+        (BaseSettings { ticks_per_m: no_ticks, ..valid }, "ticks_per_m is 0"),
+        (BaseSettings { min_battery_v: Some(f64::NAN), ..valid }, "min_battery_v is NaN"),
+    ] {
+        let message = settings.validate().unwrap_err().to_string();
+        assert!(message.starts_with(words), "{message}");
+    }
+}
+
+#[test]
+fn supervisor_settings_reject_bad_values_by_name() {
+    let valid = SupervisorSettings::default();
+    valid.validate().expect("valid settings");
+    for (settings, words) in [
+        (SupervisorSettings { rate_hz: 1.0, ..valid }, "rate_hz is 1"),
+        (SupervisorSettings { target_timeout_s: f64::NAN, ..valid }, "target_timeout_s is NaN"),
+        (SupervisorSettings { reconnect_max_s: 0.01, ..valid }, "reconnect_max_s is 0.01"),
+    ] {
+        let message = settings.validate().unwrap_err().to_string();
+        assert!(message.starts_with(words), "{message}");
+    }
+}
