@@ -162,7 +162,7 @@ impl Route {
         let ends = (self.start.position(), self.goal.position);
         let mut pedestrians = config.simulation.pedestrians;
         if let Some(traffic) = self.traffic {
-            pedestrians = pedestrians.yielding(traffic != TrafficKind::NonYielding);
+            pedestrians = pedestrians.yields(traffic != TrafficKind::NonYielding);
         }
         let spawner = pedestrians.spawner(self.people, seed);
         let moving_obstacles = spawner.spawn_on_route(&self.map, config, ends)?;

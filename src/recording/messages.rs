@@ -1,13 +1,97 @@
-//! The ROS messages of a tick.
+//! The topics of a recording and the ROS messages of a tick.
 
+use super::tick;
 use crate::geometry::Pose;
 use crate::map::{OccupancyGrid, Scan};
 use crate::navigator::{Decision, Mode, Navigator};
 use crate::ros::msg::{
-    self, DiagnosticArray, DiagnosticStatus, Header, KeyValue, LaserScan, MapMetaData, TFMessage,
-    Time, TransformStamped,
+    self, DiagnosticArray, DiagnosticStatus, Header, KeyValue, LaserScan, MapMetaData, Message,
+    TFMessage, Time, TransformStamped,
 };
 use crate::runtime::OdometryReading;
+
+/// A topic of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Topic {
+    /// The map, once.
+    Map,
+    /// Each new global path.
+    Plan,
+    /// The scan of each tick.
+    Scan,
+    /// The odometry of each tick.
+    Odometry,
+    /// The command of each tick.
+    Command,
+    /// The transforms of each tick.
+    Transforms,
+    /// The dynamic window and the moving obstacles of each tick.
+    Markers,
+    /// Latency, mode and counters of each tick.
+    Diagnostics,
+    /// Observation and decision of each tick to the bit.
+    Tick,
+}
+
+impl Topic {
+    /// All topics in the order of their numbers.
+    pub const ALL: [Self; 9] = [
+        Self::Map,
+        Self::Plan,
+        Self::Scan,
+        Self::Odometry,
+        Self::Command,
+        Self::Transforms,
+        Self::Markers,
+        Self::Diagnostics,
+        Self::Tick,
+    ];
+
+    /// The name of the topic in ROS.
+    pub fn name(self) -> &'static str {
+        self.description().0
+    }
+
+    /// The name of the topic in ROS, and the name of its message type, such as `nav_msgs/msg/Path`, with its schema.
+    pub fn description(self) -> (&'static str, String, String) {
+        fn of<M: Message>(topic: &'static str) -> (&'static str, String, String) {
+            (topic, format!("{}/msg/{}", M::PACKAGE, M::NAME), M::schema())
+        }
+        match self {
+            Self::Map => of::<msg::OccupancyGrid>("/map"),
+            Self::Plan => of::<msg::Path>("/plan"),
+            Self::Scan => of::<LaserScan>("/scan"),
+            Self::Odometry => of::<msg::Odometry>("/odom"),
+            Self::Command => of::<msg::TwistStamped>("/cmd_vel"),
+            Self::Transforms => of::<TFMessage>("/tf"),
+            Self::Markers => of::<msg::MarkerArray>("/local_plan/markers"),
+            Self::Diagnostics => of::<DiagnosticArray>("/diagnostics"),
+            Self::Tick => ("/inbye/tick", "inbye_msgs/msg/Tick".to_owned(), tick::schema()),
+        }
+    }
+
+    /// The quality of service in the format of `rosbag2`: map and plan also for late subscribers, scans with possible loss.
+    pub fn quality_of_service(self) -> String {
+        let (depth, reliability, durability) = match self {
+            Self::Map | Self::Plan => (1, RELIABLE, TRANSIENT_LOCAL),
+            Self::Scan => (5, BEST_EFFORT, VOLATILE),
+            Self::Transforms => (100, RELIABLE, VOLATILE),
+            _ => (10, RELIABLE, VOLATILE),
+        };
+        format!(
+            "- history: 1\n  depth: {depth}\n  reliability: {reliability}\n  durability: {durability}\n  \
+             deadline:\n    sec: 0\n    nsec: 0\n  lifespan:\n    sec: 0\n    nsec: 0\n  liveliness: 1\n  \
+             liveliness_lease_duration:\n    sec: 0\n    nsec: 0\n  avoid_ros_namespace_conventions: false"
+        )
+    }
+}
+
+// Constants of `rmw/types.h`.
+const RELIABLE: u8 = 1;
+const BEST_EFFORT: u8 = 2;
+const TRANSIENT_LOCAL: u8 = 1;
+const VOLATILE: u8 = 2;
 
 /// The fixed frame (REP-105).
 pub const MAP_FRAME: &str = "map";

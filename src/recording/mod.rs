@@ -14,14 +14,12 @@
 //! read all data before the error, and a truncated file up to its last whole chunk. A chunk ends every 2 s.
 
 mod error;
-mod mcap_events;
 mod messages;
 mod metadata;
 mod reader;
 mod recorder;
 mod replay;
 mod tick;
-mod topic;
 mod writer;
 
 pub use error::{FORMAT, RecordingError};

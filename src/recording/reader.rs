@@ -1,14 +1,15 @@
 //! Reads a recording: the metadata of the drive, then its ticks.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 
-use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{McapError, McapResult};
 
 use super::error::RecordingError;
-use super::mcap_events::{McapEvent, McapReader};
+use super::messages::Topic;
 use super::metadata::{CONFIG, DRIVE, DriveMetadata, DriveSummary};
 use super::tick::RecordedTick;
-use super::topic::Topic;
 use super::writer::{SUMMARY, TICKS, TRACE_DIGEST};
 use crate::ros::msg::{Message, OccupancyGrid};
 
@@ -42,7 +43,7 @@ impl<R: Read> Reader<R> {
         let mut parts = Parts::default();
         while parts.cells.is_none() {
             match mcap.next() {
-                Ok(Some(event)) => parts.take(event)?,
+                Ok(Some(record)) => parts.take(record)?,
                 Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => break,
                 Err(McapError::BadMagic) => return Err(RecordingError::NotMcap),
                 Err(error) => return Err(damaged(0, error)),
@@ -65,10 +66,13 @@ impl<R: Read> Reader<R> {
     pub fn next_tick(&mut self) -> Result<Option<RecordedTick>, RecordingError> {
         loop {
             match self.mcap.next() {
-                Ok(Some(McapEvent::Message { channel, bytes })) if channel == self.tick_channel => {
-                    return self.tick(&bytes).map(Some);
+                Ok(Some(Record::Message { header, data }))
+                    if header.channel_id == self.tick_channel =>
+                {
+                    return self.tick(&data).map(Some);
                 }
-                Ok(Some(McapEvent::Metadata { name, values })) if name == SUMMARY => {
+                Ok(Some(Record::Metadata(summary))) if summary.name == SUMMARY => {
+                    let values = summary.metadata;
                     let ticks = values.get(TICKS).and_then(|text| text.parse().ok());
                     let digest = values.get(TRACE_DIGEST);
                     self.summary = ticks.zip(digest).map(|(ticks, digest)| DriveSummary {
@@ -113,22 +117,22 @@ impl<R: Read> Reader<R> {
 }
 
 impl Parts {
-    fn take(&mut self, event: McapEvent) -> Result<(), RecordingError> {
-        match event {
-            McapEvent::Attachment { name, bytes } if name == CONFIG => {
-                self.config = Some(text(CONFIG, bytes)?);
+    fn take(&mut self, record: Record<'_>) -> Result<(), RecordingError> {
+        match record {
+            Record::Attachment { header, data, .. } if header.name == CONFIG => {
+                self.config = Some(text(CONFIG, data.into_owned())?);
             }
-            McapEvent::Attachment { name, bytes } if name == DRIVE => {
-                self.drive = Some(text(DRIVE, bytes)?);
+            Record::Attachment { header, data, .. } if header.name == DRIVE => {
+                self.drive = Some(text(DRIVE, data.into_owned())?);
             }
-            McapEvent::Channel { id, topic } if topic == Topic::Map.name() => {
-                self.map_channel = Some(id);
+            Record::Channel(channel) if channel.topic == Topic::Map.name() => {
+                self.map_channel = Some(channel.id);
             }
-            McapEvent::Channel { id, topic } if topic == Topic::Tick.name() => {
-                self.tick_channel = Some(id);
+            Record::Channel(channel) if channel.topic == Topic::Tick.name() => {
+                self.tick_channel = Some(channel.id);
             }
-            McapEvent::Message { channel, bytes } if Some(channel) == self.map_channel => {
-                let map = OccupancyGrid::from_cdr(&bytes);
+            Record::Message { header, data } if Some(header.channel_id) == self.map_channel => {
+                let map = OccupancyGrid::from_cdr(&data);
                 let map = map.ok_or_else(|| RecordingError::Damaged {
                     ticks: 0,
                     reason: "the map is invalid".to_owned(),
@@ -159,5 +163,48 @@ fn damaged(ticks: u64, error: McapError) -> RecordingError {
     match error {
         McapError::Io(error) => RecordingError::Io(error),
         other => RecordingError::Damaged { ticks, reason: other.to_string() },
+    }
+}
+
+/// Bytes of a read. A length in the file is not trusted: more memory is used only as the file continues.
+const READ_BYTES: usize = 1 << 20;
+/// Longest record, bytes: the largest map has 100 million cells.
+const MAX_RECORD_BYTES: usize = 1 << 28;
+
+/// The records of an MCAP file from front to back. A truncated file is readable up to its last whole chunk.
+struct McapReader<R> {
+    file: R,
+    reader: LinearReader,
+}
+
+impl<R: Read> McapReader<R> {
+    fn new(file: R) -> Self {
+        let options = LinearReaderOptions::default()
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(MAX_RECORD_BYTES);
+        Self { file, reader: LinearReader::new_with_options(options) }
+    }
+
+    /// The next record, or nothing at the end of a whole file.
+    ///
+    /// # Errors
+    /// `McapError::UnexpectedEof` at the end of a truncated file; others if the file is damaged or cannot be read.
+    fn next(&mut self) -> McapResult<Option<Record<'static>>> {
+        loop {
+            let requested = match self.reader.next_event() {
+                None => return Ok(None),
+                Some(Err(error)) => return Err(error),
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    return Ok(Some(mcap::parse_record(opcode, data)?.into_owned()));
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => bytes,
+            };
+            let buffer = self.reader.insert(requested.min(READ_BYTES));
+            match self.file.read(buffer) {
+                Ok(bytes) => self.reader.notify_read(bytes),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
     }
 }

@@ -7,10 +7,9 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 
 use super::error::RecordingError;
-use super::messages::{self, BASE_FRAME, MAP_FRAME, header};
+use super::messages::{self, BASE_FRAME, MAP_FRAME, Topic, header};
 use super::metadata::{DriveMetadata, DriveSummary};
 use super::tick::RecordedTick;
-use super::topic::Topic;
 use super::writer::{Entry, RecordingWriter};
 use crate::ros::convert::{self, SAMPLING, markers, nanoseconds};
 use crate::ros::msg::{Duration, Message, Time, TwistStamped};

@@ -8,9 +8,8 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, McapError, WriteOptions};
 
 use super::error::RecordingError;
-use super::messages;
+use super::messages::{self, Topic};
 use super::metadata::{DriveMetadata, DriveSummary};
-use super::topic::Topic;
 use crate::ros::msg::Message;
 
 /// Name and keys of the metadata record with the summary of the drive.
@@ -70,11 +69,12 @@ impl<W: Write> RecordingWriter<W> {
         }
         let mut channels = Vec::new();
         for topic in Topic::ALL {
-            let (name, schema) = topic.message_type();
-            let schema = file.add_schema(&name, "ros2msg", schema.as_bytes()).map_err(io_error)?;
+            let (name, message_type, schema) = topic.description();
+            let schema =
+                file.add_schema(&message_type, "ros2msg", schema.as_bytes()).map_err(io_error)?;
             let quality = ("offered_qos_profiles".to_owned(), topic.quality_of_service());
             let channel = file
-                .add_channel(schema, topic.name(), "cdr", &BTreeMap::from([quality]))
+                .add_channel(schema, name, "cdr", &BTreeMap::from([quality]))
                 .map_err(io_error)?;
             channels.push(channel);
         }

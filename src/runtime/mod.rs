@@ -2,19 +2,16 @@
 
 mod config;
 mod control_loop;
-mod fault_events;
 pub mod hardware;
 mod mission;
 mod obstacle_gap;
-mod pose_source;
 mod robot_interface;
 pub(crate) mod simulation_settings;
 mod trace;
 
 pub use config::{Config, PoseSource, RobotConfig, renamed_keys};
-pub use fault_events::FaultEvents;
 pub use mission::{
-    Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
+    FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
 };
 pub use obstacle_gap::ObstacleGap;
 pub use robot_interface::{GroundTruth, LidarData, OdometryReading, Robot, SensorData};

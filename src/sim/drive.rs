@@ -3,11 +3,12 @@
 use core::ops::ControlFlow;
 use std::collections::VecDeque;
 
+use rand_pcg::Pcg64Mcg;
+
 use super::error::above_zero;
 use super::odometry::{INSTANT_S, Odometry, SAMPLE_S};
-use super::slip::Ground;
-use super::{DriveDynamics, OdometryNoise, SimError};
-use crate::base::{BaseError, require_finite};
+use super::{DriveDynamics, OdometryNoise, RngStream, SimError, Slip, generator};
+use crate::base::{BaseError, require_finite, standard_normal};
 use crate::geometry::{Pose, Twist};
 use crate::robot::{Limits, TrackSpeeds, TrackedDrive};
 use crate::runtime::{Config, GroundTruth, OdometryReading, Robot, SensorData};
@@ -56,7 +57,6 @@ impl SimBase {
     ) -> Result<Self, SimError> {
         limits.validate()?;
         dynamics.validate()?;
-        dynamics.slip.validate()?;
         noise.validate()?;
         above_zero("track_width_m", drive.track_width_m)?;
         for (name, value) in [("start x", pose.x), ("start y", pose.y), ("start yaw", pose.yaw)] {
@@ -64,7 +64,9 @@ impl SimBase {
         }
         Ok(Self {
             drive,
-            calibrated: dynamics.slip.calibrated(&drive),
+            calibrated: TrackedDrive {
+                track_width_m: drive.track_width_m * dynamics.slip.calibrated_width_ratio,
+            },
             limits,
             dynamics,
             pose,
@@ -212,5 +214,53 @@ impl Robot for SimBase {
         debug_assert!(sent.is_ok());
         self.step(period_s);
         ControlFlow::Continue(())
+    }
+}
+
+/// Largest slip, as a fraction of the belt's speed.
+const MAX_SLIP: f64 = 0.95;
+
+/// Smallest effective width, as a fraction of its mean.
+const MIN_WIDTH: f64 = 0.5;
+
+/// The ground of one run at the position of the base.
+#[derive(Clone, Debug)]
+struct Ground {
+    slip: Slip,
+    rng: Pcg64Mcg,
+    /// States of the variation of slip and effective width: Ornstein-Uhlenbeck processes over the distance driven, with
+    /// mean zero and deviation one.
+    slip_state: f64,
+    width_state: f64,
+}
+
+impl Ground {
+    fn new(slip: Slip, seed: u64) -> Self {
+        let mut rng = generator(seed, RngStream::Ground);
+        let (slip_state, width_state) = (standard_normal(&mut rng), standard_normal(&mut rng));
+        Self { slip, rng, slip_state, width_state }
+    }
+
+    /// Returns the true motion of a base with these belt speeds.
+    fn twist(&self, drive: &TrackedDrive, tracks: &TrackSpeeds) -> Twist {
+        let Slip { mean, width_ratio, variation, .. } = self.slip;
+        let slip = (mean + variation * self.slip_state).min(MAX_SLIP);
+        let width = width_ratio * (1.0 + variation * self.width_state).max(MIN_WIDTH);
+        let effective = TrackedDrive { track_width_m: drive.track_width_m * width };
+        effective.twist(&TrackSpeeds {
+            left: tracks.left * (1.0 - slip),
+            right: tracks.right * (1.0 - slip),
+        })
+    }
+
+    /// Advances the variation by a distance, metres: the mean of both belts' absolute travel.
+    fn roll(&mut self, distance_m: f64) {
+        if self.slip.variation > 0.0 && distance_m > 0.0 {
+            let kept = libm::exp(-distance_m / self.slip.variation_length_m);
+            let fresh = (1.0 - kept * kept).sqrt();
+            for state in [&mut self.slip_state, &mut self.width_state] {
+                *state = kept * *state + fresh * standard_normal(&mut self.rng);
+            }
+        }
     }
 }

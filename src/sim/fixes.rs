@@ -3,8 +3,7 @@
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::rng::{RngStream, generator, normal};
-use super::{Fixes, SimError};
+use super::{Fixes, RngStream, SimError, generator, normal};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::{PoseFilter, PoseMeasurement};
 

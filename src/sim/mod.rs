@@ -5,23 +5,15 @@ mod error;
 mod fault_injection;
 mod fixes;
 mod lidar;
-mod mine_map;
 mod moving_obstacle;
 mod moving_obstacles;
-mod obstacle_file;
 mod odometry;
-mod patrol;
 mod pedestrian_spawner;
-mod random_waypoint;
 mod ray;
-mod rng;
-mod rotating_lidar;
 mod route_sampler;
 mod scenes;
 mod simulation;
-mod slip;
 mod timed_path;
-mod world;
 
 pub use crate::runtime::simulation_settings::{
     DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSettings, Slip,
@@ -30,12 +22,36 @@ pub use drive::SimBase;
 pub use error::SimError;
 pub use fault_injection::FaultInjection;
 pub use fixes::FixSource;
-pub use lidar::LidarReturn;
+pub use lidar::{LidarReturn, RotatingLidar};
 pub use moving_obstacle::{MovingObstacle, SpawnTrigger};
 pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M, YIELD_TIMEOUT_S};
 pub use pedestrian_spawner::PedestrianSpawner;
-pub use rotating_lidar::RotatingLidar;
 pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
-pub use simulation::Simulation;
+pub use simulation::{Simulation, World};
 pub use timed_path::TimedPath;
-pub use world::World;
+
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use crate::base::standard_normal;
+
+/// The streams of random numbers of a run. They are independent: a change of one leaves the others unchanged. The values
+/// are arbitrary.
+#[derive(Clone, Copy)]
+#[repr(u64)]
+enum RngStream {
+    Ground = 0x6a09_e667_f3bc_c908,
+    Odometry = 0xbb67_ae85_84ca_a73b,
+    Fixes = 0x3c6e_f372_fe94_f82b,
+    Obstacles = 0xa54f_f53a_5f1d_36f1,
+}
+
+/// Returns the generator of a stream.
+fn generator(seed: u64, source: RngStream) -> Pcg64Mcg {
+    Pcg64Mcg::seed_from_u64(seed ^ source as u64)
+}
+
+/// Draws from a normal distribution with mean zero. A deviation of zero gives zero and draws nothing.
+fn normal(rng: &mut Pcg64Mcg, deviation: f64) -> f64 {
+    if deviation > 0.0 { deviation * standard_normal(rng) } else { 0.0 }
+}

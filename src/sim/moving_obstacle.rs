@@ -1,13 +1,15 @@
-//! One simulated moving obstacle.
+//! One simulated moving obstacle: it patrols, follows a timed path, or moves between random waypoints.
+
+use std::sync::Arc;
+
+use rand_pcg::Pcg64Mcg;
 
 use super::error::{above_zero, at_least_zero};
-use super::patrol::Patrol;
-use super::random_waypoint::RandomWaypoint;
-use super::timed_path::{TimedPath, TimedPathPlayer};
-use super::{SimError, YIELD_GAP_M, YIELD_TIMEOUT_S};
+use super::route_sampler::roaming_route;
+use super::{RngStream, SimError, TimedPath, YIELD_GAP_M, YIELD_TIMEOUT_S, generator};
 use crate::geometry::{Point, Pose, Vector};
 use crate::global::Path;
-use crate::map::{MovingDisc, ObstacleGrid};
+use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 use crate::settings::require;
 
@@ -41,7 +43,8 @@ pub struct MovingObstacle {
 #[derive(Clone, Debug, PartialEq)]
 enum Motion {
     Patrol(Patrol),
-    TimedPath(TimedPathPlayer),
+    /// A path, and the time since its start, below its period.
+    TimedPath(TimedPath, f64),
     RandomWaypoint(Box<RandomWaypoint>),
 }
 
@@ -68,7 +71,7 @@ impl MovingObstacle {
     /// # Errors
     /// [`SimError::Setting`] for a radius that is not finite and above zero.
     pub fn timed_path(radius_m: f64, path: TimedPath) -> Result<Self, SimError> {
-        Self::new(radius_m, false, Motion::TimedPath(TimedPathPlayer::new(path)))
+        Self::new(radius_m, false, Motion::TimedPath(path, 0.0))
     }
 
     /// Creates a yielding obstacle that moves at a speed, m/s, to one random waypoint after another, over free space
@@ -135,8 +138,8 @@ impl MovingObstacle {
         if self.appears.is_some() {
             return None;
         }
-        let center = self.center();
-        let velocity = if self.held_s > 0.0 { Vector::zeros() } else { self.velocity() };
+        let (center, velocity) = self.motion.after(0.0);
+        let velocity = if self.held_s > 0.0 { Vector::zeros() } else { velocity };
         Some(MovingDisc {
             x: center.x,
             y: center.y,
@@ -151,7 +154,7 @@ impl MovingObstacle {
         let gap = |center| footprint.gap_to_disc_m(robot, &center, self.radius_m);
         if let Some(appears) = self.appears {
             self.waited_s += time_s;
-            let start = self.center();
+            let start = self.motion.after(0.0).0;
             let is_time = match appears {
                 // The sum of many steps is rounded.
                 SpawnTrigger::AtTime(at_s) => self.waited_s >= at_s - 1e-9,
@@ -165,8 +168,8 @@ impl MovingObstacle {
             return;
         }
         if self.yields {
-            let ahead = gap(self.center_after(time_s));
-            if ahead < YIELD_GAP_M && ahead < gap(self.center()) {
+            let ahead = gap(self.motion.after(time_s).0);
+            if ahead < YIELD_GAP_M && ahead < gap(self.motion.after(0.0).0) {
                 self.yield_to_robot(time_s);
                 return;
             }
@@ -174,7 +177,7 @@ impl MovingObstacle {
         self.held_s = 0.0;
         match &mut self.motion {
             Motion::Patrol(walk) => walk.step(time_s),
-            Motion::TimedPath(path) => path.step(time_s),
+            Motion::TimedPath(path, now_s) => *now_s = path.within_period(*now_s + time_s),
             Motion::RandomWaypoint(wander) => wander.step(time_s),
         }
     }
@@ -184,34 +187,133 @@ impl MovingObstacle {
         if self.held_s >= YIELD_TIMEOUT_S {
             match &mut self.motion {
                 Motion::Patrol(walk) => walk.reverse(),
-                Motion::TimedPath(_) => return,
+                Motion::TimedPath(..) => return,
                 Motion::RandomWaypoint(wander) => wander.choose(),
             }
             self.held_s = 0.0;
         }
     }
+}
 
-    fn center(&self) -> Point {
-        match &self.motion {
-            Motion::Patrol(walk) => walk.center(),
-            Motion::TimedPath(path) => path.center(),
-            Motion::RandomWaypoint(wander) => wander.center(),
+impl Motion {
+    /// Centre and velocity after a time, seconds.
+    fn after(&self, time_s: f64) -> (Point, Vector) {
+        match self {
+            Self::Patrol(walk) => walk.after(time_s),
+            Self::TimedPath(path, now_s) => path.at(now_s + time_s),
+            Self::RandomWaypoint(wander) => wander.after(time_s),
+        }
+    }
+}
+
+/// Motion between the ends of a route at constant speed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Patrol {
+    pub(super) route: Path,
+    speed_m_s: f64,
+    /// Distance along the route.
+    pub(super) along_m: f64,
+    pub(super) forward: bool,
+}
+
+impl Patrol {
+    pub(super) const fn new(route: Path, speed_m_s: f64) -> Self {
+        Self { route, speed_m_s, along_m: 0.0, forward: true }
+    }
+
+    fn after(&self, time_s: f64) -> (Point, Vector) {
+        let (along_m, forward) = self.state_after(time_s);
+        let along = self.route.direction_at(along_m) * self.speed_m_s;
+        (self.route.point_at(along_m), if forward { along } else { -along })
+    }
+
+    fn step(&mut self, time_s: f64) {
+        (self.along_m, self.forward) = self.state_after(time_s);
+    }
+
+    const fn reverse(&mut self) {
+        self.forward = !self.forward;
+    }
+
+    /// Distance along the route and direction after a step; it reverses at the ends.
+    fn state_after(&self, time_s: f64) -> (f64, bool) {
+        let length = self.route.length_m();
+        let stride = self.speed_m_s * time_s;
+        let (along, forward) = if self.forward {
+            (self.along_m + stride, true)
+        } else {
+            (self.along_m - stride, false)
+        };
+        if along > length {
+            ((2.0 * length - along).max(0.0), false)
+        } else if along < 0.0 {
+            ((-along).min(length), true)
+        } else {
+            (along, forward)
+        }
+    }
+}
+
+/// Motion over free space around a home position to random waypoints.
+#[derive(Clone, Debug, PartialEq)]
+struct RandomWaypoint {
+    ground: Arc<FreeSpace>,
+    home: Point,
+    reach_m: f64,
+    speed_m_s: f64,
+    rng: Pcg64Mcg,
+    route: Path,
+    /// Distance along the route.
+    along_m: f64,
+}
+
+impl RandomWaypoint {
+    fn new(
+        ground: &ObstacleGrid,
+        radius_m: f64,
+        speed_m_s: f64,
+        home: Point,
+        reach_m: f64,
+        seed: u64,
+    ) -> Result<Self, SimError> {
+        let mut wander = Self {
+            ground: Arc::new(FreeSpace::new(ground, radius_m)),
+            home,
+            reach_m,
+            speed_m_s,
+            rng: generator(seed, RngStream::Obstacles),
+            route: Path::new(vec![home]),
+            along_m: 0.0,
+        };
+        wander.choose();
+        if wander.route.length_m() > 0.0 {
+            Ok(wander)
+        } else {
+            Err(SimError::NoFreeSpace { x: home.x, y: home.y, radius_m, reach_m })
         }
     }
 
-    fn velocity(&self) -> Vector {
-        match &self.motion {
-            Motion::Patrol(walk) => walk.velocity(),
-            Motion::TimedPath(path) => path.velocity(),
-            Motion::RandomWaypoint(wander) => wander.velocity(),
+    fn after(&self, time_s: f64) -> (Point, Vector) {
+        let along_m = self.along_m + self.speed_m_s * time_s;
+        (self.route.point_at(along_m), self.route.direction_at(along_m) * self.speed_m_s)
+    }
+
+    /// Chooses the next waypoint at the end of the route.
+    fn step(&mut self, time_s: f64) {
+        self.along_m += self.speed_m_s * time_s;
+        if self.along_m >= self.route.length_m() {
+            self.choose();
         }
     }
 
-    fn center_after(&self, time_s: f64) -> Point {
-        match &self.motion {
-            Motion::Patrol(walk) => walk.center_after(time_s),
-            Motion::TimedPath(path) => path.center_after(time_s),
-            Motion::RandomWaypoint(wander) => wander.center_after(time_s),
+    /// Chooses another waypoint; the route stays the same if there is none, as at a corner of a cell that is not free.
+    fn choose(&mut self) {
+        let position = self.route.point_at(self.along_m);
+        if let Some(walk) =
+            roaming_route(&self.ground, &position, &self.home, self.reach_m, &mut self.rng)
+        {
+            self.route = Path::new(walk);
+            self.along_m = 0.0;
         }
     }
 }

@@ -1,8 +1,13 @@
-//! The moving obstacles of a simulation.
+//! The moving obstacles of a simulation, and the files that describe them.
 
-use super::MovingObstacle;
-use crate::geometry::Pose;
-use crate::map::MovingDisc;
+use std::path::Path;
+
+use rand::RngExt;
+use serde::Deserialize;
+
+use super::{MovingObstacle, RngStream, SimError, SpawnTrigger, TimedPath, generator};
+use crate::geometry::{Point, Pose};
+use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 
 /// Gap that a yielding obstacle leaves to the robot, metres. It takes no step that ends both nearer than this and nearer
@@ -70,4 +75,191 @@ impl MovingObstacles {
     pub fn discs(&self) -> Vec<MovingDisc> {
         self.moving.iter().filter_map(MovingObstacle::disc).collect()
     }
+}
+
+/// One moving obstacle of a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    x: Option<f64>,
+    y: Option<f64>,
+    radius: f64,
+    speed: Option<f64>,
+    route: Option<Vec<[f64; 2]>>,
+    wander_m: Option<f64>,
+    keyframes: Option<Vec<[f64; 3]>>,
+    loop_s: Option<f64>,
+    yields: Option<bool>,
+    appears_at_s: Option<f64>,
+    appears_within_m: Option<f64>,
+}
+
+/// A TOML document, because TOML has no list at its root.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    obstacles: Vec<Entry>,
+}
+
+impl MovingObstacles {
+    /// Reads moving obstacles from a `.json` or `.toml` file; see [`MovingObstacles::parse`].
+    ///
+    /// # Errors
+    /// [`SimError::Unreadable`], or as [`MovingObstacles::parse`].
+    pub fn read(file: &Path, ground: &ObstacleGrid, seed: u64) -> Result<Self, SimError> {
+        let name = file.display().to_string();
+        match std::fs::read_to_string(file) {
+            Ok(text) => Self::parse(&text, &name, ground, seed),
+            Err(error) => Err(SimError::Unreadable { file: name, reason: error.to_string() }),
+        }
+    }
+
+    /// Parses the text of a file: TOML, with an `[[obstacles]]` table for each obstacle, if the file's name ends in
+    /// `.toml`, else a JSON list. Lengths are in metres, times in seconds, speeds in m/s, points in the map frame. Each
+    /// obstacle has a `radius`, above zero, and one of three motions:
+    ///
+    /// - patrol: from `x`, `y` at `speed`, at least zero, along the points `[x, y]` of `route` and back (without `route` it
+    ///   stands), see [`MovingObstacle::patrol`];
+    /// - random waypoints: from `x`, `y` at `speed` over free space within `wander_m` of its start, see [`MovingObstacle::random_waypoint`]; the
+    ///   seed and its index in the list determine the waypoints;
+    /// - timed path: at the times and points `[t, x, y]` of `keyframes`, repeated with the period `loop_s` if there is one,
+    ///   see [`TimedPath`].
+    ///
+    /// `yields` is true for an obstacle that yields to the robot (default: true except for a timed path).
+    /// `appears_at_s` is the time at which it appears, `appears_within_m` its distance from the robot then (default: it is
+    /// present from the start). All points must be inside the map; they are not checked for obstacles.
+    ///
+    /// # Errors
+    /// [`SimError::InvalidObstacleFile`], or [`SimError::InvalidObstacle`] for the first invalid obstacle.
+    pub fn parse(
+        text: &str,
+        file: &str,
+        ground: &ObstacleGrid,
+        seed: u64,
+    ) -> Result<Self, SimError> {
+        let is_toml = Path::new(file)
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+        let entries = if is_toml {
+            toml::from_str::<Document>(text).map(|document| document.obstacles).map_err(|error| {
+                let before = error.span().map_or("", |span| &text[..span.start]);
+                let line = before.matches('\n').count() + 1;
+                format!("{} at line {line}", error.message())
+            })
+        } else {
+            serde_json::from_str::<Vec<Entry>>(text).map_err(|error| error.to_string())
+        };
+        let entries = entries.map_err(|reason| SimError::InvalidObstacleFile {
+            file: file.to_owned(),
+            reason: reason.split_whitespace().collect::<Vec<_>>().join(" "),
+        })?;
+        let mut seeds = generator(seed, RngStream::Obstacles);
+        entries
+            .iter()
+            .enumerate()
+            .map(|(index, entry)| {
+                // Drawn for each entry, so that a change of one obstacle leaves the others unchanged.
+                entry.moving(ground, seeds.random()).map_err(|reason| SimError::InvalidObstacle {
+                    file: file.to_owned(),
+                    index,
+                    reason: Box::new(reason),
+                })
+            })
+            .collect::<Result<Vec<_>, _>>()
+            .map(Self::new)
+    }
+}
+
+impl Entry {
+    fn moving(&self, ground: &ObstacleGrid, seed: u64) -> Result<MovingObstacle, SimError> {
+        self.check_keys()?;
+        let (moving, points) = if let Some(keyframes) = &self.keyframes {
+            let keys: Vec<(f64, Point)> =
+                keyframes.iter().map(|&[time_s, x, y]| (time_s, Point::new(x, y))).collect();
+            let moving =
+                MovingObstacle::timed_path(self.radius, TimedPath::new(&keys, self.loop_s)?)?;
+            (moving, keys.iter().map(|key| key.1).collect())
+        } else {
+            let start = Point::new(needed("x", self.x)?, needed("y", self.y)?);
+            let speed = needed("speed", self.speed)?;
+            if let Some(wander_m) = self.wander_m {
+                check_inside(&start, ground.frame())?;
+                let moving = MovingObstacle::random_waypoint(
+                    self.radius,
+                    speed,
+                    start,
+                    wander_m,
+                    ground,
+                    seed,
+                )?;
+                (moving, vec![start])
+            } else {
+                let route = self.route.iter().flatten();
+                let further = route.map(|&[x, y]| Point::new(x, y));
+                let points: Vec<Point> = core::iter::once(start).chain(further).collect();
+                (MovingObstacle::patrol(self.radius, speed, points.clone())?, points)
+            }
+        };
+        for point in &points {
+            check_inside(point, ground.frame())?;
+        }
+        let moving = match self.yields {
+            Some(yields) => moving.yielding(yields),
+            None => moving,
+        };
+        match (self.appears_at_s, self.appears_within_m) {
+            (Some(time_s), _) => moving.spawned_by(SpawnTrigger::AtTime(time_s)),
+            (_, Some(distance_m)) => moving.spawned_by(SpawnTrigger::WithinDistance(distance_m)),
+            (None, None) => Ok(moving),
+        }
+    }
+
+    /// Rejects keys that contradict each other or have no meaning together.
+    fn check_keys(&self) -> Result<(), SimError> {
+        let given = [
+            ("x", self.x.is_some()),
+            ("y", self.y.is_some()),
+            ("speed", self.speed.is_some()),
+            ("route", self.route.is_some()),
+            ("wander_m", self.wander_m.is_some()),
+            ("keyframes", self.keyframes.is_some()),
+            ("loop_s", self.loop_s.is_some()),
+            ("appears_at_s", self.appears_at_s.is_some()),
+            ("appears_within_m", self.appears_within_m.is_some()),
+        ];
+        let has = |key| given.contains(&(key, true));
+        for (key, other) in [
+            ("keyframes", "x"),
+            ("keyframes", "y"),
+            ("keyframes", "speed"),
+            ("keyframes", "route"),
+            ("keyframes", "wander_m"),
+            ("wander_m", "route"),
+            ("appears_at_s", "appears_within_m"),
+        ] {
+            if has(key) && has(other) {
+                return Err(SimError::ConflictingKeys { key, other });
+            }
+        }
+        if has("loop_s") && !has("keyframes") {
+            return Err(SimError::MissingKey { key: "keyframes" });
+        }
+        Ok(())
+    }
+}
+
+fn needed(key: &'static str, value: Option<f64>) -> Result<f64, SimError> {
+    value.ok_or(SimError::MissingKey { key })
+}
+
+fn check_inside(point: &Point, frame: &GridFrame) -> Result<(), SimError> {
+    if frame.cell_of(point).is_some() {
+        return Ok(());
+    }
+    Err(SimError::OutsideMap {
+        x: point.x,
+        y: point.y,
+        width_m: f64::from(frame.width) * frame.resolution_m,
+        height_m: f64::from(frame.height) * frame.resolution_m,
+    })
 }

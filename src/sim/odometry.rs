@@ -4,8 +4,7 @@ use std::collections::VecDeque;
 
 use rand_pcg::Pcg64Mcg;
 
-use super::OdometryNoise;
-use super::rng::{RngStream, generator, normal};
+use super::{OdometryNoise, RngStream, generator, normal};
 use crate::geometry::{Pose, Twist};
 use crate::robot::TrackSpeeds;
 use crate::runtime::OdometryReading;

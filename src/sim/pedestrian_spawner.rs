@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::patrol::Patrol;
+use super::moving_obstacle::Patrol;
 use super::route_sampler::{straight_route, winding_route};
 use super::{MovingObstacle, MovingObstacles, PedestrianSettings, SimError};
 use crate::geometry::{Point, bearing};
@@ -50,12 +50,6 @@ impl PedestrianSettings {
     #[must_use]
     pub const fn spawner(self, count: usize, seed: u64) -> PedestrianSpawner {
         PedestrianSpawner { count, seed, settings: self }
-    }
-
-    /// The same pedestrians, which yield to the robot or do not.
-    #[must_use]
-    pub const fn yielding(self, yields: bool) -> Self {
-        Self { yields, ..self }
     }
 }
 

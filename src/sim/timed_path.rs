@@ -129,7 +129,8 @@ impl TimedPath {
         (position(after) - position(before)) * 0.5
     }
 
-    fn within_period(&self, time_s: f64) -> f64 {
+    /// A time within the first period, seconds.
+    pub(super) fn within_period(&self, time_s: f64) -> f64 {
         self.loop_s.map_or(time_s, |period_s| libm::fmod(time_s, period_s))
     }
 }
@@ -141,34 +142,4 @@ fn polynomial(x: f64, [a, b, c, d]: [f64; 4]) -> f64 {
 
 fn sum(weights: [f64; 2], [one, other]: [Vector; 2]) -> Vector {
     one * weights[0] + other * weights[1]
-}
-
-/// Motion along a timed path.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct TimedPathPlayer {
-    path: TimedPath,
-    /// Time since the start, below the period.
-    time_s: f64,
-}
-
-impl TimedPathPlayer {
-    pub(super) const fn new(path: TimedPath) -> Self {
-        Self { path, time_s: 0.0 }
-    }
-
-    pub(super) fn center(&self) -> Point {
-        self.path.at(self.time_s).0
-    }
-
-    pub(super) fn velocity(&self) -> Vector {
-        self.path.at(self.time_s).1
-    }
-
-    pub(super) fn center_after(&self, time_s: f64) -> Point {
-        self.path.at(self.time_s + time_s).0
-    }
-
-    pub(super) fn step(&mut self, time_s: f64) {
-        self.time_s = self.path.within_period(self.time_s + time_s);
-    }
 }

@@ -72,7 +72,7 @@ pub(super) fn traffic(
         TrafficKind::Appearing => appearing(count, config, ground, path, rng),
         kind => {
             let pedestrians = config.simulation.pedestrians;
-            let pedestrians = pedestrians.yielding(kind == TrafficKind::Yielding);
+            let pedestrians = pedestrians.yields(kind == TrafficKind::Yielding);
             along(pedestrians.spawner(count, seed), ground, path)
         }
     };

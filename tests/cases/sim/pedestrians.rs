@@ -169,8 +169,7 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
     let mut smallest = f64::INFINITY;
     for scene in scenes() {
         for seed in 0..3 {
-            let crowd =
-                PedestrianSettings::default().yielding(yields).spawner(scene.obstacles, seed);
+            let crowd = PedestrianSettings::default().yields(yields).spawner(scene.obstacles, seed);
             let start = spawned(&scene, &crowd);
             // The robot stands where a pedestrian walks in 5 s.
             let mut later = start.clone();

@@ -9,10 +9,10 @@ fn base_settings_reject_bad_values_by_name() {
     valid.validate().expect("valid settings");
     let no_ticks = PerTrack::new(0.0, 1.0);
     for (settings, words) in [
-        (BaseSettings { track_width_m: -1.0, ..valid }, "track_width_m is -1"),
-        (BaseSettings { effective_width_ratio: 6.0, ..valid }, "effective_width_ratio is 6"),
-        (BaseSettings { ticks_per_m: no_ticks, ..valid }, "ticks_per_m is 0"),
-        (BaseSettings { min_battery_v: Some(f64::NAN), ..valid }, "min_battery_v is NaN"),
+        (valid.track_width_m(-1.0), "track_width_m is -1"),
+        (valid.effective_width_ratio(6.0), "effective_width_ratio is 6"),
+        (valid.ticks_per_m(no_ticks), "ticks_per_m is 0"),
+        (valid.min_battery_v(Some(f64::NAN)), "min_battery_v is NaN"),
     ] {
         let message = settings.validate().unwrap_err().to_string();
         assert!(message.starts_with(words), "{message}");
@@ -24,9 +24,9 @@ fn supervisor_settings_reject_bad_values_by_name() {
     let valid = SupervisorSettings::default();
     valid.validate().expect("valid settings");
     for (settings, words) in [
-        (SupervisorSettings { rate_hz: 1.0, ..valid }, "rate_hz is 1"),
-        (SupervisorSettings { target_timeout_s: f64::NAN, ..valid }, "target_timeout_s is NaN"),
-        (SupervisorSettings { reconnect_max_s: 0.01, ..valid }, "reconnect_max_s is 0.01"),
+        (valid.rate_hz(1.0), "rate_hz is 1"),
+        (valid.target_timeout_s(f64::NAN), "target_timeout_s is NaN"),
+        (valid.reconnect_max_s(0.01), "reconnect_max_s is 0.01"),
     ] {
         let message = settings.validate().unwrap_err().to_string();
         assert!(message.starts_with(words), "{message}");
