@@ -2,7 +2,6 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
@@ -91,22 +90,17 @@ impl Drop for Process {
     }
 }
 
-/// Bases and hosts run in real time: two pairs at once on two cores would delay each other until they time out.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-
-/// An emulated base in its own process; only one exists at a time.
+/// An emulated base in its own process.
 pub struct Emulated {
     process: Process,
     pub port: String,
     /// Port of its lidar, if it has one.
     pub lidar: Option<String>,
     pub protocol: &'static str,
-    _alone: MutexGuard<'static, ()>,
 }
 
 impl Emulated {
     pub fn start(protocol: &'static str, more: &str) -> Self {
-        let alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let mut process =
             Process::start(&format!("base emulate --protocol {protocol} --for 600 --json {more}"));
         let ports: Value = serde_json::from_str(&process.line()).expect("an object");
@@ -115,7 +109,6 @@ impl Emulated {
             port: ports["port"].as_str().expect("a path").to_owned(),
             lidar: ports["lidar"].as_str().map(str::to_owned),
             protocol,
-            _alone: alone,
         }
     }
 
