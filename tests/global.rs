@@ -7,6 +7,7 @@ mod support {
 
 mod cases {
     mod global {
+        mod curvature;
         mod paths;
         mod planners;
         mod polyline;

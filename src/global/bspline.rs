@@ -15,7 +15,7 @@ const ZERO_DERIVATIVE_M: f64 = 1e-9;
 const MAX_BISECTIONS: u32 = 12;
 
 /// Largest degree.
-const MAX_DEGREE: usize = 9;
+pub(super) const MAX_DEGREE: usize = 9;
 
 /// The basis functions of a degree (eq. 24) as polynomials.
 pub(super) struct Basis {
@@ -206,6 +206,22 @@ mod tests {
             assert!((slope - segment.tangent(u)).norm() < 1e-7);
             let change = (segment.tangent(u + 1e-6) - segment.tangent(u - 1e-6)) / 2e-6;
             assert!((change - segment.second_derivative(u)).norm() < 1e-6);
+        }
+    }
+
+    /// A segment of degree two is a parabola: y = x^2 here, with curvature 2 / (1 + 4 x^2)^1.5.
+    #[test]
+    fn quadratic_segment_has_the_curvature_of_a_parabola() {
+        // Control points at the crossings of the tangents of x = -2, 0, 2, 4.
+        let control = [(-1.0, 0.0), (1.0, 0.0), (3.0, 8.0)].map(|(x, y)| Point::new(x, y));
+        let basis = Basis::new(2);
+        let segment = Segment::new(&basis, &control);
+        for u in [0.0, 0.3, 0.5, 1.0] {
+            let place = segment.point(u);
+            assert!((place.y - place.x * place.x).abs() < 1e-12, "{place}");
+            let squared = 1.0 + 4.0 * place.x * place.x;
+            let curvature = 2.0 / (squared * squared.sqrt());
+            assert!((segment.curvature(u) - curvature).abs() < 1e-12);
         }
     }
 

@@ -20,7 +20,7 @@ pub use error::PlanError;
 pub use heuristic::{DIAGONAL, Heuristic, STRAIGHT};
 pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
-pub use path_clearance::{PathClearance, min_clearance_m};
+pub use path_clearance::PathClearance;
 pub use plan::{Plan, PlanningSpace, StageTimes, nearest_reachable, plan};
 pub use prune::prune;
 pub use search::{CellPath, NoPath, Searcher};

@@ -39,12 +39,6 @@ impl<'a> PathClearance<'a> {
     }
 }
 
-/// Computes [`PathClearance::min_m`] for a single path.
-#[must_use]
-pub fn min_clearance_m(path: &Path, obstacles: &ObstacleGrid) -> f64 {
-    PathClearance::new(obstacles).min_m(path)
-}
-
 /// Largest length of a piece of a path, cells.
 const MAX_PIECE_CELLS: f64 = 2.0;
 

@@ -51,7 +51,7 @@ pub use window::{Axis, Window};
 #[doc(hidden)]
 pub mod internals {
     pub use super::explain::evenly_spaced;
-    pub use super::failover::{FIRST_RETRY, LONGEST_RETRY};
+    pub use super::failover::FIRST_RETRY;
     pub use super::kernel_inputs::{
         Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample,
     };

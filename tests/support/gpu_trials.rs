@@ -194,7 +194,7 @@ fn lost_device(adapter: &Adapter) -> Result<(), Failed> {
         for _ in 0..answers_before {
             engine.evaluate(&problem, Detail::Samples)?;
         }
-        engine.destroy_device();
+        engine.destroyer()();
         for detail in [Detail::Answer, Detail::Samples, Detail::Answer] {
             match engine.evaluate(&problem, detail) {
                 Err(EngineError::Lost {

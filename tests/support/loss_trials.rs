@@ -179,7 +179,7 @@ impl Engine for Battered {
     ) -> Result<Evaluation, EngineError> {
         match self.blow() {
             None => {}
-            Some(Blow::Destroyed) => self.gpu.destroy_device(),
+            Some(Blow::Destroyed) => self.gpu.destroyer()(),
             Some(Blow::Slow) => {
                 self.gpu.set_timeout(Duration::from_millis(1));
                 return self.gpu.evaluate(&self.heavy, detail);

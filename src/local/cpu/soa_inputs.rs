@@ -5,7 +5,7 @@ use core::ops::Range;
 use super::lanes::MAX_LANES;
 use super::reachable_region::max_disc_offset;
 use crate::local::QuantizedProblem;
-use crate::local::kernel_inputs::{Header, QuantizedObstacle, VthetaSample};
+use crate::local::kernel_inputs::{Header, QuantizedObstacle, VthetaSample, VxSample};
 use crate::numeric::shift_round;
 
 /// Largest number of samples of a chunk.
@@ -93,19 +93,11 @@ impl SoaInputs {
         let header = &problem.header;
         self.stride = problem.vx_samples.len().next_multiple_of(MAX_LANES);
         self.steps = (header.steps as usize).next_multiple_of(MAX_LANES);
-        let vx_samples = &problem.vx_samples;
-        column(&mut self.coarse, self.stride, vx_samples.iter().map(|s| s.coarse));
-        column(&mut self.fine, self.stride, vx_samples.iter().map(|s| s.fine));
-        column(
-            &mut self.velocity_term,
-            self.stride,
-            vx_samples.iter().map(|s| s.velocity_term as i32),
-        );
-        column(
-            &mut self.stopping_need,
-            self.stride,
-            vx_samples.iter().map(|s| s.stopping_need as i32),
-        );
+        let samples = &problem.vx_samples;
+        column(&mut self.coarse, self.stride, samples, |vx| vx.coarse);
+        column(&mut self.fine, self.stride, samples, |vx| vx.fine);
+        column(&mut self.velocity_term, self.stride, samples, |vx| vx.velocity_term as i32);
+        column(&mut self.stopping_need, self.stride, samples, |vx| vx.stopping_need as i32);
         let twice = |coarse: &i32| (coarse << 16) | (coarse & 0xFFFF);
         self.coarse_twice.clear();
         self.coarse_twice.extend(self.coarse.iter().map(twice));
@@ -236,9 +228,14 @@ fn largest_turn(problem: &QuantizedProblem) -> f64 {
     f64::from(apart.unwrap_or_default()) / 2.0_f64.powi(32) * core::f64::consts::TAU
 }
 
-fn column(list: &mut Vec<i32>, stride: usize, values: impl Iterator<Item = i32>) {
+fn column(
+    list: &mut Vec<i32>,
+    stride: usize,
+    samples: &[VxSample],
+    value: impl Fn(&VxSample) -> i32,
+) {
     list.clear();
-    list.extend(values);
+    list.extend(samples.iter().map(value));
     let last = list.last().copied().unwrap_or_default();
     list.resize(stride, last);
 }

@@ -174,7 +174,7 @@ impl Engine for Failover {
 pub const FIRST_RETRY: u32 = 10;
 
 /// Longest delay, decisions: about a minute at 10 Hz.
-pub const LONGEST_RETRY: u32 = 640;
+const LONGEST_RETRY: u32 = 640;
 
 /// Number of correct answers in a row after which the delay is reset.
 const TRUSTED_AFTER: u32 = 100;
@@ -214,40 +214,5 @@ impl BackOff {
         if self.successes >= TRUSTED_AFTER {
             self.next_delay = FIRST_RETRY;
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Decisions until the next attempt.
-    fn delay(back_off: &mut BackOff) -> u32 {
-        let due = (1..=LONGEST_RETRY).find(|_| back_off.is_due());
-        due.expect("no delay is longer")
-    }
-
-    #[test]
-    fn delays_double_up_to_the_longest_and_reset_after_100_successes() {
-        let mut back_off = BackOff::default();
-        let mut after_failure = |successes| {
-            (0..successes).for_each(|_| back_off.record_success());
-            back_off.record_failure();
-            delay(&mut back_off)
-        };
-        let delays: Vec<u32> = (0..9).map(|_| after_failure(TRUSTED_AFTER - 1)).collect();
-        assert_eq!(delays, [10, 20, 40, 80, 160, 320, 640, 640, 640]);
-        assert_eq!(after_failure(TRUSTED_AFTER), FIRST_RETRY);
-        assert_eq!(after_failure(0), 2 * FIRST_RETRY);
-    }
-
-    #[test]
-    fn back_off_stays_due_until_next_failure() {
-        let mut back_off = BackOff::default();
-        back_off.record_failure();
-        delay(&mut back_off);
-        assert!(back_off.is_due() && back_off.is_due());
-        back_off.record_failure();
-        assert!(!back_off.is_due());
     }
 }

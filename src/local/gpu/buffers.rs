@@ -10,15 +10,15 @@ const MIN_BYTES: u64 = 1 << 20;
 
 /// The buffers and their bind group.
 pub(super) struct Buffers {
-    sizes: Sizes,
+    pub sizes: Sizes,
     input: wgpu::Buffer,
     staging: Vec<u8>,
     field: wgpu::Buffer,
     fields: ResidentFields,
     records: wgpu::Buffer,
     answers: wgpu::Buffer,
-    readback: wgpu::Buffer,
-    bind_group: wgpu::BindGroup,
+    pub readback: wgpu::Buffer,
+    pub bind_group: wgpu::BindGroup,
 }
 
 impl Buffers {
@@ -76,18 +76,6 @@ impl Buffers {
             readback,
             bind_group,
         }
-    }
-
-    pub const fn sizes(&self) -> &Sizes {
-        &self.sizes
-    }
-
-    pub const fn bind_group(&self) -> &wgpu::BindGroup {
-        &self.bind_group
-    }
-
-    pub const fn readback(&self) -> &wgpu::Buffer {
-        &self.readback
     }
 
     /// Writes a batch: the inputs in one piece, and the fields that the device does not hold yet.

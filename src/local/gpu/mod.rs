@@ -54,12 +54,6 @@ impl GpuEngine {
         Ok(engine)
     }
 
-    /// Destroys the device as a driver reset does, for tests.
-    #[doc(hidden)]
-    pub fn destroy_device(&self) {
-        self.device.inner.destroy();
-    }
-
     /// Returns a function that destroys the device, from any thread and at any time, also while an answer is pending.
     #[doc(hidden)]
     pub fn destroyer(&self) -> impl FnOnce() + Send + 'static {
@@ -77,10 +71,10 @@ impl GpuEngine {
     fn take_buffers(&mut self, batch: &Batch<'_>) -> Result<Buffers, EngineError> {
         let sizes = batch.sizes();
         let grown = match self.buffers.take() {
-            Some(buffers) if *buffers.sizes() == buffers.sizes().union(&sizes) => {
+            Some(buffers) if buffers.sizes == buffers.sizes.union(&sizes) => {
                 return Ok(buffers);
             }
-            Some(buffers) => buffers.sizes().union(&sizes),
+            Some(buffers) => buffers.sizes.union(&sizes),
             None => sizes,
         };
         let limit = self.device.largest_buffer();
@@ -152,7 +146,7 @@ impl GpuEngine {
             self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_bind_group(0, buffers.bind_group(), &[]);
+            pass.set_bind_group(0, &buffers.bind_group, &[]);
             for (pipeline, groups) in self.pipelines.iter().zip(batch.workgroups()) {
                 pass.set_pipeline(pipeline);
                 pass.dispatch_workgroups(groups, 1, 1);
@@ -174,7 +168,7 @@ impl GpuEngine {
         // Mapping fails only on a lost device.
         let unmapped = |message| self.device.reported_or(GpuFailureKind::DeviceLost, message);
         let (sender, receiver) = mpsc::channel();
-        let slice = buffers.readback().slice(..bytes);
+        let slice = buffers.readback.slice(..bytes);
         slice.map_async(wgpu::MapMode::Read, move |outcome| {
             // The receiver is gone only after the wait below has failed.
             let _ = sender.send(outcome);
@@ -186,7 +180,7 @@ impl GpuEngine {
             let view = slice.get_mapped_range().map_err(|error| unmapped(error.to_string()))?;
             read(&view)
         };
-        buffers.readback().unmap();
+        buffers.readback.unmap();
         Ok(result)
     }
 }

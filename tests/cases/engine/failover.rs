@@ -2,7 +2,7 @@
 //!
 //! `support/loss_trials.rs` tests real devices.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -11,7 +11,7 @@ use inbye::bench::random_problem;
 use inbye::local::internals::FIRST_RETRY;
 use inbye::local::{
     BackgroundOpener, CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, GpuFailureKind,
-    Incidents, QuantizedProblem, SampleStatus,
+    GpuSource, Incidents, QuantizedProblem, SampleStatus,
 };
 
 type OpenResult = Result<Box<dyn Engine>, EngineError>;
@@ -145,6 +145,59 @@ fn missing_gpu_is_retried_after_growing_delays() {
     assert_eq!((incidents.on_cpu, incidents.reopen_failures, incidents.reopened), (160, 4, 0));
     let words = serde_json::to_value(incidents).expect("counts are JSON");
     assert_eq!(words["failures"], serde_json::json!({ "absent": 1 }));
+}
+
+/// Answers some problems, then fails.
+fn lost_after(answers: u32) -> Box<dyn Engine> {
+    FaultyGpu::boxed(move |decision, _, answer| match decision {
+        decision if decision > answers => Err(lost(GpuFailureKind::DeviceLost)),
+        _ => Ok(answer),
+    })
+}
+
+/// Decisions of the CPU after each loss, when each GPU answers a number of problems before it is lost.
+fn delays(answers: &[u32]) -> Vec<u64> {
+    let smallest = (0..50).map(problem).min_by_key(QuantizedProblem::len).expect("50 problems");
+    let mut later = answers[1..].to_vec().into_iter();
+    let mut failover = with_fallback(Ok(lost_after(answers[0])), move || {
+        Ok(lost_after(later.next().unwrap_or(1)))
+    });
+    let mut delay = || {
+        let Incidents { on_cpu, reopened, .. } = *incidents_of(&failover);
+        while incidents_of(&failover).reopened == reopened {
+            failover.evaluate(&smallest, Detail::Answer).expect("the CPU does not fail");
+        }
+        incidents_of(&failover).on_cpu - on_cpu
+    };
+    answers.iter().map(|_| delay()).collect()
+}
+
+#[test]
+fn delays_double_up_to_the_longest_and_reset_after_100_successes() {
+    assert_eq!(delays(&[99; 9]), [10, 20, 40, 80, 160, 320, 640, 640, 640]);
+    assert_eq!(delays(&[99, 99, 100, 1]), [10, 20, 10, 20]);
+}
+
+/// Fails at every third poll.
+struct SlowSource(Arc<AtomicU32>);
+
+impl GpuSource for SlowSource {
+    fn poll(&mut self) -> Option<OpenResult> {
+        let before = self.0.fetch_add(1, Ordering::SeqCst);
+        (before % 3 == 2).then_some(Err(EngineError::NoAdapter))
+    }
+}
+
+#[test]
+fn pending_source_is_polled_at_every_decision_until_it_fails() {
+    let polls = Arc::new(AtomicU32::new(0));
+    let source = SlowSource(Arc::clone(&polls));
+    let cpu = CpuEngine::single_threaded();
+    let mut failover = Failover::new(Err(EngineError::NoAdapter), source, cpu);
+    for (decisions, expected) in [(0..9, 0), (9..10, 1), (10..12, 3), (12..31, 3), (31..32, 4)] {
+        check_answers(&mut failover, decisions);
+        assert_eq!(polls.load(Ordering::SeqCst), expected);
+    }
 }
 
 #[test]

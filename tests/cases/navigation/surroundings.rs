@@ -1,7 +1,7 @@
 //! Global planning at two distances from walls, and the local window around the robot.
 
 use inbye::geometry::{Point, Pose};
-use inbye::global::{self, Path, min_clearance_m};
+use inbye::global::{self, Path, PathClearance};
 use inbye::map::{Cell, GridFrame, ObstacleGrid};
 use inbye::navigator::{NavigatorSettings, ObstacleModel, RoutePlanner};
 use inbye::robot::Footprint;
@@ -26,9 +26,9 @@ fn path_from_a_start_near_a_wall_keeps_the_comfort_margin() {
     let plan = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);
     let smoothed = plan.expect("a path past the pillar").smoothed;
     let middle = (0..100).map(|step| smoothed.point_at(5.0 + f64::from(step) / 10.0));
-    let kept_m = min_clearance_m(&Path::new(middle.collect()), &obstacles);
+    let kept_m = PathClearance::new(&obstacles).min_m(&Path::new(middle.collect()));
     assert!(kept_m > planner.least_radius_m() + 0.1, "{kept_m} m");
-    assert!(min_clearance_m(&smoothed, &obstacles) >= planner.least_radius_m() - 1e-9);
+    assert!(PathClearance::new(&obstacles).min_m(&smoothed) >= planner.least_radius_m() - 1e-9);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Line of sight and clearance, compared with exact integers and brute force.
 
 use inbye::geometry::{Point, Pose};
-use inbye::global::{Path, is_clear, min_clearance_m};
+use inbye::global::{Path, PathClearance, is_clear};
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -122,7 +122,7 @@ fn clearance_equals_the_minimum_over_small_steps() {
             frame.from_cell_units(&Point::new(x, y))
         };
         let points: Vec<Point> = (0..[1, 2, 3, 6][case % 4]).map(&mut place).collect();
-        let found = min_clearance_m(&Path::new(points.clone()), &obstacles);
+        let found = PathClearance::new(&obstacles).min_m(&Path::new(points.clone()));
         let everywhere_m = 100.0 * frame.resolution_m;
         let stepped = gap::smallest_gap_m(&points, &obstacles, everywhere_m, STEP);
         let slack = STEP / 2.0 * frame.resolution_m;

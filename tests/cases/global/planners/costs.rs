@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{
-    ClearanceCosts, Heuristic, Path, PlanningSpace, Searcher, Settings, min_clearance_m, plan,
+    ClearanceCosts, Heuristic, Path, PathClearance, PlanningSpace, Searcher, Settings, plan,
 };
 use inbye::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use pathfinding::prelude::dijkstra;
@@ -85,7 +85,7 @@ fn clearance_weight_moves_a_path_away_from_walls() {
     // The mean distance to the nearest obstacle.
     let mean_m = |path: &Path| {
         let clearances =
-            path.samples(0.1).map(|at| min_clearance_m(&Path::new(vec![at]), &obstacles));
+            path.samples(0.1).map(|at| PathClearance::new(&obstacles).min_m(&Path::new(vec![at])));
         clearances.sum::<f64>() / path.samples(0.1).count() as f64
     };
     let [shortest, careful] = [0.0, 4.0].map(planned);
