@@ -275,17 +275,12 @@ impl TrajectoryFan {
         }
     }
 
-    /// The worst and the best score in the fan; `(inf, -inf)` when no arc is admissible.
-    #[must_use]
-    pub fn score_range(&self) -> (f64, f64) {
-        let scores = || self.arcs.iter().filter_map(|arc| arc.score);
-        (scores().fold(f64::INFINITY, f64::min), scores().fold(f64::NEG_INFINITY, f64::max))
-    }
-
     /// The score of each arc, scaled to 0 for the worst and 1 for the best in the fan; 1 when all are equal. `None` for
     /// an arc that is not admissible.
     pub fn relative_scores(&self) -> impl Iterator<Item = Option<f64>> + '_ {
-        let (worst, best) = self.score_range();
+        let scores = || self.arcs.iter().filter_map(|arc| arc.score);
+        let worst = scores().fold(f64::INFINITY, f64::min);
+        let best = scores().fold(f64::NEG_INFINITY, f64::max);
         let range = best - worst;
         let relative = move |score: f64| {
             if range > 0.0 { (score - worst) / range } else { 1.0 }

@@ -160,34 +160,22 @@ pub enum UnknownPolicy {
     Free,
 }
 
-/// A ROS occupancy grid: a probability in percent for each cell, or unknown.
+/// One value for each cell of a frame.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OccupancyGrid {
+pub struct Grid<T> {
     frame: GridFrame,
-    cells: Vec<i8>,
+    cells: Vec<T>,
 }
 
-/// The value of an unknown cell.
-pub const UNKNOWN: i8 = -1;
-
-/// Smallest occupancy, in percent, of an obstacle (Nav2's lethal threshold).
-pub const OCCUPIED_THRESHOLD: i8 = 65;
-
-impl OccupancyGrid {
-    /// Creates a grid from its cells, row-major with the lowest row first; each is 0..=100 or [`UNKNOWN`].
+impl<T> Grid<T> {
+    /// Creates a grid from its cells, row-major with the lowest row first.
     ///
     /// # Panics
     /// Panics if the number of cells differs from the frame's.
     #[must_use]
-    pub fn new(frame: GridFrame, cells: Vec<i8>) -> Self {
+    pub fn new(frame: GridFrame, cells: Vec<T>) -> Self {
         assert_eq!(cells.len(), frame.len(), "one value for each cell of the frame");
         Self { frame, cells }
-    }
-
-    /// Creates a grid from cells in image order, highest row first.
-    pub(super) fn from_top_down(frame: GridFrame, cells: &[i8]) -> Self {
-        let lowest_first = cells.chunks_exact(frame.width as usize).rev();
-        Self::new(frame, lowest_first.flatten().copied().collect())
     }
 
     /// Size and pose of the grid.
@@ -198,8 +186,28 @@ impl OccupancyGrid {
 
     /// All values, row-major, lowest row first.
     #[must_use]
-    pub fn cells(&self) -> &[i8] {
+    pub fn cells(&self) -> &[T] {
         &self.cells
+    }
+}
+
+/// A ROS occupancy grid: a probability of 0 to 100 percent for each cell, or [`UNKNOWN`].
+pub type OccupancyGrid = Grid<i8>;
+
+/// A boolean per cell: whether an obstacle covers it.
+pub type ObstacleGrid = Grid<bool>;
+
+/// The value of an unknown cell.
+pub const UNKNOWN: i8 = -1;
+
+/// Smallest occupancy, in percent, of an obstacle (Nav2's lethal threshold).
+pub const OCCUPIED_THRESHOLD: i8 = 65;
+
+impl OccupancyGrid {
+    /// Creates a grid from cells in image order, highest row first.
+    pub(super) fn from_top_down(frame: GridFrame, cells: &[i8]) -> Self {
+        let lowest_first = cells.chunks_exact(frame.width as usize).rev();
+        Self::new(frame, lowest_first.flatten().copied().collect())
     }
 
     /// The obstacles: cells of at least [`OCCUPIED_THRESHOLD`] percent, and unknown cells according to the policy.
@@ -213,47 +221,18 @@ impl OccupancyGrid {
     }
 }
 
-/// A boolean per cell: whether an obstacle covers it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ObstacleGrid {
-    frame: GridFrame,
-    blocked: Vec<bool>,
-}
-
 impl ObstacleGrid {
-    /// Creates a grid from its cells, row-major with the lowest row first; `true` is an obstacle.
-    ///
-    /// # Panics
-    /// Panics if the number of cells differs from the frame's.
-    #[must_use]
-    pub fn new(frame: GridFrame, blocked: Vec<bool>) -> Self {
-        assert_eq!(blocked.len(), frame.len(), "one value for each cell of the frame");
-        Self { frame, blocked }
-    }
-
-    /// Size and pose of the grid.
-    #[must_use]
-    pub const fn frame(&self) -> &GridFrame {
-        &self.frame
-    }
-
-    /// All cells, row-major, lowest row first; `true` is an obstacle.
-    #[must_use]
-    pub fn cells(&self) -> &[bool] {
-        &self.blocked
-    }
-
     /// Whether an obstacle covers the cell. True outside the grid.
     #[must_use]
     pub fn is_blocked(&self, cell: Cell) -> bool {
-        !self.frame.contains(cell) || self.blocked[self.frame.index(cell)]
+        !self.frame.contains(cell) || self.cells[self.frame.index(cell)]
     }
 
     /// Sets or clears a cell. A cell outside the grid is ignored.
     pub fn set(&mut self, cell: Cell, blocked: bool) {
         if self.frame.contains(cell) {
             let index = self.frame.index(cell);
-            self.blocked[index] = blocked;
+            self.cells[index] = blocked;
         }
     }
 

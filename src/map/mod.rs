@@ -21,7 +21,7 @@ pub use distance_field::DistanceField;
 pub use error::{MapError, MapWarning};
 pub use free_space::FreeSpace;
 pub use grid::{
-    Cell, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
+    Cell, Grid, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
     OccupancyGrid, UNKNOWN, UnknownPolicy,
 };
 pub use load::{LoadOptions, load, load_with_warnings};

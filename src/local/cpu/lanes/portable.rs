@@ -44,6 +44,16 @@ impl Mask {
     }
 }
 
+/// Operations on pairs of lanes.
+macro_rules! on_pairs {
+    ($($name:ident = $function:expr;)*) => {$(
+        #[inline(always)]
+        fn $name(self, other: Self) -> Self {
+            self.zip(other, $function)
+        }
+    )*};
+}
+
 impl Lanes for Portable {
     const COUNT: usize = COUNT;
     type FeatureToken = ();
@@ -66,24 +76,29 @@ impl Lanes for Portable {
         to[..COUNT].copy_from_slice(&self.0);
     }
 
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, i32::wrapping_add)
-    }
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, i32::wrapping_sub)
-    }
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, i32::wrapping_mul)
-    }
-
-    #[inline(always)]
-    fn mul_hi(self, other: Self) -> Self {
-        self.zip(other, crate::numeric::mul_hi_i32)
+    on_pairs! {
+        add = i32::wrapping_add;
+        sub = i32::wrapping_sub;
+        mul = i32::wrapping_mul;
+        mul_hi = crate::numeric::mul_hi_i32;
+        min = Ord::min;
+        max = Ord::max;
+        and = |one, other| one & other;
+        shl_each = |value, bits| value.wrapping_shl(bits as u32);
+        mul_halves = |number, halves| {
+            i32::from(number as i16).wrapping_mul(i32::from(halves as i16) + (halves >> 16))
+        };
+        div_unsigned = |value, divisor| (value as u32 / divisor as u32) as i32;
+        // Exact: the squares and their sum are integers below 2^53; for the root see `isqrt`.
+        hypot = |x, y| {
+            let (x, y) = (f64::from(x), f64::from(y));
+            (x * x + y * y).sqrt() as i32
+        };
+        min_halves = |one, other| {
+            let low = (one as u16).min(other as u16);
+            let high = (one as u32 >> 16).min(other as u32 >> 16);
+            (high << 16 | u32::from(low)) as i32
+        };
     }
 
     #[inline(always)]
@@ -113,34 +128,7 @@ impl Lanes for Portable {
         self.map(|value| (value as u32).wrapping_shr(bits) as i32)
     }
 
-    #[inline(always)]
-    fn shl_each(self, bits: Self) -> Self {
-        self.zip(bits, |value, bits| value.wrapping_shl(bits as u32))
-    }
-
     look_up_in_memory! {}
-
-    #[inline(always)]
-    fn mul_halves(self, halves: Self) -> Self {
-        self.zip(halves, |number, halves| {
-            i32::from(number as i16).wrapping_mul(i32::from(halves as i16) + (halves >> 16))
-        })
-    }
-
-    #[inline(always)]
-    fn and(self, other: Self) -> Self {
-        self.zip(other, |one, other| one & other)
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.zip(other, Ord::min)
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.zip(other, Ord::max)
-    }
 
     #[inline(always)]
     fn abs(self) -> Self {
@@ -153,23 +141,9 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn div_unsigned(self, divisor: Self) -> Self {
-        self.zip(divisor, |value, divisor| (value as u32 / divisor as u32) as i32)
-    }
-
-    #[inline(always)]
     fn isqrt(self) -> Self {
         // Exact: the root of an integer below 2^32 is never within half an ulp below the next integer.
         self.map(|value| f64::from(value as u32).sqrt() as i32)
-    }
-
-    #[inline(always)]
-    fn hypot(self, other: Self) -> Self {
-        // Exact: the squares and their sum are integers below 2^53; for the root see `isqrt`.
-        self.zip(other, |x, y| {
-            let (x, y) = (f64::from(x), f64::from(y));
-            (x * x + y * y).sqrt() as i32
-        })
     }
 
     #[inline(always)]
@@ -187,15 +161,6 @@ impl Lanes for Portable {
     #[inline(always)]
     fn min_dirty_high(self, other: Self) -> Self {
         self.min(other)
-    }
-
-    #[inline(always)]
-    fn min_halves(self, other: Self) -> Self {
-        self.zip(other, |one, other| {
-            let low = (one as u16).min(other as u16);
-            let high = (one as u32 >> 16).min(other as u32 >> 16);
-            (high << 16 | u32::from(low)) as i32
-        })
     }
 
     #[inline(always)]

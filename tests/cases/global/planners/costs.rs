@@ -83,9 +83,9 @@ fn clearance_weight_moves_a_path_away_from_walls() {
             .smoothed
     };
     // The mean distance to the nearest obstacle.
+    let clearance = PathClearance::new(&obstacles);
     let mean_m = |path: &Path| {
-        let clearances =
-            path.samples(0.1).map(|at| PathClearance::new(&obstacles).min_m(&Path::new(vec![at])));
+        let clearances = path.samples(0.1).map(|at| clearance.min_m(&Path::new(vec![at])));
         clearances.sum::<f64>() / path.samples(0.1).count() as f64
     };
     let [shortest, careful] = [0.0, 4.0].map(planned);
