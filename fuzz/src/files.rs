@@ -1,7 +1,6 @@
-//! What simulations and benchmarks read: moving obstacles, worlds, records.
+//! Files of simulations and benchmarks: moving obstacles, worlds, records.
 
 use std::path::Path;
-use std::sync::OnceLock;
 
 use inbye::bench::csv_text;
 use inbye::digest::BitDigest;
@@ -9,11 +8,11 @@ use inbye::experiment::barn::{parse_cylinders, parse_list};
 use inbye::experiment::dynabarn::parse_world;
 use inbye::experiment::{CellFile, Manifest, Record, read_record};
 use inbye::geometry::Pose;
-use inbye::map::{MovingDisc, ObstacleGrid, OccupancyGrid, UnknownPolicy};
+use inbye::map::{MovingDisc, UnknownPolicy};
 use inbye::runtime::Config;
 use inbye::sim::MovingObstacles;
 
-use super::one_line;
+use super::{one_line, room};
 
 /// Moving obstacles as JSON.
 pub fn obstacles_json(data: &[u8]) {
@@ -25,26 +24,13 @@ pub fn obstacles_toml(data: &[u8]) {
     obstacles(data, "people.toml");
 }
 
-static GROUND: OnceLock<ObstacleGrid> = OnceLock::new();
-
-/// A room of 6 by 4 metres with a pillar.
-fn ground() -> &'static ObstacleGrid {
-    GROUND.get_or_init(|| {
-        let mut rows = vec!["..............................".to_owned(); 20];
-        for row in &mut rows[8..12] {
-            row.replace_range(13..17, "####");
-        }
-        let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default());
-        map.expect("a sound map").obstacles(UnknownPolicy::default())
-    })
-}
-
-/// Those that are read have a radius, and are somewhere, and move by something, whatever time passes.
+/// Obstacles that are read have a radius, a position and a velocity at any time.
 fn obstacles(data: &[u8], name: &str) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    let mut walkers = match MovingObstacles::parse(text, name, ground(), 7) {
+    let ground = room().obstacles(UnknownPolicy::default());
+    let mut walkers = match MovingObstacles::parse(text, name, &ground, 7) {
         Ok(walkers) => walkers,
         Err(error) => return one_line(&error),
     };
@@ -61,7 +47,7 @@ fn sound(disc: &MovingDisc) {
     assert!(disc.is_valid(), "{disc:?}");
 }
 
-/// A world of scripted cylinders. At any time each is somewhere.
+/// A world of scripted cylinders. Each has a position at any time.
 pub fn dynabarn_world(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -105,7 +91,7 @@ pub fn barn_tables(data: &[u8]) {
     }
 }
 
-/// A record. Runs that are read and written are the same when they are read again.
+/// A record. Runs that are read and written give the same runs when they are read again.
 pub fn record(data: &[u8]) {
     let file = Path::new("runs.csv");
     match read_record(data, file) {
@@ -123,7 +109,7 @@ pub fn record(data: &[u8]) {
     }
 }
 
-/// The files of a sweep: which cells there are, and the result of one. What is read and written again is the same.
+/// The files of a sweep: the list of its cells, and the result of one. Reading and writing them keeps their content.
 pub fn sweep_files(data: &[u8]) {
     let file = Path::new("sweep.json");
     match Manifest::parse(data, file) {
@@ -134,7 +120,7 @@ pub fn sweep_files(data: &[u8]) {
             assert!(manifest.keys().len() <= manifest.cells.len());
         }
     }
-    // A digest over whatever stands there, so that more than the digest is tried.
+    // With a correct digest of the line, the checks after that of the digest run too.
     let text = String::from_utf8_lossy(data);
     let line = text.lines().next().unwrap_or_default();
     let mut digest = BitDigest::default();

@@ -1,4 +1,4 @@
-//! Decoders of frames, packets and lines: on any bytes, in pieces of any size, and on frames of any content.
+//! Decoders of frames, packets and lines: with arbitrary bytes, in pieces of any size, and with frames of any content.
 
 use core::fmt::Debug;
 use core::slice;
@@ -10,7 +10,7 @@ use inbye::geometry::Twist;
 
 use super::bytes::Bytes;
 
-/// Longest piece that a native frame can be, bytes: what is held of a stream is no more, whatever comes.
+/// Longest native frame without delimiters, bytes: a decoder never holds more of a stream.
 const NATIVE_HELD: usize = 32;
 
 /// Longest frame of any protocol, bytes.
@@ -24,14 +24,14 @@ trait Stream: Default + Debug {
     fn frames(&mut self) -> Vec<Self::Frame>;
     fn dropped(&self) -> u64;
     fn encode(frame: &Self::Frame) -> Vec<u8>;
-    /// A frame of any content that it can have.
+    /// A frame with arbitrary content.
     fn any(bytes: &mut Bytes) -> Self::Frame;
 }
 
 macro_rules! stream {
-    ($room:ident, $frame:ident, $encode:expr, $any:expr) => {
-        impl Stream for $room::Decoder<$room::$frame> {
-            type Frame = $room::$frame;
+    ($protocol:ident, $frame:ident, $encode:expr, $any:expr) => {
+        impl Stream for $protocol::Decoder<$protocol::$frame> {
+            type Frame = $protocol::$frame;
 
             fn push(&mut self, bytes: &[u8]) {
                 Self::push(self, bytes);
@@ -90,24 +90,24 @@ impl Stream for ld19::Decoder {
     }
 }
 
-/// Our own frames, both ways.
+/// Native frames in both directions.
 pub fn native(data: &[u8]) {
     in_native_stream::<native::Decoder<native::Command>>(data);
     in_native_stream::<native::Decoder<native::Report>>(data);
-    there_and_back::<native::Decoder<native::Command>>(data);
-    there_and_back::<native::Decoder<native::Report>>(data);
+    round_trip::<native::Decoder<native::Command>>(data);
+    round_trip::<native::Decoder<native::Report>>(data);
 }
 
-/// WHEELTEC's frames, both ways.
+/// WHEELTEC's frames in both directions.
 pub fn wheeltec(data: &[u8]) {
     in_wheeltec_stream::<wheeltec::Decoder<wheeltec::Command>>(data, wheeltec::COMMAND_LENGTH);
     in_wheeltec_stream::<wheeltec::Decoder<wheeltec::Report>>(data, wheeltec::FEEDBACK_LENGTH);
-    there_and_back::<wheeltec::Decoder<wheeltec::Command>>(data);
-    there_and_back::<wheeltec::Decoder<wheeltec::Report>>(data);
+    round_trip::<wheeltec::Decoder<wheeltec::Command>>(data);
+    round_trip::<wheeltec::Decoder<wheeltec::Report>>(data);
     any_rates_are_encoded_or_refused(&mut Bytes(data));
 }
 
-/// An LD19's packets, and the turns that they make.
+/// Packets of an LD19, and the revolutions that they form.
 pub fn ld19(data: &[u8]) {
     let (stream, found, dropped) = in_pieces::<ld19::Decoder>(data);
     let used = found.len() * ld19::PACKET_LENGTH + dropped as usize;
@@ -116,7 +116,7 @@ pub fn ld19(data: &[u8]) {
         let is_in = stream.windows(ld19::PACKET_LENGTH).any(|bytes| bytes == packet.encode());
         assert!(is_in, "{packet:?}");
     }
-    there_and_back::<ld19::Decoder>(data);
+    round_trip::<ld19::Decoder>(data);
     let mut bytes = Bytes(data);
     let settings = ld19::LidarSettings::default()
         .mount_x_m(0.2)
@@ -136,7 +136,7 @@ pub fn ld19(data: &[u8]) {
     }
 }
 
-/// `RoboClaw` packets at a controller, and answers at a host.
+/// `RoboClaw` requests at a controller, and replies at a host.
 pub fn roboclaw(data: &[u8]) {
     let mut bytes = Bytes(data);
     let address = 0x80 | bytes.byte() & 7;
@@ -158,8 +158,8 @@ pub fn arduino(data: &[u8]) {
     }
 }
 
-/// Decodes a stream in pieces, whose lengths the first byte tells, and in one: the same is found and the same dropped.
-/// Returns the whole stream, what was found in it and how many bytes were dropped.
+/// Decodes a stream in pieces of a length that the first byte determines, and as a whole: frames and dropped bytes are the same.
+/// Returns the whole stream, its frames, and the number of bytes dropped.
 fn in_pieces<S: Stream>(data: &[u8]) -> (&[u8], Vec<S::Frame>, u64) {
     let mut bytes = Bytes(data);
     let longest = usize::from(bytes.byte() % 40) + 1;
@@ -174,17 +174,17 @@ fn in_pieces<S: Stream>(data: &[u8]) -> (&[u8], Vec<S::Frame>, u64) {
     assert_eq!(found, found_in_pieces, "in pieces of {longest}");
     assert_eq!(whole.dropped(), pieces.dropped(), "in pieces of {longest}");
     for frame in &found {
-        is_found_again::<S>(frame);
+        is_decoded_again::<S>(frame);
     }
     for decoder in [&whole, &pieces] {
-        // What is held is written out by `Debug`: no more than a frame's bytes, with their commas.
+        // `Debug` writes the bytes that a decoder holds: at most those of a frame, with commas.
         let held = format!("{decoder:?}").len();
         assert!(held < 500, "{held} characters: {decoder:?}");
     }
     (bytes.0, found, whole.dropped())
 }
 
-/// Every byte is the mark of an end, part of a frame, dropped, or waits for the next mark.
+/// Every byte is a delimiter, part of a frame, dropped, or waits for the next delimiter.
 fn in_native_stream<S: Stream>(data: &[u8]) {
     let (stream, found, dropped) = in_pieces::<S>(data);
     let ends = stream.split(|byte| *byte == 0).count() - 1;
@@ -203,12 +203,12 @@ fn in_wheeltec_stream<S: Stream>(data: &[u8], length: usize) {
     assert!(waiting < length, "{waiting} bytes wait");
 }
 
-/// A frame of any content is found as it is, whatever came before it.
-fn there_and_back<S: Stream>(data: &[u8]) {
-    is_found_again::<S>(&S::any(&mut Bytes(data)));
+/// A frame of any content is the same after encoding and decoding.
+fn round_trip<S: Stream>(data: &[u8]) {
+    is_decoded_again::<S>(&S::any(&mut Bytes(data)));
 }
 
-fn is_found_again<S: Stream>(frame: &S::Frame) {
+fn is_decoded_again<S: Stream>(frame: &S::Frame) {
     let line = S::encode(frame);
     assert!(line.len() <= LONGEST.max(NATIVE_HELD + ZEROS), "{line:?}");
     let mut decoder = S::default();
@@ -223,7 +223,7 @@ fn packets(stream: &[u8], address: u8) {
         assert_eq!(request.encode(address), rest[..length], "{request:?}");
         rest = &rest[length..];
     }
-    // A packet is never waited for longer than the longest.
+    // A decoder waits at most for the longest packet.
     if Request::decode(rest, address) == Ok(None) {
         assert!(rest.len() < 12, "{} bytes wait", rest.len());
     }
@@ -261,7 +261,7 @@ fn answers(stream: &[u8], address: u8) {
     }
 }
 
-/// Rates come back to within half a unit, or at the end of what 16 bits hold; what is not finite is refused.
+/// Decoded rates are within half a unit, or at the limit of 16 bits; rates that are not finite are rejected.
 fn any_rates_are_encoded_or_refused(bytes: &mut Bytes) {
     let twist = Twist::new(bytes.real(), bytes.real());
     let line = wheeltec::Command { twist }.encode();
@@ -276,7 +276,7 @@ fn any_rates_are_encoded_or_refused(bytes: &mut Bytes) {
     }
 }
 
-/// One of any content that a lidar can have.
+/// A packet with any content that a lidar can send.
 fn any_ld19_packet(bytes: &mut Bytes) -> ld19::Packet {
     let first = bytes.u16() % 36_000;
     ld19::Packet {
@@ -301,7 +301,7 @@ fn any_native_command(bytes: &mut Bytes) -> native::Command {
     }
 }
 
-/// A report of any content; what is not said is as one that is not there.
+/// A report with arbitrary content; optional fields may be missing.
 pub fn any_native_report(bytes: &mut Bytes) -> native::Report {
     let flags = bytes.byte();
     let flag = |bit: u8| flags >> bit & 1 != 0;
@@ -318,12 +318,12 @@ pub fn any_native_report(bytes: &mut Bytes) -> native::Report {
     }
 }
 
-/// One that is on the grid of what the wire holds.
+/// A command that the wire format represents exactly.
 fn any_wheeltec_command(bytes: &mut Bytes) -> wheeltec::Command {
     wheeltec::Command { twist: Twist::new(bytes.plain(), bytes.plain()) }
 }
 
-/// One that is on the grid of what the wire holds.
+/// A report that the wire format represents exactly.
 pub fn any_wheeltec_report(bytes: &mut Bytes) -> wheeltec::Report {
     wheeltec::Report {
         motors_disabled: bytes.byte() & 1 != 0,

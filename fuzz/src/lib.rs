@@ -1,5 +1,6 @@
-//! What every parser and decoder must do with any bytes at all: read them or refuse them in a line, never panic, and keep
-//! the promises of what it has read. Each function is the body of a fuzz target, and of a test that needs no fuzzer.
+//! Requirements of every parser and decoder for arbitrary bytes: it reads or rejects them with a message of one line, never
+//! panics, and returns values within their documented ranges. Each function is the body of a fuzz target, and of a test that
+//! needs no fuzzer.
 
 pub mod bytes;
 pub mod files;
@@ -10,6 +11,10 @@ pub mod settings;
 pub mod wire;
 
 use core::fmt::Display;
+use std::sync::OnceLock;
+
+use inbye::geometry::Pose;
+use inbye::map::OccupancyGrid;
 
 /// A target: the name of its corpus, and its body.
 pub type Target = (&'static str, fn(&[u8]));
@@ -46,8 +51,20 @@ pub const TARGETS: [Target; 28] = [
     ("wire_arduino", wire::arduino),
 ];
 
-/// A refusal must be one line.
+/// Checks that an error message is one line.
 pub fn one_line(error: &impl Display) {
-    let said = error.to_string();
-    assert!(!said.is_empty() && !said.contains('\n'), "{said:?}");
+    let message = error.to_string();
+    assert!(!message.is_empty() && !message.contains('\n'), "{message:?}");
+}
+
+/// A room of 6 by 4 metres with a pillar.
+fn room() -> &'static OccupancyGrid {
+    static ROOM: OnceLock<OccupancyGrid> = OnceLock::new();
+    ROOM.get_or_init(|| {
+        let mut rows = vec![".".repeat(30); 20];
+        for row in &mut rows[8..12] {
+            row.replace_range(13..17, "####");
+        }
+        OccupancyGrid::from_rows(&rows, 0.2, Pose::default()).expect("a sound map")
+    })
 }

@@ -8,10 +8,10 @@ use inbye::map::{
 
 use super::one_line;
 
-/// A small image to go with any YAML file: all kinds of grey, and a comment.
+/// A small image for any YAML file: several greys, and a comment.
 const IMAGE: &[u8] = b"P5\n# greys\n4 2\n255\n\x00\x01\x40\x7f\x80\xcd\xfe\xff";
 
-/// A sound YAML file to go with any image. The scale tells greys apart.
+/// A valid YAML file for any image. Its mode distinguishes greys.
 const YAML: &str = "image: map.png\nresolution: 0.05\norigin: [-1.5, 2, 0.5]\nnegate: 0\n\
     occupied_thresh: 0.65\nfree_thresh: 0.196\nmode: scale\n";
 
@@ -30,7 +30,7 @@ pub fn map_image(data: &[u8]) {
     checked(OccupancyGrid::from_map_server(YAML, data));
 }
 
-/// Both, parted by a zero byte, which no YAML file has.
+/// Both files, separated by a zero byte, which no YAML file has.
 pub fn map_server(data: &[u8]) {
     let mut parts = data.splitn(2, |byte| *byte == 0);
     let (yaml, image) = (parts.next().unwrap_or_default(), parts.next());
@@ -40,7 +40,7 @@ pub fn map_server(data: &[u8]) {
     }
 }
 
-/// A `MovingAI` map. What is read and written again is the same map.
+/// A `MovingAI` map. A map that is read is the same when it is written and read again.
 pub fn movingai_map(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -54,7 +54,7 @@ pub fn movingai_map(data: &[u8]) {
     }
 }
 
-/// A map of rows of text. What is read and written again is the same map.
+/// A map of rows of text. A map that is read is the same when it is written and read again.
 pub fn text_map(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -72,7 +72,7 @@ pub fn text_map(data: &[u8]) {
     }
 }
 
-/// A file of scenarios. Each query lies in its map, and its length is known to within something.
+/// A file of scenarios. Each query is within its map; its length and the rounding of that length are finite.
 pub fn scenarios(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -94,7 +94,7 @@ pub fn scenarios(data: &[u8]) {
     }
 }
 
-/// A map that keeps its promises, or none where it was refused in one line.
+/// Checks a map; none for one that was rejected with a message of one line.
 fn checked(map: Result<OccupancyGrid, MapError>) -> Option<OccupancyGrid> {
     let map = map.inspect_err(|error| {
         one_line(error);
@@ -110,14 +110,14 @@ fn checked(map: Result<OccupancyGrid, MapError>) -> Option<OccupancyGrid> {
     assert!(frame.resolution_m.is_finite() && frame.resolution_m > 0.0, "{frame:?}");
     assert!(frame.origin.is_finite(), "{frame:?}");
     assert_eq!(map.cells().len(), frame.len());
-    let known = |cell: &i8| *cell == UNKNOWN || (0..=100).contains(cell);
-    assert!(map.cells().iter().all(known), "{:?}", map.cells());
+    let is_valid = |cell: &i8| *cell == UNKNOWN || (0..=100).contains(cell);
+    assert!(map.cells().iter().all(is_valid), "{:?}", map.cells());
     let obstacles = map.obstacles(UnknownPolicy::default());
     assert_eq!(obstacles.cells().len(), frame.len());
     Some(map)
 }
 
-/// The rows of a map from the top, each with its end.
+/// The rows of a map from the top, each with its line break.
 fn drawn(map: &OccupancyGrid, letter: impl Fn(i8) -> char) -> String {
     let frame = map.frame();
     let mut rows = String::new();

@@ -1,6 +1,6 @@
 //! Input of the program: problems, settings, words.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use inbye::base::{BaseConfig, InjectedFault, Protocol, ScheduledFault};
 use inbye::experiment::Plan;
@@ -12,19 +12,19 @@ use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, Observer};
 use inbye::sim::{MovingObstacles, Simulation};
 
-use super::one_line;
 use super::program::{problem_file, toml_merge};
 use super::wire;
+use super::{one_line, room};
 
 /// Problems with more samples times steps are quantized and not evaluated, to save time.
 const MOST_WORK: usize = 20_000;
 
-/// A problem of `inbye evaluate`. One that is read is quantized or refused, and its answer is one of its samples.
+/// A problem of `inbye evaluate`. One that is read is quantized or rejected, and its command is one of its samples.
 pub fn problem_json(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    // No file is opened for a name that chance has written.
+    // A random name opens no file.
     let load = |name: &str, resolution_m: f64| match name {
         "" => Err(MapError::Empty.into()),
         _ => Ok(OccupancyGrid::from_text("....\n.##.\n....\n", resolution_m)?),
@@ -63,8 +63,8 @@ fn evaluate(quantized: &QuantizedProblem) -> Evaluation {
     evaluated.expect("the CPU answers")
 }
 
-/// A configuration of `--config`, and of a benchmark's. What is read is sound, and the same when it is written and read again;
-/// what is not named stays as it was.
+/// A configuration of `--config`, and of a benchmark. A configuration that is read is valid, and the same when it is written
+/// and read again; keys that the text does not name keep their values.
 pub fn drive_config(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -89,7 +89,7 @@ fn sound(config: &Config) -> anyhow::Result<()> {
     Ok(config.validate()?)
 }
 
-/// Values that a text does not name are ours.
+/// Checks that keys that a text does not name have the values of `ours`.
 fn unnamed_stay(ours: &toml::Table, named: &toml::Table, read: &toml::Table) {
     for (name, value) in ours {
         match (value, named.get(name), read.get(name)) {
@@ -106,8 +106,8 @@ fn unnamed_stay(ours: &toml::Table, named: &toml::Table, read: &toml::Table) {
     }
 }
 
-/// A file of `--base-config`. What is read is sound, the same when it is written and read again, and a base of such
-/// settings is talked to in every protocol within its limits.
+/// A file of `--base-config`. Settings that are read are valid, and the same when they are written and read again. A base with
+/// these settings gets commands within its limits in every protocol.
 pub fn base_config(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -119,7 +119,7 @@ pub fn base_config(data: &[u8]) {
             let again =
                 toml_merge::parse(&written, &BaseConfig::default(), |read| Ok(read.validate()?));
             assert_eq!(again.expect("what is written is sound"), file);
-            wire::short(file.base);
+            wire::short_conversations(file.base);
         }
     }
 }
@@ -149,7 +149,7 @@ pub fn nav2_params(data: &[u8]) {
     }
 }
 
-/// Words of the command line: planned troubles, protocols, engines.
+/// Words of the command line: scheduled faults, protocols, engines.
 pub fn words(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -177,13 +177,12 @@ pub fn words(data: &[u8]) {
     }
 }
 
-/// Settings above these many beams, or samples times steps, or seconds between decisions are not driven with: it would only
-/// take long.
+/// Largest number of beams and longest control period of a drive, seconds: others take too long.
 const MOST_BEAMS: usize = 1000;
 const LONGEST_PERIOD_S: f64 = 2.0;
 
-/// A configuration of `--config` with which a robot is driven for a few ticks. No setting that was found sound makes it
-/// panic, be nowhere, or get a command beyond its limits.
+/// A configuration of `--config` with which a robot drives for a few ticks. With valid settings it does not panic, its pose is
+/// finite, and its commands are within its limits.
 pub fn short_drive(data: &[u8]) {
     let text = str::from_utf8(data).unwrap_or_default();
     let Ok(config) = toml_merge::parse(text, &Config::default(), sound) else {
@@ -199,7 +198,7 @@ pub fn short_drive(data: &[u8]) {
     }
     let goal = Goal { position: Point::new(4.5, 3.0), yaw: Some(1.0) };
     let start = Pose::new(1.0, 1.0, 0.0);
-    let mut mission = Mission::new(Arc::clone(room()), start, goal);
+    let mut mission = Mission::new(Arc::new(room().clone()), start, goal);
     mission.time_limit_s = 6.0 * local.control_period_s;
     let people = r#"[{"x": 2, "y": 2, "radius": 0.2, "speed": 0.5, "route": [[4, 2]]}]"#;
     let ground = room().obstacles(UnknownPolicy::Blocked);
@@ -224,20 +223,7 @@ pub fn short_drive(data: &[u8]) {
     }
 }
 
-/// A room of 6 by 4 metres with a pillar.
-fn room() -> &'static Arc<OccupancyGrid> {
-    static ROOM: OnceLock<Arc<OccupancyGrid>> = OnceLock::new();
-    ROOM.get_or_init(|| {
-        let mut rows = vec![".".repeat(30); 20];
-        for row in &mut rows[8..12] {
-            row.replace_range(13..17, "####");
-        }
-        let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default());
-        Arc::new(map.expect("a sound map"))
-    })
-}
-
-/// A plan of `inbye sweep`. One that is read is sound, and written again the same.
+/// A plan of `inbye sweep`. A plan that is read is valid, and the same when it is written and read again.
 pub fn sweep_plan(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;

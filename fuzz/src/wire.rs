@@ -1,5 +1,5 @@
-//! Whole conversations: the input is a story of bytes that come or do not, of commands and of time. The host's session never
-//! commands more than the tracks may run, what it believes of the base is finite, and neither side keeps ever more.
+//! Whole conversations: the input is a script of received and lost bytes, commands and time. The host's session never commands
+//! more than the limit of the tracks, its feedback is finite, and the memory of both sides is bounded.
 
 use core::fmt::Debug;
 
@@ -16,88 +16,99 @@ use inbye::robot::{PerTrack, TrackSpeeds};
 use super::bytes::Bytes;
 use super::frames::{any_native_report, any_wheeltec_report};
 
-/// What one write of a session may be at most, bytes.
+/// Longest write of a session, bytes.
 const LONGEST_WRITE: usize = 64;
 
-/// What a side may hold, written out by `Debug`, characters: some hundred readings of a tenth of a second.
+/// Largest state of a side as text of `Debug`, characters: some hundred readings of a tenth of a second.
 const MOST_HELD: usize = 40_000;
 
 /// Properties of a base protocol, independent of its session and device.
-trait Ear {
-    /// The track speeds that a host's write asks for, m/s, and how far off rounding may have put them. All its bytes must
-    /// make sense.
-    fn asked(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)>;
+trait ProtocolModel {
+    /// The track speeds that a host's write commands, m/s, and their rounding error. All its bytes must be valid.
+    fn commanded(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)>;
 
-    /// What a base may say, undamaged but of any content.
-    fn said(&mut self, bytes: &mut Bytes, settings: &BaseSettings) -> Vec<u8>;
+    /// An undamaged message of a base with arbitrary content.
+    fn message(&mut self, bytes: &mut Bytes, settings: &BaseSettings) -> Vec<u8>;
 }
 
-struct NativeEar;
-struct WheeltecEar;
-struct RoboClawEar(Option<Request>);
-struct ArduinoEar;
+struct NativeModel;
+struct WheeltecModel;
+struct RoboClawModel(Option<Request>);
+struct ArduinoModel;
 
-/// Our own frames.
+/// Native frames.
 pub fn native(data: &[u8]) {
-    let (settings, story) = opened(data);
-    tell(NativeSession::new(settings), NativeDevice::new(settings), NativeEar, settings, story);
+    let (settings, script) = settings_of(data);
+    converse(
+        NativeSession::new(settings),
+        NativeDevice::new(settings),
+        NativeModel,
+        settings,
+        script,
+    );
 }
 
 /// WHEELTEC's frames.
 pub fn wheeltec(data: &[u8]) {
-    let (settings, story) = opened(data);
-    tell(
+    let (settings, script) = settings_of(data);
+    converse(
         WheeltecSession::new(settings),
         WheeltecDevice::new(&settings),
-        WheeltecEar,
+        WheeltecModel,
         settings,
-        story,
+        script,
     );
 }
 
 /// A `RoboClaw`.
 pub fn roboclaw(data: &[u8]) {
-    let (settings, story) = opened(data);
-    tell(
+    let (settings, script) = settings_of(data);
+    converse(
         RoboClawSession::new(settings),
         RoboClawDevice::new(settings),
-        RoboClawEar(None),
+        RoboClawModel(None),
         settings,
-        story,
+        script,
     );
 }
 
 /// A `ROSArduinoBridge`.
 pub fn arduino(data: &[u8]) {
-    let (settings, story) = opened(data);
-    tell(ArduinoSession::new(settings), ArduinoDevice::new(settings), ArduinoEar, settings, story);
+    let (settings, script) = settings_of(data);
+    converse(
+        ArduinoSession::new(settings),
+        ArduinoDevice::new(settings),
+        ArduinoModel,
+        settings,
+        script,
+    );
 }
 
-/// A short story in all four, with settings that were found sound.
-pub fn short(settings: BaseSettings) {
-    // Faster and sharper than any track can, with all its numbers at 0.5 and the encoders on their way.
+/// A short conversation in all four protocols, with valid settings.
+pub fn short_conversations(settings: BaseSettings) {
+    // A command beyond the limits of the tracks; a base whose numbers are all 0.5 and whose encoders advance.
     let command: &[u8] = &[7, 0xFF, 0x7F, 0x10, 0x27];
     let turn = |count: u8| {
         let half = [0xF4, 1];
         let counts = [&[5, 0, count, 0][..], &[count, 0, 0, 0]].concat();
         [counts, half.repeat(4)].concat()
     };
-    // Time, a write, its way there, the base's turn, and the way back.
+    // Time passes, the session writes, its bytes arrive, the base acts, and its bytes arrive.
     let round = |count: u8| [&[0, 4, 3, 4][..], &turn(count), &[6]].concat();
-    // Between commands there is time for questions.
+    // Between commands there is time for requests.
     let rounds = |from: u8| (from..from + 16).flat_map(round).collect::<Vec<u8>>();
-    let story = [command, &rounds(0), command, &rounds(16)].concat();
-    let bytes = || Bytes(&story);
+    let script = [command, &rounds(0), command, &rounds(16)].concat();
+    let bytes = || Bytes(&script);
     let (s, b) = (settings, bytes);
-    tell(NativeSession::new(s), NativeDevice::new(s), NativeEar, s, b());
-    tell(WheeltecSession::new(s), WheeltecDevice::new(&s), WheeltecEar, s, b());
-    let ear = RoboClawEar(None);
-    tell(RoboClawSession::new(s), RoboClawDevice::new(s), ear, s, b());
-    tell(ArduinoSession::new(s), ArduinoDevice::new(s), ArduinoEar, s, b());
+    converse(NativeSession::new(s), NativeDevice::new(s), NativeModel, s, b());
+    converse(WheeltecSession::new(s), WheeltecDevice::new(&s), WheeltecModel, s, b());
+    let model = RoboClawModel(None);
+    converse(RoboClawSession::new(s), RoboClawDevice::new(s), model, s, b());
+    converse(ArduinoSession::new(s), ArduinoDevice::new(s), ArduinoModel, s, b());
 }
 
-/// The settings that a story begins with, and the rest of it.
-fn opened(data: &[u8]) -> (BaseSettings, Bytes<'_>) {
+/// The settings at the beginning of a script, and the rest of the script.
+fn settings_of(data: &[u8]) -> (BaseSettings, Bytes<'_>) {
     let mut bytes = Bytes(data);
     let flags = bytes.byte();
     let flag = |bit: u8| flags >> bit & 1 != 0;
@@ -116,94 +127,94 @@ fn opened(data: &[u8]) -> (BaseSettings, Bytes<'_>) {
     (settings, bytes)
 }
 
-/// Two sides, the line between them, and the time.
-struct Scene<S, P, E> {
+/// Host, base, the line between them, and the time.
+struct Conversation<S, P, E> {
     session: S,
-    peer: P,
-    ear: E,
+    device: P,
+    model: E,
     settings: BaseSettings,
     now_s: f64,
     to_base: Vec<u8>,
     to_host: Vec<u8>,
     counters: SessionCounters,
-    /// What the base said last of itself, without having been asked.
-    said: Vec<u8>,
+    /// The last message of the base that answers no request.
+    last_message: Vec<u8>,
 }
 
-fn tell<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear>(
+fn converse<S: Session + Debug, P: DeviceProtocol + Debug, E: ProtocolModel>(
     session: Result<S, BaseError>,
-    peer: Result<P, BaseError>,
-    ear: E,
+    device: Result<P, BaseError>,
+    model: E,
     settings: BaseSettings,
-    mut story: Bytes,
+    mut script: Bytes,
 ) {
-    let mut scene = Scene {
+    let mut conversation = Conversation {
         session: session.expect("sound settings"),
-        peer: peer.expect("sound settings"),
-        ear,
+        device: device.expect("sound settings"),
+        model,
         settings,
         now_s: 0.0,
         to_base: Vec::new(),
         to_host: Vec::new(),
         counters: SessionCounters::default(),
-        said: Vec::new(),
+        last_message: Vec::new(),
     };
-    while !story.0.is_empty() {
-        scene.happens(&mut story);
-        scene.check();
+    while !script.0.is_empty() {
+        conversation.run_event(&mut script);
+        conversation.check();
     }
-    scene.end();
+    conversation.end();
 }
 
-impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
-    /// One event of the story.
-    fn happens(&mut self, story: &mut Bytes) {
-        match story.byte() % 14 {
+impl<S: Session + Debug, P: DeviceProtocol + Debug, E: ProtocolModel> Conversation<S, P, E> {
+    /// Runs one event of the script.
+    fn run_event(&mut self, script: &mut Bytes) {
+        match script.byte() % 14 {
             0 => {
                 let times_s = [0.0, 0.000_1, 0.001, 0.005, 0.02, 0.1, 0.6, 3.0, 1e6];
-                self.now_s += times_s[usize::from(story.byte()) % times_s.len()];
+                self.now_s += times_s[usize::from(script.byte()) % times_s.len()];
             }
             1 => {
-                let count = usize::from(story.byte() % 64);
-                self.session.receive(story.take(count), self.now_s);
+                let count = usize::from(script.byte() % 64);
+                self.session.receive(script.take(count), self.now_s);
             }
             2 => {
-                let count = usize::from(story.byte() % 64);
-                self.peer.receive(story.take(count), self.now_s);
+                let count = usize::from(script.byte() % 64);
+                self.device.receive(script.take(count), self.now_s);
             }
             3 => self.transmit(),
             4 => {
                 let line = core::mem::take(&mut self.to_base);
-                self.peer.receive(&line, self.now_s);
+                self.device.receive(&line, self.now_s);
             }
-            5 => self.turn(story),
+            5 => self.turn(script),
             6 => {
                 let line = core::mem::take(&mut self.to_host);
                 self.session.receive(&line, self.now_s);
             }
             7 => {
-                let wanted = Twist::new(story.plain(), story.plain());
-                self.session.command(&wanted).expect("finite");
+                let twist = Twist::new(script.plain(), script.plain());
+                self.session.command(&twist).expect("finite");
             }
             8 => {
-                let wanted = Twist::new(story.real(), story.real());
-                let taken = self.session.command(&wanted);
-                assert_eq!(taken.is_ok(), wanted.is_finite(), "{wanted:?}");
+                let twist = Twist::new(script.real(), script.real());
+                let accepted = self.session.command(&twist);
+                assert_eq!(accepted.is_ok(), twist.is_finite(), "{twist:?}");
             }
             9 => self.session.engage_stop(),
             10 => self.session.release(),
             11 => {
-                self.said = self.ear.said(story, &self.settings);
-                self.session.receive(&self.said, self.now_s);
+                self.last_message = self.model.message(script, &self.settings);
+                self.session.receive(&self.last_message, self.now_s);
             }
             12 => {
-                for _ in 0..story.byte() {
-                    self.session.receive(&self.said, self.now_s);
+                for _ in 0..script.byte() {
+                    self.session.receive(&self.last_message, self.now_s);
                 }
             }
             _ => {
-                let place = usize::from(story.byte());
-                let mask = story.byte();
+                let place = usize::from(script.byte());
+                let mask = script.byte();
                 for line in [&mut self.to_base, &mut self.to_host] {
                     let length = line.len().max(1);
                     if let Some(byte) = line.get_mut(place % length) {
@@ -214,38 +225,38 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
         }
     }
 
-    /// The session writes what it wants to, which is within the limits of the tracks.
+    /// The session writes; its commands are within the limits of the tracks.
     fn transmit(&mut self) {
         let mut line = Vec::new();
         self.session.transmit(self.now_s, &mut line);
         assert!(line.len() <= LONGEST_WRITE, "{line:?}");
-        for (asked, rounding) in self.ear.asked(&line, &self.settings) {
+        for (commanded, rounding) in self.model.commanded(&line, &self.settings) {
             let most = self.settings.tracks.max_track_speed;
             let most = most + most * 1e-9 + rounding;
-            let fastest = asked.left.abs().max(asked.right.abs());
-            assert!(fastest <= most, "{asked:?} is above {most}");
+            let fastest = commanded.left.abs().max(commanded.right.abs());
+            assert!(fastest <= most, "{commanded:?} is above {most}");
         }
         self.to_base.extend(line);
         self.to_base.truncate(1000);
     }
 
-    /// The base has its turn, in a state that the story tells.
-    fn turn(&mut self, story: &mut Bytes) {
-        let flags = story.byte();
+    /// The base acts, in a state that the script determines.
+    fn turn(&mut self, script: &mut Bytes) {
+        let flags = script.byte();
         let machine = MachineState {
-            encoder_counts: PerTrack::new(story.u16().into(), story.u32()),
-            speeds: TrackSpeeds { left: story.plain(), right: story.plain() },
-            yaw_rate: story.plain(),
-            battery_v: story.plain(),
-            faults: Faults::from_bits(if flags & 2 == 0 { 0 } else { story.u16() }),
+            encoder_counts: PerTrack::new(script.u16().into(), script.u32()),
+            speeds: TrackSpeeds { left: script.plain(), right: script.plain() },
+            yaw_rate: script.plain(),
+            battery_v: script.plain(),
+            faults: Faults::from_bits(if flags & 2 == 0 { 0 } else { script.u16() }),
             button_pressed: flags & 1 != 0,
         };
-        let set = self.peer.step(self.now_s, &machine, &mut self.to_host);
-        assert!(set.left.is_finite() && set.right.is_finite(), "{set:?} of {:?}", self.peer);
+        let set = self.device.step(self.now_s, &machine, &mut self.to_host);
+        assert!(set.left.is_finite() && set.right.is_finite(), "{set:?} of {:?}", self.device);
         self.to_host.truncate(1000);
     }
 
-    /// What must hold at any time.
+    /// Checks the invariants.
     fn check(&mut self) {
         if let Some(latest) = self.session.latest() {
             let feedback = &latest.feedback;
@@ -267,16 +278,16 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: Ear> Scene<S, P, E> {
         self.counters = now;
     }
 
-    /// Neither side holds much when all has been said.
+    /// Checks the memory of both sides at the end.
     fn end(mut self) {
         self.turn(&mut Bytes(&[]));
-        for held in [format!("{:?}", self.session), format!("{:?}", self.peer)] {
+        for held in [format!("{:?}", self.session), format!("{:?}", self.device)] {
             assert!(held.len() <= MOST_HELD, "{} characters: {}...", held.len(), &held[..2000]);
         }
     }
 }
 
-/// Channels as tracks but for the sign, and half a unit of rounding as speed.
+/// Speeds of the tracks from the rates of the channels, without sign, and half a unit of rounding as speed.
 fn of_channels(rates: [f64; 2], settings: &BaseSettings) -> (TrackSpeeds, f64) {
     let [left, right] = if settings.swap_tracks { [rates[1], rates[0]] } else { rates };
     let speeds = TrackSpeeds {
@@ -287,8 +298,8 @@ fn of_channels(rates: [f64; 2], settings: &BaseSettings) -> (TrackSpeeds, f64) {
     (speeds, 0.5 / coarsest)
 }
 
-impl Ear for NativeEar {
-    fn asked(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
+impl ProtocolModel for NativeModel {
+    fn commanded(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
         let mut decoder = native::Decoder::<native::Command>::default();
         decoder.push(line);
         let commands: Vec<native::Command> = decoder.by_ref().collect();
@@ -298,23 +309,23 @@ impl Ear for NativeEar {
             let stands = command.speeds == [0, 0];
             assert!(stands || !command.stop && !command.release, "{command:?}");
         }
-        let asked = commands.iter().map(|command| command.speeds.map(f64::from));
-        asked.map(|rates| of_channels(rates, settings)).collect()
+        let commanded = commands.iter().map(|command| command.speeds.map(f64::from));
+        commanded.map(|rates| of_channels(rates, settings)).collect()
     }
 
-    fn said(&mut self, bytes: &mut Bytes, _settings: &BaseSettings) -> Vec<u8> {
+    fn message(&mut self, bytes: &mut Bytes, _settings: &BaseSettings) -> Vec<u8> {
         any_native_report(bytes).encode()
     }
 }
 
-impl Ear for WheeltecEar {
-    fn asked(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
+impl ProtocolModel for WheeltecModel {
+    fn commanded(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
         let mut decoder = wheeltec::Decoder::<wheeltec::Command>::default();
         decoder.push(line);
         let commands: Vec<wheeltec::Command> = decoder.by_ref().collect();
         assert_eq!(commands.len() * wheeltec::COMMAND_LENGTH, line.len());
         let half_width = settings.track_width_m / 2.0;
-        let asked = commands.iter().map(|command| {
+        let commanded = commands.iter().map(|command| {
             let turn = command.twist.angular * half_width;
             let speeds = TrackSpeeds {
                 left: command.twist.linear - turn,
@@ -322,33 +333,33 @@ impl Ear for WheeltecEar {
             };
             (speeds, 0.000_5 * (1.0 + half_width))
         });
-        asked.collect()
+        commanded.collect()
     }
 
-    fn said(&mut self, bytes: &mut Bytes, _settings: &BaseSettings) -> Vec<u8> {
+    fn message(&mut self, bytes: &mut Bytes, _settings: &BaseSettings) -> Vec<u8> {
         any_wheeltec_report(bytes).encode().to_vec()
     }
 }
 
-impl Ear for RoboClawEar {
-    fn asked(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
-        let mut asked = Vec::new();
+impl ProtocolModel for RoboClawModel {
+    fn commanded(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
+        let mut commanded = Vec::new();
         let mut rest = line;
         while !rest.is_empty() {
             let (request, length) = Request::decode(rest, settings.roboclaw.address)
                 .expect("a packet that a controller obeys")
                 .expect("a whole packet");
             if let Request::Drive(rates) = request {
-                asked.push(of_channels(rates.map(f64::from), settings));
+                commanded.push(of_channels(rates.map(f64::from), settings));
             }
             self.0 = Some(request);
             rest = &rest[length..];
         }
-        asked
+        commanded
     }
 
-    /// The answer to the last question.
-    fn said(&mut self, bytes: &mut Bytes, settings: &BaseSettings) -> Vec<u8> {
+    /// The reply to the last request.
+    fn message(&mut self, bytes: &mut Bytes, settings: &BaseSettings) -> Vec<u8> {
         match self.0 {
             None => Vec::new(),
             Some(Request::SetTimeout(_) | Request::Drive(_)) => vec![0xFF],
@@ -362,24 +373,24 @@ impl Ear for RoboClawEar {
     }
 }
 
-impl Ear for ArduinoEar {
-    fn asked(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
+impl ProtocolModel for ArduinoModel {
+    fn commanded(&mut self, line: &[u8], settings: &BaseSettings) -> Vec<(TrackSpeeds, f64)> {
         let interval_s = settings.arduino.pid_interval_s;
         let text = str::from_utf8(line).expect("text");
         assert!(text.is_empty() || text.ends_with('\r'), "{text:?}");
         let lines = text.split('\r').filter(|line| !matches!(*line, "" | "e"));
-        let asked = lines.map(|line| {
+        let commanded = lines.map(|line| {
             let rate = |text: &str| f64::from(text.parse::<i16>().expect("16 bits")) / interval_s;
             let numbers: Vec<f64> =
-                line.strip_prefix("m ").expect("a command to run").split(' ').map(rate).collect();
+                line.strip_prefix("m ").expect("a command to move").split(' ').map(rate).collect();
             let rates = numbers.try_into().expect("two numbers");
             let (speeds, rounding) = of_channels(rates, settings);
             (speeds, rounding / interval_s)
         });
-        asked.collect()
+        commanded.collect()
     }
 
-    fn said(&mut self, bytes: &mut Bytes, _settings: &BaseSettings) -> Vec<u8> {
+    fn message(&mut self, bytes: &mut Bytes, _settings: &BaseSettings) -> Vec<u8> {
         let [first, second] = [bytes.u32() as i32, bytes.u32() as i32];
         format!("{first} {second}\r\n").into_bytes()
     }
