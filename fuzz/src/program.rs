@@ -5,7 +5,5 @@
 
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;
-#[path = "../../src/cli/serde_messages.rs"]
-pub mod serde_messages;
 #[path = "../../src/cli/toml_merge.rs"]
 pub mod toml_merge;

@@ -165,16 +165,17 @@ pub fn text_table<R: Columns>(rows: &[R], names: &[&str]) -> Vec<String> {
         let field = |column: &&Column| column.text(&record[column.name]);
         columns.iter().map(field).collect()
     }));
-    let width = |place: usize| {
-        let widths = lines.iter().map(|line| line[place].chars().count());
-        widths.max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
-    let line = |fields: &Vec<String>| {
-        let padded = fields.iter().zip(&columns).zip(&widths);
-        let padded = padded.map(|((field, column), &width)| match column.kind {
-            ColumnKind::Text => format!("{field:width$}"),
-            _ => format!("{field:>width$}"),
+    aligned(&lines, |place| columns[place].kind == ColumnKind::Text)
+}
+
+/// Aligns the cells of lines: columns of text left, columns of numbers right.
+pub(crate) fn aligned(lines: &[Vec<String>], is_text: impl Fn(usize) -> bool) -> Vec<String> {
+    let width = |place: usize| lines.iter().map(|line| line[place].chars().count()).max();
+    let columns = lines.first().map_or(0, Vec::len);
+    let widths: Vec<usize> = (0..columns).filter_map(width).collect();
+    let line = |cells: &Vec<String>| {
+        let padded = cells.iter().zip(&widths).enumerate().map(|(place, (cell, &width))| {
+            if is_text(place) { format!("{cell:width$}") } else { format!("{cell:>width$}") }
         });
         let text = padded.collect::<Vec<_>>().join("  ");
         text.trim_end().to_owned()

@@ -11,8 +11,6 @@ mod roadway;
 mod timing;
 mod verify;
 
-#[cfg(feature = "report")]
-pub(crate) use columns::csv_line;
 pub use columns::{Column, ColumnKind, ColumnValue, Columns, csv_text, text_table};
 pub use density::{
     Crossover, Density, DensityPlan, DensityRow, SkippedCell, crossovers, measure_density,

@@ -1,6 +1,6 @@
 //! `inbye base emulate`.
 
-use super::base_arguments::EmulateArguments;
+use super::base::EmulateArguments;
 
 #[cfg(all(unix, feature = "serial"))]
 pub use on_pseudo_terminal::run;
@@ -28,7 +28,7 @@ mod on_pseudo_terminal {
     use serialport::{ClearBuffer, SerialPort, TTYPort};
 
     use super::EmulateArguments;
-    use crate::cli::{config, map_file, output, process};
+    use crate::cli::{config, machine, map_file, output};
 
     /// Longest cycle of the controller. Received bytes start the next cycle at once.
     const CYCLE: Duration = Duration::from_millis(4);
@@ -45,7 +45,7 @@ mod on_pseudo_terminal {
             emulator.schedule(*fault);
         }
         let mut lidar = open_lidar(arguments)?;
-        let end = process::interrupt_flag()?;
+        let end = machine::interrupt_flag()?;
         let mut pair = Pair::open()?;
         let lidar_port = lidar.as_ref().map(|lidar| lidar.name().to_owned());
         if json {
@@ -195,23 +195,21 @@ mod on_pseudo_terminal {
     ) -> anyhow::Result<()> {
         let (stats, twist) = (emulator.command_stats(), emulator.twist());
         let travelled_m = emulator.travelled_m();
-        if json {
-            return output::json(&json!({
-                "time_s": time_s,
-                "commands": stats.commands,
-                "final_zero_commands": stats.final_zero_commands,
-                "watchdog_stops": stats.watchdog_stops,
-                "travelled_m": travelled_m,
-                "pose": emulator.pose(),
-                "map_pose": map_pose,
-                "linear": twist.linear,
-                "angular": twist.angular,
-            }));
-        }
-        output::line(format!(
+        let object = json!({
+            "time_s": time_s,
+            "commands": stats.commands,
+            "final_zero_commands": stats.final_zero_commands,
+            "watchdog_stops": stats.watchdog_stops,
+            "travelled_m": travelled_m,
+            "pose": emulator.pose(),
+            "map_pose": map_pose,
+            "linear": twist.linear,
+            "angular": twist.angular,
+        });
+        let summary = format!(
             "{time_s:.1} s, {} commands, the last {} zero; {} watchdog stops; {travelled_m:.2} m",
             stats.commands, stats.final_zero_commands, stats.watchdog_stops,
-        ));
-        Ok(())
+        );
+        output::result(json, &object, [summary])
     }
 }

@@ -1,4 +1,4 @@
-//! Loads configuration files.
+//! Loads the settings of flags.
 
 use std::fs;
 use std::path::Path;
@@ -8,6 +8,7 @@ use inbye::base::BaseConfig;
 use inbye::runtime::Config;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use toml::{Table, Value};
 
 use super::output;
 use super::toml_merge::{is_other_variant, parse};
@@ -31,7 +32,7 @@ pub fn changed(settings: Config, file: Option<&Path>) -> anyhow::Result<Config> 
     };
     let text = fs::read_to_string(file).context("cannot be read as text: check the path");
     text.and_then(|text| parse(&text, &settings, |config| Ok(config.validate()?)))
-        .with_context(|| format!("{}", file.display()))
+        .with_context(|| file.display().to_string())
 }
 
 fn read<T: Default + Serialize + DeserializeOwned>(
@@ -42,35 +43,29 @@ fn read<T: Default + Serialize + DeserializeOwned>(
     let Some(file) = file else {
         return Ok(T::default());
     };
+    let name = file.display();
     let text = fs::read_to_string(file)
-        .with_context(|| format!("{flag} {}: cannot be read as text", file.display()))?;
-    let settings =
-        parse(&text, &T::default(), validate).with_context(|| format!("{}", file.display()))?;
+        .with_context(|| format!("{flag} {name}: cannot be read as text"))?;
+    let settings = parse(&text, &T::default(), validate).with_context(|| name.to_string())?;
     if output::is_verbose() {
-        for change in differences(&T::default(), &settings)? {
-            output::detail(format!("settings: {}: {change}", file.display()));
+        let mut changes = Vec::new();
+        let (old, new) = (Table::try_from(T::default())?, Table::try_from(&settings)?);
+        list_changes(&old, &new, "", &mut changes);
+        for change in changes {
+            output::detail(format!("settings: {name}: {change}"));
         }
     }
     Ok(settings)
 }
 
 /// Lists each changed setting, such as `local.vx_samples = 8, not 20`, in the order of the keys.
-fn differences<T: Serialize>(old: &T, new: &T) -> anyhow::Result<Vec<String>> {
-    let mut changes = Vec::new();
-    let (old, new) = (toml::Table::try_from(old)?, toml::Table::try_from(new)?);
-    compare(&old, &new, "", &mut changes);
-    Ok(changes)
-}
-
-fn compare(old: &toml::Table, new: &toml::Table, path: &str, changes: &mut Vec<String>) {
+fn list_changes(old: &Table, new: &Table, path: &str, changes: &mut Vec<String>) {
     for (name, value) in new {
         let key = format!("{path}{name}");
         match (old.get(name), value) {
             (Some(same), value) if same == value => {}
-            (Some(toml::Value::Table(old)), toml::Value::Table(new))
-                if !is_other_variant(old, new) =>
-            {
-                compare(old, new, &format!("{key}."), changes);
+            (Some(Value::Table(old)), Value::Table(new)) if !is_other_variant(old, new) => {
+                list_changes(old, new, &format!("{key}."), changes);
             }
             (Some(old), new) => changes.push(format!("{key} = {new}, not {old}")),
             (None, new) => changes.push(format!("{key} = {new}")),

@@ -1,14 +1,21 @@
-//! `inbye config`.
+//! `inbye config`: prints, checks and imports settings.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use anyhow::{Context, anyhow, bail, ensure};
 use clap::{Args, Subcommand};
 use inbye::base::BaseConfig;
+use inbye::ros::nav2::{Import, Nav2Error, import};
 use inbye::runtime::Config;
-use inbye::settings::KeyDescription;
 use serde_json::json;
 
-use super::{config, import_nav2, output};
+use super::files::Output;
+use super::{config, output};
+
+/// Largest Nav2 file, bytes: Nav2's own file has fourteen thousand.
+const MAX_BYTES: u64 = 1 << 20;
 
 /// `inbye config`.
 #[derive(Debug, Args)]
@@ -83,44 +90,103 @@ pub struct ImportArguments {
 
 /// Prints, checks or imports a configuration.
 pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
-    let action = &arguments.action;
-    match (&arguments.command, &action.check) {
-        (Some(ConfigCommand::ImportNav2(command)), _) => import_nav2::run(command, json),
-        (None, Some(file)) => check(file, arguments.base, json),
-        (None, None) if action.schema => {
-            let schema = if arguments.base { BaseConfig::schema() } else { Config::schema() };
-            output::json(&schema)?;
-            Ok(true)
+    let (action, base) = (&arguments.action, arguments.base);
+    if let Some(ConfigCommand::ImportNav2(command)) = &arguments.command {
+        import_nav2(command, json)?;
+    } else if let Some(file) = &action.check {
+        if base {
+            config::load_base("--check", Some(file))?;
+        } else {
+            config::load("--check", Some(file))?;
         }
-        (None, None) => print(arguments.base, json),
-    }
-}
-
-fn print(base: bool, json: bool) -> anyhow::Result<bool> {
-    let (text, keys): (String, Vec<KeyDescription>) = if base {
-        (BaseConfig::documented(), BaseConfig::keys())
+        let name = file.display().to_string();
+        output::result(json, &json!({ "file": name, "ok": true }), [format!("{name}: ok")])?;
+    } else if action.schema {
+        output::json(&if base { BaseConfig::schema() } else { Config::schema() })?;
     } else {
-        (Config::documented(), Config::keys())
-    };
-    if json {
-        output::json(&json!({ "config": text, "keys": keys }))?;
-    } else {
-        output::line(text.trim_end());
+        let (text, keys) = if base {
+            (BaseConfig::documented(), BaseConfig::keys())
+        } else {
+            (Config::documented(), Config::keys())
+        };
+        output::result(json, &json!({ "config": text, "keys": keys }), [text.trim_end()])?;
     }
     Ok(true)
 }
 
-fn check(file: &Path, base: bool, json: bool) -> anyhow::Result<bool> {
-    if base {
-        config::load_base("--check", Some(file))?;
-    } else {
-        config::load("--check", Some(file))?;
-    }
-    let name = file.display().to_string();
+/// Imports a Nav2 file.
+fn import_nav2(arguments: &ImportArguments, json: bool) -> anyhow::Result<()> {
+    let file = &arguments.file;
+    ensure!(
+        arguments.output.is_none() || arguments.output != arguments.base_output,
+        "--output and --base-output: they must be two files"
+    );
+    let place = || file.display().to_string();
+    let text = read(file).with_context(place)?;
+    let imported = import(&text, arguments.namespace.as_deref());
+    let imported = imported.map_err(with_flag).with_context(place)?;
+    // Files are overwritten only after a successful import.
+    let written = Output::create("--output", arguments.output.as_deref(), &["toml"])?;
+    let base_written =
+        Output::create("--base-output", arguments.base_output.as_deref(), &["toml"])?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let heading = heading(&name);
     if json {
-        output::json(&json!({ "file": name, "ok": true }))?;
+        output::json(&imported)?;
     } else {
-        output::line(format!("{name}: ok"));
+        if !written.is_requested() {
+            output::line(heading.clone() + &imported.config);
+        }
+        note(&imported, !base_written.is_requested());
     }
-    Ok(true)
+    written.write(|| heading.clone() + &imported.config)?;
+    base_written.write(|| heading.clone() + &imported.base_config)
+}
+
+/// Adds the flag that selects a namespace.
+fn with_flag(error: Nav2Error) -> anyhow::Error {
+    match error {
+        Nav2Error::SeveralNamespaces { .. } => anyhow!("{error} with --namespace"),
+        other => other.into(),
+    }
+}
+
+fn read(file: &Path) -> anyhow::Result<String> {
+    let mut text = String::new();
+    File::open(file)
+        .and_then(|file| file.take(MAX_BYTES + 1).read_to_string(&mut text))
+        .context("cannot be read as text: check the path")?;
+    if text.len() as u64 > MAX_BYTES {
+        bail!("the file has more than {MAX_BYTES} bytes: no parameter file needs more");
+    }
+    Ok(text)
+}
+
+/// The first lines of the file. A control character in the name would end the comment.
+fn heading(name: &str) -> String {
+    let name: String = name.chars().filter(|letter| !letter.is_control()).collect();
+    format!(
+        "# Imported from {name} by `inbye config import-nav2`; all other settings have their defaults.\n\n"
+    )
+}
+
+/// Notes the base's settings, which belong to another file, and the parameters that are not imported.
+fn note(imported: &Import, with_base_config: bool) {
+    if with_base_config && !imported.base_config.is_empty() {
+        output::note("for --base-config, which --base-output FILE.toml writes:");
+        for line in imported.base_config.lines().filter(|line| !line.is_empty()) {
+            output::note(format!("  {line}"));
+        }
+    }
+    for unmapped in &imported.unmapped {
+        output::note(format!(
+            "without an equivalent: {}: {}: {}",
+            unmapped.parameter, unmapped.reason, unmapped.explanation
+        ));
+    }
+    if !imported.ignored_nodes.is_empty() {
+        output::note(format!("ignored nodes: {}", imported.ignored_nodes.join(", ")));
+    }
+    let (mapped, unmapped) = (imported.mapped.len(), imported.unmapped.len());
+    output::note(format!("{mapped} parameters mapped, {unmapped} without an equivalent"));
 }

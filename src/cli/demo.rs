@@ -1,9 +1,9 @@
 //! The demo on built-in scenes: `inbye` without a command.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
-use inbye::bench::{Density, DensityPlan, crossovers, verify};
+use inbye::bench::{DensityPlan, crossovers, verify};
 use inbye::local::{Engine, EngineChoice, SelectedEngine, open_with_fallback};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
@@ -11,8 +11,8 @@ use inbye::runtime::{Config, Mission, MissionResult};
 use inbye::sim::{Scene, Simulation, scenes};
 use serde_json::json;
 
-use super::command::Arguments;
-use super::{bench, density_text, drive, engines, output, report_file};
+use super::files::ReportFolder;
+use super::{Arguments, density, drive, drive_text, machine, output};
 
 /// Default folder of the report.
 const FOLDER: &str = "inbye-report";
@@ -37,123 +37,121 @@ const INTRO: &str = "Three built-in scenes: a global path is searched, pruned an
 
 /// Plans, drives, compares engines, measures and writes the report. Returns false if a goal was missed or bits differ.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
-    let default = || PathBuf::from(FOLDER);
-    let folder = arguments.report.clone().unwrap_or_else(default);
-    report_file::create_folder(&folder)?;
+    let folder = arguments.report.as_deref().unwrap_or(Path::new(FOLDER));
+    let report = ReportFolder::create(Some(folder))?;
     let config = Config::default();
     let mut drives = Vec::new();
     for scene in scenes() {
         let SelectedEngine { engine, reason } =
-            open_with_fallback(&EngineChoice::Auto, engines::cores(), false)?;
+            open_with_fallback(&EngineChoice::Auto, machine::cores(), false)?;
         if drives.is_empty() {
             output::note(format!("engine: {reason}"));
         }
-        let (simulation, result, playback) = drive_scene(&scene, &config, engine)?;
+        let drive = Drive::new(scene, &config, engine)?;
         if !arguments.json {
-            output::line(format!("{:12} {}", scene.name, drive::one_line(&result)));
+            let text = drive_text::one_line(&drive.result);
+            output::line(format!("{:12} {text}", drive.scene.name));
         }
-        let facts = report_file::facts(&result);
-        drives.push((scene, simulation, result, playback, facts));
+        drives.push(drive);
     }
-    let mut all = engines::all()?;
+    let mut all = machine::all_engines()?;
     let bar = output::progress(CASES, "comparing engines");
     let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
     bar.finish_and_clear();
     let agree = verification.agree();
-    let comparisons: Vec<EngineComparison> = all
-        .iter()
-        .zip(&verification.digests)
-        .map(|(engine, digest)| EngineComparison {
-            name: engine.name(),
-            digest: digest.clone(),
-            agrees: *digest == verification.digests[0],
-        })
-        .collect();
+    let comparison = |(engine, digest): (&Box<dyn Engine>, &String)| EngineComparison {
+        name: engine.name(),
+        digest: digest.clone(),
+        agrees: *digest == verification.digests[0],
+    };
+    let comparisons: Vec<_> = all.iter().zip(&verification.digests).map(comparison).collect();
     let plan = DensityPlan {
         max_seconds: MAX_SECONDS,
         ..DensityPlan::powers_of_four(STEPS, SAMPLES.0, SAMPLES.1, SECONDS)
     };
-    let Density { rows, skipped } = bench::measure(&mut all, &plan)?;
-    let quality = bench::compare(&plan, DENSEST, TICKS)?;
-    let crossovers = crossovers(&rows);
-    let machine = engines::machine();
-    let page = html(&Report {
-        title: "inbye: the demo",
-        intro: INTRO,
-        machine: &machine,
-        missions: drives
-            .iter()
-            .map(|(scene, simulation, result, playback, facts)| MissionView {
-                title: scene.title,
-                command: "inbye",
-                mission: &simulation.mission,
-                config: &config,
-                result,
-                playback: Some(playback),
-                facts,
-            })
-            .collect(),
-        comparisons: &comparisons,
-        density: &rows,
-        skipped: &skipped,
-        quality: &quality,
-        density_command: "inbye bench density",
-    });
-    report_file::write(&folder, &page)?;
-    let reached = drives.iter().all(|(_, _, result, ..)| result.reached && !result.collided);
-    if arguments.json {
-        let missions: Vec<_> = drives
-            .iter()
-            .map(|(scene, _, result, ..)| {
-                let mut object = drive::object(result);
-                object["scene"] = json!(scene.name);
-                object
-            })
-            .collect();
-        output::json(&json!({
-            "missions": missions,
-            "cases": verification.cases,
-            "agree": agree,
-            "rows": rows,
-            "skipped": skipped,
-            "crossover": crossovers,
-            "quality": quality,
-            "report": folder.join("index.html"),
-        }))?;
+    let measured = density::measure(&mut all, &plan)?;
+    let quality = density::compare(&plan, DENSEST, TICKS)?;
+    report.write_page(|| {
+        html(&Report {
+            title: "inbye: the demo",
+            intro: INTRO,
+            machine: &machine::description(),
+            missions: drives.iter().map(|drive| drive.view(&config)).collect(),
+            comparisons: &comparisons,
+            density: &measured.rows,
+            skipped: &measured.skipped,
+            quality: &quality,
+            density_command: "inbye bench density",
+        })
+    })?;
+    let (count, cases) = (all.len(), verification.cases);
+    let mut lines = vec![if agree {
+        format!("{count} engines returned the same bits for {cases} problems")
     } else {
-        let (count, cases) = (all.len(), verification.cases);
-        output::line(if agree {
-            format!("{count} engines returned the same bits for {cases} problems")
-        } else {
-            format!("the engines DIFFER: run `inbye verify --cases {cases} --seed {SEED}`")
-        });
-        density_text::density(&rows, &skipped, &crossovers)
-            .iter()
-            .chain(&density_text::quality(&quality))
-            .for_each(output::line);
-    }
+        format!("the engines DIFFER: run `inbye verify --cases {cases} --seed {SEED}`")
+    }];
+    lines.extend(density::text(&measured, &quality));
+    let mission = |drive: &Drive| {
+        let mut object = drive_text::object(&drive.result);
+        object["scene"] = json!(drive.scene.name);
+        object
+    };
+    let object = json!({
+        "missions": drives.iter().map(mission).collect::<Vec<_>>(),
+        "cases": cases,
+        "agree": agree,
+        "rows": measured.rows,
+        "skipped": measured.skipped,
+        "crossover": crossovers(&measured.rows),
+        "quality": quality,
+        "report": folder.join("index.html"),
+    });
+    output::result(arguments.json, &object, lines)?;
+    let reached = drives.iter().all(|drive| drive.result.reached && !drive.result.collided);
     Ok(reached && agree)
 }
 
-fn drive_scene(
-    scene: &Scene,
-    config: &Config,
-    engine: Box<dyn Engine>,
-) -> anyhow::Result<(Simulation, MissionResult, PlaybackRecorder)> {
-    let (start, goal) = (scene.start, scene.goal);
-    let ends = (start.position(), goal);
-    let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
-    let goal = Goal { position: goal, yaw: None };
-    let simulation = Simulation {
-        moving_obstacles: spawner.spawn_on_route(&scene.map, config, ends)?,
-        seed: scene.seed,
-        ..Simulation::new(Mission {
-            time_limit_s: 600.0,
-            ..Mission::new(Arc::new(scene.map.clone()), start, goal)
-        })
-    };
-    let mut playback = PlaybackRecorder::default();
-    let result =
-        drive::drive(&simulation, config, engine, scene.name, None, Some(&mut playback), None)?;
-    Ok((simulation, result, playback))
+/// A drive through a built-in scene.
+struct Drive {
+    scene: Scene,
+    simulation: Simulation,
+    result: MissionResult,
+    playback: PlaybackRecorder,
+    facts: Vec<(String, String)>,
+}
+
+impl Drive {
+    fn new(scene: Scene, config: &Config, engine: Box<dyn Engine>) -> anyhow::Result<Self> {
+        let (start, goal) = (scene.start, scene.goal);
+        let ends = (start.position(), goal);
+        let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
+        let goal = Goal { position: goal, yaw: None };
+        let simulation = Simulation {
+            moving_obstacles: spawner.spawn_on_route(&scene.map, config, ends)?,
+            seed: scene.seed,
+            ..Simulation::new(Mission {
+                time_limit_s: 600.0,
+                ..Mission::new(Arc::new(scene.map.clone()), start, goal)
+            })
+        };
+        let mut playback = PlaybackRecorder::default();
+        let recorder = Some(&mut playback);
+        let result = drive::drive(&simulation, config, engine, scene.name, None, recorder, None)?;
+        let facts = drive_text::facts(&result);
+        Ok(Self { scene, simulation, result, playback, facts })
+    }
+
+    /// The drive on the report's page.
+    fn view<'a>(&'a self, config: &'a Config) -> MissionView<'a> {
+        let Self { scene, simulation, result, playback, facts } = self;
+        MissionView {
+            title: scene.title,
+            command: "inbye",
+            mission: &simulation.mission,
+            config,
+            result,
+            playback: Some(playback),
+            facts,
+        }
+    }
 }

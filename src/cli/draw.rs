@@ -1,5 +1,6 @@
 //! `inbye bench draw`.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -9,8 +10,8 @@ use inbye::experiment::{Record, read_record};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::json;
 
-use super::output_file::Output;
-use super::{output, report_file};
+use super::files::{Output, ReportFolder, command_line};
+use super::output;
 
 const TITLE: &str = "inbye: benchmark records";
 
@@ -18,7 +19,7 @@ const TITLE: &str = "inbye: benchmark records";
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye bench draw latency.csv --svg latency.svg\n  \
     inbye bench draw barn.csv dynabarn.csv --report records\n\n\
-    Nothing is measured. The columns tell what a record contains: latencies, regrets and missions of `bench density`, runs of \
+    Nothing is measured. The columns identify what a record contains: latencies, regrets and missions of `bench density`, runs of \
     `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`, tables of `sweep merge`. A picture shows at most one \
     record of each kind. Records of `bench movingai` and `bench grids` cannot be drawn.")]
 pub struct DrawArguments {
@@ -28,12 +29,12 @@ pub struct DrawArguments {
     /// Draw them into this file, side by side.
     #[arg(long, value_name = "FILE.svg")]
     pub svg: Option<PathBuf>,
-    /// Write `index.html` into this folder, and beside it each chart as SVG and its rows as CSV and JSON.
+    /// Write `index.html` into this folder, with each chart as SVG and its rows as CSV and JSON.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 }
 
-/// Adds the rows of a record to a report. False when the report has rows of this kind already.
+/// Adds the rows of a record to a report. Returns false when the report has rows of this kind already.
 fn add<'r>(report: &mut BenchReport<'r>, record: &'r Record) -> bool {
     fn fill<'r, R>(place: &mut &'r [R], rows: &'r [R]) -> bool {
         let is_first = place.is_empty();
@@ -59,18 +60,15 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
         "bench draw: nothing to write into: add --svg FILE.svg or --report DIR"
     );
     let paths = &arguments.records;
-    let records = paths.iter().map(|path| read(path));
-    let records: Vec<Record> = records.collect::<Result<_, _>>()?;
+    let records: Vec<Record> = paths.iter().map(|path| read(path)).collect::<Result<_, _>>()?;
     let named = || paths.iter().zip(&records);
     let sources: Vec<String> =
         named().map(|(path, record)| format!("{} ({})", path.display(), record.title())).collect();
-    let intro = format!("Drawn from {}.", sources.join("; "));
-    let (machine, command) = (machines(paths).join(", "), report_file::command_line());
     let mut report = BenchReport {
         title: TITLE,
-        intro: &intro,
-        machine: &machine,
-        command: &command,
+        intro: &format!("Drawn from {}.", sources.join("; ")),
+        machine: &machines(paths).join(", "),
+        command: &command_line(),
         ..BenchReport::default()
     };
     for (path, record) in named() {
@@ -79,19 +77,12 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
             bail!("{file}: a second record of {title}: draw it into a picture of its own");
         }
     }
-    if let Some(picture) = Output::create("--svg", arguments.svg.as_deref(), &["svg"])? {
-        picture.write(bench_svg(&report))?;
-    }
-    if let Some(folder) = &arguments.report {
-        report_file::write_files(folder, &bench_files(&report))?;
-    }
-    if json {
-        let records =
-            named().map(|(path, record)| json!({ "file": path, "title": record.title() }));
-        output::json(&json!({ "records": records.collect::<Vec<_>>() }))?;
-    } else {
-        sources.iter().for_each(output::line);
-    }
+    let svg = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
+    svg.write(|| bench_svg(&report))?;
+    ReportFolder::create(arguments.report.as_deref())?.write(|| bench_files(&report))?;
+    let records = named().map(|(path, record)| json!({ "file": path, "title": record.title() }));
+    let object = json!({ "records": records.collect::<Vec<_>>() });
+    output::result(json, &object, &sources)?;
     Ok(true)
 }
 
@@ -109,8 +100,5 @@ fn machines(records: &[PathBuf]) -> Vec<String> {
         let folder = path.parent()?.file_name()?;
         Some(folder.to_string_lossy().into_owned())
     };
-    let mut machines: Vec<String> = records.iter().filter_map(folder).collect();
-    machines.sort();
-    machines.dedup();
-    machines
+    records.iter().filter_map(folder).collect::<BTreeSet<_>>().into_iter().collect()
 }

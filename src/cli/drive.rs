@@ -1,26 +1,115 @@
 //! `inbye drive`.
 
+use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
-use inbye::bench::Latencies;
+use clap::Args;
 use inbye::global::PlanError;
-use inbye::local::DecisionError;
-use inbye::map::{OccupancyGrid, UnknownPolicy};
+use inbye::local::{DecisionError, Engine};
+use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
-use inbye::report::{MissionView, PlaybackRecorder};
+use inbye::report::PlaybackRecorder;
 use inbye::runtime::{
-    Config, Mission, MissionError, MissionResult, Observer, PoseSource, StopError, TickEvent,
-    run_mission,
+    Config, Mission, MissionError, MissionResult, Observer, PoseSource, TickEvent, run_mission,
 };
 use inbye::sim::{MovingObstacles, SimError, Simulation};
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::arguments::{DriveArguments, Obstacles, Place};
-use super::drive_log::DriveLog;
-use super::process::wall_clock;
-use super::recording::{Ending, Recording};
-use super::{engines, hardware_drive, incident_text, map_file, output, plan, report_file};
+use super::arguments::{EngineArguments, Place, duration, number, whole};
+use super::drive_text::{self, DriveLog};
+use super::files::{ReportFolder, create_file};
+use super::hardware_drive::{HardwareArguments, HardwareDrive};
+use super::machine::wall_clock;
+use super::map_file::{self, MapArguments};
+use super::recording::Recording;
+use super::{output, plan};
+
+/// `inbye drive`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
+    --seed 7 --report out\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n\n\
+    With --port the base is a real or emulated one on a serial line, in real time. With --lidar nothing is simulated: the pose \
+    comes from the scans of an LD19 on the map. The robot stands while it is not localized or its lidar is silent, and gives up \
+    with the reason if that lasts (exit status 1). Without --lidar the world and the lidar are simulated, and the pose is the \
+    base's odometry. The base is stopped when it gets no command for 0.3 s, when it does not follow its commands, and at the \
+    end in any case: `inbye base send --help`."
+)]
+pub struct DriveArguments {
+    #[command(flatten)]
+    pub map: MapArguments,
+    /// Start, metres and radians; the default yaw is 0.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub start: Place,
+    /// Goal, metres, and optionally the final yaw, radians.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub goal: Place,
+    /// An intermediate stop, metres, and optionally its yaw, radians; repeat --via for each stop in order.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub via: Vec<Place>,
+    /// Number of pedestrians, or a JSON or TOML file of moving obstacles.
+    #[arg(long, default_value = "0", value_name = "N or FILE", allow_negative_numbers = true)]
+    pub obstacles: Obstacles,
+    /// Seed of pedestrians and lidar noise.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
+    pub seed: u64,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Fail without a GPU; a software adapter counts if --engine names it. If the GPU is lost during the drive, the CPU takes over
+    /// and the loss is counted.
+    #[arg(long)]
+    pub require_gpu: bool,
+    /// Deadline of a decision by the wall clock, milliseconds. A late decision is replaced by the last command, which decays with
+    /// its age, and repeated misses reduce the sampling. Such a run is not repeatable. Waiting for plans counts, unless the
+    /// settings have `wait_for_plans = false` [default: the configuration's `deadline_s`, none].
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = milliseconds)]
+    pub deadline: Option<f64>,
+    /// Time limit of the drive, seconds of simulated time.
+    #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
+    pub time_limit: f64,
+    /// Write a report page into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+    /// Record the drive in this file: as ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay` if its name ends in .mcap,
+    /// else every tick as a line of JSON. A full disk stops the recording, never the drive: then the exit status is 1, and
+    /// `recording.stopped` gives the reason.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    #[command(flatten)]
+    pub hardware: HardwareArguments,
+}
+
+/// Most obstacles of a decision.
+const MAX_OBSTACLES: u64 = 1024;
+
+/// Moving obstacles: a number of pedestrians, or a file.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Obstacles {
+    /// Number of pedestrians.
+    Count(usize),
+    /// A JSON or TOML file.
+    File(PathBuf),
+}
+
+impl FromStr for Obstacles {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.parse::<f64>().is_err() {
+            return Ok(Self::File(text.into()));
+        }
+        whole(0, MAX_OBSTACLES)(text)
+            .map(Self::Count)
+            .map_err(|expected| format!("{expected}, or the name of a JSON or TOML file"))
+    }
+}
+
+fn milliseconds(text: &str) -> Result<f64, String> {
+    let is_valid = |milliseconds: f64| milliseconds > 0.0 && milliseconds <= 1e6;
+    number(text, is_valid, "milliseconds, above zero and at most 1e6")
+}
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
@@ -35,37 +124,32 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         );
         config.pose_source = PoseSource::Scans;
     }
-    let mut hardware = hardware_drive::connect(&arguments.hardware, arguments.start.pose())?;
-    let map_name = format!("{}", arguments.map.map.display());
+    let mut hardware = arguments.hardware.connect(arguments.start.pose())?;
     let moving_obstacles = match moving_obstacles(arguments, &map, &config) {
         Ok(moving_obstacles) => moving_obstacles,
         Err(error) => return no_path_or(error, arguments, &map, &config, json),
     };
     // Created before the drive: a wrong name must not cost an hour of driving.
-    let record_file = arguments.record.as_deref().map(output::create_record).transpose()?;
-    if let Some(folder) = &arguments.report {
-        report_file::create_folder(folder)?;
-    }
+    let record = arguments.record.as_deref();
+    let record_file = record.map(|name| create_file("--record", name)).transpose()?;
+    let report = ReportFolder::create(arguments.report.as_deref())?;
     let stop = |place: &Place| Goal { position: place.position, yaw: place.yaw };
-    let goal = stop(&arguments.goal);
     let simulation = Simulation {
         moving_obstacles,
         seed: arguments.seed,
         ..Simulation::new(Mission {
             via: arguments.via.iter().map(stop).collect(),
             time_limit_s: arguments.time_limit,
-            ..Mission::new(Arc::new(map), arguments.start.pose(), goal)
+            ..Mission::new(Arc::new(map), arguments.start.pose(), stop(&arguments.goal))
         })
     };
     let mission = &simulation.mission;
-    let engine =
-        engines::choose_to_drive(&arguments.engine, arguments.threads, arguments.require_gpu)?;
+    let engine = arguments.engine.open(arguments.require_gpu)?;
     // Frames cost time in every tick, so they are recorded for a report only.
     let mut playback = arguments.report.as_ref().map(|_| PlaybackRecorder::default());
-    let mut recording = record_file.zip(arguments.record.as_deref()).map(|file| {
-        let is_real_time = hardware.is_some();
-        Recording::begin(file, mission, &config, engine.name(), is_real_time)
-    });
+    let mut recording = record_file
+        .zip(record)
+        .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.is_some()));
     let driven = drive(
         &simulation,
         &config,
@@ -76,73 +160,49 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         recording.as_mut(),
     );
     // The base stops before anything is written.
-    let base = hardware.map(hardware_drive::HardwareDrive::end);
+    let base = hardware.map(HardwareDrive::end);
     let result = match driven {
         Ok(result) => result,
         Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
     };
+    let map_name = arguments.map.map.display().to_string();
     if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
-        return Err(anyhow!(error.clone())).with_context(|| settings_source(arguments));
+        // The source of the invalid setting.
+        return Err(anyhow!(error.clone())).with_context(|| match &arguments.map.settings.config {
+            Some(file) => format!("{} with {map_name}", file.display()),
+            None => format!("{map_name} with the default settings"),
+        });
     }
     let recording = recording.map(|recording| recording.end(&result));
-    if let Some((folder, playback)) = arguments.report.as_ref().zip(playback.as_ref()) {
-        let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let drive = MissionView {
-            title: &map_name,
-            command: &command,
-            mission,
-            config: &config,
-            result: &result,
-            playback: Some(playback),
-            facts: &report_file::facts(&result),
-        };
-        let page = report_file::drive_page(drive, arguments.hardware.description());
-        report_file::write(folder, &page)?;
+    if let Some(playback) = &playback {
+        let intro = arguments.hardware.description();
+        report.write_page(|| {
+            drive_text::page(&map_name, intro, mission, &config, &result, playback)
+        })?;
     }
-    let unknown = (&*mission.map, config.unknown);
-    show(&result, unknown, base.as_ref(), recording.as_ref(), json)?;
-    let is_recorded = recording.as_ref().is_none_or(Ending::is_whole);
+    let mut object = drive_text::object(&result);
+    object["unknown"] = map_file::unknown_cells_json(&mission.map, config.unknown);
+    object["recording"] = json!(recording.as_ref().map(|recording| &recording.object));
+    if let Some(base) = &base {
+        object["base"] = base.object.clone();
+    }
+    let mut lines = drive_text::lines(&result);
+    let unknown = map_file::unknown_cells_text(&mission.map, config.unknown);
+    lines.extend(unknown.map(|text| format!("unknown      {text}")));
+    lines.extend(base.into_iter().flat_map(|base| base.lines));
+    lines.extend(recording.as_ref().map(|recording| recording.line.clone()));
+    output::result(json, &object, lines)?;
+    let is_recorded = recording.is_none_or(|recording| recording.is_whole);
     Ok(result.reached && !result.collided && is_recorded)
-}
-
-/// Prints the result of a drive, as one JSON object or as text.
-fn show(
-    result: &MissionResult,
-    (map, policy): (&OccupancyGrid, UnknownPolicy),
-    base: Option<&hardware_drive::HardwareReport>,
-    recording: Option<&Ending>,
-    json: bool,
-) -> anyhow::Result<()> {
-    if json {
-        let mut object = object(result);
-        object["unknown"] = map_file::unknown_cells_json(map, policy);
-        object["recording"] = json!(recording.map(Ending::object));
-        if let Some(base) = base {
-            object["base"] = base.object();
-        }
-        output::json(&object)?;
-    } else {
-        print(result);
-        if let Some(text) = map_file::unknown_cells_text(map, policy) {
-            output::line(format!("unknown      {text}"));
-        }
-        for line in base.into_iter().flat_map(hardware_drive::HardwareReport::lines) {
-            output::line(line);
-        }
-        if let Some(recording) = recording {
-            output::line(recording.line());
-        }
-    }
-    Ok(())
 }
 
 /// Runs a mission with the wall clock and a progress bar: on a real base if one is connected, else simulated.
 pub fn drive(
     simulation: &Simulation,
     config: &Config,
-    engine: Box<dyn inbye::local::Engine>,
+    engine: Box<dyn Engine>,
     what: &str,
-    hardware: Option<&mut hardware_drive::HardwareDrive>,
+    hardware: Option<&mut HardwareDrive>,
     mut playback: Option<&mut PlaybackRecorder>,
     mut recording: Option<&mut Recording<'_>>,
 ) -> Result<MissionResult, SimError> {
@@ -165,16 +225,14 @@ pub fn drive(
         }
         nearest_m = nearest_m.min((goal - tick.row.pose.position()).norm());
         bar.set_position(whole_cm(far_m - nearest_m));
-        let warning = recording.as_mut().and_then(|it| it.record(tick));
-        if let Some(warning) = warning {
+        if let Some(warning) = recording.as_mut().and_then(|it| it.record(tick)) {
             bar.suspend(|| output::warn(warning));
         }
     };
     let mut clock = wall_clock();
     let mut observer = Observer { clock: &mut clock, on_tick: &mut on_tick };
     let result = match hardware {
-        Some(hardware) if hardware.has_lidar() => {
-            let robot = &mut hardware.robot;
+        Some(HardwareDrive { robot, lidar_port: Some(_), .. }) => {
             run_mission(mission, config, engine, robot, &mut observer).map_err(SimError::from)
         }
         Some(hardware) => simulation.run_with(&mut hardware.robot, config, engine, &mut observer),
@@ -192,32 +250,19 @@ fn no_path_or(
     config: &Config,
     json: bool,
 ) -> anyhow::Result<bool> {
-    match error {
-        SimError::Mission(MissionError::Fault(Fault::Plan(
-            error @ PlanError::NoValidPath { .. },
-        ))) => {
-            let mut object = plan::no_path_json(&error);
-            object["reached"] = json!(false);
-            object["collided"] = json!(false);
-            object["fault"] = json!(error.to_string());
-            plan::print_no_path(&error.to_string(), json.then_some(object))?;
-            Ok(false)
-        }
-        SimError::Mission(MissionError::Fault(Fault::Plan(error))) => {
-            let reason = error.to_string();
-            Err(plan::unusable(&error, &reason, &arguments.map, map, config))
-        }
-        error => Err(error.into()),
+    let SimError::Mission(MissionError::Fault(Fault::Plan(error))) = error else {
+        return Err(error.into());
+    };
+    let reason = error.to_string();
+    if !matches!(error, PlanError::NoValidPath { .. }) {
+        return Err(plan::unusable(&error, &reason, &arguments.map, map, config));
     }
-}
-
-/// The source of a setting that proved invalid during the drive.
-fn settings_source(arguments: &DriveArguments) -> String {
-    let map = arguments.map.map.display();
-    match &arguments.map.config {
-        Some(file) => format!("{} with {map}", file.display()),
-        None => format!("{map} with the default settings"),
-    }
+    let mut object = plan::no_path_json(&error);
+    object["reached"] = json!(false);
+    object["collided"] = json!(false);
+    object["fault"] = json!(reason);
+    output::result(json, &object, [reason])?;
+    Ok(false)
 }
 
 /// Moving obstacles from a file, or a number of pedestrians along the robot's route.
@@ -226,98 +271,14 @@ fn moving_obstacles(
     map: &OccupancyGrid,
     config: &Config,
 ) -> Result<MovingObstacles, SimError> {
-    let count = match &arguments.obstacles {
-        Obstacles::Count(count) => *count,
-        Obstacles::File(file) => {
-            let ground = map.obstacles(config.unknown);
-            return MovingObstacles::read(file, &ground, arguments.seed);
+    let ends = (arguments.start.position, arguments.goal.position);
+    match &arguments.obstacles {
+        Obstacles::Count(count) => {
+            let spawner = config.simulation.pedestrians.spawner(*count, arguments.seed);
+            spawner.spawn_on_route(map, config, ends)
         }
-    };
-    let ends = (arguments.start.pose().position(), arguments.goal.position);
-    let spawner = config.simulation.pedestrians.spawner(count, arguments.seed);
-    spawner.spawn_on_route(map, config, ends)
-}
-
-/// Collects the decision times.
-pub fn latencies(result: &MissionResult) -> Latencies {
-    let mut latencies = Latencies::default();
-    for &seconds in &result.decision_s {
-        // The wall clock never runs backwards, so every time is valid.
-        let _ = latencies.record(seconds);
+        Obstacles::File(file) => {
+            MovingObstacles::read(file, &map.obstacles(config.unknown), arguments.seed)
+        }
     }
-    latencies
-}
-
-/// The result as a JSON object.
-pub fn object(result: &MissionResult) -> Value {
-    let (x_m, y_m) = result.final_error_m;
-    let mut object = json!({
-        "reached": result.reached,
-        "collided": result.collided,
-        "time_s": result.time_s,
-        "travelled_m": result.travelled_m,
-        "min_clearance_m": result.min_clearance_m,
-        "final_error": { "x_m": x_m, "y_m": y_m, "yaw_rad": result.final_yaw_error },
-        "stop_errors": result.stop_errors.iter().map(stop_error).collect::<Vec<_>>(),
-        "engine": result.engine,
-        "latency_ms": latencies(result).summary(),
-        "ticks": result.trace.rows.len(),
-        "plans": result.plans.len(),
-        "fault": result.fault.as_ref().map(ToString::to_string),
-        "trace_digest": result.trace.digest(),
-    });
-    for (name, value) in incident_text::fields(result) {
-        object[name] = value;
-    }
-    object
-}
-
-fn stop_error(error: &StopError) -> Value {
-    json!({ "x_m": error.x_m, "y_m": error.y_m, "yaw_rad": error.yaw_rad })
-}
-
-/// The result in one line.
-pub fn one_line(result: &MissionResult) -> String {
-    let outcome = match (result.reached, result.collided) {
-        (_, true) => "hit an obstacle",
-        (true, false) => "reached the goal",
-        (false, false) => "did not reach the goal",
-    };
-    format!(
-        "{outcome}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
-        result.travelled_m,
-        result.time_s,
-        result.trace.rows.len(),
-        result.plans.len(),
-        result.min_clearance_m,
-    )
-}
-
-fn print(result: &MissionResult) {
-    output::line(one_line(result));
-    if let Some(fault) = &result.fault {
-        output::line(format!("why: {fault}"));
-    }
-    for (number, error) in result.stop_errors.iter().enumerate() {
-        let StopError { x_m, y_m, yaw_rad } = *error;
-        output::line(error_line(&format!("stop {}", number + 1), x_m, y_m, yaw_rad));
-    }
-    let (x_m, y_m) = result.final_error_m;
-    output::line(error_line("final error", x_m, y_m, result.final_yaw_error));
-    if let Some(summary) = latencies(result).summary() {
-        output::line(format!(
-            "decision     p50 {:.2} ms, p99 {:.2} ms, slowest {:.2} ms on {}",
-            summary.p50_ms, summary.p99_ms, summary.max_ms, result.engine,
-        ));
-    }
-    for (name, fact) in incident_text::facts(result) {
-        output::line(format!("{name:<12} {fact}"));
-    }
-    output::line(format!("trace        {}", result.trace.digest()));
-}
-
-/// The line of a position error.
-fn error_line(name: &str, x_m: f64, y_m: f64, yaw_rad: Option<f64>) -> String {
-    let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));
-    format!("{name:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
 }

@@ -1,26 +1,45 @@
 //! `inbye evaluate`.
 
+use std::path::PathBuf;
+
 use anyhow::Context;
+use clap::Args;
 use inbye::bench::EvaluationDigest;
-use inbye::local::{Detail, Explainer, QuantizedProblem};
+use inbye::local::{Detail, EngineChoice, Explainer, QuantizedProblem};
 use serde_json::json;
 
-use super::arguments::EvaluateArguments;
-use super::{engines, map_file, output, problem_file};
+use super::arguments::engine;
+use super::{machine, map_file, output, problem_file};
+
+/// `inbye evaluate`.
+#[derive(Debug, Args)]
+#[command(after_help = problem_file::HELP)]
+pub struct EvaluateArguments {
+    /// The problem, JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub problem: PathBuf,
+    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    #[arg(long, default_value = "auto", value_parser = engine())]
+    pub engine: EngineChoice,
+    /// Also return every sample, in SI units.
+    #[arg(long)]
+    pub samples: bool,
+}
 
 /// Takes one decision. Returns false if no sample is admissible.
 pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     let problem = problem_file::read(&arguments.problem, map_file::load)?;
-    let quantized = QuantizedProblem::new(&problem)
-        .with_context(|| format!("{}", arguments.problem.display()))?;
-    let mut engine = engines::choose(&arguments.engine, None)?;
+    let quantized =
+        QuantizedProblem::new(&problem).with_context(|| arguments.problem.display().to_string())?;
+    let mut engine = machine::engine(&arguments.engine)?;
     let evaluation = engine.evaluate(&quantized, Detail::Samples)?;
     let mut digest = EvaluationDigest::default();
     digest.add(&evaluation);
+    let digest = digest.hex();
     let explainer = Explainer::new(&problem, &quantized, &evaluation);
     let winner = explainer.winner(&evaluation);
+    let samples = arguments.samples.then(|| explainer.samples(&evaluation));
     let counts = &evaluation.counts;
-    let (sums, digest) = (explainer.sums(), digest.hex());
     if json {
         let mut object = json!({
             "winner": winner,
@@ -30,12 +49,12 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
                 "cannot_stop": counts.cannot_stop,
                 "outside": counts.outside,
             },
-            "sums": sums,
+            "sums": explainer.sums(),
             "digest": digest,
             "engine": engine.name(),
         });
-        if arguments.samples {
-            object["samples"] = json!(explainer.samples(&evaluation));
+        if let Some(samples) = samples {
+            object["samples"] = json!(samples);
         }
         output::json(&object)?;
         return Ok(winner.is_some());
@@ -59,9 +78,9 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
         counts.admissible, counts.collision, counts.cannot_stop, counts.outside,
     ));
     output::line(format!("digest       {digest}"));
-    if arguments.samples {
+    if let Some(samples) = samples {
         output::line("index     vx vtheta  status        heading  clear    path    score");
-        for sample in explainer.samples(&evaluation) {
+        for sample in samples {
             let score = sample.score.map_or_else(String::new, |score| format!("{score:.6}"));
             output::line(format!(
                 "{:5} {:6.3} {:+6.3}  {:12} {:8.4} {:6.3} {:7.3} {score:>8}",

@@ -5,13 +5,15 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use inbye::base::ld19::LidarStatus;
-use inbye::base::{Protocol, SupervisorStatus};
+use inbye::base::Protocol;
 use inbye::geometry::Pose;
 use inbye::runtime::hardware::{HardwareRobot, SerialLine, connect_lidar, stop_cause};
 use serde_json::{Value, json};
 
-use super::{base_arguments, base_text, process, report_file, value_parsers};
+use super::arguments::protocol;
+use super::base;
+use super::drive_text::SIMULATED;
+use super::machine::interrupt_flag;
 
 /// The base of a drive.
 #[derive(Debug, Args)]
@@ -23,7 +25,7 @@ pub struct HardwareArguments {
     #[arg(long, value_name = "P", requires = "port")]
     pub lidar: Option<String>,
     /// Protocol of that base [default: native].
-    #[arg(long, value_name = "P", requires = "port", value_parser = value_parsers::protocol())]
+    #[arg(long, value_name = "P", requires = "port", value_parser = protocol())]
     pub protocol: Option<Protocol>,
     /// Settings of that base: TOML with the tables [base], [supervisor] and [lidar].
     #[arg(long, value_name = "FILE.toml", requires = "port")]
@@ -34,7 +36,7 @@ impl HardwareArguments {
     /// Describes the drive for its report.
     pub const fn description(&self) -> &'static str {
         match (&self.port, &self.lidar) {
-            (None, _) => report_file::SIMULATED,
+            (None, _) => SIMULATED,
             (Some(_), None) => {
                 "One mission, driven by a base on a serial line in real time; world and lidar are simulated."
             }
@@ -44,108 +46,77 @@ impl HardwareArguments {
             }
         }
     }
+
+    /// Opens the ports of a drive, if any are given, and waits for the devices.
+    pub fn connect(&self, start: Pose) -> anyhow::Result<Option<HardwareDrive>> {
+        let Some(port) = &self.port else {
+            return Ok(None);
+        };
+        let protocol = self.protocol.unwrap_or_default();
+        let line = base::load_line(port, protocol, self.base_config.as_deref())?;
+        let mut robot = line.connect(start, interrupt_flag()?).context("--port")?;
+        if let Some(port) = &self.lidar {
+            let reader = connect_lidar(port, line.config.lidar).context("--lidar")?;
+            robot = robot.with_lidar(reader);
+        }
+        Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot }))
+    }
 }
 
 /// A robot on serial lines.
 pub struct HardwareDrive {
     line: SerialLine,
-    lidar_port: Option<String>,
+    pub lidar_port: Option<String>,
     pub robot: HardwareRobot,
 }
 
-/// The robot after a mission.
+/// What became of the robot in a mission, as JSON and as text.
 pub struct HardwareReport {
-    line: SerialLine,
-    status: SupervisorStatus,
-    lidar: Option<(String, LidarStatus)>,
-    late_ticks: u64,
-}
-
-/// Opens the ports of a drive, if any are given, and waits for the devices.
-pub fn connect(
-    arguments: &HardwareArguments,
-    start: Pose,
-) -> anyhow::Result<Option<HardwareDrive>> {
-    let Some(port) = &arguments.port else {
-        return Ok(None);
-    };
-    let file = arguments.base_config.as_deref();
-    let line = base_arguments::load_line(port, arguments.protocol.unwrap_or_default(), file)?;
-    let mut robot = line.connect(start, process::interrupt_flag()?).context("--port")?;
-    let lidar_port = arguments.lidar.clone();
-    if let Some(port) = &lidar_port {
-        let reader = connect_lidar(port, line.config.lidar).context("--lidar")?;
-        robot = robot.with_lidar(reader);
-    }
-    Ok(Some(HardwareDrive { line, lidar_port, robot }))
+    pub object: Value,
+    pub lines: Vec<String>,
 }
 
 impl HardwareDrive {
-    /// Stops the base and closes the ports.
+    /// Stops the base, closes the ports and reports.
     pub fn end(self) -> HardwareReport {
-        HardwareReport {
-            status: self.robot.base_status(),
-            lidar: self.lidar_port.zip(self.robot.lidar_status()),
-            late_ticks: self.robot.late_ticks(),
-            line: self.line,
-        }
-    }
-
-    pub const fn has_lidar(&self) -> bool {
-        self.lidar_port.is_some()
-    }
-}
-
-impl HardwareReport {
-    /// For scripts.
-    pub fn object(&self) -> Value {
-        let mut object = base_text::status(&self.status);
-        object["port"] = json!(self.line.port);
-        object["protocol"] = json!(self.line.protocol.name());
-        object["interrupted"] = json!(!self.status.is_running);
-        object["late_ticks"] = json!(self.late_ticks);
-        object["lidar"] = json!(self.lidar.as_ref().map(lidar_object));
-        object
-    }
-
-    /// For people.
-    pub fn lines(&self) -> Vec<String> {
-        let counters = self.status.counters;
+        let Self { line, lidar_port, robot } = self;
+        let (status, late_ticks) = (robot.base_status(), robot.late_ticks());
+        let lidar = lidar_port.zip(robot.lidar_status());
+        drop(robot);
+        let mut object = base::line_object(&line, &status);
+        object["interrupted"] = json!(!status.is_running);
+        object["late_ticks"] = json!(late_ticks);
+        object["lidar"] = json!(null);
+        let counters = status.counters;
         let mut lines = vec![format!(
-            "base         {} on {}: {} commands, {} late; {} ticks late; {} connection failures",
-            self.line.protocol,
-            self.line.port,
+            "base         {} on {}: {} commands, {} late; {late_ticks} ticks late; {} connection failures",
+            line.protocol,
+            line.port,
             counters.commands,
             counters.late_commands,
-            self.late_ticks,
             counters.connection_failures,
         )];
-        if let Some((port, status)) = &self.lidar {
+        if let Some((port, status)) = lidar {
+            object["lidar"] = json!({
+                "port": port,
+                "revolutions": status.revolutions,
+                "packets": status.packets,
+                "dropped_bytes": status.dropped_bytes,
+                "connections": status.connections,
+                "fault": status.fault.as_ref().map(ToString::to_string),
+            });
             lines.push(format!(
                 "lidar        LD19 on {port}: {} revolutions, {} bytes outside packets",
                 status.revolutions, status.dropped_bytes
             ));
             lines.extend(status.fault.iter().map(|why| format!("no scans     {why}")));
         }
-        if let Some(why) = &self.status.last_failure {
-            lines.push(format!("line failed  {why}"));
-        }
-        if let Some(why) = stop_cause(&self.status) {
+        lines.extend(status.last_failure.iter().map(|why| format!("line failed  {why}")));
+        if let Some(why) = stop_cause(&status) {
             lines.push(format!("stopped      {why}"));
-        } else if !self.status.is_running {
+        } else if !status.is_running {
             lines.push("stopped      by a signal".to_owned());
         }
-        lines
+        HardwareReport { object, lines }
     }
-}
-
-fn lidar_object((port, status): &(String, LidarStatus)) -> Value {
-    json!({
-        "port": port,
-        "revolutions": status.revolutions,
-        "packets": status.packets,
-        "dropped_bytes": status.dropped_bytes,
-        "connections": status.connections,
-        "fault": status.fault.as_ref().map(ToString::to_string),
-    })
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
-use inbye::bench::text_table;
 use inbye::experiment::{
     Grid, LocalizationCase, LocalizationSite, RunRow, Setup, World, localization_config,
 };
@@ -13,14 +12,16 @@ use inbye::runtime::{Config, PoseSource};
 use inbye::sim::roadway;
 use serde_json::json;
 
-use super::arguments::{Place, number, whole};
-use super::grid_run::RunArguments;
-use super::output_file::Output;
-use super::run_text::unreached;
-use super::{config, map_file, output, output_file};
+use super::arguments::{Place, length, number, whole};
+use super::runs::{RunArguments, unreached};
+use super::{config, map_file, output};
 
 /// Largest position and yaw errors of a tour, metres and radians.
 const WITHIN: (f64, f64) = (0.05, 0.02);
+
+/// Columns of the text table.
+const COLUMNS: &str = "case seed outcome travelled_m pose_error_max_m pose_error_max_rad \
+    pose_error_rms_m odometry_error_max_m pose_sigma_max_m lost_after_s driven_on_m found_after_s lost_reason";
 
 /// `inbye bench localization`.
 #[derive(Debug, Args)]
@@ -38,7 +39,7 @@ pub struct LocalizationArguments {
     #[arg(long, requires_all = ["start", "goal"])]
     pub map: Option<PathBuf>,
     /// Side of a cell of a .map or text map, metres.
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = super::arguments::length)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
     pub resolution: f64,
     /// Where drives start.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "map")]
@@ -84,26 +85,19 @@ fn slip(text: &str) -> Result<f64, String> {
     number(text, |share| (0.0..=0.9).contains(&share), "0 to 0.9")
 }
 
-/// Drives all cases. False when a tour was not within its bounds.
+/// Drives all cases. Returns false when a tour was not within its bounds.
 pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool> {
-    let record = Output::create("--record", arguments.run.record.as_deref(), &["csv", "json"])?;
     let site = Arc::new(site(arguments)?);
     let all = LocalizationCase::ALL;
     let cases = if arguments.case.is_empty() { &all[..] } else { &arguments.case };
     let worlds: Vec<World> = cases.iter().map(|&case| World::localization(case, &site)).collect();
     let seeds: Vec<u64> = (arguments.seed..arguments.seed + arguments.seeds).collect();
     let setups = [Setup::unnamed(settings(arguments)?)];
-    let rows = arguments.run.run(&Grid::of_worlds("localization", &worlds, &setups, &seeds)?)?;
-    if let Some(record) = record {
-        output_file::write_rows(record, &rows)?;
-    }
+    let grid = Grid::of_worlds("localization", &worlds, &setups, &seeds)?;
+    let rows = arguments.run.run(&grid, |_| {})?;
     let within = rows.iter().all(is_within);
-    if json {
-        output::json(&json!({ "rows": rows, "within": within }))?;
-    } else {
-        let lines = text_table(&rows, &COLUMNS).into_iter();
-        lines.chain(unreached(&rows)).for_each(output::line);
-    }
+    let lines = output::table(&rows, COLUMNS).into_iter().chain(unreached(&rows));
+    output::result(json, &json!({ "rows": rows, "within": within }), lines)?;
     Ok(within)
 }
 
@@ -139,20 +133,3 @@ fn is_within(row: &RunRow) -> bool {
             && is_at_most(row.pose_error_max_rad, WITHIN.1)
             && row.lost_ticks == Some(0)
 }
-
-/// Columns of the text table.
-const COLUMNS: [&str; 13] = [
-    "case",
-    "seed",
-    "outcome",
-    "travelled_m",
-    "pose_error_max_m",
-    "pose_error_max_rad",
-    "pose_error_rms_m",
-    "odometry_error_max_m",
-    "pose_sigma_max_m",
-    "lost_after_s",
-    "driven_on_m",
-    "found_after_s",
-    "lost_reason",
-];

@@ -1,37 +1,68 @@
-//! Loads the map of the command line with its settings.
+//! The map of the command line with its settings.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use inbye::map::{
     GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, load_with_warnings,
 };
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
-use super::arguments::MapArguments;
+use super::arguments::{length, unknown};
 use super::{config, output};
+
+/// A map and its settings.
+#[derive(Debug, Args)]
+pub struct MapArguments {
+    #[arg(
+        long,
+        help = "Map: a ROS map_server .yaml, a MovingAI .map, or rows of text (# wall, . free, ? unknown)"
+    )]
+    pub map: PathBuf,
+    #[command(flatten)]
+    pub settings: MapSettings,
+}
+
+/// The settings for a map.
+#[derive(Debug, Args)]
+pub struct MapSettings {
+    /// Side of a cell of a .map or text map, metres.
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
+    pub resolution: f64,
+    /// How unknown cells count [default: the configuration's, blocked].
+    #[arg(long, value_parser = unknown())]
+    pub unknown: Option<UnknownPolicy>,
+    /// Settings, TOML.
+    #[arg(long)]
+    pub config: Option<PathBuf>,
+}
+
+impl MapSettings {
+    /// Loads the configuration.
+    pub fn load(&self) -> anyhow::Result<Config> {
+        let mut config = config::load("--config", self.config.as_deref())?;
+        config.unknown = self.unknown.unwrap_or(config.unknown);
+        Ok(config)
+    }
+}
 
 /// Loads map and configuration.
 pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)> {
-    let mut config = config::load("--config", arguments.config.as_deref())?;
-    if let Some(unknown) = arguments.unknown {
-        config.unknown = unknown;
-    }
-    let map = load(&arguments.map, arguments.resolution)?;
+    let (file, settings) = (&arguments.map, &arguments.settings);
+    let config = settings.load()?;
+    let map = load(file, settings.resolution)?;
     if output::is_verbose() {
-        print_details(&arguments.map, &map, config.unknown);
+        let unknown = unknown_cells_text(&map, config.unknown);
+        let unknown =
+            unknown.map_or_else(|| "all known".to_owned(), |text| format!("unknown: {text}"));
+        let GridFrame { width, height, resolution_m, .. } = map.frame();
+        output::detail(format!(
+            "map: {}: {width} x {height} cells of {resolution_m} m; {unknown}",
+            file.display()
+        ));
     }
     Ok((map, config))
-}
-
-fn print_details(file: &Path, map: &OccupancyGrid, policy: UnknownPolicy) {
-    let unknown = unknown_cells_text(map, policy);
-    let GridFrame { width, height, resolution_m, .. } = map.frame();
-    output::detail(format!(
-        "map: {}: {width} x {height} cells of {resolution_m} m; {}",
-        file.display(),
-        unknown.map_or_else(|| "all known".to_owned(), |text| format!("unknown: {text}")),
-    ));
 }
 
 /// Loads a map of any format; `resolution_m` applies to a format without its own. Warnings go to standard error.
@@ -59,6 +90,5 @@ pub fn unknown_cells_text(map: &OccupancyGrid, policy: UnknownPolicy) -> Option<
 }
 
 fn count_unknown(map: &OccupancyGrid) -> usize {
-    let unknown = map.cells().iter().filter(|cell| **cell == UNKNOWN);
-    unknown.count()
+    map.cells().iter().filter(|cell| **cell == UNKNOWN).count()
 }

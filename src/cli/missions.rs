@@ -1,4 +1,4 @@
-//! Arguments of random missions.
+//! Experiments of random missions: their common arguments, and `inbye bench ablation`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,13 +8,17 @@ use std::sync::Arc;
 use anyhow::{Context, bail};
 use clap::Args;
 use inbye::experiment::missions::Rules;
-use inbye::experiment::{Grid, RunRow, World, built_in_maps};
+use inbye::experiment::{
+    ABLATION_VARIANTS, Grid, RunRow, Setup, World, ablation_groups, built_in_maps, faults,
+};
+use inbye::report::BenchReport;
 use inbye::runtime::Config;
+use serde_json::json;
 
 use super::arguments::{number, whole};
-use super::grid_run::RunArguments;
-use super::output_file::Output;
-use super::{config, map_file, output, output_file};
+use super::files::ReportFolder;
+use super::runs::{RunArguments, group_table};
+use super::{config, map_file, output};
 
 /// Maps, seeds and rules of missions.
 #[derive(Debug, Args)]
@@ -39,11 +43,10 @@ pub struct MissionsArguments {
 }
 
 fn metres(text: &str) -> Result<f64, String> {
-    let fits = |metres: f64| (4.0..=10_000.0).contains(&metres);
-    number(text, fits, "metres, 4 to 10000")
+    number(text, |metres| (4.0..=10_000.0).contains(&metres), "metres, 4 to 10000")
 }
 
-/// A share as typed.
+/// Parses a share.
 pub fn share(text: &str) -> Result<f64, String> {
     number(text, |share| (0.0..=1.0).contains(&share), "0 to 1")
 }
@@ -66,13 +69,12 @@ impl MissionsArguments {
                 Err(error) => narrow.push(error),
             }
         }
-        match narrow.pop() {
-            Some(error) if roomy.is_empty() => return Err(error.into()),
-            last => narrow.extend(last),
+        if roomy.is_empty()
+            && let Some(error) = narrow.pop()
+        {
+            return Err(error.into());
         }
-        for error in narrow {
-            output::note(format!("left out: {error}"));
-        }
+        narrow.iter().for_each(|error| output::note(format!("left out: {error}")));
         Ok((config, roomy))
     }
 
@@ -92,17 +94,6 @@ impl MissionsArguments {
         }
         Ok(worlds)
     }
-
-    /// Drives the missions, and writes the record; the rows by settings, map and seed.
-    pub fn drive(&self, grid: &Grid) -> anyhow::Result<Vec<RunRow>> {
-        let record = Output::create("--record", self.run.record.as_deref(), &["csv", "json"])?;
-        let mut rows = self.run.run(grid)?;
-        sort(&mut rows);
-        if let Some(record) = record {
-            output_file::write_rows(record, &rows)?;
-        }
-        Ok(rows)
-    }
 }
 
 /// Sorts rows by settings, map and seed.
@@ -117,29 +108,83 @@ pub fn sort(rows: &mut [RunRow]) {
 fn files(maps: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in maps {
-        if !path.is_dir() {
-            files.push(path.clone());
-            continue;
-        }
-        let before = files.len();
-        files.extend(yaml_files(path)?);
-        if files.len() == before {
+        let found = if path.is_dir() { yaml_files(path)? } else { vec![path.clone()] };
+        if found.is_empty() {
             let folder = path.display();
             bail!("--maps {folder}: no .yaml file in it: name a folder of maps, or a map");
         }
+        files.extend(found);
     }
     Ok(files)
 }
 
 fn yaml_files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let place = || format!("--maps {}: cannot be read", folder.display());
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).with_context(place)? {
-        let path = entry.with_context(place)?.path();
-        if path.extension().is_some_and(|ending| ending == "yaml") {
-            files.push(path);
-        }
-    }
+    let paths = fs::read_dir(folder).with_context(place)?.map(|entry| Ok(entry?.path()));
+    let mut files = paths.collect::<std::io::Result<Vec<PathBuf>>>().with_context(place)?;
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "yaml"));
     files.sort();
     Ok(files)
+}
+
+/// `inbye bench ablation`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench ablation --missions 1 --longest 10 --threads 1 --report ablation\n\n\
+    The same missions with seven navigators, each with one feature more than the one before: the dynamic window alone, the \
+    global path with nodes touched in order as in the paper, progress along the path, tracking of moving obstacles, \
+    replanning, passive safety, recovery. Missions are those of `bench soak`; on half of them the map does not show one or \
+    two boxes or pillars on the path, which leave a way around.\n\
+    The mean time of a variant is that of its own successes; the shared mean time that of the missions that every variant \
+    with any success reached.\n\
+    JSON fields: `variants`, `rows`."
+)]
+pub struct AblationArguments {
+    #[command(flatten)]
+    pub missions_of: MissionsArguments,
+    /// Missions, each driven with every variant.
+    #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1_000_000))]
+    pub missions: usize,
+    /// Share of missions, 0 to 1, with boxes or pillars on the path that the map does not show.
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
+    pub unmapped: f64,
+    /// Write `index.html`, its charts as SVG and its rows as CSV and JSON into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// Drives the missions with each variant.
+pub fn ablation(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
+    let report = ReportFolder::create(arguments.report.as_deref())?;
+    let AblationArguments { missions_of: missions, missions: count, .. } = arguments;
+    let (config, worlds) = missions.read(arguments.unmapped)?;
+    let variants = ABLATION_VARIANTS.iter();
+    let setups: Vec<Setup> = variants.map(|variant| variant.setup(&config)).collect();
+    let grid = Grid::of_missions("ablation", &worlds, &setups, *count, missions.seed)?;
+    let rows = missions.run.run(&grid, sort)?;
+    let table = ablation_groups(&rows);
+    let maps: Vec<&str> = worlds.iter().map(|world| world.name.as_str()).collect();
+    let intro = format!(
+        "{count} random missions in simulation, each driven by every variant of the navigator. A variant has one part more \
+         than the one before it. Moving obstacles cross the path; on some missions, obstacles that the map does not show \
+         stand on it. Maps: {}.",
+        maps.join(", ")
+    );
+    report.write_bench(BenchReport {
+        title: "inbye: effect of each part of the navigator",
+        intro: &intro,
+        ablation: &table,
+        ..BenchReport::default()
+    })?;
+    let mut lines = group_table(&table);
+    let shared = table.first().map_or(0, |row| row.shared);
+    lines.push(format!("over the {shared} missions that every variant with any success reached:"));
+    lines.extend(table.iter().map(|row| {
+        let time_s = row.mean_shared_time_s;
+        let time = time_s.map_or_else(|| "-".to_owned(), |time_s| format!("{time_s:.1} s"));
+        format!("  {:30} mean time {time}", row.name)
+    }));
+    lines.extend(faults(&rows).into_iter().map(|(name, count)| format!("fault {name}: {count}")));
+    output::result(json, &json!({ "variants": table, "rows": rows }), lines)?;
+    Ok(true)
 }

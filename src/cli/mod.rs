@@ -1,73 +1,146 @@
 //! The command line: the only module of the program that prints and opens files to write.
 
-mod ablation;
 mod arguments;
-mod barn;
-mod base_arguments;
+mod base;
 mod base_emulate;
-mod base_monitor;
-mod base_send;
-mod base_text;
-mod bench;
-mod closed_loop;
-mod command;
 mod config;
 mod config_command;
-mod curvature_check;
 mod demo;
-mod density_text;
-mod devices;
+mod density;
 mod draw;
 mod drive;
-mod drive_log;
-mod dynabarn;
-mod engines;
+mod drive_text;
 mod evaluate;
-mod grid_run;
+mod files;
 mod hardware_drive;
-mod import_nav2;
-mod incident_text;
 mod localization;
+mod machine;
 mod map_file;
 mod missions;
 mod movingai;
-mod multi_leg_plan;
 mod node;
-mod one_run;
 pub mod output;
-mod output_file;
 mod paper;
-mod paper_drive_text;
-mod paper_text;
 mod plan;
 mod plan_drawing;
-mod plan_text;
+mod plan_result;
 mod playground;
 mod problem_file;
-mod process;
 mod recording;
 mod replay;
-mod report_file;
 mod result_store;
-mod run_text;
-mod serde_messages;
+mod runs;
 mod shell_integration;
 mod soak;
 mod sweep;
 mod sweep_merge;
-mod sweep_workers;
 mod toml_merge;
-mod value_parsers;
-mod verbosity;
 mod verify;
 mod worlds;
 
-use base_arguments::BaseCommand;
-pub use command::Arguments;
-use command::{BenchCommand, Command};
+use std::path::PathBuf;
+
+use anyhow::ensure;
+use base::BaseCommand;
+use clap::{Args, Parser, Subcommand};
+use output::{GLOBAL_OPTIONS, Verbosity};
 
 /// The error of commands whose output is no result.
 const NO_JSON: &str = "--json: this command has no JSON output: leave the flag out";
+
+/// Exact GPU-parallel local planning and hybrid navigation for inspection robots.
+///
+/// Without a command it runs a demo on built-in scenes: it plans, drives among pedestrians, compares and measures all engines of
+/// this machine, and writes a report.
+#[derive(Debug, Parser)]
+#[command(version, about, long_about, max_term_width = 100)]
+#[command(
+    after_help = "Example:\n  inbye                       run the demo, write inbye-report/index.html\n  \
+    inbye plan --map mine.yaml --start 10,5 --goal 80,40 --json\n\n\
+    Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.\n\
+    Output to a terminal is coloured unless NO_COLOR=1 is set. `inbye man` prints manual pages, `inbye completions` shell completions."
+)]
+pub struct Arguments {
+    /// Print one JSON object on standard output instead of text.
+    #[arg(long, global = true, help_heading = GLOBAL_OPTIONS)]
+    pub json: bool,
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+    /// Folder for the demo's report [default: inbye-report].
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+    /// The command.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Find a global path on a map.
+    Plan(plan::PlanArguments),
+    /// Drive to a goal in a closed loop: simulated, or with --port on a real base.
+    Drive(drive::DriveArguments),
+    /// Repeat the decisions of a recording and compare all bits.
+    Replay(replay::ReplayArguments),
+    /// Take one decision of the dynamic window approach and explain it.
+    Evaluate(evaluate::EvaluateArguments),
+    /// Run random problems on every engine of this machine and compare all bits.
+    Verify(verify::VerifyArguments),
+    /// List GPU adapters and CPU features.
+    #[command(after_help = "Example:\n  inbye devices --json")]
+    Devices,
+    /// Print every setting with its default, check a configuration file, or import Nav2's.
+    Config(config_command::ConfigArguments),
+    /// Run benchmarks.
+    Bench(BenchArguments),
+    /// Run an experiment plan: worlds x settings x samplings x engines x seeds; resumes after an interruption; merges.
+    Sweep(sweep::SweepArguments),
+    /// A base on a serial line: emulate, command or monitor one.
+    Base(base::BaseArguments),
+    /// Run as a ROS 2 node: map, scan, odometry and goal in, velocity out.
+    Node(node::NodeArguments),
+    /// Move robot, goal and obstacles in a browser, which decides with the same shaders.
+    Playground(playground::PlaygroundArguments),
+    /// Print the completion script of a shell.
+    Completions(shell_integration::CompletionsArguments),
+    /// Print the manual page, or write the pages of all commands.
+    Man(shell_integration::ManArguments),
+}
+
+/// `inbye bench`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench density --max-samples 4096 --seconds 0.1 --ticks 5 --missions 0 --json"
+)]
+pub struct BenchArguments {
+    /// The benchmark.
+    #[command(subcommand)]
+    pub command: BenchCommand,
+}
+
+/// The benchmarks.
+#[derive(Debug, Subcommand)]
+pub enum BenchCommand {
+    /// The effect of each feature of the navigator: the same random missions with one feature more each time.
+    Ablation(missions::AblationArguments),
+    /// Closed loop over the worlds of the BARN benchmark, by its rules.
+    Barn(worlds::BarnArguments),
+    /// Sampling density against latency and quality, on every engine of this machine.
+    Density(density::DensityArguments),
+    /// Draw records as a chart or a page, without measuring again.
+    Draw(draw::DrawArguments),
+    /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and ignore the robot.
+    Dynabarn(worlds::DynaBarnArguments),
+    /// Localization by slipping odometry and scan matching, against the true pose: tours, and relocalization.
+    Localization(localization::LocalizationArguments),
+    /// Grid search against the published optimal lengths of the MovingAI benchmark.
+    Movingai(movingai::MovingAiArguments),
+    /// The paper's tables and figures, paths and drives, repeated and compared with its values.
+    Paper(paper::PaperArguments),
+    /// Random missions on many maps among moving obstacles: contacts, causes, and equal traces on every engine.
+    Soak(soak::SoakArguments),
+}
 
 /// Runs a command. Returns true if it is done, false if it ran and the answer is no.
 ///
@@ -75,41 +148,38 @@ const NO_JSON: &str = "--json: this command has no JSON output: leave the flag o
 /// The input is unusable.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let json = arguments.json;
-    anyhow::ensure!(
-        arguments.command.is_none() || arguments.report.is_none(),
+    let Some(command) = &arguments.command else {
+        return demo::run(arguments);
+    };
+    ensure!(
+        arguments.report.is_none(),
         "--report before a command belongs to the demo: write it after the command, if that command has a report"
     );
-    match &arguments.command {
-        None => demo::run(arguments),
-        Some(Command::Plan(command)) => plan::run(command, json),
-        Some(Command::Drive(command)) => drive::run(command, json),
-        Some(Command::Replay(command)) => replay::run(command, json),
-        Some(Command::Evaluate(command)) => evaluate::run(command, json),
-        Some(Command::Verify(command)) => verify::run(command, json),
-        Some(Command::Devices) => devices::run(json),
-        Some(Command::Config(command)) => config_command::run(command, json),
-        Some(Command::Node(command)) => node::run(command, json),
-        Some(Command::Playground(command)) => playground::run(command, json),
-        Some(Command::Completions(command)) => {
-            anyhow::ensure!(!json, NO_JSON);
-            shell_integration::completions(command)
-        }
-        Some(Command::Man(command)) => {
-            anyhow::ensure!(!json, NO_JSON);
-            shell_integration::man(command)
-        }
-        Some(Command::Sweep(command)) => sweep::run(command, json),
-        Some(Command::Base(base)) => match &base.command {
+    match command {
+        Command::Plan(command) => plan::run(command, json),
+        Command::Drive(command) => drive::run(command, json),
+        Command::Replay(command) => replay::run(command, json),
+        Command::Evaluate(command) => evaluate::run(command, json),
+        Command::Verify(command) => verify::run(command, json),
+        Command::Devices => machine::devices(json),
+        Command::Config(command) => config_command::run(command, json),
+        Command::Node(command) => node::run(command, json),
+        Command::Playground(command) => playground::run(command, json),
+        Command::Completions(_) | Command::Man(_) if json => anyhow::bail!(NO_JSON),
+        Command::Completions(command) => shell_integration::completions(command),
+        Command::Man(command) => shell_integration::man(command),
+        Command::Sweep(command) => sweep::run(command, json),
+        Command::Base(base) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
-            BaseCommand::Send(command) => base_send::run(command, json),
-            BaseCommand::Monitor(command) => base_monitor::run(command, json),
+            BaseCommand::Send(command) => base::send(command, json),
+            BaseCommand::Monitor(command) => base::monitor(command, json),
         },
-        Some(Command::Bench(bench)) => match &bench.command {
-            BenchCommand::Ablation(command) => ablation::run(command, json),
-            BenchCommand::Barn(command) => barn::run(command, json),
-            BenchCommand::Density(command) => bench::density(command, json),
+        Command::Bench(bench) => match &bench.command {
+            BenchCommand::Ablation(command) => missions::ablation(command, json),
+            BenchCommand::Barn(command) => worlds::barn(command, json),
+            BenchCommand::Density(command) => density::run(command, json),
             BenchCommand::Draw(command) => draw::run(command, json),
-            BenchCommand::Dynabarn(command) => dynabarn::run(command, json),
+            BenchCommand::Dynabarn(command) => worlds::dynabarn(command, json),
             BenchCommand::Localization(command) => localization::run(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),

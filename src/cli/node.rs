@@ -3,10 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use inbye::local::EngineChoice;
 
-use super::arguments::{duration, whole};
-use super::value_parsers;
+use super::arguments::{EngineArguments, duration};
 
 /// `inbye node`.
 #[derive(Debug, Args)]
@@ -33,12 +31,8 @@ pub struct NodeArguments {
     /// Namespace of node and topics, such as /rover [default: none].
     #[arg(long, value_name = "NS", default_value = "", hide_default_value = true)]
     pub namespace: String,
-    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto", value_parser = value_parsers::engine())]
-    pub engine: EngineChoice,
-    /// CPU threads [default: all cores].
-    #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
-    pub threads: Option<usize>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
     /// Publish `cmd_vel` as `TwistStamped`, which newer releases of Nav2 and `ros2_control` expect.
     #[arg(long, conflicts_with = "unstamped")]
     pub stamped: bool,
@@ -76,9 +70,9 @@ mod dds {
     use inbye::ros::node::{NodeCore, NodeSettings, Outgoing};
     use serde_json::json;
 
-    use super::super::process::wall_clock;
-    use super::super::{config, engines, output, process};
     use super::NodeArguments;
+    use crate::cli::machine::{interrupt_flag, wall_clock};
+    use crate::cli::{config, output};
 
     /// Interval at which the node takes messages.
     const POLL_INTERVAL: Duration = Duration::from_millis(4);
@@ -97,13 +91,12 @@ mod dds {
             localhost_only: is_localhost_only(),
             stamped: arguments.stamped,
         };
-        let engine = engines::choose_to_drive(&arguments.engine, arguments.threads, false)?;
-        let stop = process::interrupt_flag()?;
+        let engine = arguments.engine.open(false)?;
+        let stop = interrupt_flag()?;
         let mut dds = DdsNode::open(&settings)?;
         let mut core =
             NodeCore::new(NodeSettings { config, odom_is_map: arguments.odom_is_map }, engine);
-        let namespace = &settings.namespace;
-        let domain = settings.domain;
+        let DdsSettings { namespace, domain, .. } = &settings;
         output::note(format!("node {namespace}/inbye in domain {domain}"));
         let mut clock = wall_clock();
         let (mut due_s, mut late_ticks) = (0.0, 0_u64);
@@ -132,7 +125,7 @@ mod dds {
             thread::sleep(POLL_INTERVAL);
         }
         stop_robot(&core, &mut dds);
-        report(&core, &dds, late_ticks, json)?;
+        report(&core, dds.unsent(), late_ticks, json)?;
         Ok(true)
     }
 
@@ -147,42 +140,33 @@ mod dds {
         }
     }
 
-    fn report(core: &NodeCore, dds: &DdsNode, late_ticks: u64, json: bool) -> anyhow::Result<()> {
+    fn report(core: &NodeCore, unsent: u64, late_ticks: u64, json: bool) -> anyhow::Result<()> {
         let stats = core.stats();
-        if json {
-            let mut object = json!(stats);
-            object["unsent"] = json!(dds.unsent());
-            object["late_ticks"] = json!(late_ticks);
-            return output::json(&object);
-        }
-        output::line(format!(
-            "{} goals, {} reached, {} aborted; {} commands, {late_ticks} ticks late, {} not sent",
-            stats.goals,
-            stats.reached,
-            stats.aborted,
-            stats.commands,
-            dds.unsent(),
-        ));
+        let mut object = json!(stats);
+        object["unsent"] = json!(unsent);
+        object["late_ticks"] = json!(late_ticks);
+        let (goals, reached, aborted) = (stats.goals, stats.reached, stats.aborted);
+        let commands = stats.commands;
+        let mut lines = vec![format!(
+            "{goals} goals, {reached} reached, {aborted} aborted; {commands} commands, {late_ticks} ticks late, \
+             {unsent} not sent"
+        )];
         for (what, counts) in [("received", &stats.received), ("rejected", &stats.rejected)] {
             let counts = counts.iter().map(|(topic, count)| format!("{topic} {count}"));
             let counts: Vec<String> = counts.collect();
             if !counts.is_empty() {
-                output::line(format!("{what:<12} {}", counts.join(", ")));
+                lines.push(format!("{what:<12} {}", counts.join(", ")));
             }
         }
-        Ok(())
+        output::result(json, &object, lines)
     }
 
     /// The time by the wall clock.
     fn now() -> Time {
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
-        since.map_or_else(
-            |_| Time::default(),
-            |since| Time {
-                sec: i32::try_from(since.as_secs()).unwrap_or(i32::MAX),
-                nanosec: since.subsec_nanos(),
-            },
-        )
+        let since = since.unwrap_or_default();
+        let sec = i32::try_from(since.as_secs()).unwrap_or(i32::MAX);
+        Time { sec, nanosec: since.subsec_nanos() }
     }
 
     fn domain() -> anyhow::Result<u16> {

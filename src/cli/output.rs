@@ -1,24 +1,87 @@
 //! Printing: results to standard output, everything else to standard error, in colour on a terminal. A closed pipe, as after
 //! `head`, is no error: the rest is dropped.
 
-use std::fs::File;
 use std::io::{self, ErrorKind, Write};
-use std::path::Path;
 use std::process::exit;
 use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
-use anyhow::Context;
+use clap::{ArgAction, Args};
+use env_logger::Builder;
+use env_logger::fmt::Formatter;
+use inbye::bench::{Columns, text_table};
 use indicatif::{ProgressBar, ProgressStyle};
-use log::LevelFilter;
+use log::{Level, LevelFilter, Record};
 use serde::Serialize;
 
 /// Style of the word `error`.
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 
+/// Heading of the flags that every command has.
+pub(super) const GLOBAL_OPTIONS: &str = "Global options";
+
+/// Log target of this program, as opposed to libraries.
+const PROGRAM: &str = env!("CARGO_CRATE_NAME");
+
+/// Amount of messages on standard error.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Verbosity {
+    /// Print warnings and errors only: no notes, no progress.
+    #[arg(long, short, global = true, help_heading = GLOBAL_OPTIONS, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Print more: map, settings that differ from their defaults, modes and plans of a drive. Twice: also messages of the
+    /// libraries and graphics drivers.
+    #[arg(long, short, global = true, help_heading = GLOBAL_OPTIONS, action = ArgAction::Count)]
+    pub verbose: u8,
+}
+
+impl Verbosity {
+    /// Installs the logger. Earlier messages are lost.
+    pub fn init_logging(self) {
+        let (program, libraries) = match (self.quiet, self.verbose) {
+            (true, _) => (LevelFilter::Warn, LevelFilter::Off),
+            (false, 0) => (LevelFilter::Info, LevelFilter::Off),
+            (false, 1) => (LevelFilter::Debug, LevelFilter::Off),
+            (false, _) => (LevelFilter::Debug, LevelFilter::Debug),
+        };
+        let mut logger = Builder::new();
+        logger.filter_level(libraries).filter_module(PROGRAM, program).format(write_record).init();
+    }
+}
+
+/// Formats a message of this program as plain text, a warning with its level, and a library's message with level and target.
+fn write_record(out: &mut Formatter, record: &Record) -> io::Result<()> {
+    let (level, message) = (record.level(), record.args());
+    let style = out.default_level_style(level);
+    let target = record.target();
+    let is_own =
+        target.strip_prefix(PROGRAM).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
+    match (is_own, level) {
+        (true, Level::Warn) => writeln!(out, "{style}warning:{style:#} {message}"),
+        (true, _) => writeln!(out, "{message}"),
+        (false, _) => {
+            let level = level.as_str().to_lowercase();
+            writeln!(out, "{style}{level}:{style:#} {target}: {message}")
+        }
+    }
+}
+
+/// Prints a result, as one JSON object or as lines of text.
+pub fn result(
+    is_json: bool,
+    object: &impl Serialize,
+    lines: impl IntoIterator<Item: AsRef<str>>,
+) -> anyhow::Result<()> {
+    if is_json {
+        return json(object);
+    }
+    lines.into_iter().for_each(line);
+    Ok(())
+}
+
 /// Prints a result as one JSON object.
-pub fn json(result: &impl Serialize) -> anyhow::Result<()> {
-    line(serde_json::to_string(result)?);
+pub fn json(object: &impl Serialize) -> anyhow::Result<()> {
+    line(serde_json::to_string(object)?);
     Ok(())
 }
 
@@ -34,6 +97,11 @@ pub fn line(text: impl AsRef<str>) {
     }
 }
 
+/// Returns a text table of some declared columns, whose names are separated by spaces.
+pub fn table<R: Columns>(rows: &[R], columns: &str) -> Vec<String> {
+    text_table(rows, &columns.split_whitespace().collect::<Vec<_>>())
+}
+
 /// Prints a note that is no part of the result; `--quiet` hides it.
 pub fn note(text: impl AsRef<str>) {
     log::info!("{}", text.as_ref());
@@ -46,7 +114,7 @@ pub fn warn(text: impl AsRef<str>) {
 
 /// Whether `--verbose` was given, so that details are worth computing.
 pub fn is_verbose() -> bool {
-    log::log_enabled!(log::Level::Debug)
+    log::log_enabled!(Level::Debug)
 }
 
 /// Prints a detail with `--verbose`.
@@ -61,25 +129,24 @@ fn print_error_text(text: &str) {
 
 /// Prints an error and its causes on one line.
 pub fn print_error(error: &anyhow::Error) {
-    let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-    print_error_text(&in_one_line(&causes.join(": ")));
+    print_error_text(&in_one_line(&format!("{error:#}")));
 }
 
 /// Prints an error of the command line on one line.
 pub fn print_usage_error(error: &clap::Error) {
     let text = error.render().to_string();
-    let paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
+    let mut paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
     let starts = |with: &str| paragraphs.iter().find(|paragraph| paragraph.starts_with(with));
     // For a missing subcommand clap renders the whole help instead of an error.
     let message = match (starts("error:"), starts("Usage:")) {
         (None, Some(usage)) => format!("a command is missing: {usage}"),
-        _ => paragraphs
-            .iter()
-            .filter(|paragraph| !paragraph.starts_with("Usage:"))
-            .filter(|paragraph| !paragraph.starts_with("For more information"))
-            .cloned()
-            .collect::<Vec<_>>()
-            .join("; "),
+        _ => {
+            let is_hint = |text: &String| {
+                text.starts_with("Usage:") || text.starts_with("For more information")
+            };
+            paragraphs.retain(|paragraph| !is_hint(paragraph));
+            paragraphs.join("; ")
+        }
     };
     let message = message.strip_prefix("error: ").unwrap_or(&message);
     print_error_text(&format!("{message}; see --help"));
@@ -89,24 +156,15 @@ fn in_one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Creates the file of `--record`.
-pub fn create_record(file: &Path) -> anyhow::Result<File> {
-    File::create(file).with_context(|| {
-        let name = file.display();
-        format!("--record {name}: cannot be written: name a file in a folder that exists")
-    })
-}
-
 /// Creates a progress bar on standard error; hidden without a terminal, with `--quiet`, and with `--verbose`, whose lines would
 /// mix with it.
 pub fn progress(steps: u64, what: &str) -> ProgressBar {
-    let template = "{msg:24} [{bar:40}] {pos}/{len} {elapsed}";
-    let style = ProgressStyle::with_template(template)
-        .unwrap_or_else(|_| ProgressStyle::default_bar())
-        .progress_chars("=> ");
     if log::max_level() != LevelFilter::Info {
         return ProgressBar::hidden();
     }
+    let style = ProgressStyle::with_template("{msg:24} [{bar:40}] {pos}/{len} {elapsed}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .progress_chars("=> ");
     let bar = ProgressBar::new(steps).with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar

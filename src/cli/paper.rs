@@ -10,15 +10,15 @@ use inbye::bench::paper::{
 use inbye::experiment::paper_drives::{Course, PaperTable, TRAFFIC, drive_table, drive_worlds};
 use inbye::experiment::{Grid, RunRow, Setup, TrafficKind, World, run_in_order};
 use inbye::local::CpuEngine;
-use inbye::report::{PaperReport, paper_files};
+use inbye::report::{PaperReport, paper_files, paper_text};
 use inbye::runtime::{Config, Observer, Trace};
 use serde_json::json;
 
 use super::arguments::whole;
-use super::grid_run::RunArguments;
-use super::output_file::Output;
-use super::process::wall_clock;
-use super::{engines, map_file, output, output_file, paper_text, report_file};
+use super::files::ReportFolder;
+use super::machine::{self, wall_clock};
+use super::runs::RunArguments;
+use super::{map_file, output};
 
 /// Number of paths through the mine, as in Table 2.
 const PATHS: usize = 5;
@@ -53,12 +53,9 @@ pub struct PaperArguments {
     pub run: RunArguments,
 }
 
-/// Repeats the paper's tables. False when a path or a drive has a fault.
+/// Repeats the paper's tables. Returns false when a path or a drive has a fault.
 pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
-    let record = Output::create("--record", arguments.run.record.as_deref(), &["csv", "json"])?;
-    if let Some(folder) = &arguments.report {
-        report_file::create_folder(folder)?;
-    }
+    let report = ReportFolder::create(arguments.report.as_deref())?;
     let config = Config::default();
     let sites = Site::roadways(&config);
     let mine = mine(arguments, &config)?;
@@ -66,9 +63,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let steps = sites.len() * arguments.repetitions + mine.tasks.len() * mine_repetitions;
     let bar = output::progress(steps as u64, "planning");
     let measured = |site: &Site, searches: &[Search], repetitions| {
-        measure(site, searches, repetitions, &mut wall_clock(), || {
-            bar.inc(1);
-        })
+        measure(site, searches, repetitions, &mut wall_clock(), || bar.inc(1))
     };
     let mut roadways: Vec<TaskRuns> = Vec::new();
     for site in &sites {
@@ -79,43 +74,41 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let courses = Course::all(&sites, &config)?;
     let worlds = drive_worlds(&courses);
     let rows = drives(arguments, &worlds, &config)?;
-    if let Some(record) = record {
-        output_file::write_rows(record, &rows)?;
-    }
     let (paths, steps) = path_tables(&roadways, &mine_paths, &mine.title);
-    let paths = paths.into_iter().map(PaperTable::Paths);
-    let mut tables: Vec<PaperTable> =
-        paths.chain(steps.into_iter().map(PaperTable::Ablation)).collect();
+    let rows = rows.chunks(courses.len() * arguments.runs.max(1));
+    let drive_tables =
+        TRAFFIC.into_iter().zip(rows).map(|(traffic, rows)| drive_table(traffic, rows.to_vec()));
+    let tables: Vec<PaperTable> = (paths.into_iter().map(PaperTable::Paths))
+        .chain(steps.into_iter().map(PaperTable::Ablation))
+        .chain(drive_tables.map(PaperTable::Drives))
+        .collect();
+    let roadways: Vec<(&Site, &TaskRuns)> = sites.iter().zip(&roadways).collect();
     let mut faults: Vec<String> =
-        sites.iter().zip(&roadways).flat_map(|(site, task)| task.faults(site)).collect();
+        roadways.iter().flat_map(|(site, task)| task.faults(site)).collect();
     faults.extend(mine_paths.iter().flat_map(|task| task.faults(&mine)));
-    for (traffic, rows) in
-        TRAFFIC.into_iter().zip(rows.chunks(courses.len() * arguments.runs.max(1)))
-    {
-        let table = drive_table(traffic, rows.to_vec());
-        faults.extend(table.faults());
-        tables.push(PaperTable::Drives(table));
+    for table in &tables {
+        if let PaperTable::Drives(table) = table {
+            faults.extend(table.faults());
+        }
     }
-    if let Some(folder) = &arguments.report {
-        let files = paper_files(&PaperReport {
-            machine: &engines::machine(),
-            command: &command(arguments),
-            roadways: sites.iter().zip(&roadways).collect(),
-            mine: (&mine, &mine_paths),
-            courses: &courses,
-            traces: &traces(arguments, &worlds, &config)?,
-            footprint: &config.robot.footprint,
-            tables: &tables,
-            faults: &faults,
-        });
-        report_file::write_files(folder, &files)?;
+    if arguments.report.is_some() {
+        let traces = traces(arguments, &worlds, &config)?;
+        report.write(|| {
+            paper_files(&PaperReport {
+                machine: &machine::description(),
+                command: &command(arguments),
+                roadways,
+                mine: (&mine, &mine_paths),
+                courses: &courses,
+                traces: &traces,
+                footprint: &config.robot.footprint,
+                tables: &tables,
+                faults: &faults,
+            })
+        })?;
     }
-    if json {
-        output::json(&json!({ "tables": tables, "faults": faults }))?;
-    } else {
-        print(&tables);
-        faults.iter().for_each(output::line);
-    }
+    let lines = tables.iter().flat_map(paper_text).chain(faults.clone());
+    output::result(json, &json!({ "tables": tables, "faults": faults }), lines)?;
     Ok(faults.is_empty())
 }
 
@@ -125,10 +118,10 @@ fn drives(
     worlds: &[World],
     config: &Config,
 ) -> anyhow::Result<Vec<RunRow>> {
-    let seeds = (0..arguments.runs).map(|run| arguments.seed.wrapping_add(run as u64));
-    let seeds: Vec<u64> = seeds.collect();
+    let seeds: Vec<u64> =
+        (0..arguments.runs).map(|run| arguments.seed.wrapping_add(run as u64)).collect();
     let setups = [Setup::unnamed(config.clone())];
-    arguments.run.run(&Grid::of_worlds("driving", worlds, &setups, &seeds)?)
+    arguments.run.run(&Grid::of_worlds("driving", worlds, &setups, &seeds)?, |_| {})
 }
 
 /// The first drive in each world once more, tick by tick, to draw it; none with `--runs 0`.
@@ -159,22 +152,10 @@ fn mine(arguments: &PaperArguments, config: &Config) -> anyhow::Result<Site> {
     Site::mine(&name, map, PATHS, seed, config).with_context(|| file.display().to_string())
 }
 
-fn print(tables: &[PaperTable]) {
-    for (index, table) in tables.iter().enumerate() {
-        if index > 0 {
-            output::line("");
-        }
-        paper_text::table(table).iter().for_each(output::line);
-    }
-}
-
 /// The command that repeats the run.
 fn command(arguments: &PaperArguments) -> String {
-    let mine = arguments
-        .mine
-        .as_ref()
-        .map_or_else(String::new, |file| format!(" --mine {}", file.display()));
-    let PaperArguments { repetitions, runs, seed, .. } = arguments;
+    let PaperArguments { mine, repetitions, runs, seed, .. } = arguments;
+    let mine = mine.as_ref().map_or_else(String::new, |file| format!(" --mine {}", file.display()));
     format!(
         "inbye bench paper{mine} --repetitions {repetitions} --runs {runs} --seed {seed} --report DIR"
     )

@@ -1,39 +1,65 @@
 //! `inbye plan`.
 
+use std::path::PathBuf;
+
 use anyhow::anyhow;
+use clap::Args;
 use inbye::global::PlanError;
 use inbye::map::{OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
-use super::arguments::{MapArguments, PlanArguments};
-use super::multi_leg_plan::LegFailure;
+use super::arguments::{Place, distance};
+use super::map_file::{self, MapArguments};
+use super::output;
 use super::plan_drawing::Drawing;
-use super::{map_file, multi_leg_plan, output, plan_text};
+use super::plan_result::{self, LegFailure};
+
+/// `inbye plan`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
+    inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png\n\n\
+    With --via all figures are those of the whole path, and `legs` has those of each leg. If the goal cannot be reached, \
+    `nearest_reachable` is the reachable point nearest to it; --svg and --png show it.\n\
+    `curvature` compares the smoothed path with the robot's limits: the share of the path that the base can follow at max_vel_x, \
+    and its highest speed in the tightest bend; 0 if it must turn in place.")]
+pub struct PlanArguments {
+    #[command(flatten)]
+    pub map: MapArguments,
+    /// Start, metres (and radians).
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    pub start: Place,
+    /// Goal, metres.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub goal: Place,
+    /// An intermediate stop, metres; repeat --via for each stop in the order of the visit.
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub via: Vec<Place>,
+    /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
+    #[arg(long, allow_negative_numbers = true, value_parser = distance)]
+    pub radius: Option<f64>,
+    /// Draw the map with the plan into this file.
+    #[arg(long, value_name = "FILE.svg")]
+    pub svg: Option<PathBuf>,
+    /// The same picture as pixels, 1440 wide.
+    #[arg(long, value_name = "FILE.png")]
+    pub png: Option<PathBuf>,
+}
 
 /// Finds a path. Returns false if there is none.
 pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     let (map, config) = map_file::read(&arguments.map)?;
     let drawing = Drawing::create(arguments)?;
-    let obstacles = map.obstacles(config.unknown);
-    let plan = match multi_leg_plan::plan(arguments, &config, &obstacles) {
-        Ok(plan) => plan,
-        Err(failure) => {
-            drawing.draw_failure(&failure, &map)?;
-            return no_path(&failure, arguments, &map, &config, json);
-        }
-    };
-    drawing.draw_plan(&plan, &map)?;
-    if json {
-        let mut object = plan_text::object(&plan, &config);
-        object["unknown"] = map_file::unknown_cells_json(&map, config.unknown);
-        output::json(&object)?;
-    } else {
-        if let Some(text) = map_file::unknown_cells_text(&map, config.unknown) {
-            output::line(format!("unknown   {text}"));
-        }
-        plan_text::lines(&plan, &config).iter().for_each(output::line);
+    let plan = plan_result::plan(arguments, &config, &map.obstacles(config.unknown));
+    drawing.write(arguments, &map, &plan)?;
+    if let Some(failure) = &plan.failure {
+        return no_path(failure, arguments, &map, &config, json);
     }
+    let mut object = plan.object();
+    object["unknown"] = map_file::unknown_cells_json(&map, config.unknown);
+    let unknown = map_file::unknown_cells_text(&map, config.unknown);
+    let unknown = unknown.map(|text| format!("unknown   {text}"));
+    output::result(json, &object, unknown.into_iter().chain(plan.lines()))?;
     Ok(true)
 }
 
@@ -47,13 +73,12 @@ fn no_path(
 ) -> anyhow::Result<bool> {
     let reason = failure.reason();
     if !matches!(failure.error, PlanError::NoValidPath { .. }) {
-        let error = &failure.error;
-        return Err(unusable(error, &reason, &arguments.map, map, config));
+        return Err(unusable(&failure.error, &reason, &arguments.map, map, config));
     }
     let mut object = no_path_json(&failure.error);
     object["reason"] = json!(reason);
     object["stop"] = json!(failure.stop);
-    print_no_path(&reason, json.then_some(object))?;
+    output::result(json, &object, [reason])?;
     Ok(false)
 }
 
@@ -70,17 +95,8 @@ pub fn no_path_json(error: &PlanError) -> Value {
         "expanded": expanded,
         "error": error.code(),
         "reason": error.to_string(),
-        "nearest_reachable": nearest.map(plan_text::pair),
+        "nearest_reachable": nearest.map(plan_result::pair),
     })
-}
-
-/// Prints why there is no path, as an object or as text.
-pub fn print_no_path(reason: &str, object: Option<Value>) -> anyhow::Result<()> {
-    if let Some(object) = object {
-        return output::json(&object);
-    }
-    output::line(reason);
-    Ok(())
 }
 
 /// The error for an invalid start or goal, with the name of the map.

@@ -3,13 +3,14 @@
 use std::path::Path as FilePath;
 
 use inbye::geometry::{Point, Pose, bearing};
-use inbye::global::{Path, PlanError};
+use inbye::global::PlanError;
 use inbye::map::OccupancyGrid;
 use inbye::report::{PathStages, PlanMetrics, PlanOutcome, PlanView, plan_svg};
 
-use super::arguments::{Place, PlanArguments};
-use super::multi_leg_plan::{GOAL, Leg, LegFailure, MultiLegPlan, joined};
-use super::output_file::Output;
+use super::arguments::Place;
+use super::files::Output;
+use super::plan::PlanArguments;
+use super::plan_result::{LegFailure, PlanResult};
 
 /// Width of the picture, pixels: two per unit, which is sharp on a screen and in print.
 const PNG_WIDTH: u32 = 1440;
@@ -19,9 +20,8 @@ const WITHOUT_PNG: &str =
 
 /// The files of `--svg` and `--png`.
 pub struct Drawing<'a> {
-    arguments: &'a PlanArguments,
-    svg: Option<Output<'a>>,
-    png: Option<Output<'a>>,
+    svg: Output<'a>,
+    png: Output<'a>,
 }
 
 impl<'a> Drawing<'a> {
@@ -30,67 +30,64 @@ impl<'a> Drawing<'a> {
         let can_png = cfg!(feature = "png") || arguments.png.is_none();
         anyhow::ensure!(can_png, WITHOUT_PNG);
         Ok(Self {
-            arguments,
             svg: Output::create("--svg", arguments.svg.as_deref(), &["svg"])?,
             png: Output::create("--png", arguments.png.as_deref(), &["png"])?,
         })
     }
 
-    /// Draws a plan.
-    pub fn draw_plan(self, plan: &MultiLegPlan, map: &OccupancyGrid) -> anyhow::Result<()> {
-        let pruned = plan.stage(|plan| &plan.pruned);
-        let smoothed = plan.stage(|plan| &plan.smoothed);
-        let sharp_turns = plan.curvature().sharp_turns;
-        let figures = PlanMetrics {
-            length_m: smoothed.length_m(),
-            // A sharp turn counts from a smaller angle than a turn does.
-            turns: pruned.turns().max(sharp_turns),
-            sharp_turns,
-            min_clearance_m: plan.clearance_m(),
-        };
-        self.write(map, &plan.legs, PlanOutcome::Found(figures))
-    }
-
-    /// Draws the legs before a failure.
-    pub fn draw_failure(self, failure: &LegFailure, map: &OccupancyGrid) -> anyhow::Result<()> {
-        let nearest = match failure.error {
-            PlanError::NoValidPath { nearest, .. } => nearest,
-            _ => None,
-        };
-        let to = failure.stop.as_deref().filter(|stop| *stop != GOAL);
-        let why = format!("no path to {} ({})", to.unwrap_or("the goal"), failure.error.code());
-        let outcome = PlanOutcome::NotFound { reason: &why, nearest };
-        self.write(map, &failure.legs, outcome)
-    }
-
-    fn write(self, map: &OccupancyGrid, legs: &[Leg], outcome: PlanOutcome) -> anyhow::Result<()> {
-        if self.svg.is_none() && self.png.is_none() {
+    /// Draws a plan, or the legs before its failure.
+    pub fn write(
+        self,
+        arguments: &PlanArguments,
+        map: &OccupancyGrid,
+        plan: &PlanResult,
+    ) -> anyhow::Result<()> {
+        if !self.svg.is_requested() && !self.png.is_requested() {
             return Ok(());
         }
-        let stages = [
-            joined(legs, |plan| &plan.raw),
-            joined(legs, |plan| &plan.pruned),
-            joined(legs, |plan| &plan.smoothed),
-        ];
-        let [searched, pruned, smoothed] =
-            stages.each_ref().map(|path| path.as_ref().map_or(&[][..], Path::points));
-        let stops: Vec<Point> = self.arguments.via.iter().map(|via| via.position).collect();
+        let why;
+        let outcome = match &plan.failure {
+            None => PlanOutcome::Found(PlanMetrics {
+                length_m: plan.smoothed.length_m(),
+                // A sharp turn counts from a smaller angle than a turn does.
+                turns: plan.pruned.turns().max(plan.sharp_turns),
+                sharp_turns: plan.sharp_turns,
+                min_clearance_m: plan.clearance_m,
+            }),
+            Some(LegFailure { via, error, .. }) => {
+                let nearest = match error {
+                    PlanError::NoValidPath { nearest, .. } => *nearest,
+                    _ => None,
+                };
+                let to = via.map_or_else(|| "the goal".to_owned(), |via| format!("via {via}"));
+                why = format!("no path to {to} ({})", error.code());
+                PlanOutcome::NotFound { reason: &why, nearest }
+            }
+        };
+        let stages = if plan.legs.is_empty() {
+            PathStages::default()
+        } else {
+            PathStages {
+                searched: plan.raw.points(),
+                pruned: plan.pruned.points(),
+                smoothed: plan.smoothed.points(),
+            }
+        };
+        let stops: Vec<Point> = arguments.via.iter().map(|via| via.position).collect();
         let svg = plan_svg(&PlanView {
-            title: &title(self.arguments),
+            title: &title(arguments),
             map,
-            start: start(&self.arguments.start, smoothed),
+            start: start(&arguments.start, stages.smoothed),
             stops: &stops,
-            goal: self.arguments.goal.position,
-            stages: PathStages { searched, pruned, smoothed },
+            goal: arguments.goal.position,
+            stages,
             outcome,
         });
-        if let Some(file) = self.png {
-            file.write(pixels(&svg, PNG_WIDTH)?)?;
+        if self.png.is_requested() {
+            let pixels = pixels(&svg, PNG_WIDTH)?;
+            self.png.write(|| pixels)?;
         }
-        if let Some(file) = self.svg {
-            file.write(svg)?;
-        }
-        Ok(())
+        self.svg.write(|| svg)
     }
 }
 
@@ -110,14 +107,8 @@ fn title(arguments: &PlanArguments) -> String {
     let map = &arguments.map.map;
     let name = map.file_name().map_or(map.as_path(), FilePath::new);
     let (start, goal) = (arguments.start.position, arguments.goal.position);
-    format!(
-        "{}: ({:.1}, {:.1}) to ({:.1}, {:.1})",
-        name.display(),
-        start.x,
-        start.y,
-        goal.x,
-        goal.y
-    )
+    let place = |at: Point| format!("({:.1}, {:.1})", at.x, at.y);
+    format!("{}: {} to {}", name.display(), place(start), place(goal))
 }
 
 /// The start pose; without a given yaw it faces along the path.

@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use inbye::map::UnknownPolicy;
 
-use super::arguments::{length, whole};
-use super::value_parsers;
+use super::arguments::whole;
+use super::map_file::MapSettings;
 
 /// `inbye playground`.
 #[derive(Debug, Args)]
@@ -29,15 +28,8 @@ pub struct PlaygroundArguments {
         help = "Map to use instead of the built-in scenes: a ROS map_server .yaml, a MovingAI .map, or rows of text"
     )]
     pub map: Option<PathBuf>,
-    /// Side of a cell of a .map or text map, metres.
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
-    pub resolution: f64,
-    /// How unknown cells count [default: the configuration's, blocked].
-    #[arg(long, value_parser = value_parsers::unknown())]
-    pub unknown: Option<UnknownPolicy>,
-    /// Settings, TOML: the robot, and the initial sampling and weights.
-    #[arg(long)]
-    pub config: Option<PathBuf>,
+    #[command(flatten)]
+    pub settings: MapSettings,
 }
 
 #[cfg(not(feature = "playground"))]
@@ -62,31 +54,26 @@ mod server {
     use inbye::runtime::Config;
     use serde_json::json;
 
-    use super::super::{config, map_file, output, problem_file, process};
     use super::PlaygroundArguments;
+    use crate::cli::{machine, map_file, output, problem_file};
 
     /// Interval at which the program looks for Ctrl-C.
     const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
     /// Serves until Ctrl-C.
     pub fn run(arguments: &PlaygroundArguments, json: bool) -> anyhow::Result<bool> {
-        let mut config = config::load("--config", arguments.config.as_deref())?;
-        if let Some(unknown) = arguments.unknown {
-            config.unknown = unknown;
-        }
-        let scenes = scenes(arguments, &config)?;
+        let scenes = scenes(arguments, &arguments.settings.load()?)?;
         let names: Vec<String> = scenes.iter().map(|scene| scene.name().to_owned()).collect();
-        let end = process::interrupt_flag()?;
+        let end = machine::interrupt_flag()?;
         let playground = Playground::start(arguments.port, scenes, parse).with_context(|| {
             let port = arguments.port;
             format!("--port {port}: cannot be served: choose another, or 0 for any free one")
         })?;
         let address = playground.address();
         let url = format!("http://{address}/");
-        if json {
-            output::json(&json!({ "url": url, "port": address.port(), "scenes": names }))?;
-        } else {
-            output::line(&url);
+        let object = json!({ "url": url, "port": address.port(), "scenes": names });
+        output::result(json, &object, [&url])?;
+        if !json {
             output::note("open it in a browser; Ctrl-C ends it");
         }
         while !end.load(Ordering::Relaxed) {
@@ -104,10 +91,10 @@ mod server {
         let Some(file) = &arguments.map else {
             return Ok(Scene::built_in(config)?);
         };
-        let map = map_file::load(file, arguments.resolution)?;
+        let map = map_file::load(file, arguments.settings.resolution)?;
         let title = file.file_name().unwrap_or_default().to_string_lossy();
         let scene = Scene::from_map(&title, &map, config);
-        Ok(vec![scene.with_context(|| format!("{}", file.display()))?])
+        Ok(vec![scene.with_context(|| file.display().to_string())?])
     }
 
     /// Reads a problem in the format of `problem.json`.
@@ -115,9 +102,6 @@ mod server {
         let parsed = problem_file::parse_on(text, |map, unknown| {
             field(map.name(), unknown).map_err(anyhow::Error::msg)
         });
-        parsed.map_err(|error| {
-            let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-            causes.join(": ")
-        })
+        parsed.map_err(|error| format!("{error:#}"))
     }
 }

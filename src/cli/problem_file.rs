@@ -14,7 +14,7 @@ use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
 
-use super::serde_messages::plain_message;
+use super::toml_merge::plain_message;
 
 /// The text under `inbye evaluate --help`.
 pub const HELP: &str = concat!(
@@ -95,7 +95,7 @@ pub fn read(
     // The map is relative to the problem, like a map's image to its YAML file.
     let folder = file.parent().unwrap_or(Path::new(""));
     parse(&text, |map, resolution_m| load(&folder.join(map), resolution_m))
-        .with_context(|| format!("{}", file.display()))
+        .with_context(|| file.display().to_string())
 }
 
 /// Parses the text of a problem. `load` loads a map file.
@@ -112,11 +112,11 @@ pub fn parse(
 /// Like [`parse`], with a function that returns the clearance field for a map and the policy for unknown cells.
 pub fn parse_on(
     text: &str,
-    ground: impl FnOnce(&MapSource, UnknownPolicy) -> anyhow::Result<Arc<ClearanceField>>,
+    field: impl FnOnce(&MapSource, UnknownPolicy) -> anyhow::Result<Arc<ClearanceField>>,
 ) -> anyhow::Result<Problem> {
     let file: ProblemFile =
         serde_json::from_str(text).map_err(|error| anyhow!(one_line(&error, text)))?;
-    let field = ground(&file.map, file.unknown)?;
+    let field = field(&file.map, file.unknown)?;
     problem(file, &field)
 }
 
@@ -150,10 +150,8 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
     if !twist.is_finite() {
         bail!("robot.velocity must be two finite numbers");
     }
-    let footprint = match file.robot.footprint {
-        Some(footprint) => footprint,
-        None => inbye::runtime::RobotConfig::default().footprint,
-    };
+    let default_footprint = || inbye::runtime::RobotConfig::default().footprint;
+    let footprint = file.robot.footprint.unwrap_or_else(default_footprint);
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
     let input = DecisionInput {
         field,

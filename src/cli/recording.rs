@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use anyhow::bail;
 use inbye::recording::{BackpressurePolicy, DriveMetadata, Recorder, RecordingReport};
 use inbye::runtime::{Config, Mission, MissionResult, TickEvent};
 use serde_json::{Value, json};
@@ -24,9 +25,11 @@ enum Kind {
 }
 
 /// A finished recording.
-pub struct Ending<'a> {
-    name: &'a Path,
-    recorded: RecordingReport,
+pub struct Ending {
+    /// Whether the file holds the whole drive.
+    pub is_whole: bool,
+    pub object: Value,
+    pub line: String,
 }
 
 impl<'a> Recording<'a> {
@@ -39,8 +42,7 @@ impl<'a> Recording<'a> {
         is_real_time: bool,
     ) -> Self {
         if name.extension().is_none_or(|extension| extension != "mcap") {
-            let kind = Kind::Lines(file);
-            return Self { name, kind };
+            return Self { name, kind: Kind::Lines(file) };
         }
         let policy =
             if is_real_time { BackpressurePolicy::Stop } else { BackpressurePolicy::Block };
@@ -72,23 +74,30 @@ impl<'a> Recording<'a> {
     }
 
     /// Finishes the recording after the drive, and warns if it stopped only now.
-    pub fn end(self, result: &MissionResult) -> Ending<'a> {
-        let has_warned = match &self.kind {
-            Kind::Mcap(recorder) => recorder.stopped().is_some(),
-            Kind::Lines(_) => false,
-            Kind::Stopped(_) => true,
-        };
-        let recorded = match self.kind {
-            Kind::Mcap(recorder) => recorder.finish(result.trace.digest()),
-            Kind::Lines(file) => lines(file, result),
+    pub fn end(self, result: &MissionResult) -> Ending {
+        let (has_warned, recorded) = match self.kind {
+            Kind::Mcap(recorder) => {
+                (recorder.stopped().is_some(), recorder.finish(result.trace.digest()))
+            }
+            Kind::Lines(file) => (false, lines(file, result)),
             Kind::Stopped(why) => {
-                RecordingReport { stopped: Some(why), ..RecordingReport::default() }
+                (true, RecordingReport { stopped: Some(why), ..RecordingReport::default() })
             }
         };
-        if let Some(why) = recorded.stopped.as_ref().filter(|_| !has_warned) {
+        let RecordingReport { messages, bytes, stopped } = recorded;
+        if let Some(why) = stopped.as_ref().filter(|_| !has_warned) {
             output::warn(warning(self.name, why));
         }
-        Ending { name: self.name, recorded }
+        let (name, mb) = (self.name.display(), bytes as f64 / 1e6);
+        let stop = stopped.as_ref().map(|why| format!("; STOPPED before the end: {why}"));
+        let stop = stop.unwrap_or_default();
+        Ending {
+            is_whole: stopped.is_none(),
+            line: format!("recording    {name}: {messages} messages, {mb:.1} MB{stop}"),
+            object: json!({
+                "file": self.name, "messages": messages, "bytes": bytes, "stopped": stopped,
+            }),
+        }
     }
 }
 
@@ -96,32 +105,8 @@ fn warning(name: &Path, why: &str) -> String {
     format!("the recording stopped: --record {}: {why}; the drive is not affected", name.display())
 }
 
-impl Ending<'_> {
-    /// Whether the file holds the whole drive.
-    pub const fn is_whole(&self) -> bool {
-        self.recorded.stopped.is_none()
-    }
-
-    /// The JSON object.
-    pub fn object(&self) -> Value {
-        let RecordingReport { messages, bytes, stopped } = &self.recorded;
-        json!({ "file": self.name, "messages": messages, "bytes": bytes, "stopped": stopped })
-    }
-
-    /// The line of text.
-    pub fn line(&self) -> String {
-        let RecordingReport { messages, bytes, stopped } = &self.recorded;
-        let name = self.name.display();
-        let mb = *bytes as f64 / 1e6;
-        let stopped = stopped
-            .as_ref()
-            .map_or_else(String::new, |why| format!("; STOPPED before the end: {why}"));
-        format!("recording    {name}: {messages} messages, {mb:.1} MB{stopped}")
-    }
-}
-
 /// Writes every tick as a line of JSON.
-pub fn lines(file: File, result: &MissionResult) -> RecordingReport {
+fn lines(file: File, result: &MissionResult) -> RecordingReport {
     let mut recorded = RecordingReport::default();
     let mut out = BufWriter::new(file);
     let mut write = || -> io::Result<()> {
@@ -135,4 +120,9 @@ pub fn lines(file: File, result: &MissionResult) -> RecordingReport {
     };
     recorded.stopped = write().err().map(|error| error.to_string());
     recorded
+}
+
+/// Writes every tick of a run as a line of JSON into the file of a flag.
+pub fn write_ticks(flag: &str, file: File, result: &MissionResult) -> anyhow::Result<()> {
+    lines(file, result).stopped.map_or(Ok(()), |why| bail!("{flag}: {why}"))
 }

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use inbye::local::EngineChoice;
-use inbye::recording::{Difference, FieldValue, Reader, RecordingError, Replay, replay};
+use inbye::recording::{Difference, FieldValue, Reader, RecordingError, replay};
 use serde_json::{Value, json};
 
-use super::{arguments, engines, output, value_parsers};
+use super::arguments::EngineArguments;
+use super::output;
 
 /// `inbye replay`.
 #[derive(Debug, Args)]
@@ -27,12 +27,8 @@ pub struct ReplayArguments {
     /// The recording: a file of `inbye drive --record FILE.mcap`.
     #[arg(value_name = "FILE.mcap")]
     pub file: PathBuf,
-    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
-    #[arg(long, default_value = "auto", value_parser = value_parsers::engine())]
-    pub engine: EngineChoice,
-    /// CPU threads [default: all cores].
-    #[arg(long, allow_negative_numbers = true, value_parser = arguments::whole::<usize>(1, 1024))]
-    pub threads: Option<usize>,
+    #[command(flatten)]
+    pub engine: EngineArguments,
 }
 
 /// Repeats the decisions of a recording. Returns false if a bit differs.
@@ -41,33 +37,44 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
     let file = File::open(&arguments.file)
         .with_context(|| format!("{}: cannot be read: name a recording", name()))?;
     let mut recording = Reader::open(BufReader::new(file)).with_context(name)?;
-    let engine = engines::choose_to_drive(&arguments.engine, arguments.threads, false)?;
+    let engine = arguments.engine.open(false)?;
     let recorded_engine = recording.metadata().engine.clone();
     let replay = replay(&mut recording, engine).with_context(name)?;
     if replay.ticks == 0 {
         let missing = "tick";
         return Err(RecordingError::NotOurs { missing }).with_context(name);
     }
-    if json {
-        output::json(&object(&replay, &recorded_engine))?;
-    } else {
-        print(&replay, &recorded_engine);
+    let (ticks, engine) = (replay.ticks, &replay.engine);
+    let difference = replay.first_difference.as_ref();
+    let mut lines = vec![match difference {
+        None => format!("the same bits in all {ticks} ticks"),
+        Some(Difference { tick, time_s, field, recorded, replayed }) => format!(
+            "DIFFERS first at tick {tick} of {ticks}, at {time_s:.3} s: {field} was {}, is {}",
+            with_hex(recorded),
+            with_hex(replayed),
+        ),
+    }];
+    lines.push(format!("recorded on  {recorded_engine}"));
+    lines.push(format!("replayed on  {engine}"));
+    if !replay.is_complete {
+        lines.push(format!(
+            "the recording is truncated: it ends with tick {}, before the end of the drive",
+            ticks - 1
+        ));
     }
+    let object = json!({
+        "ticks": ticks,
+        "agree": replay.agrees(),
+        "engine": engine,
+        "recorded_engine": recorded_engine,
+        "first_difference": difference.map(difference_object),
+        "complete": replay.is_complete,
+    });
+    output::result(json, &object, lines)?;
     Ok(replay.agrees())
 }
 
-fn object(replay: &Replay, recorded_engine: &str) -> Value {
-    json!({
-        "ticks": replay.ticks,
-        "agree": replay.agrees(),
-        "engine": replay.engine,
-        "recorded_engine": recorded_engine,
-        "first_difference": replay.first_difference.as_ref().map(difference),
-        "complete": replay.is_complete,
-    })
-}
-
-fn difference(difference: &Difference) -> Value {
+fn difference_object(difference: &Difference) -> Value {
     let Difference { tick, time_s, field, recorded, replayed } = difference;
     let value = |number: &FieldValue| match number {
         FieldValue::Real(value) => json!(value),
@@ -87,29 +94,6 @@ fn difference(difference: &Difference) -> Value {
 
 fn hex(number: &FieldValue) -> String {
     format!("{:#018x}", number.bits())
-}
-
-fn print(replay: &Replay, recorded_engine: &str) {
-    let ticks = replay.ticks;
-    match &replay.first_difference {
-        None => output::line(format!("the same bits in all {ticks} ticks")),
-        Some(difference) => {
-            let Difference { tick, time_s, field, recorded, replayed } = difference;
-            output::line(format!(
-                "DIFFERS first at tick {tick} of {ticks}, at {time_s:.3} s: {field} was {}, is {}",
-                with_hex(recorded),
-                with_hex(replayed),
-            ));
-        }
-    }
-    output::line(format!("recorded on  {recorded_engine}"));
-    output::line(format!("replayed on  {}", replay.engine));
-    if !replay.is_complete {
-        output::line(format!(
-            "the recording is truncated: it ends with tick {}, before the end of the drive",
-            ticks - 1
-        ));
-    }
 }
 
 fn with_hex(number: &FieldValue) -> String {

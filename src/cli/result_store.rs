@@ -93,13 +93,7 @@ impl ResultStore {
 
     /// Whether a cell has its result. A damaged result is an error.
     pub fn has(&self, key: &str) -> anyhow::Result<bool> {
-        let file = self.cell(key);
-        let bytes = match fs::read(&file) {
-            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(false),
-            bytes => bytes.with_context(|| file.display().to_string())?,
-        };
-        CellFile::parse(&bytes, &file, key)?;
-        Ok(true)
+        Ok(read_cell(&self.path, key)?.is_some())
     }
 
     /// Claims a cell for this process; none where another process has it, unless `wait` is set.
@@ -120,7 +114,7 @@ impl ResultStore {
 
     /// Keeps the result of a claimed cell: as a whole, or not at all.
     pub fn keep(&self, file: &CellFile) -> anyhow::Result<()> {
-        write_whole(&self.cell(&file.row.key), &file.text())?;
+        write_whole(&cell_path(&self.path, &file.row.key), &file.text())?;
         self.log(&file.row.key, "finished");
         Ok(())
     }
@@ -133,10 +127,6 @@ impl ResultStore {
         if let Err(error) = (&self.log_file).write_all(format!("{line}\n").as_bytes()) {
             output::warn(format!("{}: {error}", self.path.join(LOG).display()));
         }
-    }
-
-    fn cell(&self, key: &str) -> PathBuf {
-        self.path.join(CELLS).join(format!("{key}.json"))
     }
 }
 
@@ -156,17 +146,24 @@ pub fn read(path: &Path) -> anyhow::Result<(Manifest, Vec<(PathBuf, CellFile)>)>
         format!("{file}: cannot be read: name a folder that --out of an experiment made")
     });
     let manifest = Manifest::parse(&held?, &file)?;
-    let mut cells = Vec::new();
-    for key in manifest.keys() {
-        let file = path.join(CELLS).join(format!("{key}.json"));
-        let bytes = match fs::read(&file) {
-            Err(error) if error.kind() == ErrorKind::NotFound => continue,
-            bytes => bytes.with_context(|| file.display().to_string())?,
-        };
-        let cell = CellFile::parse(&bytes, &file, key)?;
-        cells.push((file, cell));
-    }
+    let cells = manifest.keys().into_iter().filter_map(|key| read_cell(path, key).transpose());
+    let cells = cells.collect::<Result<_, _>>()?;
     Ok((manifest, cells))
+}
+
+/// The result of a cell and its file; none if the cell has no result yet.
+fn read_cell(folder: &Path, key: &str) -> anyhow::Result<Option<(PathBuf, CellFile)>> {
+    let file = cell_path(folder, key);
+    let bytes = match fs::read(&file) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        bytes => bytes.with_context(|| file.display().to_string())?,
+    };
+    let cell = CellFile::parse(&bytes, &file, key)?;
+    Ok(Some((file, cell)))
+}
+
+fn cell_path(folder: &Path, key: &str) -> PathBuf {
+    folder.join(CELLS).join(format!("{key}.json"))
 }
 
 /// Why a file cannot be locked.

@@ -9,8 +9,7 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
-use super::command::Arguments;
-use super::output;
+use super::{Arguments, output};
 
 /// `inbye man`.
 #[derive(Debug, Args)]

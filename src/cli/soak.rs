@@ -1,25 +1,23 @@
 //! `inbye bench soak`.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use inbye::experiment::{
     Cell, Comparison, Grid, RunRow, Setup, SoakSummary, compare_digests, run_cell, spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
-use inbye::report::{BenchReport, MissionView, PlaybackRecorder, bench_files};
+use inbye::report::{BenchReport, PlaybackRecorder};
 use inbye::runtime::Observer;
 use serde_json::json;
 
-use super::arguments::whole;
-use super::grid_run::in_memory;
-use super::missions::{MissionsArguments, share};
-use super::process::wall_clock;
-use super::run_text::{group_table, run_text, unreached};
-use super::{engines, output, report_file, value_parsers};
+use super::arguments::{engine, whole};
+use super::files::{ReportFolder, create_file};
+use super::machine::{self, wall_clock};
+use super::missions::{MissionsArguments, share, sort};
+use super::runs::{group_table, in_memory, run_text, unreached};
+use super::{drive_text, output, recording};
 
 const INTRO: &str = "Random missions, simulated in a closed loop; map and seed determine a mission: start and goal in free space, \
     and moving obstacles.";
@@ -50,7 +48,7 @@ pub struct SoakArguments {
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
-    #[arg(long, default_value = "cpu", value_parser = value_parsers::engine())]
+    #[arg(long, default_value = "cpu", value_parser = engine())]
     pub engine: EngineChoice,
     /// Drive this many missions, evenly spread, again on every other engine, and compare their traces: on all GPU adapters,
     /// or without one on the CPU with other instructions.
@@ -70,49 +68,34 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     let missions = &arguments.missions_of;
     let (config, worlds) = missions.read(arguments.unmapped)?;
     let setups = [Setup::unnamed(config)];
-    let (count, seed) = (arguments.missions, missions.seed);
-    let grid = Grid::of_missions("soak", &worlds, &setups, count, seed)?;
+    let grid = Grid::of_missions("soak", &worlds, &setups, arguments.missions, missions.seed)?;
     if let Some((seed, folder)) = arguments.replay.zip(arguments.report.as_deref()) {
         let Some(cell) = grid.cells.iter().find(|cell| cell.row.seed == seed) else {
             bail!("--replay {seed}: no mission of these has that seed");
         };
         return replay(cell, folder, json);
     }
-    if let Some(folder) = &arguments.report {
-        report_file::create_folder(folder)?;
-    }
-    let opened = open_engine(&arguments.engine, 1);
-    let first = opened.map_err(engines::with_option)?.engine;
+    let report = ReportFolder::create(arguments.report.as_deref())?;
+    let first = open_engine(&arguments.engine, 1).map_err(machine::with_option)?.engine;
     let grid = match first.kind() {
         "gpu" => grid.on_engine(&format!("gpu:{}", first.name())),
         _ => grid,
     };
-    let rows = missions.drive(&grid)?;
-    if let Some(folder) = &arguments.report {
-        let files = bench_files(&BenchReport {
-            title: "inbye: a soak of random missions",
-            intro: INTRO,
-            machine: &engines::machine(),
-            command: &report_file::command_line(),
-            soak: &rows,
-            ..BenchReport::default()
-        });
-        report_file::write_files(folder, &files)?;
-    }
+    let rows = missions.run.run(&grid, sort)?;
+    report.write_bench(BenchReport {
+        title: "inbye: a soak of random missions",
+        intro: INTRO,
+        soak: &rows,
+        ..BenchReport::default()
+    })?;
     let comparisons = compare(arguments, &first.name(), &grid, &rows)?;
     let summary = SoakSummary::of(&rows, &comparisons);
-    if json {
-        output::json(&json!({
-            "summary": summary,
-            "sound": summary.is_sound(),
-            "comparisons": comparisons,
-            "rows": rows,
-        }))?;
-    } else {
-        let lines = text(&summary, &comparisons).into_iter();
-        lines.chain(unreached(&rows)).for_each(output::line);
-    }
-    Ok(summary.is_sound())
+    let is_sound = summary.is_sound();
+    let object =
+        json!({ "summary": summary, "sound": is_sound, "comparisons": comparisons, "rows": rows });
+    let lines = text(&summary, &comparisons).into_iter();
+    output::result(json, &object, lines.chain(unreached(&rows)))?;
+    Ok(is_sound)
 }
 
 /// Drives some of the missions again on each engine to compare with.
@@ -129,42 +112,27 @@ fn compare(
         title: "on another engine".to_owned(),
         cells: spread_evenly(&grid.cells, arguments.compare),
     };
-    let (jobs, machine) = (arguments.missions_of.run.jobs(), engines::machine());
+    let (jobs, machine) = (arguments.missions_of.run.jobs(), machine::description());
     let mut all = Vec::new();
-    for other in others(first)? {
-        let run = |cell: &&Cell| Ok(run_cell(cell, other.open()?, &mut wall_clock(), &machine));
+    for open in others(first)? {
+        let run = |cell: &&Cell| Ok(run_cell(cell, open()?, &mut wall_clock(), &machine));
         let again = in_memory(&some, jobs, run)?;
         all.extend(compare_digests(rows, &again));
     }
     Ok(all)
 }
 
-/// An engine to compare with.
-enum Other {
-    /// The adapter of this name.
-    Gpu(String),
-    /// The CPU on one thread with these instructions.
-    Cpu(InstructionSet),
-}
+/// Opens an engine to compare with.
+type Open = Box<dyn Fn() -> anyhow::Result<Box<dyn Engine>> + Sync>;
 
-impl Other {
-    fn open(&self) -> anyhow::Result<Box<dyn Engine>> {
-        match self {
-            Self::Gpu(name) => Ok(open_engine(&EngineChoice::Gpu(Some(name.clone())), 1)?.engine),
-            Self::Cpu(instructions) => {
-                Ok(Box::new(CpuEngine::with_instruction_set(*instructions, 1)?))
-            }
-        }
-    }
-}
-
-/// Every GPU adapter except the first engine; without one the CPU with the next slower instructions.
-fn others(first: &str) -> anyhow::Result<Vec<Other>> {
-    let adapters: Vec<Other> = engines::all()?
-        .iter()
-        .filter(|engine| engine.kind() == "gpu" && engine.name() != first)
-        .map(|engine| Other::Gpu(engine.name()))
-        .collect();
+/// Every GPU adapter except the first engine; without one the CPU on one thread with the next slower instructions.
+fn others(first: &str) -> anyhow::Result<Vec<Open>> {
+    let adapter = |engine: &Box<dyn Engine>| -> Option<Open> {
+        let choice = EngineChoice::Gpu(Some(engine.name()));
+        let is_other = engine.kind() == "gpu" && engine.name() != first;
+        is_other.then(|| Box::new(move || Ok(open_engine(&choice, 1)?.engine)) as Open)
+    };
+    let adapters: Vec<Open> = machine::all_engines()?.iter().filter_map(adapter).collect();
     if !adapters.is_empty() {
         return Ok(adapters);
     }
@@ -172,7 +140,9 @@ fn others(first: &str) -> anyhow::Result<Vec<Other>> {
         .into_iter()
         .rev()
         .find(|one| one.is_available() && *one != InstructionSet::best());
-    Ok(slower.map(Other::Cpu).into_iter().collect())
+    let cpu =
+        |set| -> Open { Box::new(move || Ok(Box::new(CpuEngine::with_instruction_set(set, 1)?))) };
+    Ok(slower.map(cpu).into_iter().collect())
 }
 
 /// Tables of all missions, by map and by traffic, and the comparisons.
@@ -180,14 +150,11 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
     let mut groups = vec![summary.all.clone()];
     groups.extend(summary.worlds.iter().chain(&summary.traffic).cloned());
     let mut lines = group_table(&groups);
-    for (name, count) in &summary.faults {
-        lines.push(format!("fault {name}: {count}"));
-    }
+    lines.extend(summary.faults.iter().map(|(name, count)| format!("fault {name}: {count}")));
     if let Some(speed) = summary.mean_speed_m_s {
+        let (km, hours) = (summary.travelled_m / 1e3, summary.time_s / 3600.0);
         lines.push(format!(
-            "mean speed   {speed:.2} m/s of the missions that arrived; all drove {:.1} km in {:.1} h",
-            summary.travelled_m / 1e3,
-            summary.time_s / 3600.0
+            "mean speed   {speed:.2} m/s of the missions that arrived; all drove {km:.1} km in {hours:.1} h"
         ));
     }
     if let Some(error) = summary.final_error {
@@ -197,31 +164,23 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
         ));
     }
     if summary.digests_compared > 0 {
-        lines.push(format!(
-            "traces       {} of {} equal on another engine",
-            summary.digests_equal, summary.digests_compared
-        ));
+        let (equal, compared) = (summary.digests_equal, summary.digests_compared);
+        lines.push(format!("traces       {equal} of {compared} equal on another engine"));
     }
     let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
-    let difference = |one: &Comparison| {
-        format!(
-            "DIFFERS: {}, seed {}: {} gave {}, {} gave {}",
-            one.world,
-            one.seed,
-            text(&one.first),
-            text(&one.expected),
-            text(&one.engine),
-            text(&one.found)
-        )
-    };
     let different = comparisons.iter().filter(|one| !one.equal);
-    lines.extend(different.map(difference));
+    lines.extend(different.map(|one| {
+        let (first, expected) = (text(&one.first), text(&one.expected));
+        let (engine, found) = (text(&one.engine), text(&one.found));
+        let (world, seed) = (&one.world, one.seed);
+        format!("DIFFERS: {world}, seed {seed}: {first} gave {expected}, {engine} gave {found}")
+    }));
     lines
 }
 
 /// Drives one mission again with a page and its ticks.
 fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
-    report_file::create_folder(folder)?;
+    let report = ReportFolder::create(Some(folder))?;
     let mut playback = PlaybackRecorder::default();
     let mut observer =
         Observer { clock: &mut wall_clock(), on_tick: &mut |moment| playback.record(moment) };
@@ -230,31 +189,11 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     let run = world.drive(cell.row.seed, config, engine, &mut observer)?;
     if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
         let title = format!("{}, seed {}", world.name, cell.row.seed);
-        let command = std::env::args().collect::<Vec<_>>().join(" ");
-        let drive = MissionView {
-            title: &title,
-            command: &command,
-            mission: &drawn.simulation.mission,
-            config,
-            result,
-            playback: Some(&playback),
-            facts: &report_file::facts(result),
-        };
-        let page = report_file::drive_page(drive, report_file::SIMULATED);
-        report_file::write(folder, &page)?;
-        let file = folder.join(TICKS);
-        let place = || format!("--report {}", folder.display());
-        let mut out = BufWriter::new(File::create(&file).with_context(place)?);
-        for tick in &result.trace.rows {
-            serde_json::to_writer(&mut out, tick)?;
-            out.write_all(b"\n").with_context(place)?;
-        }
-        out.flush().with_context(place)?;
+        let (mission, intro) = (&drawn.simulation.mission, drive_text::SIMULATED);
+        report
+            .write_page(|| drive_text::page(&title, intro, mission, config, result, &playback))?;
+        recording::write_ticks("--report", create_file("--report", &folder.join(TICKS))?, result)?;
     }
-    if json {
-        output::json(&run.row)?;
-    } else {
-        output::line(run_text(&run.row));
-    }
+    output::result(json, &run.row, [run_text(&run.row)])?;
     Ok(run.row.reached())
 }

@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
 use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard};
+use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::whole;
 use super::result_store::ResultStore;
-use super::sweep_merge::MergeArguments;
-use super::sweep_workers::{Done, Workers, run_alone};
-use super::{engines, output, sweep_merge, toml_merge};
+use super::runs::{Done, Workers, run_alone};
+use super::sweep_merge::{self, MergeArguments};
+use super::{machine, output, toml_merge};
 
 /// Folder of the results, where none is named.
 const FOLDER: &str = "inbye-sweep";
@@ -78,59 +79,51 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     }
     let Some(plan) = &arguments.plan else {
         let plan = Plan::documented();
-        if json {
-            output::json(&json!({ "plan": plan }))?;
-        } else {
-            output::line(plan.trim_end());
-        }
+        output::result(json, &json!({ "plan": plan }), [plan.trim_end()])?;
         return Ok(true);
     };
     let grid = read(plan)?;
     let cells = requested(&grid, arguments)?;
     let manifest = Manifest::of(&grid);
+    let out = arguments.out.as_deref();
     if arguments.list {
-        let folder = arguments.out.as_deref();
-        let folder = folder.map(|out| ResultStore::open(out, &manifest));
-        return list(&cells, folder.transpose()?.as_ref(), json);
+        let folder = out.map(|out| ResultStore::open(out, &manifest)).transpose()?;
+        return list(&cells, folder.as_ref(), json);
     }
-    let machine = engines::machine();
-    if arguments.out.is_none() && !arguments.cells.is_empty() {
+    let machine = machine::description();
+    if out.is_none() && !arguments.cells.is_empty() {
         return print(&cells, &machine, json);
     }
-    let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
+    let out = out.unwrap_or(Path::new(FOLDER));
     let folder = ResultStore::open(out, &manifest)?;
     let workers = Workers { store: &folder, machine: &machine, title: "cells of the sweep" };
-    let jobs = arguments.jobs.unwrap_or_else(engines::cores);
-    let done = workers.run(&cells, jobs)?;
-    let count = |kind: fn(&Done) -> bool| done.iter().filter(|(_, done)| kind(done)).count();
-    let errors = count(|done| matches!(done, Done::Driven { is_error: true }));
-    let (driven, found) = (
-        count(|done| matches!(done, Done::Driven { .. })),
-        count(|done| matches!(done, Done::Found)),
-    );
-    let left: Vec<(&str, &str)> =
-        done.iter().filter_map(|(key, done)| Some((key.as_str(), done.no_engine()?))).collect();
-    if json {
-        let listed = left.iter().map(|(key, reason)| json!({ "key": key, "reason": reason }));
-        output::json(&json!({
-            "cells": cells.len(),
-            "found": found,
-            "driven": driven,
-            "errors": errors,
-            "left": listed.collect::<Vec<_>>(),
-            "out": out,
-        }))?;
-    } else {
-        output::line(format!(
-            "{} cells: {driven} driven, {found} found; {errors} did not start; in {}",
-            cells.len(),
-            out.display()
-        ));
-        if let Some((_, reason)) = left.first() {
-            output::line(format!("{} cells are left: {reason}", left.len()));
+    let done = workers.run(&cells, arguments.jobs.unwrap_or_else(machine::cores))?;
+    let (mut found, mut driven, mut errors, mut left) = (0, 0, 0, Vec::new());
+    for (key, done) in &done {
+        match done {
+            Done::Found => found += 1,
+            Done::Driven { is_error } => {
+                driven += 1;
+                errors += usize::from(*is_error);
+            }
+            Done::NoEngine(reason) => left.push(json!({ "key": key, "reason": reason })),
+            Done::Busy => {}
         }
     }
-    Ok(left.is_empty())
+    let count = cells.len();
+    let mut lines = vec![format!(
+        "{count} cells: {driven} driven, {found} found; {errors} did not start; in {}",
+        out.display()
+    )];
+    if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
+        lines.push(format!("{} cells are left: {reason}", left.len()));
+    }
+    let is_done = left.is_empty();
+    let object = json!({
+        "cells": count, "found": found, "driven": driven, "errors": errors, "left": left, "out": out,
+    });
+    output::result(json, &object, lines)?;
+    Ok(is_done)
 }
 
 /// The grid of a plan's file.
@@ -138,18 +131,13 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
     let text = fs::read_to_string(file)
         .with_context(|| format!("{}: cannot be read as text", file.display()))?;
-    let plan = toml_merge::parse(&text, &Plan::default(), |plan: &Plan| Ok(plan.check()?));
+    let plan = toml_merge::parse(&text, &Plan::default(), |plan| Ok(plan.check()?));
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let change = |base: &_, changes: &toml::Table| {
+    let change = |base: &Config, changes: &toml::Table| {
         let changed =
-            toml_merge::parse(&changes.to_string(), base, |config: &inbye::runtime::Config| {
-                Ok(config.validate()?)
-            });
-        changed.map_err(|error| {
-            let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-            causes.join(": ")
-        })
+            toml_merge::parse(&changes.to_string(), base, |config| Ok(config.validate()?));
+        changed.map_err(|error| format!("{error:#}"))
     };
     Grid::new(&plan, folder, change).with_context(place)
 }
@@ -163,13 +151,9 @@ fn requested<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<V
             ExperimentError::NoCell { key: key.clone() }
         );
     }
-    let is_requested =
-        |cell: &&Cell| arguments.cells.is_empty() || arguments.cells.contains(&cell.row.key);
-    let cells: Vec<&Cell> = all.into_iter().filter(is_requested).collect();
-    Ok(match arguments.shard {
-        Some(shard) => shard.of(&cells),
-        None => cells,
-    })
+    let mut cells = all;
+    cells.retain(|cell| arguments.cells.is_empty() || arguments.cells.contains(&cell.row.key));
+    Ok(arguments.shard.map_or_else(|| cells.clone(), |shard| shard.of(&cells)))
 }
 
 /// Prints each cell, and whether it has its result in a folder.

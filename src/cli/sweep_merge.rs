@@ -10,7 +10,8 @@ use inbye::experiment::{ExperimentError, Group, Manifest, Merged, RunRow, groups
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
-use super::{output, report_file, result_store};
+use super::files::ReportFolder;
+use super::{output, result_store};
 
 /// Default folder of the table and the report.
 const FOLDER: &str = "inbye-sweep-report";
@@ -35,27 +36,41 @@ pub struct MergeArguments {
     pub report: Option<PathBuf>,
 }
 
-/// Merges. False when a cell is missing.
+/// Merges. Returns false when a cell is missing.
 pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
-    let (manifest, merged) = read(&arguments.folders)?;
+    let (manifest, Merged { rows, missing, .. }) = read(&arguments.folders)?;
     let folder = arguments.report.as_deref().unwrap_or(Path::new(FOLDER));
-    write(folder, &manifest, &merged)?;
-    let rows: Vec<RunRow> = without_clock(&merged);
+    let intro = match (manifest.cells.len(), rows.len()) {
+        (all, there) if all == there => format!("{all} cells."),
+        (all, there) => format!("{there} of {all} cells; the others have no result yet."),
+    };
+    let latencies: Vec<RunRow> = rows.iter().filter(|row| row.latency).cloned().collect();
+    // Without times the rows are the same bytes on every machine.
+    let rows: Vec<RunRow> = rows.into_iter().map(RunRow::without_clock).collect();
     let groups = groups(&rows);
-    let (cells, missing) = (manifest.keys().len(), &merged.missing);
-    if json {
-        output::json(&json!({ "cells": cells, "missing": missing, "groups": groups }))?;
-    } else {
-        text_table(&groups, &Group::SUMMARY).iter().for_each(output::line);
-        if !missing.is_empty() {
-            let named: Vec<&str> = missing.iter().take(NAMED).map(String::as_str).collect();
-            output::line(format!(
-                "{} of {cells} cells are missing, such as {}",
-                missing.len(),
-                named.join(", ")
-            ));
-        }
+    let report = ReportFolder::create(Some(folder))?;
+    table(folder, "sweep", &rows)?;
+    if !latencies.is_empty() {
+        table(folder, "latency", &latencies)?;
     }
+    report.write(|| {
+        bench_files(&BenchReport {
+            title: &manifest.title,
+            intro: &intro,
+            command: "inbye sweep PLAN.toml --out DIR\ninbye sweep merge DIR",
+            sweep: &groups,
+            sweep_latency: &latencies,
+            ..BenchReport::default()
+        })
+    })?;
+    let cells = manifest.keys().len();
+    let mut lines = text_table(&groups, &Group::SUMMARY);
+    if !missing.is_empty() {
+        let named = missing[..NAMED.min(missing.len())].join(", ");
+        lines.push(format!("{} of {cells} cells are missing, such as {named}", missing.len()));
+    }
+    let object = json!({ "cells": cells, "missing": missing, "groups": groups });
+    output::result(json, &object, lines)?;
     Ok(missing.is_empty())
 }
 
@@ -82,36 +97,6 @@ fn read(folders: &[PathBuf]) -> anyhow::Result<(Manifest, Merged)> {
     let (_, manifest) = first.context("no folder to merge")?;
     let merged = merge(&manifest, files)?;
     Ok((manifest, merged))
-}
-
-fn write(folder: &Path, manifest: &Manifest, merged: &Merged) -> anyhow::Result<()> {
-    report_file::create_folder(folder)?;
-    let rows = without_clock(merged);
-    table(folder, "sweep", &rows)?;
-    let latencies = merged.rows.iter().filter(|row| row.latency).cloned();
-    let latencies: Vec<RunRow> = latencies.collect();
-    if !latencies.is_empty() {
-        table(folder, "latency", &latencies)?;
-    }
-    let intro = match (manifest.cells.len(), merged.rows.len()) {
-        (all, there) if all == there => format!("{all} cells."),
-        (all, there) => format!("{there} of {all} cells; the others have no result yet."),
-    };
-    let files = bench_files(&BenchReport {
-        title: &manifest.title,
-        intro: &intro,
-        command: "inbye sweep PLAN.toml --out DIR\ninbye sweep merge DIR",
-        sweep: &groups(&rows),
-        sweep_latency: &latencies,
-        ..BenchReport::default()
-    });
-    report_file::write_files(folder, &files)
-}
-
-/// The rows without times: the same bytes on every machine.
-fn without_clock(merged: &Merged) -> Vec<RunRow> {
-    let rows = merged.rows.iter().cloned();
-    rows.map(RunRow::without_clock).collect()
 }
 
 /// Writes a table as CSV, and as Parquet in a build with the feature `parquet`.

@@ -1,13 +1,23 @@
-//! Parses TOML settings over defaults: a key that a file does not name keeps its value.
+//! Parses TOML settings over defaults: a key that a file does not name keeps its value. Errors are for users who do not write
+//! Rust.
 
 use anyhow::{anyhow, bail};
+use inbye::runtime::renamed_keys;
+use inbye::suggest::closest_name;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-
-use super::serde_messages::plain_message;
+use toml::{Table, Value};
 
 /// Longest quotation of a line in an error, characters.
 const MAX_QUOTE: usize = 60;
+
+/// Rust type names in messages, and their replacements.
+const TYPES: [(&str, &str); 4] = [
+    ("expected u32", "expected a whole number, at least 0"),
+    ("expected usize", "expected a whole number, at least 0"),
+    ("expected f64", "expected a number"),
+    ("expected a sequence", "expected a list"),
+];
 
 /// Parses and validates the text of a TOML file; keys that it does not name keep their value in `settings`.
 pub fn parse<T: Default + Serialize + DeserializeOwned>(
@@ -20,7 +30,12 @@ pub fn parse<T: Default + Serialize + DeserializeOwned>(
         bail!(one_line::<T>(&error, text));
     }
     // A table with missing keys must not get the defaults of its type, which may differ from those of its place.
-    let settings = merge(settings, text)?;
+    // The first line of the error is its message; the others quote the text.
+    let message_only = |error: toml::de::Error| anyhow!("{}", error.message().to_owned());
+    let changes: Table = toml::from_str(text).map_err(message_only)?;
+    let mut table = Table::try_from(settings)?;
+    merge_tables(&mut table, changes);
+    let settings = table.try_into().map_err(message_only)?;
     validate(&settings)?;
     Ok(settings)
 }
@@ -35,11 +50,12 @@ fn one_line<T: Default + Serialize>(error: &toml::de::Error, text: &str) -> Stri
 
 /// The table that has a key of this name, such as `[robot.limits]`.
 fn table_of<T: Default + Serialize>(key: &str) -> Option<String> {
-    let defaults = toml::Table::try_from(T::default()).ok()?;
+    let defaults = Table::try_from(T::default()).ok()?;
     find(&defaults, key, "")
 }
 
-fn find(table: &toml::Table, key: &str, path: &str) -> Option<String> {
+/// The path of the nested table that has a key.
+fn find(table: &Table, key: &str, path: &str) -> Option<String> {
     if table.contains_key(key) && !path.is_empty() {
         return Some(format!("[{path}]"));
     }
@@ -49,20 +65,11 @@ fn find(table: &toml::Table, key: &str, path: &str) -> Option<String> {
     })
 }
 
-/// Returns settings with the changes of a TOML text applied.
-fn merge<T: Serialize + DeserializeOwned>(settings: &T, text: &str) -> anyhow::Result<T> {
-    // The first line of the error is its message; the others quote the text.
-    let message_only = |error: toml::de::Error| anyhow!("{}", error.message().to_owned());
-    let changes: toml::Table = toml::from_str(text).map_err(message_only)?;
-    let mut table = toml::Table::try_from(settings)?;
-    merge_tables(&mut table, changes);
-    table.try_into().map_err(message_only)
-}
-
-fn merge_tables(table: &mut toml::Table, changes: toml::Table) {
+/// Replaces the values that a table of changes has, also in nested tables.
+fn merge_tables(table: &mut Table, changes: Table) {
     for (name, value) in changes {
         match (table.get_mut(&name), value) {
-            (Some(toml::Value::Table(inner)), toml::Value::Table(changes))
+            (Some(Value::Table(inner)), Value::Table(changes))
                 if !is_other_variant(inner, &changes) =>
             {
                 merge_tables(inner, changes);
@@ -76,10 +83,61 @@ fn merge_tables(table: &mut toml::Table, changes: toml::Table) {
 
 /// Whether two tables are different enum variants, such as `{ theta = { degrees = 30 } }` and `{ normalized = { k = 1 } }`. Such
 /// a table has one key and is replaced as a whole.
-pub fn is_other_variant(old: &toml::Table, new: &toml::Table) -> bool {
-    let only_key = |table: &toml::Table| {
-        let name = table.keys().next().cloned();
-        name.filter(|_| table.len() == 1)
+pub fn is_other_variant(old: &Table, new: &Table) -> bool {
+    old.len() == 1 && new.len() == 1 && old.keys().ne(new.keys())
+}
+
+/// Returns a message on one line without Rust type names. For an unknown key or value it suggests the closest known one.
+/// `table_of` names the table of a key that exists elsewhere.
+pub fn plain_message(message: &str, table_of: impl Fn(&str) -> Option<String>) -> String {
+    // A quoted key may contain line breaks.
+    let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    let plain = TYPES.iter().fold(message.clone(), |text, (rust, plain)| text.replace(rust, plain));
+    let plain = match plain.split_once("expected struct ") {
+        Some((before, _name)) => format!("{before}expected a table of keys and values"),
+        None => plain,
     };
-    only_key(old).is_some_and(|old| only_key(new).is_some_and(|new| new != old))
+    match suggestion(&message, table_of) {
+        Some(suggestion) => format!("{plain}: {suggestion}"),
+        None => plain,
+    }
+}
+
+fn suggestion(message: &str, table_of: impl Fn(&str) -> Option<String>) -> Option<String> {
+    if !message.starts_with("unknown ") {
+        return None;
+    }
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let given = quoted.next()?;
+    if let Some((_, now)) = renamed_keys().find(|(old, _)| *old == given) {
+        return Some(format!("`{given}` is now `{now}`"));
+    }
+    if let Some(table) = table_of(given) {
+        return Some(format!("`{given}` belongs in {table}"));
+    }
+    let known = closest_name(given, quoted)?;
+    Some(format!("did you mean `{known}`?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suggestion_names_similar_key_only() {
+        let message =
+            |key| format!("unknown field `{key}`, expected one of `max_vel_x`, `min_vel_x`");
+        let suggested = |key| suggestion(&message(key), |_| None);
+        assert_eq!(suggested("max_vel").as_deref(), Some("did you mean `max_vel_x`?"));
+        assert_eq!(suggested("mxa_vel_x").as_deref(), Some("did you mean `max_vel_x`?"));
+        assert_eq!(suggested("colour"), None);
+        let elsewhere = suggestion(&message("beams"), |_| Some("[lidar]".to_owned()));
+        assert_eq!(elsewhere.as_deref(), Some("`beams` belongs in [lidar]"));
+    }
+
+    #[test]
+    fn plain_message_replaces_type_names() {
+        let plain = plain_message("invalid type: string `u32`, expected u32", |_| None);
+        assert_eq!(plain, "invalid type: string `u32`, expected a whole number, at least 0");
+    }
 }

@@ -1,78 +1,69 @@
 //! `inbye verify`.
 
 use anyhow::Context;
-use inbye::bench::{GOLDEN_CASES, GOLDEN_DIGEST};
+use clap::Args;
+use inbye::bench::{GOLDEN_CASES, GOLDEN_DIGEST, verify, verify_golden};
+use inbye::local::open_all_variants;
 use serde_json::json;
 
-use super::arguments::VerifyArguments;
-use super::{engines, output};
+use super::arguments::whole;
+use super::{machine, output};
 
-/// Compares all engines on random problems. Returns false if a bit differs.
+/// `inbye verify`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye verify --cases 500 --seed 1 --json")]
+pub struct VerifyArguments {
+    /// Number of random problems.
+    #[arg(long, default_value_t = 200, allow_negative_numbers = true, value_parser = whole::<u64>(1, u64::MAX))]
+    pub cases: u64,
+    /// Seed of the problems.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
+    pub seed: u64,
+}
+
+/// Compares all engines and CPU instruction sets on random problems. Returns false if a bit differs.
 pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
-    let mut all = engines::to_compare()?;
+    let mut all = open_all_variants(machine::cores(), machine::note_skipped)?;
     let bar = output::progress(arguments.cases, "verifying");
-    let result = inbye::bench::verify(&mut all, arguments.cases, arguments.seed, |done| {
-        bar.set_position(done);
-    })
-    .context("verify")?;
-    let golden = inbye::bench::verify_golden(&mut all).context("verify")?;
+    let done = |done| bar.set_position(done);
+    let result = verify(&mut all, arguments.cases, arguments.seed, done).context("verify")?;
+    let golden = verify_golden(&mut all).context("verify")?;
     bar.finish_and_clear();
-    let is_golden = |digest: &String| digest == GOLDEN_DIGEST;
-    let agree = result.agree() && golden.digests.iter().all(is_golden);
-    if json {
-        let engines: Vec<_> = all
-            .iter()
-            .zip(result.digests.iter().zip(&golden.digests))
-            .map(|(engine, (digest, golden))| {
-                json!({ "name": engine.name(), "digest": digest, "golden_digest": golden })
-            })
-            .collect();
-        output::json(&json!({
-            "cases": result.cases,
-            "seed": arguments.seed,
-            "samples": result.samples,
-            "engines": engines,
-            "agree": agree,
-            "golden_digest": GOLDEN_DIGEST,
-            "difference_count": result.difference_count,
-            "differences": result.differences,
-            "golden_differences": golden.differences,
-        }))?;
-        return Ok(agree);
-    }
-    output::line(format!("{} problems, {} samples", result.cases, result.samples));
-    for (engine, digest) in all.iter().zip(&result.digests) {
-        output::line(format!("{digest}  {}", engine.name()));
-    }
-    output::line(format!(
+    let agree = result.agree() && golden.digests.iter().all(|digest| digest == GOLDEN_DIGEST);
+    let names: Vec<String> = all.iter().map(|engine| engine.name()).collect();
+    let named = || names.iter().zip(&result.digests).zip(&golden.digests);
+    let mut lines = vec![format!("{} problems, {} samples", result.cases, result.samples)];
+    lines.extend(named().map(|((name, digest), _)| format!("{digest}  {name}")));
+    lines.push(format!(
         "{GOLDEN_DIGEST}  golden: of {GOLDEN_CASES} pinned problems, the same on every machine"
     ));
-    for (engine, digest) in all.iter().zip(&golden.digests) {
-        if !is_golden(digest) {
-            output::line(format!("{digest}  NOT golden: {}", engine.name()));
-        }
-    }
+    let other = named().filter(|(_, golden)| *golden != GOLDEN_DIGEST);
+    lines.extend(other.map(|((name, _), golden)| format!("{golden}  NOT golden: {name}")));
     if agree {
-        output::line(format!(
-            "agree: {} engines returned the same bits, and the golden digest",
-            all.len()
-        ));
+        let count = names.len();
+        lines.push(format!("agree: {count} engines returned the same bits, and the golden digest"));
     } else {
-        output::line(format!(
-            "DIFFER in {} quantities; the first:",
-            result.difference_count + golden.difference_count
-        ));
-        for one in result.differences.iter().chain(&golden.differences) {
-            output::line(format!(
-                "  case {}, {}: {} on {}, {} on {}",
-                one.case,
-                one.what,
-                one.found,
-                one.engine,
-                one.expected,
-                all[0].name(),
-            ));
-        }
+        let count = result.difference_count + golden.difference_count;
+        lines.push(format!("DIFFER in {count} quantities; the first:"));
+        lines.extend(result.differences.iter().chain(&golden.differences).map(|one| {
+            let (case, what, found, engine) = (one.case, &one.what, &one.found, &one.engine);
+            format!("  case {case}, {what}: {found} on {engine}, {} on {}", one.expected, names[0])
+        }));
     }
+    let engines = named().map(|((name, digest), golden)| {
+        json!({ "name": name, "digest": digest, "golden_digest": golden })
+    });
+    let object = json!({
+        "cases": result.cases,
+        "seed": arguments.seed,
+        "samples": result.samples,
+        "engines": engines.collect::<Vec<_>>(),
+        "agree": agree,
+        "golden_digest": GOLDEN_DIGEST,
+        "difference_count": result.difference_count,
+        "differences": result.differences,
+        "golden_differences": golden.differences,
+    });
+    output::result(json, &object, lines)?;
     Ok(agree)
 }

@@ -1,20 +1,32 @@
-//! The common part of `inbye bench barn` and `inbye bench dynabarn`: numbered worlds, each driven with several seeds.
+//! `inbye bench barn` and `inbye bench dynabarn`: numbered worlds, each driven with several seeds.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::Args;
-use inbye::experiment::{Grid, RunRow, Setup, World};
+use inbye::experiment::barn::{self, BarnSummary, OverWorlds, barn_config};
+use inbye::experiment::dynabarn::{self, dynabarn_config};
+use inbye::experiment::{Grid, Group, RunRow, Setup, World};
 use inbye::local::CpuEngine;
-use inbye::report::{BenchReport, bench_files};
-use inbye::runtime::{Config, Observer};
+use inbye::map::OccupancyGrid;
+use inbye::report::{BenchReport, DriveView, drive_svg};
+use inbye::runtime::{Config, MissionResult, Observer};
+use inbye::sim::Simulation;
+use serde_json::json;
 
-use super::arguments::whole;
-use super::grid_run::RunArguments;
-use super::one_run::{Files, OneRun};
-use super::output_file::Output;
-use super::process::wall_clock;
-use super::run_text::{run_name, run_text};
-use super::{engines, output, output_file, report_file};
+use super::arguments::{number, whole};
+use super::config::changed;
+use super::drive_text::one_line;
+use super::files::{Output, ReportFolder, create_file};
+use super::machine::wall_clock;
+use super::runs::{RunArguments, group_table, run_name, run_text, unreached};
+use super::{output, recording};
+
+/// Limits of a comparison of BARN with published figures.
+const BARN_SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics engine, but slip, lag, drift and noise; contacts are exact";
+/// Limits of a comparison of `DynaBARN` with published figures.
+const DYNABARN_SIMULATOR: &str = "inbye's own planar simulator, not Gazebo: no physics engine, but slip, lag, drift and \
+    noise; contacts are exact; the cylinders move as in Gazebo, on a spline through their keyframes";
 
 /// Worlds and seeds to drive, and where results go.
 #[derive(Debug, Args)]
@@ -47,47 +59,48 @@ pub struct WorldsArguments {
     pub ticks: Option<PathBuf>,
 }
 
+/// Selects a run.
+#[derive(Clone, Copy, Debug)]
+pub struct OneRun {
+    /// The world's number.
+    pub world: u32,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl FromStr for OneRun {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (world, seed) = text.split_once(',').ok_or("write WORLD,SEED, such as 12,0")?;
+        Ok(Self { world: whole(0, u64::from(u32::MAX))(world)?, seed: whole(0, u64::MAX)(seed)? })
+    }
+}
+
 impl WorldsArguments {
     /// Numbers of the worlds to read; none for all.
-    pub fn numbers(&self) -> Option<Vec<u32>> {
-        match self.trace {
-            Some(run) => Some(vec![run.world]),
-            None => self.only.clone(),
-        }
+    fn numbers(&self) -> Option<Vec<u32>> {
+        self.trace.map_or_else(|| self.only.clone(), |run| Some(vec![run.world]))
     }
 
     /// Drives all worlds with all seeds, and writes record and report; the rows, by world and seed.
-    pub fn drive(
+    fn drive(
         &self,
         (title, intro): (&str, &str),
         worlds: &[World],
-        config: &Config,
+        config: Config,
         report: for<'r> fn(&'r [RunRow]) -> BenchReport<'r>,
     ) -> anyhow::Result<Vec<RunRow>> {
-        let record = Output::create("--record", self.run.record.as_deref(), &["csv", "json"])?;
-        if let Some(folder) = &self.report {
-            report_file::create_folder(folder)?;
-        }
+        let folder = ReportFolder::create(self.report.as_deref())?;
         let seeds: Vec<u64> = (0..self.seeds).collect();
-        let setups = [Setup::unnamed(config.clone())];
-        let rows = self.run.run(&Grid::of_worlds(title, worlds, &setups, &seeds)?)?;
-        if let Some(record) = record {
-            output_file::write_rows(record, &rows)?;
-        }
-        if let Some(folder) = &self.report {
-            let files = bench_files(&BenchReport {
-                intro,
-                machine: &engines::machine(),
-                command: &report_file::command_line(),
-                ..report(&rows)
-            });
-            report_file::write_files(folder, &files)?;
-        }
+        let grid = Grid::of_worlds(title, worlds, &[Setup::unnamed(config)], &seeds)?;
+        let rows = self.run.run(&grid, |_| {})?;
+        folder.write_bench(BenchReport { intro, ..report(&rows) })?;
         Ok(rows)
     }
 
     /// Makes the run of `--trace`: draws it, writes its ticks, and prints it as text or JSON.
-    pub fn one_run(
+    fn one_run(
         &self,
         run: OneRun,
         title: &str,
@@ -95,19 +108,159 @@ impl WorldsArguments {
         config: &Config,
         json: bool,
     ) -> anyhow::Result<bool> {
-        let files = Files::create(self.svg.as_deref(), self.ticks.as_deref())?;
+        let svg = Output::create("--svg", self.svg.as_deref(), &["svg"])?;
+        let ticks = self.ticks.as_deref().map(|name| create_file("--ticks", name)).transpose()?;
         let mut observer = Observer { clock: &mut wall_clock(), on_tick: &mut |_| {} };
         let engine = Box::new(CpuEngine::single_threaded());
         let driven = world.drive(run.seed, config, engine, &mut observer)?;
         if let (Some(drawn), Some(result)) = (&driven.simulation, &driven.result) {
             let title = format!("{title} {}", run_name(&driven.row));
-            files.write(&title, &drawn.simulation, result)?;
+            svg.write(|| picture(&title, &drawn.simulation, result))?;
+            if let Some(file) = ticks {
+                recording::write_ticks("--ticks", file, result)?;
+            }
         }
-        if json {
-            output::json(&driven.row)?;
-        } else {
-            output::line(run_text(&driven.row));
-        }
+        output::result(json, &driven.row, [run_text(&driven.row)])?;
         Ok(true)
     }
+}
+
+/// Draws a run on the true map.
+fn picture(title: &str, simulation: &Simulation, result: &MissionResult) -> String {
+    let solid = |&blocked: &bool| if blocked { 100 } else { 0 };
+    let mission = &simulation.mission;
+    let truth = simulation
+        .truth
+        .as_ref()
+        .map(|truth| OccupancyGrid::new(*truth.frame(), truth.cells().iter().map(solid).collect()));
+    drive_svg(&DriveView {
+        title,
+        caption: &one_line(result),
+        map: truth.as_ref().unwrap_or(&mission.map),
+        start: mission.start,
+        goal: mission.goal.position,
+        trace: &result.trace,
+    })
+}
+
+/// `inbye bench barn`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench barn --worlds barn --seeds 3 --out runs --record runs.csv\n  inbye bench barn --worlds barn --report report\n\n\
+    The folder holds worlds.csv and worlds/world_NNN.csv. The robot, a Jackal, has an empty map and sees the cylinders only \
+    with its laser. A run ends when its true pose is within 1 m of the goal, on contact, or after 100 s; its score is \
+    OT / clip(T, 2 OT, 8 OT) if it arrived, else 0, where OT is the time of the benchmark's path at 2 m/s.\n\
+    With --out the same command resumes where it was interrupted. The published figures were measured in Gazebo, not in this \
+    simulator.\n\
+    JSON fields: `summary`, `max_speed`, `simulator`, `rows`."
+)]
+pub struct BarnArguments {
+    #[command(flatten)]
+    pub worlds_of: WorldsArguments,
+    /// Highest speed, m/s; the published baseline has 0.5.
+    #[arg(long, default_value_t = 2.0, allow_negative_numbers = true, value_parser = speed)]
+    pub max_speed: f64,
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let is_valid = |speed: f64| speed > 0.0 && speed <= 10.0;
+    number(text, is_valid, "metres per second, above zero and at most 10")
+}
+
+/// Drives the worlds of BARN.
+pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
+    let (of, max_speed) = (&arguments.worlds_of, arguments.max_speed);
+    let config = changed(barn_config(max_speed), of.config.as_deref())?;
+    let listed = barn::read_worlds(&of.worlds, of.numbers().as_deref())?;
+    let world = |world: &_| World::barn(Clone::clone(world), max_speed);
+    let worlds: Vec<World> = listed.iter().map(world).collect();
+    if let Some(run) = of.trace {
+        return of.one_run(run, "BARN", &worlds[0], &config, json);
+    }
+    let intro = format!("Driven at up to {max_speed} m/s in {BARN_SIMULATOR}.");
+    let rows = of.drive(("BARN", &intro), &worlds, config, |rows| BenchReport {
+        title: "inbye: BARN",
+        barn: rows,
+        ..BenchReport::default()
+    })?;
+    let summary = BarnSummary::of(&rows, &listed);
+    let lines = barn_text(&summary, max_speed).into_iter().chain(unreached(&rows));
+    let object = json!({
+        "summary": summary, "max_speed": max_speed, "simulator": BARN_SIMULATOR, "rows": rows,
+    });
+    output::result(json, &object, lines)?;
+    Ok(true)
+}
+
+fn barn_text(summary: &BarnSummary, max_speed: f64) -> Vec<String> {
+    let mut lines = group_table(core::slice::from_ref(&summary.all));
+    let means = |title: &str, means: &OverWorlds| {
+        let OverWorlds { worlds, success, score, .. } = means;
+        format!("{title}: {worlds} worlds, success {success:.3}, score {score:.4}")
+    };
+    let here = format!("here, {max_speed} m/s at most");
+    lines.push(means(&here, &summary.over_worlds));
+    let official = summary.official.as_ref();
+    lines.extend(official.map(|official| means("  official worlds of these", official)));
+    if let Some(published) = &summary.published {
+        lines.push(format!(
+            "  published there, DWA 0.5 m/s: {} worlds, success {:.3}, score {:.4}, {:.1} % collided, {:.1} % out of time",
+            published.worlds,
+            published.success,
+            published.score,
+            published.collided * 100.0,
+            published.timeout * 100.0
+        ));
+        lines.push(format!(
+            "The published figures were measured in Gazebo; the others in {BARN_SIMULATOR}."
+        ));
+    }
+    lines
+}
+
+/// `inbye bench dynabarn`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench dynabarn --worlds dynabarn --seeds 3 --out moving --record moving.csv\n\n\
+    The folder holds world_NN.json. The robot, a Jackal, has an empty map and sees the cylinders only with its laser; they \
+    ignore the robot, and jump from the end of their path to its start. A run ends when its true pose is within 1 m of the \
+    goal, on contact, or after 100 s.\n\
+    The robot causes a contact if it closed the gap itself; a contact is avoidable if a constant command from 2.5 s before it \
+    stays clear. `reached_share` counts every contact as a failure, `attributed_share` leaves out the runs with other \
+    contacts.\n\
+    With --out the same command resumes where it was interrupted. This simulator is not Gazebo, but the cylinders move as in \
+    Gazebo, on a spline through their keyframes.\n\
+    JSON fields: `summary`, `simulator`, `rows`."
+)]
+pub struct DynaBarnArguments {
+    #[command(flatten)]
+    pub worlds_of: WorldsArguments,
+}
+
+/// Drives the worlds of `DynaBARN`.
+pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<bool> {
+    let of = &arguments.worlds_of;
+    let config = changed(dynabarn_config(), of.config.as_deref())?;
+    let worlds = dynabarn::read_worlds(&of.worlds, of.numbers().as_deref())?;
+    let worlds: Vec<World> = worlds.into_iter().map(World::dynabarn).collect();
+    if let Some(run) = of.trace {
+        return of.one_run(run, "DynaBARN", &worlds[0], &config, json);
+    }
+    let intro = format!("Driven in {DYNABARN_SIMULATOR}.");
+    let rows = of.drive(("DynaBARN", &intro), &worlds, config, |rows| BenchReport {
+        title: "inbye: DynaBARN",
+        dynabarn: rows,
+        ..BenchReport::default()
+    })?;
+    let summary = Group::of("all", &rows.iter().collect::<Vec<_>>());
+    let object = json!({ "summary": summary, "simulator": DYNABARN_SIMULATOR, "rows": rows });
+    let attributed = summary.attributed_share;
+    let attributed = attributed.map_or_else(|| "none".to_owned(), |share| format!("{share:.3}"));
+    let mut lines = group_table(&[summary]);
+    lines.push(format!(
+        "success without the runs whose contact the robot neither caused nor could avoid: {attributed}"
+    ));
+    lines.push(intro);
+    output::result(json, &object, lines.into_iter().chain(unreached(&rows)))?;
+    Ok(true)
 }

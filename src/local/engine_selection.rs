@@ -35,7 +35,7 @@ impl FromStr for EngineChoice {
             None if text == "gpu" => Ok(Self::Gpu(None)),
             Some(("gpu", name)) if !name.is_empty() => Ok(Self::Gpu(Some(name.to_owned()))),
             _ => Err(format!(
-                "`{}` is no engine: use auto, cpu, gpu or gpu:ADAPTER-NAME",
+                "`{}` is not an engine: use auto, cpu, gpu or gpu:ADAPTER-NAME",
                 text.escape_debug()
             )),
         }

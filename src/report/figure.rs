@@ -6,7 +6,8 @@ use serde_json::Value;
 use super::number::NONE;
 use super::page::ReportFile;
 use super::svg::{LegendEntry, legend_list};
-use crate::bench::{self, Columns, csv_line};
+use crate::bench::columns::{aligned, csv_line};
+use crate::bench::{self, Columns};
 
 /// Most rows of a table of ticks.
 const MAX_TICK_ROWS: usize = 50;
@@ -71,6 +72,18 @@ impl Table {
         };
         let lines = self.rows.iter().map(|row| csv_line(row.iter().map(field)));
         csv_line(&self.headers) + &lines.collect::<String>()
+    }
+
+    /// The table as lines of text: the title, if it has one, the headers and the rows.
+    pub(super) fn lines(&self) -> Vec<String> {
+        let lines = [&[self.headers.clone()], &self.rows[..]].concat();
+        // A column of texts starts with a letter in its first row.
+        let is_text = |place: usize| {
+            let first = self.rows.first().and_then(|row| row[place].chars().next());
+            first.is_some_and(char::is_alphabetic)
+        };
+        let title = (!self.title.is_empty()).then(|| self.title.clone());
+        title.into_iter().chain(aligned(&lines, is_text)).collect()
     }
 
     pub(super) fn markup(&self) -> Markup {

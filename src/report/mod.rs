@@ -37,6 +37,7 @@ pub use map_pictures::{DriveView, PlanMetrics, PlanOutcome, PlanView, drive_svg,
 pub use mission_page::{EngineComparison, MissionView, Report, html};
 pub use page::{ReportFile, STYLE};
 pub use paper_page::{PaperReport, paper_files};
+pub use paper_tables::paper_text;
 pub use player::PlaybackRecorder;
 #[cfg(feature = "png")]
 pub use png::{PngError, png};

@@ -5,10 +5,29 @@ use maud::{Markup, html};
 use super::figure::Table;
 use super::number::{NONE, fixed, significant};
 use crate::bench::paper::{
-    AblationTable, Measure, PathTable, PublishedRow, Reduced, label_of, targets,
+    AblationTable, Measure, PathTable, PublishedRow, Reduced, Reduction, label_of, targets,
 };
 use crate::experiment::RunRow;
-use crate::experiment::paper_drives::{ALL_SCENES, Deviation, DriveSummary, DriveTable, scene};
+use crate::experiment::paper_drives::{
+    ALL_SCENES, Deviation, DriveSummary, DriveTable, PaperTable, scene,
+};
+
+/// Returns a table of the paper as lines of text: measured values, published values, and findings.
+#[must_use]
+pub fn paper_text(table: &PaperTable) -> Vec<String> {
+    let (tables, findings) = match table {
+        PaperTable::Paths(table) => {
+            (vec![path_table(table), reduction_text(table)], &table.findings)
+        }
+        PaperTable::Ablation(table) => (vec![step_table(table)], &table.findings),
+        PaperTable::Drives(table) => {
+            (vec![run_table(table), summary_table(table)], &table.findings)
+        }
+    };
+    let tables = tables.iter().filter(|table| !table.rows.is_empty());
+    let lines = tables.flat_map(Table::lines).chain(findings.iter().cloned());
+    lines.chain([String::new()]).collect()
+}
 
 /// The paths of all variants.
 pub(super) fn path_table(table: &PathTable) -> Table {
@@ -83,23 +102,40 @@ pub(super) fn reduction_table(table: &PathTable) -> Markup {
 
 /// The cell of a reduction. With a target, it shows whether the reduction reaches it.
 fn change(measure: Measure, reduced: Reduced, target: Option<f64>) -> Markup {
-    // Lengths differ by little.
-    let decimals = if measure == Measure::Length { 2 } else { 1 };
-    let Some(of_sums) = reduced.of_sums else {
-        return html! { td { (dash()) } };
-    };
-    let reaches = target.map(|target| of_sums >= target - 5e-4);
+    let reaches = target.zip(reduced.of_sums).map(|(target, of_sums)| of_sums >= target - 5e-4);
     let (class, mark) = match reaches {
         Some(true) => ("good", " ✓"),
         Some(false) => ("missed", ""),
         None => ("", ""),
     };
-    html! {
-        td class=(class) {
-            (signed(of_sums, decimals)) " %"
-            @if let Some(mean) = reduced.mean_of_rows { " (" (signed(mean, decimals)) ")" }
-            (mark)
-        }
+    html! { td class=(class) { (change_text(measure, reduced)) (mark) } }
+}
+
+/// A reduction as a change in percent: of the sums, and in brackets the mean of the rows.
+fn change_text(measure: Measure, reduced: Reduced) -> String {
+    // Lengths differ by little.
+    let decimals = if measure == Measure::Length { 2 } else { 1 };
+    let signed = |reduction| signed(reduction, decimals);
+    let mean = reduced.mean_of_rows.map_or_else(String::new, |mean| format!(" ({})", signed(mean)));
+    reduced.of_sums.map_or_else(dash, |of_sums| format!("{} %{mean}", signed(of_sums)))
+}
+
+/// Changes of the sums, as text.
+fn reduction_text(table: &PathTable) -> Table {
+    let label = |found: &Reduction| {
+        format!("{} against {}", label_of(found.variant), label_of(found.against))
+    };
+    let measured = table.reductions.iter().map(|found| (label(found), found));
+    let published = table.paper_reductions.iter().map(|found| ("paper".to_owned(), found));
+    let row = |(label, found): (String, &Reduction)| {
+        let changes = Measure::ALL.map(|measure| change_text(measure, found.of(measure)));
+        [label].into_iter().chain(changes).collect()
+    };
+    let headers = ["change of the sums (mean change of the rows)"].into_iter();
+    Table {
+        title: String::new(),
+        headers: headers.chain(Measure::ALL.map(Measure::word)).map(str::to_owned).collect(),
+        rows: measured.chain(published).map(row).collect(),
     }
 }
 

@@ -106,11 +106,11 @@ fn imported_nav2_settings_drive() {
         assert!(run.stdout.lines().any(|found| found == line), "{line}: {run:?}");
     }
     for words in [
-        "not mapped: controller_server.FollowPath.PathDist.scale: different meaning",
-        "not mapped: controller_server.FollowPath.colour: unknown",
+        "without an equivalent: controller_server.FollowPath.PathDist.scale: different meaning",
+        "without an equivalent: controller_server.FollowPath.colour: unknown",
         "target_timeout_s = 0.5",
         "ignored nodes: planner_server",
-        "7 parameters mapped, 4 not mapped",
+        "7 parameters mapped, 4 without an equivalent",
     ] {
         assert!(run.errors.iter().any(|line| line.contains(words)), "{words}: {run:?}");
     }

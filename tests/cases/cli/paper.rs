@@ -85,7 +85,7 @@ fn the_page_holds_all_it_needs() {
     assert_eq!(run.status, 0, "{run:?}");
     assert_eq!(run.errors, ["report: out/deep/paper.html"]);
     assert!(run.stdout.starts_with("Table 1"), "{run:?}");
-    assert!(run.stdout.contains("the paper's, improved"), "{run:?}");
+    assert!(run.stdout.contains("paper: improved"), "{run:?}");
     let page = fs::read_to_string(place.path("out/deep/paper.html")).expect("the page is there");
     assert!(page.ends_with("</html>"));
     // Three scenes and two paths of the mine with three maps each, the whole mine, and four charts, two of fig. 5.

@@ -1,0 +1,346 @@
+//! `inbye base`: sends one motion to a base, or monitors it.
+
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use inbye::base::{
+    BaseSupervisor, DriveStatus, Feedback, Protocol, ScheduledFault, SupervisorStatus,
+};
+use inbye::geometry::Twist;
+use inbye::runtime::hardware::{SerialLine, stop_cause};
+use serde_json::{Value, json};
+
+use super::arguments::{Place, duration, length, number, protocol, whole};
+use super::machine::interrupt_flag;
+use super::{config, output};
+
+/// Largest speed accepted, m/s and rad/s; the base's own limits apply in any case.
+const MAX_SPEED: f64 = 100.0;
+
+/// Time between polls of a supervisor.
+const POLL_PERIOD: Duration = Duration::from_millis(20);
+
+/// Time between lines of a monitor.
+const LINE_PERIOD: Duration = Duration::from_millis(100);
+
+/// Speed below which a base stands, m/s and rad/s.
+const STANDSTILL: f64 = 0.01;
+
+/// Time beyond the ramp for a base to come to a standstill, seconds.
+const SETTLING_S: f64 = 1.0;
+
+/// `inbye base`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye base emulate --protocol native --for 1 --json\n\n\
+    Run `inbye base emulate` in one terminal: it prints the path of a port. Then run `inbye base monitor --port PATH`, \
+    `inbye base send --port PATH` or `inbye drive --port PATH` in another.")]
+pub struct BaseArguments {
+    /// The subcommand.
+    #[command(subcommand)]
+    pub command: BaseCommand,
+}
+
+/// Subcommands of `inbye base`.
+#[derive(Debug, Subcommand)]
+pub enum BaseCommand {
+    /// Emulate a base: a lower controller with its machine on a pseudo-terminal.
+    Emulate(EmulateArguments),
+    /// Command a motion for a time, then stop the base.
+    Send(SendArguments),
+    /// Hold a base still and print its reports.
+    Monitor(MonitorArguments),
+}
+
+/// Protocol and settings of a base.
+#[derive(Debug, Args)]
+pub struct KindArguments {
+    /// Protocol.
+    #[arg(long, value_name = "P", default_value = "native", value_parser = protocol())]
+    pub protocol: Protocol,
+    /// The base's settings, TOML with the tables [base], [supervisor] and [lidar].
+    #[arg(long, value_name = "FILE.toml")]
+    pub base_config: Option<PathBuf>,
+}
+
+/// `inbye base emulate`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye base emulate --protocol roboclaw --fault stuck-left@0.5 --for 1 --json\n\n\
+    The first line is the path of the port for the host, or with --json an object with `port` and `protocol`. At the end \
+    (Ctrl-C, SIGTERM or --for) follows a summary: `commands` (accepted), `final_zero_commands` (consecutive zero commands at \
+    the end), `watchdog_stops`, `travelled_m`, `pose`, `linear`, `angular`.\n\
+    With --lidar-map and --start the second line is the port of the lidar, `lidar` in the object, and `map_pose` in the summary \
+    is the pose on the map.\n\
+    Faults: stuck-left, stuck-right, runaway, reversed, button, silence, slow-reads, garbage, bit-flips; NAME@2 from 2 s on, \
+    NAME@2..3.5 for 1.5 s. Unix only."
+)]
+pub struct EmulateArguments {
+    #[command(flatten)]
+    pub kind: KindArguments,
+    /// A fault with its times in seconds; repeat --fault for each.
+    #[arg(long, value_name = "NAME[@S[..S]]")]
+    pub fault: Vec<ScheduledFault>,
+    /// Also emulate an LD19 lidar, on its own port, in the world of this map.
+    #[arg(long, value_name = "MAP")]
+    pub lidar_map: Option<PathBuf>,
+    /// Side of a cell of that map, if it is a .map or text map, metres.
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, requires = "lidar_map", value_parser = length)]
+    pub resolution: f64,
+    /// Start pose on that map.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "lidar_map")]
+    pub start: Option<Place>,
+    /// Unplug the lidar after this time, seconds.
+    #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "lidar_map", value_parser = duration)]
+    pub lidar_until: Option<f64>,
+    /// Seed of noise and faults.
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
+    pub seed: u64,
+    /// End after this time, seconds [default: at Ctrl-C].
+    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
+    pub for_s: Option<f64>,
+}
+
+/// Port, protocol and settings of a base.
+#[derive(Debug, Args)]
+pub struct LineArguments {
+    /// The port, such as /dev/ttyUSB0 or COM3.
+    #[arg(long, value_name = "P")]
+    pub port: String,
+    #[command(flatten)]
+    pub kind: KindArguments,
+}
+
+/// `inbye base send`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye base send --port /dev/ttyUSB0 --protocol wheeltec --linear 0.2 --for 2\n\n\
+    The motion is ramped up, sent 50 times per second, and ramped down at the end. The base is stopped, with the reason, when it \
+    does not follow its commands: a track that is stuck, runs away or runs in reverse, slip, delayed commands, an emergency \
+    stop, a fault. Ctrl-C, SIGTERM and an error end with three or more zero commands. After a SIGKILL only the base's own \
+    watchdog acts, which WHEELTEC's published firmware does not have.\n\
+    Exit status 1: the base was stopped, the connection was lost, or a signal came."
+)]
+pub struct SendArguments {
+    #[command(flatten)]
+    pub line: LineArguments,
+    /// Forward speed, m/s.
+    #[arg(long, default_value_t = 0.0, value_name = "V", allow_negative_numbers = true, value_parser = speed)]
+    pub linear: f64,
+    /// Turn rate, rad/s, counter-clockwise.
+    #[arg(long, default_value_t = 0.0, value_name = "W", allow_negative_numbers = true, value_parser = speed)]
+    pub angular: f64,
+    /// Duration, seconds.
+    #[arg(long = "for", value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = duration)]
+    pub for_s: f64,
+    /// Release a stop that is latched in the base first.
+    #[arg(long)]
+    pub release: bool,
+}
+
+/// `inbye base monitor`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye base monitor --port /dev/ttyUSB0 --protocol roboclaw --json\n\n\
+    Prints ten lines per second; with --json each is an object. The base gets zero commands throughout: queries alone keep the \
+    watchdog of some controllers from acting, so that they would follow their last command."
+)]
+pub struct MonitorArguments {
+    #[command(flatten)]
+    pub line: LineArguments,
+    /// End after this time, seconds [default: at Ctrl-C].
+    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
+    pub for_s: Option<f64>,
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let is_valid = |speed: f64| speed.abs() <= MAX_SPEED;
+    number(text, is_valid, "m/s or rad/s, -100 to 100")
+}
+
+/// Returns a base with the settings of a file, or with the default ones.
+pub fn load_line(
+    port: &str,
+    protocol: Protocol,
+    file: Option<&Path>,
+) -> anyhow::Result<SerialLine> {
+    Ok(SerialLine {
+        port: port.to_owned(),
+        protocol,
+        config: config::load_base("--base-config", file)?,
+    })
+}
+
+/// Opens a base's line and waits for its first report. `release` releases a latched stop before that.
+fn open(arguments: &LineArguments, release: bool) -> anyhow::Result<(SerialLine, BaseSupervisor)> {
+    let kind = &arguments.kind;
+    let line = load_line(&arguments.port, kind.protocol, kind.base_config.as_deref())?;
+    let supervisor = line.supervise(interrupt_flag()?).context("--port")?;
+    if release {
+        // No motion was commanded yet, so this fails only for a base that moves by itself.
+        supervisor.release()?;
+    }
+    line.await_report(&supervisor).context("--port")?;
+    Ok((line, supervisor))
+}
+
+/// Commands a motion. Returns false if the base was stopped before the time was over.
+pub fn send(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
+    let (line, supervisor) = open(&arguments.line, arguments.release)?;
+    let twist = Twist::new(arguments.linear, arguments.angular);
+    output::note(format!(
+        "the base answers: {:.2} m/s and {:.2} rad/s for {} s",
+        twist.linear, twist.angular, arguments.for_s
+    ));
+    let start_s = supervisor.now_s();
+    drive_while(&supervisor, &twist, |supervisor, _| {
+        supervisor.now_s() - start_s < arguments.for_s
+    });
+    let driven_s = supervisor.now_s() - start_s;
+    let tracks = line.config.base.tracks;
+    let latest_s = supervisor.now_s() + tracks.max_stopping_time_s() + SETTLING_S;
+    drive_while(&supervisor, &Twist::STOP, |supervisor, status| {
+        supervisor.now_s() < latest_s && !is_still(status)
+    });
+    let status = supervisor.status();
+    drop(supervisor);
+    let interrupted = !status.is_running;
+    let stopped = stop_cause(&status);
+    let done = stopped.is_none() && !interrupted;
+    let mut object = line_object(&line, &status);
+    object["time_s"] = json!(driven_s);
+    object["interrupted"] = json!(interrupted);
+    let outcome = match (&stopped, interrupted) {
+        (Some(why), _) => format!("stopped: {why}"),
+        (None, true) => "stopped by a signal".to_owned(),
+        (None, false) => "done".to_owned(),
+    };
+    let (travelled_m, commands) = (status.travelled_m, status.counters.commands);
+    let summary = format!("{outcome}; {travelled_m:.2} m in {driven_s:.1} s, {commands} commands");
+    let feedback = status.feedback.as_ref().map(feedback_line);
+    output::result(json, &object, [summary].into_iter().chain(feedback))?;
+    Ok(done)
+}
+
+/// Commands a motion while a condition holds, no stop is latched and the supervisor runs.
+fn drive_while(
+    supervisor: &BaseSupervisor,
+    twist: &Twist,
+    holds: impl Fn(&BaseSupervisor, &SupervisorStatus) -> bool,
+) {
+    loop {
+        let status = supervisor.status();
+        if status.stop_cause.is_some() || !status.is_running || !holds(supervisor, &status) {
+            return;
+        }
+        // A rejection means that a stop was just latched: the next poll sees it.
+        let _ = supervisor.set_target(twist, supervisor.now_s());
+        thread::sleep(POLL_PERIOD);
+    }
+}
+
+/// Whether the base stands and is commanded to.
+fn is_still(status: &SupervisorStatus) -> bool {
+    let stands =
+        |twist: &Twist| twist.linear.abs() < STANDSTILL && twist.angular.abs() < STANDSTILL;
+    let reported = status.feedback.as_ref().map(|feedback| feedback.twist);
+    stands(&status.sent) && reported.is_none_or(|twist| stands(&twist))
+}
+
+/// Prints a base's reports. Returns false if the base is silent at the end.
+pub fn monitor(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool> {
+    let (_, supervisor) = open(&arguments.line, false)?;
+    let start_s = supervisor.now_s();
+    loop {
+        let time_s = supervisor.now_s() - start_s;
+        let status = supervisor.status();
+        let over = arguments.for_s.is_some_and(|for_s| time_s >= for_s);
+        if over || !status.is_running {
+            return Ok(status.feedback.is_some());
+        }
+        let mut object = status_object(&status);
+        object["time_s"] = json!(time_s);
+        let text = status.feedback.as_ref().map_or_else(|| drive_status(&status), feedback_line);
+        output::result(json, &object, [format!("{time_s:7.1} s  {text}")])?;
+        thread::sleep(LINE_PERIOD);
+    }
+}
+
+/// A report of a base as JSON.
+fn feedback_object(feedback: &Feedback) -> Value {
+    json!({
+        "linear": feedback.twist.linear,
+        "angular": feedback.twist.angular,
+        "encoder_counts": feedback.encoder_counts,
+        "yaw_rate": feedback.yaw_rate,
+        "battery_v": feedback.battery_v,
+        "emergency_stop": feedback.emergency_stop,
+        "faults": feedback.faults.to_string(),
+        "command_delay_s": feedback.command_delay_s,
+    })
+}
+
+/// The status of a base on a serial line as JSON.
+pub fn line_object(line: &SerialLine, status: &SupervisorStatus) -> Value {
+    let mut object = status_object(status);
+    object["port"] = json!(line.port);
+    object["protocol"] = json!(line.protocol.name());
+    object
+}
+
+/// The supervisor's status as JSON.
+fn status_object(status: &SupervisorStatus) -> Value {
+    json!({
+        "drive_status": drive_status(status),
+        "stop_cause": stop_cause(status),
+        "feedback": status.feedback.as_ref().map(feedback_object),
+        "pose": status.pose,
+        "travelled_m": status.travelled_m,
+        "counters": status.counters,
+        "last_failure": status.last_failure.as_ref().map(ToString::to_string),
+    })
+}
+
+/// What the base is commanded to do, and why.
+fn drive_status(status: &SupervisorStatus) -> String {
+    // The status may be older than the stop.
+    if let Some(reason) = &status.stop_cause {
+        return format!("stopped: {reason}");
+    }
+    match &status.drive_status {
+        DriveStatus::NoTarget => "stands".to_owned(),
+        DriveStatus::Driving => {
+            format!("drives {:.2} m/s, {:.2} rad/s", status.sent.linear, status.sent.angular)
+        }
+        DriveStatus::TargetExpired { age_s } => {
+            format!("stands: the target is {age_s:.2} s old")
+        }
+        DriveStatus::AwaitingFeedback => "stands: it has not answered yet".to_owned(),
+        DriveStatus::Disconnected(why) => why.to_string(),
+        DriveStatus::Stopped(reason) => format!("stopped: {reason}"),
+    }
+}
+
+/// A report of a base as a line of text.
+fn feedback_line(feedback: &Feedback) -> String {
+    let mut parts =
+        vec![format!("{:6.3} m/s  {:6.3} rad/s", feedback.twist.linear, feedback.twist.angular)];
+    if let Some(counts) = feedback.encoder_counts {
+        parts.push(format!("encoders {} {}", counts.left, counts.right));
+    }
+    if let Some(rate) = feedback.yaw_rate {
+        parts.push(format!("gyro {rate:6.3} rad/s"));
+    }
+    if let Some(volts) = feedback.battery_v {
+        parts.push(format!("{volts:.1} V"));
+    }
+    if feedback.emergency_stop {
+        parts.push("EMERGENCY STOP".to_owned());
+    }
+    if !feedback.faults.is_empty() {
+        parts.push(format!("faults: {}", feedback.faults));
+    }
+    parts.join("  ")
+}

@@ -1,0 +1,300 @@
+//! `inbye bench density`: sampling density against latency, quality of the command, and success in a closed loop.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+use inbye::bench::{
+    Crossover, Density, DensityPlan, DensityRow, QualityPlan, QualityRow, crossovers,
+    measure_density, measure_quality, text_table,
+};
+use inbye::experiment::missions::Rules;
+use inbye::experiment::{Grid, Group, built_in_maps, groups, sampling_setups};
+use inbye::local::{CpuEngine, Engine, LocalSettings};
+use inbye::report::{BenchReport, bench_svg};
+use inbye::runtime::Config;
+use serde_json::json;
+
+use super::arguments::{duration, whole};
+use super::files::{Output, ReportFolder};
+use super::machine::{self, wall_clock};
+use super::missions::sort;
+use super::output;
+use super::runs::run_grid;
+
+const TITLE: &str = "inbye: sampling density";
+const INTRO: &str = "One decision of the dynamic window with more and more samples, on every engine of this machine: its time from \
+    end to end, the regret of its command against the densest sampling, and the effect in a closed loop. All engines return \
+    the same bits, which is checked before they are timed.";
+
+/// Number of samples of the reference sampling, unless more are measured.
+const DENSEST: usize = 1 << 20;
+/// Windows in which commands are compared, seconds: that of a control loop at 10 Hz, and a wide one.
+const WINDOWS_S: [f64; 2] = [0.1, 1.0];
+/// Ratios of forward speeds to turn rates.
+const SHAPES: [f64; 2] = [1.0, 0.25];
+
+/// Smallest and largest number of samples in a closed loop: with fewer no robot arrives, with more a mission takes too long.
+const CLOSED_LOOP_SAMPLES: (usize, usize) = (64, 16_384);
+/// Longest path of a mission, metres.
+const LONGEST_M: f64 = 30.0;
+/// Seed of the first mission.
+const SEED: u64 = 1;
+
+/// Columns of the text table of the closed loop.
+const CLOSED_LOOP: &str = "samples vx_samples vtheta_samples runs reached contacts mean_time_ratio \
+    mean_clearance_reached_m tick_p50_ms tick_p99_ms";
+
+/// `inbye bench density`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --missions 0 --chart density.svg\n\n\
+    Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine that is too slow \
+    for a density is skipped there, and listed.\n\
+    Quality: the regret is the loss of score against the densest sampling (1,048,576 samples, or --max-samples if larger), as a \
+    share of the best sample's gain over the mean admissible one. It is measured with windows of 0.1 s and 1 s, with as many \
+    forward speeds as turn rates and with a quarter as many.\n\
+    Closed loop: the same random missions of at most 30 m on built-in maps with 64, 256... samples, up to 16,384 or \
+    --max-samples. The tick time is that of the whole navigator (scan, local field and decision) on one core; the 99th \
+    percentile includes waiting for new paths."
+)]
+pub struct DensityArguments {
+    /// Steps of the horizon.
+    #[arg(long, default_value_t = 40, allow_negative_numbers = true, value_parser = whole::<u32>(1, 1023))]
+    pub steps: u32,
+    /// Smallest number of samples; the others are 4, 16, 64... times this number.
+    #[arg(long, default_value_t = 256, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
+    pub min_samples: usize,
+    /// Largest number of samples.
+    #[arg(long, default_value_t = 1_048_576, allow_negative_numbers = true, value_parser = whole::<usize>(1, 4_194_304))]
+    pub max_samples: usize,
+    /// Measuring time per engine and density, seconds; slow engines take up to 20 times as long.
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = duration)]
+    pub seconds: f64,
+    /// Decisions whose commands are compared with those of the densest sampling; 0 skips the comparison.
+    #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100))]
+    pub ticks: usize,
+    /// Random missions driven with each sampling, one after the other on one core; 0 skips them.
+    #[arg(long, default_value_t = 12, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100_000))]
+    pub missions: usize,
+    /// Write the latency rows into this file, CSV or JSON by its extension.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Write the regret rows into this file, CSV or JSON by its extension.
+    #[arg(long, value_name = "FILE")]
+    pub record_quality: Option<PathBuf>,
+    /// Write a row for each mission and sampling into this file, CSV or JSON by its extension.
+    #[arg(long, value_name = "FILE")]
+    pub record_missions: Option<PathBuf>,
+    /// Draw latency, regret, and closed-loop success and time over the number of samples into this file.
+    #[arg(long, value_name = "FILE.svg")]
+    pub chart: Option<PathBuf>,
+    /// Write `index.html` into this folder, with each chart as SVG and its rows as CSV and JSON.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// Measures latency and quality over sampling density.
+pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
+    let (least, most) = (arguments.min_samples, arguments.max_samples);
+    if least > most {
+        bail!(
+            "--min-samples {least} is above --max-samples {most}: lower the one or raise the other"
+        );
+    }
+    let record = Output::of_rows("--record", arguments.record.as_deref())?;
+    let losses = Output::of_rows("--record-quality", arguments.record_quality.as_deref())?;
+    let missions = arguments.record_missions.as_deref().filter(|_| arguments.missions > 0);
+    let missions = Output::of_rows("--record-missions", missions)?;
+    let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
+    let folder = ReportFolder::create(arguments.report.as_deref())?;
+    let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);
+    let mut all = with_every_thread_count(machine::all_engines()?, machine::cores())?;
+    let density = measure(&mut all, &plan)?;
+    let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
+    let closed_loop = drive(arguments.missions, most, missions)?;
+    record.write_rows(&density.rows)?;
+    losses.write_rows(&quality)?;
+    let report = BenchReport {
+        title: TITLE,
+        intro: INTRO,
+        density: &density.rows,
+        skipped: &density.skipped,
+        quality: &quality,
+        closed_loop: &closed_loop,
+        ..BenchReport::default()
+    };
+    chart.write(|| bench_svg(&report))?;
+    folder.write_bench(report)?;
+    let object = json!({
+        "rows": density.rows,
+        "skipped": density.skipped,
+        "crossover": crossovers(&density.rows),
+        "quality": quality,
+        "closed_loop": closed_loop,
+    });
+    let lines = text(&density, &quality).into_iter();
+    output::result(json, &object, lines.chain(closed_loop_text(&closed_loop)))?;
+    Ok(true)
+}
+
+/// Adds CPU engines of 2, 4, 8... threads, fewer than cores, after the single-threaded one.
+fn with_every_thread_count(
+    mut all: Vec<Box<dyn Engine>>,
+    cores: usize,
+) -> anyhow::Result<Vec<Box<dyn Engine>>> {
+    let doubled = std::iter::successors(Some(2_usize), |threads| threads.checked_mul(2));
+    for (place, threads) in doubled.take_while(|&threads| threads < cores).enumerate() {
+        let engine = CpuEngine::with_threads(threads)?;
+        all.insert((place + 1).min(all.len()), Box::new(engine));
+    }
+    Ok(all)
+}
+
+/// Measures with a progress bar.
+pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Result<Density> {
+    let cells = plan.samples.len() * all.len();
+    let bar = output::progress(cells as u64, "density");
+    let density = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(density)
+}
+
+/// Compares the commands of the plan's densities with those of a denser sampling, with a progress bar. Only the CPU engine
+/// is used, since [`measure_density`] checks that all engines return the same bits. Without decisions there are no rows.
+pub fn compare(
+    plan: &DensityPlan,
+    densest: usize,
+    ticks: usize,
+) -> anyhow::Result<Vec<QualityRow>> {
+    let mut samples = plan.samples.clone();
+    samples.retain(|samples| *samples < densest);
+    if ticks == 0 || samples.is_empty() {
+        return Ok(Vec::new());
+    }
+    let bar = output::progress((ticks * WINDOWS_S.len()) as u64, "quality");
+    let (shapes, windows_s) = (SHAPES.to_vec(), WINDOWS_S.to_vec());
+    let plan = QualityPlan { steps: plan.steps, densest, samples, shapes, windows_s, ticks };
+    let mut engine = CpuEngine::with_threads(machine::cores())?;
+    let rows = measure_quality(&mut engine, &plan, || bar.inc(1))?;
+    bar.finish_and_clear();
+    Ok(rows)
+}
+
+/// Drives this many missions with each sampling of at most `most` samples, one at a time, since ticks are timed. Without
+/// missions there are no groups.
+fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Group>> {
+    if missions == 0 {
+        return Ok(Vec::new());
+    }
+    let config = Config::default();
+    let (least, most) = (CLOSED_LOOP_SAMPLES.0.min(most), CLOSED_LOOP_SAMPLES.1.min(most));
+    let samples = DensityPlan::powers_of_four(config.local.steps(), least, most, 1.0).samples;
+    let worlds = built_in_maps(Rules { longest_m: LONGEST_M, ..Rules::default() });
+    let setups = sampling_setups(&config, &samples, &SHAPES);
+    let grid = Grid::of_missions("closed loop", &worlds, &setups, missions, SEED)?;
+    let mut rows = run_grid(&grid, None, 1)?;
+    sort(&mut rows);
+    record.write_rows(&rows)?;
+    let mut groups = groups(&rows);
+    groups.sort_by_key(|group| {
+        let is_own = |local: &LocalSettings| {
+            (local.vx_samples, local.vtheta_samples) == (group.vx_samples, group.vtheta_samples)
+        };
+        setups.iter().position(|setup| is_own(&setup.config.local))
+    });
+    Ok(groups)
+}
+
+/// The table of latencies, the skipped cells, where GPUs overtake the CPU, and the table of regrets if commands were compared.
+pub fn text(Density { rows, skipped }: &Density, quality: &[QualityRow]) -> Vec<String> {
+    let mut lines = text_table(rows, &DensityRow::SUMMARY);
+    lines.extend(skipped.iter().map(|cell| {
+        let (name, samples, reason) = (&cell.name, cell.samples, &cell.reason);
+        format!("not measured: {name} with {samples} samples: {reason}")
+    }));
+    lines.extend(crossovers(rows).iter().map(crossover));
+    if let Some(QualityRow { densest, decisions, .. }) = quality.first() {
+        lines.push(String::new());
+        lines.push(format!(
+            "The command compared with the one chosen from {densest} samples, {decisions} decisions: regret 0 is equally good, \
+             1 no better than a random admissible sample; then the differences of v and omega."
+        ));
+        lines.extend(text_table(quality, &QualityRow::SUMMARY));
+    }
+    lines
+}
+
+fn crossover(crossover: &Crossover) -> String {
+    let name = &crossover.name;
+    match (crossover.samples, &crossover.fastest_cpu) {
+        (Some(samples), Some(cpu)) => {
+            format!("{name}: faster than every CPU engine from {samples} samples on (there {cpu})")
+        }
+        (None, Some(cpu)) => {
+            let up_to = crossover.up_to;
+            format!("{name}: never faster than the CPU up to {up_to} samples (there {cpu})")
+        }
+        (_, None) => format!("{name}: measured with no number of samples that a CPU engine was"),
+    }
+}
+
+/// The table of the closed loop; no lines where no mission was driven.
+fn closed_loop_text(groups: &[Group]) -> Vec<String> {
+    if groups.is_empty() {
+        return Vec::new();
+    }
+    let title =
+        "The same missions in closed loop; a tick is scan, local field and decision, on one core.";
+    let mut lines = vec![String::new(), title.to_owned()];
+    lines.extend(output::table(groups, CLOSED_LOOP));
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn engines_have_every_power_of_two_of_threads_up_to_the_cores() {
+        let threads = |cores: usize| -> Vec<usize> {
+            let mut first: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
+            if cores > 1 {
+                first.push(Box::new(CpuEngine::with_threads(cores).expect("threads")));
+            }
+            let all = with_every_thread_count(first, cores).expect("threads");
+            all.iter().map(|engine| engine.threads()).collect()
+        };
+        for (cores, expected) in [
+            (1, &[1][..]),
+            (2, &[1, 2]),
+            (3, &[1, 2, 3]),
+            (8, &[1, 2, 4, 8]),
+            (12, &[1, 2, 4, 8, 12]),
+        ] {
+            assert_eq!(threads(cores), expected, "{cores} cores");
+        }
+    }
+
+    #[test]
+    fn crossovers_are_sentences() {
+        let text = |samples, cpu: Option<&str>| {
+            crossover(&Crossover {
+                name: "NVIDIA H200".to_owned(),
+                samples,
+                fastest_cpu: cpu.map(str::to_owned),
+                up_to: 65_536,
+            })
+        };
+        let cpu = Some("CPU, 1 thread, AVX2");
+        assert_eq!(
+            text(Some(16_384), cpu),
+            "NVIDIA H200: faster than every CPU engine from 16384 samples on (there CPU, 1 thread, AVX2)"
+        );
+        assert_eq!(
+            text(None, cpu),
+            "NVIDIA H200: never faster than the CPU up to 65536 samples (there CPU, 1 thread, AVX2)"
+        );
+        assert!(text(None, None).contains("no number of samples"));
+    }
+}

@@ -1,0 +1,203 @@
+//! What a drive reports: JSON, text, the log of `--verbose`, and its page.
+
+use inbye::bench::Latencies;
+use inbye::local::{GpuFailureKind, Incidents, Sampling};
+use inbye::navigator::{DeadlineStats, Mode};
+use inbye::report::{MissionView, PlaybackRecorder, Report, html};
+use inbye::runtime::{Config, FaultEvents, Mission, MissionResult, StopError, TickEvent};
+use serde_json::{Value, json};
+
+use super::files::command_line;
+use super::output;
+
+/// Introduction of a simulated drive's page.
+pub const SIMULATED: &str = "One mission, simulated in a closed loop.";
+
+/// Collects the decision times.
+fn latencies(result: &MissionResult) -> Latencies {
+    let mut latencies = Latencies::default();
+    for &seconds in &result.decision_s {
+        // The wall clock never runs backwards, so every time is valid.
+        let _ = latencies.record(seconds);
+    }
+    latencies
+}
+
+/// The result as a JSON object. Figures of GPU failures and deadlines are null without a GPU or without a deadline.
+pub fn object(result: &MissionResult) -> Value {
+    let error = |x_m: f64, y_m: f64, yaw_rad: Option<f64>| json!({ "x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad });
+    let (x_m, y_m) = result.final_error_m;
+    let stops = result.stop_errors.iter().map(|stop| error(stop.x_m, stop.y_m, stop.yaw_rad));
+    let incidents = result.incidents.as_ref();
+    json!({
+        "reached": result.reached,
+        "collided": result.collided,
+        "time_s": result.time_s,
+        "travelled_m": result.travelled_m,
+        "min_clearance_m": result.min_clearance_m,
+        "final_error": error(x_m, y_m, result.final_yaw_error),
+        "stop_errors": stops.collect::<Vec<_>>(),
+        "engine": result.engine,
+        "latency_ms": latencies(result).summary(),
+        "ticks": result.trace.rows.len(),
+        "plans": result.plans.len(),
+        "fault": result.fault.as_ref().map(ToString::to_string),
+        "trace_digest": result.trace.digest(),
+        "gpu_losses": incidents.map(|incidents| &incidents.failures),
+        "gpu_reopened": incidents.map(|incidents| incidents.reopened),
+        "gpu_incidents": incidents.map(|incidents| &incidents.messages),
+        "cpu_ticks": incidents.map(|incidents| incidents.on_cpu),
+        "deadline": result.deadline_stats,
+        "observation_faults": result.observation_faults,
+    })
+}
+
+/// The result in one line.
+pub fn one_line(result: &MissionResult) -> String {
+    let outcome = match (result.reached, result.collided) {
+        (_, true) => "hit an obstacle",
+        (true, false) => "reached the goal",
+        (false, false) => "did not reach the goal",
+    };
+    format!(
+        "{outcome}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
+        result.travelled_m,
+        result.time_s,
+        result.trace.rows.len(),
+        result.plans.len(),
+        result.min_clearance_m,
+    )
+}
+
+/// The result as lines of text.
+pub fn lines(result: &MissionResult) -> Vec<String> {
+    let mut lines = vec![one_line(result)];
+    lines.extend(result.fault.iter().map(|fault| format!("why: {fault}")));
+    let error = |name: &str, (x_m, y_m): (f64, f64), yaw_rad: Option<f64>| {
+        let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));
+        format!("{name:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
+    };
+    for (number, StopError { x_m, y_m, yaw_rad }) in (1..).zip(&result.stop_errors) {
+        lines.push(error(&format!("stop {number}"), (*x_m, *y_m), *yaw_rad));
+    }
+    lines.push(error("final error", result.final_error_m, result.final_yaw_error));
+    if let Some(summary) = latencies(result).summary() {
+        lines.push(format!(
+            "decision     p50 {:.2} ms, p99 {:.2} ms, slowest {:.2} ms on {}",
+            summary.p50_ms, summary.p99_ms, summary.max_ms, result.engine,
+        ));
+    }
+    lines.extend(incidents(result).iter().map(|(name, fact)| format!("{name:<12} {fact}")));
+    lines.push(format!("trace        {}", result.trace.digest()));
+    lines
+}
+
+/// The text: a name and a sentence for each kind of incident that occurred.
+fn incidents(result: &MissionResult) -> Vec<(&'static str, String)> {
+    let mut facts = Vec::new();
+    // An absent GPU is reported with the engine's name.
+    let lost = |kind: &GpuFailureKind| *kind != GpuFailureKind::Absent;
+    if let Some(incidents) = &result.incidents
+        && (incidents.failures.keys().any(lost) || incidents.reopened > 0)
+    {
+        facts.push(("GPU", losses(incidents)));
+        let first = incidents.messages.first().map(|first| first.message.clone());
+        facts.extend(first.map(|message| ("GPU, first", message)));
+    }
+    facts.extend(result.deadline_stats.iter().map(|stats| ("deadline", misses(stats))));
+    facts.extend(
+        result
+            .observation_faults
+            .iter()
+            .map(|(fault, count)| ("sensors", format!("{count} faulty observations: {fault}"))),
+    );
+    facts
+}
+
+fn losses(incidents: &Incidents) -> String {
+    let kinds: Vec<String> =
+        incidents.failures.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+    format!(
+        "lost: {}; reopened: {}; decided by the CPU meanwhile: {} of {}",
+        kinds.join(", "),
+        incidents.reopened,
+        incidents.on_cpu,
+        incidents.decisions,
+    )
+}
+
+fn misses(stats: &DeadlineStats) -> String {
+    let Sampling { vx_samples, vtheta_samples } = stats.lowest;
+    format!(
+        "{} of {} decisions took longer than {} ms; fewest samples {vx_samples} x {vtheta_samples}",
+        stats.misses,
+        stats.decisions,
+        stats.deadline_s * 1e3,
+    )
+}
+
+/// The log of a drive for `--verbose`: a line for each change of mode, new plan and fault.
+#[derive(Default)]
+pub struct DriveLog {
+    mode: Option<Mode>,
+    plans: usize,
+    fault_events: FaultEvents,
+    faults: Vec<String>,
+}
+
+impl DriveLog {
+    /// Prints what changed in a tick.
+    pub fn update(&mut self, tick: &TickEvent<'_>) {
+        let row = tick.row;
+        let at = || {
+            let position = row.belief.position();
+            format!("{:7.1} s at {:.2}, {:.2}", row.time_s, position.x, position.y)
+        };
+        let plans = tick.navigator.plans();
+        for plan in plans.iter().skip(self.plans) {
+            output::detail(format!(
+                "{}: a plan of {:.1} m, {} cells expanded",
+                at(),
+                plan.smoothed.length_m(),
+                plan.expanded,
+            ));
+        }
+        let faults = self.fault_events.update(tick);
+        for fault in faults.iter().filter(|fault| !self.faults.contains(fault)) {
+            output::detail(format!("{}: {fault}", at()));
+        }
+        self.faults = faults;
+        if self.mode != Some(row.mode) {
+            output::detail(format!("{}: {}", at(), row.mode.as_str().replace('_', " ")));
+        }
+        self.mode = Some(row.mode);
+        self.plans = plans.len();
+    }
+}
+
+/// Further facts on a run for its page.
+pub fn facts(result: &MissionResult) -> Vec<(String, String)> {
+    let mut facts = vec![
+        ("Version", format!("inbye {}", env!("CARGO_PKG_VERSION"))),
+        ("Global plans", result.plans.len().to_string()),
+        ("Trace digest", result.trace.digest()),
+    ];
+    facts.extend(result.fault.iter().map(|fault| ("Fault", fault.to_string())));
+    facts.extend(incidents(result));
+    facts.into_iter().map(|(name, fact)| (name.to_owned(), fact)).collect()
+}
+
+/// Returns the page of one drive of this command.
+pub fn page(
+    title: &str,
+    intro: &str,
+    mission: &Mission,
+    config: &Config,
+    result: &MissionResult,
+    playback: &PlaybackRecorder,
+) -> String {
+    let (command, facts) = (&command_line(), &facts(result));
+    let playback = Some(playback);
+    let drive = MissionView { title, command, mission, config, result, playback, facts };
+    html(&Report { title: "inbye drive", intro, missions: vec![drive], ..Report::default() })
+}

@@ -1,0 +1,129 @@
+//! Output files of flags, and the folder of `--report`. They are created before the work starts, so that a wrong name fails
+//! early.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use inbye::bench::{Columns, csv_text};
+use inbye::report::{BenchReport, ReportFile, bench_files};
+
+use super::{machine, output};
+
+/// Extensions of a file of rows.
+const ROWS: [&str; 2] = ["csv", "json"];
+
+/// The output file of a flag; nothing is written without the flag.
+pub struct Output<'a> {
+    flag: &'static str,
+    file: Option<(&'a Path, File)>,
+}
+
+impl<'a> Output<'a> {
+    /// Creates the file. The name must have one of these extensions.
+    pub fn create(
+        flag: &'static str,
+        name: Option<&'a Path>,
+        extensions: &[&str],
+    ) -> anyhow::Result<Self> {
+        let Some(name) = name else {
+            return Ok(Self { flag, file: None });
+        };
+        let given = name.extension().and_then(|extension| extension.to_str());
+        if !given.is_some_and(|given| extensions.contains(&given)) {
+            let extensions = extensions.join(" or .");
+            bail!("{flag} {}: the name must end in .{extensions}", name.display());
+        }
+        Ok(Self { flag, file: Some((name, create_file(flag, name)?)) })
+    }
+
+    /// Creates a file of rows, CSV or JSON.
+    pub fn of_rows(flag: &'static str, name: Option<&'a Path>) -> anyhow::Result<Self> {
+        Self::create(flag, name, &ROWS)
+    }
+
+    /// Whether the flag was given.
+    pub const fn is_requested(&self) -> bool {
+        self.file.is_some()
+    }
+
+    /// Writes the content.
+    pub fn write<C: AsRef<[u8]>>(self, content: impl FnOnce() -> C) -> anyhow::Result<()> {
+        let Some((name, mut file)) = self.file else {
+            return Ok(());
+        };
+        let written = file.write_all(content().as_ref());
+        written.with_context(|| format!("{} {}", self.flag, name.display()))
+    }
+
+    /// Writes rows, as JSON or CSV by the file's extension.
+    pub fn write_rows<R: Columns>(self, rows: &[R]) -> anyhow::Result<()> {
+        let name = self.file.as_ref().map(|(name, _)| *name);
+        if name.and_then(Path::extension).is_some_and(|extension| extension == "json") {
+            let text = serde_json::to_string_pretty(rows)? + "\n";
+            return self.write(|| text);
+        }
+        self.write(|| csv_text(rows))
+    }
+}
+
+/// Creates the file of a flag.
+pub fn create_file(flag: &str, name: &Path) -> anyhow::Result<File> {
+    File::create(name).with_context(|| {
+        let name = name.display();
+        format!("{flag} {name}: cannot be written: name a file in a folder that exists")
+    })
+}
+
+/// The folder of a report; nothing is written without one.
+#[derive(Clone, Copy)]
+pub struct ReportFolder<'a>(Option<&'a Path>);
+
+impl<'a> ReportFolder<'a> {
+    /// Creates the folder if it is missing.
+    pub fn create(name: Option<&'a Path>) -> anyhow::Result<Self> {
+        if let Some(name) = name {
+            fs::create_dir_all(name).with_context(|| {
+                format!("--report {}: cannot be a folder: choose another name", name.display())
+            })?;
+        }
+        Ok(Self(name))
+    }
+
+    /// Writes the files of a report and prints the name of the first, its page.
+    pub fn write(self, files: impl FnOnce() -> Vec<ReportFile>) -> anyhow::Result<()> {
+        let Some(folder) = self.0 else {
+            return Ok(());
+        };
+        let files = files();
+        for file in &files {
+            fs::write(folder.join(&file.name), &file.text)
+                .with_context(|| format!("--report {}", folder.display()))?;
+        }
+        if let Some(page) = files.first() {
+            output::note(format!("report: {}", folder.join(&page.name).display()));
+        }
+        Ok(())
+    }
+
+    /// Writes a page as `index.html`.
+    pub fn write_page(self, page: impl FnOnce() -> String) -> anyhow::Result<()> {
+        self.write(|| vec![ReportFile { name: "index.html".to_owned(), text: page() }])
+    }
+
+    /// Writes the report of a benchmark that this command ran on this machine.
+    pub fn write_bench(self, report: BenchReport) -> anyhow::Result<()> {
+        self.write(|| {
+            let (machine, command) = (&machine::description(), &command_line());
+            bench_files(&BenchReport { machine, command, ..report })
+        })
+    }
+}
+
+/// The command line, with the program's name without its folder.
+pub fn command_line() -> String {
+    let words = std::env::args().skip(1);
+    let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();
+    words.join(" ")
+}

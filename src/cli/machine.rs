@@ -1,0 +1,152 @@
+//! This machine: its engines, clock and signals; `inbye devices` lists them.
+
+use std::process::exit;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, available_parallelism};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use inbye::local::{
+    Engine, EngineChoice, EngineError, SelectedEngine, open_all_engines, open_engine,
+    open_with_fallback,
+};
+use serde_json::{Value, json};
+
+use super::output;
+
+/// Exit status after a second Ctrl-C, as shells define it.
+const INTERRUPTED: i32 = 130;
+
+/// Time for a base supervisor to send its zero commands: its thread sees the flag within 20 ms and takes at most 0.2 s.
+const STOP_TIME: Duration = Duration::from_millis(250);
+
+/// Returns a clock in seconds since this call. Library code gets it as a parameter.
+pub fn wall_clock() -> impl FnMut() -> f64 {
+    let started = Instant::now();
+    move || started.elapsed().as_secs_f64()
+}
+
+/// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set. A second signal ends the process once a base has been stopped.
+pub fn interrupt_flag() -> anyhow::Result<Arc<AtomicBool>> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let is_set = Arc::clone(&flag);
+    let handler = move || {
+        if is_set.swap(true, Ordering::Relaxed) {
+            thread::sleep(STOP_TIME);
+            exit(INTERRUPTED);
+        }
+    };
+    ctrlc::set_handler(handler).context("cannot install the handler of Ctrl-C")?;
+    Ok(flag)
+}
+
+/// Number of cores available to this process.
+pub fn cores() -> usize {
+    available_parallelism().map_or(1, usize::from)
+}
+
+/// Describes this machine for records: processor, cores, system.
+pub fn description() -> String {
+    use std::env::consts::{ARCH, OS};
+    let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    let model = model.unwrap_or_else(|| "processor unknown".to_owned());
+    format!("{model}, {} cores, {ARCH}, {OS}", cores())
+}
+
+/// Opens the chosen engine and prints which one and why to standard error.
+pub fn engine(choice: &EngineChoice) -> anyhow::Result<Box<dyn Engine>> {
+    announce(|| open_engine(choice, cores()))
+}
+
+/// Opens the chosen engine for a drive, a GPU only with the CPU as fallback, and prints which one and why to standard error.
+pub fn engine_to_drive(
+    choice: &EngineChoice,
+    threads: usize,
+    gpu_required: bool,
+) -> anyhow::Result<Box<dyn Engine>> {
+    announce(|| open_with_fallback(choice, threads, gpu_required))
+}
+
+/// Opens an engine and prints its name, the reason for it and the time it took to open.
+fn announce(
+    open: impl FnOnce() -> Result<SelectedEngine, EngineError>,
+) -> anyhow::Result<Box<dyn Engine>> {
+    let started = Instant::now();
+    let SelectedEngine { engine, reason } = open().map_err(with_option)?;
+    output::note(format!("engine: {reason}"));
+    let ms = started.elapsed().as_secs_f64() * 1e3;
+    output::detail(format!("{} ready after {ms:.0} ms", engine.name()));
+    Ok(engine)
+}
+
+/// Adds the command-line option that avoids an engine error.
+pub fn with_option(error: EngineError) -> anyhow::Error {
+    let option = match error {
+        EngineError::NoAdapter
+        | EngineError::AdapterNotFound { .. }
+        | EngineError::NoGpuSupport => "--engine cpu",
+        EngineError::GpuRequired { .. } => "--engine gpu:NAME",
+        _ => return error.into(),
+    };
+    anyhow::anyhow!("{error} ({option})")
+}
+
+/// Opens every engine. An adapter that cannot be opened is skipped with a note.
+pub fn all_engines() -> anyhow::Result<Vec<Box<dyn Engine>>> {
+    Ok(open_all_engines(cores(), note_skipped)?)
+}
+
+/// Notes an adapter that cannot be opened.
+pub fn note_skipped(error: EngineError) {
+    output::note(format!("skipped: {error}"));
+}
+
+/// `inbye devices`: lists GPU adapters and CPU features.
+pub fn devices(json: bool) -> anyhow::Result<bool> {
+    let (adapters, features) = (adapters(), cpu_features());
+    let (cores, architecture) = (cores(), std::env::consts::ARCH);
+    let listed =
+        if features.is_empty() { "no vector features".to_owned() } else { features.join(" ") };
+    let mut lines = vec![format!("CPU: {cores} cores, {architecture}, {listed}")];
+    if adapters.is_empty() {
+        let none = "GPU: no adapter found (Debian's mesa-vulkan-drivers has a software one)";
+        lines.push(none.to_owned());
+    }
+    for adapter in &adapters {
+        let text = |key: &str| adapter[key].as_str().unwrap_or_default().to_owned();
+        let kind = if adapter["software"] == true { "software" } else { "hardware" };
+        let (name, backend, driver) = (text("name"), text("backend"), text("driver"));
+        lines.push(format!("GPU: {name} ({kind}, {backend}, {driver})"));
+    }
+    let cpu = json!({ "cores": cores, "architecture": architecture, "features": features });
+    output::result(json, &json!({ "adapters": adapters, "cpu": cpu }), lines)?;
+    Ok(true)
+}
+
+#[cfg(feature = "gpu")]
+fn adapters() -> Vec<Value> {
+    inbye::local::adapters().iter().map(|adapter| json!(adapter.summary)).collect()
+}
+
+#[cfg(not(feature = "gpu"))]
+fn adapters() -> Vec<Value> {
+    Vec::new()
+}
+
+fn cpu_features() -> Vec<&'static str> {
+    #[cfg(target_arch = "x86_64")]
+    let found = [
+        ("sse4.1", is_x86_feature_detected!("sse4.1")),
+        ("avx2", is_x86_feature_detected!("avx2")),
+        ("fma", is_x86_feature_detected!("fma")),
+        ("avx512f", is_x86_feature_detected!("avx512f")),
+        ("avx512bw", is_x86_feature_detected!("avx512bw")),
+    ];
+    #[cfg(not(target_arch = "x86_64"))]
+    let found: [(&str, bool); 0] = [];
+    found.into_iter().filter(|(_, present)| *present).map(|(name, _)| name).collect()
+}

@@ -1,0 +1,240 @@
+//! Runs the cells of experiments on threads of this process, next to other processes, and prints runs and their groups.
+
+use std::fs::{File, OpenOptions};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use inbye::experiment::{
+    Cell, CellFile, ContactCause, Grid, Group, Manifest, RunOutcome, RunRow, WorldKind, merge,
+    open_engine, run_cell, run_in_order, run_jobs,
+};
+use indicatif::ProgressBar;
+
+use super::arguments::whole;
+use super::files::Output;
+use super::machine::{self, wall_clock};
+use super::output;
+use super::result_store::{self, NO_LOCKS, ResultStore};
+
+/// The lock of the machine, in the system's folder for temporary files.
+const MACHINE: &str = "inbye-sweep-machine.lock";
+
+/// Columns of a table of groups.
+const GROUP: &str = "name runs reached_share contacts_robot contacts_avoidable contacts_other timeouts failed \
+    mean_time_s mean_clearance_reached_m";
+
+/// Arguments that all built-in experiments have.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Runs at a time [default: all cores].
+    #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
+    pub threads: Option<usize>,
+    /// Keep the result of each run in this folder, and resume from it. `inbye sweep merge` reads it too.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write a row for each run into this file, CSV or JSON by its extension.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+}
+
+impl RunArguments {
+    /// Number of runs at a time.
+    pub fn jobs(&self) -> usize {
+        self.threads.unwrap_or_else(machine::cores)
+    }
+
+    /// Runs the cells that have no result yet, and writes the record; the rows of all, in the grid's order or as `sort` leaves
+    /// them.
+    pub fn run(&self, grid: &Grid, sort: fn(&mut [RunRow])) -> anyhow::Result<Vec<RunRow>> {
+        let record = Output::of_rows("--record", self.record.as_deref())?;
+        let mut rows = run_grid(grid, self.out.as_deref(), self.jobs())?;
+        sort(&mut rows);
+        record.write_rows(&rows)?;
+        Ok(rows)
+    }
+}
+
+/// Runs the cells of a grid that have no result in a folder, this many at a time; the rows of all, in the grid's order.
+pub fn run_grid(grid: &Grid, out: Option<&Path>, jobs: usize) -> anyhow::Result<Vec<RunRow>> {
+    let machine = machine::description();
+    let Some(out) = out else {
+        return in_memory(grid, jobs, |cell| run_alone(cell, &machine));
+    };
+    let manifest = Manifest::of(grid);
+    let store = ResultStore::open(out, &manifest)?;
+    let workers = Workers { store: &store, machine: &machine, title: &grid.title };
+    let done = workers.run(&grid.distinct(), jobs)?;
+    if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
+        bail!("{reason}");
+    }
+    let (_, files) = result_store::read(out)?;
+    Ok(merge(&manifest, files)?.rows)
+}
+
+/// Runs all cells of a grid without keeping results in files; the rows in the grid's order.
+pub fn in_memory(
+    grid: &Grid,
+    jobs: usize,
+    run: impl Fn(&&Cell) -> anyhow::Result<CellFile> + Sync,
+) -> anyhow::Result<Vec<RunRow>> {
+    let cells = grid.distinct();
+    let bar = output::progress(cells.len() as u64, &grid.title);
+    let files = run_in_order(&cells, jobs, run, || bar.inc(1))?;
+    bar.finish_and_clear();
+    let files = files.into_iter().map(|file| (PathBuf::new(), file));
+    Ok(merge(&Manifest::of(grid), files.collect())?.rows)
+}
+
+/// Runs cells and keeps their results.
+pub struct Workers<'a> {
+    /// The folder of results.
+    pub store: &'a ResultStore,
+    /// The machine's name, for latencies.
+    pub machine: &'a str,
+    /// Title of the progress bar.
+    pub title: &'a str,
+}
+
+/// What was done with a cell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Done {
+    /// It already had its result.
+    Found,
+    /// This process ran it.
+    Driven {
+        /// Whether the run did not start.
+        is_error: bool,
+    },
+    /// Another process runs it.
+    Busy,
+    /// This machine does not have its engine.
+    NoEngine(String),
+}
+
+impl Done {
+    /// Why this machine could not run the cell.
+    pub fn no_engine(&self) -> Option<&str> {
+        match self {
+            Self::NoEngine(reason) => Some(reason),
+            _ => None,
+        }
+    }
+}
+
+impl Workers<'_> {
+    /// Runs the cells that have no result, this many at a time, and then the latency cells, one at a time. Waits for cells
+    /// that other processes run, and runs them here if that process ends without a result.
+    pub fn run(&self, cells: &[&Cell], jobs: usize) -> anyhow::Result<Vec<(String, Done)>> {
+        let bar = output::progress(cells.len() as u64, self.title);
+        let (exclusive, shared): (Vec<&Cell>, Vec<&Cell>) =
+            cells.iter().copied().partition(|cell| cell.row.latency);
+        let mut done = self.pass(shared, jobs, &bar)?;
+        done.extend(self.pass(exclusive, 1, &bar)?);
+        bar.finish_and_clear();
+        Ok(done)
+    }
+
+    /// Runs cells of one kind: first those that no process runs, then the rest.
+    fn pass(
+        &self,
+        mut open: Vec<&Cell>,
+        jobs: usize,
+        bar: &ProgressBar,
+    ) -> anyhow::Result<Vec<(String, Done)>> {
+        let mut done = Vec::new();
+        for wait in [false, true] {
+            let mut busy = Vec::new();
+            let work = |cell: &&Cell| anyhow::Ok((cell.row.key.clone(), self.cell(cell, wait)?));
+            run_jobs(&open, jobs, work, |(key, one)| {
+                if one == Done::Busy {
+                    busy.push(key);
+                } else {
+                    bar.inc(1);
+                    done.push((key, one));
+                }
+                Ok(())
+            })?;
+            open.retain(|cell| busy.contains(&cell.row.key));
+        }
+        Ok(done)
+    }
+
+    fn cell(&self, cell: &Cell, wait: bool) -> anyhow::Result<Done> {
+        let store = self.store;
+        if store.has(&cell.row.key)? {
+            return Ok(Done::Found);
+        }
+        let Some(claim) = store.claim(&cell.row.key, wait)? else {
+            return Ok(Done::Busy);
+        };
+        // Another process may have finished it in between.
+        if store.has(&cell.row.key)? {
+            claim.done();
+            return Ok(Done::Found);
+        }
+        let _machine = lock_machine(cell.row.latency)?;
+        store.log(&cell.row.key, "begun");
+        let engine = match open_engine(cell) {
+            Ok(engine) => engine,
+            Err(error) => return Ok(Done::NoEngine(error.to_string())),
+        };
+        let file = run_cell(cell, engine, &mut wall_clock(), self.machine);
+        store.keep(&file)?;
+        claim.done();
+        Ok(Done::Driven { is_error: file.row.outcome == RunOutcome::Error })
+    }
+}
+
+/// Runs a cell without keeping its result.
+pub fn run_alone(cell: &Cell, machine_name: &str) -> anyhow::Result<CellFile> {
+    let _machine = lock_machine(cell.row.latency)?;
+    Ok(run_cell(cell, open_engine(cell)?, &mut wall_clock(), machine_name))
+}
+
+/// Locks the machine, exclusively or shared, and waits until it is free. The lock ends when the file is dropped.
+fn lock_machine(alone: bool) -> anyhow::Result<File> {
+    let path = std::env::temp_dir().join(MACHINE);
+    // Another user may own the file: opening it for reading is enough for a lock, and opening it for writing is refused.
+    let opened = File::open(&path).or_else(|error| match error.kind() {
+        ErrorKind::NotFound => OpenOptions::new().append(true).create(true).open(&path),
+        _ => Err(error),
+    });
+    let file = opened.with_context(|| path.display().to_string())?;
+    let locked = if alone { file.lock() } else { file.lock_shared() };
+    locked.context(NO_LOCKS).with_context(|| path.display().to_string())?;
+    Ok(file)
+}
+
+/// A table of groups.
+pub fn group_table(groups: &[Group]) -> Vec<String> {
+    let has_score = groups.iter().any(|group| group.mean_score.is_some());
+    output::table(groups, &format!("{GROUP}{}", if has_score { " mean_score" } else { "" }))
+}
+
+/// One line for each run that did not reach its goal.
+pub fn unreached(rows: &[RunRow]) -> impl Iterator<Item = String> {
+    let unreached = rows.iter().filter(|row| !row.reached());
+    unreached.map(|row| format!("  {}", run_text(row)))
+}
+
+/// A run in one line: how it ended, when, and why the goal was not reached.
+pub fn run_text(row: &RunRow) -> String {
+    let how = match (row.outcome, row.contact_cause) {
+        (RunOutcome::Contact, Some(ContactCause::Avoidable)) => "was hit, avoidably,",
+        (RunOutcome::Contact, Some(ContactCause::Other)) => "was hit",
+        (outcome, _) => outcome.text(),
+    };
+    let path = row.path_m.map_or_else(String::new, |path_m| format!(" of {path_m:.1} m"));
+    let why = row.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
+    let (name, time_s, travelled_m) = (run_name(row), row.time_s, row.travelled_m);
+    format!("{name}: {how} after {time_s:.1} s and {travelled_m:.1} m{path}{why}")
+}
+
+/// World and seed of a run.
+pub fn run_name(row: &RunRow) -> String {
+    let is_numbered = matches!(row.kind, WorldKind::Barn | WorldKind::DynaBarn);
+    let world = if is_numbered { "world " } else { "" };
+    format!("{world}{}, seed {}", row.world, row.seed)
+}
