@@ -40,20 +40,17 @@ impl SignedDistanceField {
             let cells = (f64::from(squared).sqrt() - 0.5).clamp(-0.5, MAX_CELLS);
             (cells * STEPS_PER_CELL).round() as i16
         };
-        DistanceField::for_each_row(obstacles, |row, squared| {
-            for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
-                *out = stored(squared);
-            }
-        });
-        let open = obstacles.cells().iter().map(|blocked| !blocked).collect();
-        DistanceField::for_each_row(&ObstacleGrid::new(frame, open), |row, squared| {
-            for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
-                // A free cell has distance zero to itself.
-                if squared > 0 {
-                    *out = -stored(squared);
+        let free = obstacles.cells().iter().map(|blocked| !blocked).collect();
+        for (grid, sign) in [(obstacles, 1), (&ObstacleGrid::new(frame, free), -1)] {
+            DistanceField::for_each_row(grid, |row, squared| {
+                for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
+                    // A blocked cell of a grid has distance zero to itself, and its value comes from the other grid.
+                    if squared > 0 {
+                        *out = sign * stored(squared);
+                    }
                 }
-            }
-        });
+            });
+        }
         Self { frame, signed }
     }
 

@@ -123,19 +123,12 @@ impl Deadline {
 ///
 /// The command sent is `command * share`. The share is 1 for a new command, falls linearly with its age, and is 0 from
 /// [`COMMAND_LIFETIME_S`] on. Speed and turn rate decay together, so the robot stays on the arc that was found clear. Where
-/// either would fall faster than the base can brake, both fall at the braking limit.
-#[derive(Clone, Copy, Debug)]
+/// either would fall faster than the base can brake, both fall at the braking limit. Before the first decision the share is 0.
+#[derive(Clone, Copy, Debug, Default)]
 struct CommandDecay {
     command: Twist,
     decided_s: f64,
     share: f64,
-}
-
-impl Default for CommandDecay {
-    /// No decision yet: stand.
-    fn default() -> Self {
-        Self { command: Twist::STOP, decided_s: f64::NEG_INFINITY, share: 0.0 }
-    }
 }
 
 impl CommandDecay {

@@ -64,7 +64,7 @@ pub struct Decision {
     pub mode: Mode,
     /// The key node that the robot drives to.
     pub local_target: Point,
-    /// Number of samples by outcome; nothing where the tick needed no sampling.
+    /// Number of samples by outcome; `None` where the tick needed no sampling.
     pub counts: Option<Counts>,
 }
 

@@ -136,7 +136,7 @@ impl Navigator {
         &self.validator.counts
     }
 
-    /// What is wrong with the last observation; nothing where it is sound.
+    /// What is wrong with the last observation; `None` where it is sound.
     #[must_use]
     pub const fn observation_fault(&self) -> Option<ObservationFault> {
         self.validator.fault
@@ -148,7 +148,7 @@ impl Navigator {
         self.behaviours.planner()
     }
 
-    /// How many decisions met the deadline; nothing without a deadline.
+    /// How many decisions met the deadline; `None` without a deadline.
     #[must_use]
     pub fn deadline_stats(&self) -> Option<DeadlineStats> {
         self.deadline.as_ref().map(Deadline::stats)

@@ -42,7 +42,7 @@ pub struct Observation {
     pub time_s: f64,
     /// Pose of the robot in the map frame, by its localisation.
     pub pose: Pose,
-    /// Why the localisation does not know the pose; nothing where it does.
+    /// Why the localisation does not know the pose; `None` where it does.
     pub lost: Option<LostReason>,
     /// Velocity of the robot, by its odometry.
     pub twist: Twist,

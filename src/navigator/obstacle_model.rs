@@ -31,7 +31,7 @@ const FARTHEST_CELL: f64 = 1e9;
 /// Obstacles that the lidar saw and the map does not show.
 pub struct ObstacleModel {
     map: LocalMap,
-    /// Nothing where moving obstacles are marked as static ones.
+    /// `None` where moving obstacles are marked as static ones.
     tracker: Option<Tracker>,
 }
 

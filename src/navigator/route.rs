@@ -12,7 +12,7 @@ pub(crate) struct Route {
     key_nodes_m: Vec<f64>,
     /// Arc length that the robot has reached, metres.
     pub(super) progress_m: f64,
-    /// Number of key nodes touched so far; nothing where progress along the path counts.
+    /// Number of key nodes touched so far; `None` where progress along the path counts.
     touched: Option<usize>,
 }
 

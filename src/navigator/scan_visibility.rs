@@ -13,7 +13,7 @@ const PLACE_ERROR_M: f64 = 0.03;
 const MARGIN_SHARE: f64 = 0.01;
 
 /// The shortest range of the beams within an angle of a direction in the map frame, metres, and of the two next to it at least.
-/// A beam without a return saw to the sensor's range. Nothing where a beam has no measurement or there is no beam.
+/// A beam without a return saw to the sensor's range. `None` where a beam has no measurement or there is no beam.
 pub(super) fn seen_to_m(pose: &Pose, scan: &Scan, direction: f64, half_angle: f64) -> Option<f64> {
     let beams = scan.ranges.len() as i64;
     if beams == 0 {

@@ -143,7 +143,7 @@ impl<'a> State<'a> {
         limits.reachable(&self.now.twist, wanted, self.period_s)
     }
 
-    /// The check for passive safety; nothing where that feature is off.
+    /// The check for passive safety; `None` where that feature is off.
     pub fn passive_safety(&self) -> Option<PassiveSafety<'_>> {
         let settings = self.settings;
         settings.features.passive_safety.then_some(PassiveSafety {

@@ -73,7 +73,7 @@ impl WaypointQueue {
         !self.ahead.is_empty()
     }
 
-    /// Takes the next goal as the present one and returns the plan to it; nothing during the pause or after the last goal.
+    /// Takes the next goal as the present one and returns the plan to it; `None` during the pause or after the last goal.
     pub fn next(&mut self, now_s: f64) -> Option<Plan> {
         if now_s < self.pause_until_s {
             return None;

@@ -37,30 +37,19 @@ const SPEEDS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const TURN_RATES: [f64; 7] = [0.0, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8];
 
 /// Leaves a place where the robot is held up; each attempt lasts longer until there is progress.
+#[derive(Default)]
 pub(super) struct Escape {
     breadcrumbs: Breadcrumbs,
     held_up: ConditionTimer,
     attempts: u32,
-    /// End of the present attempt, and earliest begin of the next one, seconds.
-    until_s: f64,
-    next_s: f64,
-}
-
-impl Default for Escape {
-    fn default() -> Self {
-        Self {
-            breadcrumbs: Breadcrumbs::default(),
-            held_up: ConditionTimer::default(),
-            attempts: 0,
-            until_s: f64::NEG_INFINITY,
-            next_s: f64::NEG_INFINITY,
-        }
-    }
+    /// End of the last attempt, and earliest begin of the next one, seconds.
+    until_s: Option<f64>,
+    next_s: Option<f64>,
 }
 
 impl Behaviour for Escape {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
-        if state.now.time_s >= self.until_s {
+        if self.until_s.is_none_or(|until_s| state.now.time_s >= until_s) {
             return Ok(None);
         }
         let pose = &state.now.pose;
@@ -96,16 +85,17 @@ impl Escape {
         let creeps = now.twist.linear.abs() < CREEPING;
         let held_up_s = self.held_up.update(now.time_s, creeps);
         let is_patient = held_up_s <= patience_s && stuck_s <= WIGGLING_PATIENCES * patience_s;
-        if is_patient || now.time_s < self.next_s {
+        if is_patient || self.next_s.is_some_and(|next_s| now.time_s < next_s) {
             return;
         }
         // Each attempt lasts longer than the one before, so that two robots that block each other part at last.
         let doublings = self.attempts.min(MAX_DOUBLINGS);
         self.attempts += 1;
         self.held_up = ConditionTimer::default();
-        self.until_s = now.time_s + FIRST_ATTEMPT_S * f64::from(1_u32 << doublings);
+        let until_s = now.time_s + FIRST_ATTEMPT_S * f64::from(1_u32 << doublings);
+        self.until_s = Some(until_s);
         // The path found after the attempt gets its chance before the next one.
-        self.next_s = self.until_s + 2.0 * patience_s;
+        self.next_s = Some(until_s + 2.0 * patience_s);
     }
 }
 
@@ -162,7 +152,7 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
     best.1
 }
 
-/// The last pose of a motion; nothing where the motion comes too near to an obstacle.
+/// The last pose of a motion; `None` where the motion comes too near to an obstacle.
 fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Option<Pose> {
     let footprint = &state.robot.footprint;
     let moving_gap_m = |pose: &Pose| {

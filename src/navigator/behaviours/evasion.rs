@@ -26,7 +26,7 @@ const FORWARD: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const BACKWARD: [f64; 2] = [0.5, 1.0];
 const TURNING: [f64; 9] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
 
-/// Leaves the path of an approaching obstacle; nothing where the robot need not or may not.
+/// Leaves the path of an approaching obstacle; `None` where the robot need not or may not.
 pub(super) fn replacement(state: &State<'_>, allowed: Override) -> Option<Decision> {
     if allowed == Override::Never || !state.settings.features.recovery {
         return None;
@@ -35,7 +35,7 @@ pub(super) fn replacement(state: &State<'_>, allowed: Override) -> Option<Decisi
     Some(Decision { command: state.towards(&wanted), ..state.stand(Mode::Evading) })
 }
 
-/// The motion with the greatest distance to all moving obstacles; nothing where standing is safe, or no motion is better.
+/// The motion with the greatest distance to all moving obstacles; `None` where standing is safe, or no motion is better.
 fn safest_motion(state: &State<'_>) -> Option<Twist> {
     let moving = &state.now.moving;
     let approaches = |disc: &&MovingDisc| libm::hypot(disc.vx, disc.vy) >= MIN_APPROACH_SPEED;
@@ -78,7 +78,7 @@ fn can_stop_clear(state: &State<'_>, wanted: &Twist) -> bool {
     true
 }
 
-/// The least distance to obstacles on a motion towards a velocity at the acceleration limits, metres; nothing where a static
+/// The least distance to obstacles on a motion towards a velocity at the acceleration limits, metres; `None` where a static
 /// obstacle is on that path.
 fn min_gap_m(state: &State<'_>, wanted: &Twist, obstacles: &[MovingDisc]) -> Option<f64> {
     let (mut pose, mut twist) = (state.now.pose, state.now.twist);

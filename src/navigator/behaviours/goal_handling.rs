@@ -94,7 +94,7 @@ impl GoalHandling {
         now_s - *self.since_s.get_or_insert(now_s)
     }
 
-    /// The velocity to drive towards, before the limits of acceleration; nothing for a robot that is parked.
+    /// The velocity to drive towards, before the limits of acceleration; `None` for a robot that is parked.
     fn next(
         &mut self,
         (pose, twist): (&Pose, &Twist),

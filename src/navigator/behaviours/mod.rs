@@ -39,7 +39,7 @@ enum Override {
 
 /// A behaviour that proposes what to do.
 trait Behaviour {
-    /// Proposes a decision; nothing where the behaviour does not apply.
+    /// Proposes a decision; `None` where the behaviour does not apply.
     ///
     /// # Errors
     /// When the mission must end.

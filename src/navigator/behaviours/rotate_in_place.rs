@@ -58,7 +58,7 @@ impl RotateInPlace {
         }
     }
 
-    /// Rotates a robot that creeps; nothing where it need not or may not.
+    /// Rotates a robot that creeps; `None` where it need not or may not.
     pub fn replacement(&mut self, state: &State<'_>, allowed: Override) -> Option<Decision> {
         let may_rotate = state.settings.features.recovery
             && allowed == Override::ByEvasionOrRotation

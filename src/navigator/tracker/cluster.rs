@@ -260,7 +260,7 @@ impl Cluster {
         Fit { center, covariance: spread + Matrix2::identity() * pose_m }
     }
 
-    /// The radius of a disc whose nearest point is at a distance, metres, by the angle between its edges; nothing where an edge
+    /// The radius of a disc whose nearest point is at a distance, metres, by the angle between its edges; `None` where an edge
     /// is hidden.
     ///
     /// A disc of radius `r` at a distance `d` from its outline has a half width `a` with `sin a = r / (d + r)`.

@@ -164,10 +164,8 @@ impl Tracker {
         }
         // A tie goes to the older track, then to the earlier beam.
         self.pairs.sort_unstable_by(|one, other| {
-            one.cost
-                .total_cmp(&other.cost)
-                .then(one.track.cmp(&other.track))
-                .then(one.cluster.cmp(&other.cluster))
+            let by_age = (one.track, one.cluster).cmp(&(other.track, other.cluster));
+            one.cost.total_cmp(&other.cost).then(by_age)
         });
         self.taken.clear();
         self.taken.resize(self.clusters.len(), None);
