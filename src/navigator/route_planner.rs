@@ -36,6 +36,14 @@ struct Terrain {
     costs: Option<ClearanceCosts>,
 }
 
+/// What to plan, and the clock that times it.
+struct Task<'a> {
+    terrain: &'a Terrain,
+    start: Point,
+    goal: Point,
+    clock: &'a mut dyn FnMut() -> f64,
+}
+
 impl RoutePlanner {
     /// A planner for a robot, on maps of this resolution in metres.
     ///
@@ -92,7 +100,7 @@ impl RoutePlanner {
         let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
         let terrain = self.terrain.take().filter(is_this);
         let terrain = terrain.unwrap_or_else(|| self.terrain(obstacles));
-        let outcome = self.plan_on(&terrain, start, goal, clock);
+        let outcome = self.plan_on(&mut Task { terrain: &terrain, start, goal, clock });
         self.terrain = Some(terrain);
         outcome
     }
@@ -108,13 +116,8 @@ impl RoutePlanner {
         }
     }
 
-    fn plan_on(
-        &mut self,
-        terrain: &Terrain,
-        start: Point,
-        goal: Point,
-        clock: &mut dyn FnMut() -> f64,
-    ) -> Result<Plan, PlanError> {
+    fn plan_on(&mut self, task: &mut Task<'_>) -> Result<Plan, PlanError> {
+        let (terrain, start, goal) = (task.terrain, task.start, task.goal);
         let least = &terrain.least;
         let mut comfortable = terrain.comfortable.clone();
         let margin_m = self.comfortable_radius_m - self.least_radius_m;
@@ -122,52 +125,41 @@ impl RoutePlanner {
             comfortable.free_cells_near(least, &end, END_REACH_MARGINS * margin_m);
         }
         let detour = self.comfort_detour;
-        let Ok(wide) = self.search(terrain, [&comfortable, least], start, goal, clock) else {
-            return self
-                .search(terrain, [least, least], start, goal, clock)
-                .or_else(|error| self.squeezed(terrain, start, goal, clock, error));
+        let Ok(wide) = self.search(task, [&comfortable, least]) else {
+            return self.search(task, [least, least]).or_else(|error| self.squeezed(task, error));
         };
         let is_detour = |shortest_m: f64| wide.smoothed.length_m() > detour * shortest_m;
         // No path is shorter than the straight line.
         if !is_detour((goal - start).norm()) {
             return Ok(wide);
         }
-        let close = self.search(terrain, [least, least], start, goal, clock)?;
+        let close = self.search(task, [least, least])?;
         let (expanded, time_s) = (wide.expanded + close.expanded, wide.time_s + close.time_s);
         let chosen = if is_detour(close.smoothed.length_m()) { close } else { wide };
         Ok(Plan { expanded, time_s, ..chosen })
     }
 
     /// A path that may pass obstacles near its start more closely; the given error where there is none.
-    fn squeezed(
-        &mut self,
-        terrain: &Terrain,
-        start: Point,
-        goal: Point,
-        clock: &mut dyn FnMut() -> f64,
-        error: PlanError,
-    ) -> Result<Plan, PlanError> {
+    fn squeezed(&mut self, task: &mut Task<'_>, error: PlanError) -> Result<Plan, PlanError> {
         if !matches!(error, PlanError::StartOccupied { .. } | PlanError::NoValidPath { .. }) {
             return Err(error);
         }
-        let tight = FreeSpace::new(&terrain.obstacles, self.squeezing_radius_m);
-        let mut space = terrain.least.clone();
-        space.free_cells_near(&tight, &start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
-        self.search(terrain, [&space, &space], start, goal, clock).map_err(|_| error)
+        let tight = FreeSpace::new(&task.terrain.obstacles, self.squeezing_radius_m);
+        let mut space = task.terrain.least.clone();
+        space.free_cells_near(&tight, &task.start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
+        self.search(task, [&space, &space]).map_err(|_| error)
     }
 
     /// Searches in one free space, and smooths the path in another.
     fn search(
         &mut self,
-        terrain: &Terrain,
+        task: &mut Task<'_>,
         [search, smoothing]: [&FreeSpace; 2],
-        start: Point,
-        goal: Point,
-        clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
+        let terrain = task.terrain;
         let ground = PlanningSpace { search, smoothing, costs: terrain.costs.as_ref() };
-        let from = self.free_start(&terrain.obstacles, search, start);
-        global::plan(&mut self.searcher, &ground, from, goal, &self.settings, clock)
+        let from = self.free_start(&terrain.obstacles, search, task.start);
+        global::plan(&mut self.searcher, &ground, from, task.goal, &self.settings, task.clock)
     }
 
     /// The nearest free point to a start that is within a margin. Any free point beyond a wall is farther away.

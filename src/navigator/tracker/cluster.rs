@@ -3,6 +3,7 @@
 use nalgebra::Matrix2;
 
 use super::super::scan_visibility::is_full_turn;
+use super::filter::Fit;
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::Scan;
 
@@ -50,110 +51,116 @@ const BEYOND_EDGE_M: f64 = 0.05;
 /// A longer cluster is no disc with a radius of at most 0.7 m, metres.
 pub(super) const LONGEST_M: f64 = 1.5;
 
-/// Finds the clusters. One that is too long for a disc is split where the expected disc of a moving object ends.
-pub(super) fn find(
-    pose: &Pose,
-    scan: &Scan,
-    returns: &[Return],
-    spare: &mut Vec<(usize, usize)>,
-    found: &mut Vec<Cluster>,
-) {
-    found.clear();
-    spare.clear();
-    for (place, next) in returns.iter().enumerate() {
-        if !next.is_candidate {
-            continue;
-        }
-        match spare.last_mut() {
-            Some((first, count))
-                if *first + *count == place && belong_together(scan, &returns[place - 1], next) =>
-            {
-                *count += 1;
+/// The returns of a scan from a pose.
+#[derive(Clone, Copy)]
+pub(super) struct ScanReturns<'a> {
+    pub pose: &'a Pose,
+    pub scan: &'a Scan,
+    /// In the order of the beams.
+    pub returns: &'a [Return],
+}
+
+impl ScanReturns<'_> {
+    /// Finds the clusters, with memory for the runs of neighbours. A cluster that is too long for a disc is split where the
+    /// expected disc of a moving object ends.
+    pub fn find_clusters(&self, runs: &mut Vec<(usize, usize)>, found: &mut Vec<Cluster>) {
+        found.clear();
+        runs.clear();
+        for (index, next) in self.returns.iter().enumerate() {
+            if !next.is_candidate {
+                continue;
             }
-            _ => spare.push((place, 1)),
-        }
-    }
-    join_at_seam(scan, returns, spare);
-    for &(first, count) in spare.iter() {
-        let whole = cluster(pose, scan, returns, first, count);
-        if whole.length_m <= LONGEST_M {
-            found.push(whole);
-            continue;
-        }
-        let owner = |step: usize| returns[(first + step) % returns.len()].owner;
-        let mut from = 0;
-        for step in 1..=count {
-            if step == count || owner(step) != owner(from) {
-                let part =
-                    cluster(pose, scan, returns, (first + from) % returns.len(), step - from);
-                found.push(part);
-                from = step;
+            match runs.last_mut() {
+                Some((first, count))
+                    if *first + *count == index && self.belong_together(index - 1, index) =>
+                {
+                    *count += 1;
+                }
+                _ => runs.push((index, 1)),
             }
         }
+        self.join_at_seam(runs);
+        for &(first, count) in runs.iter() {
+            let whole = self.cluster(first, count);
+            if whole.length_m <= LONGEST_M {
+                found.push(whole);
+                continue;
+            }
+            let owner = |step: usize| self.at(first + step).owner;
+            let mut from = 0;
+            for step in 1..=count {
+                if step == count || owner(step) != owner(from) {
+                    found.push(self.cluster((first + from) % self.returns.len(), step - from));
+                    from = step;
+                }
+            }
+        }
     }
-}
 
-/// Joins the last run with the first one: in a full turn their beams are neighbours.
-fn join_at_seam(scan: &Scan, returns: &[Return], runs: &mut Vec<(usize, usize)>) {
-    let (Some(&(first, count)), Some(&(last, last_count))) = (runs.first(), runs.last()) else {
-        return;
-    };
-    let spans_seam = first == 0 && last + last_count == returns.len() && runs.len() > 1;
-    let (before, after) = (&returns[returns.len() - 1], &returns[0]);
-    if spans_seam && is_full_turn(scan) && belong_together(scan, before, after) {
-        runs[0] = (last, last_count + count);
-        runs.pop();
+    /// The return at an index, which may continue at the beginning of the list.
+    const fn at(&self, index: usize) -> &Return {
+        &self.returns[index % self.returns.len()]
     }
-}
 
-/// Whether a return and the next one belong to one object.
-fn belong_together(scan: &Scan, one: &Return, next: &Return) -> bool {
-    let beams = scan.ranges.len();
-    let steps = (next.beam + beams - one.beam) % beams;
-    if steps == 0 || steps > MAX_MISSING + 1 {
-        return false;
+    /// Joins the last run with the first one: in a full turn their beams are neighbours.
+    fn join_at_seam(&self, runs: &mut Vec<(usize, usize)>) {
+        let (Some(&(first, count)), Some(&(last, last_count))) = (runs.first(), runs.last()) else {
+            return;
+        };
+        let end = self.returns.len();
+        let spans_seam = first == 0 && last + last_count == end && runs.len() > 1;
+        if spans_seam && is_full_turn(self.scan) && self.belong_together(end - 1, 0) {
+            runs[0] = (last, last_count + count);
+            runs.pop();
+        }
     }
-    let missing = |step: usize| scan.ranges[(one.beam + step) % beams].is_nan();
-    if !(1..steps).all(missing) {
-        return false;
-    }
-    if let (Some(owner), Some(other)) = (one.owner, next.owner)
-        && owner != other
-    {
-        return false;
-    }
-    let spacing_m = one.range_m.min(next.range_m) * scan.angle_increment * steps as f64;
-    (next.point - one.point).norm() < NEAR_M + NEAR_SPACINGS * spacing_m
-}
 
-fn cluster(pose: &Pose, scan: &Scan, returns: &[Return], first: usize, count: usize) -> Cluster {
-    let beams = scan.ranges.len();
-    let at = |step: usize| &returns[(first + step) % returns.len()];
-    let (begin, end) = (at(0), at(count - 1));
-    let steps = (end.beam + beams - begin.beam) % beams;
-    let near_m = (0..count).map(|step| at(step).range_m).fold(f64::INFINITY, f64::min);
-    let half_beam = scan.angle_increment / 2.0;
-    Cluster {
-        first,
-        count,
-        near_m,
-        right: pose.yaw + scan.angle(begin.beam) - half_beam,
-        spread: (steps + 1) as f64 * scan.angle_increment,
-        own_edges: [is_edge(scan, begin, false), is_edge(scan, end, true)],
-        joins: [
-            joins_settled(scan, returns, first, false),
-            joins_settled(scan, returns, (first + count - 1) % returns.len(), true),
-        ],
-        length_m: (end.point - begin.point).norm(),
+    /// Whether a return and the next one belong to one object.
+    fn belong_together(&self, one: usize, next: usize) -> bool {
+        let (scan, one, next) = (self.scan, self.at(one), self.at(next));
+        let beams = scan.ranges.len();
+        let steps = (next.beam + beams - one.beam) % beams;
+        if steps == 0 || steps > MAX_MISSING + 1 {
+            return false;
+        }
+        let missing = |step: usize| scan.ranges[(one.beam + step) % beams].is_nan();
+        if !(1..steps).all(missing) {
+            return false;
+        }
+        if let (Some(owner), Some(other)) = (one.owner, next.owner)
+            && owner != other
+        {
+            return false;
+        }
+        let spacing_m = one.range_m.min(next.range_m) * scan.angle_increment * steps as f64;
+        (next.point - one.point).norm() < NEAR_M + NEAR_SPACINGS * spacing_m
     }
-}
 
-/// Whether the return next to one, at its left or right, belongs to it and to a settled mark.
-fn joins_settled(scan: &Scan, returns: &[Return], place: usize, to_left: bool) -> bool {
-    let all = returns.len();
-    let next_to = if to_left { (place + 1) % all } else { (place + all - 1) % all };
-    let (one, next) = if to_left { (place, next_to) } else { (next_to, place) };
-    !returns[next_to].is_candidate && belong_together(scan, &returns[one], &returns[next])
+    fn cluster(&self, first: usize, count: usize) -> Cluster {
+        let (scan, last) = (self.scan, first + count - 1);
+        let beams = scan.ranges.len();
+        let (begin, end) = (self.at(first), self.at(last));
+        let steps = (end.beam + beams - begin.beam) % beams;
+        let ranges_m = (first..=last).map(|index| self.at(index).range_m);
+        let half_beam = scan.angle_increment / 2.0;
+        Cluster {
+            first,
+            count,
+            near_m: ranges_m.fold(f64::INFINITY, f64::min),
+            right: self.pose.yaw + scan.angle(begin.beam) - half_beam,
+            spread: (steps + 1) as f64 * scan.angle_increment,
+            own_edges: [is_edge(scan, begin, false), is_edge(scan, end, true)],
+            joins: [self.joins_settled(first, false), self.joins_settled(last, true)],
+            length_m: (end.point - begin.point).norm(),
+        }
+    }
+
+    /// Whether the return next to one, at its left or right, belongs to it and to a settled mark.
+    fn joins_settled(&self, index: usize, to_left: bool) -> bool {
+        let next_to = if to_left { index + 1 } else { index + self.returns.len() - 1 };
+        let (one, next) = if to_left { (index, next_to) } else { (next_to, index) };
+        !self.at(next_to).is_candidate && self.belong_together(one, next)
+    }
 }
 
 /// Whether the beam next to a return, at its left or right, goes beyond it.
@@ -178,13 +185,6 @@ const YAW_DEVIATION: f64 = 0.005;
 /// Steps of the fit; each squares the remaining relative error.
 const STEPS: usize = 3;
 
-/// The centre of a disc with its covariance.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Fit {
-    pub center: Point,
-    pub covariance: Matrix2<f64>,
-}
-
 /// A radius and its variance, metres and square metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Radius {
@@ -193,6 +193,22 @@ pub(super) struct Radius {
 }
 
 impl Cluster {
+    /// Every n-th point, where n is the stride.
+    pub fn points<'a>(
+        &self,
+        returns: &'a [Return],
+        stride: usize,
+    ) -> impl Iterator<Item = &'a Point> + use<'a> {
+        let indices = (self.first..self.first + self.count).step_by(stride);
+        indices.map(|index| &returns[index % returns.len()].point)
+    }
+
+    /// The first, middle and last point.
+    pub fn sample(&self, returns: &[Return]) -> [Point; 3] {
+        [0, self.count / 2, self.count - 1]
+            .map(|step| returns[(self.first + step) % returns.len()].point)
+    }
+
     /// The direction to the centre of a disc of this radius, radians, and the standard deviation of the centre across it,
     /// metres.
     fn toward(&self, radius_m: f64, increment: f64) -> (f64, f64) {
@@ -218,13 +234,7 @@ impl Cluster {
     }
 
     /// The disc of this radius that fits returns and edges best, by least squares (Gauss-Newton).
-    pub fn fit<'a>(
-        &self,
-        points: &(impl Iterator<Item = &'a Point> + Clone),
-        robot: &Point,
-        radius_m: f64,
-        increment: f64,
-    ) -> Fit {
+    pub fn fit(&self, returns: &[Return], robot: &Point, radius_m: f64, increment: f64) -> Fit {
         let (direction, lateral_m) = self.toward(radius_m, increment);
         let (sin, cos) = libm::sincos(direction);
         let ahead = Vector::new(cos, sin);
@@ -238,7 +248,7 @@ impl Cluster {
         for _ in 0..STEPS {
             let mut normal = across * across.transpose() * lateral;
             let mut wanted = across * (-across.dot(&(center - robot)) * lateral);
-            for point in points.clone() {
+            for point in self.points(returns, 1) {
                 let outward = center - point;
                 let apart = outward.norm().max(1e-6);
                 let outward = outward / apart;

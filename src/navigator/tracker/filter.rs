@@ -7,6 +7,13 @@ use crate::geometry::{Point, Vector};
 /// Variance of the first velocity, (m/s)^2 on each axis: people walk at about 1 m/s.
 const FIRST_SPEED_VARIANCE: f64 = 1.0;
 
+/// A measured position, such as the centre of a disc, with its covariance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    pub center: Point,
+    pub covariance: Matrix2<f64>,
+}
+
 /// An estimate of position and velocity with its covariance.
 ///
 /// The model is white noise of acceleration, in m^2/s^3 (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to
@@ -20,10 +27,10 @@ pub(super) struct Filter {
 
 impl Filter {
     /// A filter after one measured position, with unknown velocity.
-    pub fn new(center: &Point, covariance: &Matrix2<f64>) -> Self {
-        let mut whole = Matrix4::identity() * FIRST_SPEED_VARIANCE;
-        whole.fixed_view_mut::<2, 2>(0, 0).copy_from(covariance);
-        Self { state: SVector::from([center.x, center.y, 0.0, 0.0]), covariance: whole }
+    pub fn new(first: &Fit) -> Self {
+        let mut covariance = Matrix4::identity() * FIRST_SPEED_VARIANCE;
+        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&first.covariance);
+        Self { state: SVector::from([first.center.x, first.center.y, 0.0, 0.0]), covariance }
     }
 
     /// Predicts over a time, seconds, with noise of acceleration, m^2/s^3.
@@ -49,16 +56,16 @@ impl Filter {
     }
 
     /// The squared Mahalanobis distance of a measured position from the expected one.
-    pub fn squared_deviations(&self, measured: &Point, covariance: &Matrix2<f64>) -> f64 {
-        let error = measured - self.center();
-        let sum = self.covariance.fixed_view::<2, 2>(0, 0) + covariance;
+    pub fn squared_deviations(&self, measured: &Fit) -> f64 {
+        let error = measured.center - self.center();
+        let sum = self.covariance.fixed_view::<2, 2>(0, 0) + measured.covariance;
         sum.try_inverse().map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)))
     }
 
     /// Corrects with a measured position.
-    pub fn correct(&mut self, measured: &Point, covariance: &Matrix2<f64>) {
-        let error = measured - self.center();
-        let sum = self.covariance.fixed_view::<2, 2>(0, 0) + covariance;
+    pub fn correct(&mut self, measured: &Fit) {
+        let error = measured.center - self.center();
+        let sum = self.covariance.fixed_view::<2, 2>(0, 0) + measured.covariance;
         let Some(inverse) = sum.try_inverse() else {
             return;
         };

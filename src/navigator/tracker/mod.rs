@@ -15,7 +15,8 @@ use super::obstacle_model::ReturnOrigin;
 use super::scan_visibility::{History, free_margin_m, proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
-use cluster::{Cluster, Fit, LONGEST_M, Return};
+use cluster::{Cluster, LONGEST_M, Return, ScanReturns};
+use filter::Fit;
 use track::Track;
 
 /// Returns from beyond this distance do not count, metres: a person has no three beams of 1 degree there.
@@ -90,7 +91,8 @@ impl Tracker {
         self.history.select(time_s);
         self.swept.clear();
         self.collect(pose, scan, origin);
-        cluster::find(pose, scan, &self.returns, &mut self.runs, &mut self.clusters);
+        let returns = ScanReturns { pose, scan, returns: &self.returns };
+        returns.find_clusters(&mut self.runs, &mut self.clusters);
         self.associate(pose, scan);
         self.update_tracks((time_s, gap_s), pose, scan);
         self.drop_lost(time_s, pose, scan);
@@ -146,14 +148,9 @@ impl Tracker {
                 if (rough - track.center()).norm() > gate_m {
                     continue;
                 }
-                let fit = cluster.fit(
-                    &points(&self.returns, cluster, 1),
-                    &robot,
-                    radius_m,
-                    scan.angle_increment,
-                );
+                let fit = cluster.fit(&self.returns, &robot, radius_m, scan.angle_increment);
                 let sudden = if track.has_moved { SUDDEN_M2 } else { 0.0 };
-                let cost = track.squared_deviations(&Fit {
+                let cost = track.filter.squared_deviations(&Fit {
                     covariance: fit.covariance + Matrix2::identity() * sudden,
                     ..fit
                 });
@@ -189,13 +186,14 @@ impl Tracker {
             let track = &mut self.tracks[pair.track];
             let distance_m = (pair.fit.center - robot).norm() - track.radius.radius_m;
             let seen = cluster.radius(distance_m, scan.angle_increment);
-            let sample = sample(&self.returns, cluster);
+            let sample = cluster.sample(&self.returns);
             track.update((time_s, gap_s), &pair.fit, seen, &robot, sample);
             // A cluster connected to a settled mark is a part of it, even if its ends seem to move.
             let stands_alone = cluster.joins == [false, false];
             let evidence = if stands_alone && track.seems_moving() {
                 let stride = cluster.count.div_ceil(MAX_CHECKED);
-                let entered = points(&self.returns, cluster, stride)
+                let entered = cluster
+                    .points(&self.returns, stride)
                     .filter(|point| self.history.was_free(point))
                     .count();
                 let left = track
@@ -245,10 +243,8 @@ impl Tracker {
             }
             let increment = scan.angle_increment;
             let radius = Track::first_radius(cluster.radius(cluster.near_m, increment));
-            let points = points(&self.returns, cluster, 1);
-            let fit = cluster.fit(&points, &robot, radius.radius_m, increment);
-            let sample = sample(&self.returns, cluster);
-            self.tracks.push(Track::new(time_s, &fit, radius, sample));
+            let fit = cluster.fit(&self.returns, &robot, radius.radius_m, increment);
+            self.tracks.push(Track::new(time_s, &fit, radius, cluster.sample(&self.returns)));
         }
     }
 }
@@ -264,22 +260,4 @@ fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
         })
         .min_by(|one, other| one.1.total_cmp(&other.1))
         .map(|(number, _)| number)
-}
-
-/// Every n-th point of a cluster, where n is the stride.
-fn points<'a>(
-    returns: &'a [Return],
-    cluster: &Cluster,
-    stride: usize,
-) -> impl Iterator<Item = &'a Point> + Clone {
-    let first = cluster.first;
-    (0..cluster.count)
-        .step_by(stride)
-        .map(move |step| &returns[(first + step) % returns.len()].point)
-}
-
-/// The first, middle and last point of a cluster.
-fn sample(returns: &[Return], cluster: &Cluster) -> [Point; 3] {
-    [0, cluster.count / 2, cluster.count - 1]
-        .map(|step| returns[(cluster.first + step) % returns.len()].point)
 }

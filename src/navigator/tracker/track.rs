@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 
 use super::super::scan_visibility::{AGES_S, INTERVAL_S, KEPT};
-use super::cluster::{Fit, RADII_M, Radius};
-use super::filter::Filter;
+use super::cluster::{RADII_M, Radius};
+use super::filter::{Filter, Fit};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
@@ -65,7 +65,7 @@ struct Step {
 /// A tracked object.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
-    filter: Filter,
+    pub filter: Filter,
     pub radius: Radius,
     pub born_s: f64,
     seen_s: f64,
@@ -90,7 +90,7 @@ impl Track {
     /// A track after its first cluster.
     pub fn new(time_s: f64, fit: &Fit, radius: Radius, points: [Point; 3]) -> Self {
         let mut track = Self {
-            filter: Filter::new(&fit.center, &fit.covariance),
+            filter: Filter::new(fit),
             radius,
             born_s: time_s,
             seen_s: time_s,
@@ -125,11 +125,6 @@ impl Track {
         self.filter.center()
     }
 
-    /// The squared deviations of a fit, as [`Filter::squared_deviations`].
-    pub fn squared_deviations(&self, fit: &Fit) -> f64 {
-        self.filter.squared_deviations(&fit.center, &fit.covariance)
-    }
-
     /// Updates with a fit from a robot at a place, at a time and this long after the last scan, both in seconds.
     pub fn update(
         &mut self,
@@ -139,12 +134,12 @@ impl Track {
         robot: &Point,
         points: [Point; 3],
     ) {
-        let deviations = self.squared_deviations(fit);
+        let deviations = self.filter.squared_deviations(fit);
         self.surprise = self.surprise.midpoint(deviations);
         if self.has_moved && deviations > SUDDEN {
             self.filter.add_noise(gap_s, SUDDEN_NOISE);
         }
-        self.filter.correct(&fit.center, &fit.covariance);
+        self.filter.correct(fit);
         if let Some(seen) = seen {
             // The scan shows its near side. A larger radius moves its centre away, which is no motion.
             let before_m = self.radius.radius_m;
@@ -303,13 +298,8 @@ impl Track {
     }
 
     fn disc_at(&self, center: &Point, velocity: &Vector) -> MovingDisc {
-        MovingDisc {
-            x: center.x,
-            y: center.y,
-            radius: self.radius.radius_m,
-            vx: velocity.x,
-            vy: velocity.y,
-        }
+        let radius = self.radius.radius_m;
+        MovingDisc { x: center.x, y: center.y, radius, vx: velocity.x, vy: velocity.y }
     }
 }
 
