@@ -1,57 +1,34 @@
-//! Errors of experiments and of single runs.
+//! The error of experiments.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::barn::BarnError;
-use super::dynabarn::DynaBarnError;
-use super::missions::MissionsError;
 use crate::bench::paper::PaperError;
 use crate::map::MapError;
+use crate::settings::SettingError;
 use crate::sim::SimError;
 
-/// A run that cannot start.
-#[derive(Debug, Error)]
-pub enum RunError {
-    /// A world too large for one grid.
-    #[error(transparent)]
-    Map(#[from] MapError),
-    /// No random mission on the map.
-    #[error(transparent)]
-    Missions(#[from] MissionsError),
-    /// A mission or setting out of range.
-    #[error(transparent)]
-    Simulation(#[from] SimError),
-}
-
-/// A plan that cannot be run, resumed or merged.
+/// An experiment that cannot be planned, run, resumed, merged or read.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ExperimentError {
-    /// A key of a plan whose value cannot be used.
+    /// A value that cannot be used.
     #[error("{key} is {value}: it must be {expected}")]
-    BadKey {
-        /// The key.
+    BadValue {
+        /// The key of the plan, or the name of the rule.
         key: &'static str,
         /// As given.
         value: String,
         /// What is accepted.
         expected: &'static str,
     },
-    /// Settings that make runs depend on the wall clock.
-    #[error(
-        "{place}: navigator.{key} makes a run depend on the wall clock, and a cell must not: leave it out"
-    )]
-    NotPure {
-        /// The key of the plan.
-        place: String,
-        /// The setting.
-        key: &'static str,
-    },
-    /// Changes that do not fit the settings.
+    /// A number of the plan out of its range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
+    /// A world, or changes to settings, that cannot be used.
     #[error("{place}: {reason}")]
-    BadChange {
-        /// The key of the plan.
+    Unusable {
+        /// The key of the plan, or the name of the world.
         place: String,
         /// What is wrong with it.
         reason: String,
@@ -76,23 +53,12 @@ pub enum ExperimentError {
         /// The key.
         key: String,
     },
-    /// A damaged file of a cell.
-    #[error(
-        "{}: {reason}: the file is damaged or was changed; delete it, and the cell is driven again",
-        file.display()
-    )]
-    BadCell {
-        /// The file.
+    /// A file or folder of worlds, results or rows that cannot be used.
+    #[error("{}: {reason}", file.display())]
+    BadFile {
+        /// The file or folder.
         file: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A file that is no manifest.
-    #[error("{}: {reason}: name a folder that `inbye sweep` made", file.display())]
-    BadManifest {
-        /// The file.
-        file: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with it, where, and the cure.
         reason: String,
     },
     /// Folders of several plans.
@@ -108,20 +74,6 @@ pub enum ExperimentError {
         /// Numbers of their cells.
         cells: [usize; 2],
     },
-    /// Results written by another version of this program.
-    #[error(
-        "{}: written by inbye {} (format {}), and this is {} (format {}): merge with the version that ran the cells, or run \
-         them again",
-        file.display(), found.0, found.1, expected.0, expected.1
-    )]
-    OtherVersion {
-        /// The file.
-        file: PathBuf,
-        /// Its version and format.
-        found: (String, u32),
-        /// Those of this program.
-        expected: (String, u32),
-    },
     /// A cell whose results differ between folders.
     #[error(
         "cell {key} has other results in {} than in {}: a cell must give the same everywhere; one of the machines errs",
@@ -133,15 +85,12 @@ pub enum ExperimentError {
         /// Both files.
         files: [PathBuf; 2],
     },
-    /// A map that cannot be read.
+    /// A map that cannot be read, or a world too large for one grid.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// BARN worlds that cannot be read.
+    /// A mission or setting out of range.
     #[error(transparent)]
-    Barn(#[from] BarnError),
-    /// `DynaBARN` worlds that cannot be read.
-    #[error(transparent)]
-    DynaBarn(#[from] DynaBarnError),
+    Simulation(#[from] SimError),
     /// Scenes of the paper without a path.
     #[error(transparent)]
     Paper(#[from] PaperError),
@@ -151,4 +100,10 @@ pub enum ExperimentError {
         /// Why.
         reason: String,
     },
+}
+
+impl ExperimentError {
+    pub(super) fn file(file: &Path, reason: impl Into<String>) -> Self {
+        Self::BadFile { file: file.to_owned(), reason: reason.into() }
+    }
 }

@@ -61,9 +61,11 @@ impl Setup {
             return Ok(());
         };
         let name = self.name.as_deref();
-        Err(ExperimentError::NotPure {
+        Err(ExperimentError::Unusable {
             place: name.map_or("settings".to_owned(), |name| format!("configs.{name}")),
-            key,
+            reason: format!(
+                "navigator.{key} makes a run depend on the wall clock, and a cell must not: leave it out"
+            ),
         })
     }
 }
@@ -200,7 +202,7 @@ fn setups(
 ) -> Result<Vec<Setup>, ExperimentError> {
     let mut changed = Vec::new();
     for (name, changes) in &plan.configs {
-        let config = change(base, changes).map_err(|reason| ExperimentError::BadChange {
+        let config = change(base, changes).map_err(|reason| ExperimentError::Unusable {
             place: format!("configs.{name}"),
             reason,
         })?;
@@ -238,8 +240,7 @@ fn setups(
 
 fn check(setup: &Setup, place: impl Fn() -> String) -> Result<(), ExperimentError> {
     let checked = setup.config.validate();
-    checked
-        .map_err(|error| ExperimentError::BadChange { place: place(), reason: error.to_string() })
+    checked.map_err(|error| ExperimentError::Unusable { place: place(), reason: error.to_string() })
 }
 
 /// A configuration with each sampling, as [`grid_counts`](crate::bench::grid_counts) shapes it: each number of samples

@@ -1,15 +1,16 @@
-//! The plan of a sweep, a TOML file.
+//! The plan of a sweep, a TOML file, and the check of its values.
 
 use core::fmt::{self, Display};
 use core::str::FromStr;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use toml::Table;
 
-use crate::local::Weights;
+use super::ExperimentError;
+use crate::local::{EngineChoice, Weights};
 use crate::settings::{choices, commented_toml, setting_schema, settings};
 
 settings! {
@@ -55,13 +56,13 @@ settings! {
         /// Highest speed in "barn".
         pub max_speed_m_s: f64 = 2.0, ["m/s", above 0 to 10];
         /// Side of a cell of a .map or text map.
-        pub resolution_m: f64 = 1.0, ["m", above 0];
+        pub resolution_m: f64 = 1.0, ["m", above 0 to 1000000000];
         /// Routes of "map": tables of `start`, x, y and yaw, and `goal`, x, y and optionally yaw; metres and radians.
         pub routes: Vec<PlanRoute> = Vec::new();
         /// Number of moving obstacles on each route of "map", and their largest number in each of "missions".
         pub people: usize = 0, ["", 0 to 100];
         /// Simulated time after which a route of "map" or "scenes" ends.
-        pub time_limit_s: f64 = 3600.0, ["s", above 0];
+        pub time_limit_s: f64 = 3600.0, ["s", above 0 to 1000000000];
         /// Longest path of "missions".
         pub longest_m: f64 = 60.0, ["m", 4 to 10000];
         /// Share of "missions" with obstacles on the path that the map does not show.
@@ -191,4 +192,85 @@ impl Plan {
     pub fn documented() -> String {
         commented_toml::<Self>(HEADING)
     }
+
+    /// Checks every value without opening a file.
+    ///
+    /// # Errors
+    /// The error names the first key whose value cannot be used, and what is accepted.
+    pub fn check(&self) -> Result<(), ExperimentError> {
+        listed("seeds", &self.seeds)?;
+        listed("engines", &self.engines)?;
+        require(!self.worlds.is_empty(), "worlds", "empty", "at least one")?;
+        let samplings: Vec<String> = self.sampling.iter().map(ToString::to_string).collect();
+        distinct("sampling", &samplings)?;
+        for engine in &self.engines {
+            let known = engine.parse::<EngineChoice>();
+            let is_one = known.is_ok_and(|engine| engine != EngineChoice::Auto);
+            let expected = "cpu, gpu or gpu:ADAPTER-NAME: a cell must name its engine";
+            require(is_one, "engines", engine, expected)?;
+        }
+        self.validate()?;
+        self.worlds.iter().try_for_each(PlanWorlds::check)
+    }
+}
+
+impl PlanWorlds {
+    fn check(&self) -> Result<(), ExperimentError> {
+        use WorldKind::{Barn, DynaBarn, Localization, Map, Paper, Scenes};
+        self.validate().map_err(|error| error.in_table("worlds"))?;
+        let kind = self.kind;
+        let is = |kinds: &[WorldKind]| kinds.contains(&kind);
+        let path = self.path.as_ref().map_or("missing", |_| "given");
+        let needs = is(&[Map, Barn, DynaBarn]);
+        require(!needs || self.path.is_some(), "worlds.path", path, "given for this kind")?;
+        require(
+            !is(&[Scenes, Localization, Paper]) || self.path.is_none(),
+            "worlds.path",
+            path,
+            "left out: worlds of this kind are built in",
+        )?;
+        let only = self.only.len();
+        let expected = "left out: only barn and dynabarn have numbered worlds";
+        require(only == 0 || is(&[Barn, DynaBarn]), "worlds.only", only, expected)?;
+        let routes = self.routes.len();
+        let expected = "at least one route for \"map\", none for other kinds";
+        require((routes > 0) == is(&[Map]), "worlds.routes", routes, expected)?;
+        let ends = |route: &PlanRoute| {
+            let numbers = || route.start.iter().chain(&route.goal);
+            (2..=3).contains(&route.goal.len()) && numbers().all(|number| number.abs() <= 1e9)
+        };
+        let expected = "start = [x, y, yaw], goal = [x, y] or [x, y, yaw], each -1e9 to 1e9";
+        require(self.routes.iter().all(ends), "worlds.routes", "malformed", expected)
+    }
+}
+
+/// Checks that a list is not empty and has no value twice.
+fn listed<T: Display>(name: &'static str, values: &[T]) -> Result<(), ExperimentError> {
+    require(!values.is_empty(), name, "empty", "at least one")?;
+    distinct(name, values)
+}
+
+fn distinct<T: Display>(name: &'static str, values: &[T]) -> Result<(), ExperimentError> {
+    let mut seen = BTreeSet::new();
+    for value in values {
+        let is_new = seen.insert(value.to_string());
+        require(is_new, name, value, "named once")?;
+    }
+    Ok(())
+}
+
+fn require(
+    fits: bool,
+    key: &'static str,
+    value: impl Display,
+    expected: &'static str,
+) -> Result<(), ExperimentError> {
+    if fits {
+        return Ok(());
+    }
+    Err(ExperimentError::BadValue {
+        key,
+        value: value.to_string().escape_debug().to_string(),
+        expected,
+    })
 }

@@ -19,6 +19,8 @@ use crate::sim::{Scene, roadway, scenes};
 
 /// Seed of the generated mine.
 const MINE_SEED: u64 = 1;
+/// Number of worlds that an error names.
+const NAMED: usize = 5;
 /// Smallest length of a tour of localization, metres.
 const TOUR_M: f64 = 300.0;
 
@@ -123,4 +125,26 @@ fn map(group: &PlanWorlds, path: &Path) -> Result<(String, Arc<OccupancyGrid>), 
     let map = load(path, &options)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     Ok((name.into_owned(), Arc::new(map)))
+}
+
+/// Keeps the worlds with these numbers; all, if no number is given. `place` is their file or folder.
+pub(super) fn select_worlds<W>(
+    worlds: &mut Vec<W>,
+    number: impl Fn(&W) -> u32,
+    only: Option<&[u32]>,
+    place: &Path,
+) -> Result<(), ExperimentError> {
+    let Some(only) = only else {
+        return Ok(());
+    };
+    let absent = |asked: &&u32| worlds.iter().all(|world| number(world) != **asked);
+    if let Some(world) = only.iter().find(absent) {
+        let numbers = worlds.iter().map(|world| number(world).to_string());
+        let (count, some) = (worlds.len(), numbers.take(NAMED).collect::<Vec<_>>().join(", "));
+        let reason =
+            format!("world {world} is not among the {count} here: it has {some} and others");
+        return Err(ExperimentError::file(place, reason));
+    }
+    worlds.retain(|world| only.contains(&number(world)));
+    Ok(())
 }

@@ -35,12 +35,12 @@ impl CellFile {
     /// Reads the file of the cell with this key.
     ///
     /// # Errors
-    /// [`ExperimentError::BadCell`] when a byte differs from what was written, or the file is of another cell;
-    /// [`ExperimentError::OtherVersion`] when another version wrote it.
+    /// Fails when a byte differs from what was written, the file is of another cell, or another version wrote it.
     pub fn parse(bytes: &[u8], file: &Path, expected: &str) -> Result<Self, ExperimentError> {
-        let bad = |reason: &str| ExperimentError::BadCell {
-            file: file.to_owned(),
-            reason: reason.to_owned(),
+        let bad = |reason: &str| {
+            let cure =
+                "the file is damaged or was changed; delete it, and the cell is driven again";
+            ExperimentError::file(file, format!("{reason}: {cure}"))
         };
         let text = str::from_utf8(bytes).map_err(|_| bad("it is no text"))?;
         let lines = text.strip_suffix('\n').and_then(|text| text.split_once('\n'));
@@ -74,11 +74,11 @@ fn check_version(version: &str, format: u32, file: &Path) -> Result<(), Experime
     if (version, format) == (VERSION, FORMAT) {
         return Ok(());
     }
-    Err(ExperimentError::OtherVersion {
-        file: file.to_owned(),
-        found: (version.to_owned(), format),
-        expected: (VERSION.to_owned(), FORMAT),
-    })
+    let reason = format!(
+        "written by inbye {version} (format {format}), and this is {VERSION} (format {FORMAT}): merge with the version that \
+         ran the cells, or run them again"
+    );
+    Err(ExperimentError::file(file, reason))
 }
 
 /// All cells of a plan by their names and keys, in the plan's order. It turns results into a table.
@@ -125,7 +125,8 @@ impl Manifest {
     /// Fails when it is no manifest, or another version wrote it.
     pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, ExperimentError> {
         let read: Self = serde_json::from_slice(bytes).map_err(|error| {
-            ExperimentError::BadManifest { file: file.to_owned(), reason: error.to_string() }
+            let reason = format!("{error}: name a folder that `inbye sweep` made");
+            ExperimentError::file(file, reason)
         })?;
         check_version(&read.version, read.format, file)?;
         Ok(read)

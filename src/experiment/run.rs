@@ -5,7 +5,7 @@ use super::localization::LocalizationMonitor;
 use super::outcome::outcome;
 use super::row::fault_name;
 use super::world::WorldSource;
-use super::{Cell, CellFile, RunError, RunOutcome, RunRow, World, WorldSimulation};
+use super::{Cell, CellFile, ExperimentError, RunOutcome, RunRow, World, WorldSimulation};
 use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
 use crate::runtime::{Config, MissionError, MissionResult, Observer, PoseSource};
 use crate::sim::SimError;
@@ -25,14 +25,14 @@ impl World {
     /// Drives the mission of a seed. A navigator that refuses to start is a result: the outcome is `Failed`.
     ///
     /// # Errors
-    /// [`RunError`] when the mission cannot be made, or a setting is out of range.
+    /// [`ExperimentError`] when the mission cannot be made, or a setting is out of range.
     pub fn drive(
         &self,
         seed: u64,
         config: &Config,
         engine: Box<dyn Engine>,
         observer: &mut Observer<'_>,
-    ) -> Result<Run, RunError> {
+    ) -> Result<Run, ExperimentError> {
         let mut row = RunRow {
             ran_on: Some(engine.name()),
             outcome: RunOutcome::Failed,
@@ -47,7 +47,7 @@ impl World {
             Run { row, simulation, result: None }
         };
         let generated = match self.simulation(seed, config) {
-            Err(RunError::Simulation(SimError::Mission(MissionError::Fault(fault)))) => {
+            Err(ExperimentError::Simulation(SimError::Mission(MissionError::Fault(fault)))) => {
                 return Ok(refused(row, fault.to_string(), None));
             }
             generated => generated?,

@@ -59,22 +59,3 @@ pub fn run_in_order<J: Sync, R: Send, E: Send>(
     done.sort_by_key(|&(index, _)| index);
     Ok(done.into_iter().map(|(_, result)| result).collect())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn results_are_in_the_order_of_the_jobs() {
-        let jobs: Vec<u64> = (0..100).collect();
-        // The first jobs take longest, so threads finish them out of order.
-        let work = |job: &u64| (0..(100 - job) * 1000).fold(*job, |sum, step| sum ^ step) ^ job;
-        let expected: Vec<u64> = jobs.iter().map(work).collect();
-        for threads in [0, 1, 3, 200] {
-            let done = run_in_order(&jobs, threads, |job| Ok::<_, ()>(work(job)), || {});
-            assert_eq!(done, Ok(expected.clone()));
-        }
-        let none = run_in_order(&[], 4, |job: &u64| Ok::<_, ()>(*job), || {});
-        assert_eq!(none, Ok(Vec::new()));
-    }
-}

@@ -6,9 +6,10 @@ use super::barn::{self, BarnWorld, Course};
 use super::dynabarn::{self, DynaBarnWorld};
 use super::localization::localization_config;
 use super::missions::{MissionSite, Rules};
-use super::{LocalizationCase, LocalizationSite, RunError, RunRow, TrafficKind, WorldKind};
+use super::{ExperimentError, LocalizationCase, LocalizationSite, RunRow, TrafficKind, WorldKind};
 use crate::digest::BitDigest;
-use crate::geometry::Pose;
+use crate::geometry::{Point, Pose};
+use crate::global::Path;
 use crate::map::OccupancyGrid;
 use crate::navigator::{Fault, Goal};
 use crate::runtime::{Config, Mission, MissionError};
@@ -136,9 +137,13 @@ impl World {
     /// The simulation of a seed.
     ///
     /// # Errors
-    /// [`RunError`] when the world is too large for a grid, has no room for a mission, or an obstacle cannot move as
+    /// [`ExperimentError`] when the world is too large for a grid, has no room for a mission, or an obstacle cannot move as
     /// described.
-    pub fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, RunError> {
+    pub fn simulation(
+        &self,
+        seed: u64,
+        config: &Config,
+    ) -> Result<WorldSimulation, ExperimentError> {
         let plain =
             |simulation| WorldSimulation { simulation, path_m: None, traffic: None, unmapped: 0 };
         Ok(match self.source.as_ref() {
@@ -168,7 +173,7 @@ impl Route {
         let moving_obstacles = spawner.spawn_on_route(&self.map, config, ends)?;
         let path_m = match self.time_limit_s {
             Some(_) => None,
-            None => Some(self.path_m(config)?),
+            None => Some(first_path(&self.map, config, ends)?.length_m()),
         };
         let by_path_s = path_m.map(|path_m| SLOWEST_S_PER_M * path_m);
         let simulation = Simulation {
@@ -181,16 +186,17 @@ impl Route {
         };
         Ok(WorldSimulation { simulation, path_m, traffic: self.traffic, unmapped: 0 })
     }
+}
 
-    fn path_m(&self, config: &Config) -> Result<f64, SimError> {
-        let obstacles = self.map.obstacles(config.unknown);
-        let mut planner = config.route_planner(self.map.frame().resolution_m);
-        let ends = (self.start.position(), self.goal.position);
-        let plan = planner
-            .plan(&obstacles, ends.0, ends.1, &mut || 0.0)
-            .map_err(|error| MissionError::from(Fault::Plan(error)))?;
-        Ok(plan.smoothed.length_m())
-    }
+/// The path that the robot plans first.
+pub(super) fn first_path(
+    map: &OccupancyGrid,
+    config: &Config,
+    (start, goal): (Point, Point),
+) -> Result<Path, SimError> {
+    let mut planner = config.route_planner(map.frame().resolution_m);
+    let plan = planner.plan(&map.obstacles(config.unknown), start, goal, &mut || 0.0);
+    Ok(plan.map_err(|error| MissionError::from(Fault::Plan(error)))?.smoothed)
 }
 
 impl WorldSource {

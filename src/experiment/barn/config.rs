@@ -103,23 +103,3 @@ fn footprint() -> Footprint {
     let discs = DISCS.map(|[x, y, radius]| Disc { x, y, radius });
     Footprint::new(discs.to_vec()).expect("six discs with a radius")
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::{Point, Pose};
-
-    #[test]
-    fn barn_discs_cover_the_footprint_closely() {
-        let footprint = footprint();
-        for step_x in 0..=84 {
-            for step_y in 0..=66 {
-                let (x, y) = (f64::from(step_x) * 0.005, f64::from(step_y) * 0.005);
-                let point = Point::new(x - 0.21, y - 0.165);
-                let gap_m = footprint.gap_to_disc_m(&Pose::default(), &point, 0.0);
-                assert!(gap_m <= 1e-12, "{point} is {gap_m} m outside");
-            }
-        }
-        assert!(footprint.circumscribed_radius_m() < libm::hypot(0.21, 0.165) + 0.001);
-    }
-}

@@ -1,10 +1,10 @@
-//! The rules of a run: start, goal, end and score.
+//! The rules of a run, start, goal, end and score, and its grids: the truth with its cylinders, and the robot's empty map.
 
 use std::sync::Arc;
 
-use super::{BarnWorld, empty_map, truth};
+use super::BarnWorld;
 use crate::geometry::{Point, Pose};
-use crate::map::MapError;
+use crate::map::{Cell, GridFrame, MapError, ObstacleGrid, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::Mission;
 use crate::sim::Simulation;
@@ -64,4 +64,99 @@ pub fn score(reached: bool, time_s: f64, optimal_time_s: f64) -> f64 {
         return 0.0;
     }
     optimal_time_s / time_s.clamp(2.0 * optimal_time_s, 8.0 * optimal_time_s)
+}
+
+/// An upright cylinder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylinder {
+    /// Its axis along x, metres.
+    pub x_m: f64,
+    /// Its axis along y, metres.
+    pub y_m: f64,
+    /// Its radius, metres, above zero.
+    pub radius_m: f64,
+}
+
+/// Side of a cell of the truth, metres. BARN's cylinders, 0.075 m in radius on a lattice of 0.15 m, grow by at most a
+/// cell's diagonal, 0.014 m.
+pub const TRUTH_RESOLUTION_M: f64 = 0.01;
+/// Side of a cell of the robot's own map, metres. The benchmark's paths keep 0.375 m to the cylinders: cells of 0.05 m and
+/// the margins that go with them close the narrowest of them.
+const MAP_RESOLUTION_M: f64 = 0.03;
+/// Free margin around the cylinders, the start and the goal, metres: the area outside the grid is solid.
+const MARGIN_M: f64 = 3.0;
+
+/// Returns the truth: exactly the cells that a cylinder overlaps are solid. Touching a border or a corner is no overlap.
+/// Outside the grid, 3 m from all cylinders and from start and goal, everything is solid.
+///
+/// # Errors
+/// Fails when the world is too large for a grid.
+pub fn truth(cylinders: &[Cylinder], course: &Course) -> Result<ObstacleGrid, MapError> {
+    let frame = frame(cylinders, course, TRUTH_RESOLUTION_M)?;
+    let mut grid = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    for cylinder in cylinders {
+        fill(&mut grid, cylinder);
+    }
+    Ok(grid)
+}
+
+/// Returns an empty map of the same extent.
+///
+/// # Errors
+/// Fails when the world is too large for a grid.
+pub fn empty_map(cylinders: &[Cylinder], course: &Course) -> Result<OccupancyGrid, MapError> {
+    let frame = frame(cylinders, course, MAP_RESOLUTION_M)?;
+    Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))
+}
+
+/// A grid over all cylinders, the start and the goal, with a margin.
+fn frame(
+    cylinders: &[Cylinder],
+    course: &Course,
+    resolution_m: f64,
+) -> Result<GridFrame, MapError> {
+    let ends = [course.start.position(), course.goal].map(|end| (end, 0.0));
+    let discs = cylinders.iter().map(|it| (it.axis(), it.radius_m));
+    let mut low = Point::new(f64::INFINITY, f64::INFINITY);
+    let mut high = -low;
+    for (center, radius_m) in discs.chain(ends) {
+        let reach = radius_m + MARGIN_M;
+        low = Point::new(low.x.min(center.x - reach), low.y.min(center.y - reach));
+        high = Point::new(high.x.max(center.x + reach), high.y.max(center.y + reach));
+    }
+    let cells = |from: f64, to: f64| ((to - from) / resolution_m).ceil() as i32;
+    GridFrame::new(
+        cells(low.x, high.x),
+        cells(low.y, high.y),
+        resolution_m,
+        Pose::new(low.x, low.y, 0.0),
+    )
+}
+
+fn fill(grid: &mut ObstacleGrid, cylinder: &Cylinder) {
+    let frame = *grid.frame();
+    let center = frame.to_cell_units(&cylinder.axis());
+    let radius = cylinder.radius_m / frame.resolution_m;
+    let cells = |center: f64| {
+        let first = libm::floor(center - radius) as i32;
+        first..=libm::floor(center + radius) as i32
+    };
+    for row in cells(center.y) {
+        for column in cells(center.x) {
+            let beyond = |at: f64, low: i32| {
+                let low = f64::from(low);
+                (low - at).max(at - (low + 1.0)).max(0.0)
+            };
+            let (dx, dy) = (beyond(center.x, column), beyond(center.y, row));
+            if dx * dx + dy * dy < radius * radius {
+                grid.set(Cell::new(column, row), true);
+            }
+        }
+    }
+}
+
+impl Cylinder {
+    const fn axis(&self) -> Point {
+        Point::new(self.x_m, self.y_m)
+    }
 }

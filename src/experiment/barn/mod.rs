@@ -6,15 +6,10 @@
 
 mod config;
 mod course;
-mod error;
-mod ground;
 mod summary;
-mod table;
 mod world;
 
 pub use config::barn_config;
-pub use course::{Course, score};
-pub use error::BarnError;
-pub use ground::{Cylinder, TRUTH_RESOLUTION_M, empty_map, truth};
+pub use course::{Course, Cylinder, TRUTH_RESOLUTION_M, empty_map, score, truth};
 pub use summary::{BarnSummary, OverWorlds, PublishedMeans};
 pub use world::{BarnWorld, Published, parse_cylinders, parse_list, read_worlds};

@@ -1,10 +1,12 @@
 //! The worlds of a folder: `worlds.csv` lists them, `worlds/world_NNN.csv` holds the cylinders of each.
 
+use std::fs;
 use std::path::Path;
 
-use super::table::{Table, TableRow};
-use super::{BarnError, Course, Cylinder};
-use crate::experiment::world_numbers::select_worlds;
+use super::{Course, Cylinder};
+use crate::experiment::ExperimentError;
+use crate::experiment::csv_file::{CsvFile, CsvLine};
+use crate::experiment::plan_worlds::select_worlds;
 
 /// A world and its published figures.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,104 +47,111 @@ const LISTED_S: f64 = 6e-4;
 ///
 /// # Errors
 /// Fails when a file is missing or a field does not fit its column; the message names the file and the line.
-pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>, BarnError> {
+pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>, ExperimentError> {
     let file = folder.join("worlds.csv");
-    let table = Table::read(&file)?;
-    let mut worlds = listed(&table)?;
+    let mut worlds = parse_list(&read(&file)?, &file)?;
     if worlds.is_empty() {
-        let what = "world";
-        return Err(BarnError::NoRow { file, what });
+        return Err(empty(&file, "world"));
     }
     worlds.sort_by_key(|world| world.number);
     select_worlds(&mut worlds, |world| world.number, only, &file)?;
     for world in &mut worlds {
         let name = format!("world_{:03}.csv", world.number);
         let file = folder.join("worlds").join(name);
-        world.cylinders = cylinders(&Table::read(&file)?, &file)?;
+        world.cylinders = parse_cylinders(&read(&file)?, &file)?;
     }
     Ok(worlds)
+}
+
+fn read(file: &Path) -> Result<String, ExperimentError> {
+    let unreadable = |reason: &str| {
+        let cure = "name a folder that holds worlds.csv and worlds/world_NNN.csv";
+        ExperimentError::file(file, format!("cannot be read ({reason}): {cure}"))
+    };
+    let bytes = fs::read(file).map_err(|error| unreadable(&error.to_string()))?;
+    String::from_utf8(bytes).map_err(|_| unreadable("it is no text"))
+}
+
+fn empty(file: &Path, what: &str) -> ExperimentError {
+    ExperimentError::file(file, format!("holds no {what}: check that it is the right file"))
+}
+
+/// The lines of a file with these columns.
+fn table<'f>(text: &str, file: &'f Path, columns: &[&str]) -> Result<CsvFile<'f>, ExperimentError> {
+    let table = CsvFile::parse(text, file)?;
+    match table.lacks(columns) {
+        None => Ok(table),
+        Some(column) => {
+            let cure = "check that it is the right file";
+            Err(ExperimentError::file(file, format!("line 1: no column `{column}`: {cure}")))
+        }
+    }
 }
 
 /// The worlds in the text of a `worlds.csv`, without their cylinders, in the order of its rows.
 ///
 /// # Errors
 /// Fails when a field does not fit its column; the message names the file and the line.
-pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, BarnError> {
-    listed(&Table::parse(text, file)?)
+pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, ExperimentError> {
+    let table = table(text, file, &["world", "path_length_m", "optimal_time_s"])?;
+    let mut worlds: Vec<BarnWorld> = Vec::new();
+    for line in table.lines() {
+        let above_zero = |value: &f64| *value > 0.0 && *value <= 1e6;
+        let expected = "above zero and at most 1e6";
+        let length_m = line.number("path_length_m", expected, above_zero)?;
+        let optimal_time_s = line.number("optimal_time_s", expected, above_zero)?;
+        if (optimal_time_s - length_m / OPTIMAL_SPEED).abs() > LISTED_S {
+            return Err(line.bad("optimal_time_s", "path_length_m at 2 m/s"));
+        }
+        let number = line.number("world", "a whole number, 0 to 4294967295", |_| true)?;
+        if worlds.iter().any(|earlier| earlier.number == number) {
+            return Err(line.bad("world", "listed once"));
+        }
+        worlds.push(BarnWorld {
+            number,
+            cylinders: Vec::new(),
+            course: Course::BARN,
+            optimal_time_s,
+            official: line.text("official50") == "1",
+            published: published(&line)?,
+        });
+    }
+    Ok(worlds)
+}
+
+/// The published figures of a world: all four, or none.
+fn published(line: &CsvLine<'_>) -> Result<Option<Published>, ExperimentError> {
+    let mut figures = [0.0; 4];
+    let names = ["dwa_success", "dwa_collision", "dwa_timeout", "dwa_metric"];
+    for (figure, name) in figures.iter_mut().zip(names) {
+        if line.text(name).is_empty() {
+            return Ok(None);
+        }
+        let is_share = |value: &f64| (0.0..=1.0).contains(value);
+        *figure = line.number(name, "0 to 1, or nothing", is_share)?;
+    }
+    let [success, collided, timeout, score] = figures;
+    Ok(Some(Published { success, collided, timeout, score }))
 }
 
 /// The cylinders in the text of a `world_NNN.csv`, at least one.
 ///
 /// # Errors
 /// Fails when a field does not fit its column, or there is no cylinder; the message names the file and the line.
-pub fn parse_cylinders(text: &str, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
-    cylinders(&Table::parse(text, file)?, file)
-}
-
-/// The rows of `worlds.csv`, without their cylinders.
-fn listed(table: &Table) -> Result<Vec<BarnWorld>, BarnError> {
-    let number = table.column("world")?;
-    let length = table.column("path_length_m")?;
-    let time = table.column("optimal_time_s")?;
-    let official = table.optional_column("official50");
-    let mut worlds: Vec<BarnWorld> = Vec::new();
-    for row in table.rows() {
-        let above_zero = |value: f64| value > 0.0 && value <= 1e6;
-        let expected = "above zero and at most 1e6";
-        let length_m = row.real(length, expected, above_zero)?;
-        let optimal_time_s = row.real(time, expected, above_zero)?;
-        if (optimal_time_s - length_m / OPTIMAL_SPEED).abs() > LISTED_S {
-            return Err(row.bad(time, "path_length_m at 2 m/s"));
-        }
-        let world = row.whole(number)?;
-        if worlds.iter().any(|earlier| earlier.number == world) {
-            return Err(row.bad(number, "listed once"));
-        }
-        worlds.push(BarnWorld {
-            number: world,
-            cylinders: Vec::new(),
-            course: Course::BARN,
-            optimal_time_s,
-            official: official.is_some_and(|column| row.text(column) == "1"),
-            published: published(table, &row)?,
-        });
-    }
-    Ok(worlds)
-}
-
-/// The published figures of a row: all four, or none.
-fn published(table: &Table, row: &TableRow) -> Result<Option<Published>, BarnError> {
-    let names = ["dwa_success", "dwa_collision", "dwa_timeout", "dwa_metric"];
-    let mut figures = [0.0; 4];
-    for (figure, name) in figures.iter_mut().zip(names) {
-        let Some(column) = table.optional_column(name) else {
-            return Ok(None);
-        };
-        let share = |value: f64| (0.0..=1.0).contains(&value);
-        match row.optional_real(column, "0 to 1, or nothing", share)? {
-            Some(value) => *figure = value,
-            None => return Ok(None),
-        }
-    }
-    let [success, collided, timeout, score] = figures;
-    Ok(Some(Published { success, collided, timeout, score }))
-}
-
-fn cylinders(table: &Table, file: &Path) -> Result<Vec<Cylinder>, BarnError> {
-    let [x, y] = [table.column("x_m")?, table.column("y_m")?];
-    let radius = table.column("radius_m")?;
-    let near = |value: f64| value.abs() <= 1000.0;
-    let cylinder = |row: TableRow| -> Result<Cylinder, BarnError> {
+pub fn parse_cylinders(text: &str, file: &Path) -> Result<Vec<Cylinder>, ExperimentError> {
+    let table = table(text, file, &["x_m", "y_m", "radius_m"])?;
+    let near = |value: &f64| value.abs() <= 1000.0;
+    let is_radius = |value: &f64| *value > 0.0 && near(value);
+    let cylinder = |line: CsvLine<'_>| -> Result<Cylinder, ExperimentError> {
         Ok(Cylinder {
-            x_m: row.real(x, "-1000 to 1000", near)?,
-            y_m: row.real(y, "-1000 to 1000", near)?,
-            radius_m: row
-                .real(radius, "above zero and at most 1000", |value| value > 0.0 && near(value))?,
+            x_m: line.number("x_m", "-1000 to 1000", near)?,
+            y_m: line.number("y_m", "-1000 to 1000", near)?,
+            radius_m: line.number("radius_m", "above zero and at most 1000", is_radius)?,
         })
     };
-    let cylinders = table.rows().map(cylinder).collect::<Result<Vec<_>, _>>()?;
+    let cylinders = table.lines().map(cylinder).collect::<Result<Vec<_>, _>>()?;
     if cylinders.is_empty() {
-        return Err(BarnError::NoRow { file: file.to_owned(), what: "cylinder" });
+        return Err(empty(file, "cylinder"));
     }
     Ok(cylinders)
 }

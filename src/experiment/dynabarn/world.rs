@@ -1,15 +1,28 @@
-//! A world of scripted cylinders, read from JSON.
+//! A world of scripted cylinders: its file, its simulation, and the cause of a contact in it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::DynaBarnError;
-use crate::experiment::world_numbers::select_worlds;
+use super::{ContactAttribution, State};
+use crate::experiment::plan_worlds::select_worlds;
+use crate::experiment::{ContactCause, ExperimentError};
 use crate::geometry::{Point, Pose};
-use crate::map::MovingDisc;
-use crate::sim::TimedPath;
+use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
+use crate::navigator::Goal;
+use crate::runtime::{Config, Mission, MissionResult, TraceRow};
+use crate::sim::{MovingObstacle, MovingObstacles, Simulation, TimedPath};
+
+/// The goal is reached when the true pose is this close to it, metres: the rule of the BARN Challenge.
+const GOAL_RADIUS_M: f64 = 1.0;
+/// A run ends after this time, seconds: also that challenge's rule.
+const TIME_LIMIT_S: f64 = 100.0;
+/// Side of a cell of the robot's map, metres.
+const RESOLUTION_M: f64 = 0.05;
+/// Free margin around start, goal and all keyframes, metres; the border beyond it is solid.
+const MARGIN_M: f64 = 3.0;
 
 /// A cylinder that repeats its script.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,11 +69,8 @@ struct ObstacleFile {
 pub fn read_worlds(
     folder: &Path,
     only: Option<&[u32]>,
-) -> Result<Vec<DynaBarnWorld>, DynaBarnError> {
-    let unreadable = |error: std::io::Error| DynaBarnError::Unreadable {
-        file: folder.to_owned(),
-        reason: error.to_string(),
-    };
+) -> Result<Vec<DynaBarnWorld>, ExperimentError> {
+    let unreadable = |error| unreadable(folder, &error);
     let mut files: Vec<PathBuf> = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();
@@ -71,8 +81,8 @@ pub fn read_worlds(
         }
     }
     if files.is_empty() {
-        let folder = folder.to_owned();
-        return Err(DynaBarnError::NoWorld { folder });
+        let reason = "holds no world_NN.json: check that it is the right folder";
+        return Err(ExperimentError::file(folder, reason));
     }
     let worlds = files.iter().map(|file| read_world(file));
     let mut worlds = worlds.collect::<Result<Vec<_>, _>>()?;
@@ -85,23 +95,27 @@ pub fn read_worlds(
 ///
 /// # Errors
 /// Fails when the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
-pub fn read_world(file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
-    let text = fs::read_to_string(file).map_err(|error| DynaBarnError::Unreadable {
-        file: file.to_owned(),
-        reason: error.to_string(),
-    })?;
+pub fn read_world(file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
+    let text = fs::read_to_string(file).map_err(|error| unreadable(file, &error))?;
     parse_world(&text, file)
+}
+
+fn unreadable(file: &Path, error: &std::io::Error) -> ExperimentError {
+    let cure = "check the path and its permissions";
+    ExperimentError::file(file, format!("cannot be read ({error}): {cure}"))
+}
+
+fn not_a_world(file: &Path, reason: &str) -> ExperimentError {
+    ExperimentError::file(file, format!("no world of moving cylinders: {reason}"))
 }
 
 /// A world from the text of its file.
 ///
 /// # Errors
 /// Fails when it is no world, or has a number out of range; the message names the file and the number.
-pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, DynaBarnError> {
-    let read: WorldFile = serde_json::from_str(text).map_err(|error| DynaBarnError::NotAWorld {
-        file: file.to_owned(),
-        reason: error.to_string(),
-    })?;
+pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
+    let read: WorldFile =
+        serde_json::from_str(text).map_err(|error| not_a_world(file, &error.to_string()))?;
     let check = Check { file };
     for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
         check.near(format!("start {name}"), value)?;
@@ -130,7 +144,7 @@ impl Check<'_> {
         &self,
         index: usize,
         obstacle: ObstacleFile,
-    ) -> Result<ScriptedCylinder, DynaBarnError> {
+    ) -> Result<ScriptedCylinder, ExperimentError> {
         let of = |what: &str| format!("obstacle {index}: {what}");
         let above_zero = "above zero and at most 1000";
         let fits = |value: f64| value > 0.0 && value <= 1000.0;
@@ -153,15 +167,12 @@ impl Check<'_> {
         self.number(of("loop_s"), loop_s, lasts, expected)?;
         let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
         let keys: Vec<_> = keyframes_t_x_y.into_iter().map(key).collect();
-        let script =
-            TimedPath::new(&keys, Some(loop_s)).map_err(|error| DynaBarnError::NotAWorld {
-                file: self.file.to_owned(),
-                reason: format!("obstacle {index}: {error}"),
-            })?;
+        let script = TimedPath::new(&keys, Some(loop_s))
+            .map_err(|error| not_a_world(self.file, &format!("obstacle {index}: {error}")))?;
         Ok(ScriptedCylinder { radius_m, script: script.on_spline() })
     }
 
-    fn near(&self, place: String, value: f64) -> Result<(), DynaBarnError> {
+    fn near(&self, place: String, value: f64) -> Result<(), ExperimentError> {
         self.number(place, value, value.abs() <= 1000.0, "-1000 to 1000")
     }
 
@@ -171,11 +182,12 @@ impl Check<'_> {
         value: f64,
         fits: bool,
         expected: &'static str,
-    ) -> Result<(), DynaBarnError> {
+    ) -> Result<(), ExperimentError> {
         if fits {
             return Ok(());
         }
-        Err(DynaBarnError::BadNumber { file: self.file.to_owned(), place, value, expected })
+        let reason = format!("{place} is {value}: it must be {expected}");
+        Err(ExperimentError::file(self.file, reason))
     }
 }
 
@@ -186,4 +198,88 @@ impl ScriptedCylinder {
         let (place, velocity) = self.script.at(time_s);
         MovingDisc { x: place.x, y: place.y, radius: self.radius_m, vx: velocity.x, vy: velocity.y }
     }
+}
+
+impl DynaBarnWorld {
+    /// The simulation of a seed: an empty map, which is also the truth, and the moving cylinders.
+    ///
+    /// # Errors
+    /// Fails when the world is too large for a grid, or a cylinder cannot move as described.
+    pub fn simulation(&self, seed: u64) -> Result<Simulation, ExperimentError> {
+        let map = empty_map(self)?;
+        let moving = self.cylinders.iter().map(|cylinder| {
+            // It ignores the robot.
+            MovingObstacle::timed_path(cylinder.radius_m, cylinder.script.clone())
+        });
+        let moving = moving.collect::<Result<Vec<_>, _>>()?;
+        let goal = Goal { position: self.goal, yaw: None };
+        Ok(Simulation {
+            moving_obstacles: MovingObstacles::new(moving),
+            seed,
+            ..Simulation::new(Mission {
+                time_limit_s: TIME_LIMIT_S,
+                done_within_m: Some(GOAL_RADIUS_M),
+                ..Mission::new(Arc::new(map), self.start, goal)
+            })
+        })
+    }
+
+    /// The cause of the contact that ended a run; none without contact.
+    pub(in crate::experiment) fn contact_cause(
+        &self,
+        result: &MissionResult,
+        config: &Config,
+    ) -> Option<ContactCause> {
+        let rows = &result.trace.rows;
+        let last = rows.last().filter(|_| result.collided)?;
+        let footprint = &config.robot.footprint;
+        let attribution = ContactAttribution {
+            footprint,
+            limits: &config.robot.limits,
+            moving: &|time_s| self.moving(time_s),
+        };
+        let states: Vec<State> = rows.iter().map(state).collect();
+        let contact = state(last);
+        let is_touched = |disc: &MovingDisc| {
+            let gap_m = footprint.gap_to_disc_m(&last.pose, &disc.center(), disc.radius);
+            // The simulator's clock is a sum over many ticks and has a rounding error.
+            gap_m <= 1e-6
+        };
+        let before = ContactAttribution::before(&states, &contact);
+        let touched = self.moving(last.time_s).iter().any(is_touched);
+        Some(match before.filter(|_| touched) {
+            Some(before) => attribution.cause(before, &contact),
+            None => ContactCause::Robot,
+        })
+    }
+
+    /// The true positions of the cylinders at a time, seconds.
+    fn moving(&self, time_s: f64) -> Vec<MovingDisc> {
+        let at = |cylinder: &ScriptedCylinder| cylinder.at(time_s);
+        self.cylinders.iter().map(at).collect()
+    }
+}
+
+/// An empty map with a margin around everything that happens on it.
+fn empty_map(world: &DynaBarnWorld) -> Result<OccupancyGrid, MapError> {
+    let ends = [world.start.position(), world.goal];
+    let keys = world.cylinders.iter().flat_map(|it| it.script.keys());
+    let mut low = Point::new(f64::INFINITY, f64::INFINITY);
+    let mut high = -low;
+    for place in keys.map(|key| key.1).chain(ends) {
+        low = low.inf(&place);
+        high = high.sup(&place);
+    }
+    let cells = |from: f64, to: f64| ((to - from + 2.0 * MARGIN_M) / RESOLUTION_M).ceil() as i32;
+    let frame = GridFrame::new(
+        cells(low.x, high.x),
+        cells(low.y, high.y),
+        RESOLUTION_M,
+        [low.x - MARGIN_M, low.y - MARGIN_M, 0.0].into(),
+    )?;
+    Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))
+}
+
+const fn state(row: &TraceRow) -> State {
+    State { time_s: row.time_s, pose: row.pose, twist: row.twist }
 }

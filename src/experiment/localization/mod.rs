@@ -10,11 +10,12 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
+use super::world::first_path;
 use crate::geometry::{Point, Pose};
 use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
-use crate::navigator::{Fault, Goal};
-use crate::runtime::{Config, Mission, MissionError, Observer, PoseSource};
+use crate::navigator::Goal;
+use crate::runtime::{Config, Mission, Observer, PoseSource};
 use crate::sim::{
     FaultInjection, Lidar, PedestrianSpawner, Scene, SimError, Simulation, crossing,
     roadway as roadway_scene,
@@ -180,8 +181,8 @@ impl LocalizationSite {
         mut drive: Simulation,
         config: &Config,
     ) -> Result<Simulation, SimError> {
-        let path = self.path(config)?;
-        let lengths = path.windows(2).map(|leg| (leg[1] - leg[0]).norm());
+        let path = first_path(&self.map, config, (self.start.position(), self.goal))?;
+        let lengths = path.points().windows(2).map(|leg| (leg[1] - leg[0]).norm());
         let length_m = lengths.sum::<f64>().max(1.0);
         // The robot cuts corners, so one leg more.
         let legs = (self.tour_m / length_m).ceil() as usize + 1;
@@ -195,8 +196,9 @@ impl LocalizationSite {
     fn among_people(&self, one_leg: Simulation, config: &Config) -> Result<Simulation, SimError> {
         let ground = self.map.obstacles(config.unknown);
         let ends = [self.start.position(), self.goal];
+        let path = first_path(&self.map, config, ends.into())?;
         let spawner = PedestrianSpawner::new(5, one_leg.seed);
-        let moving_obstacles = spawner.spawn(&ground, &self.path(config)?, &ends)?;
+        let moving_obstacles = spawner.spawn(&ground, path.points(), &ends)?;
         let tour = self.back_and_forth(one_leg, config)?;
         Ok(Simulation { moving_obstacles, ..tour })
     }
@@ -234,15 +236,6 @@ impl LocalizationSite {
         };
         let found = (0..TRIES).map(|_| any()).find(is_good);
         found.unwrap_or_else(|| Pose::new(self.goal.x, self.goal.y, 0.0))
-    }
-
-    fn path(&self, config: &Config) -> Result<Vec<Point>, SimError> {
-        let ground = self.map.obstacles(config.unknown);
-        let mut planner = config.route_planner(self.map.frame().resolution_m);
-        let plan = planner
-            .plan(&ground, self.start.position(), self.goal, &mut || 0.0)
-            .map_err(|error| MissionError::from(Fault::Plan(error)))?;
-        Ok(plan.smoothed.points().to_vec())
     }
 }
 

@@ -1,18 +1,19 @@
-//! Generates a mission from a map and a seed.
+//! A map for random missions, and the mission of a seed.
 
 use core::f64::consts::PI;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::flood_fill::flood_fill;
+use super::Rules;
 use super::traffic::traffic;
 use super::unmapped::add_unmapped;
-use super::{MissionSite, MissionsError, Rules};
-use crate::experiment::WorldSimulation;
+use crate::experiment::{ExperimentError, WorldSimulation};
 use crate::geometry::{Point, Pose};
 use crate::global::Plan;
+use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Goal, RoutePlanner};
 use crate::runtime::{Config, Mission};
 use crate::sim::Simulation;
@@ -24,7 +25,41 @@ const ATTEMPTS: usize = 200;
 const TIME_S: f64 = 180.0;
 const TIME_S_PER_M: f64 = 6.0;
 
+/// A map, and its free cells for the robot's origin.
+#[derive(Clone, Debug)]
+pub struct MissionSite {
+    /// Its name in rows and messages.
+    pub name: String,
+    /// The map that the robot has.
+    pub map: Arc<OccupancyGrid>,
+    /// Its obstacles.
+    pub obstacles: ObstacleGrid,
+    /// Cells at least as far from every obstacle as a global path must be.
+    pub free: FreeSpace,
+    /// Indices of the free cells that are not at the map's border, ascending.
+    free_cells: Vec<usize>,
+}
+
 impl MissionSite {
+    /// A map for the robot of a configuration.
+    #[must_use]
+    pub fn new(name: &str, map: OccupancyGrid, config: &Config) -> Self {
+        let obstacles = map.obstacles(config.unknown);
+        let planner = config.route_planner(map.frame().resolution_m);
+        let free = FreeSpace::new(&obstacles, planner.least_radius_m());
+        let frame = *free.frame();
+        // Everything outside the map is an obstacle for a robot, but not for `FreeSpace`.
+        let rim = (planner.least_radius_m() / frame.resolution_m).ceil() as i32;
+        let is_inner = |cell: Cell| {
+            (rim..frame.width - rim).contains(&cell.column)
+                && (rim..frame.height - rim).contains(&cell.row)
+        };
+        let free_cells = (0..frame.len())
+            .filter(|&index| free.is_free(frame.cell_at(index)) && is_inner(frame.cell_at(index)))
+            .collect();
+        Self { name: name.to_owned(), map: Arc::new(map), obstacles, free, free_cells }
+    }
+
     /// Generates the mission of a seed: start and goal in free space, joined by a path of the planner within the rules'
     /// lengths; both yaws are uniformly random.
     ///
@@ -35,7 +70,7 @@ impl MissionSite {
         seed: u64,
         rules: &Rules,
         config: &Config,
-    ) -> Result<WorldSimulation, MissionsError> {
+    ) -> Result<WorldSimulation, ExperimentError> {
         rules.validate()?;
         let mut planner = config.route_planner(self.map.frame().resolution_m);
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -72,7 +107,7 @@ impl MissionSite {
         rules: &Rules,
         planner: &mut RoutePlanner,
         rng: &mut Pcg64Mcg,
-    ) -> Result<(Point, Point, Plan), MissionsError> {
+    ) -> Result<(Point, Point, Plan), ExperimentError> {
         let frame = *self.free.frame();
         let most_steps = (rules.longest_m / frame.resolution_m) as u32;
         let attempts = if self.free_cells.is_empty() { 0 } else { ATTEMPTS };
@@ -95,11 +130,38 @@ impl MissionSite {
                 return Ok((start, goal, plan));
             }
         }
-        Err(MissionsError::NoRoom {
-            site: self.name.clone(),
-            least_m: rules.least_m,
-            longest_m: rules.longest_m,
-            radius_m: self.free.radius_m(),
+        let (least_m, longest_m, radius_m) = (rules.least_m, rules.longest_m, self.free.radius_m());
+        Err(ExperimentError::Unusable {
+            place: self.name.clone(),
+            reason: format!(
+                "no two free places {least_m} to {longest_m} m apart along a path were found for a radius of {radius_m:.3} m: \
+                 use a larger map or shorter missions"
+            ),
         })
     }
+}
+
+/// Returns the free cells within this number of moves along rows and columns from a free cell, the cell itself first. A
+/// diagonal move needs both adjacent cells free, so these moves reach all cells that a search does, in up to 1.41 times the
+/// length.
+fn flood_fill(space: &FreeSpace, start: Cell, most_steps: u32) -> Vec<Cell> {
+    let frame = space.frame();
+    let mut seen = vec![false; frame.len()];
+    seen[frame.index(start)] = true;
+    let mut reached = vec![start];
+    let mut queue = VecDeque::from([(start, 0)]);
+    while let Some((Cell { column, row }, steps)) = queue.pop_front() {
+        if steps == most_steps {
+            continue;
+        }
+        for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+            let next = Cell::new(column + right, row + up);
+            if space.is_free(next) && !seen[frame.index(next)] {
+                seen[frame.index(next)] = true;
+                reached.push(next);
+                queue.push_back((next, steps + 1));
+            }
+        }
+    }
+    reached
 }

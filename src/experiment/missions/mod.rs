@@ -3,45 +3,53 @@
 //! A map and a seed determine a mission: the robot's start, its goal and yaw, obstacles that the map does not show, and
 //! moving obstacles. The same map, rules and seed give the same mission.
 
-mod flood_fill;
 mod generator;
-mod rules;
-mod site;
 mod traffic;
 mod unmapped;
 
-use thiserror::Error;
+use serde::Serialize;
 
-pub use rules::Rules;
-pub use site::MissionSite;
+use super::ExperimentError;
+pub use generator::MissionSite;
 pub use traffic::TrafficKind;
 
-/// A mission that cannot be generated.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum MissionsError {
-    /// A rule out of range.
-    #[error("{name} is {value}: it must be {expected}")]
-    BadRule {
-        /// The rule's name.
-        name: &'static str,
-        /// As given.
-        value: f64,
-        /// What is accepted.
-        expected: &'static str,
-    },
-    /// A map without room for any mission.
-    #[error(
-        "{site}: no two free places {least_m} to {longest_m} m apart along a path were found for a radius of {radius_m:.3} m: \
-         use a larger map or shorter missions"
-    )]
-    NoRoom {
-        /// The map's name.
-        site: String,
-        /// Shortest path, metres.
-        least_m: f64,
-        /// Longest path, metres.
-        longest_m: f64,
-        /// Distance kept from obstacles, metres.
-        radius_m: f64,
-    },
+/// Lengths of missions, moving obstacles, and how often the map is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rules {
+    /// Shortest path and straight distance between start and goal, metres.
+    pub least_m: f64,
+    /// Longest path, metres.
+    pub longest_m: f64,
+    /// Largest number of moving obstacles; all numbers from zero on are equally likely.
+    pub most_people: usize,
+    /// Share of missions, 0 to 1, with one or two obstacles on the path that the map does not show. Another path remains.
+    pub unmapped_share: f64,
+}
+
+impl Default for Rules {
+    /// 4 to 60 m, up to four moving obstacles, and a correct map.
+    fn default() -> Self {
+        Self { least_m: 4.0, longest_m: 60.0, most_people: 4, unmapped_share: 0.0 }
+    }
+}
+
+impl Rules {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// [`ExperimentError::BadValue`] names the first number out of range.
+    pub fn validate(&self) -> Result<(), ExperimentError> {
+        let within = |name, value: f64, least: f64, most: f64, expected| {
+            if (least..=most).contains(&value) {
+                return Ok(());
+            }
+            Err(ExperimentError::BadValue { key: name, value: value.to_string(), expected })
+        };
+        within("least_m", self.least_m, 0.5, 1000.0, "0.5 to 1000")?;
+        let expected = "least_m to 10000";
+        within("longest_m", self.longest_m, self.least_m, 1e4, expected)?;
+        let people = self.most_people as f64;
+        within("most_people", people, 0.0, 100.0, "0 to 100")?;
+        within("unmapped_share", self.unmapped_share, 0.0, 1.0, "0 to 1")
+    }
 }

@@ -1,7 +1,9 @@
 //! Cylinders as cells: exactly the cells that a cylinder covers are solid.
 
-use inbye::experiment::barn::{Course, Cylinder, TRUTH_RESOLUTION_M, empty_map, truth};
-use inbye::geometry::Point;
+use inbye::experiment::barn::{
+    Course, Cylinder, TRUTH_RESOLUTION_M, barn_config, empty_map, truth,
+};
+use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, ObstacleGrid};
 
 use super::Test;
@@ -10,6 +12,7 @@ pub const TESTS: &[Test] = &[
     ("solid cells are those that a cylinder covers a part of", exact),
     ("a cylinder drawn too small, or too large, is seen", faults),
     ("there is room about the cylinders and the ends", room),
+    ("the robot's discs cover its footprint closely", discs_cover_the_footprint),
 ];
 
 /// Checks the cells of a cylinder point by point; returns what is wrong with them.
@@ -95,4 +98,17 @@ fn room() {
         }
     }
     assert!(grid.is_blocked(Cell::new(-1, 0)), "the border is solid");
+}
+
+fn discs_cover_the_footprint() {
+    let footprint = barn_config(2.0).robot.footprint;
+    for step_x in 0..=84 {
+        for step_y in 0..=66 {
+            let (x, y) = (f64::from(step_x) * 0.005, f64::from(step_y) * 0.005);
+            let point = Point::new(x - 0.21, y - 0.165);
+            let gap_m = footprint.gap_to_disc_m(&Pose::default(), &point, 0.0);
+            assert!(gap_m <= 1e-12, "{point} is {gap_m} m outside");
+        }
+    }
+    assert!(footprint.circumscribed_radius_m() < libm::hypot(0.21, 0.165) + 0.001);
 }

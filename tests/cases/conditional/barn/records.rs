@@ -5,12 +5,13 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use inbye::bench::{Columns, csv_text};
-use inbye::experiment::{Record, RunRow, read_record, run_jobs};
+use inbye::experiment::{Record, RunRow, read_record, run_in_order, run_jobs};
 
 use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("jobs stop at the first error", jobs_stop_at_the_first_error),
+    ("results are in the order of the jobs", results_are_in_the_order_of_the_jobs),
     (
         "committed records are read and written to the byte",
         committed_records_are_written_to_the_byte,
@@ -43,6 +44,19 @@ fn jobs_stop_at_the_first_error() {
     assert_eq!(full, Err("disk full"));
     let none: Result<(), ()> = run_jobs(&[], 4, |&job: &u64| Ok(job), |_| Ok(()));
     assert_eq!(none, Ok(()));
+}
+
+fn results_are_in_the_order_of_the_jobs() {
+    let jobs: Vec<u64> = (0..100).collect();
+    // The first jobs take longest, so threads finish them out of order.
+    let work = |job: &u64| (0..(100 - job) * 1000).fold(*job, |sum, step| sum ^ step) ^ job;
+    let expected: Vec<u64> = jobs.iter().map(work).collect();
+    for threads in [0, 1, 3, 200] {
+        let done = run_in_order(&jobs, threads, |job| Ok::<_, ()>(work(job)), || {});
+        assert_eq!(done, Ok(expected.clone()));
+    }
+    let none = run_in_order(&[], 4, |job: &u64| Ok::<_, ()>(*job), || {});
+    assert_eq!(none, Ok(Vec::new()));
 }
 
 fn committed_records_are_written_to_the_byte() {
