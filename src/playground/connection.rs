@@ -8,10 +8,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use hyper::body::Incoming;
+use http_body_util::BodyExt as _;
+use hyper::body::{Body as _, Bytes, Incoming};
+use hyper::header::{CONTENT_LENGTH, HOST, TRANSFER_ENCODING};
+use hyper::http::request::Parts;
 use hyper::server::conn::http1::Builder;
 use hyper::service::service_fn;
-use hyper::{Error, Request, StatusCode};
+use hyper::{Error, Method, Request, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::io::{self, AsyncReadExt as _, AsyncWrite, AsyncWriteExt as _};
 use tokio::net::TcpStream;
@@ -19,11 +22,18 @@ use tokio::sync::Notify;
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep, timeout, timeout_at};
 
-use super::request::{self, MAX_HEAD_BYTES, MAX_HEADERS, REQUEST_TIMEOUT};
+use super::RequestStats;
 use super::response::{HttpError, Response};
 use super::router::Router;
-use super::server::RequestStats;
 
+/// Longest body, bytes. A problem with the maximum number of obstacles has a twentieth of it.
+pub const MAX_BODY_BYTES: u64 = 65_536;
+/// Longest request line and headers, bytes.
+const MAX_HEAD_BYTES: usize = 16_384;
+/// Maximum number of headers.
+const MAX_HEADERS: usize = 64;
+/// Time within which the client must send the whole request.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time within which a client must read a response.
 const RESPONSE_TIMEOUT: Duration = Duration::from_secs(20);
 /// How long the server reads on after its response, and after the rejection of a connection.
@@ -53,7 +63,7 @@ pub async fn serve(mut stream: TcpStream, router: &Arc<Router>, stats: &RequestS
     // Without this, TCP delays the last segment of a response.
     let _ = stream.set_nodelay(true);
     let (reader, writer) = stream.split();
-    let both = io::join(reader, GatedWriter::new(writer, is_requested));
+    let both = io::join(reader, GatedWriter { writer, is_open: is_requested });
     let connection = http(deadline).serve_connection(TokioIo::new(both), service);
     let response_timeout = async {
         is_answered.notified().await;
@@ -110,7 +120,7 @@ async fn answer(
     deadline: Instant,
     router: &Arc<Router>,
 ) -> Result<Response, HttpError> {
-    let request = request::receive(request, deadline).await?;
+    let request = receive(request, deadline).await?;
     let router = router.clone();
     let answered = spawn_blocking(move || router.answer(&request)).await;
     answered.unwrap_or_else(|_| {
@@ -119,15 +129,58 @@ async fn answer(
     })
 }
 
+/// Returns the request with its whole body.
+async fn receive(
+    request: Request<Incoming>,
+    deadline: Instant,
+) -> Result<Request<Bytes>, HttpError> {
+    let (head, body) = request.into_parts();
+    // The lower bound is the Content-Length: chunked bodies are rejected.
+    check(&head, body.size_hint().lower())?;
+    let received = timeout_at(deadline, body.collect()).await;
+    let body = received
+        .map_err(|_| timed_out())?
+        .map_err(|error| HttpError::bad_request(format!("the body is incomplete: {error}")))?;
+    Ok(Request::from_parts(head, body.to_bytes()))
+}
+
+fn check(head: &Parts, body_bytes: u64) -> Result<(), HttpError> {
+    if head.headers.get_all(HOST).iter().count() != 1 {
+        return Err(HttpError::bad_request("a request has exactly one Host"));
+    }
+    if head.headers.contains_key(TRANSFER_ENCODING) {
+        let cure = "send the body with a Content-Length, not in chunks";
+        return Err(HttpError::new(StatusCode::LENGTH_REQUIRED, cure));
+    }
+    if head.method == Method::POST && !head.headers.contains_key(CONTENT_LENGTH) {
+        let cure = "a POST needs the Content-Length of its body";
+        return Err(HttpError::new(StatusCode::LENGTH_REQUIRED, cure));
+    }
+    if body_bytes > MAX_BODY_BYTES {
+        let message = format!("the body has {body_bytes} bytes: send at most {MAX_BODY_BYTES}");
+        return Err(HttpError::new(StatusCode::PAYLOAD_TOO_LARGE, message));
+    }
+    Ok(())
+}
+
+/// The error for a request that exceeds [`REQUEST_TIMEOUT`].
+fn timed_out() -> HttpError {
+    let seconds = REQUEST_TIMEOUT.as_secs();
+    let message = format!("the request took longer than {seconds} s: send all of it at once");
+    HttpError::new(StatusCode::REQUEST_TIMEOUT, message)
+}
+
 /// The error for a request line and headers that `hyper` cannot read.
 fn head_error(error: &Error) -> HttpError {
     if error.is_timeout() {
-        request::timed_out()
-    } else if error.is_parse_too_large() {
-        request::head_too_large()
-    } else {
-        HttpError::bad_request(format!("this is not HTTP/1.1: {error}"))
+        return timed_out();
     }
+    if !error.is_parse_too_large() {
+        return HttpError::bad_request(format!("this is not HTTP/1.1: {error}"));
+    }
+    let message =
+        format!("the head is too large: at most {MAX_HEAD_BYTES} bytes and {MAX_HEADERS} headers");
+    HttpError::new(StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE, message)
 }
 
 /// Reads what the client still sends: closing a connection with unread bytes would discard the response as well.
@@ -145,16 +198,9 @@ struct GatedWriter<'a, W> {
     is_open: &'a AtomicBool,
 }
 
-impl<'a, W> GatedWriter<'a, W> {
-    const fn new(writer: W, is_open: &'a AtomicBool) -> Self {
-        Self { writer, is_open }
-    }
-
+impl<W: Unpin> GatedWriter<'_, W> {
     /// The inner writer, if the gate is open.
-    fn inner(self: Pin<&mut Self>) -> Option<Pin<&mut W>>
-    where
-        W: Unpin,
-    {
+    fn inner(self: Pin<&mut Self>) -> Option<Pin<&mut W>> {
         let is_open = self.is_open.load(Ordering::Relaxed);
         is_open.then(|| Pin::new(&mut self.get_mut().writer))
     }
@@ -166,23 +212,15 @@ impl<W: AsyncWrite + Unpin> AsyncWrite for GatedWriter<'_, W> {
         context: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        match self.inner() {
-            Some(writer) => writer.poll_write(context, bytes),
-            None => Poll::Ready(Ok(bytes.len())),
-        }
+        let discarded = Poll::Ready(Ok(bytes.len()));
+        self.inner().map_or(discarded, |writer| writer.poll_write(context, bytes))
     }
 
     fn poll_flush(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        match self.inner() {
-            Some(writer) => writer.poll_flush(context),
-            None => Poll::Ready(Ok(())),
-        }
+        self.inner().map_or(Poll::Ready(Ok(())), |writer| writer.poll_flush(context))
     }
 
     fn poll_shutdown(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        match self.inner() {
-            Some(writer) => writer.poll_shutdown(context),
-            None => Poll::Ready(Ok(())),
-        }
+        self.inner().map_or(Poll::Ready(Ok(())), |writer| writer.poll_shutdown(context))
     }
 }

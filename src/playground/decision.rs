@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use hyper::StatusCode;
 use serde_json::{Value, json};
 
 use super::response::HttpError;
@@ -15,8 +14,8 @@ use crate::bench::EvaluationDigest;
 use crate::local::internals::evenly_spaced;
 use crate::local::internals::gpu::Batch;
 use crate::local::{
-    ClearanceField, CpuEngine, Detail, Engine, EngineError, Evaluation, Explainer, Problem,
-    QuantizedProblem, SampleRecord, Terms,
+    ClearanceField, CpuEngine, Detail, Engine, Evaluation, Explainer, Problem, QuantizedProblem,
+    SampleRecord, Terms,
 };
 use crate::map::UnknownPolicy;
 
@@ -74,21 +73,13 @@ impl DecisionService {
             let written = batch.write(&mut input, 0, |_| 0);
             let prepare_ms = milliseconds_since(began);
             let began = Instant::now();
-            engine.evaluate(&prepared, Detail::Answer).map_err(|error| internal(&error))?;
+            engine.evaluate(&prepared, Detail::Answer)?;
             let decide_ms = milliseconds_since(began);
-            let evaluation = engine.evaluate(&prepared, Detail::Samples).map_err(|error| internal(&error))?;
-            let sizes = batch.sizes();
+            let evaluation = engine.evaluate(&prepared, Detail::Samples)?;
             let window = &problem.window;
             Ok(json!({
                 "input": BASE64_STANDARD.encode(&input[..written]),
-                "bytes": {
-                    "input": sizes.input,
-                    "field": sizes.field,
-                    "table": sizes.table,
-                    "records": sizes.records,
-                    "partials": sizes.partials,
-                    "answers": sizes.answers,
-                },
+                "bytes": batch.sizes(),
                 "workgroups": batch.workgroups(),
                 "velocity_terms": prepared.vx_samples.iter().map(|vx| vx.velocity_term).collect::<Vec<_>>(),
                 "window": {
@@ -113,8 +104,7 @@ impl DecisionService {
     pub fn records(&self, body: &[u8]) -> Result<Vec<u8>, HttpError> {
         self.with_engine(|engine| {
             let (_, prepared) = self.prepare(body)?;
-            let evaluation =
-                engine.evaluate(&prepared, Detail::Samples).map_err(|error| internal(&error))?;
+            let evaluation = engine.evaluate(&prepared, Detail::Samples)?;
             let samples = evaluation.samples.iter().flatten().flat_map(words);
             Ok(samples.flat_map(u32::to_le_bytes).collect())
         })
@@ -236,8 +226,4 @@ const fn words(sample: &SampleRecord) -> [u32; 5] {
 
 fn milliseconds_since(began: Instant) -> f64 {
     began.elapsed().as_secs_f64() * 1000.0
-}
-
-fn internal(error: &EngineError) -> HttpError {
-    HttpError::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string())
 }

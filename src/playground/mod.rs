@@ -5,24 +5,32 @@
 
 mod connection;
 mod decision;
-mod request;
 mod response;
 mod router;
 mod scene;
-mod server;
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use hyper::StatusCode;
+use tokio::sync::Semaphore;
+use tokio::{net, runtime, time};
+
 pub use decision::{FieldLookup, ProblemParser};
+use response::HttpError;
 use router::Router;
 pub use scene::{Scene, SceneError};
-use server::RequestStats;
 
+/// Maximum number of connections at the same time: many systems allow 1024 open files, and this leaves some.
+const MAX_CONNECTIONS: usize = 1008;
+/// Threads that answer requests. Most of them wait: evaluations have a limit of their own.
+const WORKERS: usize = 32;
+/// Pause after an error of the operating system, such as too many open files.
+const ERROR_PAUSE: Duration = Duration::from_millis(20);
 /// Interval at which [`Playground::finish`] looks for requests in progress.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// The longest wait for requests in progress at the end, in poll intervals.
@@ -52,8 +60,22 @@ impl Playground {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         let address = listener.local_addr()?;
         let engines = thread::available_parallelism().map_or(1, usize::from);
-        let router = Router::new(address.port(), scenes, engines, parse);
-        let stats = server::start(listener, router)?;
+        let router = Arc::new(Router::new(address.port(), scenes, engines, parse));
+        let runtime = runtime::Builder::new_current_thread()
+            .enable_all()
+            .max_blocking_threads(WORKERS)
+            .thread_name("playground work")
+            .build()?;
+        listener.set_nonblocking(true)?;
+        let listener = {
+            let _entered = runtime.enter();
+            net::TcpListener::from_std(listener)?
+        };
+        let stats = Arc::new(RequestStats::default());
+        let counted = stats.clone();
+        thread::Builder::new()
+            .name("playground".to_owned())
+            .spawn(move || runtime.block_on(accept(&listener, &router, &counted)))?;
         Ok(Self { address, stats })
     }
 
@@ -75,6 +97,47 @@ impl Playground {
         RequestCounts {
             answered: self.stats.answered.load(Ordering::Relaxed),
             rejected: self.stats.rejected.load(Ordering::Relaxed),
+        }
+    }
+}
+
+/// Counters of requests.
+#[derive(Default)]
+struct RequestStats {
+    in_progress: AtomicUsize,
+    /// Requests with a successful response.
+    answered: AtomicU64,
+    /// Requests with an error response.
+    rejected: AtomicU64,
+}
+
+impl RequestStats {
+    /// Counts a response.
+    fn count(&self, status: StatusCode) {
+        let count = if status.is_success() { &self.answered } else { &self.rejected };
+        count.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Serves connections, a limited number at the same time.
+async fn accept(listener: &net::TcpListener, router: &Arc<Router>, stats: &Arc<RequestStats>) {
+    let permits = Arc::new(Semaphore::new(MAX_CONNECTIONS));
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            time::sleep(ERROR_PAUSE).await;
+            continue;
+        };
+        if let Ok(permit) = permits.clone().try_acquire_owned() {
+            let (router, stats) = (router.clone(), stats.clone());
+            tokio::spawn(async move {
+                connection::serve(stream, &router, &stats).await;
+                drop(permit);
+            });
+        } else {
+            let message =
+                format!("{MAX_CONNECTIONS} requests are already waiting: try again later");
+            let error = HttpError::new(StatusCode::SERVICE_UNAVAILABLE, message);
+            connection::reject(stream, error, stats).await;
         }
     }
 }

@@ -6,6 +6,8 @@ use hyper::header::{ALLOW, CONTENT_TYPE, HeaderName, HeaderValue};
 use hyper::{Method, StatusCode};
 use serde_json::{Value, json};
 
+use crate::local::EngineError;
+
 /// A response.
 pub type Response = hyper::Response<Full<Bytes>>;
 
@@ -64,6 +66,12 @@ impl HttpError {
     pub fn method_not_allowed(method: &Method, allow: &'static str) -> Self {
         let message = format!("this path does not support {method}: use {allow}");
         Self { allow: Some(allow), ..Self::new(StatusCode::METHOD_NOT_ALLOWED, message) }
+    }
+}
+
+impl From<EngineError> for HttpError {
+    fn from(error: EngineError) -> Self {
+        Self::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string())
     }
 }
 

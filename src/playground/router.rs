@@ -7,8 +7,8 @@ use hyper::header::{CONTENT_TYPE, HOST, HeaderName, ORIGIN};
 use hyper::{Method, Request, StatusCode};
 use serde_json::{Value, json};
 
+use super::connection::MAX_BODY_BYTES;
 use super::decision::{self, DecisionService, ProblemParser};
-use super::request::MAX_BODY_BYTES;
 use super::response::{self, HttpError, Response};
 use super::scene::Scene;
 use crate::local::SampleStatus;
@@ -64,20 +64,19 @@ impl Router {
         self.check_host(request)?;
         let path = request.uri().path();
         match path {
-            "/decision" | "/records" => {
+            "/decision" => {
                 self.check_post(request)?;
-                if path == "/decision" {
-                    return Ok(response::json(&self.decisions.decide(request.body())?));
-                }
-                let records = self.decisions.records(request.body())?;
-                Ok(response::ok(BYTES, records))
+                Ok(response::json(&self.decisions.decide(request.body())?))
+            }
+            "/records" => {
+                self.check_post(request)?;
+                Ok(response::ok(BYTES, self.decisions.records(request.body())?))
             }
             _ => {
                 let response = self.get(path)?;
-                if matches!(*request.method(), Method::GET | Method::HEAD) {
-                    Ok(response)
-                } else {
-                    Err(HttpError::method_not_allowed(request.method(), "GET, HEAD"))
+                match *request.method() {
+                    Method::GET | Method::HEAD => Ok(response),
+                    ref other => Err(HttpError::method_not_allowed(other, "GET, HEAD")),
                 }
             }
         }
@@ -89,28 +88,27 @@ impl Router {
             return Ok(response::ok(content_type, *bytes));
         }
         match path {
-            "/report.css" => return Ok(response::ok(STYLE, report::STYLE)),
-            "/shader.wgsl" => {
-                return Ok(response::ok("text/plain; charset=utf-8", gpu::source()));
+            "/report.css" => Ok(response::ok(STYLE, report::STYLE)),
+            "/shader.wgsl" => Ok(response::ok("text/plain; charset=utf-8", gpu::source())),
+            "/setup" => Ok(response::json(&self.setup)),
+            _ => {
+                let bytes = self.scene_bytes(path).ok_or_else(|| {
+                    let message = format!("there is nothing at {}: start at /", quoted(path));
+                    HttpError::new(StatusCode::NOT_FOUND, message)
+                })?;
+                Ok(response::ok(BYTES, bytes.clone()))
             }
-            "/setup" => return Ok(response::json(&self.setup)),
-            _ => {}
         }
-        let found = path.strip_prefix("/scenes/").and_then(|rest| rest.split_once('/')).and_then(
-            |(name, part)| {
-                let scene = self.decisions.scene(name)?;
-                match part {
-                    "cells" => Some(&scene.cells),
-                    "field" => Some(&scene.field_bytes),
-                    _ => None,
-                }
-            },
-        );
-        let bytes = found.ok_or_else(|| {
-            let message = format!("there is nothing at {}: start at /", quoted(path));
-            HttpError::new(StatusCode::NOT_FOUND, message)
-        })?;
-        Ok(response::ok(BYTES, bytes.clone()))
+    }
+
+    fn scene_bytes(&self, path: &str) -> Option<&Bytes> {
+        let (name, part) = path.strip_prefix("/scenes/")?.split_once('/')?;
+        let scene = self.decisions.scene(name)?;
+        match part {
+            "cells" => Some(&scene.cells),
+            "field" => Some(&scene.field_bytes),
+            _ => None,
+        }
     }
 
     /// Rejects other host names: a foreign page could otherwise read this server by DNS rebinding.

@@ -6,7 +6,7 @@ use hyper::body::Bytes;
 use serde_json::{Value, json};
 
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
-use crate::local::{ClearanceField, LocalSettings, ProblemError};
+use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use crate::robot::Footprint;
 use crate::runtime::Config;
@@ -115,9 +115,8 @@ impl Scene {
         config: &Config,
         situation: Option<DecisionInput>,
     ) -> Result<Self, SceneError> {
-        let count = map.frame().len();
-        if count > MAX_CELLS {
-            let cells = count;
+        if map.frame().len() > MAX_CELLS {
+            let cells = map.frame().len();
             return Err(SceneError::TooLarge { cells });
         }
         let obstacles = map.obstacles(config.unknown);
@@ -194,18 +193,7 @@ fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> DecisionInpu
 }
 
 fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {
-    let LocalSettings {
-        vx_samples,
-        vtheta_samples,
-        sim_time_s,
-        sim_step_s,
-        max_clearance_m,
-        outside,
-        weights,
-        normalization,
-        stopping,
-        ..
-    } = config.local;
+    let local = &config.local;
     let Pose { x, y, yaw } = situation.pose;
     json!({
         "map": { "file": name },
@@ -216,17 +204,17 @@ fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {
             "footprint": config.robot.footprint,
         },
         "limits": config.robot.limits,
-        "vx_samples": vx_samples,
-        "vtheta_samples": vtheta_samples,
+        "vx_samples": local.vx_samples,
+        "vtheta_samples": local.vtheta_samples,
         "control_period_s": INITIAL_PERIOD_S,
-        "sim_time_s": sim_time_s,
-        "sim_step_s": sim_step_s,
-        "max_clearance_m": max_clearance_m,
-        "outside": outside,
+        "sim_time_s": local.sim_time_s,
+        "sim_step_s": local.sim_step_s,
+        "max_clearance_m": local.max_clearance_m,
+        "outside": local.outside,
         "obstacles": situation.obstacles,
         "target": [situation.goal.x, situation.goal.y],
-        "weights": weights,
-        "normalization": normalization,
-        "stopping": stopping,
+        "weights": local.weights,
+        "normalization": local.normalization,
+        "stopping": local.stopping,
     })
 }

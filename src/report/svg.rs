@@ -92,6 +92,11 @@ pub(super) fn points_attribute(points: &[[f64; 2]]) -> String {
     pairs.join(" ")
 }
 
+/// A line with fewer points, see [`simplify`].
+pub(super) fn polyline(class: &str, points: &[[f64; 2]], tolerance: f64) -> Markup {
+    html! { polyline class=(class) points=(points_attribute(&simplify(points, tolerance))) {} }
+}
+
 /// Returns styles with the values of the variables in `colours.css`, light theme. Many programs that draw SVG files know
 /// neither CSS variables nor media queries.
 pub(super) fn light_style(styles: &[&str]) -> String {
@@ -111,25 +116,11 @@ pub(super) fn themed_style(styles: &[&str]) -> String {
 
 /// Replaces each `var(--name)` that the colours declare by its value.
 fn with_values(style: &str, colours: &str) -> String {
-    let value = |name: &str| {
-        colours.split([';', '{']).find_map(|declaration| {
-            let (declared, value) = declaration.split_once(':')?;
-            (declared.trim() == name).then(|| value.trim())
-        })
-    };
-    let mut parts = style.split("var(");
-    let mut text = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let used = part.split_once(')').and_then(|(name, rest)| Some((value(name)?, rest)));
-        if let Some((value, rest)) = used {
-            text.push_str(value);
-            text.push_str(rest);
-        } else {
-            text.push_str("var(");
-            text.push_str(part);
-        }
-    }
-    text
+    let declarations =
+        colours.split([';', '{']).filter_map(|declaration| declaration.split_once(':'));
+    declarations.fold(style.to_owned(), |style, (name, value)| {
+        style.replace(&format!("var({})", name.trim()), value.trim())
+    })
 }
 
 /// Removes points from a line; no removed point is farther than the tolerance from the new line (Ramer 1972; Douglas and
@@ -143,12 +134,9 @@ pub(super) fn simplify(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     keep[last] = true;
     let mut spans = vec![(0, last)];
     while let Some((from, to)) = spans.pop() {
-        let farthest = (from + 1..to)
-            .map(|index| {
-                let distance = squared_distance(points[index], points[from], points[to]);
-                (distance, index)
-            })
-            .max_by(|a, b| a.0.total_cmp(&b.0));
+        let distance = |index| squared_distance(points[index], points[from], points[to]);
+        let farthest =
+            (from + 1..to).map(|index| (distance(index), index)).max_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((distance, index)) = farthest
             && distance > tolerance * tolerance
         {

@@ -1,5 +1,7 @@
 //! Selects the problems of one submission and places their parts in the shared buffers.
 
+use serde::Serialize;
+
 use super::layout::BINDINGS;
 use super::layout::{
     Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
@@ -76,7 +78,7 @@ impl Amount {
 }
 
 /// Sizes of the buffers, bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Sizes {
     /// Batch, forward speeds, turn rates and bodies, in this order.
     pub input: u64,

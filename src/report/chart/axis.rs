@@ -1,5 +1,7 @@
 //! An axis of a chart: its range, its scale and its ticks.
 
+use core::iter::successors;
+
 use crate::report::number::{fixed, shortened};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,37 +76,25 @@ impl Axis {
 
     /// The ticks within the range, in ascending order.
     pub(crate) fn ticks(&self) -> Vec<Tick> {
-        match self.scale {
-            Scale::Linear => self.linear_ticks(),
-            Scale::Logarithmic => self.logarithmic_ticks(),
+        let Self { low, high, scale } = *self;
+        if scale == Scale::Linear {
+            let step = round_step((high - low) / TARGET_TICKS);
+            let decimals = libm::ceil(-libm::log10(step) - 1e-9).max(0.0) as usize;
+            let first = libm::ceil(low / step - 1e-9) as i64;
+            let last = libm::floor(high / step + 1e-9) as i64;
+            let values = (first..=last).map(|multiple| multiple as f64 * step);
+            return values.map(|value| Tick { value, label: fixed(value, decimals) }).collect();
         }
-    }
-
-    fn linear_ticks(&self) -> Vec<Tick> {
-        let step = round_step((self.high - self.low) / TARGET_TICKS);
-        let decimals = libm::ceil(-libm::log10(step) - 1e-9).max(0.0) as usize;
-        let first = libm::ceil(self.low / step - 1e-9) as i64;
-        let last = libm::floor(self.high / step + 1e-9) as i64;
-        (first..=last)
-            .map(|multiple| {
-                let value = multiple as f64 * step;
-                Tick { value, label: fixed(value, decimals) }
-            })
+        let only_tens = libm::log10(high / low) > MAX_LABELLED_DECADES;
+        let is_labelled = |value: &f64| {
+            let exponent = libm::log10(*value);
+            !only_tens || (exponent - libm::round(exponent)).abs() < 1e-6
+        };
+        successors(Some(low), |value| Some(round_number_above(*value)))
+            .take_while(|value| *value <= high * (1.0 + 1e-9))
+            .filter(is_labelled)
+            .map(|value| Tick { value, label: shortened(value) })
             .collect()
-    }
-
-    fn logarithmic_ticks(&self) -> Vec<Tick> {
-        let only_tens = libm::log10(self.high / self.low) > MAX_LABELLED_DECADES;
-        let mut ticks = Vec::new();
-        let mut value = self.low;
-        while value <= self.high * (1.0 + 1e-9) {
-            let exponent = libm::log10(value);
-            if !only_tens || (exponent - libm::round(exponent)).abs() < 1e-6 {
-                ticks.push(Tick { value, label: shortened(value) });
-            }
-            value = round_number_above(value);
-        }
-        ticks
     }
 }
 
@@ -127,11 +117,8 @@ fn round_step(step: f64) -> f64 {
 /// The greatest number that is not above a positive value and is 1, 2 or 5 times a power of ten.
 pub(crate) fn round_number_below(value: f64) -> f64 {
     let power = libm::exp10(libm::floor(libm::log10(value)));
-    [5.0, 2.0]
-        .into_iter()
-        .map(|digit| digit * power)
-        .find(|&number| number <= value)
-        .unwrap_or(power)
+    let numbers = [5.0 * power, 2.0 * power];
+    numbers.into_iter().find(|&number| number <= value).unwrap_or(power)
 }
 
 /// The next greater number that is 1, 2 or 5 times a power of ten.

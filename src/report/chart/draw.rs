@@ -1,14 +1,13 @@
 //! Draws the description of a chart as SVG.
 
 use std::collections::BTreeSet;
-use std::fmt::Write;
 
 use maud::{Markup, html};
 
 use super::axis::{Axis, Tick};
 use super::{Bar, Curve, LabelSide, Mark, Panel, Plot, Row, RowMark, Upper, XAxis};
 use crate::report::number::coordinate;
-use crate::report::svg::{TOLERANCE, points_attribute, simplify};
+use crate::report::svg::{TOLERANCE, points_attribute, polyline};
 
 /// Width of every chart, drawing units. It is small, so text stays readable on a phone.
 pub(crate) const CHART_WIDTH: f64 = 440.0;
@@ -72,36 +71,30 @@ fn draw_panels(x: &XAxis, panels: &[Panel]) -> Drawn {
         .flat_map(|panel| &panel.marks)
         .any(|mark| matches!(mark, Mark::Level(_, Some((side, _))) if *side == LabelSide::Outside));
     let right = if has_outside_labels { RIGHT_WITH_LABELS } else { RIGHT };
-    let mut top = 0.0;
-    let areas: Vec<Area> = panels
-        .iter()
-        .map(|panel| {
-            let labels_height = LINE * position_labels(panel).count() as f64;
-            let area = Area {
-                left: LEFT,
-                top: top + HEAD + labels_height,
-                labels_height,
-                width: CHART_WIDTH - LEFT - right,
-                height: panel.height,
-                x: &x.axis,
-                y: &panel.y,
-            };
-            top = area.bottom() + PANEL_GAP;
-            area
-        })
-        .collect();
     let own_ticks = x.axis.ticks();
     let ticks = x.ticks.as_deref().unwrap_or(&own_ticks);
     let last = panels.len().saturating_sub(1);
+    let mut top = 0.0;
     let content = html! {
-        @for (index, (panel, area)) in panels.iter().zip(&areas).enumerate() {
+        @for (index, panel) in panels.iter().enumerate() {
+            @let labels_height = LINE * position_labels(panel).count() as f64;
+            @let area = Area {
+                left: LEFT,
+                top: top + HEAD + labels_height,
+                width: CHART_WIDTH - LEFT - right,
+                height: panel.height,
+                labels_height,
+                x: &x.axis,
+                y: &panel.y,
+            };
             @for mark in &panel.marks { (area.background(mark)) }
-            (area.axes(ticks, (index == last).then_some(x.title), &panel.title))
+            (area.axes(ticks, &panel.y.ticks(), (index == last).then_some(x.title), &panel.title))
             @for mark in &panel.marks { (area.mark(mark)) }
             (area.outside_labels(panel))
             @for (line, (value, label)) in position_labels(panel).enumerate() {
                 (area.position_label(value, label, line))
             }
+            @let () = top = area.bottom() + PANEL_GAP;
         }
     };
     Drawn { content, height: top - PANEL_GAP + FOOT }
@@ -134,13 +127,19 @@ impl Area<'_> {
     }
 
     /// The frame, the grid with its labels, and the titles. Only the lowest panel has a horizontal title and labels.
-    fn axes(&self, x_ticks: &[Tick], x_title: Option<&str>, y_title: &str) -> Markup {
+    fn axes(
+        &self,
+        x_ticks: &[Tick],
+        y_ticks: &[Tick],
+        x_title: Option<&str>,
+        y_title: &str,
+    ) -> Markup {
         let (left, right) = (coordinate(self.left), coordinate(self.right()));
         let (top, bottom) = (coordinate(self.top), coordinate(self.bottom()));
         let title_gap = if self.labels_height > 0.0 { 18.0 } else { 13.0 };
         html! {
             g class="axes" {
-                @for tick in self.y.ticks() {
+                @for tick in y_ticks {
                     @let y = coordinate(self.y_at(tick.value));
                     line x1=(left) x2=(right) y1=(y) y2=(y) {}
                     text class="end" x=(coordinate(self.left - 6.0)) y=(y) dy=".35em" { (tick.label) }
@@ -201,7 +200,7 @@ impl Area<'_> {
     fn mark(&self, mark: &Mark) -> Markup {
         match mark {
             Mark::Bands(..) | Mark::AreaBelow(..) => html! {},
-            Mark::Line(class, points) => self.line(class, points.iter().copied()),
+            Mark::Line(class, points) => self.line(class, points),
             Mark::Dots(class, points) => self.dots(class, points),
             Mark::Circles(class, radius, points) => html! {
                 g class=(class) {
@@ -229,20 +228,12 @@ impl Area<'_> {
         }
     }
 
-    fn line(&self, class: &str, points: impl Iterator<Item = [f64; 2]>) -> Markup {
-        let mut runs: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
-        for [x, y] in points {
-            if x.is_finite() && y.is_finite() {
-                if let Some(run) = runs.last_mut() {
-                    run.push([self.x_at(x), self.y_at(y)]);
-                }
-            } else {
-                runs.push(Vec::new());
-            }
-        }
+    fn line(&self, class: &str, points: &[[f64; 2]]) -> Markup {
+        let is_gap = |[x, y]: &[f64; 2]| !(x.is_finite() && y.is_finite());
         html! {
-            @for run in runs.iter().filter(|run| !run.is_empty()) {
-                polyline class=(class) points=(points_attribute(&simplify(run, TOLERANCE))) {}
+            @for run in points.split(is_gap).filter(|run| !run.is_empty()) {
+                @let run: Vec<_> = run.iter().map(|&[x, y]| [self.x_at(x), self.y_at(y)]).collect();
+                (polyline(class, &run, TOLERANCE))
             }
         }
     }
@@ -250,35 +241,33 @@ impl Area<'_> {
     /// Dots nearer than half a drawing unit to another are drawn once.
     fn dots(&self, class: &str, points: &[[f64; 2]]) -> Markup {
         let half_units = |at: f64| libm::round(at * 2.0) as i64;
-        let distinct: BTreeSet<(i64, i64)> = points
-            .iter()
-            .filter(|[x, y]| x.is_finite() && y.is_finite())
-            .map(|&[x, y]| (half_units(self.x_at(x)), half_units(self.y_at(y))))
-            .collect();
-        let mut path = String::new();
-        for (x, y) in distinct {
-            // A stroke of zero length with round ends is a dot.
-            let (x, y) = (coordinate(x as f64 / 2.0), coordinate(y as f64 / 2.0));
-            write!(path, "M{x} {y}h0").expect("writing to a string cannot fail");
-        }
+        let finite = points.iter().filter(|[x, y]| x.is_finite() && y.is_finite());
+        let distinct: BTreeSet<(i64, i64)> =
+            finite.map(|&[x, y]| (half_units(self.x_at(x)), half_units(self.y_at(y)))).collect();
+        // A stroke of zero length with round ends is a dot.
+        let dot = |(x, y): (i64, i64)| {
+            format!("M{} {}h0", coordinate(x as f64 / 2.0), coordinate(y as f64 / 2.0))
+        };
+        let path: String = distinct.into_iter().map(dot).collect();
         html! { path class=(class) d=(path) {} }
     }
 
-    fn curve(&self, curve: &Curve) -> Markup {
-        let points = &curve.points;
+    fn curve(&self, Curve { index, points, upper }: &Curve) -> Markup {
+        let medians: Vec<[f64; 2]> = points.iter().map(|&[x, median, _]| [x, median]).collect();
+        let uppers: Vec<[f64; 2]> = points.iter().map(|&[x, _, upper]| [x, upper]).collect();
+        let at = |&[x, y]: &[f64; 2]| [self.x_at(x), self.y_at(y)];
         html! {
-            g class=(series_class(curve.index)) {
-                @match curve.upper {
+            g class=(series_class(*index)) {
+                @match upper {
                     Upper::Band => {
-                        @let low = points.iter().map(|&[x, median, _]| [self.x_at(x), self.y_at(median)]);
-                        @let high = points.iter().rev().map(|&[x, _, upper]| [self.x_at(x), self.y_at(upper)]);
-                        polygon class="band" points=(points_attribute(&low.chain(high).collect::<Vec<_>>())) {}
+                        @let band: Vec<_> = medians.iter().chain(uppers.iter().rev()).map(at).collect();
+                        polygon class="band" points=(points_attribute(&band)) {}
                     }
-                    Upper::Line => { (self.line("upper", points.iter().map(|&[x, _, upper]| [x, upper]))) }
+                    Upper::Line => { (self.line("upper", &uppers)) }
                     Upper::None => {}
                 }
-                (self.line("median", points.iter().map(|&[x, median, _]| [x, median])))
-                @for &[x, median, _] in points { (marker(curve.index, self.x_at(x), self.y_at(median))) }
+                (self.line("median", &medians))
+                @for [x, y] in medians.iter().map(at) { (marker(*index, x, y)) }
             }
         }
     }
@@ -324,16 +313,11 @@ impl Area<'_> {
 
     /// The labels right of the panel, moved apart if their lines are close to each other.
     fn outside_labels(&self, panel: &Panel) -> Markup {
-        let mut labels: Vec<(f64, &str)> = panel
-            .marks
-            .iter()
-            .filter_map(|mark| match mark {
-                Mark::Level(value, Some((LabelSide::Outside, text))) => {
-                    Some((self.y_at(*value), text.as_str()))
-                }
-                _ => None,
-            })
-            .collect();
+        let labels = panel.marks.iter().filter_map(|mark| match mark {
+            Mark::Level(value, Some((LabelSide::Outside, text))) => Some((self.y_at(*value), text)),
+            _ => None,
+        });
+        let mut labels: Vec<(f64, &String)> = labels.collect();
         labels.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut least_y = f64::NEG_INFINITY;
         html! {
@@ -385,12 +369,10 @@ pub(crate) fn series_class(index: usize) -> String {
 
 fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
     let first_group = rows.first().map_or(0, |row| row.group);
-    let top = |index: usize, row: &Row| {
+    let top = |(index, row): (usize, &Row)| {
         ROW_TOP + ROW_PITCH * index as f64 + GROUP_GAP * (row.group - first_group) as f64
     };
-    let bottom =
-        rows.iter().enumerate().next_back().map_or(ROW_TOP, |(index, row)| top(index, row));
-    let no_axis = Axis::exact(0.0, 1.0);
+    let bottom = rows.iter().enumerate().next_back().map_or(ROW_TOP, top);
     let area = Area {
         left: ROW_SIDE,
         top: ROW_TOP,
@@ -398,12 +380,13 @@ fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
         height: bottom + ROW_PITCH - ROW_TOP,
         labels_height: 0.0,
         x: axis,
-        y: &no_axis,
+        // Rows have no vertical axis.
+        y: axis,
     };
     let content = html! {
-        (area.row_axis(axis_title))
+        (area.axes(&axis.ticks(), &[], Some(axis_title), ""))
         @for (index, row) in rows.iter().enumerate() {
-            @let top = top(index, row);
+            @let top = top((index, row));
             @let middle = coordinate(top + 9.0);
             g {
                 title { (row.label) ": " (row.value) }
@@ -418,43 +401,27 @@ fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
 
 /// Rows of horizontal bars.
 impl Area<'_> {
-    fn row_axis(&self, title: &str) -> Markup {
-        let (top, bottom) = (coordinate(self.top), coordinate(self.bottom()));
-        html! {
-            g class="axes" {
-                @for tick in self.spaced(&self.x.ticks()) {
-                    @let x = coordinate(self.x_at(tick.value));
-                    line x1=(x) x2=(x) y1=(top) y2=(bottom) {}
-                    text class="middle" x=(x) y=(bottom) dy="1.25em" { (tick.label) }
-                }
-                rect x=(coordinate(self.left)) y=(top) width=(coordinate(self.width)) height=(coordinate(self.height)) {}
-                text class="title end" x=(coordinate(self.right())) y=(bottom) dy="2.6em" { (title) }
-            }
-        }
-    }
-
     fn row_mark(&self, top: f64, mark: &RowMark) -> Markup {
         match mark {
             RowMark::Stack(parts) => {
                 let mut end = 0.0;
                 html! {
                     @for &(class, length) in parts {
-                        @let from = end;
+                        (self.row_bar(class, [end, end + length], top, BAR_HEIGHT))
                         @let () = end += length;
-                        (self.row_bar(class, [from, end], top, BAR_HEIGHT))
                     }
                 }
             }
-            RowMark::Pair([first, second]) => {
+            RowMark::Pair(bars) => {
                 let half = BAR_HEIGHT / 2.0;
                 html! {
-                    (self.row_bar(first.0, [0.0, first.1], top, half))
-                    (self.row_bar(second.0, [0.0, second.1], top + half, half))
+                    @for (&(class, length), top) in bars.iter().zip([top, top + half]) {
+                        (self.row_bar(class, [0.0, length], top, half))
+                    }
                 }
             }
             RowMark::Spread(values) => {
-                let [least, low, median, high, most] = values.map(|value| self.x_at(value));
-                spread([least, low, median, high, most], top + BAR_HEIGHT / 2.0)
+                spread(values.map(|value| self.x_at(value)), top + BAR_HEIGHT / 2.0)
             }
             RowMark::None => html! {},
         }

@@ -11,7 +11,7 @@ use super::viewport::{MAP_WIDTH, Viewport};
 use crate::geometry::Point;
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::report::number::coordinate;
-use crate::report::svg::{LegendEntry, TOLERANCE, points_attribute, simplify};
+use crate::report::svg::{LegendEntry, TOLERANCE, points_attribute, polyline};
 use crate::runtime::{Trace, TraceRow};
 
 /// Most pixels of the longer side of a grid on a page: pages hold several maps.
@@ -140,7 +140,7 @@ pub(crate) fn path(view: &Viewport, class: &str, points: &[Point], tolerance: f6
         .collect();
     html! {
         @if finite.len() > 1 {
-            polyline class=(class) points=(points_attribute(&simplify(&finite, tolerance))) {}
+            (polyline(class, &finite, tolerance))
         }
     }
 }
@@ -173,8 +173,7 @@ pub(crate) fn track(rows: &[TraceRow], view: &Viewport) -> Markup {
     }
     html! {
         @for (class, stretch) in &stretches {
-            polyline class=(format!("track speed-{class}"))
-                points=(points_attribute(&simplify(stretch, TOLERANCE))) {}
+            (polyline(&format!("track speed-{class}"), stretch, TOLERANCE))
         }
     }
 }
@@ -216,7 +215,7 @@ pub(crate) fn trails(trace: &Trace, view: &Viewport) -> Markup {
     });
     html! {
         @for trail in trails.filter(|trail| trail.len() > 1) {
-            polyline class="trail" points=(points_attribute(&simplify(&trail, TOLERANCE))) {}
+            (polyline("trail", &trail, TOLERANCE))
         }
     }
 }

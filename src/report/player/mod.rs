@@ -20,23 +20,23 @@ pub use playback_recorder::PlaybackRecorder;
 
 const SCRIPT: &str = include_str!("player.js");
 
-/// The values shown next to the map: label, name in the script, and unit.
-const READINGS: [(&str, &str, &str); 15] = [
-    ("time", "time", "s"),
-    ("mode", "mode", ""),
-    ("fault", "fault", ""),
-    ("speed", "speed", "m/s"),
-    ("turn rate", "turn_rate", "rad/s"),
-    ("command", "command", ""),
-    ("gap", "gap", "m"),
-    ("decision time", "decision_time", "ms"),
-    ("admissible", "admissible", ""),
-    ("heading", "heading", "rad"),
-    ("clearance", "clearance", "m"),
-    ("velocity", "velocity", "m/s"),
-    ("path", "path", "m"),
-    ("score", "score", ""),
-    ("plan", "plan", ""),
+/// The values shown next to the map: label, name in the script, unit, and class of one that is wider than a number.
+const READINGS: [(&str, &str, &str, Option<&str>); 15] = [
+    ("time", "time", "s", None),
+    ("mode", "mode", "", None),
+    ("fault", "fault", "", Some("full-line")),
+    ("speed", "speed", "m/s", None),
+    ("turn rate", "turn_rate", "rad/s", None),
+    ("command", "command", "", Some("wide")),
+    ("gap", "gap", "m", None),
+    ("decision time", "decision_time", "ms", None),
+    ("admissible", "admissible", "", None),
+    ("heading", "heading", "rad", None),
+    ("clearance", "clearance", "m", None),
+    ("velocity", "velocity", "m/s", None),
+    ("path", "path", "m", None),
+    ("score", "score", "", None),
+    ("plan", "plan", "", None),
 ];
 
 /// Most faults in the list. The timeline and the readings show the others too.
@@ -55,12 +55,7 @@ pub(super) fn figure(
     let json =
         playback_json::playback_json(mission, playback, view).to_string().replace('<', "\\u003c");
     let speeds = ["0.25", "0.5", "1", "2", "4", "8", "16"];
-    let layers = [
-        ("follow", "follow"),
-        ("lidar", "lidar"),
-        ("trajectories", "trajectories"),
-        ("predictions", "predictions"),
-    ];
+    let layers = ["follow", "lidar", "trajectories", "predictions"];
     html! {
         figure class="player" {
             h3 { "Playback" }
@@ -77,13 +72,13 @@ pub(super) fn figure(
                 } }
             }
             div class="controls" {
-                @for (name, layer) in layers {
-                    label { input type="checkbox" data-layer=(layer) checked; " " (name) }
+                @for layer in layers {
+                    label { input type="checkbox" data-layer=(layer) checked; " " (layer) }
                 }
             }
             dl class="readings" aria-live="off" {
-                @for (label, name, unit) in READINGS {
-                    div class=[width_class(name)] { dt { (label) } dd { span data-reading=(name) { "–" } " " (unit) } }
+                @for (label, name, unit, class) in READINGS {
+                    div class=[class] { dt { (label) } dd { span data-reading=(name) { "–" } " " (unit) } }
                 }
             }
             canvas class="timeline" role="img"
@@ -91,15 +86,6 @@ pub(super) fn figure(
             (playback.faults.list(playback.stride))
             script type="application/json" class="playback" { (PreEscaped(json)) }
         }
-    }
-}
-
-/// The class of a reading that is wider than a number.
-fn width_class(reading: &str) -> Option<&'static str> {
-    match reading {
-        "command" => Some("wide"),
-        "fault" => Some("full-line"),
-        _ => None,
     }
 }
 
@@ -135,19 +121,16 @@ struct FaultList {
 impl FaultList {
     /// Records the faults of a tick. Ticks are recorded in order, without gaps.
     fn record(&mut self, tick: usize, event: &TickEvent<'_>) {
+        let time_s = event.row.time_s;
         for text in self.events.update(event) {
-            self.add(tick, event.row.time_s, text);
+            let continues = |span: &&mut Span| span.tick + span.ticks == tick && span.text == text;
+            if let Some(span) = self.spans.iter_mut().rev().find(continues) {
+                span.ticks += 1;
+                span.to_s = time_s;
+            } else {
+                self.spans.push(Span { tick, ticks: 1, from_s: time_s, to_s: time_s, text });
+            }
         }
-    }
-
-    fn add(&mut self, tick: usize, time_s: f64, text: String) {
-        let continues = |span: &&mut Span| span.tick + span.ticks == tick && span.text == text;
-        if let Some(span) = self.spans.iter_mut().rev().find(continues) {
-            span.ticks += 1;
-            span.to_s = time_s;
-            return;
-        }
-        self.spans.push(Span { tick, ticks: 1, from_s: time_s, to_s: time_s, text });
     }
 
     /// The faults for the script: all distinct texts, and for each fault its first frame, its last frame and the index of

@@ -1,11 +1,13 @@
 //! Encodes a playback as JSON: short texts and numbers as they are, long lists as base64 of little-endian bytes.
 
+use core::iter::repeat;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::MissionView;
-use super::playback_recorder::{Frame, PlaybackRecorder, Window};
+use super::playback_recorder::{Frame, NO_MEASUREMENT, PlaybackRecorder, Window};
 use crate::geometry::{Point, Pose};
 use crate::local::WinnerSi;
 use crate::map::MovingDisc;
@@ -32,10 +34,12 @@ pub(super) fn playback_json(
     let paths: Vec<_> =
         mission.result.trace.paths.iter().map(|path| path_points(path, view)).collect();
     let modes = frames.iter().map(|frame| frame.row.mode.as_str());
-    let predicted = |frame: &'_ Frame| -> Vec<MovingDisc> {
-        let window = frame.window.as_ref();
-        window.map_or_else(Vec::new, |window| window.predicted.clone())
-    };
+    let beams = scan.map_or(0, |scan| scan.ranges.len());
+    let trajectories = window.map_or(0, |window| window.scores.len());
+    let ranges = frames.iter().map(|frame| &frame.scan.ranges[..]);
+    let windows = || frames.iter().map(|frame| frame.window.as_ref());
+    let scores = windows().map(|window| window.map_or(&[][..], |window| &window.scores));
+    let predicted = windows().map(|window| window.map_or(&[][..], |window| &window.predicted));
     json!({
         "frames": frames.len(),
         "width": MAP_WIDTH,
@@ -48,23 +52,26 @@ pub(super) fn playback_json(
         "faults": playback.faults.json(playback.stride),
         "deadline_ms": mission.control_period_s() * 1e3,
         "lidar": {
-            "beams": scan.map_or(0, |scan| scan.ranges.len()),
+            "beams": beams,
             "angle_min": scan.map_or(0.0, |scan| scan.angle_min),
             "angle_increment": scan.map_or(0.0, |scan| scan.angle_increment),
             "range_max": scan.map_or(0.0, |scan| scan.range_max),
         },
         "window": {
             "columns": window.map_or(0, |window| window.columns),
-            "trajectories": window.map_or(0, |window| window.scores.len()),
+            "trajectories": trajectories,
             "horizon_s": window.map_or(0.0, |window| window.horizon_s),
         },
         "numbers": numbers(frames, view),
-        "ranges": ranges(frames),
-        "scores": scores(frames),
-        "moving": discs(frames.iter().map(|frame| frame.moving.clone()), view),
-        "predicted": discs(frames.iter().map(predicted), view),
+        "ranges": padded(ranges, beams, NO_MEASUREMENT),
+        "scores": padded(scores, trajectories, NO_TRAJECTORY),
+        "moving": discs(frames.iter().map(|frame| &frame.moving[..]), view),
+        "predicted": discs(predicted, view),
     })
 }
+
+/// The byte of a trajectory that a frame does not have. The script skips it.
+const NO_TRAJECTORY: u8 = 7;
 
 /// Tolerance of a simplified path, drawing units. The player draws it about twenty times larger than the map does.
 const PATH_TOLERANCE: f64 = 0.02;
@@ -101,11 +108,9 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
     let of_window = |number: fn(&Window) -> f64| {
         move |frame: &Frame| frame.window.as_ref().map_or(f64::NAN, number)
     };
+    let winner = |frame: &Frame| frame.window.as_ref()?.winner;
     let of_winner = |number: fn(&WinnerSi) -> f64| {
-        move |frame: &Frame| {
-            let window = frame.window.as_ref();
-            window.and_then(|window| window.winner.as_ref()).map_or(f64::NAN, number)
-        }
+        move |frame: &Frame| winner(frame).as_ref().map_or(f64::NAN, number)
     };
     let lists: [(&str, Series); 29] = [
         ("time", &|frame| frame.row.time_s),
@@ -138,41 +143,21 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
         ("path", &of_winner(|winner| winner.terms.path)),
         ("score", &of_winner(|winner| winner.score)),
     ];
-    let encoded = |number: &dyn Fn(&Frame) -> f64| {
+    let encoded = |(name, number): (&str, Series)| {
         let bytes = frames.iter().flat_map(|frame| (number(frame) as f32).to_le_bytes());
-        Value::from(STANDARD.encode(bytes.collect::<Vec<u8>>()))
+        (name.to_owned(), Value::from(STANDARD.encode(bytes.collect::<Vec<u8>>())))
     };
-    let object: Map<String, Value> =
-        lists.into_iter().map(|(name, number)| (name.to_owned(), encoded(number))).collect();
-    object.into()
+    Value::Object(lists.into_iter().map(encoded).collect())
 }
 
-/// The ranges of all frames, each padded to the beams of the first.
-fn ranges(frames: &[Frame]) -> String {
-    let beams = frames.first().map_or(0, |frame| frame.scan.ranges.len());
-    let padded = |frame: &Frame| {
-        let mut ranges = frame.scan.ranges.clone();
-        ranges.resize(beams, u8::MAX);
-        ranges
-    };
-    STANDARD.encode(frames.iter().flat_map(padded).collect::<Vec<u8>>())
-}
-
-/// The scores of all frames, each padded to the trajectories of the first window with a byte that the script skips.
-fn scores(frames: &[Frame]) -> String {
-    const NO_TRAJECTORY: u8 = 7;
-    let windows = || frames.iter().map(|frame| frame.window.as_ref());
-    let trajectories = windows().flatten().next().map_or(0, |window| window.scores.len());
-    let padded = |window: Option<&Window>| {
-        let mut scores = window.map_or_else(Vec::new, |window| window.scores.clone());
-        scores.resize(trajectories, NO_TRAJECTORY);
-        scores
-    };
-    STANDARD.encode(windows().flat_map(padded).collect::<Vec<u8>>())
+/// The bytes of all frames, each padded to a number of bytes.
+fn padded<'f>(frames: impl Iterator<Item = &'f [u8]>, length: usize, filler: u8) -> String {
+    let padded = |bytes: &'f [u8]| bytes.iter().copied().chain(repeat(filler)).take(length);
+    STANDARD.encode(frames.flat_map(padded).collect::<Vec<u8>>())
 }
 
 /// Discs by frame: the count of each frame, and x, y, radius and velocity of all discs in drawing units.
-fn discs(frames: impl Iterator<Item = Vec<MovingDisc>>, view: &Viewport) -> Value {
+fn discs<'f>(frames: impl Iterator<Item = &'f [MovingDisc]>, view: &Viewport) -> Value {
     let (mut counts, mut numbers) = (Vec::new(), Vec::new());
     for discs in frames {
         counts.extend((discs.len() as u16).to_le_bytes());

@@ -20,7 +20,7 @@ const NEAR_M: f64 = 12.0;
 
 /// Range bytes of a beam without a measurement, and of one without a return. Smaller bytes are fractions of the longest
 /// range.
-const NO_MEASUREMENT: u8 = 255;
+pub(super) const NO_MEASUREMENT: u8 = 255;
 const NO_RETURN: u8 = 254;
 
 /// Least score byte. Smaller bytes say why a sample is not admissible.
@@ -112,14 +112,9 @@ impl Frame {
     fn new(event: &TickEvent<'_>) -> Self {
         let row = event.row;
         let position = row.pose.position();
-        let disc = |(center, radius): (&Option<Point>, &f64)| {
-            center.map(|center| MovingDisc {
-                x: center.x,
-                y: center.y,
-                radius: *radius,
-                vx: 0.0,
-                vy: 0.0,
-            })
+        let disc = |(center, &radius): (&Option<Point>, &f64)| {
+            let center = (*center)?;
+            Some(MovingDisc { x: center.x, y: center.y, radius, vx: 0.0, vy: 0.0 })
         };
         let is_near = |disc: &MovingDisc| (disc.center() - position).norm() - disc.radius < NEAR_M;
         let moving = row.moving.iter().zip(event.moving_radii).filter_map(disc);
@@ -138,15 +133,12 @@ impl ThinnedScan {
     fn new(scan: &Scan) -> Self {
         let group = scan.ranges.len().div_ceil(MAX_BEAMS).max(1);
         let middle = (group - 1) as f64 / 2.0;
+        let beams = scan.ranges.chunks(group);
         Self {
             angle_min: scan.angle_min + middle * scan.angle_increment,
             angle_increment: scan.angle_increment * group as f64,
             range_max: scan.range_max,
-            ranges: scan
-                .ranges
-                .chunks(group)
-                .map(|beams| range_byte(beams, scan.range_max))
-                .collect(),
+            ranges: beams.map(|beams| range_byte(beams, scan.range_max)).collect(),
         }
     }
 }
@@ -164,17 +156,15 @@ fn range_byte(beams: &[f64], range_max: f64) -> u8 {
 impl Window {
     fn new(fan: TrajectoryFan) -> Self {
         let ends = [fan.arcs.first(), fan.arcs.last()].map(|arc| arc.map(|arc| arc.twist));
+        let scores = fan.arcs.iter().zip(fan.relative_scores());
+        let scores =
+            scores.map(|(arc, share)| share.map_or(status_byte(arc.status), score_byte)).collect();
         Self {
             start: fan.from,
             horizon_s: fan.horizon_s,
             ends: ends.map(Option::unwrap_or_default),
             columns: fan.columns,
-            scores: fan
-                .arcs
-                .iter()
-                .zip(fan.relative_scores())
-                .map(|(arc, share)| share.map_or(status_byte(arc.status), score_byte))
-                .collect(),
+            scores,
             winner: fan.winner,
             predicted: fan.obstacles,
         }
