@@ -8,6 +8,7 @@ mod support {
 mod cases {
     mod global {
         mod curvature;
+        mod heuristics;
         mod paths;
         mod planners;
         mod polyline;

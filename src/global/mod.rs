@@ -17,7 +17,7 @@ mod spline;
 pub use clearance_cost::{ClearanceCosts, MAX_CLEARANCE_WEIGHT};
 pub use curvature::{Curvature, Spline};
 pub use error::PlanError;
-pub use heuristic::{DIAGONAL, Heuristic, STRAIGHT};
+pub use heuristic::{DIAGONAL, Estimator, Heuristic, STRAIGHT};
 pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
 pub use path_clearance::PathClearance;

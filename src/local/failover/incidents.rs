@@ -50,22 +50,8 @@ impl Incidents {
         self.total_failures() + self.reopened + self.reopen_failures
     }
 
-    pub(super) fn record_failure(&mut self, kind: GpuFailureKind, message: String) {
-        *self.failures.entry(kind).or_default() += 1;
-        self.record(Some(kind), message);
-    }
-
-    pub(super) fn record_reopened(&mut self, name: &str) {
-        self.reopened += 1;
-        self.record(None, format!("{name} reopened"));
-    }
-
-    pub(super) fn record_reopen_failure(&mut self, kind: GpuFailureKind, message: String) {
-        self.reopen_failures += 1;
-        self.record(Some(kind), message);
-    }
-
-    fn record(&mut self, kind: Option<GpuFailureKind>, message: String) {
+    /// Keeps the message of the first incidents.
+    pub(super) fn record(&mut self, kind: Option<GpuFailureKind>, message: String) {
         if self.messages.len() < MAX_MESSAGES {
             self.messages.push(Incident { decision: self.decisions, kind, message });
         }

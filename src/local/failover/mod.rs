@@ -95,7 +95,8 @@ impl Failover {
 
     /// Records a failure and closes the device. A problem that is too large leaves the device usable.
     fn record_failure(&mut self, kind: GpuFailureKind, message: String) {
-        self.incidents.record_failure(kind, message);
+        *self.incidents.failures.entry(kind).or_default() += 1;
+        self.incidents.record(Some(kind), message);
         if kind != GpuFailureKind::TooLarge {
             self.back_off.record_failure();
             if let Some(gpu) = self.gpu.take() {
@@ -111,11 +112,13 @@ impl Failover {
         match self.source.poll() {
             None => {}
             Some(Ok(gpu)) => {
-                self.incidents.record_reopened(&gpu.name());
+                self.incidents.reopened += 1;
+                self.incidents.record(None, format!("{} reopened", gpu.name()));
                 self.gpu = Some(gpu);
             }
             Some(Err(error)) => {
-                self.incidents.record_reopen_failure(error.failure_kind(), error.to_string());
+                self.incidents.reopen_failures += 1;
+                self.incidents.record(Some(error.failure_kind()), error.to_string());
                 self.back_off.record_failure();
             }
         }

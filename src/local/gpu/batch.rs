@@ -33,25 +33,21 @@ struct Amount {
 }
 
 impl Amount {
-    /// The sizes with one more problem, without its field.
-    fn and(&self, problem: &QuantizedProblem) -> Self {
+    /// Adds a problem without its field.
+    fn add(&mut self, problem: &QuantizedProblem) {
         let vtheta_samples = problem.vtheta_samples.len() as u64;
         let samples = problem.len() as u64;
-        let table_words = rollout::table_words(&problem.header) as u64 * vtheta_samples;
+        let table_words = rollout::table_words(&problem.header) as u64;
         let discs = size_of_val::<[QuantizedDisc]>(&problem.discs);
         let obstacles = size_of_val::<[QuantizedObstacle]>(&problem.obstacles);
-        Self {
-            problems: self.problems + 1,
-            vx_samples: self.vx_samples + problem.vx_samples.len() as u64,
-            vtheta_samples: self.vtheta_samples + vtheta_samples,
-            body_words: self.body_words + (discs + obstacles) as u64 / 4,
-            field_words: self.field_words,
-            table_words: self.table_words + table_words,
-            samples: self.samples + samples,
-            vtheta_groups: self.vtheta_groups
-                + vtheta_samples.div_ceil(u64::from(VTHETA_PER_GROUP)),
-            sample_groups: self.sample_groups + samples.div_ceil(u64::from(SAMPLES_PER_GROUP)),
-        }
+        self.problems += 1;
+        self.vx_samples += problem.vx_samples.len() as u64;
+        self.vtheta_samples += vtheta_samples;
+        self.body_words += (discs + obstacles) as u64 / 4;
+        self.table_words += table_words * vtheta_samples;
+        self.samples += samples;
+        self.vtheta_groups += vtheta_samples.div_ceil(u64::from(VTHETA_PER_GROUP));
+        self.sample_groups += samples.div_ceil(u64::from(SAMPLES_PER_GROUP));
     }
 
     /// Byte offsets of forward speeds, turn rates and bodies in the input, and its length. Each part is aligned to its
@@ -166,7 +162,8 @@ impl<'a> Batch<'a> {
         for (count, problem) in (1..=MAX_PROBLEMS).zip(problems) {
             let field = problem.field.as_ref();
             let is_new = batch.fields.iter().all(|held| held.id() != field.id());
-            let mut amount = batch.amount.and(problem);
+            let mut amount = batch.amount;
+            amount.add(problem);
             if is_new {
                 amount.field_words += field_words(field);
             }
@@ -237,7 +234,7 @@ impl<'a> Batch<'a> {
             put(3, bytemuck::cast_slice::<VthetaSample, u8>(&problem.vtheta_samples));
             put(4, bytemuck::cast_slice::<QuantizedDisc, u8>(&problem.discs));
             put(4, bytemuck::cast_slice::<QuantizedObstacle, u8>(&problem.obstacles));
-            before = before.and(problem);
+            before.add(problem);
         }
         end as usize
     }

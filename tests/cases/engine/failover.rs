@@ -158,10 +158,9 @@ fn lost_after(answers: u32) -> Box<dyn Engine> {
 /// Decisions of the CPU after each loss, when each GPU answers a number of problems before it is lost.
 fn delays(answers: &[u32]) -> Vec<u64> {
     let smallest = (0..50).map(problem).min_by_key(QuantizedProblem::len).expect("50 problems");
-    let mut later = answers[1..].to_vec().into_iter();
-    let mut failover = with_fallback(Ok(lost_after(answers[0])), move || {
-        Ok(lost_after(later.next().unwrap_or(1)))
-    });
+    let mut later: Vec<u32> = answers[1..].iter().rev().copied().collect();
+    let mut failover =
+        with_fallback(Ok(lost_after(answers[0])), move || Ok(lost_after(later.pop().unwrap_or(1))));
     let mut delay = || {
         let Incidents { on_cpu, reopened, .. } = *incidents_of(&failover);
         while incidents_of(&failover).reopened == reopened {

@@ -124,6 +124,21 @@ fn floats(lanes: __m256i) -> (__m256d, __m256d) {
     })
 }
 
+/// Reductions of all lanes by an operation on pairs.
+macro_rules! reductions {
+    ($($name:ident = $intrinsic:ident,)*) => {$(
+        #[inline(always)]
+        fn $name(self) -> i32 {
+            let (low, high) = halves(self.0);
+            run!({
+                let four = $intrinsic(low, high);
+                let two = $intrinsic(four, _mm_shuffle_epi32::<HALVES>(four));
+                _mm_cvtsi128_si32($intrinsic(two, _mm_shuffle_epi32::<PAIRS>(two)))
+            })
+        }
+    )*};
+}
+
 impl Lanes for Avx2 {
     const COUNT: usize = COUNT;
     type FeatureToken = FeatureToken;
@@ -236,28 +251,9 @@ impl Lanes for Avx2 {
         run!(_mm256_extract_epi32::<7>(self.0))
     }
 
-    #[inline(always)]
-    fn reduce_min(self) -> i32 {
-        run!({
-            let four = _mm_min_epi32(
-                _mm256_castsi256_si128(self.0),
-                _mm256_extracti128_si256::<1>(self.0),
-            );
-            let two = _mm_min_epi32(four, _mm_shuffle_epi32::<HALVES>(four));
-            _mm_cvtsi128_si32(_mm_min_epi32(two, _mm_shuffle_epi32::<PAIRS>(two)))
-        })
-    }
-
-    #[inline(always)]
-    fn reduce_max(self) -> i32 {
-        run!({
-            let four = _mm_max_epi32(
-                _mm256_castsi256_si128(self.0),
-                _mm256_extracti128_si256::<1>(self.0),
-            );
-            let two = _mm_max_epi32(four, _mm_shuffle_epi32::<HALVES>(four));
-            _mm_cvtsi128_si32(_mm_max_epi32(two, _mm_shuffle_epi32::<PAIRS>(two)))
-        })
+    reductions! {
+        reduce_min = _mm_min_epi32,
+        reduce_max = _mm_max_epi32,
     }
 
     #[inline(always)]
