@@ -17,7 +17,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::protocol::{CommandCounter, SessionCore};
-use super::request::{RequestState, RequestTracker, RetryPolicy};
+use super::request::{RequestState, RequestTracker};
 use super::{
     BaseError, BaseSettings, CommandStats, DeviceProtocol, Feedback, MachineState, Session,
 };
@@ -110,13 +110,10 @@ impl ArduinoSession {
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         let core = SessionCore::new(settings)?;
-        let policy = RetryPolicy {
-            answer_timeout_s: settings.arduino.answer_timeout_s,
-            max_attempts: settings.arduino.max_attempts,
-        };
+        let ArduinoSettings { answer_timeout_s, max_attempts, .. } = settings.arduino;
         Ok(Self {
             core,
-            requests: RequestTracker::new(policy),
+            requests: RequestTracker::new(answer_timeout_s, max_attempts),
             needs_flush: true,
             line: Vec::new(),
             next_poll_s: f64::NEG_INFINITY,

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::marker::PhantomData;
 
 /// A frame of fixed length that starts with a header.
-pub trait Frame: Sized {
+pub trait Frame: Default {
     /// Length with header and checksum, bytes.
     const LENGTH: usize;
 
@@ -19,17 +19,11 @@ pub trait Frame: Sized {
 ///
 /// The iterator ends when bytes are missing and continues after the next [`FrameDecoder::push`]. If no frame fits, it drops one
 /// byte and tries the next position, so that a damaged frame never costs the frame after it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct FrameDecoder<F> {
     pending: VecDeque<u8>,
     dropped: u64,
     frame: PhantomData<F>,
-}
-
-impl<F> Default for FrameDecoder<F> {
-    fn default() -> Self {
-        Self { pending: VecDeque::new(), dropped: 0, frame: PhantomData }
-    }
 }
 
 impl<F> FrameDecoder<F> {

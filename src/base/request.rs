@@ -1,18 +1,12 @@
 //! One outstanding request with timeout and retries.
 
-/// Timeout and retry limit of a request.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RetryPolicy {
-    /// Time until an answer counts as lost, seconds.
-    pub answer_timeout_s: f64,
-    /// Attempts in total.
-    pub max_attempts: u32,
-}
-
 /// Tracks the outstanding request, if there is one.
 #[derive(Clone, Debug)]
 pub(super) struct RequestTracker<Q> {
-    policy: RetryPolicy,
+    /// Time until an answer counts as lost, seconds.
+    answer_timeout_s: f64,
+    /// Attempts of each request in total.
+    max_attempts: u32,
     outstanding: Option<Outstanding<Q>>,
 }
 
@@ -37,17 +31,14 @@ pub(super) enum RequestState<Q> {
 }
 
 impl<Q: Copy> RequestTracker<Q> {
-    pub(super) const fn new(policy: RetryPolicy) -> Self {
-        Self { policy, outstanding: None }
+    pub(super) const fn new(answer_timeout_s: f64, max_attempts: u32) -> Self {
+        Self { answer_timeout_s, max_attempts, outstanding: None }
     }
 
     /// Starts a request.
     pub(super) fn start(&mut self, request: Q, now_s: f64) {
-        self.outstanding = Some(Outstanding {
-            request,
-            sent_s: now_s,
-            attempts_left: self.policy.max_attempts - 1,
-        });
+        let attempts_left = self.max_attempts - 1;
+        self.outstanding = Some(Outstanding { request, sent_s: now_s, attempts_left });
     }
 
     /// The outstanding request.
@@ -65,7 +56,7 @@ impl<Q: Copy> RequestTracker<Q> {
         let Some(outstanding) = &mut self.outstanding else {
             return RequestState::Idle;
         };
-        if now_s - outstanding.sent_s < self.policy.answer_timeout_s {
+        if now_s - outstanding.sent_s < self.answer_timeout_s {
             return RequestState::Waiting;
         }
         let request = outstanding.request;
@@ -83,11 +74,9 @@ impl<Q: Copy> RequestTracker<Q> {
 mod tests {
     use super::*;
 
-    const POLICY: RetryPolicy = RetryPolicy { answer_timeout_s: 0.01, max_attempts: 3 };
-
     #[test]
     fn request_is_retried_then_given_up() {
-        let mut tracker = RequestTracker::new(POLICY);
+        let mut tracker = RequestTracker::new(0.01, 3);
         assert_eq!(tracker.poll(0.0), RequestState::Idle);
         tracker.start('q', 0.0);
         let states = [0.005, 0.010, 0.015, 0.021, 0.025, 0.032, 0.04];
@@ -107,7 +96,7 @@ mod tests {
 
     #[test]
     fn answered_request_is_not_retried() {
-        let mut tracker = RequestTracker::new(POLICY);
+        let mut tracker = RequestTracker::new(0.01, 3);
         tracker.start(1, 0.0);
         assert_eq!(tracker.outstanding(), Some(1));
         tracker.finish();

@@ -38,7 +38,7 @@ const COUNTS_PER_M_S2: f64 = 1671.84;
 const RAD_S_PER_COUNT: f64 = 0.000_266_44;
 
 /// A velocity command.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
     /// Commanded velocity.
     pub twist: Twist,

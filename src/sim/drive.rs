@@ -172,12 +172,8 @@ impl SimBase {
             1.0
         };
         let before = self.tracks;
-        self.tracks.left += share * (set.left - self.tracks.left);
-        self.tracks.right += share * (set.right - self.tracks.right);
-        let mean = TrackSpeeds {
-            left: f64::midpoint(before.left, self.tracks.left),
-            right: f64::midpoint(before.right, self.tracks.right),
-        };
+        self.tracks = before.zip(set, |now, set| now + share * (set - now));
+        let mean = before.zip(self.tracks, f64::midpoint);
         let moved = self.ground.twist(&self.drive, &mean);
         self.pose = self.pose.after(&moved, time_s);
         self.odometry.roll(&mean, moved.angular * time_s, time_s);
@@ -247,10 +243,7 @@ impl Ground {
         let slip = (mean + variation * self.slip_state).min(MAX_SLIP);
         let width = width_ratio * (1.0 + variation * self.width_state).max(MIN_WIDTH);
         let effective = TrackedDrive { track_width_m: drive.track_width_m * width };
-        effective.twist(&TrackSpeeds {
-            left: tracks.left * (1.0 - slip),
-            right: tracks.right * (1.0 - slip),
-        })
+        effective.twist(&tracks.map(|speed| speed * (1.0 - slip)))
     }
 
     /// Advances the variation by a distance, metres: the mean of both belts' absolute travel.

@@ -75,13 +75,7 @@ impl Lidar {
         LidarReturn { scan, visible: (0..seen.len()).filter(|&disc| seen[disc]).collect() }
     }
 
-    /// Returns the range of one beam in a direction of the robot's frame, radians.
-    #[must_use]
-    pub fn measure(&self, world: &World, pose: &Pose, angle: f64, rng: &mut Pcg64Mcg) -> f64 {
-        self.beam(world, pose, angle, rng).0
-    }
-
-    /// The range of a beam, and the moving obstacle that it hits, if any.
+    /// The range of a beam in a direction of the robot's frame, radians, and the moving obstacle that it hits, if any.
     fn beam(
         &self,
         world: &World,
@@ -209,12 +203,8 @@ impl RotatingLidar {
 
     fn measure(&mut self, time_s: f64, place: &Pose, line: &mut Vec<u8>) {
         let clockwise = (self.points as f64 * STEP_DEG * 100.0) % TURN;
-        let range = self.lidar.measure(
-            &self.world,
-            place,
-            -(clockwise / 100.0).to_radians(),
-            &mut self.rng,
-        );
+        let direction = -(clockwise / 100.0).to_radians();
+        let (range, _) = self.lidar.beam(&self.world, place, direction, &mut self.rng);
         let index = (self.points % POINTS as u64) as usize;
         self.points += 1;
         let angle = (clockwise.round() % TURN) as u16;

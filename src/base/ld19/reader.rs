@@ -1,11 +1,12 @@
 //! A thread that reads a lidar, and its latest revolution.
 
-use core::fmt;
 use std::io::Read;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
+
+use thiserror::Error;
 
 use super::{Decoder, LidarSettings, RevolutionAssembler};
 use crate::base::BaseError;
@@ -30,45 +31,27 @@ const MIN_SPEED_DEG_S: u16 = 360;
 pub type OpenLidar = Box<dyn FnMut() -> Result<Box<dyn Read + Send>, BaseError> + Send>;
 
 /// Why there is no recent revolution.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum LidarFault {
     /// The port is gone.
+    #[error("the lidar is disconnected ({reason}): plug it in")]
     Disconnected {
         /// Message of the operating system.
         reason: String,
     },
     /// Bytes arrive that contain no packet.
+    #[error("no LD19 packet in the received bytes: is it an LD19, at 230400 baud?")]
     UnknownData,
     /// Packets arrive, but the lidar does not rotate.
+    #[error("the lidar does not rotate: is its motor free and its 5 V supply strong enough?")]
     NotRotating,
     /// No complete revolution within the timeout.
+    #[error("no complete revolution of the lidar for {for_s:.1} s: is it switched on?")]
     Silent {
         /// Time since the last revolution, seconds.
         for_s: f64,
     },
-}
-
-impl fmt::Display for LidarFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Disconnected { reason } => {
-                write!(f, "the lidar is disconnected ({reason}): plug it in")
-            }
-            Self::UnknownData => {
-                f.write_str("no LD19 packet in the received bytes: is it an LD19, at 230400 baud?")
-            }
-            Self::NotRotating => f.write_str(
-                "the lidar does not rotate: is its motor free and its 5 V supply strong enough?",
-            ),
-            Self::Silent { for_s } => {
-                write!(
-                    f,
-                    "no complete revolution of the lidar for {for_s:.1} s: is it switched on?"
-                )
-            }
-        }
-    }
 }
 
 /// Snapshot of a lidar.

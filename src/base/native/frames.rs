@@ -14,7 +14,7 @@ const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const MAX_PIECE: usize = 32;
 
 /// One kind of frame, for [`Decoder`].
-pub trait Frame: Sized {
+pub trait Frame: Default {
     /// Bytes of the payload, with its CRC.
     const LENGTH: usize;
 
@@ -156,7 +156,7 @@ fn seal(mut payload: Vec<u8>) -> Vec<u8> {
 /// Extracts frames of one kind from a stream that arrives in pieces and may be damaged.
 ///
 /// The iterator ends when bytes are missing and continues after the next [`Decoder::push`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Decoder<F> {
     pending: VecDeque<u8>,
     /// Bytes since the last zero, at most [`MAX_PIECE`].
@@ -165,18 +165,6 @@ pub struct Decoder<F> {
     excess: u64,
     dropped: u64,
     frame: PhantomData<F>,
-}
-
-impl<F> Default for Decoder<F> {
-    fn default() -> Self {
-        Self {
-            pending: VecDeque::new(),
-            piece: Vec::new(),
-            excess: 0,
-            dropped: 0,
-            frame: PhantomData,
-        }
-    }
 }
 
 impl<F: Frame> Decoder<F> {

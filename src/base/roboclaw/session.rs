@@ -1,10 +1,10 @@
 //! The two sides: the host sets the watchdog first, then sends commands and polls the controller between them; the
 //! controller answers.
 
-use super::PACKET_PAUSE_S;
 use super::frames::{POLL_CYCLE, Request, read_status, write_status};
+use super::{PACKET_PAUSE_S, RoboClawSettings};
 use crate::base::protocol::{CommandCounter, SessionCore};
-use crate::base::request::{RequestState, RequestTracker, RetryPolicy};
+use crate::base::request::{RequestState, RequestTracker};
 use crate::base::{
     BaseError, BaseSettings, CommandStats, DeviceProtocol, Feedback, MachineState, Session,
 };
@@ -46,13 +46,10 @@ impl RoboClawSession {
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         let core = SessionCore::new(settings)?;
-        let policy = RetryPolicy {
-            answer_timeout_s: settings.roboclaw.answer_timeout_s,
-            max_attempts: settings.roboclaw.max_attempts,
-        };
+        let RoboClawSettings { answer_timeout_s, max_attempts, .. } = settings.roboclaw;
         Ok(Self {
             core,
-            requests: RequestTracker::new(policy),
+            requests: RequestTracker::new(answer_timeout_s, max_attempts),
             received: Vec::new(),
             watchdog: Watchdog::Unconfirmed,
             next_query: POLL_CYCLE.len(),

@@ -50,9 +50,9 @@ fn mission(scene: &Scene) -> Vec<Point> {
         .expect("a passable scene")
 }
 
-fn spawned(scene: &Scene, crowd: &PedestrianSpawner) -> MovingObstacles {
+fn spawned(scene: &Scene, spawner: &PedestrianSpawner) -> MovingObstacles {
     let ends = [scene.start.position(), scene.goal];
-    crowd.spawn(&ground(scene), &mission(scene), &ends).expect("room for all")
+    spawner.spawn(&ground(scene), &mission(scene), &ends).expect("room for all")
 }
 
 fn gap(disc: &MovingDisc, pose: &Pose, radius: f64) -> f64 {
@@ -102,8 +102,8 @@ fn pedestrians_stay_on_free_space_away_from_path_ends() {
     for scene in scenes() {
         let world = World::new(ground(&scene));
         for seed in 0..5 {
-            let crowd = PedestrianSpawner::new(scene.obstacles, seed);
-            let mut moving_obstacles = spawned(&scene, &crowd);
+            let spawner = PedestrianSpawner::new(scene.obstacles, seed);
+            let mut moving_obstacles = spawned(&scene, &spawner);
             assert_eq!(moving_obstacles.len(), scene.obstacles);
             for _ in 0..400 {
                 for disc in moving_obstacles.discs() {
@@ -152,13 +152,13 @@ fn pedestrians_depend_on_the_seed() {
     let scene = &scenes()[0];
     let run = |seed| {
         let mut moving_obstacles = spawned(scene, &PedestrianSpawner::new(4, seed));
-        let mut seen = Vec::new();
+        let mut states = Vec::new();
         for tick in 0..200 {
             let pose = Pose::new(0.1 * f64::from(tick), 4.0, 0.0);
             moving_obstacles.step(0.1, &pose, &robot(ROBOT_RADIUS_M));
-            seen.push(moving_obstacles.discs());
+            states.push(moving_obstacles.discs());
         }
-        seen
+        states
     };
     assert_eq!(run(5), run(5));
     assert_ne!(run(5), run(6));
@@ -169,8 +169,9 @@ fn smallest_gap_to_a_standing_robot(yields: bool) -> f64 {
     let mut smallest = f64::INFINITY;
     for scene in scenes() {
         for seed in 0..3 {
-            let crowd = PedestrianSettings::default().yields(yields).spawner(scene.obstacles, seed);
-            let start = spawned(&scene, &crowd);
+            let spawner =
+                PedestrianSettings::default().yields(yields).spawner(scene.obstacles, seed);
+            let start = spawned(&scene, &spawner);
             // The robot stands where a pedestrian walks in 5 s.
             let mut later = start.clone();
             later.step(5.0, &AWAY, &robot(ROBOT_RADIUS_M));
@@ -230,7 +231,7 @@ fn pedestrian_yields_and_reverses_after_timeout() {
             return;
         }
     }
-    panic!("still there");
+    panic!("it never reversed");
 }
 
 #[test]
@@ -332,7 +333,7 @@ fn obstacle_file_errors_are_one_line_with_place() {
 fn spawner_without_space_is_an_error() {
     let narrow = ObstacleGrid::new(FRAME, vec![true; FRAME.len()]);
     let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
-    let asked = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[]);
-    assert!(matches!(asked(2), Err(SimError::NoRoom { placed: 0, asked: 2, .. })));
-    assert!(asked(0).unwrap().is_empty());
+    let spawn = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[]);
+    assert!(matches!(spawn(2), Err(SimError::NoRoom { placed: 0, asked: 2, .. })));
+    assert!(spawn(0).unwrap().is_empty());
 }

@@ -33,7 +33,7 @@ fn base() -> SimBase {
 }
 
 /// Repeats a command for a time, seconds.
-fn keep_on(base: &mut SimBase, command: Twist, time_s: f64) {
+fn repeat_command(base: &mut SimBase, command: Twist, time_s: f64) {
     let sends = (time_s / 0.1).ceil();
     for _ in 0..sends as u32 {
         base.send(&command).expect("a finite command");
@@ -48,8 +48,8 @@ fn base_stays_within_limits_for_random_commands() {
     let mut before = base.twist();
     for _ in 0..20_000 {
         if rng.random_bool(0.1) {
-            let wild = Twist::new(rng.random_range(-5.0..5.0), rng.random_range(-5.0..5.0));
-            base.send(&wild).unwrap();
+            let command = Twist::new(rng.random_range(-5.0..5.0), rng.random_range(-5.0..5.0));
+            base.send(&command).unwrap();
         }
         let time_s = 0.01;
         base.step(time_s);
@@ -99,9 +99,9 @@ fn ramp_is_followed_with_configured_lag() {
 fn steady_turn_closes_its_circle() {
     let mut base = base();
     let turn = Twist::new(0.6, 0.5);
-    keep_on(&mut base, turn, 10.0);
+    repeat_command(&mut base, turn, 10.0);
     let from = *base.pose();
-    keep_on(&mut base, turn, TAU / 0.5);
+    repeat_command(&mut base, turn, TAU / 0.5);
     let moved = base.pose().position() - from.position();
     assert!(moved.norm() < 1e-9, "{moved}");
 }
@@ -165,7 +165,7 @@ fn steady_slip_and_width_scale_speed_and_turn_rate() {
         Slip::default().mean(0.1).width_ratio(1.6).calibrated_width_ratio(1.2).variation(0.0);
     let dynamics = DriveDynamics::default().slip(slip);
     let mut base = base_with(dynamics, OdometryNoise::none(), 0);
-    keep_on(&mut base, Twist::new(0.6, 0.4), 8.0);
+    repeat_command(&mut base, Twist::new(0.6, 0.4), 8.0);
     let truth = base.twist();
     assert!((truth.linear - 0.6 * 0.9).abs() < 1e-9, "{truth:?}");
     assert!((truth.angular - 0.4 * 0.9 * 1.2 / 1.6).abs() < 1e-9, "{truth:?}");
@@ -178,7 +178,7 @@ fn steady_slip_and_width_scale_speed_and_turn_rate() {
 }
 
 /// Returns true speed and turn rate divided by the commanded ones, for each metre of a steady drive.
-fn grip(variation: f64, seed: u64) -> Vec<[f64; 2]> {
+fn ground_ratios(variation: f64, seed: u64) -> Vec<[f64; 2]> {
     let slip = Slip::default()
         .mean(0.05)
         .width_ratio(1.5)
@@ -188,21 +188,21 @@ fn grip(variation: f64, seed: u64) -> Vec<[f64; 2]> {
     let dynamics = DriveDynamics::ideal().slip(slip);
     let mut base = base_with(dynamics, OdometryNoise::none(), seed);
     let command = Twist::new(1.0, 0.5);
-    keep_on(&mut base, command, 5.0);
-    let look = |_| {
-        keep_on(&mut base, command, 1.0);
+    repeat_command(&mut base, command, 5.0);
+    let sample = |_| {
+        repeat_command(&mut base, command, 1.0);
         let truth = base.twist();
         [truth.linear, truth.angular / 0.5]
     };
-    (0..4000).map(look).collect()
+    (0..4000).map(sample).collect()
 }
 
 #[test]
 fn slip_variation_has_configured_deviation_and_length() {
-    let grip = grip(0.03, 5);
-    let count = grip.len() as f64;
-    let slip: Vec<f64> = grip.iter().map(|[speed, _]| 1.0 - speed).collect();
-    let width: Vec<f64> = grip.iter().map(|[speed, turn]| speed / turn).collect();
+    let ratios = ground_ratios(0.03, 5);
+    let count = ratios.len() as f64;
+    let slip: Vec<f64> = ratios.iter().map(|[speed, _]| 1.0 - speed).collect();
+    let width: Vec<f64> = ratios.iter().map(|[speed, turn]| speed / turn).collect();
     for (varying, mean) in [(slip, 0.05), (width, 1.0)] {
         let found = varying.iter().sum::<f64>() / count;
         assert!((found - mean).abs() < 0.005, "{found} for {mean}");
@@ -220,21 +220,21 @@ fn slip_variation_has_configured_deviation_and_length() {
 
 #[test]
 fn slip_without_variation_is_equal_for_every_seed() {
-    assert_eq!(grip(0.0, 1), grip(0.0, 2));
-    assert_ne!(grip(0.01, 1), grip(0.01, 2));
+    assert_eq!(ground_ratios(0.0, 1), ground_ratios(0.0, 2));
+    assert_ne!(ground_ratios(0.01, 1), ground_ratios(0.01, 2));
 }
 
 #[test]
 fn drive_depends_on_the_seed() {
     let run = |seed| {
         let mut base = base_with(DriveDynamics::default(), OdometryNoise::default(), seed);
-        let mut seen = Vec::new();
+        let mut states = Vec::new();
         for tick in 0..200 {
             let turn = 0.4 * libm::sin(0.1 * f64::from(tick));
-            keep_on(&mut base, Twist::new(0.5, turn), 0.05);
-            seen.push((*base.pose(), base.twist(), base.odometry()));
+            repeat_command(&mut base, Twist::new(0.5, turn), 0.05);
+            states.push((*base.pose(), base.twist(), base.odometry()));
         }
-        seen
+        states
     };
     assert_eq!(run(7), run(7));
     let (one, other) = (run(7), run(8));
@@ -244,29 +244,29 @@ fn drive_depends_on_the_seed() {
 
 #[test]
 fn base_rejects_bad_settings_by_name() {
-    let refusal = |limits, dynamics, noise| {
+    let message = |limits, dynamics, noise| {
         SimBase::new(DRIVE, limits, dynamics, noise, Pose::default(), 0).unwrap_err().to_string()
     };
     let plain = DriveDynamics::default();
     let lag = plain.motor_lag_s(f64::NAN);
-    let late = plain.command_delay_s(-0.1);
+    let early = plain.command_delay_s(-0.1);
     let slipping = |slip| plain.slip(slip);
-    let all = slipping(Slip::default().mean(1.0));
-    let wild = slipping(Slip::default().variation(0.3));
+    let lossy = slipping(Slip::default().mean(1.0));
+    let varying = slipping(Slip::default().variation(0.3));
     let noise = OdometryNoise::default();
     for (dynamics, words) in [
         (lag, "motor_lag_s is NaN"),
-        (late, "command_delay_s is -0.1"),
-        (all, "mean is 1"),
-        (wild, "variation is 0.3"),
+        (early, "command_delay_s is -0.1"),
+        (lossy, "[slip] mean is 1"),
+        (varying, "[slip] variation is 0.3"),
     ] {
-        let error = refusal(limits(), dynamics, noise);
+        let error = message(limits(), dynamics, noise);
         assert!(error.starts_with(words), "{error}");
     }
     let slow = limits().acc_lim_x(0.0);
-    let error = refusal(slow, plain, noise);
+    let error = message(slow, plain, noise);
     assert!(error.starts_with("acc_lim_x is 0"), "{error}");
     let coarse = noise.encoder_tick_m(f64::INFINITY);
-    let error = refusal(limits(), plain, coarse);
+    let error = message(limits(), plain, coarse);
     assert!(error.starts_with("encoder_tick_m is inf"), "{error}");
 }

@@ -116,8 +116,8 @@ fn gaps_equal_brute_force_over_all_cells_and_discs() {
     }
 }
 
-/// A march never finds a hit before the exact one. It may step over the tip of a corner that the exact ray hits, so a late
-/// hit must be shown to be a true touch.
+/// A ray march never finds a hit before the exact one. It may step over the tip of a corner that the exact ray hits. So an
+/// exact hit that is nearer must touch something.
 #[test]
 fn lidar_equals_dense_ray_march() {
     const STRIDE_M: f64 = 1e-3;
@@ -163,12 +163,12 @@ fn lidar_equals_dense_ray_march() {
             }
         }
         let visible: Vec<usize> = (0..visible.len()).filter(|&disc| visible[disc]).collect();
-        // Where two discs cover the point, either of them may be named.
+        // Where two discs cover the point, the lidar may report either of them.
         if world.moving.len() < 2 {
             assert_eq!(found.visible, visible, "case {case}");
         }
     }
-    assert!(tips * 50 < beams, "{tips} of {beams} beams met only a tip");
+    assert!(tips * 50 < beams, "{tips} of {beams} beams hit only the tip of a corner");
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn range_noise_has_configured_deviation_and_zero_draws_nothing() {
     let noisy = exact.range_sigma_m(0.02).range_max_m(10.0);
     let mut rng = seeded();
     let truth = exact.range_max_m(10.0).scan(&world, &pose, &mut rng).scan.ranges;
-    assert_eq!(rng, seeded(), "a lidar without noise leaves the generator alone");
+    assert_eq!(rng, seeded(), "a lidar without noise draws no random numbers");
     let measured = noisy.scan(&world, &pose, &mut rng).scan.ranges;
     assert_eq!(measured, noisy.scan(&world, &pose, &mut seeded()).scan.ranges);
     let errors: Vec<f64> = measured.iter().zip(&truth).map(|(m, t)| m - t).collect();

@@ -3,7 +3,7 @@
 use inbye::runtime::Config;
 use inbye::sim::{Fixes, OdometryNoise, Slip};
 
-fn refusal(text: &str) -> String {
+fn message(text: &str) -> String {
     let config: Config = toml::from_str(text).expect("known keys");
     config.validate().expect_err("a setting out of range").to_string()
 }
@@ -41,7 +41,7 @@ fn settings_reject_number_out_of_range_by_table_and_key() {
         ("[simulation.lidar]\nrange_min_m = -1.0", "[simulation.lidar] range_min_m is -1"),
         ("[simulation.lidar]\ndropout = 1.5", "[simulation.lidar] dropout is 1.5"),
     ] {
-        let error = refusal(text);
+        let error = message(text);
         assert!(error.starts_with(words), "{error}");
     }
 }

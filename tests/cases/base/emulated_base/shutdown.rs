@@ -16,7 +16,7 @@ use serde_json::json;
 use super::processes::{Emulated, Process};
 
 /// Time for a base to reach its speed.
-const START_TIME: Duration = Duration::from_secs(1);
+const START_TIME: Duration = Duration::from_millis(600);
 
 const PROTOCOLS: [&str; 4] = ["native", "wheeltec", "roboclaw", "arduino"];
 
@@ -32,7 +32,7 @@ fn driving(base: &Emulated) -> Process {
 #[track_caller]
 fn assert_stopped_by_zeros(base: Emulated, case: &str) {
     // Bytes in transit, and the ramp of the motors.
-    thread::sleep(Duration::from_millis(700));
+    thread::sleep(Duration::from_millis(500));
     let summary = base.end();
     let zeros = summary["final_zero_commands"].as_u64().expect("a count");
     assert!(zeros >= 3, "{case}: {summary}");
@@ -111,24 +111,27 @@ fn panics_while_driving() {
     panic!("the planner has a bug");
 }
 
-/// The summary of a base whose host was killed.
-fn kill_and_wait(protocol: &'static str) -> serde_json::Value {
+/// The summary of a base a time after its host was killed.
+fn kill_and_wait(protocol: &'static str, wait: Duration) -> serde_json::Value {
     let base = Emulated::start(protocol, "");
     let host = driving(&base);
     host.signal("KILL");
     host.wait();
-    // The slowest watchdog takes 2 s.
-    thread::sleep(Duration::from_millis(3500));
+    thread::sleep(wait);
     base.end()
 }
 
 /// A killed host sends nothing: a base without a watchdog keeps driving.
 #[test]
 fn watchdog_stops_base_of_killed_host() {
-    for (protocol, stops) in [("native", 1), ("roboclaw", 1), ("arduino", 1), ("wheeltec", 0)] {
+    // One second more than the watchdog takes: 0.5 s, or 2 s with an Arduino.
+    for (protocol, stops, wait_ms) in
+        [("native", 1, 1500), ("roboclaw", 1, 1500), ("arduino", 1, 3000), ("wheeltec", 0, 1500)]
+    {
+        let wait = Duration::from_millis(wait_ms);
         // On a busy machine the target may expire before the kill, and the base then stands already.
         let summary = (0..3)
-            .map(|_| kill_and_wait(protocol))
+            .map(|_| kill_and_wait(protocol, wait))
             .find(|summary| summary["final_zero_commands"] == json!(0))
             .expect("a killed host sends no zeros");
         assert_eq!(summary["watchdog_stops"], json!(stops), "{protocol}: {summary}");
