@@ -174,7 +174,7 @@ const YAW_RAD2_PER_RAD: f64 = 4e-4;
 /// Variance that each reading adds even at rest, m^2 and rad^2, so that no measurement ever loses all weight.
 const AT_REST_M2: f64 = 1e-8;
 const AT_REST_RAD2: f64 = 1e-8;
-/// A measurement further off than this many standard deviations is an outlier: one in ten thousand sound ones.
+/// A measurement further off than this many standard deviations is an outlier: one in ten thousand valid ones.
 const GATE_SIGMAS: f64 = 4.6;
 /// This many outliers in a row are accepted: the filter itself is wrong then.
 const ACCEPTED_AFTER: u32 = 10;

@@ -17,7 +17,7 @@ const MIN_RESOLUTION_SHARE: f64 = 0.5;
 /// The robot always keeps this distance to moving obstacles, metres.
 const MIN_MOVING_MARGIN_M: f64 = 0.05;
 
-/// Footprint and moving obstacles, inflated: bodies that just touch in the planner are a margin apart in truth.
+/// Footprint and moving obstacles, inflated: bodies that just touch in the planner are a margin apart in reality.
 pub(super) struct InflatedBodies {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,

@@ -61,6 +61,9 @@ impl Navigator {
         let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
             route_planner.plan(&known, from, to, clock)
         })?;
+        let is_tracking = settings.features.tracking;
+        let new_model =
+            if is_tracking { ObstacleModel::new } else { ObstacleModel::without_tracking };
         let deadline = settings
             .deadline_s
             .map(|limit_s| Deadline::new(limit_s, planner.settings(), &robot.limits));
@@ -68,11 +71,7 @@ impl Navigator {
             period_s: planner.settings().control_period_s,
             window_half_m: window_half_m(&settings, planner.settings(), &robot),
             validator: ObservationValidator::default(),
-            obstacles: if settings.features.tracking {
-                ObstacleModel::new(known.clone())
-            } else {
-                ObstacleModel::without_tracking(known.clone())
-            },
+            obstacles: new_model(known.clone()),
             waypoints,
             route: Route::new(&plan, &settings),
             plans: vec![plan],
@@ -136,7 +135,7 @@ impl Navigator {
         &self.validator.counts
     }
 
-    /// What is wrong with the last observation; `None` where it is sound.
+    /// What is wrong with the last observation; `None` where it is valid.
     #[must_use]
     pub const fn observation_fault(&self) -> Option<ObservationFault> {
         self.validator.fault

@@ -1,7 +1,7 @@
 //! Observations, and what makes one faulty.
 //!
-//! A robot that does not know where it is, or what is around it, brakes. It goes on when the observations are sound again, and
-//! fails with a reason when that takes too long.
+//! A robot that does not know where it is, or what is around it, brakes. It continues when the observations are valid again,
+//! and the mission fails with a reason when that takes too long.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -134,7 +134,7 @@ pub(super) struct ObservationValidator {
     is_frozen: bool,
     is_reversed: bool,
     recent: VecDeque<Accepted>,
-    /// Number of faulty observations since the last sound one.
+    /// Number of faulty observations since the last valid one.
     pub faults_in_a_row: u32,
     /// What is wrong with the last observation.
     pub fault: Option<ObservationFault>,

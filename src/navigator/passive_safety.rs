@@ -1,8 +1,8 @@
 //! Passive safety: how fast to drive near moving obstacles, which may turn.
 //!
-//! Whatever the moving obstacles do at their present speed, the robot stands before one of them can reach it from where the
-//! robot's own motion brings it nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe vehicle navigation in dynamic urban
-//! scenarios, 2009). It prevents no contact with an obstacle that comes from behind, or at a standing robot.
+//! A moving obstacle may change its direction at any time, but not its speed. The robot stops before an obstacle can reach a
+//! part of it that the robot's own motion brings nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe vehicle navigation
+//! in dynamic urban scenarios, 2009). This prevents no contact with an obstacle that comes from behind, or at a standing robot.
 
 use super::state::PredictedState;
 use crate::geometry::{Pose, Twist};
@@ -47,8 +47,8 @@ impl PassiveSafety<'_> {
         safe
     }
 
-    /// Whether a robot that drives towards a velocity until it notices a turn, and then brakes, stands before an obstacle can
-    /// reach a part of it that came nearer by the robot's own motion.
+    /// Whether the robot stops in time if it drives towards a velocity until it notices a turn, and then brakes: before an
+    /// obstacle can reach a part of it that came nearer by the robot's own motion.
     pub fn stops_in_time(&self, wanted: &Twist) -> bool {
         let now = self.now;
         let at_first_m: Vec<f64> = self.gaps_m(&now.pose).collect();

@@ -43,7 +43,7 @@ enum Reason {
     Shortcut,
 }
 
-/// Requests plans from the planning thread and judges what it returns.
+/// Requests plans from the planning thread and decides whether to follow them.
 pub(super) struct Replanner {
     planner: AsyncPlanner<Reason>,
     next_s: f64,
@@ -128,7 +128,7 @@ impl Replanner {
         };
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
-        // Moving obstacles block a path only where the robot waited for them in vain.
+        // Moving obstacles block a path only after the robot has waited for them without success.
         let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
         let request = PlanRequest {
             start: now.pose.position(),

@@ -77,7 +77,7 @@ pub(super) struct State<'a> {
     pub local_target: Point,
     /// Angle from the robot's heading to the local target, radians.
     pub heading_error: f64,
-    /// Mode of the last tick with a sound observation.
+    /// Mode of the last tick with a valid observation.
     pub mode: Mode,
     /// Whether the robot is near enough to the goal to park.
     pub is_at_goal: bool,

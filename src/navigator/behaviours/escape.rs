@@ -88,7 +88,7 @@ impl Escape {
         if is_patient || self.next_s.is_some_and(|next_s| now.time_s < next_s) {
             return;
         }
-        // Each attempt lasts longer than the one before, so that two robots that block each other part at last.
+        // Each attempt lasts longer than the one before, so that two robots that block each other separate in the end.
         let doublings = self.attempts.min(MAX_DOUBLINGS);
         self.attempts += 1;
         self.held_up = ConditionTimer::default();

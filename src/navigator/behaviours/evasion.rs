@@ -1,7 +1,7 @@
 //! Evades moving obstacles that come at a slow robot.
 //!
-//! Where no sample of the dynamic window is admissible, the robot stands, and an approaching obstacle hits it. A robot that would
-//! be hit where it stands chooses the motion with the greatest distance to all moving obstacles for some seconds, wherever
+//! Where no sample of the dynamic window is admissible, the robot stops, and an approaching obstacle hits it. A robot that would
+//! be hit where it is chooses the motion with the greatest distance to all moving obstacles for some seconds, wherever
 //! that leads.
 
 use super::super::state::State;
@@ -26,7 +26,7 @@ const FORWARD: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 const BACKWARD: [f64; 2] = [0.5, 1.0];
 const TURNING: [f64; 9] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
 
-/// Leaves the path of an approaching obstacle; `None` where the robot need not or may not.
+/// A decision to leave the path of an approaching obstacle; `None` where there is none, or the robot drives on.
 pub(super) fn replacement(state: &State<'_>, allowed: Override) -> Option<Decision> {
     if allowed == Override::Never || !state.settings.features.recovery {
         return None;

@@ -58,7 +58,7 @@ impl RotateInPlace {
         }
     }
 
-    /// Rotates a robot that creeps; `None` where it need not or may not.
+    /// A decision to rotate a robot that creeps along its path; `None` where it faces its target, or has no room.
     pub fn replacement(&mut self, state: &State<'_>, allowed: Override) -> Option<Decision> {
         let may_rotate = state.settings.features.recovery
             && allowed == Override::ByEvasionOrRotation

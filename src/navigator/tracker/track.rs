@@ -78,7 +78,7 @@ pub(super) struct Track {
     seems_since_s: Option<f64>,
     /// Since when it counts as moving.
     moves_since_s: f64,
-    /// Since when it stands.
+    /// Since when it stands still.
     stands_since_s: Option<f64>,
     pub is_moving: bool,
     pub has_moved: bool,
