@@ -1,6 +1,7 @@
 //! Latency over sampling density: the same decision with more and more samples, on every engine.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -264,6 +265,24 @@ pub struct Crossover {
     pub fastest_cpu: Option<String>,
     /// Largest common number of samples; zero without one.
     pub up_to: usize,
+}
+
+impl fmt::Display for Crossover {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, samples, fastest_cpu, up_to } = self;
+        match (samples, fastest_cpu) {
+            (Some(samples), Some(cpu)) => write!(
+                f,
+                "{name}: faster than every CPU engine from {samples} samples on (there {cpu})"
+            ),
+            (None, Some(cpu)) => {
+                write!(f, "{name}: never faster than the CPU up to {up_to} samples (there {cpu})")
+            }
+            (_, None) => {
+                write!(f, "{name}: measured with no number of samples that a CPU engine was")
+            }
+        }
+    }
 }
 
 /// The crossover of each GPU engine, in the order in which they occur. Rows of one number of steps are expected.

@@ -59,12 +59,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
     bar.finish_and_clear();
     let agree = verification.agree();
-    let comparison = |(engine, digest): (&Box<dyn Engine>, &String)| EngineComparison {
+    let compared = all.iter().zip(&verification.digests).map(|(engine, digest)| EngineComparison {
         name: engine.name(),
         digest: digest.clone(),
         agrees: *digest == verification.digests[0],
-    };
-    let comparisons: Vec<_> = all.iter().zip(&verification.digests).map(comparison).collect();
+    });
+    let comparisons: Vec<_> = compared.collect();
     let plan = DensityPlan {
         max_seconds: MAX_SECONDS,
         ..DensityPlan::powers_of_four(STEPS, SAMPLES.0, SAMPLES.1, SECONDS)

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use inbye::bench::{
-    Crossover, Density, DensityPlan, DensityRow, QualityPlan, QualityRow, crossovers,
-    measure_density, measure_quality, text_table,
+    Density, DensityPlan, DensityRow, QualityPlan, QualityRow, crossovers, measure_density,
+    measure_quality, text_table,
 };
 use inbye::experiment::missions::Rules;
 use inbye::experiment::{Grid, Group, built_in_maps, groups, sampling_setups};
@@ -213,7 +213,7 @@ pub fn text(Density { rows, skipped }: &Density, quality: &[QualityRow]) -> Vec<
         let (name, samples, reason) = (&cell.name, cell.samples, &cell.reason);
         format!("not measured: {name} with {samples} samples: {reason}")
     }));
-    lines.extend(crossovers(rows).iter().map(crossover));
+    lines.extend(crossovers(rows).iter().map(ToString::to_string));
     if let Some(QualityRow { densest, decisions, .. }) = quality.first() {
         lines.push(String::new());
         lines.push(format!(
@@ -223,20 +223,6 @@ pub fn text(Density { rows, skipped }: &Density, quality: &[QualityRow]) -> Vec<
         lines.extend(text_table(quality, &QualityRow::SUMMARY));
     }
     lines
-}
-
-fn crossover(crossover: &Crossover) -> String {
-    let name = &crossover.name;
-    match (crossover.samples, &crossover.fastest_cpu) {
-        (Some(samples), Some(cpu)) => {
-            format!("{name}: faster than every CPU engine from {samples} samples on (there {cpu})")
-        }
-        (None, Some(cpu)) => {
-            let up_to = crossover.up_to;
-            format!("{name}: never faster than the CPU up to {up_to} samples (there {cpu})")
-        }
-        (_, None) => format!("{name}: measured with no number of samples that a CPU engine was"),
-    }
 }
 
 /// The table of the closed loop; no lines where no mission was driven.
@@ -274,27 +260,5 @@ mod tests {
         ] {
             assert_eq!(threads(cores), expected, "{cores} cores");
         }
-    }
-
-    #[test]
-    fn crossovers_are_sentences() {
-        let text = |samples, cpu: Option<&str>| {
-            crossover(&Crossover {
-                name: "NVIDIA H200".to_owned(),
-                samples,
-                fastest_cpu: cpu.map(str::to_owned),
-                up_to: 65_536,
-            })
-        };
-        let cpu = Some("CPU, 1 thread, AVX2");
-        assert_eq!(
-            text(Some(16_384), cpu),
-            "NVIDIA H200: faster than every CPU engine from 16384 samples on (there CPU, 1 thread, AVX2)"
-        );
-        assert_eq!(
-            text(None, cpu),
-            "NVIDIA H200: never faster than the CPU up to 65536 samples (there CPU, 1 thread, AVX2)"
-        );
-        assert!(text(None, None).contains("no number of samples"));
     }
 }

@@ -50,8 +50,8 @@ impl<'a> Drawing<'a> {
             None => PlanOutcome::Found(PlanMetrics {
                 length_m: plan.smoothed.length_m(),
                 // A sharp turn counts from a smaller angle than a turn does.
-                turns: plan.pruned.turns().max(plan.sharp_turns),
-                sharp_turns: plan.sharp_turns,
+                turns: plan.pruned.turns().max(plan.curvature.sharp_turns),
+                sharp_turns: plan.curvature.sharp_turns,
                 min_clearance_m: plan.clearance_m,
             }),
             Some(LegFailure { via, error, .. }) => {

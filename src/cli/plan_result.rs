@@ -53,15 +53,13 @@ pub struct PlanResult {
     pub pruned: Path,
     /// The path to drive.
     pub smoothed: Path,
-    /// Number of bends that the robot can only turn in place.
-    pub sharp_turns: usize,
     /// Smallest distance between the path and an obstacle, metres.
     pub clearance_m: f64,
     /// Number of cells expanded by all searches.
     expanded: u64,
     /// Time of each stage over all legs, seconds.
     time_s: StageTimes,
-    curvature: CurvatureCheck,
+    pub curvature: CurvatureCheck,
     is_optimal: bool,
 }
 
@@ -80,7 +78,6 @@ pub fn plan(arguments: &PlanArguments, config: &Config, obstacles: &ObstacleGrid
         raw: joined(|plan| &plan.raw),
         pruned: joined(|plan| &plan.pruned),
         smoothed: joined(|plan| &plan.smoothed),
-        sharp_turns: curvature.sharp_turns,
         clearance_m: legs.iter().map(|leg| leg.clearance_m).fold(f64::INFINITY, f64::min),
         expanded: legs.iter().map(|leg| u64::from(leg.plan.expanded)).sum(),
         time_s: times.fold(StageTimes::default(), |sum, time_s| sum + time_s),
@@ -248,9 +245,10 @@ fn total_ms(of: &StageTimes) -> f64 {
 }
 
 /// A path's curvature compared with a base's limits.
-struct CurvatureCheck {
+pub struct CurvatureCheck {
     max_per_m: f64,
-    sharp_turns: usize,
+    /// Number of bends that the robot can only turn in place.
+    pub sharp_turns: usize,
     /// Highest speed, m/s.
     max_speed: f64,
     /// Highest curvature at that speed, 1/m; infinite for a base that does not drive forward.
@@ -318,9 +316,10 @@ impl CurvatureCheck {
         } else {
             let (percent, max_speed) = (self.within_limit_share * 100.0, self.max_speed);
             let share = format!("{percent:.1} % followed at {max_speed:.2} m/s");
-            match self.slowest {
-                slowest if slowest > 0.0 => format!("{share}, all at {slowest:.2} m/s"),
-                _ => share,
+            if self.slowest > 0.0 {
+                format!("{share}, all at {:.2} m/s", self.slowest)
+            } else {
+                share
             }
         };
         format!("curvature {bends}; {turns}; {followed}")

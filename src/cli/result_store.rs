@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{process, thread};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, ensure};
 use inbye::experiment::{CellFile, Manifest};
 use serde_json::json;
 
@@ -66,18 +66,15 @@ impl ResultStore {
                 break;
             }
             in_use.unlock()?;
-            match in_use.try_lock() {
-                Ok(()) => {}
+            if !try_lock(&in_use)? {
                 // Of several processes that start a new plan at the same time one writes it.
-                Err(TryLockError::WouldBlock) if attempts < ATTEMPTS => {
-                    attempts += 1;
-                    thread::sleep(PAUSE);
-                    continue;
-                }
-                Err(TryLockError::WouldBlock) => {
-                    bail!("another plan is being run in it: wait, or name another folder")
-                }
-                Err(TryLockError::Error(error)) => return Err(error).context(NO_LOCKS),
+                attempts += 1;
+                ensure!(
+                    attempts <= ATTEMPTS,
+                    "another plan is being run in it: wait, or name another folder"
+                );
+                thread::sleep(PAUSE);
+                continue;
             }
             if held.is_ok() {
                 output::note(
@@ -102,12 +99,8 @@ impl ResultStore {
         let lock = lock_file(&path)?;
         if wait {
             lock.lock().context(NO_LOCKS)?;
-        } else {
-            match lock.try_lock() {
-                Ok(()) => {}
-                Err(TryLockError::WouldBlock) => return Ok(None),
-                Err(TryLockError::Error(error)) => return Err(error).context(NO_LOCKS),
-            }
+        } else if !try_lock(&lock)? {
+            return Ok(None);
         }
         Ok(Some(Claim { path, _lock: lock }))
     }
@@ -173,6 +166,15 @@ pub const NO_LOCKS: &str = "the file system does not lock files: name a folder o
 fn lock_file(path: &Path) -> anyhow::Result<File> {
     let opened = OpenOptions::new().append(true).create(true).open(path);
     opened.with_context(|| format!("{}: cannot be opened", path.display()))
+}
+
+/// Locks a file exclusively; returns false if another process holds a lock.
+fn try_lock(file: &File) -> anyhow::Result<bool> {
+    match file.try_lock() {
+        Ok(()) => Ok(true),
+        Err(TryLockError::WouldBlock) => Ok(false),
+        Err(TryLockError::Error(error)) => Err(error).context(NO_LOCKS),
+    }
 }
 
 /// Writes a file as a whole or not at all: its content is on the disk before its name. Only one process may write it.

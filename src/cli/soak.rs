@@ -127,12 +127,12 @@ type Open = Box<dyn Fn() -> anyhow::Result<Box<dyn Engine>> + Sync>;
 
 /// Every GPU adapter except the first engine; without one the CPU on one thread with the next slower instructions.
 fn others(first: &str) -> anyhow::Result<Vec<Open>> {
-    let adapter = |engine: &Box<dyn Engine>| -> Option<Open> {
-        let choice = EngineChoice::Gpu(Some(engine.name()));
-        let is_other = engine.kind() == "gpu" && engine.name() != first;
-        is_other.then(|| Box::new(move || Ok(open_engine(&choice, 1)?.engine)) as Open)
-    };
-    let adapters: Vec<Open> = machine::all_engines()?.iter().filter_map(adapter).collect();
+    let engines = machine::all_engines()?;
+    let adapters = engines.iter().filter(|engine| engine.kind() == "gpu" && engine.name() != first);
+    let open =
+        |choice: EngineChoice| -> Open { Box::new(move || Ok(open_engine(&choice, 1)?.engine)) };
+    let adapters: Vec<Open> =
+        adapters.map(|engine| open(EngineChoice::Gpu(Some(engine.name())))).collect();
     if !adapters.is_empty() {
         return Ok(adapters);
     }

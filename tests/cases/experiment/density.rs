@@ -184,3 +184,26 @@ fn crossover_is_none_without_common_densities() {
     let alone = [row("gpu", "A", 64, 1.0), row("gpu", "B", 64, 1.0)];
     assert_eq!(crossovers(&alone).len(), 2);
 }
+
+#[test]
+fn crossover_text_names_samples_and_cpu_engine() {
+    let text = |samples, cpu: Option<&str>| {
+        let crossover = Crossover {
+            name: "NVIDIA H200".to_owned(),
+            samples,
+            fastest_cpu: cpu.map(str::to_owned),
+            up_to: 65_536,
+        };
+        crossover.to_string()
+    };
+    let cpu = Some("CPU, 1 thread, AVX2");
+    assert_eq!(
+        text(Some(16_384), cpu),
+        "NVIDIA H200: faster than every CPU engine from 16384 samples on (there CPU, 1 thread, AVX2)"
+    );
+    assert_eq!(
+        text(None, cpu),
+        "NVIDIA H200: never faster than the CPU up to 65536 samples (there CPU, 1 thread, AVX2)"
+    );
+    assert!(text(None, None).contains("no number of samples"));
+}
