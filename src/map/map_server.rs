@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 use std::env;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
 use serde_json::Value;
 use serde_saphyr::Spanned;
 use strsim::levenshtein;
@@ -112,7 +113,8 @@ struct MapYaml {
 }
 
 /// How grey values become occupancy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 enum Mode {
     /// Free, occupied or unknown.
     Trinary,
@@ -258,12 +260,8 @@ fn flag(value: &Value) -> Option<bool> {
 }
 
 fn mode(value: &Value) -> Option<Mode> {
-    match value.as_str()?.to_ascii_lowercase().as_str() {
-        "trinary" => Some(Mode::Trinary),
-        "scale" => Some(Mode::Scale),
-        "raw" => Some(Mode::Raw),
-        _ => None,
-    }
+    let name = value.as_str()?.to_ascii_lowercase();
+    serde_json::from_value(name.into()).ok()
 }
 
 /// A value as text for a message: one line, shortened.

@@ -114,6 +114,10 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
     }
 }
 
+fn quantized(problem: &Problem) -> QuantizedProblem {
+    QuantizedProblem::new(problem).expect("within the ranges")
+}
+
 fn engines() -> Vec<CpuEngine> {
     let here = InstructionSet::ALL.into_iter().filter(|one| one.is_available());
     let engines = here.map(|one| CpuEngine::with_instruction_set(one, 1).expect("available"));
@@ -135,42 +139,35 @@ fn looked_up_groups(engine: &mut CpuEngine) -> Option<(usize, usize)> {
 fn compare(engines: &mut [CpuEngine], quantized: &QuantizedProblem, name: &str) {
     let answers: Vec<_> = engines
         .iter_mut()
-        .map(|engine| {
-            engine.evaluate(quantized, Detail::Samples).expect("the CPU engine never fails")
-        })
+        .map(|engine| engine.evaluate(quantized, Detail::Samples).expect("it never fails"))
         .collect();
     for (engine, answer) in engines.iter().zip(&answers) {
         assert_eq!(answer, &answers[0], "{name}, {}", engine.name());
     }
 }
 
+/// Compares the answers of all engines to the problems. Returns the groups of steps that the last engine looked up, and
+/// all of its groups, for each problem that it pruned.
+fn compare_all(engines: &mut [CpuEngine], problem: fn(u64) -> Problem) -> Vec<(usize, usize)> {
+    let mut pruned = Vec::new();
+    for case in 0..PROBLEMS {
+        compare(engines, &quantized(&problem(case)), &format!("problem {case}"));
+        let last = engines.last_mut().expect("portable lanes are always available");
+        pruned.extend(looked_up_groups(last));
+    }
+    pruned
+}
+
 #[test]
 fn step_pruning_changes_no_sample_in_corners() {
-    let mut engines = engines();
-    let mut pruned = 0;
-    for case in 0..PROBLEMS {
-        let quantized = QuantizedProblem::new(&corner_problem(case)).expect("within the ranges");
-        compare(&mut engines, &quantized, &format!("corner {case}"));
-        let last = engines.last_mut().expect("portable lanes are always available");
-        pruned += u64::from(looked_up_groups(last).is_some());
-    }
-    assert!(pruned > PROBLEMS / 3, "only {pruned} problems were pruned");
+    let pruned = compare_all(&mut engines(), corner_problem).len();
+    assert!(pruned > PROBLEMS as usize / 3, "only {pruned} problems were pruned");
 }
 
 #[test]
 fn step_pruning_changes_no_sample_of_dense_problems() {
     let mut engines = engines();
-    let (mut looked_up, mut all, mut pruned) = (0, 0, 0);
-    for case in 0..PROBLEMS {
-        let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
-        compare(&mut engines, &quantized, &format!("problem {case}"));
-        let last = engines.last_mut().expect("portable lanes are always available");
-        if let Some((some, whole)) = looked_up_groups(last) {
-            pruned += 1;
-            looked_up += some;
-            all += whole;
-        }
-    }
+    let groups = compare_all(&mut engines, dense_problem);
     for engine in &mut engines {
         let is_with_registers = engine.instructions() == InstructionSet::Avx512;
         let shard = engine.shards[0].get_mut().expect("no thread panicked");
@@ -180,8 +177,11 @@ fn step_pruning_changes_no_sample_of_dense_problems() {
             "register tiles"
         );
     }
-    assert!(pruned > PROBLEMS / 2, "only {pruned} problems were pruned");
-    assert!(2 * looked_up < all, "{looked_up} of {all} groups were looked_up at");
+    let pruned = groups.len();
+    assert!(pruned > PROBLEMS as usize / 2, "only {pruned} problems were pruned");
+    let looked_up: usize = groups.iter().map(|(looked_up, _)| looked_up).sum();
+    let all: usize = groups.iter().map(|(_, all)| all).sum();
+    assert!(2 * looked_up < all, "{looked_up} of {all} groups were looked up");
 }
 
 /// Slow samples close together, in the middle of a large field.
@@ -210,7 +210,7 @@ fn step_groups_cover_every_horizon_and_end_with_the_tables() {
     let mut inputs = SoaInputs::default();
     let (mut steps, mut beyond) = (Vec::new(), 0);
     for horizon in 1..=1023 {
-        let quantized = QuantizedProblem::new(&slow_problem(horizon)).expect("within the ranges");
+        let quantized = quantized(&slow_problem(horizon));
         inputs.fill(&quantized);
         let groups: Vec<i32> = (0..inputs.groups as i32).collect();
         steps_of(&inputs, &groups, &mut steps);
@@ -225,7 +225,7 @@ fn step_groups_cover_every_horizon_and_end_with_the_tables() {
 
 #[test]
 fn last_group_longer_than_the_tables_is_clipped() {
-    let quantized = QuantizedProblem::new(&slow_problem(176)).expect("within the ranges");
+    let quantized = quantized(&slow_problem(176));
     let mut engines = engines();
     compare(&mut engines, &quantized, "176 steps");
     let SoaInputs { groups, group, steps, .. } = engines[0].inputs;
@@ -236,7 +236,7 @@ fn last_group_longer_than_the_tables_is_clipped() {
 fn bound_that_is_too_high_changes_samples() {
     let mut wrong = 0;
     for case in 0..PROBLEMS {
-        let quantized = QuantizedProblem::new(&dense_problem(case)).expect("within the ranges");
+        let quantized = quantized(&dense_problem(case));
         let mut engine = CpuEngine::single_threaded();
         let expected = engine.evaluate(&quantized, Detail::Samples);
         engine.pyramid.entries.fill(u16::MAX);
@@ -257,7 +257,7 @@ fn every_visited_cell_is_in_the_reachable_region() {
     for case in 0..PROBLEMS {
         let problem = dense_problem(case);
         let field = Arc::clone(&problem.field);
-        let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
+        let quantized = quantized(&problem);
         let mut engine = CpuEngine::single_threaded();
         engine.evaluate(&quantized, Detail::Answer).expect("the CPU engine never fails");
         if engine.pyramid.is_empty() {

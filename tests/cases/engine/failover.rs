@@ -149,9 +149,8 @@ fn missing_gpu_is_retried_after_growing_delays() {
 
 /// Answers some problems, then fails.
 fn lost_after(answers: u32) -> Box<dyn Engine> {
-    FaultyGpu::boxed(move |decision, _, answer| match decision {
-        decision if decision > answers => Err(lost(GpuFailureKind::DeviceLost)),
-        _ => Ok(answer),
+    FaultyGpu::boxed(move |decision, _, answer| {
+        if decision > answers { Err(lost(GpuFailureKind::DeviceLost)) } else { Ok(answer) }
     })
 }
 
