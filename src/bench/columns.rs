@@ -63,10 +63,7 @@ impl Column {
     }
 
     fn split(&self) -> (&'static str, Option<&'static str>) {
-        let fits = |(ending, unit): &(&str, &'static str)| {
-            let stem = self.name.strip_suffix(ending)?;
-            Some((stem, Some(*unit)))
-        };
+        let fits = |&(ending, unit)| Some((self.name.strip_suffix(ending)?, Some(unit)));
         UNITS.iter().find_map(fits).unwrap_or((self.name, None))
     }
 

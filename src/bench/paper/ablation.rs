@@ -100,18 +100,6 @@ fn label(search: Search, stage: Stage) -> String {
     }
 }
 
-/// The steps of an improved algorithm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Step {
-    /// Another heuristic, or jump points.
-    Search,
-    /// Redundant nodes removed.
-    Pruning,
-    /// Smoothing.
-    Spline,
-}
-
 /// Contribution of each step to a reduction, as shares of the value before; positive for a decrease.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Breakdown {
@@ -158,16 +146,16 @@ impl Breakdown {
         })
     }
 
-    /// The step that reduces most.
+    /// The stage whose step reduces most: [`Stage::Raw`] for the search.
     #[must_use]
-    pub fn main_step(&self) -> Step {
+    pub fn main_step(&self) -> Stage {
         let (search, pruning, spline) = (self.search, self.pruning, self.spline);
         if search >= pruning && search >= spline {
-            Step::Search
+            Stage::Raw
         } else if pruning >= spline {
-            Step::Pruning
+            Stage::Pruned
         } else {
-            Step::Spline
+            Stage::Smoothed
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Findings: sentences about the figures measured on this machine.
 
-use super::ablation::{Breakdown, Step, StepRow};
+use super::ablation::{Breakdown, StepRow};
 use super::reduction::{Measure, Reduction};
 use super::search::{LITERAL_K, SMALL_K, Search, Stage, THETAS, label_of};
 use super::tables::PathRow;
@@ -50,13 +50,13 @@ fn plain(name: &str) -> &str {
     }
 }
 
-/// The steps that the paper credits with a reduction, and their names.
-const fn credited(measure: Measure) -> (&'static [Step], &'static str) {
+/// The stages whose steps the paper credits with a reduction, and the names of these steps.
+const fn credited(measure: Measure) -> (&'static [Stage], &'static str) {
     match measure {
-        Measure::Time => (&[Step::Search], "the heuristic"),
-        Measure::Length => (&[Step::Pruning], "the pruning"),
+        Measure::Time => (&[Stage::Raw], "the heuristic"),
+        Measure::Length => (&[Stage::Pruned], "the pruning"),
         Measure::Turns | Measure::TurnsSmoothed => {
-            (&[Step::Pruning, Step::Spline], "the pruning and the spline")
+            (&[Stage::Pruned, Stage::Smoothed], "the pruning and the spline")
         }
     }
 }
@@ -89,13 +89,13 @@ pub fn origin(found: &Breakdown) -> String {
     } else {
         let main = found.main_step();
         let step = match main {
-            Step::Search if by_jumps => "searching by jump points",
-            Step::Search => "the heuristic",
-            Step::Pruning => "the pruning",
-            Step::Spline => "the spline",
+            Stage::Raw if by_jumps => "searching by jump points",
+            Stage::Raw => "the heuristic",
+            Stage::Pruned => "the pruning",
+            Stage::Smoothed => "the spline",
         };
         let (credited, credited_name) = credited(found.measure);
-        let opinion = if main == Step::Search && by_jumps {
+        let opinion = if main == Stage::Raw && by_jumps {
             ", not from a heuristic".to_owned()
         } else if credited.contains(&main) {
             ", as the paper has it".to_owned()

@@ -12,7 +12,7 @@ mod search;
 mod site;
 mod tables;
 
-pub use ablation::{Breakdown, Step, StepRow, breakdowns, step_rows};
+pub use ablation::{Breakdown, StepRow, breakdowns, step_rows};
 pub use findings::{acceptance, literal, origin, theta};
 pub use measure::{Run, StagePath, TaskRuns, Times, measure};
 pub use mine::made_mine;

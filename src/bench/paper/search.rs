@@ -44,10 +44,10 @@ pub struct Search {
 impl Search {
     /// A* with the Manhattan distance: a traditional search.
     pub const MANHATTAN: Self = Self::new("manhattan", "Manhattan", Some(Heuristic::Manhattan))
-        .variant("traditional_manhattan", "traditional, Manhattan");
+        .as_variant("traditional_manhattan", "traditional, Manhattan");
     /// A* with the Euclidean distance: the other traditional search.
     pub const EUCLID: Self = Self::new("euclid", "Euclid", Some(Heuristic::Euclid))
-        .variant("traditional_euclid", "traditional, Euclid");
+        .as_variant("traditional_euclid", "traditional, Euclid");
     /// A* with a distance model of 30 degrees (fig. 5).
     pub const THETA_30: Self = Self::theta("theta_30", "theta 30 degrees", "30 degrees", 30.0);
     /// A* with a distance model of 45 degrees (fig. 5): the octile distance.
@@ -57,7 +57,7 @@ impl Search {
     /// A* with the paper's improved heuristic made scale-free: [`Heuristic::default`].
     pub const IMPROVED: Self =
         Self::new("improved", "improved heuristic", Some(Heuristic::Normalized { k: 0.1 }))
-            .variant("improved", "improved")
+            .as_variant("improved", "improved")
             .smoothed();
     /// A* with eq. 19 as printed.
     pub const LITERAL: Self = Self::new(
@@ -65,7 +65,7 @@ impl Search {
         "eq. 19 as printed, k = 1",
         Some(Heuristic::Literal { k: LITERAL_K }),
     )
-    .variant("literal", "literal eq. 19")
+    .as_variant("literal", "literal eq. 19")
     .smoothed();
     /// The same with a small weight.
     pub const LITERAL_SMALL: Self = Self::new(
@@ -86,10 +86,10 @@ impl Search {
         angle: &'static str,
         degrees: f64,
     ) -> Self {
-        Self::new(name, label, Some(Heuristic::Theta { degrees })).variant(name, angle)
+        Self::new(name, label, Some(Heuristic::Theta { degrees })).as_variant(name, angle)
     }
 
-    const fn variant(self, name: &'static str, label: &'static str) -> Self {
+    const fn as_variant(self, name: &'static str, label: &'static str) -> Self {
         Self { variant: (name, label), ..self }
     }
 

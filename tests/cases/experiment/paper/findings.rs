@@ -2,7 +2,7 @@
 
 use inbye::bench::paper::{
     Breakdown, Measure, PUBLISHED_TABLE_1, PUBLISHED_TABLE_2, Reduced, Reduction, Search, Stage,
-    Step, StepRow, acceptance, literal, origin, published_reduction, targets,
+    StepRow, acceptance, literal, origin, published_reduction, targets,
 };
 
 #[test]
@@ -11,7 +11,7 @@ fn breakdown_steps_add_up_to_the_total() {
     let found = Breakdown::new("improved", "euclid", Measure::Length, sums);
     let found = found.expect("there was something before");
     assert!((found.search + found.pruning + found.spline - found.total).abs() < 1e-15);
-    assert_eq!((found.total, found.main_step()), (0.25, Step::Pruning));
+    assert_eq!((found.total, found.main_step()), (0.25, Stage::Pruned));
     assert_eq!(Breakdown::new("", "", Measure::Turns, [0.0; 4]), None);
 }
 
