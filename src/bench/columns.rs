@@ -151,11 +151,16 @@ pub fn csv_text<R: Columns>(rows: &[R]) -> String {
     header + &lines.collect::<String>()
 }
 
-/// A text table of some columns: a line of headings, then a line for each row. Texts are aligned left, numbers right.
+/// The columns of these names, which are separated by spaces.
+pub(crate) fn named_columns<R: Columns>(names: &str) -> Vec<&'static Column> {
+    let of_name = |name: &str| R::COLUMNS.iter().find(|column| column.name == name);
+    names.split_whitespace().filter_map(of_name).collect()
+}
+
+/// A text table of some columns, whose names are separated by spaces: a line of headings, then a line for each row. Texts are aligned left, numbers right.
 #[must_use]
-pub fn text_table<R: Columns>(rows: &[R], names: &[&str]) -> Vec<String> {
-    let of_name = |name: &&str| R::COLUMNS.iter().find(|column| column.name == *name);
-    let columns: Vec<&Column> = names.iter().filter_map(of_name).collect();
+pub fn text_table<R: Columns>(rows: &[R], names: &str) -> Vec<String> {
+    let columns = named_columns::<R>(names);
     let mut lines: Vec<Vec<String>> = vec![columns.iter().map(|it| it.heading()).collect()];
     lines.extend(rows.iter().map(|row| {
         let record = record(row);
@@ -244,7 +249,7 @@ mod tests {
     #[test]
     fn text_table_aligns_numbers_right() {
         assert_eq!(
-            text_table(&rows()[1..], &["name", "mean_speed_m_s", "runs"]),
+            text_table(&rows()[1..], "name mean_speed_m_s runs"),
             ["name  mean speed, m/s  runs", "-               12.00  1234"]
         );
     }

@@ -55,20 +55,9 @@ columns! {
 }
 
 impl DensityRow {
-    /// The columns of a short table.
-    pub const SUMMARY: [&str; 11] = [
-        "name",
-        "samples",
-        "steps",
-        "p50_ms",
-        "p95_ms",
-        "p99_ms",
-        "max_ms",
-        "missed_20_hz",
-        "missed_50_hz",
-        "missed_100_hz",
-        "decisions",
-    ];
+    /// The columns of a short table, separated by spaces.
+    pub const SUMMARY: &str = "name samples steps p50_ms p95_ms p99_ms max_ms missed_20_hz missed_50_hz missed_100_hz \
+        decisions";
 }
 
 /// A cell that was not measured.

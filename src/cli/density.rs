@@ -208,7 +208,7 @@ fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Gro
 
 /// The table of latencies, the skipped cells, where GPUs overtake the CPU, and the table of regrets if commands were compared.
 pub fn text(Density { rows, skipped }: &Density, quality: &[QualityRow]) -> Vec<String> {
-    let mut lines = text_table(rows, &DensityRow::SUMMARY);
+    let mut lines = text_table(rows, DensityRow::SUMMARY);
     lines.extend(skipped.iter().map(|cell| {
         let (name, samples, reason) = (&cell.name, cell.samples, &cell.reason);
         format!("not measured: {name} with {samples} samples: {reason}")
@@ -220,7 +220,7 @@ pub fn text(Density { rows, skipped }: &Density, quality: &[QualityRow]) -> Vec<
             "The command compared with the one chosen from {densest} samples, {decisions} decisions: regret 0 is equally good, \
              1 no better than a random admissible sample; then the differences of v and omega."
         ));
-        lines.extend(text_table(quality, &QualityRow::SUMMARY));
+        lines.extend(text_table(quality, QualityRow::SUMMARY));
     }
     lines
 }
@@ -233,7 +233,7 @@ fn closed_loop_text(groups: &[Group]) -> Vec<String> {
     let title =
         "The same missions in closed loop; a tick is scan, local field and decision, on one core.";
     let mut lines = vec![String::new(), title.to_owned()];
-    lines.extend(output::table(groups, CLOSED_LOOP));
+    lines.extend(text_table(groups, CLOSED_LOOP));
     lines
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
+use inbye::bench::text_table;
 use inbye::experiment::{
     Grid, LocalizationCase, LocalizationSite, RunRow, Setup, World, localization_config,
 };
@@ -96,7 +97,7 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
     let grid = Grid::of_worlds("localization", &worlds, &setups, &seeds)?;
     let rows = arguments.run.run(&grid, |_| {})?;
     let within = rows.iter().all(is_within);
-    let lines = output::table(&rows, COLUMNS).into_iter().chain(unreached(&rows));
+    let lines = text_table(&rows, COLUMNS).into_iter().chain(unreached(&rows));
     output::result(json, &json!({ "rows": rows, "within": within }), lines)?;
     Ok(within)
 }

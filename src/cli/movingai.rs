@@ -7,6 +7,7 @@ use clap::Args;
 use inbye::bench::movingai::{
     ALGORITHMS, Algorithm, AlgorithmRow, Bench, Files, Folder, MapRows, Queries, find, longest,
 };
+use inbye::bench::text_table;
 use serde_json::json;
 
 use super::arguments::whole;
@@ -124,7 +125,7 @@ fn text(maps: &[MapRows], totals: &[AlgorithmRow]) -> Vec<String> {
     let mut lines = Vec::new();
     let mut table = |title: &str, scenarios: usize, rows: &[AlgorithmRow]| {
         lines.push(format!("{title}: {scenarios} scenarios"));
-        lines.extend(output::table(rows, COLUMNS));
+        lines.extend(text_table(rows, COLUMNS));
     };
     for map in maps {
         table(&map.map, map.scenarios, &map.algorithms);

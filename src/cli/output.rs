@@ -9,7 +9,6 @@ use anstyle::{AnsiColor, Style};
 use clap::{ArgAction, Args};
 use env_logger::Builder;
 use env_logger::fmt::Formatter;
-use inbye::bench::{Columns, text_table};
 use indicatif::{ProgressBar, ProgressStyle};
 use log::{Level, LevelFilter, Record};
 use serde::Serialize;
@@ -95,11 +94,6 @@ pub fn line(text: impl AsRef<str>) {
         print_error_text(&format!("standard output: {error}"));
         exit(2);
     }
-}
-
-/// Returns a text table of some declared columns, whose names are separated by spaces.
-pub fn table<R: Columns>(rows: &[R], columns: &str) -> Vec<String> {
-    text_table(rows, &columns.split_whitespace().collect::<Vec<_>>())
 }
 
 /// Prints a note that is no part of the result; `--quiet` hides it.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
+use inbye::bench::text_table;
 use inbye::experiment::{
     Cell, CellFile, ContactCause, Grid, Group, Manifest, RunOutcome, RunRow, WorldKind, merge,
     open_engine, run_cell, run_in_order, run_jobs,
@@ -20,10 +21,6 @@ use super::result_store::{self, NO_LOCKS, ResultStore};
 
 /// The lock of the machine, in the system's folder for temporary files.
 const MACHINE: &str = "inbye-sweep-machine.lock";
-
-/// Columns of a table of groups.
-const GROUP: &str = "name runs reached_share contacts_robot contacts_avoidable contacts_other timeouts failed \
-    mean_time_s mean_clearance_reached_m";
 
 /// Arguments that all built-in experiments have.
 #[derive(Debug, Args)]
@@ -210,7 +207,7 @@ fn lock_machine(alone: bool) -> anyhow::Result<File> {
 /// A table of groups.
 pub fn group_table(groups: &[Group]) -> Vec<String> {
     let has_score = groups.iter().any(|group| group.mean_score.is_some());
-    output::table(groups, &format!("{GROUP}{}", if has_score { " mean_score" } else { "" }))
+    text_table(groups, &format!("{}{}", Group::ENDS, if has_score { " mean_score" } else { "" }))
 }
 
 /// One line for each run that did not reach its goal.

@@ -64,7 +64,7 @@ pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
         })
     })?;
     let cells = manifest.keys().len();
-    let mut lines = text_table(&groups, &Group::SUMMARY);
+    let mut lines = text_table(&groups, Group::SUMMARY);
     if !missing.is_empty() {
         let named = missing[..NAMED.min(missing.len())].join(", ");
         lines.push(format!("{} of {cells} cells are missing, such as {named}", missing.len()));

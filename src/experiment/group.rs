@@ -169,21 +169,13 @@ fn times_s<'a>(rows: &[&'a RunRow]) -> BTreeMap<Task<'a>, f64> {
 }
 
 impl Group {
-    /// The columns of a short table.
-    pub const SUMMARY: [&str; 12] = [
-        "kind",
-        "config",
-        "weights",
-        "engine",
-        "vx_samples",
-        "vtheta_samples",
-        "runs",
-        "reached",
-        "contacts",
-        "mean_time_s",
-        "shared",
-        "mean_shared_time_s",
-    ];
+    /// The columns of a short table, separated by spaces.
+    pub const SUMMARY: &str = "kind config weights engine vx_samples vtheta_samples runs reached contacts mean_time_s \
+        shared mean_shared_time_s";
+
+    /// The columns of a table of how runs end, separated by spaces.
+    pub const ENDS: &str = "name runs reached_share contacts_robot contacts_avoidable contacts_other timeouts failed \
+        mean_time_s mean_clearance_reached_m";
 
     /// The figures of runs that are not compared with other groups.
     #[must_use]

@@ -6,7 +6,7 @@ use super::chart::{Chart, standalone_svg};
 use super::figure::file_links;
 use super::mission_set_charts::{self, missed_missions};
 use super::number::fixed;
-use super::page::{Extras, ReportFile, document, json_text, page_header, reproduction};
+use super::page::{ReportFile, document, json_text, page_header, reproduction};
 use super::run_charts::Worlds;
 use super::sample_charts::{NO_LATENCY, SampleRows, density_notes};
 use super::sweep_charts;
@@ -127,7 +127,7 @@ pub fn bench_files(report: &BenchReport) -> Vec<ReportFile> {
         }
         (reproduction(report.command))
     };
-    let page = document(report.title, &Extras::default(), &content);
+    let page = document(report.title, "", "", &content);
     files.insert(0, ReportFile::new("index.html", page));
     files
 }

@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::number::NONE;
 use super::page::ReportFile;
 use super::svg::{LegendEntry, legend_list};
-use crate::bench::columns::{aligned, csv_line};
+use crate::bench::columns::{aligned, csv_line, named_columns};
 use crate::bench::{self, Columns};
 
 /// Most rows of a table of ticks.
@@ -37,18 +37,17 @@ impl Table {
         }
     }
 
-    /// A table of some declared columns of rows.
-    pub(super) fn of_columns<R: Columns>(title: &str, rows: &[R], names: &[&str]) -> Self {
-        let declared = |name: &&str| R::COLUMNS.iter().find(|column| column.name == *name);
-        let columns: Vec<_> = names.iter().filter_map(declared).collect();
+    /// A table of some declared columns of rows, whose names are separated by spaces.
+    pub(super) fn of_columns<R: Columns>(title: &str, rows: &[R], names: &str) -> Self {
+        let columns = named_columns::<R>(names);
         let texts = |row: &R| {
             // A row of numbers and texts always serialises.
             let record = serde_json::to_value(row).unwrap_or_default();
-            let text = |value: &Value, column: &bench::Column| match value {
+            let text = |column: &&bench::Column| match &record[column.name] {
                 Value::Null => NONE.to_owned(),
                 value => column.text(value),
             };
-            columns.iter().map(|column| text(&record[column.name], column)).collect()
+            columns.iter().map(text).collect()
         };
         Self {
             title: title.to_owned(),

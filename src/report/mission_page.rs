@@ -6,7 +6,7 @@ use super::figure::Table;
 use super::map::{PathStages, Viewport};
 use super::mission_charts::{self, Latency};
 use super::number::{fixed, optional, significant};
-use super::page::{Extras, badge, document, page_header};
+use super::page::{badge, document, page_header};
 use super::player::PlaybackRecorder;
 use super::sample_charts::{SampleRows, density_notes};
 use super::svg::TOLERANCE;
@@ -104,14 +104,9 @@ pub fn html(report: &Report) -> String {
                  Tables of long runs show one tick in several."
             }
         }
-        @if has_player { (player::script()) }
     };
-    let extras = if has_player {
-        Extras { style: player::STYLE, script_source: Some(player::script_source()) }
-    } else {
-        Extras::default()
-    };
-    document(report.title, &extras, &content)
+    let (style, script) = if has_player { (player::STYLE, player::SCRIPT) } else { ("", "") };
+    document(report.title, style, script, &content)
 }
 
 /// The outcomes of several missions, with links to their sections.

@@ -1,7 +1,10 @@
 //! The HTML document around the content of a page, and the parts that all pages share.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 
 /// The style of all pages.
 pub const STYLE: &str = concat!(
@@ -31,30 +34,28 @@ impl ReportFile {
     }
 }
 
-/// What a page adds to all others: a style, and the sources of scripts that it may run.
-#[derive(Default)]
-pub(super) struct Extras {
-    pub(super) style: &'static str,
-    pub(super) script_source: Option<String>,
-}
-
-/// Returns a whole page as text.
-pub(super) fn document(title: &str, extras: &Extras, content: &Markup) -> String {
-    let scripts = extras.script_source.iter();
-    let policy =
-        scripts.fold(POLICY.to_owned(), |policy, source| format!("{policy}; script-src {source}"));
+/// Returns a whole page as text. `style` is added to that of all pages; no script other than `script` can run.
+pub(super) fn document(title: &str, style: &str, script: &str, content: &Markup) -> String {
+    let digest = STANDARD.encode(Sha256::digest(script.as_bytes()));
+    let scripts =
+        if script.is_empty() { String::new() } else { format!("; script-src 'sha256-{digest}'") };
     html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
-                meta http-equiv="Content-Security-Policy" content=(policy);
+                meta http-equiv="Content-Security-Policy" content={ (POLICY) (scripts) };
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(extras.style)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(style)) }
             }
-            body { main { (content) } }
+            body {
+                main {
+                    (content)
+                    @if !script.is_empty() { script { (PreEscaped(script)) } }
+                }
+            }
         }
     }
     .into_string()

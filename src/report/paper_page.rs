@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::chart::{Chart, standalone_svg};
 use super::figure::file_links;
 use super::map::MapsSideBySide;
-use super::page::{Extras, ReportFile, badge, document, json_text, page_header, reproduction};
+use super::page::{ReportFile, badge, document, json_text, page_header, reproduction};
 use super::paper_charts::charts;
 use super::paper_maps::{self, overview, variants};
 use super::paper_tables::{
@@ -86,8 +86,8 @@ pub fn paper_files(report: &PaperReport) -> Vec<ReportFile> {
         }
         (reproduction(report.command))
     };
-    let extras = Extras { style: include_str!("paper.css"), ..Extras::default() };
-    files.insert(0, ReportFile::new("paper.html", document(TITLE, &extras, &content)));
+    let page = document(TITLE, include_str!("paper.css"), "", &content);
+    files.insert(0, ReportFile::new("paper.html", page));
     files
 }
 

@@ -176,7 +176,7 @@ impl SampleRows<'_> {
             }
             _ => String::new(),
         };
-        let columns = [&DensityRow::SUMMARY[..], &["steps_per_s"]].concat();
+        let columns = [DensityRow::SUMMARY, " steps_per_s"].concat();
         Chart {
             legend,
             caption: format!(
@@ -216,7 +216,7 @@ impl SampleRows<'_> {
         let alt_text = series.alt_text("Median regret against the number of samples", |row| {
             Some(format!("{} %", significant(percent(row.regret_p50)?)))
         });
-        let columns = [&QualityRow::SUMMARY[..], &["decisions"]].concat();
+        let columns = [QualityRow::SUMMARY, " decisions"].concat();
         Chart {
             legend,
             caption: format!(
@@ -264,26 +264,14 @@ impl SampleRows<'_> {
             "Share of missions that reached their goal, and their median time, against the number of samples",
             |row| Some(reached_text(row, 0, times_s(row).map(|[median_s, _]| median_s))),
         );
-        let columns = [
-            "samples",
-            "vx_samples",
-            "vtheta_samples",
-            "runs",
-            "reached",
-            "contacts",
-            "shared_time_p50_s",
-            "shared_time_p90_s",
-            "mean_time_ratio",
-            "mean_clearance_reached_m",
-            "tick_p50_ms",
-            "tick_p99_ms",
-        ];
+        let columns = "samples vx_samples vtheta_samples runs reached contacts shared_time_p50_s shared_time_p90_s \
+            mean_time_ratio mean_clearance_reached_m tick_p50_ms tick_p99_ms";
         Chart {
             legend,
             caption: "The same random missions with each sampling. Lines are median times, dashed lines the 90th percentile. \
                 v : omega is the number of forward speeds to that of turn rates."
                 .to_owned(),
-            table: Some(Table::of_columns("density in closed loop", self.closed_loop, &columns)),
+            table: Some(Table::of_columns("density in closed loop", self.closed_loop, columns)),
             ..Chart::of_panels(TITLE, self.axis(), vec![success, time], alt_text)
         }
     }

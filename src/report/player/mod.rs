@@ -6,11 +6,8 @@
 mod playback_json;
 mod playback_recorder;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 
 use super::map::Viewport;
 use super::mission_page::MissionView;
@@ -18,7 +15,8 @@ use super::number::fixed;
 use crate::runtime::{FaultEvents, TickEvent};
 pub use playback_recorder::PlaybackRecorder;
 
-const SCRIPT: &str = include_str!("player.js");
+/// The script of all players on a page.
+pub(super) const SCRIPT: &str = include_str!("player.js");
 
 /// The values shown next to the map: label, name in the script, unit, and class of one that is wider than a number.
 const READINGS: [(&str, &str, &str, Option<&str>); 15] = [
@@ -87,16 +85,6 @@ pub(super) fn figure(
             script type="application/json" class="playback" { (PreEscaped(json)) }
         }
     }
-}
-
-/// The script of all players on a page.
-pub(super) fn script() -> Markup {
-    html! { script { (PreEscaped(SCRIPT)) } }
-}
-
-/// The script source that the content policy of a page with players allows: the digest of [`script`].
-pub(super) fn script_source() -> String {
-    format!("'sha256-{}'", STANDARD.encode(Sha256::digest(SCRIPT.as_bytes())))
 }
 
 /// A fault over consecutive ticks.

@@ -1,6 +1,7 @@
 //! Pages and pictures: self-contained, well formed, accessible, and the same for the same data.
 
 mod benchmarks;
+mod maps;
 mod markup;
 mod scene;
 
