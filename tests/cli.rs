@@ -14,6 +14,7 @@ mod cases {
         mod dynabarn;
         mod evaluate;
         mod help;
+        mod localization;
         mod memory;
         mod movingai;
         mod paper;

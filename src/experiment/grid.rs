@@ -200,47 +200,44 @@ fn setups(
     base: &Config,
     change: impl Fn(&Config, &Table) -> Result<Config, String>,
 ) -> Result<Vec<Setup>, ExperimentError> {
-    let mut changed = Vec::new();
-    for (name, changes) in &plan.configs {
-        let config = change(base, changes).map_err(|reason| ExperimentError::Unusable {
-            place: format!("configs.{name}"),
-            reason,
-        })?;
-        changed.push(Setup::named(name, config));
-    }
-    if changed.is_empty() {
-        changed.push(Setup::unnamed(base.clone()));
-    }
-    let mut setups = Vec::new();
-    for setup in changed {
-        let mut weighted: Vec<Setup> = Vec::new();
-        for (name, weights) in &plan.weights {
-            let mut setup = setup.clone();
-            setup.weights = Some(name.clone());
-            setup.config.local.weights = *weights;
-            check(&setup, || format!("weights.{name}"))?;
-            weighted.push(setup);
-        }
-        if weighted.is_empty() {
-            weighted.push(setup);
-        }
-        for setup in weighted {
-            for sampling in &plan.sampling {
-                let setup = setup.with_sampling(sampling.vx_samples, sampling.vtheta_samples);
-                check(&setup, || format!("sampling {sampling}"))?;
-                setups.push(setup);
-            }
-            if plan.sampling.is_empty() {
-                setups.push(setup);
-            }
-        }
-    }
-    Ok(setups)
+    let mut setups = vec![Setup::unnamed(base.clone())];
+    setups = vary(setups, &plan.configs, |setup, (name, changes)| {
+        let unusable =
+            |reason| ExperimentError::Unusable { place: format!("configs.{name}"), reason };
+        Ok(Setup::named(name, change(&setup.config, changes).map_err(unusable)?))
+    })?;
+    setups = vary(setups, &plan.weights, |mut setup, (name, weights)| {
+        setup.weights = Some(name.clone());
+        setup.config.local.weights = *weights;
+        checked(setup, format!("weights.{name}"))
+    })?;
+    vary(setups, &plan.sampling, |setup, sampling| {
+        let setup = setup.with_sampling(sampling.vx_samples, sampling.vtheta_samples);
+        checked(setup, format!("sampling {sampling}"))
+    })
 }
 
-fn check(setup: &Setup, place: impl Fn() -> String) -> Result<(), ExperimentError> {
-    let checked = setup.config.validate();
-    checked.map_err(|error| ExperimentError::Unusable { place: place(), reason: error.to_string() })
+/// Each setup with each variant; without variants the setups as they are.
+fn vary<V>(
+    setups: Vec<Setup>,
+    variants: impl IntoIterator<Item = V> + Copy,
+    apply: impl Fn(Setup, V) -> Result<Setup, ExperimentError>,
+) -> Result<Vec<Setup>, ExperimentError> {
+    if variants.into_iter().next().is_none() {
+        return Ok(setups);
+    }
+    let each = setups.iter().flat_map(|setup| {
+        let apply = &apply;
+        variants.into_iter().map(move |variant| apply(setup.clone(), variant))
+    });
+    each.collect()
+}
+
+fn checked(setup: Setup, place: String) -> Result<Setup, ExperimentError> {
+    match setup.config.validate() {
+        Ok(()) => Ok(setup),
+        Err(error) => Err(ExperimentError::Unusable { place, reason: error.to_string() }),
+    }
 }
 
 /// A configuration with each sampling, as [`grid_counts`](crate::bench::grid_counts) shapes it: each number of samples

@@ -78,19 +78,25 @@ fn place(row: &TraceRow) -> String {
 /// The gaps to static and to moving obstacles, as text.
 fn gaps(row: &TraceRow, result: &MissionResult, config: &Config, world: &World) -> String {
     let footprint = &config.robot.footprint;
-    let moving = row.moving.iter().zip(&result.trace.moving_radii);
-    let to_moving_m = moving
-        .filter_map(|(center, &radius_m)| {
-            Some(footprint.gap_to_disc_m(&row.pose, &(*center)?, radius_m))
-        })
-        .fold(f64::INFINITY, f64::min);
     let to_static_m = world.gap_to_static_m(footprint, &row.pose);
     let to_static = format!("gap {to_static_m:.2} m to a static obstacle");
-    if to_moving_m.is_finite() {
-        format!("{to_static} and {to_moving_m:.2} m to a moving one")
-    } else {
-        to_static
+    match gap_to_moving_m(row, &result.trace.moving_radii, footprint) {
+        Some(to_moving_m) => format!("{to_static} and {to_moving_m:.2} m to a moving one"),
+        None => to_static,
     }
+}
+
+/// The gap to the nearest moving obstacle, metres; none if there is none.
+pub(super) fn gap_to_moving_m(
+    row: &TraceRow,
+    radii_m: &[f64],
+    footprint: &Footprint,
+) -> Option<f64> {
+    let moving = row.moving.iter().zip(radii_m);
+    let gaps = moving.filter_map(|(center, &radius_m)| {
+        Some(footprint.gap_to_disc_m(&row.pose, center.as_ref()?, radius_m))
+    });
+    gaps.reduce(f64::min)
 }
 
 /// The body that was touched.

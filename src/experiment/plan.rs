@@ -1,7 +1,6 @@
 //! The plan of a sweep, a TOML file, and the check of its values.
 
 use core::fmt::{self, Display};
-use core::str::FromStr;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
@@ -133,30 +132,18 @@ pub struct SamplingGrid {
     pub vtheta_samples: u32,
 }
 
-impl FromStr for SamplingGrid {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let count = |text: &str| text.parse().ok().filter(|&count: &u32| count > 0);
-        let counts = text.split_once('x');
-        counts
-            .and_then(|(v, omega)| {
-                Some(Self { vx_samples: count(v)?, vtheta_samples: count(omega)? })
-            })
-            .ok_or_else(|| {
-                let text = text.escape_debug();
-                format!(
-                    "`{text}` is no sampling: write forward speeds x turn rates, such as \"16x64\""
-                )
-            })
-    }
-}
-
 impl TryFrom<String> for SamplingGrid {
     type Error = String;
 
     fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
+        let count = |text: &str| text.parse().ok().filter(|&count: &u32| count > 0);
+        let counts = text.split_once('x').and_then(|(v, omega)| {
+            Some(Self { vx_samples: count(v)?, vtheta_samples: count(omega)? })
+        });
+        counts.ok_or_else(|| {
+            let text = text.escape_debug();
+            format!("`{text}` is no sampling: write forward speeds x turn rates, such as \"16x64\"")
+        })
     }
 }
 

@@ -80,12 +80,9 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
 fn of_scene(scene: Scene, time_limit_s: f64) -> World {
     let goal = Goal { position: scene.goal, yaw: None };
     let route = Route {
-        map: Arc::new(scene.map),
-        start: scene.start,
-        goal,
         people: scene.obstacles,
-        traffic: None,
         time_limit_s: Some(time_limit_s),
+        ..Route::new(Arc::new(scene.map), scene.start, goal)
     };
     World::route(WorldKind::Scenes, scene.name.to_owned(), route)
 }
@@ -93,17 +90,12 @@ fn of_scene(scene: Scene, time_limit_s: f64) -> World {
 fn routes(group: &PlanWorlds, path: &Path) -> Result<Vec<World>, ExperimentError> {
     let (name, map) = map(group, path)?;
     let route = |(index, route): (usize, &PlanRoute)| {
-        let goal = Goal {
-            position: Point::new(route.goal[0], route.goal[1]),
-            yaw: route.goal.get(2).copied(),
-        };
+        let position = Point::new(route.goal[0], route.goal[1]);
+        let goal = Goal { position, yaw: route.goal.get(2).copied() };
         let route = Route {
-            map: Arc::clone(&map),
-            start: Pose::from(route.start),
-            goal,
             people: group.people,
-            traffic: None,
             time_limit_s: Some(group.time_limit_s),
+            ..Route::new(Arc::clone(&map), Pose::from(route.start), goal)
         };
         World::route(WorldKind::Map, format!("{name} route {}", index + 1), route)
     };

@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::outcome::gap_to_moving_m;
 use super::paper_drives::Deviation;
 use super::{LocalizationCase, TrafficKind, WorldKind};
 use crate::bench::columns::{column_values, columns};
 use crate::bench::{Columns, Latencies, LatencySummary};
-use crate::robot::Footprint;
-use crate::runtime::{Config, MissionResult, Trace, TraceRow};
+use crate::runtime::{Config, MissionResult, TraceRow};
 use crate::sim::Simulation;
 
 /// Below this speed the robot stands: m/s and rad/s.
@@ -277,7 +277,12 @@ impl RunRow {
         self.final_dx_m = Some(dx_m);
         self.final_dy_m = Some(dy_m);
         self.final_speed_m_s = Some(last.map_or(0.0, |row| row.twist.linear.abs()));
-        self.nearest_moving_m = nearest_moving_m(trace, &config.robot.footprint);
+        let footprint = &config.robot.footprint;
+        let gaps = trace
+            .rows
+            .iter()
+            .filter_map(|row| gap_to_moving_m(row, &trace.moving_radii, footprint));
+        self.nearest_moving_m = gaps.reduce(f64::min);
         self.waited_share = Some(waited_share);
         self.longest_wait_s = Some(longest_wait_s);
         self.trace_digest = Some(trace.digest());
@@ -297,16 +302,6 @@ impl RunRow {
         self.tick_p99_ms = time(|times| times.p99_ms);
         self.tick_max_ms = time(|times| times.max_ms);
     }
-}
-
-fn nearest_moving_m(trace: &Trace, footprint: &Footprint) -> Option<f64> {
-    let gaps = trace.rows.iter().flat_map(|row| {
-        let moving = row.moving.iter().zip(&trace.moving_radii);
-        moving.filter_map(|(center, &radius_m)| {
-            Some(footprint.gap_to_disc_m(&row.pose, center.as_ref()?, radius_m))
-        })
-    });
-    gaps.reduce(f64::min)
 }
 
 /// The share of ticks in which the robot stood, and the longest sequence of them in seconds.

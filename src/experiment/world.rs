@@ -162,6 +162,11 @@ impl World {
 }
 
 impl Route {
+    /// A route without people, with a time limit by its length.
+    pub const fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
+        Self { map, start, goal, people: 0, traffic: None, time_limit_s: None }
+    }
+
     /// The simulation, with people spread along the path that the robot will plan.
     fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, SimError> {
         let ends = (self.start.position(), self.goal.position);
@@ -210,8 +215,7 @@ impl WorldSource {
                 digest.text("route");
                 add_map(&mut digest, &route.map);
                 add_pose(&mut digest, &route.start);
-                digest.real(route.goal.position.x);
-                digest.real(route.goal.position.y);
+                add(&mut digest, &[route.goal.position.x, route.goal.position.y]);
                 add_optional(&mut digest, route.goal.yaw);
                 digest.wide(route.people as u64);
                 digest.text(route.traffic.map_or("", TrafficKind::name));
@@ -220,8 +224,7 @@ impl WorldSource {
             Self::Mission { map, rules } => {
                 digest.text("mission");
                 add_map(&mut digest, map);
-                digest.real(rules.least_m);
-                digest.real(rules.longest_m);
+                add(&mut digest, &[rules.least_m, rules.longest_m]);
                 digest.wide(rules.most_people as u64);
                 digest.real(rules.unmapped_share);
             }
@@ -230,8 +233,7 @@ impl WorldSource {
                 digest.text(case.name());
                 add_map(&mut digest, &site.map);
                 add_pose(&mut digest, &site.start);
-                let numbers = [site.goal.x, site.goal.y, site.tour_m];
-                numbers.iter().for_each(|&number| digest.real(number));
+                add(&mut digest, &[site.goal.x, site.goal.y, site.tour_m]);
             }
         }
         digest.hex()
@@ -242,25 +244,22 @@ fn add_barn(digest: &mut BitDigest, world: &BarnWorld) {
     let Course { start, goal, goal_radius_m, time_limit_s } = world.course;
     digest.text("barn");
     add_pose(digest, &start);
-    let numbers = [goal.x, goal.y, goal_radius_m, time_limit_s, world.optimal_time_s];
-    numbers.iter().for_each(|&number| digest.real(number));
+    add(digest, &[goal.x, goal.y, goal_radius_m, time_limit_s, world.optimal_time_s]);
     for cylinder in &world.cylinders {
-        let numbers = [cylinder.x_m, cylinder.y_m, cylinder.radius_m];
-        numbers.iter().for_each(|&number| digest.real(number));
+        add(digest, &[cylinder.x_m, cylinder.y_m, cylinder.radius_m]);
     }
 }
 
 fn add_dynabarn(digest: &mut BitDigest, world: &DynaBarnWorld) {
     digest.text("dynabarn");
     add_pose(digest, &world.start);
-    digest.real(world.goal.x);
-    digest.real(world.goal.y);
+    add(digest, &[world.goal.x, world.goal.y]);
     for cylinder in &world.cylinders {
         digest.real(cylinder.radius_m);
         add_optional(digest, cylinder.script.period_s());
         digest.wide(cylinder.script.keys().len() as u64);
         for (time_s, place) in cylinder.script.keys() {
-            [*time_s, place.x, place.y].iter().for_each(|&number| digest.real(number));
+            add(digest, &[*time_s, place.x, place.y]);
         }
     }
 }
@@ -276,10 +275,14 @@ fn add_map(digest: &mut BitDigest, map: &OccupancyGrid) {
 }
 
 fn add_pose(digest: &mut BitDigest, pose: &Pose) {
-    [pose.x, pose.y, pose.yaw].iter().for_each(|&number| digest.real(number));
+    add(digest, &[pose.x, pose.y, pose.yaw]);
 }
 
 fn add_optional(digest: &mut BitDigest, number: Option<f64>) {
     digest.word(u32::from(number.is_some()));
     digest.real(number.unwrap_or_default());
+}
+
+fn add(digest: &mut BitDigest, numbers: &[f64]) {
+    numbers.iter().for_each(|&number| digest.real(number));
 }

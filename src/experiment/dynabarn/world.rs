@@ -116,12 +116,14 @@ fn not_a_world(file: &Path, reason: &str) -> ExperimentError {
 pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
     let read: WorldFile =
         serde_json::from_str(text).map_err(|error| not_a_world(file, &error.to_string()))?;
-    let check = Check { file };
+    let near = |place: String, value: f64| {
+        check(file, place, value, value.abs() <= 1000.0, "-1000 to 1000")
+    };
     for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
-        check.near(format!("start {name}"), value)?;
+        near(format!("start {name}"), value)?;
     }
     for (name, value) in ["x", "y"].iter().zip(read.goal_x_y) {
-        check.near(format!("goal {name}"), value)?;
+        near(format!("goal {name}"), value)?;
     }
     let obstacles = read.obstacles.into_iter().enumerate();
     Ok(DynaBarnWorld {
@@ -129,66 +131,58 @@ pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, ExperimentE
         start: read.start_x_y_yaw.into(),
         goal: read.goal_x_y.into(),
         cylinders: obstacles
-            .map(|(index, obstacle)| check.cylinder(index, obstacle))
+            .map(|(index, obstacle)| cylinder(file, index, obstacle))
             .collect::<Result<_, _>>()?,
     })
 }
 
-/// Checks the numbers of a file.
-struct Check<'a> {
-    file: &'a Path,
+fn cylinder(
+    file: &Path,
+    index: usize,
+    obstacle: ObstacleFile,
+) -> Result<ScriptedCylinder, ExperimentError> {
+    let check = |what: &str, value, fits, expected| {
+        check(file, format!("obstacle {index}: {what}"), value, fits, expected)
+    };
+    let above_zero = "above zero and at most 1000";
+    let fits = |value: f64| value > 0.0 && value <= 1000.0;
+    let ObstacleFile { radius_m, loop_s, keyframes_t_x_y } = obstacle;
+    check("radius_m", radius_m, fits(radius_m), above_zero)?;
+    let count = keyframes_t_x_y.len();
+    check("number of keyframes", count as f64, count > 0, "at least one")?;
+    let mut latest_s = -1.0;
+    for (key, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
+        let of = |what: &str| format!("keyframe {key}: {what}");
+        let ascends = time_s >= 0.0 && time_s > latest_s;
+        check(&of("time"), time_s, ascends, "at least zero and after the one before")?;
+        for (name, value) in [("x", x), ("y", y)] {
+            check(&of(name), value, value.abs() <= 1000.0, "-1000 to 1000")?;
+        }
+        latest_s = time_s;
+    }
+    let lasts = fits(loop_s) && loop_s >= latest_s;
+    let expected = "above zero, at most 1000 and not before the last keyframe";
+    check("loop_s", loop_s, lasts, expected)?;
+    let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
+    let keys: Vec<_> = keyframes_t_x_y.into_iter().map(key).collect();
+    let script = TimedPath::new(&keys, Some(loop_s))
+        .map_err(|error| not_a_world(file, &format!("obstacle {index}: {error}")))?;
+    Ok(ScriptedCylinder { radius_m, script: script.on_spline() })
 }
 
-impl Check<'_> {
-    fn cylinder(
-        &self,
-        index: usize,
-        obstacle: ObstacleFile,
-    ) -> Result<ScriptedCylinder, ExperimentError> {
-        let of = |what: &str| format!("obstacle {index}: {what}");
-        let above_zero = "above zero and at most 1000";
-        let fits = |value: f64| value > 0.0 && value <= 1000.0;
-        let ObstacleFile { radius_m, loop_s, keyframes_t_x_y } = obstacle;
-        self.number(of("radius_m"), radius_m, fits(radius_m), above_zero)?;
-        let count = keyframes_t_x_y.len();
-        self.number(of("number of keyframes"), count as f64, count > 0, "at least one")?;
-        let mut latest_s = -1.0;
-        for (key, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
-            let of = |what: &str| format!("obstacle {index}: keyframe {key}: {what}");
-            let ascends = time_s >= 0.0 && time_s > latest_s;
-            let expected = "at least zero and after the one before";
-            self.number(of("time"), time_s, ascends, expected)?;
-            self.near(of("x"), x)?;
-            self.near(of("y"), y)?;
-            latest_s = time_s;
-        }
-        let lasts = fits(loop_s) && loop_s >= latest_s;
-        let expected = "above zero, at most 1000 and not before the last keyframe";
-        self.number(of("loop_s"), loop_s, lasts, expected)?;
-        let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
-        let keys: Vec<_> = keyframes_t_x_y.into_iter().map(key).collect();
-        let script = TimedPath::new(&keys, Some(loop_s))
-            .map_err(|error| not_a_world(self.file, &format!("obstacle {index}: {error}")))?;
-        Ok(ScriptedCylinder { radius_m, script: script.on_spline() })
+/// Checks that a number of a file fits.
+fn check(
+    file: &Path,
+    place: String,
+    value: f64,
+    fits: bool,
+    expected: &str,
+) -> Result<(), ExperimentError> {
+    if fits {
+        return Ok(());
     }
-
-    fn near(&self, place: String, value: f64) -> Result<(), ExperimentError> {
-        self.number(place, value, value.abs() <= 1000.0, "-1000 to 1000")
-    }
-
-    fn number(
-        &self,
-        place: String,
-        value: f64,
-        fits: bool,
-        expected: &'static str,
-    ) -> Result<(), ExperimentError> {
-        if fits {
-            return Ok(());
-        }
-        let reason = format!("{place} is {value}: it must be {expected}");
-        Err(ExperimentError::file(self.file, reason))
-    }
+    let reason = format!("{place} is {value}: it must be {expected}");
+    Err(ExperimentError::file(file, reason))
 }
 
 impl ScriptedCylinder {

@@ -9,18 +9,9 @@ const OCCUPIED: i8 = 100;
 /// Side of a cell of the smooth roadways, metres.
 const RESOLUTION_M: f64 = 0.05;
 
-/// A straight roadway with smooth walls, which do not show the position along it; lengths in metres.
-pub(super) fn smooth_roadway(length_m: f64, width_m: f64) -> OccupancyGrid {
-    roadways(length_m, &[1.0], width_m)
-}
-
-/// Two such parallel roadways without a connection.
-pub(super) fn twin_roadways(length_m: f64, width_m: f64) -> OccupancyGrid {
-    roadways(length_m, &[1.0, 2.0 + width_m], width_m)
-}
-
-/// Roadways along x with their lower walls at these y, metres.
-fn roadways(length_m: f64, lower_m: &[f64], width_m: f64) -> OccupancyGrid {
+/// Straight parallel roadways along x with their lower walls at these y, metres. Their smooth walls do not show the position
+/// along them.
+pub(super) fn roadways(length_m: f64, lower_m: &[f64], width_m: f64) -> OccupancyGrid {
     let highest_m = lower_m.iter().fold(0.0, |most: f64, &low| most.max(low));
     let frame = GridFrame {
         width: ((length_m + 2.0) / RESOLUTION_M).round() as i32,

@@ -20,7 +20,7 @@ use crate::sim::{
     FaultInjection, Lidar, PedestrianSpawner, Scene, SimError, Simulation, crossing,
     roadway as roadway_scene,
 };
-use maps::{coarsened, smooth_roadway, twin_roadways};
+use maps::{coarsened, roadways};
 pub(super) use monitor::LocalizationMonitor;
 
 /// Time of the injected fault, seconds: the robot is driving.
@@ -156,12 +156,12 @@ impl LocalizationSite {
                 tour.truth = Some(self.map.obstacles(config.unknown));
                 tour
             }
-            LocalizationCase::Smooth => roadway(smooth_roadway(length_m, width_m)),
+            LocalizationCase::Smooth => roadway(roadways(length_m, &[1.0], width_m)),
             LocalizationCase::Kidnapped => kidnapped(self.place_behind(config, &one_leg)?, one_leg),
             LocalizationCase::KidnappedFar => kidnapped(self.far_pose(seed, config), one_leg),
             LocalizationCase::KidnappedToTwin => {
                 let twin = Pose::new(20.0, along(20.0).y + 1.0 + width_m, 0.0);
-                kidnapped(twin, roadway(twin_roadways(length_m, width_m)))
+                kidnapped(twin, roadway(roadways(length_m, &[1.0, 2.0 + width_m], width_m)))
             }
             LocalizationCase::Occluded => occluded(f64::INFINITY, one_leg),
             LocalizationCase::BrieflyOccluded => occluded(FAULT_S + 3.0, one_leg),

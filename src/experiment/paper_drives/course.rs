@@ -14,9 +14,9 @@ use crate::navigator::Goal;
 use crate::runtime::Config;
 
 /// Yaw at the start, radians: the paper's initial direction angle.
-pub const START_YAW_RAD: f64 = FRAC_PI_4;
+const START_YAW_RAD: f64 = FRAC_PI_4;
 /// Yaw at the goal, radians. The paper measures a yaw deviation but not its reference; this is the start yaw.
-pub const GOAL_YAW_RAD: f64 = FRAC_PI_4;
+const GOAL_YAW_RAD: f64 = FRAC_PI_4;
 /// The kinds of traffic, in the order of the tables.
 pub const TRAFFIC: [TrafficKind; 3] =
     [TrafficKind::None, TrafficKind::Yielding, TrafficKind::NonYielding];
@@ -78,12 +78,9 @@ impl Course {
     #[must_use]
     pub fn world(&self, traffic: TrafficKind) -> World {
         let route = Route {
-            map: Arc::clone(&self.map),
-            start: self.start,
-            goal: self.goal,
             people: if traffic == TrafficKind::None { 0 } else { self.people },
             traffic: Some(traffic),
-            time_limit_s: None,
+            ..Route::new(Arc::clone(&self.map), self.start, self.goal)
         };
         World::route(WorldKind::Paper, format!("{} {}", self.name, traffic.name()), route)
     }

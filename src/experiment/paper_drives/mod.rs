@@ -8,7 +8,7 @@ mod deviation;
 mod findings;
 mod table;
 
-pub use course::{Course, GOAL_YAW_RAD, START_YAW_RAD, TRAFFIC, drive_worlds};
+pub use course::{Course, TRAFFIC, drive_worlds};
 pub use deviation::{Deviation, PublishedDeviations, Spread, published_table_3, published_table_4};
 pub use table::{
     ALL_SCENES, Acceptance, DriveSummary, DriveTable, MEAN_LIMIT_M, MEAN_LIMIT_RAD, MET_WITHIN_M,

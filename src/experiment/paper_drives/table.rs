@@ -38,16 +38,6 @@ impl PaperTable {
             Self::Drives(table) => table.name,
         }
     }
-
-    /// Findings, in sentences.
-    #[must_use]
-    pub fn findings(&self) -> &[String] {
-        match self {
-            Self::Paths(table) => &table.findings,
-            Self::Ablation(table) => &table.findings,
-            Self::Drives(table) => &table.findings,
-        }
-    }
 }
 
 /// The drives of one kind of traffic, with the paper's ten.

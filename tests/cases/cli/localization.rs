@@ -1,0 +1,36 @@
+//! `inbye bench localization`.
+
+use serde_json::Value;
+
+use super::program::{Workplace, assert_fields};
+
+#[test]
+fn localization_drives_a_case_and_resumes_from_its_folder() {
+    let place = Workplace::new();
+    let bench = "bench localization --case briefly_occluded --seeds 1 --seed 1 --out cells";
+    let (status, object) = place.json(&format!("{bench} --record rows.csv"));
+    assert_eq!(status, 0, "{object}");
+    assert_eq!(object["within"], true);
+    assert_fields(
+        &object,
+        "rows[].kind text, rows[].world text, rows[].case text, rows[].seed whole, rows[].outcome text, rows[].slip real, \
+         rows[].pose_error_max_m real, rows[].pose_error_max_rad real, rows[].tracking_error_max_m real, \
+         rows[].pose_error_rms_m real, rows[].odometry_error_max_m real, rows[].pose_sigma_max_m real, \
+         rows[].unobserved_share real, rows[].agreement_min_share real, rows[].uncertain_ticks whole, \
+         rows[].lost_ticks whole, rows[].lost_reason text, rows[].lost_after_s real, rows[].driven_on_m real, \
+         rows[].found_after_s real, rows[].trace_digest text, rows[].key text",
+    );
+    let row = &object["rows"][0];
+    assert_eq!(
+        (&row["world"], &row["outcome"]),
+        (&"roadway briefly_occluded".into(), &"reached".into())
+    );
+    let record = std::fs::read_to_string(place.path("rows.csv")).expect("the record is there");
+    assert_eq!(record.lines().count(), 2, "{record}");
+    // The second run reads the result, also its times.
+    assert_eq!(place.json(bench).1, object);
+    let (_, merged) = place.json("sweep merge cells --report merged");
+    assert_eq!(merged["missing"], Value::Array(Vec::new()));
+    let refusal = place.refusal("bench localization --case none");
+    assert!(refusal.contains("it is one of tour, people"), "{refusal}");
+}
