@@ -2,6 +2,7 @@
 //! detector and the supervisor.
 
 mod emulator;
+mod encoder_speed;
 mod fault_detector;
 mod goldens;
 mod ld19;
@@ -9,6 +10,7 @@ mod mixer;
 #[cfg(all(unix, feature = "serial"))]
 mod port;
 mod property;
+mod roboclaw_status;
 mod safety;
 mod sessions;
 mod settings;

@@ -8,6 +8,7 @@ use libtest_mimic::Trial;
 mod agreement;
 mod disks;
 mod drives;
+mod metadata;
 mod python;
 
 /// A test and its name.
@@ -20,7 +21,7 @@ pub fn trials() -> Vec<Trial> {
             Ok(())
         })
     };
-    let tests = [agreement::TESTS, disks::TESTS];
+    let tests = [agreement::TESTS, disks::TESTS, metadata::TESTS];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.extend(python::trials());
     trials.extend(crate::support::adapters::trials(&agreement::GPU_TESTS));
