@@ -1,5 +1,7 @@
 //! The topics of a recording and the ROS messages of a tick.
 
+use core::fmt::Display;
+
 use super::tick;
 use crate::geometry::Pose;
 use crate::map::{OccupancyGrid, Scan};
@@ -183,7 +185,26 @@ pub fn diagnostics(
         }
         (None, _) => (DiagnosticStatus::OK, mode.as_str().to_owned()),
     };
-    let values = diagnostic_values(decision, took_s, navigator);
+    let counts = decision.counts.unwrap_or_default();
+    let observation_faults: u64 = navigator.observation_faults().values().sum();
+    let mut values = vec![
+        key_value("mode", mode.as_str()),
+        key_value("latency_ms", took_s * 1e3),
+        key_value("admissible", counts.admissible),
+        key_value("collision", counts.collision),
+        key_value("cannot_stop", counts.cannot_stop),
+        key_value("outside", counts.outside),
+        key_value("plans", navigator.plans().len()),
+        key_value("observation_faults", observation_faults),
+    ];
+    if let Some(stats) = navigator.deadline_stats() {
+        values.push(key_value("deadline_ms", stats.deadline_s * 1e3));
+        values.push(key_value("deadline_misses", stats.misses));
+    }
+    if let Some(incidents) = navigator.planner().incidents() {
+        values.push(key_value("gpu_failures", incidents.failures.values().sum::<u64>()));
+        values.push(key_value("cpu_ticks", incidents.on_cpu));
+    }
     DiagnosticArray {
         header: header(time_s, ""),
         status: vec![DiagnosticStatus {
@@ -191,40 +212,11 @@ pub fn diagnostics(
             name: "inbye: decision".to_owned(),
             message,
             hardware_id: engine.to_owned(),
-            values: values
-                .into_iter()
-                .map(|(key, value)| KeyValue { key: key.to_owned(), value })
-                .collect(),
+            values,
         }],
     }
 }
 
-fn diagnostic_values(
-    decision: &Decision,
-    took_s: f64,
-    navigator: &Navigator,
-) -> Vec<(&'static str, String)> {
-    let counts = decision.counts.unwrap_or_default();
-    let observation_faults: u64 = navigator.observation_faults().values().sum();
-    let mut values = vec![
-        ("mode", decision.mode.as_str().to_owned()),
-        ("latency_ms", (took_s * 1e3).to_string()),
-        ("admissible", counts.admissible.to_string()),
-        ("collision", counts.collision.to_string()),
-        ("cannot_stop", counts.cannot_stop.to_string()),
-        ("outside", counts.outside.to_string()),
-        ("plans", navigator.plans().len().to_string()),
-        ("observation_faults", observation_faults.to_string()),
-    ];
-    if let Some(stats) = navigator.deadline_stats() {
-        let deadline_ms = stats.deadline_s * 1e3;
-        values.push(("deadline_ms", deadline_ms.to_string()));
-        values.push(("deadline_misses", stats.misses.to_string()));
-    }
-    if let Some(incidents) = navigator.planner().incidents() {
-        let failures: u64 = incidents.failures.values().sum();
-        values.push(("gpu_failures", failures.to_string()));
-        values.push(("cpu_ticks", incidents.on_cpu.to_string()));
-    }
-    values
+fn key_value(key: &str, value: impl Display) -> KeyValue {
+    KeyValue { key: key.to_owned(), value: value.to_string() }
 }

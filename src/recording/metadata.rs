@@ -51,18 +51,12 @@ impl DriveMetadata {
 
     /// The attachments [`CONFIG`] and [`DRIVE`].
     pub(super) fn attachments(&self) -> Result<[(&'static str, String); 2], RecordingError> {
-        let frame = self.map.frame();
         let drive = DriveFile {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             engine: self.engine.clone(),
             start: [self.waypoints.start.x, self.waypoints.start.y],
-            map: MapFrame {
-                width: frame.width,
-                height: frame.height,
-                resolution_m: frame.resolution_m,
-                origin: frame.origin,
-            },
+            map: *self.map.frame(),
             stops: self.waypoints.goals.iter().map(Stop::of).collect(),
         };
         Ok([(CONFIG, toml(CONFIG, &self.config)?), (DRIVE, toml(DRIVE, &drive)?)])
@@ -79,7 +73,7 @@ impl DriveMetadata {
         }
         let config: Config = parse(CONFIG, config)?;
         config.validate()?;
-        let MapFrame { width, height, resolution_m, origin } = drive.map;
+        let GridFrame { width, height, resolution_m, origin } = drive.map;
         let frame = GridFrame::new(width, height, resolution_m, origin)?;
         if cells.len() != frame.len() {
             let reason = format!("{} cells of {width} x {height}", cells.len());
@@ -105,11 +99,13 @@ struct DriveFile {
     version: String,
     engine: String,
     start: [f64; 2],
-    map: MapFrame,
+    #[serde(with = "MapFrame")]
+    map: GridFrame,
     stops: Vec<Stop>,
 }
 
 #[derive(Serialize, Deserialize)]
+#[serde(remote = "GridFrame")]
 struct MapFrame {
     width: i32,
     height: i32,

@@ -47,8 +47,8 @@ impl Lidar {
     ) -> TimedScan {
         let gaps = (self.beams.max(2) - 1) as f64;
         let time_of = |beam: usize| end_s - self.sweep_s * (1.0 - beam as f64 / gaps);
-        let seen = self.scan_from(world, |beam| pose_at(time_of(beam)), rng);
-        TimedScan::from_scan(&seen.scan, end_s, self.sweep_s)
+        let found = self.scan_from(world, |beam| pose_at(time_of(beam)), rng);
+        TimedScan::from_scan(&found.scan, end_s, self.sweep_s)
     }
 
     /// Returns a scan with a pose for each beam.
@@ -64,15 +64,18 @@ impl Lidar {
             range_max: self.range_max_m,
             ranges: Vec::with_capacity(self.beams),
         };
-        let mut seen = vec![false; world.moving.len()];
+        let mut is_visible = vec![false; world.moving.len()];
         for beam in 0..self.beams {
             let (range, disc) = self.beam(world, &pose_of(beam), scan.angle(beam), rng);
             if let Some(disc) = disc {
-                seen[disc] = true;
+                is_visible[disc] = true;
             }
             scan.ranges.push(range);
         }
-        LidarReturn { scan, visible: (0..seen.len()).filter(|&disc| seen[disc]).collect() }
+        LidarReturn {
+            scan,
+            visible: (0..is_visible.len()).filter(|&disc| is_visible[disc]).collect(),
+        }
     }
 
     /// The range of a beam in a direction of the robot's frame, radians, and the moving obstacle that it hits, if any.

@@ -92,8 +92,8 @@ impl MovingObstacle {
         above_zero("radius", radius_m)?;
         above_zero("speed", speed_m_s)?;
         above_zero("wander_m", wander_m)?;
-        let wander = RandomWaypoint::new(ground, radius_m, speed_m_s, start, wander_m, seed)?;
-        Self::new(radius_m, true, Motion::RandomWaypoint(Box::new(wander)))
+        let motion = RandomWaypoint::new(ground, radius_m, speed_m_s, start, wander_m, seed)?;
+        Self::new(radius_m, true, Motion::RandomWaypoint(Box::new(motion)))
     }
 
     fn new(radius_m: f64, yields: bool, motion: Motion) -> Result<Self, SimError> {
@@ -178,7 +178,7 @@ impl MovingObstacle {
         match &mut self.motion {
             Motion::Patrol(walk) => walk.step(time_s),
             Motion::TimedPath(path, now_s) => *now_s = path.within_period(*now_s + time_s),
-            Motion::RandomWaypoint(wander) => wander.step(time_s),
+            Motion::RandomWaypoint(motion) => motion.step(time_s),
         }
     }
 
@@ -188,7 +188,7 @@ impl MovingObstacle {
             match &mut self.motion {
                 Motion::Patrol(walk) => walk.reverse(),
                 Motion::TimedPath(..) => return,
-                Motion::RandomWaypoint(wander) => wander.choose(),
+                Motion::RandomWaypoint(motion) => motion.choose(),
             }
             self.held_s = 0.0;
         }
@@ -201,7 +201,7 @@ impl Motion {
         match self {
             Self::Patrol(walk) => walk.after(time_s),
             Self::TimedPath(path, now_s) => path.at(now_s + time_s),
-            Self::RandomWaypoint(wander) => wander.after(time_s),
+            Self::RandomWaypoint(motion) => motion.after(time_s),
         }
     }
 }
@@ -276,7 +276,7 @@ impl RandomWaypoint {
         reach_m: f64,
         seed: u64,
     ) -> Result<Self, SimError> {
-        let mut wander = Self {
+        let mut motion = Self {
             ground: Arc::new(FreeSpace::new(ground, radius_m)),
             home,
             reach_m,
@@ -285,9 +285,9 @@ impl RandomWaypoint {
             route: Path::new(vec![home]),
             along_m: 0.0,
         };
-        wander.choose();
-        if wander.route.length_m() > 0.0 {
-            Ok(wander)
+        motion.choose();
+        if motion.route.length_m() > 0.0 {
+            Ok(motion)
         } else {
             Err(SimError::NoFreeSpace { x: home.x, y: home.y, radius_m, reach_m })
         }

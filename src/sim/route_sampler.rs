@@ -46,8 +46,8 @@ pub(super) fn winding_route(
 ) -> Option<Vec<Point>> {
     let frame = free.frame();
     let start = frame.cell_of(spot)?;
-    let most_steps = (length_m.end() / frame.resolution_m) as u32;
-    let reached = FloodFill::from(free, start, most_steps, |_| true);
+    let max_steps = (length_m.end() / frame.resolution_m) as u32;
+    let reached = FloodFill::from(free, start, max_steps, |_| true);
     let end = reached.draw_beyond(length_m.start() / frame.resolution_m, rng)?;
     Some(reached.route_to(end))
 }
@@ -88,7 +88,7 @@ impl<'a> FloodFill<'a> {
     fn from(
         free: &'a FreeSpace,
         start: Cell,
-        most_steps: u32,
+        max_steps: u32,
         may_enter: impl Fn(Cell) -> bool,
     ) -> Self {
         let frame = free.frame();
@@ -97,7 +97,7 @@ impl<'a> FloodFill<'a> {
         reached.step[frame.index(start)] = 0;
         let mut queue = VecDeque::from([(start, 0)]);
         while let Some((cell, steps)) = queue.pop_front() {
-            if steps == most_steps {
+            if steps == max_steps {
                 continue;
             }
             for (number, (dx, dy)) in STEPS.iter().enumerate() {
@@ -116,7 +116,7 @@ impl<'a> FloodFill<'a> {
     }
 
     /// Draws a cell whose straight distance from the start is at least this many cells.
-    fn draw_beyond(&self, least_cells: f64, rng: &mut Pcg64Mcg) -> Option<Cell> {
+    fn draw_beyond(&self, min_cells: f64, rng: &mut Pcg64Mcg) -> Option<Cell> {
         let start = self.order[0];
         let far: Vec<Cell> = self
             .order
@@ -124,7 +124,7 @@ impl<'a> FloodFill<'a> {
             .copied()
             .filter(|cell| {
                 let (dx, dy) = (cell.column - start.column, cell.row - start.row);
-                libm::hypot(f64::from(dx), f64::from(dy)) >= least_cells
+                libm::hypot(f64::from(dx), f64::from(dy)) >= min_cells
             })
             .collect();
         (!far.is_empty()).then(|| far[rng.random_range(0..far.len())])
@@ -133,7 +133,7 @@ impl<'a> FloodFill<'a> {
     /// The corners of the route from the start to a reached cell.
     fn route_to(&self, end: Cell) -> Vec<Point> {
         let frame = self.free.frame();
-        pull_straight(self.free, &self.cells_to(end))
+        prune_corners(self.free, &self.cells_to(end))
             .into_iter()
             .map(|cell| frame.center_of(cell))
             .collect()
@@ -154,7 +154,7 @@ impl<'a> FloodFill<'a> {
 }
 
 /// Greedy line-of-sight pruning: each leg extends until the first cell that is not reachable in a straight free line.
-fn pull_straight(free: &FreeSpace, cells: &[Cell]) -> Vec<Cell> {
+fn prune_corners(free: &FreeSpace, cells: &[Cell]) -> Vec<Cell> {
     let mut corners = vec![cells[0]];
     let mut from = 0;
     for next in 1..cells.len() {
@@ -173,10 +173,10 @@ fn is_straight_free(free: &FreeSpace, from: Cell, to: Cell) -> bool {
     free_length(free, &from.center(), &(leg / length), length) >= length
 }
 
-/// Length of a ray over free cells, in cells, at most `most`. It ends slightly before a cell that is not free.
-fn free_length(free: &FreeSpace, start: &Point, direction: &Vector, most: f64) -> f64 {
+/// Length of a ray over free cells, in cells, at most `max_length`. It ends slightly before a cell that is not free.
+fn free_length(free: &FreeSpace, start: &Point, direction: &Vector, max_length: f64) -> f64 {
     GridRay::new(start, direction)
-        .take_while(|&(_, entered)| entered <= most)
+        .take_while(|&(_, entered)| entered <= max_length)
         .find(|&(cell, _)| !free.is_free(cell))
-        .map_or(most, |(_, entered)| (entered - 1e-6).max(0.0))
+        .map_or(max_length, |(_, entered)| (entered - 1e-6).max(0.0))
 }
