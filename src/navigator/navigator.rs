@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use super::behaviours::Behaviours;
 use super::deadline::Deadline;
+use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
-use super::state::{Leg, PredictedState, RobotModel, State};
+use super::state::{PredictedState, RobotModel, State};
 use super::waypoints::WaypointQueue;
 use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
@@ -274,14 +275,25 @@ impl Navigator {
             .obstacles
             .window(&robot, self.window_half_m)
             .map_err(|error| Fault::Choose(error.into()))?;
-        let leg = Leg {
+        let mut new_route = None;
+        let mut state = State {
             settings: &self.settings,
             robot: &self.robot,
             period_s: self.period_s,
+            now,
+            field: &field,
+            inflated: InflatedBodies::new(&self.robot.footprint, &self.settings, &field, now),
             goal: &self.waypoints.goal,
+            route: &self.route,
+            off_path_m,
+            local_target: robot,
+            heading_error: 0.0,
             mode: self.mode,
+            is_at_goal: false,
+            stuck_s: 0.0,
+            speed_limit: f64::INFINITY,
         };
-        let mut state = State::new(leg, &self.route, now, &field, off_path_m);
+        state.follow(&self.route);
         state.is_at_goal = self.behaviours.is_at_goal(&state);
         if !state.is_at_goal {
             let left_m = state.route.left_m();
@@ -293,16 +305,19 @@ impl Navigator {
             state.stuck_s = stuck_s;
             if self.settings.features.replanning {
                 if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
-                    self.route = Route::new(&plan, &self.settings);
+                    let route = new_route.insert(Route::new(&plan, &self.settings));
                     self.plans.push(plan);
-                    self.progress.rebase(self.route.left_m());
-                    state = State::new(leg, &self.route, now, &field, off_path_m);
-                    state.stuck_s = stuck_s;
+                    self.progress.rebase(route.left_m());
+                    state.follow(route);
                 }
                 self.replanner.request(&state, &self.obstacles);
             }
         }
-        let mut decision = self.behaviours.decide(state)?;
+        let decided = self.behaviours.decide(state);
+        if let Some(route) = new_route {
+            self.route = route;
+        }
+        let mut decision = decided?;
         if decision.mode == Mode::Arrived && self.waypoints.has_next() {
             self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
             decision.mode = Mode::AtWaypoint;

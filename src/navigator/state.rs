@@ -87,49 +87,15 @@ pub(super) struct State<'a> {
     pub speed_limit: f64,
 }
 
-/// The parts of a [`State`] that outlast a tick and a plan.
-#[derive(Clone, Copy)]
-pub(super) struct Leg<'a> {
-    pub settings: &'a NavigatorSettings,
-    pub robot: &'a RobotModel,
-    pub period_s: f64,
-    pub goal: &'a Goal,
-    pub mode: Mode,
-}
-
 impl<'a> State<'a> {
-    /// The state on a leg of the mission, before goal and progress are checked.
-    pub fn new(
-        leg: Leg<'a>,
-        route: &'a Route,
-        now: &'a PredictedState,
-        field: &'a Arc<ClearanceField>,
-        off_path_m: f64,
-    ) -> Self {
-        let Leg { settings, robot, period_s, goal, mode } = leg;
-        let place = now.pose.position();
-        let mut state = Self {
-            settings,
-            robot,
-            period_s,
-            now,
-            field,
-            inflated: InflatedBodies::new(&robot.footprint, settings, field, now),
-            goal,
-            route,
-            off_path_m,
-            local_target: place,
-            heading_error: 0.0,
-            mode,
-            is_at_goal: false,
-            stuck_s: 0.0,
-            speed_limit: f64::INFINITY,
-        };
-        let in_sight = |node: &Point| state.is_straight_clear_to(node);
-        state.local_target =
-            route.key_node(settings.min_lookahead_m, settings.lookahead_m, in_sight);
-        state.heading_error = wrap_angle(bearing(&place, &state.local_target) - now.pose.yaw);
-        state
+    /// Follows a route: selects its key node to drive to.
+    pub fn follow(&mut self, route: &'a Route) {
+        let Self { settings, now, .. } = *self;
+        let in_sight = |node: &Point| self.is_straight_clear_to(node);
+        let target = route.key_node(settings.min_lookahead_m, settings.lookahead_m, in_sight);
+        self.route = route;
+        self.local_target = target;
+        self.heading_error = wrap_angle(bearing(&now.pose.position(), &target) - now.pose.yaw);
     }
 
     /// The velocity after one period of braking at the limit, on the same arc.
