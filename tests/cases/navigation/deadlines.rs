@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose, Twist};
-use inbye::local::{CpuEngine, LocalPlanner, Sampling};
+use inbye::local::{CpuEngine, Sampling};
 use inbye::map::{GridFrame, ObstacleGrid, Scan};
 use inbye::navigator::{COMMAND_LIFETIME_S, Goal, Navigator, Observation, Waypoints};
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
@@ -158,16 +158,11 @@ fn braking_navigator(vx_samples: u32, vtheta_samples: u32) -> Navigator {
     (config.local.vx_samples, config.local.vtheta_samples) = (vx_samples, vtheta_samples);
     let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a small map");
     let (start, goal) = (Point::new(3.0, 5.0), Point::new(7.0, 5.0));
-    Navigator::new(
-        ObstacleGrid::new(frame, vec![false; frame.len()]),
-        &Waypoints { start, goals: vec![Goal::at(goal)] },
-        config.robot.model(),
-        LocalPlanner::new(Box::new(CpuEngine::single_threaded()), config.local.clone()),
-        config.route_planner(frame.resolution_m),
-        config.navigator.clone(),
-        &mut || 0.0,
-    )
-    .expect("a path through free space")
+    let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let waypoints = Waypoints { start, goals: vec![Goal::at(goal)] };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let navigator = config.new_navigator(known, &waypoints, engine, &mut || 0.0);
+    navigator.expect("a path through free space")
 }
 
 /// Lets decisions take these shares of the deadline and returns the sampling density for the next one.

@@ -6,7 +6,7 @@ use inbye::geometry::Pose;
 use inbye::map::{ObstacleGrid, OccupancyGrid, UnknownPolicy};
 
 /// Side of a cell, metres.
-pub const RESOLUTION_M: f64 = 0.1;
+const RESOLUTION_M: f64 = 0.1;
 
 /// A world under construction. Rectangles are `[x0, y0, x1, y1]`, metres.
 #[derive(Clone)]

@@ -3,7 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 use inbye::geometry::{Point, Pose, Twist, wrap_angle};
-use inbye::local::{CpuEngine, LocalPlanner};
+use inbye::local::CpuEngine;
 use inbye::map::{MovingDisc, Scan};
 use inbye::navigator::{Decision, Goal, Mode, Navigator, Observation, Waypoints};
 use inbye::runtime::Config;
@@ -13,7 +13,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::Test;
 use super::driving::reach_s;
-use super::ground::{Ground, RESOLUTION_M, hall};
+use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
     ("navigator arrives, brakes in time and stands", arrives),
@@ -44,19 +44,10 @@ pub fn empty_scan() -> Scan {
 
 impl Script {
     pub fn new(ground: &Ground, start: Pose, goal: Point) -> Self {
-        let config = Config::default();
-        let planner = config.route_planner(RESOLUTION_M);
         let engine = Box::new(CpuEngine::single_threaded());
-        let goal = Goal { position: goal, yaw: None };
-        let navigator = Navigator::new(
-            ground.obstacles(),
-            &Waypoints { start: start.position(), goals: vec![goal] },
-            config.robot.model(),
-            LocalPlanner::new(engine, config.local.clone()),
-            planner,
-            config.navigator.clone(),
-            &mut || 0.0,
-        );
+        let waypoints = Waypoints { start: start.position(), goals: vec![Goal::at(goal)] };
+        let config = Config::default();
+        let navigator = config.new_navigator(ground.obstacles(), &waypoints, engine, &mut || 0.0);
         Self {
             navigator: navigator.expect("a path through the hall"),
             observation: Observation {
