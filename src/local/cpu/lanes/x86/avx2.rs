@@ -145,8 +145,9 @@ impl Lanes for Avx2 {
     type Mask = Mask;
 
     same_calls! {
-        set = _mm256_set1_epi32, load = _mm256_loadu_si256, store = _mm256_storeu_si256, add = _mm256_add_epi32,
-        mul = _mm256_mul_epi32, right = _mm256_srli_epi64, and = _mm256_and_si256, abs = _mm256_abs_epi32
+        set = _mm256_set1_epi32, load = _mm256_loadu_si256, store = _mm256_storeu_si256,
+        add = _mm256_add_epi32, mul = _mm256_mul_epi32, right = _mm256_srli_epi64,
+        and = _mm256_and_si256, abs = _mm256_abs_epi32
     }
 
     one_instruction! {

@@ -138,8 +138,9 @@ impl Lanes for Avx512 {
     type Mask = __mmask16;
 
     same_calls! {
-        set = _mm512_set1_epi32, load = _mm512_loadu_si512, store = _mm512_storeu_si512, add = _mm512_add_epi32,
-        mul = _mm512_mul_epi32, right = _mm512_srli_epi64, and = _mm512_and_si512, abs = _mm512_abs_epi32
+        set = _mm512_set1_epi32, load = _mm512_loadu_si512, store = _mm512_storeu_si512,
+        add = _mm512_add_epi32, mul = _mm512_mul_epi32, right = _mm512_srli_epi64,
+        and = _mm512_and_si512, abs = _mm512_abs_epi32
     }
 
     one_instruction! {
