@@ -157,7 +157,8 @@ pub(crate) fn named_columns<R: Columns>(names: &str) -> Vec<&'static Column> {
     names.split_whitespace().filter_map(of_name).collect()
 }
 
-/// A text table of some columns, whose names are separated by spaces: a line of headings, then a line for each row. Texts are aligned left, numbers right.
+/// A text table of some columns, whose names are separated by spaces: a line of headings, then a line for each row. Texts
+/// are aligned left, numbers right.
 #[must_use]
 pub fn text_table<R: Columns>(rows: &[R], names: &str) -> Vec<String> {
     let columns = named_columns::<R>(names);

@@ -10,7 +10,7 @@ use super::page::{badge, document, page_header};
 use super::player::PlaybackRecorder;
 use super::sample_charts::{SampleRows, density_notes};
 use super::svg::TOLERANCE;
-use super::{mission_map, player};
+use super::{map_pictures, player};
 use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::Point;
 use crate::runtime::{Config, Mission, MissionResult};
@@ -127,7 +127,7 @@ fn overview(missions: &[MissionView]) -> Markup {
 
 fn section(mission: &MissionView, number: usize) -> Markup {
     let latency = Latency::new(mission);
-    let view: Viewport = mission_map::viewport(mission);
+    let view: Viewport = map_pictures::mission_viewport(mission);
     let playback = mission.playback.filter(|playback| !playback.is_empty());
     let rows = &mission.result.trace.rows;
     html! {
@@ -136,7 +136,7 @@ fn section(mission: &MissionView, number: usize) -> Markup {
             p { (outcome_badges(mission.result)) }
             (results(mission.result, latency.as_ref()))
             @if let Some(playback) = playback { (player::figure(mission, playback, &view)) }
-            div class="map" { (mission_map::figure(mission, &view)) }
+            div class="map" { (map_pictures::mission_figure(mission, &view)) }
             div class="charts" {
                 (mission_charts::motion(mission).figure())
                 (mission_charts::gap(mission).figure())

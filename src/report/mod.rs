@@ -14,7 +14,6 @@ mod figure;
 mod map;
 mod map_pictures;
 mod mission_charts;
-mod mission_map;
 mod mission_page;
 mod mission_set_charts;
 mod number;
