@@ -5,7 +5,7 @@ use core::fmt::{self, Display, Formatter};
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::settings::SettingError;
+use crate::settings::{SettingError, compact};
 
 /// A problem outside the ranges in which the engines are exact, see [`Problem`](super::Problem).
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -50,13 +50,9 @@ pub enum ProblemError {
     },
 }
 
-/// Formats a value with its unit; values from 1e9 in exponential notation.
+/// Formats a value with its unit.
 fn measured(value: f64, unit: &str) -> String {
-    let number = if value.is_finite() && value.abs() >= 1e9 {
-        format!("{value:e}")
-    } else {
-        value.to_string()
-    };
+    let number = compact(value);
     if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 

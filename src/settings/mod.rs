@@ -55,7 +55,7 @@ impl Range {
 
 /// A number out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}{name} is {value}: it must be {expected}", in_brackets(table))]
+#[error("{}{name} is {}: it must be {expected}", in_brackets(table), compact(*value))]
 #[non_exhaustive]
 pub struct SettingError {
     /// Path of the table from the settings that were checked; empty for a key of their own.
@@ -81,6 +81,12 @@ impl SettingError {
         self.table = [key, separator, &self.table].concat();
         self
     }
+}
+
+/// Formats a number; from 1e9 in exponential notation.
+pub(crate) fn compact(value: f64) -> String {
+    let is_long = value.is_finite() && value.abs() >= 1e9;
+    if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
 fn in_brackets(table: &str) -> String {
