@@ -116,14 +116,14 @@ fn not_a_world(file: &Path, reason: &str) -> ExperimentError {
 pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
     let read: WorldFile =
         serde_json::from_str(text).map_err(|error| not_a_world(file, &error.to_string()))?;
-    let near = |place: String, value: f64| {
+    let near = |place: &str, value: f64| {
         check(file, place, value, value.abs() <= 1000.0, "-1000 to 1000")
     };
     for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
-        near(format!("start {name}"), value)?;
+        near(&format!("start {name}"), value)?;
     }
     for (name, value) in ["x", "y"].iter().zip(read.goal_x_y) {
-        near(format!("goal {name}"), value)?;
+        near(&format!("goal {name}"), value)?;
     }
     let obstacles = read.obstacles.into_iter().enumerate();
     Ok(DynaBarnWorld {
@@ -142,7 +142,7 @@ fn cylinder(
     obstacle: ObstacleFile,
 ) -> Result<ScriptedCylinder, ExperimentError> {
     let check = |what: &str, value, fits, expected| {
-        check(file, format!("obstacle {index}: {what}"), value, fits, expected)
+        check(file, &format!("obstacle {index}: {what}"), value, fits, expected)
     };
     let above_zero = "above zero and at most 1000";
     let fits = |value: f64| value > 0.0 && value <= 1000.0;
@@ -173,7 +173,7 @@ fn cylinder(
 /// Checks that a number of a file fits.
 fn check(
     file: &Path,
-    place: String,
+    place: &str,
     value: f64,
     fits: bool,
     expected: &str,
