@@ -116,9 +116,8 @@ fn not_a_world(file: &Path, reason: &str) -> ExperimentError {
 pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
     let read: WorldFile =
         serde_json::from_str(text).map_err(|error| not_a_world(file, &error.to_string()))?;
-    let near = |place: &str, value: f64| {
-        check(file, place, value, value.abs() <= 1000.0, "-1000 to 1000")
-    };
+    let near =
+        |place: &str, value: f64| check(file, place, value, value.abs() <= 1000.0, "-1000 to 1000");
     for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
         near(&format!("start {name}"), value)?;
     }
