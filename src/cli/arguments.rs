@@ -100,7 +100,7 @@ pub fn duration(text: &str) -> Result<f64, String> {
     number(text, is_valid, "seconds, above zero and at most 1e9")
 }
 
-/// Parses a valid number, or says which numbers are expected.
+/// Parses a number; the error names the expected numbers.
 pub fn number(text: &str, is_valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(number) if is_valid(number) => Ok(number),

@@ -133,8 +133,13 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
         "quality": quality,
         "closed_loop": closed_loop,
     });
-    let lines = text(&density, &quality).into_iter();
-    output::result(json, &object, lines.chain(closed_loop_text(&closed_loop)))?;
+    let mut lines = text(&density, &quality);
+    if !closed_loop.is_empty() {
+        let title = "The same missions in closed loop; a tick is scan, local field and decision, on one core.";
+        lines.extend([String::new(), title.to_owned()]);
+        lines.extend(text_table(&closed_loop, CLOSED_LOOP));
+    }
+    output::result(json, &object, lines)?;
     Ok(true)
 }
 
@@ -222,18 +227,6 @@ pub fn text(Density { rows, skipped }: &Density, quality: &[QualityRow]) -> Vec<
         ));
         lines.extend(text_table(quality, QualityRow::SUMMARY));
     }
-    lines
-}
-
-/// The table of the closed loop; no lines where no mission was driven.
-fn closed_loop_text(groups: &[Group]) -> Vec<String> {
-    if groups.is_empty() {
-        return Vec::new();
-    }
-    let title =
-        "The same missions in closed loop; a tick is scan, local field and decision, on one core.";
-    let mut lines = vec![String::new(), title.to_owned()];
-    lines.extend(text_table(groups, CLOSED_LOOP));
     lines
 }
 

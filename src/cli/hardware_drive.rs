@@ -70,7 +70,7 @@ pub struct HardwareDrive {
     pub robot: HardwareRobot,
 }
 
-/// What became of the robot in a mission, as JSON and as text.
+/// State of the robot after a mission, as JSON and as text.
 pub struct HardwareReport {
     pub object: Value,
     pub lines: Vec<String>,

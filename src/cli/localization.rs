@@ -116,8 +116,7 @@ fn site(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationSite> {
     let tour_m = arguments.tour;
     Ok(match (&arguments.map, &arguments.start, &arguments.goal) {
         (Some(file), Some(start), Some(goal)) => {
-            let map = Arc::new(map_file::load(file, arguments.resolution)?);
-            let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            let (name, map) = map_file::load_named(file, arguments.resolution)?;
             LocalizationSite { name, map, start: start.pose(), goal: goal.position, tour_m }
         }
         (None, None, None) => LocalizationSite::of_scene(roadway(), tour_m),

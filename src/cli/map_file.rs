@@ -1,6 +1,7 @@
 //! The map of the command line with its settings.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use inbye::map::{
@@ -70,6 +71,12 @@ pub fn load(file: &Path, resolution_m: f64) -> anyhow::Result<OccupancyGrid> {
     let options = LoadOptions { resolution_m };
     let mut warn = |warning| output::note(format!("note: {}: {warning}", file.display()));
     Ok(load_with_warnings(file, &options, &mut warn)?)
+}
+
+/// Loads a map like [`load`], with its name: that of the file without folder and extension.
+pub fn load_named(file: &Path, resolution_m: f64) -> anyhow::Result<(String, Arc<OccupancyGrid>)> {
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    Ok((name.into_owned(), Arc::new(load(file, resolution_m)?)))
 }
 
 /// The number of unknown cells and how they count, as JSON.

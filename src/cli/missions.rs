@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -85,12 +84,11 @@ impl MissionsArguments {
         let mut names = BTreeSet::new();
         let mut worlds = Vec::new();
         for file in files(&self.maps)? {
-            let name = file.file_stem().unwrap_or_default().to_string_lossy();
-            if !names.insert(name.to_string()) {
+            let (name, map) = map_file::load_named(&file, 1.0)?;
+            if !names.insert(name.clone()) {
                 bail!("--maps: two maps are called {name}: rename one, or leave it out");
             }
-            let map = map_file::load(&file, 1.0)?;
-            worlds.push(World::missions(&name, Arc::new(map), rules));
+            worlds.push(World::missions(&name, map, rules));
         }
         Ok(worlds)
     }
