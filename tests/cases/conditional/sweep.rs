@@ -6,7 +6,7 @@ use libtest_mimic::Trial;
 mod cluster;
 mod interruptions;
 mod latencies;
-mod place;
+mod plan_folder;
 mod plans;
 mod tables;
 

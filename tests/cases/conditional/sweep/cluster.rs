@@ -11,7 +11,7 @@ use std::{env, fs};
 
 use libtest_mimic::{Completion, Failed, Trial};
 
-use super::place::{CELLS, INBYE, Place};
+use super::plan_folder::{CELLS, INBYE, PlanFolder};
 use crate::support::requirements::required;
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_ray.py");
@@ -35,7 +35,7 @@ pub fn trials() -> Vec<Trial> {
 }
 
 fn killed_on_the_way(python: &Path, flags: &[&str]) -> Result<(), Failed> {
-    let place = Place::new();
+    let place = PlanFolder::new();
     let mut driver = place
         .command(python)
         .args([SCRIPT, "plan.toml", "--out", "out", "--inbye", INBYE, "--cpus", "2"])
@@ -63,7 +63,7 @@ fn killed_on_the_way(python: &Path, flags: &[&str]) -> Result<(), Failed> {
 
 /// Kills a worker that runs a cell, once some cells are done; returns its process number. The worker is the parent of one
 /// of our programs.
-fn kill_a_worker(place: &Place, plan: &Path, driver: &mut Child) -> Result<u32, String> {
+fn kill_a_worker(place: &PlanFolder, plan: &Path, driver: &mut Child) -> Result<u32, String> {
     let began = Instant::now();
     while began.elapsed() < PATIENCE {
         if driver.try_wait().is_ok_and(|ended| ended.is_some()) {

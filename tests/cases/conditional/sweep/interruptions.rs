@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::Test;
-use super::place::{CELLS, PLAN, Place};
+use super::plan_folder::{CELLS, PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
     ("killed over and over, nothing is lost and nothing done twice", killed),
@@ -23,7 +23,7 @@ pub const TESTS: &[Test] = &[
 const PATIENCE: Duration = Duration::from_secs(300);
 
 fn killed() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     let mut rng = Pcg64Mcg::seed_from_u64(7);
     let (mut kills, mut killed_midway) = (0, 0);
     for from in [1, 5, 9, 14, 19] {
@@ -61,7 +61,7 @@ fn killed() {
 }
 
 fn side_by_side() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     let mut processes = [
         place.start("sweep plan.toml --out out --jobs 2"),
         place.start("sweep plan.toml --out out --jobs 2"),
@@ -81,7 +81,7 @@ fn side_by_side() {
 }
 
 fn taken_over() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     let mut first = place.start("sweep plan.toml --out out --jobs 2");
     let mut second = place.start("sweep plan.toml --out out --jobs 1");
     let began = Instant::now();
@@ -96,7 +96,7 @@ fn taken_over() {
 }
 
 fn another_plan() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     place.json("sweep plan.toml --out out --list");
     place.write("other.toml", PLAN.replace("[0, 1, 2]", "[0]"));
     let in_use = File::open(place.path("out/sweep.lock")).expect("a folder in use has it");
@@ -111,7 +111,7 @@ fn another_plan() {
 }
 
 fn shards() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     let mut counts = Vec::new();
     for shard in 1..=5 {
         let report = place.json(&format!("sweep plan.toml --out s{shard} --shard {shard}/5"));
@@ -126,13 +126,13 @@ fn shards() {
 
 fn slurm() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_slurm.sbatch");
-    let place = Place::new();
+    let place = PlanFolder::new();
     // The indices of an array need not begin at 1: here they are 4 to 6.
     for task in 4..=6 {
         let ran = place
             .command("bash")
             .args([script, "plan.toml", "out"])
-            .env("INBYE", super::place::INBYE)
+            .env("INBYE", super::plan_folder::INBYE)
             .env("SLURM_ARRAY_TASK_ID", task.to_string())
             .env("SLURM_ARRAY_TASK_MIN", "4")
             .env("SLURM_ARRAY_TASK_COUNT", "3")

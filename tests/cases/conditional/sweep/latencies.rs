@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::Test;
-use super::place::{PLAN, Place};
+use super::plan_folder::{PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
     ("no cell of any process runs beside a latency cell", latency_cells_run_alone),
@@ -11,7 +11,7 @@ pub const TESTS: &[Test] = &[
 ];
 
 /// The plan, with one of its two worlds measured.
-fn measured(place: &Place) {
+fn measured(place: &PlanFolder) {
     let half = PLAN.replace("[0, 1, 2]", "[0, 1]").replace("\"8x16\", ", "");
     let plan = half.clone()
         + "only = [3]\nlatency = true\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\nonly = [12]\n";
@@ -19,7 +19,7 @@ fn measured(place: &Place) {
 }
 
 /// The begin and end of each cell, and whether it is a latency cell.
-fn spans(place: &Place, out: &str) -> Vec<(f64, f64, bool)> {
+fn spans(place: &PlanFolder, out: &str) -> Vec<(f64, f64, bool)> {
     let listed = place.json("sweep measured.toml --list");
     let cells = listed["cells"].as_array().expect("a list");
     let log = place.log(out);
@@ -37,7 +37,7 @@ fn spans(place: &Place, out: &str) -> Vec<(f64, f64, bool)> {
 }
 
 fn latency_cells_run_alone() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     measured(&place);
     // The two folders share only the machine.
     let mut processes = [
@@ -60,7 +60,7 @@ fn latency_cells_run_alone() {
 }
 
 fn own_table() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     measured(&place);
     for out in ["a", "b"] {
         place.json(&format!("sweep measured.toml --out {out}"));

@@ -5,7 +5,7 @@ use serde_json::Value;
 use inbye::experiment::Plan;
 
 use super::Test;
-use super::place::{CELLS, PLAN, Place};
+use super::plan_folder::{CELLS, PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
     ("the documented plan is the default", documented),
@@ -21,14 +21,14 @@ fn documented() {
     let text = Plan::documented();
     let plan: Plan = toml::from_str(&text).expect("it can be read");
     assert_eq!(plan, Plan::default());
-    let place = Place::new();
+    let place = PlanFolder::new();
     assert_eq!(place.run("sweep --print-plan").stdout, text);
     place.write("default.toml", text);
     let cells = place.json("sweep default.toml --list");
     assert_eq!(cells["cells"].as_array().map(Vec::len), Some(3), "{cells}");
 }
 
-fn keys(place: &Place, plan: &str) -> Vec<String> {
+fn keys(place: &PlanFolder, plan: &str) -> Vec<String> {
     let listed = place.json(&format!("sweep {plan} --list"));
     let cells = listed["cells"].as_array().expect("a list");
     let key = |cell: &Value| cell["key"].as_str().expect("a key").to_owned();
@@ -38,7 +38,7 @@ fn keys(place: &Place, plan: &str) -> Vec<String> {
 }
 
 fn content_decides() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     let first = keys(&place, "plan.toml");
     assert_eq!(first.len(), CELLS);
     for (name, text) in [
@@ -69,7 +69,7 @@ fn content_decides() {
 }
 
 fn reuse() {
-    let place = Place::done();
+    let place = PlanFolder::done();
     place.write("more.toml", PLAN.replace("[0, 1, 2]", "[0, 1, 2, 3]"));
     let report = place.json("sweep more.toml --out out");
     assert_eq!(report["found"], CELLS, "{report}");
@@ -85,7 +85,7 @@ fn reuse() {
 }
 
 fn refusals() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     for (from, to, says) in [
         ("sampling =", "samplng =", "did you mean `sampling`?"),
         ("path =", "pth =", "did you mean `path`?"),
@@ -135,7 +135,7 @@ fn refusals() {
 }
 
 fn errors_are_rows() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     // 12 by 8 m in cells of 0.25 m, with a small closed room.
     let wall = "#".repeat(48);
     let row = format!("#{}#", ".".repeat(46));
@@ -167,7 +167,7 @@ fn errors_are_rows() {
 }
 
 fn kinds() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     place.write(
         "dynabarn/world_00.json",
         r#"{"world": 0, "start_x_y_yaw": [0, 0, 0], "goal_x_y": [6, 0], "obstacles":
@@ -200,7 +200,7 @@ fn kinds() {
 }
 
 fn no_engine() {
-    let place = Place::new();
+    let place = PlanFolder::new();
     place.write(
         "gpu.toml",
         PLAN.replacen("title", "engines = [\"cpu\", \"gpu:none such\"]\ntitle", 1),

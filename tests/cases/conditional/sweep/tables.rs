@@ -12,7 +12,7 @@ use rand_pcg::Pcg64Mcg;
 use serde_json::Value;
 
 use super::Test;
-use super::place::{CELLS, PLAN, Place};
+use super::plan_folder::{CELLS, PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
     ("a changed bit in a cell's file is refused", changed_bits),
@@ -28,8 +28,8 @@ pub const TESTS: &[Test] = &[
 ];
 
 /// A folder with all results in `out`, and one of its cells.
-fn done() -> (Place, String) {
-    let place = Place::done();
+fn done() -> (PlanFolder, String) {
+    let place = PlanFolder::done();
     let key = place.finished("out").into_iter().min().expect("a cell");
     (place, key)
 }
@@ -61,7 +61,7 @@ fn changed_bits() {
     place.json("sweep merge out --report merged");
 }
 
-fn other(place: &Place, key: &str) -> String {
+fn other(place: &PlanFolder, key: &str) -> String {
     let mut keys = place.finished("out").into_iter();
     keys.find(|other| other != key).expect("a second cell")
 }

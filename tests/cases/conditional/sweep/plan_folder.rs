@@ -26,13 +26,13 @@ const THREE: &str = "x_m,y_m,radius_m,kind\n-1.5,6.0,0.075,obstacle\n";
 const TWELVE: &str = "x_m,y_m,radius_m,kind\n-2.25,6.0,0.075,obstacle\n-1.0,8.0,0.075,obstacle\n";
 
 /// A folder that is deleted on drop.
-pub struct Place(TempDir);
+pub struct PlanFolder(TempDir);
 
 /// The folder in which one process ran all cells in sequence and merged them into `expected`.
-fn by_one_process() -> &'static Place {
-    static PLACE: OnceLock<Place> = OnceLock::new();
+fn by_one_process() -> &'static PlanFolder {
+    static PLACE: OnceLock<PlanFolder> = OnceLock::new();
     PLACE.get_or_init(|| {
-        let place = Place::new();
+        let place = PlanFolder::new();
         place.json("sweep plan.toml --out one --jobs 1");
         place.json("sweep merge one --report expected");
         place
@@ -47,7 +47,7 @@ pub struct Ran {
     pub stderr: String,
 }
 
-impl Place {
+impl PlanFolder {
     /// Creates a folder with the plan as `plan.toml`.
     pub fn new() -> Self {
         let place = Self(tempfile::tempdir().expect("a place for temporary files"));
