@@ -50,8 +50,7 @@ impl Pose {
     }
 
     /// The rigid transform from this pose's frame to the parent frame.
-    #[must_use]
-    pub fn isometry(&self) -> Isometry2<f64> {
+    pub(crate) fn isometry(&self) -> Isometry2<f64> {
         Isometry2::new(Vector::new(self.x, self.y), self.yaw)
     }
 

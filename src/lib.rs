@@ -41,10 +41,13 @@
 //! ```
 
 #[cfg(feature = "sim")]
+#[doc(hidden)]
 pub mod digest;
 pub mod geometry;
+#[doc(hidden)]
 pub mod numeric;
 pub mod settings;
+#[doc(hidden)]
 pub mod suggest;
 
 pub mod map;

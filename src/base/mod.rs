@@ -34,7 +34,9 @@ pub use protocol::{
     CommandStats, DeviceProtocol, MachineState, Protocol, Session, SessionCounters, TimedFeedback,
 };
 #[cfg(feature = "serial")]
-pub use serial::{SerialBase, SerialSettings, open_lidar_port};
+pub(crate) use serial::open_lidar_port;
+#[cfg(feature = "serial")]
+pub use serial::{SerialBase, SerialSettings};
 pub use settings::{BaseConfig, BaseSettings};
 pub use supervisor::{
     BaseSupervisor, CommandRejected, DriveStatus, OpenBase, OutgoingCommand, SafetyController,

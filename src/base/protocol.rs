@@ -18,6 +18,7 @@ use crate::settings::parse_choice;
 /// A wire protocol of bases.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Protocol {
     /// This crate's own frames: see [`super::native`].
     #[default]
@@ -154,6 +155,7 @@ pub trait Session: Send {
 
 /// Feedback with its time of arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TimedFeedback {
     /// Time at which its last byte was received, seconds.
     pub received_s: f64,
@@ -163,6 +165,7 @@ pub struct TimedFeedback {
 
 /// Line errors since the session began. All zero on a clean line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SessionCounters {
     /// Bytes that belong to no frame or answer.
     pub dropped_bytes: u64,
@@ -244,6 +247,7 @@ pub trait DeviceProtocol: Send {
 
 /// Commands received by a controller since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct CommandStats {
     /// Accepted motor commands.
     pub commands: u64,

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 /// Type of the values in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ColumnKind {
     /// A string or the name of an enum's variant.
     Text,
@@ -19,6 +20,7 @@ pub enum ColumnKind {
 
 /// One column of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Column {
     /// The field's name, which ends in its unit: `time_s`, `speed_m_s`.
     pub name: &'static str,

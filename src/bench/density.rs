@@ -114,6 +114,7 @@ const MIN_SLOW_DECISIONS: usize = 3;
 
 /// The measured and the skipped cells.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Density {
     /// A row for each cell measured: by density, then in the order of the engines.
     pub rows: Vec<DensityRow>,

@@ -9,6 +9,7 @@ use crate::map::MapError;
 
 /// A measurement that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum BenchError {
     /// A time that is not finite or below zero.
     #[error(

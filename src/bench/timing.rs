@@ -23,6 +23,7 @@ pub struct Latencies {
 /// Percentiles of recorded times, milliseconds, each within 0.1 %. In JSON the fields are `count`, `p50`, `p95`,
 /// `p99` and `max`; the name of the object has the unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LatencySummary {
     /// Times recorded.
     pub count: u64,

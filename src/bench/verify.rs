@@ -51,6 +51,7 @@ impl EvaluationDigest {
 
 /// The first bits in which two evaluations of one problem differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Difference {
     /// The engine that differs from the first one.
     pub engine: String,
@@ -66,6 +67,7 @@ pub struct Difference {
 
 /// Result of a comparison of engines.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Verification {
     /// Number of problems.
     pub cases: u64,

@@ -85,17 +85,18 @@ mod dds {
     /// Runs the node until Ctrl-C.
     pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
         let config = config::load("--config", arguments.config.as_deref())?;
-        let settings = DdsSettings {
-            namespace: arguments.namespace.clone(),
-            domain: domain()?,
-            localhost_only: is_localhost_only(),
-            stamped: arguments.stamped,
-        };
+        let mut settings = DdsSettings::default();
+        settings.namespace.clone_from(&arguments.namespace);
+        settings.domain = domain()?;
+        settings.localhost_only = is_localhost_only();
+        settings.stamped = arguments.stamped;
         let engine = arguments.engine.open(false)?;
         let stop = interrupt_flag()?;
         let mut dds = DdsNode::open(&settings)?;
-        let mut core =
-            NodeCore::new(NodeSettings { config, odom_is_map: arguments.odom_is_map }, engine);
+        let mut node_settings = NodeSettings::default();
+        node_settings.config = config;
+        node_settings.odom_is_map = arguments.odom_is_map;
+        let mut core = NodeCore::new(node_settings, engine);
         let DdsSettings { namespace, domain, .. } = &settings;
         output::note(format!("node {namespace}/inbye in domain {domain}"));
         let mut clock = wall_clock();
@@ -134,7 +135,8 @@ mod dds {
             return;
         };
         for _ in 0..STOP_REPEATS {
-            let outgoing = Outgoing { command: Some(zero), ..Outgoing::default() };
+            let mut outgoing = Outgoing::default();
+            outgoing.command = Some(zero);
             dds.publish(outgoing, now(), core.base_frame());
             thread::sleep(STOP_INTERVAL);
         }

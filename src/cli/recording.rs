@@ -81,7 +81,9 @@ impl<'a> Recording<'a> {
             }
             Kind::Lines(file) => (false, lines(file, result)),
             Kind::Stopped(why) => {
-                (true, RecordingReport { stopped: Some(why), ..RecordingReport::default() })
+                let mut report = RecordingReport::default();
+                report.stopped = Some(why);
+                (true, report)
             }
         };
         let RecordingReport { messages, bytes, stopped } = recorded;

@@ -6,6 +6,7 @@ use crate::runtime::Config;
 
 /// The navigator with some of its features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct AblationVariant {
     /// Name in rows.
     pub name: &'static str,

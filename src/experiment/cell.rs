@@ -19,6 +19,7 @@ const MAX_SHARDS: usize = 1_000_000;
 
 /// One combination of world, settings, engine and seed.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Cell {
     /// Its row before the run: its names, and its key, the digest of its inputs. The key does not depend on the names.
     pub row: RunRow,

@@ -20,6 +20,7 @@ pub struct Grid {
 
 /// Settings with their names in rows.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Setup {
     /// Name of the changes; none if there is only one set of settings.
     pub name: Option<String>,

@@ -138,8 +138,7 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
 }
 
 /// Groups runs by a name, in the order of the names.
-#[must_use]
-pub fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Vec<Group> {
+pub(crate) fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Vec<Group> {
     let mut all = grouped(rows, |row| name(row));
     all.sort_by(|one, other| one.0.cmp(&other.0));
     let of = |(name, rows): &(String, Vec<&RunRow>)| Group::of(name, rows);

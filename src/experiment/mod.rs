@@ -34,7 +34,7 @@ pub use ablation::{ABLATION_VARIANTS, AblationVariant, ablation_groups};
 pub use cell::{Cell, FORMAT, Shard};
 pub use error::ExperimentError;
 pub use grid::{Grid, Setup, sampling_setups};
-pub use group::{Group, faults, groups, groups_by};
+pub use group::{Group, faults, groups};
 pub use localization::{LocalizationCase, LocalizationSite, localization_config};
 pub use missions::TrafficKind;
 pub use outcome::{Contact, TouchedBody, contact};

@@ -101,6 +101,7 @@ pub(super) fn gap_to_moving_m(
 
 /// The body that was touched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum TouchedBody {
     /// A static obstacle.
     Static,
@@ -110,6 +111,7 @@ pub enum TouchedBody {
 
 /// A contact and its cause.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Contact {
     /// The body that was touched; of several bodies, the one with the least gap.
     pub body: TouchedBody,

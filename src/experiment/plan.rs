@@ -88,6 +88,7 @@ setting_schema! {
 /// Kinds of worlds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum WorldKind {
     /// The built-in scenes.
     #[default]
@@ -125,6 +126,7 @@ impl WorldKind {
 /// Numbers of forward speeds and turn rates, written as `16x64`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[non_exhaustive]
 pub struct SamplingGrid {
     /// Number of forward speeds, at least one.
     pub vx_samples: u32,
@@ -162,6 +164,7 @@ impl Display for SamplingGrid {
 /// A start and a goal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct PlanRoute {
     /// Start: x and y in metres, yaw in radians.
     pub start: [f64; 3],

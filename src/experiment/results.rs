@@ -15,6 +15,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The file of a cell: its result, and what the result depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CellFile {
     /// What its result depends on.
     pub inputs: Value,
@@ -83,6 +84,7 @@ fn check_version(version: &str, format: u32, file: &Path) -> Result<(), Experime
 
 /// All cells of a plan by their names and keys, in the plan's order. It turns results into a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Manifest {
     /// The crate's version.
     pub version: String,
@@ -143,6 +145,7 @@ impl Manifest {
 
 /// One table, and the cells that it lacks.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Merged {
     /// A row for each cell that has a result, in the plan's order. Without their clock columns
     /// ([`RunRow::without_clock`]) they are the same on every machine.

@@ -19,6 +19,7 @@ const NAMES: usize = 9;
 /// How a run ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RunOutcome {
     /// The robot reached its goal.
     Reached,
@@ -50,6 +51,7 @@ impl RunOutcome {
 /// The body whose motion caused a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ContactCause {
     /// The robot closed the gap by its own motion, or touched what does not move.
     Robot,

@@ -10,6 +10,7 @@ use crate::bench::percentile;
 
 /// Figures of a soak.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SoakSummary {
     /// All missions.
     pub all: Group,
@@ -35,6 +36,7 @@ pub struct SoakSummary {
 
 /// True distance from the goal where it was reached.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FinalError {
     /// Mean distance, metres.
     pub mean_m: f64,
@@ -90,6 +92,7 @@ fn final_error<'a>(reached: impl Iterator<Item = &'a RunRow> + Clone) -> Option<
 
 /// A run driven on two engines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Name of the world.
     pub world: String,

@@ -63,6 +63,7 @@ pub(super) struct Route {
 
 /// A simulation of a world, with the figures that the seed determines.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct WorldSimulation {
     /// The mission in its world.
     pub simulation: Simulation,

@@ -16,14 +16,13 @@ pub struct ClearanceCosts {
 }
 
 /// Largest weight that fits in a byte of sixteenths, rounded down.
-pub const MAX_CLEARANCE_WEIGHT: f64 = 15.0;
+pub(crate) const MAX_CLEARANCE_WEIGHT: f64 = 15.0;
 
 /// Units of cost per open cell.
 const PARTS: u64 = 16;
 
 impl ClearanceCosts {
-    /// Computes the costs for a preferred clearance in metres, above zero, and a weight. The weight is clamped to 0 to
-    /// [`MAX_CLEARANCE_WEIGHT`].
+    /// Computes the costs for a preferred clearance in metres, above zero, and a weight. The weight is clamped to 0 to 15.
     #[must_use]
     pub fn new(obstacles: &ObstacleGrid, preferred_m: f64, weight: f64) -> Self {
         let frame = *obstacles.frame();

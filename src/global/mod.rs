@@ -14,7 +14,7 @@ mod search;
 mod settings;
 mod spline;
 
-pub use clearance_cost::{ClearanceCosts, MAX_CLEARANCE_WEIGHT};
+pub use clearance_cost::ClearanceCosts;
 pub use curvature::{Curvature, Spline};
 pub use error::PlanError;
 pub use heuristic::{DIAGONAL, Estimator, Heuristic, STRAIGHT};

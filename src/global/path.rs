@@ -17,6 +17,7 @@ pub struct Path {
 
 /// The point of a path that is nearest to a given point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Projection {
     /// Arc length of that point, metres.
     pub arc_m: f64,

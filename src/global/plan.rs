@@ -22,6 +22,7 @@ pub struct PlanningSpace<'a> {
 
 /// Durations of the stages, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct StageTimes {
     /// Duration of the search.
     pub search: f64,
@@ -45,6 +46,7 @@ impl core::ops::Add for StageTimes {
 
 /// A global path with its intermediate stages. All start at the start and end at the goal.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Plan {
     /// The searched path, through cell centres.
     pub raw: Path,

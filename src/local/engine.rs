@@ -55,8 +55,7 @@ pub enum SampleStatus {
 
 impl SampleStatus {
     /// Converts the number that the shaders write; only its lowest two bits count.
-    #[must_use]
-    pub const fn from_u32(number: u32) -> Self {
+    pub(crate) const fn from_u32(number: u32) -> Self {
         match number & 3 {
             0 => Self::Ok,
             1 => Self::Collision,

@@ -43,6 +43,7 @@ impl FromStr for EngineChoice {
 }
 
 /// An engine and the reason for its selection.
+#[non_exhaustive]
 pub struct SelectedEngine {
     /// The engine.
     pub engine: Box<dyn Engine>,

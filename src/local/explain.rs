@@ -14,6 +14,7 @@ use crate::map::MovingDisc;
 
 /// The four terms in SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TermsSi {
     /// Pi minus the angle between the final heading and the target, radians.
     pub heading: f64,
@@ -33,6 +34,7 @@ impl TermsSi {
 
 /// The winner in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct WinnerSi {
     /// Sample index.
     pub index: u32,
@@ -49,6 +51,7 @@ pub struct WinnerSi {
 
 /// A sample in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SampleSi {
     /// Sample index.
     pub index: u32,
@@ -71,6 +74,7 @@ pub struct SampleSi {
 
 /// The answer to one problem in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Decision {
     /// The best sample; `None` when no sample is admissible. The robot must stop then.
     pub winner: Option<WinnerSi>,
@@ -208,6 +212,7 @@ impl<'a> Explainer<'a> {
 
 /// Some samples of a decision, evenly spaced over its window, and the winner.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TrajectoryFan {
     /// Start of all arcs: the predicted pose at the time at which the command takes effect.
     pub from: Pose,
@@ -225,6 +230,7 @@ pub struct TrajectoryFan {
 
 /// One sample of a [`TrajectoryFan`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FanArc {
     /// Its velocity.
     pub twist: Twist,

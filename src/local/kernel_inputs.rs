@@ -101,7 +101,7 @@ impl QuantizedDisc {
     /// Whether the centre is the robot's origin: the disc then does not move when the robot turns.
     #[must_use]
     #[inline]
-    pub const fn is_central(&self) -> bool {
+    pub(crate) const fn is_central(&self) -> bool {
         self.x == 0 && self.y == 0
     }
 }

@@ -63,7 +63,7 @@ impl Localizer {
             estimate: PoseEstimate {
                 time_s: 0.0,
                 pose: *start,
-                covariance: Matrix3::zeros(),
+                covariance: [[0.0; 3]; 3],
                 agreement: Agreement::default(),
                 rms_m: 0.0,
                 unobservable_directions: 3,
@@ -243,6 +243,8 @@ impl Localizer {
         self.estimate.pose = self.map.to_map(&self.ekf.pose);
         let (sin, cos) = libm::sincos(self.map.frame.origin.yaw);
         let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        self.estimate.covariance = turn * self.ekf.pose_covariance() * turn.transpose();
+        let covariance = turn * self.ekf.pose_covariance() * turn.transpose();
+        // An array of nalgebra holds the columns.
+        self.estimate.covariance = covariance.transpose().into();
     }
 }

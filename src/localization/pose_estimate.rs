@@ -1,6 +1,5 @@
 //! The result of localisation: pose, covariance and status.
 
-use nalgebra::Matrix3;
 use serde::Serialize;
 
 use super::Agreement;
@@ -61,7 +60,7 @@ pub struct PoseEstimate {
     /// The pose in the map frame.
     pub pose: Pose,
     /// Covariance of x, y and yaw in the map frame, square metres and radians.
-    pub covariance: Matrix3<f64>,
+    pub covariance: [[f64; 3]; 3],
     /// Consistency of the beams with the map at this pose.
     pub agreement: Agreement,
     /// Weighted root mean square distance of the matched beam ends from the mapped surfaces, metres; zero without matches.
@@ -78,7 +77,7 @@ impl PoseEstimate {
     /// Largest standard deviation of the position along any axis, metres.
     #[must_use]
     pub fn sigma_m(&self) -> f64 {
-        let (a, b, c) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
+        let [[a, b, _], [_, c, _], _] = self.covariance;
         let (mean, half) = (f64::midpoint(a, c), (a - c) / 2.0);
         (mean + (half * half + b * b).sqrt()).max(0.0).sqrt()
     }
@@ -86,6 +85,6 @@ impl PoseEstimate {
     /// Standard deviation of the yaw, radians.
     #[must_use]
     pub fn sigma_rad(&self) -> f64 {
-        self.covariance[(2, 2)].max(0.0).sqrt()
+        self.covariance[2][2].max(0.0).sqrt()
     }
 }

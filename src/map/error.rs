@@ -150,8 +150,7 @@ pub enum MapError {
 
 impl MapError {
     /// Wraps the error with the file in which it occurred.
-    #[must_use]
-    pub fn in_file(self, path: &Path) -> Self {
+    pub(crate) fn in_file(self, path: &Path) -> Self {
         Self::InFile { path: path.to_owned(), problem: Box::new(self) }
     }
 }

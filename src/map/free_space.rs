@@ -54,7 +54,7 @@ impl FreeSpace {
     ///
     /// # Panics
     /// Panics if the frames differ.
-    pub fn free_cells_near(&mut self, other: &Self, center: &Point, distance_m: f64) {
+    pub(crate) fn free_cells_near(&mut self, other: &Self, center: &Point, distance_m: f64) {
         assert_eq!(self.frame, other.frame, "both spaces have the same frame");
         let frame = self.frame;
         let at = frame.to_cell_units(center);
@@ -85,7 +85,7 @@ impl FreeSpace {
         self.free.get(cell)
     }
 
-    /// Distance kept from every obstacle, metres, except in cells freed by [`Self::free_cells_near`].
+    /// Distance kept from every obstacle, metres, except in cells freed by `free_cells_near`.
     #[must_use]
     pub const fn radius_m(&self) -> f64 {
         self.radius_m

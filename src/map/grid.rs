@@ -123,8 +123,7 @@ impl GridFrame {
     }
 
     /// The cell that covers a point in cell units; none if it is outside the grid or not finite.
-    #[must_use]
-    pub fn cell_at_units(&self, units: &Point) -> Option<Cell> {
+    pub(crate) fn cell_at_units(&self, units: &Point) -> Option<Cell> {
         let inside = units.x >= 0.0
             && units.y >= 0.0
             && units.x < f64::from(self.width)

@@ -57,6 +57,7 @@ impl Mode {
 
 /// The decision of a tick.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Decision {
     /// The velocity to send to the base.
     pub command: Twist,

@@ -43,8 +43,7 @@ impl ObstacleModel {
     }
 
     /// As [`Self::new`], but without tracking: every obstacle counts as static.
-    #[must_use]
-    pub fn without_tracking(known: ObstacleGrid) -> Self {
+    pub(crate) fn without_tracking(known: ObstacleGrid) -> Self {
         Self { map: LocalMap::new(known), tracker: None }
     }
 

@@ -44,6 +44,7 @@ pub struct Playground {
 
 /// How many requests a [`Playground`] has answered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RequestCounts {
     /// Requests with a successful response.
     pub answered: u64,

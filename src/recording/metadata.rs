@@ -17,6 +17,7 @@ pub const DRIVE: &str = "drive.toml";
 
 /// The initial state of a drive.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DriveMetadata {
     /// All settings.
     pub config: Config,
@@ -30,6 +31,7 @@ pub struct DriveMetadata {
 
 /// The end of a drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct DriveSummary {
     /// Number of recorded ticks.
     pub ticks: u64,

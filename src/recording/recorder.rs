@@ -23,6 +23,7 @@ const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 0 };
 
 /// What a recorder does when its queue is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BackpressurePolicy {
     /// The drive waits for the disk: for simulated time.
     Block,
@@ -32,6 +33,7 @@ pub enum BackpressurePolicy {
 
 /// The result of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RecordingReport {
     /// Number of readable messages in the file.
     pub messages: u64,

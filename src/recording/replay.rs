@@ -11,6 +11,7 @@ use crate::navigator::{Decision, Navigator};
 
 /// The result of a replay.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Replay {
     /// Number of ticks in the recording.
     pub ticks: u64,
@@ -24,6 +25,7 @@ pub struct Replay {
 
 /// A value that differs between recording and replay.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Difference {
     /// Number of earlier ticks.
     pub tick: u64,

@@ -11,6 +11,7 @@ use crate::ros::msg::{Message, Time};
 
 /// A tick of a recorded drive.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RecordedTick {
     /// Number of earlier ticks.
     pub tick: u64,

@@ -44,6 +44,7 @@ pub struct PlanView<'a> {
 
 /// The outcome of planning.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum PlanOutcome<'a> {
     /// A path.
     Found(PlanMetrics),

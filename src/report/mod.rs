@@ -34,7 +34,9 @@ pub use bench_page::{BenchReport, bench_files, bench_svg};
 pub use map::PathStages;
 pub use map_pictures::{DriveView, PlanMetrics, PlanOutcome, PlanView, drive_svg, plan_svg};
 pub use mission_page::{EngineComparison, MissionView, Report, html};
-pub use page::{ReportFile, STYLE};
+pub use page::ReportFile;
+#[cfg(feature = "playground")]
+pub(crate) use page::STYLE;
 pub use paper_page::{PaperReport, paper_files};
 pub use paper_tables::paper_text;
 pub use player::PlaybackRecorder;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 /// The style of all pages.
-pub const STYLE: &str = concat!(
+pub(crate) const STYLE: &str = concat!(
     include_str!("colours.css"),
     include_str!("drawing.css"),
     include_str!("chart.css"),
@@ -20,6 +20,7 @@ const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inlin
 
 /// A file of a report folder: a page, a picture, or the data of a chart.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ReportFile {
     /// Its name without a folder.
     pub name: String,

@@ -76,8 +76,7 @@ impl Limits {
 
     /// Pose and twist after a time, seconds, of motion towards a target twist. The twist changes linearly to the reachable one;
     /// the pose follows the mean of both.
-    #[must_use]
-    pub fn advance(
+    pub(crate) fn advance(
         &self,
         pose: &Pose,
         twist: &Twist,
@@ -89,8 +88,7 @@ impl Limits {
     }
 
     /// Pose and twist after a time, seconds, of braking as in [`Self::brake`].
-    #[must_use]
-    pub fn advance_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
+    pub(crate) fn advance_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
         let then = self.brake(twist, time_s);
         (pose.after(&mean(twist, &then), time_s), then)
     }

@@ -86,6 +86,7 @@ pub struct MissionResult {
 
 /// Pose of the robot minus that of a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StopError {
     /// Along x, metres.
     pub x_m: f64,
@@ -123,6 +124,7 @@ pub enum MissionError {
 }
 
 /// One tick of a mission.
+#[non_exhaustive]
 pub struct TickEvent<'a> {
     /// The row of the trace.
     pub row: &'a TraceRow,

@@ -37,6 +37,7 @@ pub struct SensorData {
 
 /// True state of a robot and its surroundings, for a robot in a known world.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct GroundTruth {
     /// True pose in the map.
     pub pose: Pose,

@@ -19,6 +19,7 @@ pub(super) const fn at_least_zero(name: &'static str, value: f64) -> Result<(), 
 
 /// Why a simulation cannot be built or run.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum SimError {
     /// The mission cannot start.
     #[error(transparent)]

@@ -15,6 +15,7 @@ use crate::map::{MovingDisc, Scan, TimedScan};
 
 /// A scan, and the moving obstacles that it shows.
 #[derive(Clone, Debug, PartialEq, Default)]
+#[non_exhaustive]
 pub struct LidarReturn {
     /// The measured ranges.
     pub scan: Scan,

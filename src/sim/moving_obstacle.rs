@@ -15,6 +15,7 @@ use crate::settings::require;
 
 /// When an obstacle appears. Until then it is invisible and touches nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SpawnTrigger {
     /// At a time, seconds after the start.
     AtTime(f64),
@@ -25,7 +26,7 @@ pub enum SpawnTrigger {
 /// A disc that moves by itself and may yield to the robot.
 ///
 /// A yielding obstacle stops while its next step would end within [`YIELD_GAP_M`] of the robot and nearer than before;
-/// after [`YIELD_TIMEOUT_S`] it changes its route. It does not appear within that gap either. It never hits the robot,
+/// after 3 s it changes its route. It does not appear within that gap either. It never hits the robot,
 /// but the robot may hit it. Other obstacles ignore the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MovingObstacle {

@@ -15,7 +15,7 @@ use crate::robot::Footprint;
 pub const YIELD_GAP_M: f64 = 0.3;
 
 /// Time, seconds, after which a yielding obstacle changes its route.
-pub const YIELD_TIMEOUT_S: f64 = 3.0;
+pub(crate) const YIELD_TIMEOUT_S: f64 = 3.0;
 
 /// Longest step, seconds: 2 cm at 1 m/s.
 const SUB_STEP_S: f64 = 0.02;

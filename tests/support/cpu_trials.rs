@@ -194,7 +194,7 @@ fn one_flipped_bit_is_reported() -> Result<(), Failed> {
         let mut engines: [Box<dyn Engine>; 2] =
             [Box::new(CpuEngine::single_threaded()), Box::new(falsified)];
         let verification = verify(&mut engines, case + 2, seed, |_| {})?;
-        let [Difference { engine, case: at, what, expected, found }] =
+        let [Difference { engine, case: at, what, expected, found, .. }] =
             verification.differences.as_slice()
         else {
             return Err(format!(

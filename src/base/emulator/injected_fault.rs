@@ -10,6 +10,7 @@ use crate::settings::parse_choice;
 /// A fault of an emulated base or its serial line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum InjectedFault {
     /// The left track is blocked.
     StuckLeft,

@@ -56,6 +56,7 @@ pub enum LidarFault {
 
 /// Snapshot of a lidar.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct LidarStatus {
     /// The latest revolution, with times by the reader's clock.
     pub scan: Option<Arc<TimedScan>>,

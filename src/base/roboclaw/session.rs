@@ -59,8 +59,7 @@ impl RoboClawSession {
     }
 
     /// Whether the controller has confirmed its watchdog.
-    #[must_use]
-    pub fn is_ready(&self) -> bool {
+    pub(crate) fn is_ready(&self) -> bool {
         self.watchdog == Watchdog::Confirmed
     }
 

@@ -58,6 +58,7 @@ impl AlgorithmRow {
 
 /// All algorithms on the scenarios of a map.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MapRows {
     /// Name of the map.
     pub map: String,

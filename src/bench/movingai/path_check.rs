@@ -8,6 +8,7 @@ use crate::map::{Cell, ObstacleGrid, Scenario, cell_from_top_left};
 
 /// Why a path is invalid. Cells are (column, row) from the lower left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum IllegalPath {
     /// It has no cell.
     #[error("the path has no cell")]
@@ -98,6 +99,7 @@ pub const TOLERANCE: f64 = 2e-4;
 
 /// Result of the check of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AnswerCheck {
     /// A legal path of the listed length.
     Optimal,

@@ -16,6 +16,7 @@ const ROUNDING_M: f64 = 1e-9;
 
 /// Median and tail of a time, milliseconds. In JSON the fields are `p50` and `p95`; the name of the object has the unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Times {
     /// Median.
     #[serde(rename = "p50")]
@@ -27,6 +28,7 @@ pub struct Times {
 
 /// A path at one stage.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StagePath {
     /// The path.
     pub path: Path,
@@ -61,6 +63,7 @@ impl Run {
 
 /// The results of all searches for one task.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TaskRuns {
     /// The task.
     pub task: Task,

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// A row of the paper's tables; none for values that the paper does not print.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PublishedRow {
     /// Environment or path.
     pub task: &'static str,
@@ -67,6 +68,7 @@ const fn table_2(
 /// A compared measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Measure {
     /// Time of planning.
     Time,

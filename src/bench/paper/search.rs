@@ -129,14 +129,14 @@ pub const MINE_SEARCHES: [Search; 7] = [
 ];
 
 /// The variants of Tables 1 and 2: both traditional ones first.
-pub const VARIANTS: [Search; 5] =
+pub(crate) const VARIANTS: [Search; 5] =
     [Search::MANHATTAN, Search::EUCLID, Search::IMPROVED, Search::LITERAL, Search::JUMP_POINTS];
 
 /// Number of traditional variants at the start of [`VARIANTS`].
-pub const TRADITIONAL: usize = 2;
+pub(crate) const TRADITIONAL: usize = 2;
 
 /// The angles of fig. 5: 45 degrees is the octile distance.
-pub const THETAS: [Search; 3] = [Search::THETA_30, Search::THETA_45, Search::THETA_60];
+pub(crate) const THETAS: [Search; 3] = [Search::THETA_30, Search::THETA_45, Search::THETA_60];
 
 /// The label of a variant's name.
 #[must_use]

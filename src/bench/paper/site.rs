@@ -17,6 +17,7 @@ const CELLS: usize = 10;
 
 /// A map that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum PaperError {
     /// Too little room for paths.
     #[error(
@@ -50,6 +51,7 @@ const SCENES: [[&str; 3]; 3] = [
 
 /// A start and a goal, both cells' centres.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Task {
     /// Name in the tables.
     pub name: String,
@@ -62,6 +64,7 @@ pub struct Task {
 /// A map with its tasks. All variants search the same free cells and validate paths against the same ones. The two
 /// distances from walls are those of [`RoutePlanner`](crate::navigator::RoutePlanner).
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Site {
     /// Name.
     pub name: String,

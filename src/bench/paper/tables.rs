@@ -13,6 +13,7 @@ use super::search::{Search, Stage, THETAS, TRADITIONAL, VARIANTS};
 
 /// The path of one variant for one task.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PathRow {
     /// Scene or path.
     pub task: String,
@@ -48,6 +49,7 @@ pub struct PathRow {
 
 /// Median times of the stages, milliseconds; none for a stage that is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct StageMs {
     /// Of the search.
     pub search: f64,
@@ -100,6 +102,7 @@ impl PathRow {
 
 /// Paths of variants, one row for each task and variant.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PathTable {
     /// Name in files.
     pub name: &'static str,
@@ -119,6 +122,7 @@ pub struct PathTable {
 
 /// The effect of each step, summed over all tasks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AblationTable {
     /// Name in files.
     pub name: &'static str,

@@ -10,6 +10,7 @@ use crate::experiment::{Group, RunRow};
 
 /// Figures of all runs, and those of the worlds with published figures next to the published ones.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BarnSummary {
     /// All runs.
     pub all: Group,
@@ -23,6 +24,7 @@ pub struct BarnSummary {
 
 /// Means over the runs of each world and then over worlds: each world counts the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct OverWorlds {
     /// Number of worlds.
     pub worlds: usize,
@@ -36,6 +38,7 @@ pub struct OverWorlds {
 
 /// Figures of the challenge's baseline, measured in Gazebo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PublishedMeans {
     /// Number of worlds.
     pub worlds: usize,

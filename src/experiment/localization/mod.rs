@@ -37,6 +37,7 @@ const LONGEST_S: f64 = 3600.0;
 /// A case of the localization experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum LocalizationCase {
     /// Back and forth between start and goal, for the length of the tour.
     Tour,

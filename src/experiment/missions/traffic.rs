@@ -16,6 +16,7 @@ use crate::sim::{MovingObstacle, MovingObstacles, PedestrianSpawner, SpawnTrigge
 /// The kind of moving obstacles of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum TrafficKind {
     /// No moving obstacles.
     None,

@@ -7,6 +7,7 @@ use crate::geometry::{Point, Pose};
 
 /// Absolute deviations of the final pose from the goal's, as the columns of Tables 3 and 4.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Deviation {
     /// Along the x axis of the start pose, metres.
     pub dx_m: f64,
@@ -50,6 +51,7 @@ impl Deviation {
 
 /// Mean and largest of some deviations, column by column.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Spread {
     /// Arithmetic mean.
     pub mean: Deviation,
@@ -72,6 +74,7 @@ impl Spread {
 
 /// A table of deviations in the paper.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PublishedDeviations {
     /// Its ten rows.
     pub rows: Vec<Deviation>,

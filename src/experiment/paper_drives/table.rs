@@ -42,6 +42,7 @@ impl PaperTable {
 
 /// The drives of one kind of traffic, with the paper's ten.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DriveTable {
     /// Its name in files.
     pub name: &'static str,
@@ -63,6 +64,7 @@ pub struct DriveTable {
 
 /// Figures over several drives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DriveSummary {
     /// The scene, or [`ALL_SCENES`].
     pub scene: String,
@@ -94,6 +96,7 @@ pub struct DriveSummary {
 
 /// Whether drives are good enough.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Acceptance {
     /// No drive ended in contact.
     pub no_contact: bool,

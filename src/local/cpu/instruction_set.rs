@@ -6,6 +6,7 @@ use super::lanes::{LaneTask, Lanes, Portable};
 
 /// Instruction sets of the CPU kernels. All return the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum InstructionSet {
     /// One sample after the other, step by step, as in the shaders: the reference for the others.
     Scalar,

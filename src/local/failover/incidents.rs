@@ -11,6 +11,7 @@ const MAX_MESSAGES: usize = 64;
 
 /// A GPU failure, or a successful or failed attempt to reopen the GPU.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Incident {
     /// Number of the decision, from 1; 0 is before the first.
     pub decision: u64,
@@ -22,6 +23,7 @@ pub struct Incident {
 
 /// Counts of GPU failures and recoveries, and the first messages.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Incidents {
     /// Decisions so far.
     pub decisions: u64,

@@ -13,6 +13,7 @@ const POLLS: usize = 1000;
 
 /// Description of an adapter for display and records.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct AdapterSummary {
     /// Name of the adapter.
     pub name: String,

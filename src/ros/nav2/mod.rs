@@ -59,6 +59,7 @@ pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> 
 
 /// The result of an import.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Import {
     /// The imported settings in TOML, each with its source as a comment. All others have their defaults.
     pub config: String,
@@ -74,6 +75,7 @@ pub struct Import {
 
 /// A mapped parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Mapped {
     /// Path in the file, such as `controller_server.FollowPath.max_vel_x`.
     pub parameter: String,
@@ -83,6 +85,7 @@ pub struct Mapped {
 
 /// A setting that depends on a parameter, alone or together with others.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MappedSetting {
     /// Path of the setting, such as `robot.limits.max_vel_x`.
     pub setting: &'static str,
@@ -94,6 +97,7 @@ pub struct MappedSetting {
 
 /// An unmapped parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Unmapped {
     /// Path in the file.
     pub parameter: String,

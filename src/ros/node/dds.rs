@@ -25,6 +25,7 @@ const TRANSFORM_DEPTH: usize = 100;
 
 /// Settings of the DDS transport.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct DdsSettings {
     /// Namespace of node and topics, with a leading slash; empty for none.
     pub namespace: String,

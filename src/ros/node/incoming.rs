@@ -13,6 +13,7 @@ const MIN_UPRIGHT: f64 = 0.5;
 
 /// A received message.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum IncomingMessage {
     /// On `map`.
     Map(msg::OccupancyGrid),

@@ -23,6 +23,7 @@ const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 500_000_000 };
 
 /// Settings of a node.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct NodeSettings {
     /// Robot, planners and navigator. Settings of the simulated world have no effect, and `wait_for_plans` is false.
     pub config: Config,
@@ -32,6 +33,7 @@ pub struct NodeSettings {
 
 /// The messages to publish at a tick.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Outgoing {
     /// For `cmd_vel`; none if the node does not control the robot.
     pub command: Option<Twist>,

@@ -68,6 +68,7 @@ pub enum MissingInput {
 
 /// Counters since the start of the node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct NodeStats {
     /// Accepted messages by topic.
     pub received: BTreeMap<&'static str, u64>,

@@ -252,7 +252,7 @@ fn row_of_a_drive_agrees_with_its_trace() {
     let turned = course.start.inverse_transform(&last.position())
         - course.start.inverse_transform(&course.goal.position);
     let expected = [turned.x.abs(), turned.y.abs()];
-    let Deviation { dx_m, dy_m, dyaw_rad } = Deviation::of(&run.row);
+    let Deviation { dx_m, dy_m, dyaw_rad, .. } = Deviation::of(&run.row);
     assert_eq!([dx_m, dy_m], expected);
     let yaw = course.goal.yaw.expect("the paper has a yaw");
     assert!((dyaw_rad - (last.yaw - yaw).abs()).abs() < 1e-12);

@@ -150,8 +150,8 @@ fn smooth_roadway_leaves_the_pose_along_it_to_odometry() {
     assert!((estimate.pose.x - truth.x - 0.105).abs() < 0.01, "{estimate:?}");
     assert!((estimate.pose.y - truth.y).abs() < 0.005, "{estimate:?}");
     assert!(errors(&estimate, &truth).1 < 0.003, "{estimate:?}");
-    assert!(estimate.covariance[(0, 0)].sqrt() > 0.1, "{estimate:?}");
-    assert!(estimate.covariance[(1, 1)].sqrt() < 0.02, "{estimate:?}");
+    assert!(estimate.covariance[0][0].sqrt() > 0.1, "{estimate:?}");
+    assert!(estimate.covariance[1][1].sqrt() < 0.02, "{estimate:?}");
     assert_eq!(estimate.status, LocalizationStatus::Uncertain);
     assert!((distance_scale - 1.0).abs() < 1e-6, "{distance_scale}");
 }

@@ -86,7 +86,8 @@ pub struct Robot {
 
 impl Robot {
     pub fn new(odom_is_map: bool) -> Self {
-        let settings = NodeSettings { odom_is_map, ..NodeSettings::default() };
+        let mut settings = NodeSettings::default();
+        settings.odom_is_map = odom_is_map;
         Self {
             core: NodeCore::new(settings, Box::new(CpuEngine::single_threaded())),
             pose: Pose::new(2.0, 1.5, 0.0),
@@ -126,7 +127,7 @@ impl Robot {
             self.receive(&IncomingMessage::Scan(self.scan()));
         }
         let stamp = header("", self.now_s).stamp;
-        let Outgoing { command, path, markers, notices } =
+        let Outgoing { command, path, markers, notices, .. } =
             self.core.tick(self.now_s, stamp, &mut || 0.0);
         self.notices.extend(notices);
         self.paths.extend(path);
