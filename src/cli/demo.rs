@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let config = Config::default();
     let mut drives = Vec::new();
     for scene in scenes() {
-        let SelectedEngine { engine, reason } =
+        let SelectedEngine { engine, reason, .. } =
             open_with_fallback(&EngineChoice::Auto, machine::cores(), false)?;
         if drives.is_empty() {
             output::note(format!("engine: {reason}"));

@@ -77,7 +77,7 @@ pub fn lines(result: &MissionResult) -> Vec<String> {
         let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));
         format!("{name:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
     };
-    for (number, StopError { x_m, y_m, yaw_rad }) in (1..).zip(&result.stop_errors) {
+    for (number, StopError { x_m, y_m, yaw_rad, .. }) in (1..).zip(&result.stop_errors) {
         lines.push(error(&format!("stop {number}"), (*x_m, *y_m), *yaw_rad));
     }
     lines.push(error("final error", result.final_error_m, result.final_yaw_error));

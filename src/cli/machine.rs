@@ -76,7 +76,7 @@ fn announce(
     open: impl FnOnce() -> Result<SelectedEngine, EngineError>,
 ) -> anyhow::Result<Box<dyn Engine>> {
     let started = Instant::now();
-    let SelectedEngine { engine, reason } = open().map_err(with_option)?;
+    let SelectedEngine { engine, reason, .. } = open().map_err(with_option)?;
     output::note(format!("engine: {reason}"));
     let ms = started.elapsed().as_secs_f64() * 1e3;
     output::detail(format!("{} ready after {ms:.0} ms", engine.name()));

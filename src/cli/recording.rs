@@ -86,7 +86,7 @@ impl<'a> Recording<'a> {
                 (true, report)
             }
         };
-        let RecordingReport { messages, bytes, stopped } = recorded;
+        let RecordingReport { messages, bytes, stopped, .. } = recorded;
         if let Some(why) = stopped.as_ref().filter(|_| !has_warned) {
             output::warn(warning(self.name, why));
         }

@@ -48,7 +48,7 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
     let difference = replay.first_difference.as_ref();
     let mut lines = vec![match difference {
         None => format!("the same bits in all {ticks} ticks"),
-        Some(Difference { tick, time_s, field, recorded, replayed }) => format!(
+        Some(Difference { tick, time_s, field, recorded, replayed, .. }) => format!(
             "DIFFERS first at tick {tick} of {ticks}, at {time_s:.3} s: {field} was {}, is {}",
             with_hex(recorded),
             with_hex(replayed),
@@ -75,7 +75,7 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 fn difference_object(difference: &Difference) -> Value {
-    let Difference { tick, time_s, field, recorded, replayed } = difference;
+    let Difference { tick, time_s, field, recorded, replayed, .. } = difference;
     let value = |number: &FieldValue| match number {
         FieldValue::Real(value) => json!(value),
         FieldValue::Count(value) => json!(value),

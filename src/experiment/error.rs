@@ -11,6 +11,7 @@ use crate::sim::SimError;
 
 /// An experiment that cannot be planned, run, resumed, merged or read.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum ExperimentError {
     /// A value that cannot be used.
     #[error("{key} is {value}: it must be {expected}")]

@@ -20,7 +20,6 @@ const POLICY: &str = "default-src 'none'; img-src data:; style-src 'unsafe-inlin
 
 /// A file of a report folder: a page, a picture, or the data of a chart.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub struct ReportFile {
     /// Its name without a folder.
     pub name: String,

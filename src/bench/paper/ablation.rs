@@ -102,6 +102,7 @@ fn label(search: Search, stage: Stage) -> String {
 
 /// Contribution of each step to a reduction, as shares of the value before; positive for a decrease.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Breakdown {
     /// The improved algorithm's search: `improved` or `jump_points`.
     pub chain: &'static str,
