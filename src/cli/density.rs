@@ -212,13 +212,8 @@ fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Gro
 }
 
 /// The table of latencies, the skipped cells, where GPUs overtake the CPU, and the table of regrets if commands were compared.
-<<<<<<< HEAD
-pub fn text(Density { rows, skipped }: &Density, quality: &[QualityRow]) -> Vec<String> {
-    let mut lines = text_table(rows, DensityRow::SUMMARY);
-=======
 pub fn text(Density { rows, skipped, .. }: &Density, quality: &[QualityRow]) -> Vec<String> {
-    let mut lines = text_table(rows, &DensityRow::SUMMARY);
->>>>>>> 971618c (Patterns of non-exhaustive results end with two dots)
+    let mut lines = text_table(rows, DensityRow::SUMMARY);
     lines.extend(skipped.iter().map(|cell| {
         let (name, samples, reason) = (&cell.name, cell.samples, &cell.reason);
         format!("not measured: {name} with {samples} samples: {reason}")

@@ -20,6 +20,6 @@ pub use reduction::{
     Measure, PUBLISHED_TABLE_1, PUBLISHED_TABLE_2, PublishedRow, Reduced, Reduction,
     published_reduction, targets,
 };
-pub use search::{MINE_SEARCHES, SEARCHES, Search, Stage, THETAS, TRADITIONAL, VARIANTS, label_of};
+pub use search::{MINE_SEARCHES, SEARCHES, Search, Stage, label_of};
 pub use site::{PaperError, Site, Task};
 pub use tables::{AblationTable, PathRow, PathTable, StageMs, path_tables};
