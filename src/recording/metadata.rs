@@ -17,7 +17,6 @@ pub const DRIVE: &str = "drive.toml";
 
 /// The initial state of a drive.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub struct DriveMetadata {
     /// All settings.
     pub config: Config,
