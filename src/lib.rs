@@ -18,7 +18,7 @@
 //! | run experiments | `experiment` (feature `experiment`) |
 //!
 //! Units are SI. Axes are those of REP-103: x forward, y left, yaw counter-clockwise. Without features the crate is the planner alone;
-//! each feature only adds.
+//! each feature only adds. Settings have defaults, and a method sets each key: `LocalSettings::default().vx_samples(15)`.
 //!
 //! # One decision
 //!
