@@ -101,7 +101,7 @@ pub fn all_engines() -> anyhow::Result<Vec<Box<dyn Engine>>> {
 }
 
 /// Notes an adapter that cannot be opened.
-pub fn note_skipped(error: EngineError) {
+pub fn note_skipped(error: &EngineError) {
     output::note(format!("skipped: {error}"));
 }
 

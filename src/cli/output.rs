@@ -132,15 +132,13 @@ pub fn print_usage_error(error: &clap::Error) {
     let mut paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
     let starts = |with: &str| paragraphs.iter().find(|paragraph| paragraph.starts_with(with));
     // For a missing subcommand clap renders the whole help instead of an error.
-    let message = match (starts("error:"), starts("Usage:")) {
-        (None, Some(usage)) => format!("a command is missing: {usage}"),
-        _ => {
-            let is_hint = |text: &String| {
-                text.starts_with("Usage:") || text.starts_with("For more information")
-            };
-            paragraphs.retain(|paragraph| !is_hint(paragraph));
-            paragraphs.join("; ")
-        }
+    let message = if let (None, Some(usage)) = (starts("error:"), starts("Usage:")) {
+        format!("a command is missing: {usage}")
+    } else {
+        let is_hint =
+            |text: &String| text.starts_with("Usage:") || text.starts_with("For more information");
+        paragraphs.retain(|paragraph| !is_hint(paragraph));
+        paragraphs.join("; ")
     };
     let message = message.strip_prefix("error: ").unwrap_or(&message);
     print_error_text(&format!("{message}; see --help"));

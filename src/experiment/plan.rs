@@ -55,13 +55,13 @@ settings! {
         /// Highest speed in "barn".
         pub max_speed_m_s: f64 = 2.0, ["m/s", above 0 to 10];
         /// Side of a cell of a .map or text map.
-        pub resolution_m: f64 = 1.0, ["m", above 0 to 1000000000];
+        pub resolution_m: f64 = 1.0, ["m", above 0 to 1e9];
         /// Routes of "map": tables of `start`, x, y and yaw, and `goal`, x, y and optionally yaw; metres and radians.
         pub routes: Vec<PlanRoute> = Vec::new();
         /// Number of moving obstacles on each route of "map", and their largest number in each of "missions".
         pub people: usize = 0, ["", 0 to 100];
         /// Simulated time after which a route of "map" or "scenes" ends.
-        pub time_limit_s: f64 = 3600.0, ["s", above 0 to 1000000000];
+        pub time_limit_s: f64 = 3600.0, ["s", above 0 to 1e9];
         /// Longest path of "missions".
         pub longest_m: f64 = 60.0, ["m", 4 to 10000];
         /// Share of "missions" with obstacles on the path that the map does not show.

@@ -96,7 +96,7 @@ pub fn open_with_fallback(
 /// When the system refuses a thread.
 pub fn open_all_engines(
     threads: usize,
-    left_out: impl FnMut(EngineError),
+    left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     with_others(vec![Box::new(CpuEngine::single_threaded())], threads, left_out)
 }
@@ -108,7 +108,7 @@ pub fn open_all_engines(
 /// When the system refuses a thread.
 pub fn open_all_variants(
     threads: usize,
-    left_out: impl FnMut(EngineError),
+    left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     let mut engines: Vec<Box<dyn Engine>> = Vec::new();
     for instructions in InstructionSet::ALL.into_iter().filter(|one| one.is_available()) {
@@ -121,7 +121,7 @@ pub fn open_all_variants(
 fn with_others(
     mut engines: Vec<Box<dyn Engine>>,
     threads: usize,
-    mut left_out: impl FnMut(EngineError),
+    mut left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     if threads > 1 {
         engines.push(Box::new(CpuEngine::with_threads(threads)?));
@@ -130,7 +130,7 @@ fn with_others(
     for adapter in adapters() {
         match GpuEngine::new(&adapter) {
             Ok(engine) => engines.push(Box::new(engine)),
-            Err(error) => left_out(error),
+            Err(error) => left_out(&error),
         }
     }
     #[cfg(not(feature = "gpu"))]

@@ -75,7 +75,7 @@ impl Table {
 
     /// The table as lines of text: the title, if it has one, the headers and the rows.
     pub(super) fn lines(&self) -> Vec<String> {
-        let lines = [&[self.headers.clone()], &self.rows[..]].concat();
+        let lines = [std::slice::from_ref(&self.headers), &self.rows[..]].concat();
         // A column of texts starts with a letter in its first row.
         let is_text = |place: usize| {
             let first = self.rows.first().and_then(|row| row[place].chars().next());

@@ -223,7 +223,7 @@ impl<'a> DriveMap<'a> {
             0 | 1 => "one plan".to_owned(),
             plans => format!("{plans} plans"),
         };
-        format!("{pedestrians}{} s, smallest gap {} m, {plans}.", fixed(time_s, 1), fixed(gap_m, 2),)
+        format!("{pedestrians}{} s, smallest gap {} m, {plans}.", fixed(time_s, 1), fixed(gap_m, 2))
     }
 }
 

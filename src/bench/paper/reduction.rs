@@ -178,8 +178,7 @@ pub fn published_reduction(rows: &[PublishedRow]) -> Reduction {
 /// the other table.
 #[must_use]
 pub fn targets(rows: &[PublishedRow]) -> [(Measure, f64); 4] {
-    let reductions =
-        [rows, &PUBLISHED_TABLE_1, &PUBLISHED_TABLE_2].map(|rows| published_reduction(rows));
+    let reductions = [rows, &PUBLISHED_TABLE_1, &PUBLISHED_TABLE_2].map(published_reduction);
     Measure::ALL.map(|measure| {
         let printed = reductions.iter().find_map(|reduction| reduction.of(measure).of_sums);
         (measure, printed.unwrap_or(0.0))

@@ -212,9 +212,10 @@ impl Chart {
                 (drawn.content)
             }
         };
-        match &self.table {
-            Some(table) => figure(self.title, &picture, &self.legend, &self.caption, table),
-            None => html! { figure { h3 { (self.title) } (picture) (legend_list(&self.legend)) } },
+        if let Some(table) = &self.table {
+            figure(self.title, &picture, &self.legend, &self.caption, table)
+        } else {
+            html! { figure { h3 { (self.title) } (picture) (legend_list(&self.legend)) } }
         }
     }
 

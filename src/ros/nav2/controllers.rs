@@ -97,11 +97,10 @@ fn controller_rules(plugin: &Parameters) -> Option<ControllerRules> {
     if outer != ROTATION_SHIM {
         return Some((vec![of_type(outer)?], None));
     }
-    match plugin.peek_text(PRIMARY) {
-        Some(primary) => Some((vec![tables::ROTATION_SHIM, of_type(primary)?], None)),
-        None => {
-            let nested = of_type(plugin.peek_text(&format!("{PRIMARY}.plugin"))?)?;
-            Some((vec![tables::ROTATION_SHIM], Some(nested)))
-        }
+    if let Some(primary) = plugin.peek_text(PRIMARY) {
+        Some((vec![tables::ROTATION_SHIM, of_type(primary)?], None))
+    } else {
+        let nested = of_type(plugin.peek_text(&format!("{PRIMARY}.plugin"))?)?;
+        Some((vec![tables::ROTATION_SHIM], Some(nested)))
     }
 }

@@ -50,6 +50,7 @@ pub const MAX_LANES: usize = 16;
 /// Lanes of `i32`. Additions, subtractions and products wrap; comparisons are signed.
 ///
 /// Methods are `inline(always)`: they must be compiled within the kernel that enables the instructions.
+#[expect(clippy::return_self_not_must_use, reason = "an operation without a use is no mistake")]
 pub trait Lanes: Copy {
     /// Number of lanes.
     const COUNT: usize;

@@ -92,6 +92,7 @@ fn wrong_lengths_are_noticed() {
 }
 
 /// A search that goes straight to the goal and ignores obstacles.
+#[expect(clippy::unnecessary_wraps, reason = "an algorithm's search may fail")]
 fn blind<'a>(
     _: &'a mut Searcher,
     _: &FreeSpace,
