@@ -9,7 +9,7 @@ use super::program::{Workplace, assert_fields};
 const LIST: &str = "world,official50,path_length_m,optimal_time_s,dwa_success,dwa_collision,dwa_timeout,dwa_metric\n\
     3,1,10.0,5.0,0.90,0.10,0.00,0.1500\n\
     12,0,10.0,5.0,,,,\n";
-/// Posts beside the straight way, and in it.
+/// Posts next to the straight path, and on it.
 const THREE: &str = "x_m,y_m,radius_m,kind\n-1.5,6.0,0.075,obstacle\n";
 const TWELVE: &str = "x_m,y_m,radius_m,kind\n-2.25,6.0,0.075,obstacle\n-2.4,6.0,0.075,obstacle\n-1.0,8.0,0.075,obstacle\n";
 

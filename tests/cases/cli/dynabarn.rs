@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::program::{Workplace, assert_fields};
 
-/// A cylinder that crosses a way of six metres, and one beside it.
+/// A cylinder that crosses a path of six metres, and one next to it.
 const FOUR: &str = r#"{"world": 4, "start_x_y_yaw": [3, 0, 3.14], "goal_x_y": [-3, 0], "obstacles": [
     {"name": "a", "radius_m": 0.5, "loop_s": 9, "keyframes_t_x_y": [[0, 0, -2], [4.5, 0, 2], [9, 0, -2]]},
     {"name": "b", "radius_m": 0.5, "loop_s": 9, "keyframes_t_x_y": [[0, 1, 3]]}]}"#;

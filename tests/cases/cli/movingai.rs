@@ -119,7 +119,7 @@ fn a_folder_is_measured_map_by_map() {
 #[test]
 fn a_wrong_answer_is_told_by_the_exit_status() {
     let place = place();
-    for (from, to, counts, said) in [
+    for (from, to, counts, message) in [
         // Legal paths whose listed length goes through the wall.
         ("8.82843", "7.82843", [3, 1, 0], "longer than the 7.82843 listed"),
         ("8.82843", "8.83843", [2, 0, 1], "shorter than the 8.83843 listed"),
@@ -135,7 +135,7 @@ fn a_wrong_answer_is_told_by_the_exit_status() {
         assert_eq!(found, counts, "{to}: {row}");
         let fault = row["first_fault"].as_str().expect("a fault");
         assert!(fault.starts_with("room.map, scenario of line 2: "), "{fault}");
-        assert!(fault.contains(said), "{fault}");
+        assert!(fault.contains(message), "{fault}");
         let run = place.run(ALONE);
         assert_eq!((run.status, run.errors.len()), (1, 0), "{run:?}");
         assert!(run.stdout.contains(&format!("WRONG: A* octile, first at {fault}")), "{run:?}");

@@ -91,7 +91,7 @@ fn the_page_holds_all_it_needs() {
     // Three scenes and two paths of the mine with three maps each, the whole mine, and four charts, two of fig. 5.
     assert_eq!(page.matches("role=\"img\"").count(), 5 * 3 + 1 + 4);
     // What the first table shows, the paper's rows among ours, and the same with all digits.
-    let read = |name: &str| fs::read_to_string(place.path(name)).expect("beside the page");
+    let read = |name: &str| fs::read_to_string(place.path(name)).expect("next to the page");
     let table = read("out/deep/table_1.csv");
     assert!(table.starts_with("scene or path,variant,\"length, m\""), "{table}");
     assert_eq!(table.lines().count(), 1 + 15 + 6, "{table}");

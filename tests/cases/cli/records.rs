@@ -92,13 +92,13 @@ fn draw_report_has_its_rows_in_files() {
     );
     let read = |name: &str| fs::read_to_string(place.path(name)).expect("a file of the report");
     let page = read("out/deep/index.html");
-    for said in [
+    for message in [
         "inbye bench draw latency.csv barn.csv --report out/deep",
         "latency.csv (latencies)",
         "href=\"barn.json\"",
         "success 0.500, 0 collisions, score 0.1875 of 0.5",
     ] {
-        assert!(page.contains(said), "{said}");
+        assert!(page.contains(message), "{message}");
     }
     let rows: Value = serde_json::from_str(&read("out/deep/barn.json")).expect("JSON");
     assert_eq!(rows[1]["score"], json!(0.25));
@@ -175,7 +175,7 @@ fn benchmarks_write_pages() {
         assert_eq!(run.errors, [format!("report: {chart}/index.html")]);
         let read = |ending: &str| {
             let file = place.path(&format!("{chart}/{chart}.{ending}"));
-            fs::read_to_string(file).expect("beside the page")
+            fs::read_to_string(file).expect("next to the page")
         };
         Document::parse(&read("svg")).expect("sound markup");
         let rows: Vec<Value> = serde_json::from_str(&read("json")).expect("a list");

@@ -63,7 +63,7 @@ fn soak_resumes_from_its_folder() {
 fn soak_replay_writes_page_and_ticks() {
     let place = Workplace::new();
     let soak = "bench soak --maps mine.yaml --missions 3 --longest 8";
-    // A map without room is left out, and that is said.
+    // A map without room is left out with a note.
     place.write("pocket.txt", "#####\n#...#\n#####\n");
     let soak = soak.replace("mine.yaml", "pocket.txt mine.yaml");
     let run = place.run(&format!("{soak} --replay 2 --report out --json"));

@@ -10,9 +10,9 @@ use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("a few cylinders are passed", passes),
-    ("a run that ends within a metre of the goal is over there", ends_within_a_metre),
+    ("a run ends within one metre of the goal", ends_within_a_metre),
     ("a robot that drives through a cylinder ends in contact", drives_through),
-    ("a robot that is enclosed fails with a reason", walled_in),
+    ("an enclosed robot fails with a reason", walled_in),
     ("a short time limit ends in a timeout", no_time),
 ];
 

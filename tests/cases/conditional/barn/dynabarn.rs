@@ -21,7 +21,7 @@ pub const TESTS: &[Test] = &[
     ("a robot that drives into an obstacle causes the contact", drives_into),
     ("a contact that a steady command avoids is avoidable", could_step_aside),
     ("a contact without an avoiding command is attributed to the other", run_over),
-    ("the state before a contact is the latest early enough", before),
+    ("the state before a contact is the latest one with enough time to react", before),
 ];
 
 const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
@@ -191,7 +191,7 @@ pub fn trial() -> Trial {
     Trial::ignorable_test("the worlds of DynaBARN are read", || {
         if !Path::new(WORLDS).exists() {
             return Ok(Completion::ignored_with(
-                "the development data are not beside the repository",
+                "the development data are not next to the repository",
             ));
         }
         all_are_read()?;

@@ -9,9 +9,9 @@ use inbye::map::{Cell, ObstacleGrid};
 use super::Test;
 
 pub const TESTS: &[Test] = &[
-    ("solid cells are those that a cylinder covers a part of", exact),
-    ("a cylinder drawn too small, or too large, is seen", faults),
-    ("there is room about the cylinders and the ends", room),
+    ("a cell is occupied where a cylinder covers any part of it", exact),
+    ("a cylinder of the wrong size on the grid is detected", faults),
+    ("the grid has free space around the cylinders and both ends", room),
     ("the robot's discs cover its footprint closely", discs_cover_the_footprint),
 ];
 

@@ -146,7 +146,7 @@ pub fn trial() -> Trial {
     Trial::ignorable_test("a world of the benchmark that moves is crossed", || {
         if !Path::new(WORLDS).exists() {
             return Ok(Completion::ignored_with(
-                "the development data are not beside the repository",
+                "the development data are not next to the repository",
             ));
         }
         crosses()?;

@@ -14,7 +14,7 @@ pub fn trial() -> Trial {
     Trial::ignorable_test("two worlds of the benchmark are crossed", || {
         if !Path::new(WORLDS).exists() {
             return Ok(Completion::ignored_with(
-                "the development data are not beside the repository",
+                "the development data are not next to the repository",
             ));
         }
         crosses()?;

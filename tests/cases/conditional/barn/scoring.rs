@@ -7,7 +7,7 @@ use super::Test;
 
 pub const TESTS: &[Test] = &[
     ("the score is OT over the time, within bounds", formula),
-    ("each world counts the same, whatever its number of runs", means),
+    ("each world has the same weight for any number of runs", means),
 ];
 
 fn formula() {

@@ -9,10 +9,10 @@ use super::search::holds;
 type Fragile = (&'static str, fn(&[u8]), &'static [u8]);
 
 const FRAGILE: [Fragile; 4] = [
-    ("a length that is believed", believes_a_length, b"\x03abc"),
+    ("a length that is not checked", trusts_a_length, b"\x03abc"),
     ("a sum that overflows", overflows, b"width 4\nheight 3\n"),
-    ("a number that is not finite", lets_infinity_pass, b"radius = 0.25"),
-    ("half a frame that is forgotten", forgets_half_a_frame, b"\x02<a><b><c>"),
+    ("a number that is not finite", accepts_infinity, b"radius = 0.25"),
+    ("a partial frame that is lost", loses_a_partial_frame, b"\x02<a><b><c>"),
 ];
 
 pub fn trials() -> Vec<Trial> {
@@ -31,7 +31,7 @@ fn is_broken(name: &str, parser: fn(&[u8]), sound: &[u8]) -> Result<(), Failed> 
     }
 }
 
-fn believes_a_length(data: &[u8]) {
+fn trusts_a_length(data: &[u8]) {
     if let Some((&length, rest)) = data.split_first() {
         assert!(rest[..usize::from(length)].len() < 256);
     }
@@ -44,14 +44,14 @@ fn overflows(data: &[u8]) {
     assert!(cells < u32::MAX);
 }
 
-fn lets_infinity_pass(data: &[u8]) {
+fn accepts_infinity(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let number = text.split(" = ").nth(1).and_then(|text| text.parse().ok());
     assert!(number.is_none_or(f64::is_finite), "{number:?}");
 }
 
 /// A decoder that knows only frames which come in one piece.
-fn forgets_half_a_frame(data: &[u8]) {
+fn loses_a_partial_frame(data: &[u8]) {
     let Some((&longest, stream)) = data.split_first() else {
         return;
     };

@@ -1,4 +1,4 @@
-//! A body run on inputs, and what is said of the first that breaks it.
+//! Runs a body on inputs and reports the first one that breaks it.
 
 use std::env;
 use std::fmt;
@@ -20,14 +20,14 @@ const SEED: u64 = 20_261_122;
 pub struct Breach {
     pub of: String,
     pub input: Vec<u8>,
-    pub said: String,
+    pub message: String,
 }
 
 impl fmt::Display for Breach {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { of, input, said } = self;
+        let Self { of, input, message } = self;
         let input = input.escape_ascii();
-        write!(formatter, "{said}\nby {of}: b\"{input}\"")
+        write!(formatter, "{message}\nby {of}: b\"{input}\"")
     }
 }
 
@@ -47,9 +47,9 @@ pub fn holds(
             fs::write(file, input).expect("a folder for the input under test");
         }
         catch_unwind(AssertUnwindSafe(|| body(input))).map_err(|payload| {
-            let said = payload.downcast_ref::<String>().cloned();
-            let said = said.or_else(|| payload.downcast_ref::<&str>().map(|&it| it.to_owned()));
-            Breach { of: of.to_string(), input: input.to_vec(), said: said.unwrap_or_default() }
+            let message = payload.downcast_ref::<String>().cloned();
+            let message = message.or_else(|| payload.downcast_ref::<&str>().map(|&it| it.to_owned()));
+            Breach { of: of.to_string(), input: input.to_vec(), message: message.unwrap_or_default() }
         })
     };
     for seed in seeds {

@@ -14,7 +14,7 @@ pub const TESTS: &[Test] = &[
     ),
     ("door that is closed in the map stays unused", trusts_the_map),
     ("mission fails with a reason when the only door is closed", fails_with_a_reason),
-    ("robot walled in on all sides stands and fails with a reason", walled_in),
+    ("enclosed robot stands and fails with a reason", walled_in),
     ("robot leaves an unmapped trap", out_of_a_trap),
     ("robot drives around an unmapped pillar", around_a_pillar),
 ];

@@ -17,7 +17,7 @@ pub const TESTS: &[Test] = &[
     ("robot starts next to a standing pedestrian", next_to_one),
     ("robot does not touch a pedestrian that steps out at braking distance", steps_out),
     ("robot keeps its distance behind a slow pedestrian", slow_ahead),
-    ("robot passes a gate after a pedestrian has left it", gate),
+    ("robot passes a gate after a pedestrian leaves it", gate),
 ];
 
 /// A drive along a roadway 6 m wide.

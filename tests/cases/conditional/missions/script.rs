@@ -20,7 +20,7 @@ pub const TESTS: &[Test] = &[
     ("local targets are the key nodes in order, the goal last", key_nodes_in_order),
     ("navigator stops before an obstacle that appears at braking distance", brakes_for_a_body),
     ("navigator stands while an obstacle touches the robot", stands_while_touched),
-    ("navigator stands between walls on all sides", stops_between_walls),
+    ("navigator stands when walls enclose it", stops_between_walls),
     ("navigator stands after arrival", stands_after_arrival),
     ("command is within the limits from a speed outside them", from_outside_the_limits),
 ];

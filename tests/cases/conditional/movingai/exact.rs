@@ -15,10 +15,10 @@ pub const TESTS: [Test; 5] = [
         "exact algorithms find the shortest paths, the others legal ones",
         exact_algorithms_find_the_shortest_paths,
     ),
-    ("a listed length that is wrong is noticed", wrong_lengths_are_noticed),
-    ("a search that walks through walls is noticed", a_blind_search_is_noticed),
-    ("a search that gives up is noticed", a_search_that_gives_up_is_noticed),
-    ("the longest scenarios are those listed first", the_longest_are_those_listed_first),
+    ("a wrong listed length is detected", wrong_lengths_are_noticed),
+    ("a search that crosses occupied cells is detected", a_blind_search_is_noticed),
+    ("a search that gives up is detected", a_search_that_gives_up_is_noticed),
+    ("the longest scenarios are listed first", the_longest_are_listed_first),
 ];
 
 /// The maps and scenarios of the sample.
@@ -139,7 +139,7 @@ fn a_search_that_gives_up_is_noticed() {
     assert!(fault.contains("no path was found"), "{fault}");
 }
 
-fn the_longest_are_those_listed_first() {
+fn the_longest_are_listed_first() {
     for map in sample() {
         let all = map.scenarios;
         let some = longest(all.clone(), 20);

@@ -12,7 +12,7 @@ pub const TESTS: [Test; 3] = [
     ("the length of a legal path is that of its moves", legal_paths_are_measured),
     ("every illegal path is rejected by its kind", illegal_paths_are_rejected_by_kind),
     (
-        "lengths are compared within what the file can tell",
+        "lengths are compared within the precision of the file",
         lengths_are_compared_within_the_tolerance,
     ),
 ];

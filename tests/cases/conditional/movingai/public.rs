@@ -14,7 +14,7 @@ pub fn trials() -> Vec<Trial> {
     let folders = ["movingai", "mine"].map(|folder| Path::new(DATA).join(folder));
     if folders.iter().any(|folder| !folder.exists()) {
         return vec![Trial::ignorable_test("public maps", || {
-            Ok(Completion::ignored_with("the development data are not beside the repository"))
+            Ok(Completion::ignored_with("the development data are not next to the repository"))
         })];
     }
     let mut trials = Vec::new();

@@ -18,7 +18,7 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_ray.py
 const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/ray/bin/python");
 const NO_RAY: &str = "no Python with ray was found; INBYE_RAY_PYTHON names one";
 /// Longer than a cluster takes on an overloaded machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+const TIMEOUT: Duration = Duration::from_secs(300);
 
 pub fn trials() -> Vec<Trial> {
     let trial = |name: &str, test: fn(&Path) -> Result<(), Failed>| {
@@ -49,13 +49,13 @@ fn killed_on_the_way(python: &Path, flags: &[&str]) -> Result<(), Failed> {
     let plan = fs::canonicalize(place.path("plan.toml"))?;
     let killed = kill_a_worker(&place, &plan, &mut driver);
     let output = driver.wait_with_output()?;
-    let said = String::from_utf8_lossy(&output.stderr);
-    let killed = killed.map_err(|why| format!("{why}: {said}"))?;
+    let message = String::from_utf8_lossy(&output.stderr);
+    let killed = killed.map_err(|why| format!("{why}: {message}"))?;
     if !output.status.success() {
-        return Err(format!("worker {killed} was killed, and the sweep gave up: {said}").into());
+        return Err(format!("worker {killed} was killed, and the sweep gave up: {message}").into());
     }
-    if !said.contains(&format!("{CELLS}/{CELLS} cells")) {
-        return Err(format!("no progress was shown: {said}").into());
+    if !message.contains(&format!("{CELLS}/{CELLS} cells")) {
+        return Err(format!("no progress was shown: {message}").into());
     }
     place.assert_same_table("out");
     Ok(())
@@ -65,7 +65,7 @@ fn killed_on_the_way(python: &Path, flags: &[&str]) -> Result<(), Failed> {
 /// of our programs.
 fn kill_a_worker(place: &PlanFolder, plan: &Path, driver: &mut Child) -> Result<u32, String> {
     let began = Instant::now();
-    while began.elapsed() < PATIENCE {
+    while began.elapsed() < TIMEOUT {
         if driver.try_wait().is_ok_and(|ended| ended.is_some()) {
             return Err("all was over before a worker could be killed".to_owned());
         }

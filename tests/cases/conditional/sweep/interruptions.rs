@@ -11,16 +11,16 @@ use super::Test;
 use super::plan_folder::{CELLS, PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
-    ("killed over and over, nothing is lost and nothing done twice", killed),
-    ("two processes on one folder share the cells", side_by_side),
-    ("what a killed process was at is done by the one beside it", taken_over),
-    ("another plan waits until a folder is free", another_plan),
-    ("shards together are the whole", shards),
-    ("the tasks of a Slurm array together are the whole", slurm),
+    ("repeated kills lose no cell and repeat none", killed),
+    ("two processes share the cells of one folder", side_by_side),
+    ("another process runs the cell of a killed process", taken_over),
+    ("another plan waits until the folder is free", another_plan),
+    ("merged shards equal the whole sweep", shards),
+    ("merged tasks of a Slurm array equal the whole sweep", slurm),
 ];
 
 /// Longer than any run takes on an overloaded machine.
-const PATIENCE: Duration = Duration::from_secs(300);
+const TIMEOUT: Duration = Duration::from_secs(300);
 
 fn killed() {
     let place = PlanFolder::new();
@@ -31,7 +31,7 @@ fn killed() {
         let had = place.finished("out");
         let mut process = place.start("sweep plan.toml --out out --jobs 2");
         let began = Instant::now();
-        while place.finished("out").len() < from && began.elapsed() < PATIENCE {
+        while place.finished("out").len() < from && began.elapsed() < TIMEOUT {
             sleep(Duration::from_millis(2));
         }
         sleep(Duration::from_millis(rng.random_range(0..120)));
@@ -85,7 +85,7 @@ fn taken_over() {
     let mut first = place.start("sweep plan.toml --out out --jobs 2");
     let mut second = place.start("sweep plan.toml --out out --jobs 1");
     let began = Instant::now();
-    while place.finished("out").len() < 4 && began.elapsed() < PATIENCE {
+    while place.finished("out").len() < 4 && began.elapsed() < TIMEOUT {
         sleep(Duration::from_millis(2));
     }
     first.kill().expect("it can be killed");
@@ -101,8 +101,8 @@ fn another_plan() {
     place.write("other.toml", PLAN.replace("[0, 1, 2]", "[0]"));
     let in_use = File::open(place.path("out/sweep.lock")).expect("a folder in use has it");
     in_use.lock_shared().expect("the lock is free");
-    let said = place.refusal("sweep other.toml --out out");
-    assert!(said.contains("another plan is being run in it"), "{said}");
+    let message = place.refusal("sweep other.toml --out out");
+    assert!(message.contains("another plan is being run in it"), "{message}");
     // The same plan may run at the same time.
     place.json("sweep plan.toml --out out --shard 1/24");
     in_use.unlock().expect("we have it");

@@ -6,8 +6,8 @@ use super::Test;
 use super::plan_folder::{PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
-    ("no cell of any process runs beside a latency cell", latency_cells_run_alone),
-    ("latencies stand in a table of their own", own_table),
+    ("no other cell runs during a latency cell", latency_cells_run_alone),
+    ("latencies have their own table", own_table),
 ];
 
 /// The plan, with one of its two worlds measured.

@@ -8,13 +8,13 @@ use super::Test;
 use super::plan_folder::{CELLS, PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
-    ("the documented plan is the default", documented),
-    ("names decide nothing, content everything", content_decides),
-    ("a changed plan reuses what is the same", reuse),
-    ("bad plans are refused with the mend", refusals),
-    ("a cell that cannot be begun is a row, and not the end", errors_are_rows),
-    ("every kind of worlds is driven", kinds),
-    ("a machine without the engine leaves the cell to others", no_engine),
+    ("the documented plan equals the default", documented),
+    ("the key of a cell depends on content, not on names", content_decides),
+    ("a changed plan reuses unchanged cells", reuse),
+    ("an invalid plan is rejected with its remedy", refusals),
+    ("a cell that cannot start is a failed row, and the sweep goes on", errors_are_rows),
+    ("every kind of world is driven", kinds),
+    ("a machine without the engine leaves the cell to other machines", no_engine),
 ];
 
 fn documented() {
@@ -119,8 +119,8 @@ fn refusals() {
         let plan = PLAN.replacen(from, to, 1);
         assert_ne!(plan, PLAN, "{from}");
         place.write("bad.toml", plan);
-        let said = place.refusal("sweep bad.toml --out out");
-        assert!(said.contains(&says) && said.contains("bad.toml"), "{to}: {said}");
+        let message = place.refusal("sweep bad.toml --out out");
+        assert!(message.contains(&says) && message.contains("bad.toml"), "{to}: {message}");
     }
     for (arguments, says) in [
         ("sweep plan.toml --shard 3/2", "--shard"),
@@ -129,8 +129,8 @@ fn refusals() {
         ("sweep", "PLAN.toml"),
         ("sweep merge nowhere", "nowhere/sweep.json"),
     ] {
-        let said = place.refusal(arguments);
-        assert!(said.contains(says), "{arguments}: {said}");
+        let message = place.refusal(arguments);
+        assert!(message.contains(says), "{arguments}: {message}");
     }
 }
 

@@ -15,16 +15,16 @@ use super::Test;
 use super::plan_folder::{CELLS, PLAN, PlanFolder};
 
 pub const TESTS: &[Test] = &[
-    ("a changed bit in a cell's file is refused", changed_bits),
-    ("a missing cell is named, and the others are there", missing),
-    ("plans and versions are not mixed", mixtures),
-    ("a cell that gave other results elsewhere is refused", differing),
-    ("every number survives its file to the last bit", numbers),
+    ("merge rejects a cell file with a changed bit", changed_bits),
+    ("merge names a missing cell and keeps the others", missing),
+    ("a folder rejects another plan or version", mixtures),
+    ("merge rejects a cell with different results", differing),
+    ("every number is read from its file to the last bit", numbers),
     #[cfg(feature = "parquet")]
     ("the Parquet table is the CSV table", parquet_is_csv),
     #[cfg(not(feature = "parquet"))]
     ("a build without Parquet says so", missing_parquet_feature_is_named),
-    ("groups are drawn again from their file", drawn_again),
+    ("the page is drawn from the file of groups", drawn_again),
 ];
 
 /// A folder with all results in `out`, and one of its cells.
@@ -46,8 +46,8 @@ fn changed_bits() {
         changed[place_of] ^= 1;
         place.write(&file, changed);
         for command in ["sweep merge out --report merged", "sweep plan.toml --out out"] {
-            let said = place.refusal(command);
-            assert!(said.contains(&file) && said.contains("delete it"), "{place_of}: {said}");
+            let message = place.refusal(command);
+            assert!(message.contains(&file) && message.contains("delete it"), "{place_of}: {message}");
         }
     }
     for torn in [0, 1, whole.len() - 1] {
@@ -84,9 +84,9 @@ fn mixtures() {
     let (place, _) = done();
     place.write("other.toml", PLAN.replace("posts", "more posts").replace("[0, 1, 2]", "[0]"));
     place.json("sweep other.toml --out other");
-    let said = place.refusal("sweep merge out other");
+    let message = place.refusal("sweep merge out other");
     for part in ["out and other", "`posts`, 24 cells", "`more posts`, 8 cells"] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(message.contains(part), "{part}: {message}");
     }
     let manifest = String::from_utf8(place.read("out/sweep.json")).expect("text");
     let version = format!("\"version\":\"{}\"", env!("CARGO_PKG_VERSION"));
@@ -104,8 +104,8 @@ fn differing() {
     cell.row.time_s += 0.05;
     place.write(&format!("copy/cells/{key}.json"), cell.text());
     place.write("copy/sweep.json", place.read("out/sweep.json"));
-    let said = place.refusal("sweep merge out copy");
-    assert!(said.contains(&key) && said.contains("one of the machines errs"), "{said}");
+    let message = place.refusal("sweep merge out copy");
+    assert!(message.contains(&key) && message.contains("one of the machines errs"), "{message}");
 }
 
 fn numbers() {
