@@ -128,9 +128,9 @@ mod tests {
     use crate::robot::Footprint;
 
     fn async_planner() -> AsyncPlanner<u32> {
-        let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a sound size");
+        let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a valid size");
         let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        let footprint = Footprint::round(0.3).expect("a sound radius");
+        let footprint = Footprint::round(0.3).expect("a valid radius");
         let settings = NavigatorSettings::default();
         let route_planner = RoutePlanner::new(&footprint, &settings, Settings::default(), 0.1);
         AsyncPlanner::new(known, route_planner).expect("a thread")

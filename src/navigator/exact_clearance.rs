@@ -60,11 +60,11 @@ mod tests {
 
     #[test]
     fn gap_is_the_distance_to_the_nearest_square() {
-        let frame = GridFrame::new(40, 40, 0.1, Pose::new(1.0, 2.0, 0.3)).expect("a sound size");
+        let frame = GridFrame::new(40, 40, 0.1, Pose::new(1.0, 2.0, 0.3)).expect("a valid size");
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         obstacles.set(Cell::new(30, 20), true);
-        let field = ClearanceField::new(&obstacles).expect("a sound resolution");
-        let footprint = Footprint::round(0.3).expect("a sound radius");
+        let field = ClearanceField::new(&obstacles).expect("a valid resolution");
+        let footprint = Footprint::round(0.3).expect("a valid radius");
         // In cells: 6.3 to the left of the square, level with it; then 0.4 left of and 0.5 below its corner.
         for (x, y, gap_m) in [(23.7, 20.5, 0.33), (29.6, 19.5, 0.064_031 - 0.3)] {
             let place = frame.from_cell_units(&Point::new(x, y));

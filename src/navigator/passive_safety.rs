@@ -103,7 +103,7 @@ mod tests {
     }
 
     fn fastest(now: &PredictedState, most: f64) -> f64 {
-        let footprint = Footprint::round(0.3).expect("a sound radius");
+        let footprint = Footprint::round(0.3).expect("a valid radius");
         let limits = Limits { max_vel_x: 2.0, acc_lim_x: 100.0, ..Limits::default() };
         let safety =
             PassiveSafety { now, footprint: &footprint, limits: &limits, delay_s: DELAY_S };
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn reversing_away_is_safe_and_reversing_towards_an_obstacle_is_not() {
         let now = at(0.8, 0.0, -0.5);
-        let footprint = Footprint::round(0.3).expect("a sound radius");
+        let footprint = Footprint::round(0.3).expect("a valid radius");
         let limits = Limits { min_vel_x: -0.5, ..Limits::default() };
         let safety =
             |now| PassiveSafety { now, footprint: &footprint, limits: &limits, delay_s: DELAY_S };

@@ -261,8 +261,8 @@ impl Cluster {
             center += inverse * wanted;
             spread = inverse;
         }
-        let is_sound = (center - rough).norm() < radius_m;
-        if !is_sound {
+        let is_consistent = (center - rough).norm() < radius_m;
+        if !is_consistent {
             center = rough;
             spread = Matrix2::identity() * radius_m.powi(2);
         }

@@ -113,6 +113,7 @@ struct DifferencesOfAll;
 impl LaneTask for DifferencesOfAll {
     type Output = Vec<String>;
 
+    #[inline(always)]
     fn run<L: Lanes>(self, token: L::FeatureToken) -> Vec<String> {
         let groups = groups(SEED);
         operations::<L>()
@@ -146,6 +147,7 @@ struct FlippedBits;
 impl LaneTask for FlippedBits {
     type Output = Vec<(&'static str, Option<String>, Option<String>)>;
 
+    #[inline(always)]
     fn run<L: Lanes>(self, token: L::FeatureToken) -> Self::Output {
         let groups = groups(SEED);
         let both = |operation: Operation<L>| {
@@ -175,6 +177,7 @@ struct Count;
 impl LaneTask for Count {
     type Output = usize;
 
+    #[inline(always)]
     fn run<L: Lanes>(self, _: L::FeatureToken) -> usize {
         L::COUNT
     }

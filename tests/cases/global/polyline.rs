@@ -12,6 +12,7 @@ fn corner() -> Path {
 #[test]
 fn path_arc_lengths_continue_around_a_corner() {
     let path = corner();
+    assert_eq!(path.points().len(), 3, "the repeated point is removed");
     assert_eq!(path.length_m(), 5.0);
     assert_eq!(path.point_at(2.0), Point::new(2.0, 0.0));
     assert_eq!(path.point_at(3.0), Point::new(2.0, 1.0));
