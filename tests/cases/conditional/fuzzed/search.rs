@@ -48,8 +48,13 @@ pub fn holds(
         }
         catch_unwind(AssertUnwindSafe(|| body(input))).map_err(|payload| {
             let message = payload.downcast_ref::<String>().cloned();
-            let message = message.or_else(|| payload.downcast_ref::<&str>().map(|&it| it.to_owned()));
-            Breach { of: of.to_string(), input: input.to_vec(), message: message.unwrap_or_default() }
+            let message =
+                message.or_else(|| payload.downcast_ref::<&str>().map(|&it| it.to_owned()));
+            Breach {
+                of: of.to_string(),
+                input: input.to_vec(),
+                message: message.unwrap_or_default(),
+            }
         })
     };
     for seed in seeds {

@@ -47,7 +47,10 @@ fn changed_bits() {
         place.write(&file, changed);
         for command in ["sweep merge out --report merged", "sweep plan.toml --out out"] {
             let message = place.refusal(command);
-            assert!(message.contains(&file) && message.contains("delete it"), "{place_of}: {message}");
+            assert!(
+                message.contains(&file) && message.contains("delete it"),
+                "{place_of}: {message}"
+            );
         }
     }
     for torn in [0, 1, whole.len() - 1] {
