@@ -5,15 +5,29 @@
 //! platform, so that plans and drives can be replayed bit for bit.
 
 use core::f64::consts::{PI, TAU};
+use core::ops::{Add, Div, Mul, Sub};
 
-use nalgebra::{Isometry2, Point2, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// A position in metres.
-pub type Point = Point2<f64>;
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+pub struct Point {
+    /// Coordinate along the x axis, metres.
+    pub x: f64,
+    /// Coordinate along the y axis, metres.
+    pub y: f64,
+}
 
-/// A displacement in metres.
-pub type Vector = Vector2<f64>;
+/// A displacement in metres, or a velocity in metres per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+pub struct Vector {
+    /// Component along the x axis.
+    pub x: f64,
+    /// Component along the y axis.
+    pub y: f64,
+}
 
 /// A position in metres and a heading in radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -36,6 +50,140 @@ pub struct Twist {
     pub angular: f64,
 }
 
+/// Implements the constructor and the conversions of a pair of coordinates.
+macro_rules! pair {
+    ($Pair:ident) => {
+        impl $Pair {
+            /// Creates it from its coordinates.
+            #[must_use]
+            pub const fn new(x: f64, y: f64) -> Self {
+                Self { x, y }
+            }
+        }
+
+        impl From<[f64; 2]> for $Pair {
+            fn from([x, y]: [f64; 2]) -> Self {
+                Self { x, y }
+            }
+        }
+
+        impl From<$Pair> for [f64; 2] {
+            fn from(pair: $Pair) -> Self {
+                [pair.x, pair.y]
+            }
+        }
+    };
+}
+
+pair!(Point);
+pair!(Vector);
+
+/// Implements an operator, component by component, for values and references.
+macro_rules! operator {
+    ($Left:ident $sign:tt $Right:ident = $Output:ident, $Trait:ident::$method:ident) => {
+        operator!(($Left) $sign ($Right) = $Output, $Trait::$method);
+        operator!(($Left) $sign (&$Right) = $Output, $Trait::$method);
+        operator!((&$Left) $sign ($Right) = $Output, $Trait::$method);
+        operator!((&$Left) $sign (&$Right) = $Output, $Trait::$method);
+    };
+    (($Left:ty) $sign:tt ($Right:ty) = $Output:ident, $Trait:ident::$method:ident) => {
+        impl $Trait<$Right> for $Left {
+            type Output = $Output;
+
+            fn $method(self, right: $Right) -> $Output {
+                $Output::new(self.x $sign right.x, self.y $sign right.y)
+            }
+        }
+    };
+}
+
+operator!(Point - Point = Vector, Sub::sub);
+operator!(Point + Vector = Point, Add::add);
+operator!(Point - Vector = Point, Sub::sub);
+operator!(Vector + Vector = Vector, Add::add);
+operator!(Vector - Vector = Vector, Sub::sub);
+
+impl Mul<f64> for Vector {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self::new(self.x * factor, self.y * factor)
+    }
+}
+
+impl Div<f64> for Vector {
+    type Output = Self;
+
+    fn div(self, divisor: f64) -> Self {
+        Self::new(self.x / divisor, self.y / divisor)
+    }
+}
+
+impl Point {
+    /// The displacement from the origin to this point.
+    #[must_use]
+    pub const fn to_vector(&self) -> Vector {
+        Vector::new(self.x, self.y)
+    }
+
+    /// Whether both coordinates are finite.
+    #[must_use]
+    pub const fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite()
+    }
+
+    /// The smaller of each coordinate. Of a positive and a negative zero it keeps its own.
+    pub(crate) fn min(&self, other: &Self) -> Self {
+        let least = |own: f64, other: f64| if own <= other { own } else { other };
+        Self::new(least(self.x, other.x), least(self.y, other.y))
+    }
+
+    /// The greater of each coordinate. Of a positive and a negative zero it keeps its own.
+    pub(crate) fn max(&self, other: &Self) -> Self {
+        let greatest = |own: f64, other: f64| if own >= other { own } else { other };
+        Self::new(greatest(self.x, other.x), greatest(self.y, other.y))
+    }
+}
+
+impl Vector {
+    /// No displacement.
+    pub const ZERO: Self = Self::new(0.0, 0.0);
+
+    /// The scalar product.
+    #[must_use]
+    pub const fn dot(&self, other: &Self) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// The z component of the cross product: positive where the other vector is to the left.
+    #[must_use]
+    pub const fn perp(&self, other: &Self) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// The squared length.
+    #[must_use]
+    pub const fn norm_squared(&self) -> f64 {
+        self.dot(self)
+    }
+
+    /// The length.
+    #[must_use]
+    pub fn norm(&self) -> f64 {
+        libm::sqrt(self.norm_squared())
+    }
+
+    /// The vector turned counter-clockwise by the angle of this sine and cosine.
+    pub(crate) const fn rotated(&self, (sin, cos): (f64, f64)) -> Self {
+        Self::new(cos * self.x - sin * self.y, sin * self.x + cos * self.y)
+    }
+
+    /// The column for products with matrices.
+    pub(crate) const fn to_column(self) -> nalgebra::Vector2<f64> {
+        nalgebra::Vector2::new(self.x, self.y)
+    }
+}
+
 impl Pose {
     /// Creates a pose from its coordinates.
     #[must_use]
@@ -49,21 +197,18 @@ impl Pose {
         Point::new(self.x, self.y)
     }
 
-    /// The rigid transform from this pose's frame to the parent frame.
-    pub(crate) fn isometry(&self) -> Isometry2<f64> {
-        Isometry2::new(Vector::new(self.x, self.y), self.yaw)
-    }
-
     /// Transforms a point from this pose's frame to the parent frame.
     #[must_use]
     pub fn transform(&self, local: &Point) -> Point {
-        self.isometry().transform_point(local)
+        self.position() + local.to_vector().rotated(libm::sincos(self.yaw))
     }
 
     /// Transforms a point from the parent frame to this pose's frame.
     #[must_use]
     pub fn inverse_transform(&self, point: &Point) -> Point {
-        self.isometry().inverse_transform_point(point)
+        let (sin, cos) = libm::sincos(self.yaw);
+        let Vector { x, y } = (point - self.position()).rotated((-sin, cos));
+        Point::new(x, y)
     }
 
     /// Transforms a pose from this pose's frame to the parent frame; its yaw is in (-pi, pi].

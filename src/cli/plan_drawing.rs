@@ -117,6 +117,6 @@ fn start(place: &Place, path: &[Point]) -> Pose {
         [first, second, ..] => bearing(first, second),
         _ => 0.0,
     };
-    let Point { coords, .. } = place.position;
-    Pose::new(coords.x, coords.y, place.yaw.unwrap_or(along))
+    let Point { x, y } = place.position;
+    Pose::new(x, y, place.yaw.unwrap_or(along))
 }

@@ -134,9 +134,8 @@ fn read(file: &Path) -> anyhow::Result<Grid> {
     let plan = toml_merge::parse(&text, &Plan::default(), |plan| Ok(plan.check()?));
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let change = |base: &Config, changes: &toml::Table| {
-        let changed =
-            toml_merge::parse(&changes.to_string(), base, |config| Ok(config.validate()?));
+    let change = |base: &Config, changes: &str| {
+        let changed = toml_merge::parse(changes, base, |config| Ok(config.validate()?));
         changed.map_err(|error| format!("{error:#}"))
     };
     Grid::new(&plan, folder, change).with_context(place)

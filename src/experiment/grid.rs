@@ -3,8 +3,6 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use toml::Table;
-
 use super::plan_worlds::worlds;
 use super::{Cell, ExperimentError, Plan, RunRow, World};
 use crate::runtime::Config;
@@ -73,14 +71,14 @@ impl Setup {
 
 impl Grid {
     /// Reads the worlds of a plan and makes all combinations. Paths are relative to this folder. `change` applies changes to
-    /// settings; its error says what is wrong with them.
+    /// settings, as TOML; its error says what is wrong with them.
     ///
     /// # Errors
     /// Fails when a world cannot be read, changes do not fit the settings, or settings make a run depend on the wall clock.
     pub fn new(
         plan: &Plan,
         folder: &Path,
-        change: impl Fn(&Config, &Table) -> Result<Config, String>,
+        change: impl Fn(&Config, &str) -> Result<Config, String>,
     ) -> Result<Self, ExperimentError> {
         plan.check()?;
         let mut grid = Self::empty(&plan.title);
@@ -199,13 +197,13 @@ impl Grid {
 fn setups(
     plan: &Plan,
     base: &Config,
-    change: impl Fn(&Config, &Table) -> Result<Config, String>,
+    change: impl Fn(&Config, &str) -> Result<Config, String>,
 ) -> Result<Vec<Setup>, ExperimentError> {
     let mut setups = vec![Setup::unnamed(base.clone())];
     setups = vary(setups, &plan.configs, |setup, (name, changes)| {
         let unusable =
             |reason| ExperimentError::Unusable { place: format!("configs.{name}"), reason };
-        Ok(Setup::named(name, change(&setup.config, changes).map_err(unusable)?))
+        Ok(Setup::named(name, change(&setup.config, &changes.0.to_string()).map_err(unusable)?))
     })?;
     setups = vary(setups, &plan.weights, |mut setup, (name, weights)| {
         setup.weights = Some(name.clone());

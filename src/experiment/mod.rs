@@ -40,7 +40,7 @@ pub use missions::TrafficKind;
 pub use outcome::{Contact, TouchedBody, contact};
 #[cfg(feature = "parquet")]
 pub use parquet::parquet_bytes;
-pub use plan::{Plan, PlanRoute, PlanWorlds, SamplingGrid, WorldKind};
+pub use plan::{Changes, Plan, PlanRoute, PlanWorlds, SamplingGrid, WorldKind};
 pub use plan_worlds::built_in_maps;
 pub use records::{Record, read_record};
 pub use results::{CellFile, Manifest, Merged, merge};

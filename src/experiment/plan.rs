@@ -1,6 +1,7 @@
 //! The plan of a sweep, a TOML file, and the check of its values.
 
 use core::fmt::{self, Display};
+use core::str::FromStr;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
@@ -32,7 +33,7 @@ settings! {
         pub weights: BTreeMap<String, Weights> = BTreeMap::new();
         /// Changes of settings by their names, each a table with the keys of `inbye drive --config`. Empty: the
         /// worlds' own settings.
-        pub configs: BTreeMap<String, Table> = BTreeMap::new();
+        pub configs: BTreeMap<String, Changes> = BTreeMap::new();
         /// The worlds, in any number of tables.
         pub worlds: Vec<PlanWorlds> = vec![PlanWorlds::default()];
     }
@@ -74,6 +75,7 @@ settings! {
 setting_schema! {
     WorldKind: choices::<Self>();
     SamplingGrid: json!({ "type": "string" });
+    Changes: json!({ "type": "object" });
     PlanRoute: json!({
         "type": "object",
         "properties": {
@@ -158,6 +160,19 @@ impl From<SamplingGrid> for String {
 impl Display for SamplingGrid {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "{}x{}", self.vx_samples, self.vtheta_samples)
+    }
+}
+
+/// Changes of settings: TOML with the keys of `inbye drive --config`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Changes(pub(super) Table);
+
+impl FromStr for Changes {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.parse().map(Self).map_err(|error: toml::de::Error| error.message().to_owned())
     }
 }
 

@@ -64,11 +64,11 @@ impl<'a> Segment<'a> {
     /// Creates the segment of these control points; their number is the degree plus one.
     pub fn new(basis: &Basis, control: &'a [Point]) -> Self {
         debug_assert_eq!(control.len(), basis.degree + 1);
-        let mut factors = [Vector::zeros(); MAX_DEGREE + 1];
+        let mut factors = [Vector::ZERO; MAX_DEGREE + 1];
         for (point, weight) in control.iter().zip(&basis.weights) {
             let from_first = point - control[0];
             for (factor, weight) in factors.iter_mut().zip(weight).take(control.len()) {
-                *factor += from_first * *weight;
+                *factor = *factor + from_first * *weight;
             }
         }
         Self { control, factors }
@@ -105,19 +105,19 @@ impl<'a> Segment<'a> {
     /// The point at `u` in 0..=1.
     pub fn point(&self, u: f64) -> Point {
         let factors = self.factors[..=self.degree()].iter().rev();
-        self.control[0] + factors.fold(Vector::zeros(), |sum, factor| sum * u + factor)
+        self.control[0] + factors.fold(Vector::ZERO, |sum, factor| sum * u + factor)
     }
 
     /// The first derivative at `u`.
     fn tangent(&self, u: f64) -> Vector {
         let powers = (1..=self.degree()).rev();
-        powers.fold(Vector::zeros(), |sum, power| sum * u + self.factors[power] * power as f64)
+        powers.fold(Vector::ZERO, |sum, power| sum * u + self.factors[power] * power as f64)
     }
 
     /// The second derivative at `u`.
     fn second_derivative(&self, u: f64) -> Vector {
         let powers = (2..=self.degree()).rev();
-        powers.fold(Vector::zeros(), |sum, power| {
+        powers.fold(Vector::ZERO, |sum, power| {
             sum * u + self.factors[power] * (power * (power - 1)) as f64
         })
     }
@@ -218,7 +218,7 @@ mod tests {
         let segment = Segment::new(&basis, &control);
         for u in [0.0, 0.3, 0.5, 1.0] {
             let place = segment.point(u);
-            assert!((place.y - place.x * place.x).abs() < 1e-12, "{place}");
+            assert!((place.y - place.x * place.x).abs() < 1e-12, "{place:?}");
             let squared = 1.0 + 4.0 * place.x * place.x;
             let curvature = 2.0 / (squared * squared.sqrt());
             assert!((segment.curvature(u) - curvature).abs() < 1e-12);

@@ -45,9 +45,10 @@ impl ClearanceCosts {
     pub(super) fn equivalent_length(&self, from: &Point, to: &Point) -> f64 {
         let whole = to - from;
         let length = whole.norm();
+        let (from, whole): ([f64; 2], [f64; 2]) = ((*from).into(), whole.into());
         let mut costs = 0.0;
         let mut entered = 0.0;
-        let mut cell = [from.x.floor(), from.y.floor()];
+        let mut cell = from.map(f64::floor);
         while entered < 1.0 {
             // The fraction of the segment at which it leaves the cell along each axis.
             let leaves = [0, 1].map(|axis| {
@@ -103,7 +104,10 @@ mod tests {
                 let factors = (0..steps).map(|step| costs.factor(&[at(step).x, at(step).y]));
                 let expected = factors.sum::<f64>() / f64::from(steps) * (to - from).norm();
                 let found = costs.equivalent_length(from, to);
-                assert!((found - expected).abs() < 1e-3, "{from} to {to}: {found}, not {expected}");
+                assert!(
+                    (found - expected).abs() < 1e-3,
+                    "{from:?} to {to:?}: {found}, not {expected}"
+                );
             }
         }
     }

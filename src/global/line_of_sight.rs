@@ -57,7 +57,9 @@ pub(super) fn is_blocked_at(space: &FreeSpace, a: &Point, b: &Point, fraction: f
 /// probes detect faster than the full check.
 fn blocked_probe(space: &FreeSpace, a: &Point, b: &Point) -> Option<f64> {
     let is_blocked = |&fraction: &f64| is_blocked_at(space, a, b, fraction);
-    ((b - a).amax() >= MIN_PROBED_CELLS).then(|| PROBES.into_iter().find(is_blocked)).flatten()
+    let whole = b - a;
+    let length = whole.x.abs().max(whole.y.abs());
+    (length >= MIN_PROBED_CELLS).then(|| PROBES.into_iter().find(is_blocked)).flatten()
 }
 
 /// Checks the touched cells line by line: along rows, or along columns for a steep segment. This gives few lines, each read

@@ -89,7 +89,8 @@ impl Path {
         let end = self.arcs_m.partition_point(|&arc| arc < arc_m);
         let end = end.clamp(1.min(last), last);
         let segment = self.points[end] - self.points[end.saturating_sub(1)];
-        segment.try_normalize(0.0).unwrap_or_else(Vector::zeros)
+        let length = segment.norm();
+        if length <= 0.0 { Vector::ZERO } else { segment / length }
     }
 
     /// Points at equal spacing of at most `spacing_m`, both ends included.

@@ -122,10 +122,9 @@ impl Piece {
 
     /// Whether the piece intersects the closed unit square with this lower left corner.
     fn intersects_unit_square(&self, low: &Point) -> bool {
-        let whole = self.to - self.from;
+        let (from, whole) = (self.from - low, self.to - self.from);
         let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
-        for axis in 0..2 {
-            let (at, step) = (self.from[axis] - low[axis], whole[axis]);
+        for (at, step) in [(from.x, whole.x), (from.y, whole.y)] {
             if step == 0.0 {
                 if !(0.0..=1.0).contains(&at) {
                     return false;

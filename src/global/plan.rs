@@ -135,7 +135,7 @@ enum EndError {
 
 /// The free cell that contains a point, or the cause and the nearest free point.
 fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
-    if !(point.x.is_finite() && point.y.is_finite()) {
+    if !point.is_finite() {
         let why = "is not finite: both coordinates must be finite numbers";
         return Err(EndError::Outside(why.to_owned()));
     }
@@ -159,8 +159,8 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
 /// The corners of the bounding rectangle of a grid in the map frame.
 fn extent(frame: &GridFrame) -> String {
     let corners = frame.corners();
-    let low = corners.iter().fold(corners[0], |low, corner| low.inf(corner));
-    let high = corners.iter().fold(corners[0], |high, corner| high.sup(corner));
+    let low = corners.iter().fold(corners[0], |low, corner| low.min(corner));
+    let high = corners.iter().fold(corners[0], |high, corner| high.max(corner));
     format!("({:.2}, {:.2}) to ({:.2}, {:.2})", low.x, low.y, high.x, high.y)
 }
 

@@ -124,7 +124,10 @@ impl Curve {
     /// Moves the control points of an inner vertex to their positions and returns their indices.
     fn place(&mut self, vertices: &[Point], vertex: usize) -> core::ops::Range<usize> {
         let here = vertices[vertex];
-        let towards = |other: Point| (other - here).normalize() * self.reach_m[vertex];
+        let towards = |other: Point| {
+            let edge = other - here;
+            edge / edge.norm() * self.reach_m[vertex]
+        };
         let (back, on) = (towards(vertices[vertex - 1]), towards(vertices[vertex + 1]));
         let sides = self.degree / 2;
         let first = self.degree + (vertex - 1) * Self::per_vertex(self.degree);

@@ -194,7 +194,8 @@ impl<'a> Explainer<'a> {
         let fine_m = self.quantized.field.unit_m() / super::quantize::FINE_PER_UNIT;
         let origin = self.quantized.field.frame().origin;
         let displacement = Vector::new(f64::from(fine_x), f64::from(fine_y)) * fine_m;
-        let end = self.problem.pose.position() + origin.isometry().rotation * displacement;
+        let turn = libm::sincos(origin.yaw);
+        let end = self.problem.pose.position() + displacement.rotated(turn);
         let horizon_s = f64::from(self.problem.steps) * self.problem.step_s;
         Pose::new(end.x, end.y, wrap_angle(self.problem.pose.yaw + turn_rate * horizon_s))
     }

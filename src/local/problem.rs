@@ -240,8 +240,8 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
         ("pose", problem.pose.is_finite()),
         ("forward speed window", vx.low.is_finite() && vx.high.is_finite()),
         ("turn rate window", vtheta.low.is_finite() && vtheta.high.is_finite()),
-        ("target", problem.target.iter().all(|c| c.is_finite())),
-        ("key node", problem.key_node.iter().all(|c| c.is_finite())),
+        ("target", problem.target.is_finite()),
+        ("key node", problem.key_node.is_finite()),
     ];
     if let Some((quantity, _)) = finite.into_iter().find(|(_, finite)| !finite) {
         return Err(ProblemError::NotFinite { quantity });

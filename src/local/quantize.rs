@@ -226,7 +226,7 @@ fn fill_obstacles(
     let unit_m = problem.field.unit_m();
     let origin = problem.field.frame().origin;
     let start = origin.inverse_transform(&problem.pose.position());
-    let turn_back = origin.isometry().rotation.inverse();
+    let (sin, cos) = libm::sincos(origin.yaw);
     let time_s = f64::from(problem.steps) * problem.step_s;
     let largest_disc = problem.footprint.max_disc_radius_m();
     let reach_m = reach_units * unit_m + problem.footprint.circumscribed_radius_m();
@@ -238,7 +238,7 @@ fn fill_obstacles(
             return Err(ProblemError::BadObstacle { index });
         }
         let center = origin.inverse_transform(&disc.center()) - start;
-        let velocity = turn_back * crate::geometry::Vector::new(disc.vx, disc.vy);
+        let velocity = crate::geometry::Vector::new(disc.vx, disc.vy).rotated((-sin, cos));
         let comes_within =
             reach_m + velocity.norm() * time_s + problem.max_clearance_m + disc.radius;
         // One metre covers all rounding.

@@ -78,7 +78,7 @@ impl Agreement {
         }
         for ray in &scan.open {
             let (from, end) =
-                (to_grid(&ray.from), to_grid(&(ray.from + scan.range_max * ray.direction)));
+                (to_grid(&ray.from), to_grid(&(ray.from + ray.direction * scan.range_max)));
             let is_blocked = map
                 .cell_distance_m(end.x, end.y)
                 .is_none_or(|distance_m| distance_m < -tolerance_m)

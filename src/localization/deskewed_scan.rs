@@ -128,7 +128,7 @@ impl DeskewedScan {
             let (sin, cos) = libm::sincos(then.yaw - here.yaw + beam.angle);
             let direction = Vector::new(cos, sin);
             if is_hit {
-                let end = from + beam.range * direction;
+                let end = from + direction * beam.range;
                 self.hits.push(Hit { from, end });
             } else {
                 self.open.push(Ray { from, direction });
@@ -140,9 +140,9 @@ impl DeskewedScan {
     #[must_use]
     pub fn to_scan(&self, beams: usize) -> Scan {
         let open = |ray: &Ray| (libm::atan2(ray.direction.y, ray.direction.x), f64::INFINITY);
-        let hit = |hit: &Hit| (libm::atan2(hit.end.y, hit.end.x), hit.end.coords.norm());
+        let hit = |hit: &Hit| (libm::atan2(hit.end.y, hit.end.x), hit.end.to_vector().norm());
         // Robot motion can increase a range beyond the sensor's.
-        let max_hit_m = self.hits.iter().map(|hit| hit.end.coords.norm());
+        let max_hit_m = self.hits.iter().map(|hit| hit.end.to_vector().norm());
         let range_max = max_hit_m.fold(self.range_max, f64::max);
         let measured = self.open.iter().map(open);
         Scan::from_measurements(beams, range_max, measured.chain(self.hits.iter().map(hit)))

@@ -117,7 +117,7 @@ impl PoseEkf {
         (transition[(0, 2)], transition[(1, 2)]) = (-dy, dx);
         (transition[(0, 3)], transition[(1, 3)]) = unscaled;
         transition[(2, 4)] = turn;
-        let (distance_m, turned) = (step.coords.norm(), turn.abs());
+        let (distance_m, turned) = (step.to_vector().norm(), turn.abs());
         let at_rest = AT_REST_M2_PER_S * time_s;
         let along = settings.distance_sigma_m * settings.distance_sigma_m * distance_m + at_rest;
         let lateral = LATERAL_M2_PER_M * distance_m + LATERAL_M2_PER_RAD * turned + at_rest;
@@ -219,7 +219,7 @@ impl PoseFilter {
         self.pose = shifted(&self.pose, dx, dy, turn);
         // An error of the yaw rotates the step.
         let transition = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
-        let driven_m = step.coords.norm();
+        let driven_m = step.to_vector().norm();
         let along = ALONG_M2_PER_M * driven_m + AT_REST_M2;
         let across = LATERAL_M2_PER_M * driven_m + LATERAL_M2_PER_RAD * turn.abs() + AT_REST_M2;
         let mut added = Matrix3::zeros();

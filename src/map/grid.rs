@@ -99,13 +99,15 @@ impl GridFrame {
     /// Converts a point from the map frame to cell units: cell (c, r) covers [c, c+1) x [r, r+1).
     #[must_use]
     pub fn to_cell_units(&self, point: &Point) -> Point {
-        self.origin.inverse_transform(point) / self.resolution_m
+        let local = self.origin.inverse_transform(point);
+        Point::new(local.x / self.resolution_m, local.y / self.resolution_m)
     }
 
     /// Converts a point from cell units to the map frame.
     #[must_use]
     pub fn from_cell_units(&self, units: &Point) -> Point {
-        self.origin.transform(&(units * self.resolution_m))
+        let local = Point::new(units.x * self.resolution_m, units.y * self.resolution_m);
+        self.origin.transform(&local)
     }
 
     /// The four corners in the map frame, counter-clockwise, starting with that of cell (0, 0).

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Isometry2;
-
 use super::scan_visibility::seen_to_m;
 use super::tracker::{FARTHEST_M, Tracker};
 use crate::geometry::{Point, Pose, bearing};
@@ -141,8 +139,8 @@ impl ObstacleModel {
 /// Known obstacles, and the marks of the lidar among them.
 struct LocalMap {
     known: ObstacleGrid,
-    /// The frame's origin with its sine and cosine.
-    origin: Isometry2<f64>,
+    /// Sine and cosine of the turn from the map frame to the grid's.
+    turn: (f64, f64),
     /// Cells that are not next to a known obstacle.
     apart: FreeSpace,
     /// Index of each cell's mark plus one, or zero. So the operating system never allocates the pages of an area without
@@ -176,8 +174,9 @@ pub(super) enum ReturnOrigin {
 impl LocalMap {
     /// A local map over the known obstacles, without marks.
     fn new(known: ObstacleGrid) -> Self {
+        let (sin, cos) = libm::sincos(known.frame().origin.yaw);
         Self {
-            origin: known.frame().origin.isometry(),
+            turn: (-sin, cos),
             apart: FreeSpace::new(&known, KNOWN_MARGIN_M),
             slots: vec![0; known.frame().len()],
             known,
@@ -206,8 +205,8 @@ impl LocalMap {
     /// The cell of a point, as [`GridFrame::cell_of`] returns it.
     fn cell_of(&self, point: &Point) -> Option<Cell> {
         let frame = self.known.frame();
-        let units = self.origin.inverse_transform_point(point) / frame.resolution_m;
-        frame.cell_at_units(&units)
+        let offset = (point - frame.origin.position()).rotated(self.turn) / frame.resolution_m;
+        frame.cell_at_units(&Point::new(offset.x, offset.y))
     }
 
     /// Whether a cell is next to a known obstacle: by noise a return from the obstacle falls there too. Cells on the border of

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, Vector};
 use crate::map::MovingDisc;
 
 /// A disc in the robot's frame.
@@ -90,10 +90,10 @@ impl Footprint {
 
     /// Centre and radius of each disc in the map frame, for a robot at a pose.
     pub fn at(&self, pose: &Pose) -> impl Iterator<Item = (Point, f64)> + '_ {
-        let isometry = pose.isometry();
+        let (center, turn) = (pose.position(), libm::sincos(pose.yaw));
         self.0
             .iter()
-            .map(move |disc| (isometry.transform_point(&Point::new(disc.x, disc.y)), disc.radius))
+            .map(move |disc| (center + Vector::new(disc.x, disc.y).rotated(turn), disc.radius))
     }
 }
 

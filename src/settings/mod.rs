@@ -196,10 +196,6 @@ setting_schema! {
     String: json!({ "type": "string" });
     PathBuf: json!({ "type": "string" });
 }
-#[cfg(feature = "sim")]
-setting_schema! {
-    toml::Table: json!({ "type": "object" });
-}
 
 /// JSON Schema of an enum of plain words. The words are those that serde reads.
 #[doc(hidden)]

@@ -140,7 +140,7 @@ impl MovingObstacle {
             return None;
         }
         let (center, velocity) = self.motion.after(0.0);
-        let velocity = if self.held_s > 0.0 { Vector::zeros() } else { velocity };
+        let velocity = if self.held_s > 0.0 { Vector::ZERO } else { velocity };
         Some(MovingDisc {
             x: center.x,
             y: center.y,
@@ -224,8 +224,8 @@ impl Patrol {
 
     fn after(&self, time_s: f64) -> (Point, Vector) {
         let (along_m, forward) = self.state_after(time_s);
-        let along = self.route.direction_at(along_m) * self.speed_m_s;
-        (self.route.point_at(along_m), if forward { along } else { -along })
+        let speed_m_s = if forward { self.speed_m_s } else { -self.speed_m_s };
+        (self.route.point_at(along_m), self.route.direction_at(along_m) * speed_m_s)
     }
 
     fn step(&mut self, time_s: f64) {

@@ -84,11 +84,11 @@ impl TimedPath {
         let time_s = self.within_period(time_s);
         let after = self.keys.partition_point(|key| key.0 <= time_s);
         let Some(from) = after.checked_sub(1) else {
-            return (self.keys[0].1, Vector::zeros());
+            return (self.keys[0].1, Vector::ZERO);
         };
         let (from_s, begin) = self.keys[from];
         let Some(&(to_s, end)) = self.keys.get(after) else {
-            return (begin, Vector::zeros());
+            return (begin, Vector::ZERO);
         };
         let leg_s = to_s - from_s;
         let share = (time_s - from_s) / leg_s;

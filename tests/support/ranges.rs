@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use inbye::geometry::{Point, Pose};
+use inbye::geometry::{Pose, Vector};
 use inbye::local::{
     Axis, ClearanceField, CpuEngine, Detail, Engine, Evaluation, Problem, ProblemError,
     QuantizedProblem, Window,
@@ -108,10 +108,10 @@ fn trajectory_distances_out_of_range_are_rejected() {
         problem.window.vx = linear(0.0, metres / 10.0, 3);
     });
     limit("distance to the target", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
-        problem.target = problem.pose.position() + Point::new(0.6, -0.8).coords * metres;
+        problem.target = problem.pose.position() + Vector::new(0.6, -0.8) * metres;
     });
     limit("distance to the key node", 0.999 * reach_m, 1.001 * reach_m, |problem, metres| {
-        problem.key_node = problem.pose.position() + Point::new(-0.8, 0.6).coords * metres;
+        problem.key_node = problem.pose.position() + Vector::new(-0.8, 0.6) * metres;
     });
     let corner_m = 2.0_f64.powi(29) * unit_m;
     limit(

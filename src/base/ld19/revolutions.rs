@@ -134,7 +134,7 @@ impl RevolutionAssembler {
             && (0.5 * expected_s..MAX_REVOLUTION_S).contains(&(last_s - first_s));
         let sweep = is_complete.then(|| TimedScan {
             beams: self.beams.clone(),
-            range_max: RANGE_MAX_M + self.mount.position().coords.norm(),
+            range_max: RANGE_MAX_M + self.mount.position().to_vector().norm(),
         });
         self.beams.clear();
         sweep

@@ -118,7 +118,7 @@ fn frame(
     let ends = [course.start.position(), course.goal].map(|end| (end, 0.0));
     let discs = cylinders.iter().map(|it| (it.axis(), it.radius_m));
     let mut low = Point::new(f64::INFINITY, f64::INFINITY);
-    let mut high = -low;
+    let mut high = Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
     for (center, radius_m) in discs.chain(ends) {
         let reach = radius_m + MARGIN_M;
         low = Point::new(low.x.min(center.x - reach), low.y.min(center.y - reach));

@@ -67,7 +67,7 @@ impl ContactAttribution<'_> {
     /// Highest speed at which the robot's own motion closes the gap to an obstacle that it touches, m/s.
     fn closing_m_s(&self, contact: &State) -> f64 {
         let robot = contact.pose.position();
-        let heading = contact.pose.isometry().rotation * Vector::new(1.0, 0.0);
+        let heading = Vector::new(1.0, 0.0).rotated(libm::sincos(contact.pose.yaw));
         let Twist { linear, angular } = contact.twist;
         let mut fastest = f64::NEG_INFINITY;
         for (own, own_radius_m) in self.footprint.at(&contact.pose) {

@@ -125,7 +125,7 @@ impl GoalHandling {
     /// Straight to the position, nose or tail first, whichever is nearer to it.
     fn approach(&mut self, pose: &Pose, goal: &Goal, limits: &Limits) -> Twist {
         let to_goal = pose.inverse_transform(&goal.position);
-        let away_m = to_goal.coords.norm();
+        let away_m = to_goal.to_vector().norm();
         let off_nose = libm::atan2(to_goal.y, to_goal.x);
         let reverses = off_nose.abs() > FRAC_PI_2 && limits.min_vel_x < 0.0;
         let error = if reverses { libm::atan2(-to_goal.y, -to_goal.x) } else { off_nose };
@@ -145,7 +145,7 @@ impl GoalHandling {
 fn can_begin(pose: &Pose, goal: &Goal, settings: &NavigatorSettings) -> bool {
     let to_goal = pose.inverse_transform(&goal.position);
     let off_nose = libm::atan2(to_goal.y, to_goal.x);
-    to_goal.coords.norm() <= settings.parking_distance_m && off_nose.abs() <= AIM_FROM
+    to_goal.to_vector().norm() <= settings.parking_distance_m && off_nose.abs() <= AIM_FROM
 }
 
 /// Whether a robot that keeps a velocity touches nothing within the horizon.
@@ -198,7 +198,7 @@ mod tests {
                     yaw: (step % 3 > 0).then_some(wrap_angle(yaw + 2.0)),
                 };
                 let (end, took_s) = park(start, goal, &limits);
-                let off_m = end.position().coords.norm();
+                let off_m = end.position().to_vector().norm();
                 assert!(off_m <= OFF_AGAIN * settings.xy_parking_tolerance, "{step}: {off_m}");
                 let off = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - end.yaw));
                 assert!(off.abs() <= settings.yaw_parking_tolerance, "{step}: {off}");

@@ -238,7 +238,7 @@ impl Cluster {
         let (direction, lateral_m) = self.toward(radius_m, increment);
         let (sin, cos) = libm::sincos(direction);
         let ahead = Vector::new(cos, sin);
-        let across = Vector::new(-sin, cos);
+        let across = Vector::new(-sin, cos).to_column();
         let distance = self.near_m + radius_m;
         let rough = robot + ahead * distance;
         let mut center = rough;
@@ -247,18 +247,19 @@ impl Cluster {
         let mut spread = Matrix2::identity();
         for _ in 0..STEPS {
             let mut normal = across * across.transpose() * lateral;
-            let mut wanted = across * (-across.dot(&(center - robot)) * lateral);
+            let mut wanted = across * (-across.dot(&(center - robot).to_column()) * lateral);
             for point in self.points(returns, 1) {
                 let outward = center - point;
                 let apart = outward.norm().max(1e-6);
-                let outward = outward / apart;
+                let outward = (outward / apart).to_column();
                 normal += outward * outward.transpose() * outline;
                 wanted += outward * ((radius_m - apart) * outline);
             }
             let Some(inverse) = normal.try_inverse() else {
                 break;
             };
-            center += inverse * wanted;
+            let step = inverse * wanted;
+            center = center + Vector::new(step.x, step.y);
             spread = inverse;
         }
         let is_consistent = (center - rough).norm() < radius_m;

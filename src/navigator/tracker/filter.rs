@@ -57,14 +57,14 @@ impl Filter {
 
     /// The squared Mahalanobis distance of a measured position from the expected one.
     pub fn squared_deviations(&self, measured: &Fit) -> f64 {
-        let error = measured.center - self.center();
+        let error = (measured.center - self.center()).to_column();
         let sum = self.covariance.fixed_view::<2, 2>(0, 0) + measured.covariance;
         sum.try_inverse().map_or(f64::INFINITY, |inverse| error.dot(&(inverse * error)))
     }
 
     /// Corrects with a measured position.
     pub fn correct(&mut self, measured: &Fit) {
-        let error = measured.center - self.center();
+        let error = (measured.center - self.center()).to_column();
         let sum = self.covariance.fixed_view::<2, 2>(0, 0) + measured.covariance;
         let Some(inverse) = sum.try_inverse() else {
             return;
@@ -80,7 +80,7 @@ impl Filter {
     /// Shifts the position and keeps the velocity.
     pub fn shift(&mut self, by: &Vector) {
         let mut position = self.state.fixed_rows_mut::<2>(0);
-        position += by;
+        position += by.to_column();
     }
 
     /// Estimated position.
@@ -95,7 +95,7 @@ impl Filter {
 
     /// Standard deviation of the speed in the direction of motion, metres per second.
     pub fn speed_deviation(&self) -> f64 {
-        let velocity = self.velocity();
+        let velocity = self.velocity().to_column();
         let spread = self.covariance.fixed_view::<2, 2>(2, 2).into_owned();
         let squared = velocity.norm_squared();
         if squared > 0.0 {

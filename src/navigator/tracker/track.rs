@@ -146,11 +146,12 @@ impl Track {
             self.radius.variance += RADIUS_NOISE;
             self.radius = merged(self.radius, seen);
             let away = self.center() - robot;
-            if let Some(direction) = away.try_normalize(1e-6) {
-                let shift = direction * (self.radius.radius_m - before_m);
+            let distance = away.norm();
+            if distance > 1e-6 {
+                let shift = away / distance * (self.radius.radius_m - before_m);
                 self.filter.shift(&shift);
                 for step in &mut self.places {
-                    step.center += shift;
+                    step.center = step.center + shift;
                 }
             }
         }
@@ -288,13 +289,13 @@ impl Track {
     /// The disc with its velocity; zero while it stands.
     pub fn disc(&self) -> MovingDisc {
         let velocity = self.filter.velocity();
-        let velocity = if velocity.norm() > STANDING { velocity } else { Vector::zeros() };
+        let velocity = if velocity.norm() > STANDING { velocity } else { Vector::ZERO };
         self.disc_at(&self.center(), &velocity)
     }
 
     /// The disc at its places of the last two seconds.
     pub fn earlier_discs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
-        self.places.iter().map(|step| self.disc_at(&step.center, &Vector::zeros()))
+        self.places.iter().map(|step| self.disc_at(&step.center, &Vector::ZERO))
     }
 
     fn disc_at(&self, center: &Point, velocity: &Vector) -> MovingDisc {

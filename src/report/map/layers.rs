@@ -133,11 +133,8 @@ pub(crate) fn stage_legend() -> [LegendEntry; 3] {
 
 /// The finite points of a path as a line.
 pub(crate) fn path(view: &Viewport, class: &str, points: &[Point], tolerance: f64) -> Markup {
-    let finite: Vec<[f64; 2]> = points
-        .iter()
-        .filter(|point| point.x.is_finite() && point.y.is_finite())
-        .map(|point| view.at(point))
-        .collect();
+    let finite: Vec<[f64; 2]> =
+        points.iter().filter(|point| point.is_finite()).map(|point| view.at(point)).collect();
     html! {
         @if finite.len() > 1 {
             (polyline(class, &finite, tolerance))

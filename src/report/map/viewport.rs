@@ -90,7 +90,7 @@ impl Viewport {
     }
 
     fn joined(&self, other: &Self) -> Self {
-        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+        Self { low: self.low.min(&other.low), high: self.high.max(&other.high) }
     }
 
     /// Grows one side until the aspect is within its bounds.
@@ -106,7 +106,7 @@ impl Viewport {
 fn bounds(points: impl IntoIterator<Item = Point>) -> Option<Viewport> {
     points
         .into_iter()
-        .filter(|point| point.x.is_finite() && point.y.is_finite())
+        .filter(|point| point.is_finite())
         .map(|point| Viewport { low: point, high: point })
         .reduce(|all, point| all.joined(&point))
 }

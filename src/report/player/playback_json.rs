@@ -77,11 +77,8 @@ const NO_TRAJECTORY: u8 = 7;
 const PATH_TOLERANCE: f64 = 0.02;
 
 fn path_points(path: &[Point], view: &Viewport) -> Vec<[f64; 2]> {
-    let points: Vec<[f64; 2]> = path
-        .iter()
-        .filter(|point| point.x.is_finite() && point.y.is_finite())
-        .map(|point| view.at(point))
-        .collect();
+    let points: Vec<[f64; 2]> =
+        path.iter().filter(|point| point.is_finite()).map(|point| view.at(point)).collect();
     let round = |point: [f64; 2]| point.map(|number| (number * 100.0).round() / 100.0);
     simplify(&points, PATH_TOLERANCE).into_iter().map(round).collect()
 }

@@ -219,7 +219,7 @@ mod tests {
             let lidar = robot.transform(&mount.position());
             let (sin, cos) = libm::sincos(robot.yaw + mount.yaw + beam as f64 * step);
             let ahead = lidar.x * cos + lidar.y * sin;
-            let left = RADIUS_M * RADIUS_M - lidar.coords.norm_squared() + ahead * ahead;
+            let left = RADIUS_M * RADIUS_M - lidar.to_vector().norm_squared() + ahead * ahead;
             (left.sqrt() - ahead) as f32
         };
         LaserScan {
@@ -265,7 +265,7 @@ mod tests {
         let observation = inputs.observation(now_s, 0.3, false).expect("all inputs");
         let hits: Vec<Point> = observation.scan.hits(&observation.pose).collect();
         assert!(hits.len() > BEAMS / 2, "{}", hits.len());
-        let errors = hits.iter().map(|hit| (hit.coords.norm() - RADIUS_M).abs());
+        let errors = hits.iter().map(|hit| (hit.to_vector().norm() - RADIUS_M).abs());
         errors.fold(0.0, f64::max)
     }
 

@@ -89,7 +89,7 @@ pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistor
     let mut deskewed = DeskewedScan::default();
     let timed = TimedScan {
         beams: beams.collect(),
-        range_max: scan.range_max + mount.position().coords.norm(),
+        range_max: scan.range_max + mount.position().to_vector().norm(),
     };
     deskewed.deskew(&timed, history);
     // Twice the number of directions: the new direction of a beam is off by at most a quarter of the old increment.
@@ -99,7 +99,7 @@ pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistor
 
 /// The scan in the robot's frame, the nearest return in each direction. `mount` is the lidar's pose on the robot.
 pub fn to_robot_frame(scan: Scan, mount: &Pose) -> Scan {
-    if mount.position().coords.norm() <= AT_ORIGIN_M {
+    if mount.position().to_vector().norm() <= AT_ORIGIN_M {
         return Scan { angle_min: scan.angle_min + mount.yaw, ..scan };
     }
     if scan.ranges.is_empty() {
@@ -113,7 +113,7 @@ pub fn to_robot_frame(scan: Scan, mount: &Pose) -> Scan {
     };
     Scan::from_measurements(
         beams as usize,
-        scan.range_max + mount.position().coords.norm(),
+        scan.range_max + mount.position().to_vector().norm(),
         scan.ranges.iter().enumerate().filter_map(beam),
     )
 }
@@ -169,7 +169,7 @@ mod tests {
         // Of two returns in one direction the nearer remains.
         let error = |point: &Point| {
             let nearest = hits.iter().map(|hit| (hit - point).norm());
-            nearest.fold(f64::INFINITY, f64::min) / point.coords.norm()
+            nearest.fold(f64::INFINITY, f64::min) / point.to_vector().norm()
         };
         let errors: Vec<f64> = scan.hits(&mount).map(|point| error(&point)).collect();
         assert_eq!(errors.len(), 12);

@@ -29,7 +29,7 @@ fn path_directions_and_samples_follow_a_corner() {
     assert_eq!(path.samples(1.0).count(), 6);
     let single = Path::new(vec![Point::new(1.0, 1.0)]);
     assert_eq!(single.point_at(0.5), Point::new(1.0, 1.0));
-    assert_eq!(single.direction_at(0.5), Vector::zeros());
+    assert_eq!(single.direction_at(0.5), Vector::ZERO);
 }
 
 #[test]

@@ -226,7 +226,7 @@ fn random_waypoints_change_after_waiting_for_the_robot() {
         let disc = moving_obstacles.discs()[0];
         let ahead = Vector::new(disc.vx, disc.vy);
         if ahead.norm() > 0.0 && held_s == 0.0 {
-            let center = disc.center() + ahead.normalize() * 1.1;
+            let center = disc.center() + ahead / ahead.norm() * 1.1;
             let pose = Pose::new(center.x, center.y, 0.0);
             moving_obstacles.step(0.02, &pose, &robot());
             for _ in 0..200 {

@@ -46,7 +46,7 @@ fn odometry_is_exact_without_noise_and_slip() {
     assert_eq!(base.odometry().pose, START);
     wind(&mut base, 120.0);
     let apart = base.odometry().pose.position() - base.pose().position();
-    assert!(apart.norm() < 1e-9, "{apart}");
+    assert!(apart.norm() < 1e-9, "{apart:?}");
     assert!(yaw_error(&base).abs() < 1e-9);
     let distance_m = (base.pose().position() - START.position()).norm();
     assert!(distance_m > 1.0, "the robot did not move: {distance_m}");

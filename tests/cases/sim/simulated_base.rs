@@ -103,7 +103,7 @@ fn steady_turn_closes_its_circle() {
     let from = *base.pose();
     repeat_command(&mut base, turn, TAU / 0.5);
     let moved = base.pose().position() - from.position();
-    assert!(moved.norm() < 1e-9, "{moved}");
+    assert!(moved.norm() < 1e-9, "{moved:?}");
 }
 
 #[test]

@@ -18,8 +18,8 @@ fn spline_passes_keys_with_tangents_along_their_neighbours() {
     // Half of (4, 2), over one second before the key and two after it: the velocity is discontinuous, as in Gazebo.
     let before = spline.at(1.0 - 1e-9).1;
     let after = spline.at(1.0 + 1e-9).1;
-    assert!((before - Vector::new(2.0, 1.0)).norm() < 1e-6, "{before}");
-    assert!((after - Vector::new(1.0, 0.5)).norm() < 1e-6, "{after}");
+    assert!((before - Vector::new(2.0, 1.0)).norm() < 1e-6, "{before:?}");
+    assert!((after - Vector::new(1.0, 0.5)).norm() < 1e-6, "{after:?}");
     // A linear path changes its velocity there at once.
     let straight = path(&keys, None);
     assert_eq!(straight.at(0.5).1, Vector::new(1.0, 2.0));
@@ -38,7 +38,7 @@ fn velocity_is_derivative_of_position() {
             let time_s = 0.013 + f64::from(tick) * 0.05;
             let slope = (path.at(time_s + 1e-6).0 - path.at(time_s - 1e-6).0) / 2e-6;
             let velocity = path.at(time_s).1;
-            assert!((slope - velocity).norm() < 1e-4, "{time_s}: {slope} {velocity}");
+            assert!((slope - velocity).norm() < 1e-4, "{time_s}: {slope:?} {velocity:?}");
         }
     }
 }
@@ -48,6 +48,6 @@ fn closed_spline_has_equal_velocity_at_both_ends() {
     let keys = [(0.0, 0.0, 0.0), (1.0, 2.0, 0.0), (2.0, 1.0, 2.0), (3.0, 0.0, 0.0)];
     let spline = path(&keys, Some(3.0)).on_spline();
     let (end, begin) = (spline.at(3.0 - 1e-9).1, spline.at(1e-9).1);
-    assert!((end - begin).norm() < 1e-6, "{end} {begin}");
+    assert!((end - begin).norm() < 1e-6, "{end:?} {begin:?}");
     assert!((begin - Vector::new(0.5, -1.0)).norm() < 1e-6);
 }

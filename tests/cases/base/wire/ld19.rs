@@ -10,7 +10,7 @@ use inbye::base::ld19::{
     RevolutionAssembler,
 };
 use inbye::base::{BaseConfig, BaseError};
-use inbye::geometry::{Point as Place, Pose, Twist};
+use inbye::geometry::{Pose, Twist};
 use inbye::localization::{DeskewedScan, PoseHistory};
 use inbye::map::{GridFrame, ObstacleGrid, TimedScan};
 use inbye::sim::{Lidar, RotatingLidar, World};
@@ -303,11 +303,11 @@ fn deskewed_scans_of_moving_robot_hit_the_walls() {
             scans += 1;
             assert!(deskewed.hits.len() > 440);
             for hit in &deskewed.hits {
-                let Place { coords: at, .. } = pose.transform(&hit.end);
+                let at = pose.transform(&hit.end);
                 let off_x = (at.x - 1.0).abs().min((at.x - 7.0).abs());
                 let off_y = (at.y - 1.0).abs().min((at.y - 5.0).abs());
                 // Packet times have a resolution of 1 ms, in which the robot moves about 1 mm.
-                assert!(off_x.min(off_y) < 0.015, "{at} at {now_s}");
+                assert!(off_x.min(off_y) < 0.015, "{at:?} at {now_s}");
             }
         }
     }

@@ -26,7 +26,7 @@ fn fault(grid: &ObstacleGrid, cylinder: &Cylinder) -> Option<String> {
             let reach = cylinder.radius_m * share;
             let point = Point::new(axis.x + reach * cos, axis.y + reach * sin);
             if !frame.cell_of(&point).is_some_and(|cell| grid.is_blocked(cell)) {
-                return Some(format!("{point} of the cylinder is free"));
+                return Some(format!("{point:?} of the cylinder is free"));
             }
         }
     }
@@ -93,7 +93,7 @@ fn room() {
         for end in [start, goal, Point::new(far.x_m + 0.5, far.y_m - 0.5)] {
             for offset in [[2.9, 0.0], [-2.9, 0.0], [0.0, 2.9], [0.0, -2.9]] {
                 let place = Point::new(end.x + offset[0], end.y + offset[1]);
-                assert!(frame.cell_of(&place).is_some(), "{place}");
+                assert!(frame.cell_of(&place).is_some(), "{place:?}");
             }
         }
     }
@@ -107,7 +107,7 @@ fn discs_cover_the_footprint() {
             let (x, y) = (f64::from(step_x) * 0.005, f64::from(step_y) * 0.005);
             let point = Point::new(x - 0.21, y - 0.165);
             let gap_m = footprint.gap_to_disc_m(&Pose::default(), &point, 0.0);
-            assert!(gap_m <= 1e-12, "{point} is {gap_m} m outside");
+            assert!(gap_m <= 1e-12, "{point:?} is {gap_m} m outside");
         }
     }
     assert!(footprint.circumscribed_radius_m() < libm::hypot(0.21, 0.165) + 0.001);

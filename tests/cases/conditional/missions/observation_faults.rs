@@ -177,7 +177,7 @@ fn reversed() {
     let (_, script) = disturbed(60, &|_, seen| seen.pose.x = 2.0 * begin.x - seen.pose.x);
     assert!(script.navigator.observation_faults().contains_key(&ObservationFault::MotionReversed));
     let moved_m = script.observation.pose.position() - begin.position();
-    assert!(moved_m.norm() < 1.5, "{moved_m}");
+    assert!(moved_m.norm() < 1.5, "{moved_m:?}");
 }
 
 fn clocks() {

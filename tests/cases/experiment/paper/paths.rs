@@ -115,7 +115,7 @@ fn the_five_ways_are_spread_over_the_mine() {
     assert_eq!(ends.len(), 10);
     for (index, one) in ends.iter().enumerate() {
         for other in &ends[index + 1..] {
-            assert!((one - other).norm() > 30.0, "{one} and {other}");
+            assert!((one - other).norm() > 30.0, "{one:?} and {other:?}");
         }
     }
 }

@@ -49,7 +49,7 @@ fn deskewing_removes_motion_distortion_of_a_post() {
     let beam = |index: u32| {
         let time_s = 0.001 * f64::from(index);
         let seen = start.after(&twist, time_s).inverse_transform(&post);
-        Beam { angle: libm::atan2(seen.y, seen.x), range: seen.coords.norm(), time_s }
+        Beam { angle: libm::atan2(seen.y, seen.x), range: seen.to_vector().norm(), time_s }
     };
     let mut timed = TimedScan { beams: (0..=100).map(beam).collect(), range_max: 10.0 };
     timed.beams[50].range = f64::INFINITY;

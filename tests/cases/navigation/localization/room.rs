@@ -29,7 +29,7 @@ fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
     let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
     for row in 0..frame.height {
         for column in 0..frame.width {
-            let center = Cell::new(column, row).center() * frame.resolution_m;
+            let center = Cell::new(column, row).center().to_vector() * frame.resolution_m;
             let is_in = |[left, low, right, high]: &[f64; 4]| {
                 (left..right).contains(&&center.x) && (low..high).contains(&&center.y)
             };

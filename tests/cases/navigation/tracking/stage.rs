@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use inbye::geometry::Pose;
+use inbye::geometry::{Point, Pose};
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
 use inbye::navigator::ObstacleModel;
 use inbye::sim::{Lidar, World};
@@ -107,8 +107,9 @@ impl Stage {
     /// Adds the motion since the last tick to the odometry, with its errors.
     fn odometry(&mut self, pose: &Pose) -> Pose {
         let now = self.poses.map_or(*pose, |(before, odometry)| {
-            let step = before.inverse_transform(&pose.position()) * (1.0 + self.errors.drift);
-            let place = odometry.transform(&step);
+            let step = before.inverse_transform(&pose.position());
+            let scale = 1.0 + self.errors.drift;
+            let place = odometry.transform(&Point::new(step.x * scale, step.y * scale));
             let turned = inbye::geometry::wrap_angle(pose.yaw - before.yaw);
             let yaw = odometry.yaw + turned + self.errors.drift_rad_s * self.period_s;
             Pose::new(place.x, place.y, yaw)
