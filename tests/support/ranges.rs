@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use inbye::geometry::{Pose, Vector};
+use inbye::geometry::{Point, Pose, Vector};
 use inbye::local::{
     Axis, ClearanceField, CpuEngine, Detail, Engine, Evaluation, Problem, ProblemError,
     QuantizedProblem, Window,

@@ -72,7 +72,10 @@ impl Scene {
         let most_m = 262_000.0 * field.unit_m();
         let fastest = (reach_m.min(most_m) / (f64::from(steps) * step_s)).min(15.0);
         let start = somewhere(rng, &frame);
-        let mut goal = || start + (somewhere(rng, &frame) - start).cap_magnitude(most_m);
+        let mut goal = || {
+            let offset = somewhere(rng, &frame) - start;
+            start + offset * (most_m / offset.norm()).min(1.0)
+        };
         let (target, key_node) = (goal(), goal());
         let problem = Problem {
             field: Arc::new(field),

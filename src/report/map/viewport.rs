@@ -106,7 +106,7 @@ impl Viewport {
 fn bounds(points: impl IntoIterator<Item = Point>) -> Option<Viewport> {
     points
         .into_iter()
-        .filter(|point| point.is_finite())
+        .filter(Point::is_finite)
         .map(|point| Viewport { low: point, high: point })
         .reduce(|all, point| all.joined(&point))
 }

@@ -157,7 +157,7 @@ fn clearance_check_detects_an_obstacle_on_a_path() {
         let mut blocked = case.obstacles.clone();
         blocked.set(cell, true);
         if path.points().len() > 1 && radius_m > 0.0 {
-            assert!(fault(path, &blocked, radius_m).is_some(), "at {at}");
+            assert!(fault(path, &blocked, radius_m).is_some(), "at {at:?}");
             count += 1;
         }
         // It also detects a required clearance slightly above the kept one.

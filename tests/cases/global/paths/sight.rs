@@ -22,7 +22,8 @@ fn exact_grid(random: &mut Pcg64Mcg, density: f64) -> FreeSpace {
 }
 
 fn point(space: &FreeSpace, (x, y): LatticePoint) -> Point {
-    Point::new(x as f64, y as f64) * (space.frame().resolution_m / STEPS as f64)
+    let step_m = space.frame().resolution_m / STEPS as f64;
+    Point::new(x as f64 * step_m, y as f64 * step_m)
 }
 
 fn compare(space: &FreeSpace, from: LatticePoint, to: LatticePoint) -> bool {
@@ -95,9 +96,9 @@ fn line_of_sight_is_blocked_for_ends_off_the_grid_or_not_finite() {
     assert!(is_clear(&space, &inside, &inside));
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, -1e-3, 8.0] {
         for place in [Point::new(bad, 4.4), Point::new(3.2, bad), Point::new(bad, bad)] {
-            assert!(!is_clear(&space, &inside, &place), "{place}");
-            assert!(!is_clear(&space, &place, &inside), "{place}");
-            assert!(!is_clear(&space, &place, &place), "{place}");
+            assert!(!is_clear(&space, &inside, &place), "{place:?}");
+            assert!(!is_clear(&space, &place, &inside), "{place:?}");
+            assert!(!is_clear(&space, &place, &place), "{place:?}");
         }
     }
 }
