@@ -50,6 +50,7 @@ settings! {
 const MAX_LINE: usize = 24;
 
 /// An answer of the firmware.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// `OK`.
@@ -62,6 +63,7 @@ pub enum Answer {
 ///
 /// Counts are two 32-bit integers separated by one space, without plus sign, extra spaces or leading zeros. The firmware writes
 /// them so; any other spelling is a damaged line.
+#[doc(hidden)]
 #[must_use]
 pub fn parse_answer(line: &[u8]) -> Option<Answer> {
     if line == b"OK" {
@@ -92,6 +94,7 @@ enum Request {
 }
 
 /// Host session of a `ROSArduinoBridge`. It reports encoder counts only.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct ArduinoSession {
     core: SessionCore,
@@ -234,6 +237,7 @@ const MAX_ARGUMENT: usize = 31;
 ///
 /// Like the firmware's parser, it takes the last letter before the first space as the command and joins all arguments from the
 /// second on.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct ArduinoDevice {
     settings: BaseSettings,

@@ -117,3 +117,30 @@ pub(super) fn is_plausible_travel(
 pub(super) fn max_plausible_speed(settings: &BaseSettings) -> f64 {
     SPEED_MARGIN * settings.tracks.max_track_speed
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoder_speed() -> EncoderSpeed {
+        EncoderSpeed::new(&BaseSettings::default())
+    }
+
+    #[test]
+    fn constant_time_keeps_two_readings() {
+        let mut speed = encoder_speed();
+        for tick in 0..1000 {
+            assert!(speed.update(PerTrack::both(tick), 3.0).is_some());
+        }
+        assert_eq!(speed.readings.len(), 2);
+    }
+
+    #[test]
+    fn readings_older_than_the_window_are_dropped() {
+        let mut speed = encoder_speed();
+        for tick in 0..20_u32 {
+            assert!(speed.update(PerTrack::both(100 * tick), 0.02 * f64::from(tick)).is_some());
+        }
+        assert!(speed.readings.len() <= 7, "{}", speed.readings.len());
+    }
+}

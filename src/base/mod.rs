@@ -31,12 +31,11 @@ pub use fault_detector::{BaseSample, FaultDetector};
 pub use fault_detector::{FaultDetectorSettings, StopCause};
 pub use faults::Faults;
 pub use protocol::{
-    CommandStats, DeviceProtocol, MachineState, Protocol, Session, SessionCounters, TimedFeedback,
+    CommandStats, DeviceProtocol, MachineState, Protocol, Session, SessionCore, SessionCounters,
+    TimedFeedback,
 };
 #[cfg(feature = "serial")]
-pub(crate) use serial::open_lidar_port;
-#[cfg(feature = "serial")]
-pub use serial::{SerialBase, SerialSettings};
+pub use serial::{SerialBase, SerialSettings, open_lidar_port};
 pub use settings::{BaseConfig, BaseSettings};
 pub use supervisor::{
     BaseSupervisor, CommandRejected, DriveStatus, OpenBase, OutgoingCommand, SafetyController,

@@ -92,13 +92,15 @@ impl FromStr for Protocol {
 /// Time is in seconds from any origin and never runs backwards. A session never renews a command by itself: each
 /// [`Session::command`] sends one frame, which is repeated, with the latest command in it, only if its answer was lost. So the
 /// base's own watchdog, if it has one, acts when the caller stops sending.
+///
+/// To drive a base with another protocol, write a type that holds a [`SessionCore`] and implement the methods without a default.
+/// `receive` passes each complete feedback to [`SessionCore::report`]. `transmit` sends [`SessionCore::target`] while
+/// [`SessionCore::is_pending`], and clears this flag. Override the other methods for requests and for a latched stop.
 pub trait Session: Send {
-    /// State that all sessions have.
-    #[doc(hidden)]
+    /// The state that the methods with a default use.
     fn core(&self) -> &SessionCore;
 
-    /// State that all sessions have.
-    #[doc(hidden)]
+    /// The same state, to change it.
     fn core_mut(&mut self) -> &mut SessionCore;
 
     /// Speed of the serial line, baud.
@@ -177,55 +179,64 @@ pub struct SessionCounters {
     pub rejected_readings: u64,
 }
 
-/// State that all sessions have.
-#[doc(hidden)]
+/// State of every [`Session`]: the motion to command, the latest feedback and the line errors.
 #[derive(Clone, Debug)]
 pub struct SessionCore {
-    pub(super) settings: BaseSettings,
+    /// Settings of the base.
+    pub settings: BaseSettings,
     /// The commanded motion, within the tracks' highest speed.
-    pub(super) target: Twist,
-    /// Whether a command is to be sent.
-    pub(super) is_pending: bool,
+    pub target: Twist,
+    /// Whether [`Self::target`] is to be sent.
+    pub is_pending: bool,
+    /// Line errors that the session counts itself.
+    pub counters: SessionCounters,
     pub(super) encoder_speed: EncoderSpeed,
-    pub(super) latest: Option<TimedFeedback>,
-    pub(super) counters: SessionCounters,
+    latest: Option<TimedFeedback>,
 }
 
 impl SessionCore {
-    pub(super) fn new(settings: BaseSettings) -> Result<Self, BaseError> {
+    /// Creates the state of a session that has no command to send and no feedback.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         settings.validate()?;
         Ok(Self {
             settings,
             target: Twist::STOP,
             is_pending: false,
+            counters: SessionCounters::default(),
             encoder_speed: EncoderSpeed::new(&settings),
             latest: None,
-            counters: SessionCounters::default(),
         })
     }
 
-    /// The commanded speeds of the tracks.
-    pub(super) fn target_speeds(&self) -> TrackSpeeds {
+    /// The commanded speeds of the tracks, m/s.
+    #[must_use]
+    pub fn target_speeds(&self) -> TrackSpeeds {
         self.settings.drive().tracks(&self.target)
     }
 
     /// Takes the pending command as ticks per second of the controller's channels.
-    pub(super) fn take_rates(&mut self) -> [f64; 2] {
+    pub fn take_rates(&mut self) -> [f64; 2] {
         self.is_pending = false;
         self.settings.channel_rates(&self.target_speeds())
     }
 
-    pub(super) fn stop(&mut self) {
+    /// Commands zero velocity.
+    pub fn stop(&mut self) {
         self.target = Twist::STOP;
         self.is_pending = true;
     }
 
-    pub(super) fn release(&mut self) {
+    /// Commands zero velocity and clears the faults that the session found.
+    pub fn release(&mut self) {
         self.stop();
         self.encoder_speed.clear_fault();
     }
 
-    pub(super) fn report(&mut self, feedback: Feedback, received_s: f64) {
+    /// Stores the latest feedback with its time of arrival, seconds.
+    pub fn report(&mut self, feedback: Feedback, received_s: f64) {
         self.latest = Some(TimedFeedback { received_s, feedback });
     }
 }

@@ -248,7 +248,7 @@ impl Base for SerialBase {
 ///
 /// # Errors
 /// [`BaseError::CannotOpen`].
-pub(crate) fn open_lidar_port(name: &str) -> Result<Box<dyn Read + Send>, BaseError> {
+pub fn open_lidar_port(name: &str) -> Result<Box<dyn Read + Send>, BaseError> {
     let port = serialport::new(name, BAUD).timeout(LIDAR_TIMEOUT).open().map_err(|error| {
         BaseError::CannotOpen { port: name.to_owned(), reason: error.to_string() }
     })?;

@@ -26,9 +26,11 @@ const HEAD: u8 = 0x7B;
 const TAIL: u8 = 0x7D;
 
 /// Length of a command frame, bytes.
+#[doc(hidden)]
 pub const COMMAND_LENGTH: usize = 11;
 
 /// Length of a feedback frame, bytes.
+#[doc(hidden)]
 pub const FEEDBACK_LENGTH: usize = 24;
 
 /// Raw accelerometer counts per m/s^2.
@@ -38,6 +40,7 @@ const COUNTS_PER_M_S2: f64 = 1671.84;
 const RAD_S_PER_COUNT: f64 = 0.000_266_44;
 
 /// A velocity command.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
     /// Commanded velocity.
@@ -45,6 +48,7 @@ pub struct Command {
 }
 
 /// A report of the base, about 20 per second.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Report {
     /// Whether the motors are disabled.
@@ -167,6 +171,7 @@ fn is_sealed(frame: &[u8]) -> bool {
 ///
 /// The firmware mixes the tracks by the geometric width, so the session scales turn rates by the ratio of the effective width in
 /// both directions. The protocol cannot latch a stop.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct WheeltecSession {
     core: SessionCore,
@@ -230,6 +235,7 @@ impl Session for WheeltecSession {
 
 /// A lower controller with the WHEELTEC protocol. It follows the last command forever: the command-loss stop of the published
 /// firmware is commented out.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct WheeltecDevice {
     /// The firmware's kinematics, with the geometric track width.

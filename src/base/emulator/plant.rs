@@ -1,15 +1,17 @@
 //! The machine of an emulated base: two tracks with encoders, a battery, a gyro, and the motion on the ground.
 //!
-//! Each track has a DC motor with inertia and friction, and a PI speed controller.//! The parameters are chosen for a small 24 V gear motor and belong to no particular product. The track reaches 63 % of a step of
-//! its set speed within about 0.05 s.
+//! Each track has a DC motor with inertia and friction, and a PI speed controller. The parameters are chosen for a small 24 V
+//! gear motor and belong to no particular product. The track reaches 63 % of a step of its set speed within about 0.05 s.
+
+use core::f64::consts::TAU;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 use super::InjectedFault;
 use crate::base::{BaseSettings, MachineState};
 use crate::geometry::{Pose, Twist};
 use crate::robot::{PerTrack, TrackSpeeds};
-use core::f64::consts::TAU;
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64Mcg;
 
 /// Cycle time of the speed control, seconds: 100 Hz, typical for firmware.
 const CYCLE_S: f64 = 0.01;

@@ -78,9 +78,11 @@ const HEAD: u8 = 0x54;
 const KIND: u8 = 0x2C;
 
 /// Bytes of a packet.
+#[doc(hidden)]
 pub const PACKET_LENGTH: usize = 47;
 
 /// Points of a packet.
+#[doc(hidden)]
 pub const POINTS: usize = 12;
 
 /// Full revolution, 0.01 degrees.
@@ -104,6 +106,7 @@ const ALGORITHM: Algorithm<u8> = Algorithm {
 const CRC: Crc<u8> = Crc::<u8>::new(&ALGORITHM);
 
 /// One measurement.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Point {
     /// Distance, mm; zero for none.
@@ -113,6 +116,7 @@ pub struct Point {
 }
 
 /// Twelve points at equal angles.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Packet {
     /// Speed of rotation, degrees per second.

@@ -96,7 +96,8 @@ impl Request {
         if self.check(address, data).to_be_bytes() != *check {
             return None;
         }
-        // Encoder flags add no information. Nor does the direction that some firmware sends after an unsigned speed.
+        // The byte after a count or a speed is not read. Limitation: some firmware sends an unsigned speed and its direction in
+        // that byte, so its reverse reads as forward.
         Some(data.iter().take(4).fold(0, |number, byte| number << 8 | u32::from(*byte)))
     }
 

@@ -7,6 +7,7 @@ mod fault_detector;
 mod goldens;
 mod ld19;
 mod mixer;
+mod own_protocol;
 #[cfg(all(unix, feature = "serial"))]
 mod port;
 mod property;

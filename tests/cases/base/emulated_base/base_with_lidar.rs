@@ -80,7 +80,7 @@ fn base_with_lidar_reaches_goal() {
 fn unplugged_lidar_stops_robot_with_cause() {
     let hall = hall();
     // The lidar is unplugged soon after the drive starts.
-    let robot = robot(&hall, "--lidar-until 4");
+    let robot = robot(&hall, "--lidar-until 6");
     let ended = drive(&hall, &robot, "--time-limit 120");
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let (driven, summary) = (ended.object(), robot.end());

@@ -301,6 +301,20 @@ fn healthy_base_reports_no_fault() {
 }
 
 #[test]
+fn scheduled_fault_includes_its_start_and_excludes_its_end() {
+    let mut emulator =
+        Emulator::new(Protocol::Native, BaseSettings::default(), 1).expect("valid settings");
+    emulator.schedule("silence@2..3.5".parse().expect("a name and times"));
+    let is_silent = [1.9, 2.0, 3.4, 3.5].map(|now_s| {
+        // A report is due at each of these times.
+        let mut line = Vec::new();
+        emulator.step(now_s, &mut line);
+        line.is_empty()
+    });
+    assert_eq!(is_silent, [false, true, true, false]);
+}
+
+#[test]
 fn scheduled_fault_parses_every_name_and_its_times() {
     for fault in InjectedFault::ALL {
         let scheduled: ScheduledFault =
