@@ -1,5 +1,6 @@
 //! `inbye bench localization`.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -34,7 +35,8 @@ const COLUMNS: &str = "case seed outcome travelled_m pose_error_max_m pose_error
     Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
     of noise.\n\
     With --out the same command resumes where it was interrupted.\n\
-    Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad.")]
+    Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad, or \
+    a drive of any case did not start.")]
 pub struct LocalizationArguments {
     /// Map that is the world, of any kind that `drive` reads; with --start and --goal.
     #[arg(long, requires_all = ["start", "goal"])]
@@ -48,10 +50,11 @@ pub struct LocalizationArguments {
     /// Where they turn back.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "map")]
     pub goal: Option<Place>,
-    /// Settings, TOML.
+    /// Settings, TOML; those that make a drive depend on the wall clock are refused: `navigator.deadline_s`, and
+    /// `navigator.wait_for_plans` = false.
     #[arg(long)]
     pub config: Option<PathBuf>,
-    /// A case; repeatable [default: all].
+    /// A case; repeatable, each is driven once [default: all].
     #[arg(long, value_name = "NAME", value_parser = case)]
     pub case: Vec<LocalizationCase>,
     /// Drives of each case, each with a seed of its own.
@@ -86,12 +89,14 @@ fn slip(text: &str) -> Result<f64, String> {
     number(text, |share| (0.0..=0.9).contains(&share), "0 to 0.9")
 }
 
-/// Drives all cases. Returns false when a tour was not within its bounds.
+/// Drives all cases. Returns false when a tour was not within its bounds, or a drive did not start.
 pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool> {
     let site = Arc::new(site(arguments)?);
     let all = LocalizationCase::ALL;
     let cases = if arguments.case.is_empty() { &all[..] } else { &arguments.case };
-    let worlds: Vec<World> = cases.iter().map(|&case| World::localization(case, &site)).collect();
+    let mut seen = BTreeSet::new();
+    let cases = cases.iter().copied().filter(|&case| seen.insert(case));
+    let worlds: Vec<World> = cases.map(|case| World::localization(case, &site)).collect();
     let seeds: Vec<u64> = (arguments.seed..arguments.seed + arguments.seeds).collect();
     let setups = [Setup::unnamed(settings(arguments)?)];
     let grid = Grid::of_worlds("localization", &worlds, &setups, &seeds)?;
@@ -124,12 +129,13 @@ fn site(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationSite> {
     })
 }
 
-/// Whether a tour was within its bounds; other cases have none.
+/// Whether a drive started, and a tour was within its bounds; other cases have none.
 fn is_within(row: &RunRow) -> bool {
     let is_at_most = |error: Option<f64>, bound| error.is_some_and(|error| error <= bound);
-    !matches!(row.case, Some(LocalizationCase::Tour | LocalizationCase::People))
-        || row.reached()
-            && is_at_most(row.pose_error_max_m, WITHIN.0)
-            && is_at_most(row.pose_error_max_rad, WITHIN.1)
-            && row.lost_ticks == Some(0)
+    let is_tour = matches!(row.case, Some(LocalizationCase::Tour | LocalizationCase::People));
+    let is_bounded = row.reached()
+        && is_at_most(row.pose_error_max_m, WITHIN.0)
+        && is_at_most(row.pose_error_max_rad, WITHIN.1)
+        && row.lost_ticks == Some(0);
+    row.ticks > 0 && (!is_tour || is_bounded)
 }

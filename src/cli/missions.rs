@@ -56,7 +56,7 @@ impl MissionsArguments {
     pub fn read(&self, unmapped_share: f64) -> anyhow::Result<(Config, Vec<World>)> {
         let rules = Rules {
             longest_m: self.longest,
-            most_people: self.people,
+            max_people: self.people,
             unmapped_share,
             ..Rules::default()
         };

@@ -10,6 +10,7 @@ use super::map_file::MapSettings;
 /// `inbye playground`.
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("config", |config| config.help("Settings, TOML: the robot, and the initial sampling and weights")),
     after_help = "Example:\n  inbye playground --port 8047\n  inbye playground --port 0 --map mine.yaml --json\n\n\
     The first line is the address of the page, on this machine only. Drag the robot, the goal and the obstacles, or select their \
     handles with Tab and move them with the arrow keys. The browser takes the decision with the shaders of the GPU engine, and \

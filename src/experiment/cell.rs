@@ -67,6 +67,12 @@ pub(super) fn key(inputs: &Value) -> String {
     hex
 }
 
+/// Whether a text has the form of a key: its hex digits, none in upper case.
+pub(super) fn is_key(text: &str) -> bool {
+    let is_digit = |byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
+    text.len() == KEY_DIGITS && text.bytes().all(is_digit)
+}
+
 /// Part `index`, from 1, of `count` parts of the cells, for one machine of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {

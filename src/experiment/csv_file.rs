@@ -3,14 +3,14 @@
 use core::str::FromStr;
 use std::path::Path;
 
-use csv::{Position, ReaderBuilder, StringRecord};
+use csv::{Position, ReaderBuilder, StringRecord, Trim};
 use serde::de::DeserializeOwned;
 
 use super::ExperimentError;
 use crate::bench::columns::csv_error_text;
 use crate::bench::{Column, ColumnKind, Columns};
 
-/// The lines of a file as text, all with the number of fields of the first. Blank lines are left out.
+/// The lines of a file as text. All but blank ones have the number of fields of the first.
 pub(super) struct CsvFile<'a> {
     file: &'a Path,
     header: StringRecord,
@@ -28,29 +28,30 @@ impl<'a> CsvFile<'a> {
         // Rows of another length are refused below, with their line.
         let mut reader = ReaderBuilder::new()
             .flexible(true)
+            .trim(Trim::Headers)
             .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
         let unread = |error: csv::Error| {
             let line = error.position().map_or(1, Position::line);
             ExperimentError::file(file, format!("line {line}: {error}: correct that line"))
         };
         let header = reader.headers().map_err(unread)?.clone();
-        let mut records = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(unread)?;
-            let (found, expected) = (record.len(), header.len());
-            if record.iter().all(|field| field.trim().is_empty()) {
-                continue;
-            }
-            if found != expected {
-                let line = line(&record);
-                let reason = format!(
-                    "line {line}: {found} fields; expected {expected}, as many as line 1 has"
-                );
-                return Err(ExperimentError::file(file, reason));
-            }
-            records.push(record);
+        let records: Vec<StringRecord> =
+            reader.records().collect::<Result<_, _>>().map_err(unread)?;
+        let read = Self { file, header, records };
+        let mut filled = read.records.iter().filter(|record| !is_blank(record));
+        filled.try_for_each(|record| read.check_length(record))?;
+        Ok(read)
+    }
+
+    fn check_length(&self, record: &StringRecord) -> Result<(), ExperimentError> {
+        let (line, found, expected) = (line(record), record.len(), self.header.len());
+        if found == expected {
+            return Ok(());
         }
-        Ok(Self { file, header, records })
+        let reason = format!(
+            "line {line}: {found} fields; expected {expected}, as many as line 1 has: correct that line, or make the file again"
+        );
+        Err(ExperimentError::file(self.file, reason))
     }
 
     /// The first of these columns that the file lacks.
@@ -59,14 +60,16 @@ impl<'a> CsvFile<'a> {
     }
 
     fn place(&self, column: &str) -> Option<usize> {
-        self.header.iter().position(|name| name.trim() == column)
+        self.header.iter().position(|name| name == column)
     }
 
+    /// The lines, without blank ones.
     pub fn lines(&self) -> impl Iterator<Item = CsvLine<'_>> {
-        self.records.iter().map(|record| CsvLine { file: self, record })
+        let filled = self.records.iter().filter(|record| !is_blank(record));
+        filled.map(|record| CsvLine { file: self, record })
     }
 
-    /// All rows, at least one. Their numbers are finite.
+    /// All rows, at least one. Their numbers are finite. A blank line is no row and is refused.
     pub fn rows<R: DeserializeOwned + Columns>(&self) -> Result<Vec<R>, ExperimentError> {
         let row = |record: &StringRecord| {
             let bad = |reason: String| {
@@ -74,6 +77,7 @@ impl<'a> CsvFile<'a> {
                 let reason = format!("line {line}: {reason}: correct that line, or measure again");
                 ExperimentError::file(self.file, reason)
             };
+            self.check_length(record)?;
             if let Some(column) = self.non_finite::<R>(record) {
                 return Err(bad(format!("{column}: expected a finite number")));
             }
@@ -91,8 +95,8 @@ impl<'a> CsvFile<'a> {
     /// The first column of numbers in which a line has an infinite number or none.
     fn non_finite<R: Columns>(&self, record: &StringRecord) -> Option<&'static str> {
         let is_non_finite = |column: &&Column| {
-            let index = self.header.iter().position(|name| name == column.name);
-            let number = index.and_then(|index| record.get(index)?.parse::<f64>().ok());
+            let number =
+                self.place(column.name).and_then(|index| record.get(index)?.parse::<f64>().ok());
             number.is_some_and(|number| !number.is_finite())
         };
         let mut numbers = R::COLUMNS.iter().filter(|column| column.kind == ColumnKind::Real);
@@ -123,6 +127,10 @@ impl CsvLine<'_> {
         let reason = format!("line {line}: {column} is {found:?}: it must be {expected}");
         ExperimentError::file(self.file.file, reason)
     }
+}
+
+fn is_blank(record: &StringRecord) -> bool {
+    record.iter().all(|field| field.trim().is_empty())
 }
 
 fn line(record: &StringRecord) -> u64 {

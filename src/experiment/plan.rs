@@ -15,6 +15,8 @@ use crate::settings::{choices, commented_toml, setting_schema, settings};
 
 settings! {
     /// A plan. Every combination of the listed values is a cell.
+    ///
+    /// [`Plan::check`] checks every value. [`Plan::validate`] is a part of it: it checks only the ranges of the numbers.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Plan {
@@ -198,7 +200,7 @@ impl Plan {
         commented_toml::<Self>(HEADING)
     }
 
-    /// Checks every value without opening a file.
+    /// Checks every value without opening a file: lists, names, worlds, and the ranges of [`Plan::validate`].
     ///
     /// # Errors
     /// The error names the first key whose value cannot be used, and what is accepted.

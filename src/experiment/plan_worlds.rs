@@ -63,7 +63,7 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
         WorldKind::Missions => {
             let rules = Rules {
                 longest_m: group.longest_m,
-                most_people: group.people,
+                max_people: group.people,
                 unmapped_share: group.unmapped_share,
                 ..Rules::default()
             };

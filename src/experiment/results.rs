@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
-use super::cell::key;
+use super::cell::{is_key, key};
 use super::{Cell, ExperimentError, FORMAT, Grid, RunRow};
 use crate::digest::BitDigest;
 
@@ -124,13 +124,21 @@ impl Manifest {
     /// Reads such a file.
     ///
     /// # Errors
-    /// Fails when it is no manifest, or another version wrote it.
+    /// Fails when it is no manifest, a key is malformed, or another version wrote it.
     pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, ExperimentError> {
-        let read: Self = serde_json::from_slice(bytes).map_err(|error| {
-            let reason = format!("{error}: name a folder that `inbye sweep` made");
-            ExperimentError::file(file, reason)
-        })?;
+        let bad = |reason: String| {
+            let cure = "name a folder that `inbye sweep` made";
+            ExperimentError::file(file, format!("{reason}: {cure}"))
+        };
+        let read: Self = serde_json::from_slice(bytes).map_err(|error| bad(error.to_string()))?;
         check_version(&read.version, read.format, file)?;
+        // A key is also the name of a file.
+        if let Some(place) = read.cells.iter().position(|cell| !is_key(&cell.key)) {
+            let key = &read.cells[place].key;
+            return Err(bad(format!(
+                "cells[{place}].key is {key:?}: it must be a digest of a cell"
+            )));
+        }
         Ok(read)
     }
 

@@ -67,7 +67,7 @@ column_values! {
 
 columns! {
     /// One run: its cell, how it ended, and its figures. Only the fields from `ran_on` on depend on the machine. The row of a
-    /// cell that was not run yet has the fields up to `latency`, and `key`.
+    /// cell that was not run yet has the fields up to `latency`, `case` and `key`.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     #[serde(default)]
     pub struct RunRow {

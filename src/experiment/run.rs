@@ -38,9 +38,6 @@ impl World {
             outcome: RunOutcome::Failed,
             ..self.row(config, engine.kind(), seed)
         };
-        if let WorldSource::Localization { case, .. } = self.source.as_ref() {
-            row.case = Some(*case);
-        }
         let refused = |mut row: RunRow, fault: String, simulation| {
             row.fault = Some(fault_name(&fault));
             row.reason = Some(fault);
@@ -120,7 +117,7 @@ pub fn run_cell(
     let driven = cell.world.drive(cell.row.seed, &cell.config, engine, &mut observer);
     let row = match driven {
         Ok(run) => run.row,
-        Err(error) => RunRow { reason: Some(error.to_string()), ..RunRow::default() },
+        Err(error) => RunRow { reason: Some(error.to_string()), ..cell.row.clone() },
     };
     let mut row = row.named(&cell.row);
     if !is_timed {

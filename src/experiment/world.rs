@@ -123,6 +123,10 @@ impl World {
 
     /// The row of a run before its start.
     pub(super) fn row(&self, config: &Config, engine: &str, seed: u64) -> RunRow {
+        let case = match self.source.as_ref() {
+            WorldSource::Localization { case, .. } => Some(*case),
+            _ => None,
+        };
         RunRow {
             kind: self.kind,
             world: self.name.clone(),
@@ -131,6 +135,7 @@ impl World {
             engine: engine.to_owned(),
             seed,
             latency: self.latency,
+            case,
             ..RunRow::default()
         }
     }
@@ -225,8 +230,8 @@ impl WorldSource {
             Self::Mission { map, rules } => {
                 digest.text("mission");
                 add_map(&mut digest, map);
-                add(&mut digest, &[rules.least_m, rules.longest_m]);
-                digest.wide(rules.most_people as u64);
+                add(&mut digest, &[rules.min_m, rules.longest_m]);
+                digest.wide(rules.max_people as u64);
                 digest.real(rules.unmapped_share);
             }
             Self::Localization { case, site } => {

@@ -46,10 +46,8 @@ pub(super) fn path_table(table: &PathTable) -> Table {
             ("time, ms", |row| significant(row.time_ms.p50_ms)),
             ("time, 95th percentile, ms", |row| significant(row.time_ms.p95_ms)),
             ("search, ms", |row| significant(row.stage_ms.search)),
-            ("pruning + spline, ms", |row| {
-                let stages = row.stage_ms.prune.zip(row.stage_ms.smooth);
-                stages.map_or_else(dash, |(prune, smooth)| significant(prune + smooth))
-            }),
+            ("pruning, ms", |row| row.stage_ms.prune.map_or_else(dash, significant)),
+            ("spline, ms", |row| row.stage_ms.smooth.map_or_else(dash, significant)),
             ("cells expanded", |row| row.expanded.to_string()),
             ("raw path over shortest, %", |row| fixed(100.0 * row.over_shortest, 2)),
         ],

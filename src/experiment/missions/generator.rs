@@ -117,24 +117,25 @@ impl MissionSite {
             let mut reached = flood_fill(&self.free, first, most_steps);
             reached.retain(|&cell| {
                 let is_inner = self.free_cells.binary_search(&frame.index(cell)).is_ok();
-                is_inner && (frame.center_of(cell) - start).norm() >= rules.least_m
+                is_inner && (frame.center_of(cell) - start).norm() >= rules.min_m
             });
             if reached.is_empty() {
                 continue;
             }
             let goal = frame.center_of(reached[rng.random_range(0..reached.len())]);
             let plan = planner.plan(&self.obstacles, start, goal, &mut || 0.0);
-            if let Some(plan) = plan.ok().filter(|plan| {
-                (rules.least_m..=rules.longest_m).contains(&plan.smoothed.length_m())
-            }) {
+            if let Some(plan) = plan
+                .ok()
+                .filter(|plan| (rules.min_m..=rules.longest_m).contains(&plan.smoothed.length_m()))
+            {
                 return Ok((start, goal, plan));
             }
         }
-        let (least_m, longest_m, radius_m) = (rules.least_m, rules.longest_m, self.free.radius_m());
+        let (min_m, longest_m, radius_m) = (rules.min_m, rules.longest_m, self.free.radius_m());
         Err(ExperimentError::Unusable {
             place: self.name.clone(),
             reason: format!(
-                "no two free places {least_m} to {longest_m} m apart along a path were found for a radius of {radius_m:.3} m: \
+                "no two free places {min_m} to {longest_m} m apart along a path were found for a radius of {radius_m:.3} m: \
                  use a larger map or shorter missions"
             ),
         })

@@ -17,11 +17,11 @@ pub use traffic::TrafficKind;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rules {
     /// Shortest path and straight distance between start and goal, metres.
-    pub least_m: f64,
+    pub min_m: f64,
     /// Longest path, metres.
     pub longest_m: f64,
     /// Largest number of moving obstacles; all numbers from zero on are equally likely.
-    pub most_people: usize,
+    pub max_people: usize,
     /// Share of missions, 0 to 1, with one or two obstacles on the path that the map does not show. Another path remains.
     pub unmapped_share: f64,
 }
@@ -29,7 +29,7 @@ pub struct Rules {
 impl Default for Rules {
     /// 4 to 60 m, up to four moving obstacles, and a correct map.
     fn default() -> Self {
-        Self { least_m: 4.0, longest_m: 60.0, most_people: 4, unmapped_share: 0.0 }
+        Self { min_m: 4.0, longest_m: 60.0, max_people: 4, unmapped_share: 0.0 }
     }
 }
 
@@ -45,11 +45,11 @@ impl Rules {
             }
             Err(ExperimentError::BadValue { key: name, value: value.to_string(), expected })
         };
-        within("least_m", self.least_m, 0.5, 1000.0, "0.5 to 1000")?;
-        let expected = "least_m to 10000";
-        within("longest_m", self.longest_m, self.least_m, 1e4, expected)?;
-        let people = self.most_people as f64;
-        within("most_people", people, 0.0, 100.0, "0 to 100")?;
+        within("min_m", self.min_m, 0.5, 1000.0, "0.5 to 1000")?;
+        let expected = "min_m to 10000";
+        within("longest_m", self.longest_m, self.min_m, 1e4, expected)?;
+        let people = self.max_people as f64;
+        within("max_people", people, 0.0, 100.0, "0 to 100")?;
         within("unmapped_share", self.unmapped_share, 0.0, 1.0, "0 to 1")
     }
 }

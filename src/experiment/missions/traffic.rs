@@ -66,7 +66,7 @@ pub(super) fn traffic(
     rng: &mut Pcg64Mcg,
 ) -> (TrafficKind, MovingObstacles) {
     // All random numbers are drawn in any case: a change of one rule does not change the rest of the mission.
-    let count = rng.random_range(0..=rules.most_people);
+    let count = rng.random_range(0..=rules.max_people);
     let kind = KINDS[rng.random_range(0..KINDS.len())];
     let seed: u64 = rng.random();
     let moving_obstacles = match kind {

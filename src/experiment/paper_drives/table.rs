@@ -163,16 +163,20 @@ impl DriveTable {
         };
         let bad = self.rows.iter().filter(|run| !run.reached() && !was_hit_standing(run));
         bad.map(|run| {
+            let after = format!("after {:.1} s", run.time_s);
             let what = match (&run.fault, &run.reason) {
                 _ if run.collided() => {
-                    format!("contact, at {:.2} m/s", run.final_speed_m_s.unwrap_or_default())
+                    let speed_m_s = run.final_speed_m_s.unwrap_or_default();
+                    format!("contact, at {speed_m_s:.2} m/s {after}")
                 }
-                (Some(_), Some(reason)) => format!("gave up: {reason}"),
-                (None, Some(reason)) if run.ticks == 0 => format!("did not start: {reason}"),
-                _ => "did not arrive in time".to_owned(),
+                (_, Some(reason)) if run.ticks == 0 => {
+                    format!("did not start: {reason}: try another seed")
+                }
+                (Some(_), Some(reason)) => format!("gave up: {reason} {after}"),
+                _ => format!("did not arrive in time {after}"),
             };
             let (scene, seed, traffic) = (scene(run), run.seed, text(self.traffic));
-            format!("{scene}, seed {seed}, {traffic}: {what} after {:.1} s", run.time_s)
+            format!("{scene}, seed {seed}, {traffic}: {what}")
         })
         .collect()
     }

@@ -67,14 +67,14 @@ fn ends_are_free_and_connected_and_the_rules_kept() {
         let ends = [mission.start.position(), mission.goal.position];
         let [start, goal] = ends.map(|end| frame.cell_of(&end).expect("on the map"));
         assert!(mission.goal.yaw.is_some());
-        assert!((ends[1] - ends[0]).norm() >= rules.least_m);
-        assert!((rules.least_m..=rules.longest_m).contains(&drawn.path_m.unwrap_or_default()));
+        assert!((ends[1] - ends[0]).norm() >= rules.min_m);
+        assert!((rules.min_m..=rules.longest_m).contains(&drawn.path_m.unwrap_or_default()));
         // The circle that the robot turns in fits at both ends, and the search finds a path.
         let radius_m = config.robot.footprint.circumscribed_radius_m();
         let space = FreeSpace::new(&site.obstacles, radius_m);
         assert!(space.is_free(start) && space.is_free(goal), "seed {seed}");
         assert!(searcher.jump_points(&space, start, goal).is_ok());
-        assert!(simulation.moving_obstacles.len() <= rules.most_people);
+        assert!(simulation.moving_obstacles.len() <= rules.max_people);
         if let Some(truth) = &simulation.truth {
             stood += drawn.unmapped;
             let blocked = |cells: &[bool]| cells.iter().filter(|&&cell| cell).count();
