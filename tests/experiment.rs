@@ -1,4 +1,4 @@
-//! Measurements and experiments: density and quality of sampling, contacts, times, the paper, and the soak.
+//! Measurements and experiments: density and quality of sampling, contacts, times, the paper, cells and their records, and the soak.
 
 mod support {
     pub mod gap;
@@ -6,11 +6,14 @@ mod support {
 
 mod cases {
     mod experiment {
+        mod barn;
+        mod cells;
         mod contact;
         mod density;
         mod movingai;
         mod paper;
         mod quality;
+        mod records;
         mod soak;
         mod timing;
     }

@@ -34,3 +34,20 @@ fn localization_drives_a_case_and_resumes_from_its_folder() {
     let refusal = place.refusal("bench localization --case none");
     assert!(refusal.contains("it is one of tour, people"), "{refusal}");
 }
+
+#[test]
+fn localization_fails_when_a_drive_cannot_start() {
+    let place = Workplace::new();
+    let wall = "#".repeat(30);
+    let free = format!("#{}#\n", ".".repeat(28)).repeat(18);
+    place.write("room.txt", format!("{wall}\n{free}{wall}\n"));
+    let bench =
+        "bench localization --map room.txt --resolution 0.2 --start 1.5,2 --goal 4,2 --seeds 1";
+    // A case that is named twice is driven once.
+    let (status, object) = place.json(&format!("{bench} --case people --case people"));
+    assert_eq!((status, &object["within"]), (1, &Value::Bool(false)), "{object}");
+    let rows = object["rows"].as_array().expect("a list");
+    assert_eq!(rows.len(), 1, "{object}");
+    assert_eq!((&rows[0]["case"], &rows[0]["outcome"]), (&"people".into(), &"error".into()));
+    assert!(rows[0]["reason"].is_string(), "{object}");
+}
