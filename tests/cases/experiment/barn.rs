@@ -11,7 +11,7 @@ fn barn_discs_cover_the_footprint_closely() {
             let (x, y) = (f64::from(step_x) * 0.005, f64::from(step_y) * 0.005);
             let point = Point::new(x - 0.21, y - 0.165);
             let gap_m = footprint.gap_to_disc_m(&Pose::default(), &point, 0.0);
-            assert!(gap_m <= 1e-12, "{point} is {gap_m} m outside");
+            assert!(gap_m <= 1e-12, "{point:?} is {gap_m} m outside");
         }
     }
     assert!(footprint.circumscribed_radius_m() < libm::hypot(0.21, 0.165) + 0.001);
