@@ -134,7 +134,7 @@ fn with_others(
         }
     }
     #[cfg(not(feature = "gpu"))]
-    left_out(EngineError::NoGpuSupport);
+    left_out(&EngineError::NoGpuSupport);
     Ok(engines)
 }
 
