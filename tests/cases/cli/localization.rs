@@ -29,7 +29,9 @@ fn localization_drives_a_case_and_resumes_from_its_folder() {
     assert_eq!(record.lines().count(), 2, "{record}");
     // The second run reads the result, also its times.
     assert_eq!(place.json(bench).1, object);
-    let (_, merged) = place.json("sweep merge cells");
+    // A merge also writes a page, whose path is a note.
+    let merged = place.run("sweep merge cells --json");
+    let merged: Value = serde_json::from_str(&merged.stdout).expect("standard output is JSON");
     assert_eq!(merged["missing"], Value::Array(Vec::new()));
     let refusal = place.refusal("bench localization --case none");
     assert!(refusal.contains("it is one of tour, people"), "{refusal}");
