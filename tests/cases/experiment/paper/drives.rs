@@ -154,13 +154,17 @@ fn drive_without_arrival_counts_for_no_mean() {
     let stuck = RunRow {
         outcome: RunOutcome::Failed,
         fault: Some("FAULT".to_owned()),
-        reason: Some("no way".to_owned()),
+        reason: Some("no path".to_owned()),
+        ticks: 40,
         ..arrived("drift", 1, [9.0, 9.0, 3.0])
     };
+    let not_started = RunRow { ticks: 0, ..stuck.clone() };
+    let faults = table(TrafficKind::None, vec![not_started]).faults();
+    assert!(faults[0].ends_with("did not start: no path: try another seed"), "{faults:?}");
     let table = table(TrafficKind::None, vec![stuck]);
     assert!(table.summaries.iter().all(|summary| summary.deviation.is_none()));
     assert!(!table.acceptance.all_reached && !table.acceptance.means_within_limits);
-    assert!(table.faults()[0].contains("gave up: no way"));
+    assert!(table.faults()[0].contains("gave up: no path"));
 }
 
 #[test]
