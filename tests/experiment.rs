@@ -6,7 +6,6 @@ mod support {
 
 mod cases {
     mod experiment {
-        mod barn;
         mod cells;
         mod contact;
         mod density;

@@ -1,4 +1,4 @@
-//! Cells: their files, the list of them, and the threads that run them.
+//! Cells: their files and the list of them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use inbye::digest::BitDigest;
 use inbye::experiment::{
     Cell, CellFile, Grid, LocalizationCase, LocalizationSite, Manifest, RunOutcome, RunRow, Setup,
-    World, localization_config, open_engine, run_cell, run_in_order,
+    World, localization_config, open_engine, run_cell,
 };
 use inbye::geometry::{Point, Pose};
 use inbye::map::OccupancyGrid;
@@ -103,18 +103,4 @@ fn fuzz_corpus_has_sweep_files_of_this_version() {
     let RunRow { key, .. } = serde_json::from_str::<CellFile>(line).expect("a cell").row;
     let file = CellFile::parse(&cell, Path::new("cell.json"), &key).expect("a cell");
     assert_eq!(file.text(), text);
-}
-
-#[test]
-fn results_are_in_the_order_of_the_jobs() {
-    let jobs: Vec<u64> = (0..100).collect();
-    // The first jobs take longest, so threads finish them out of order.
-    let work = |job: &u64| (0..(100 - job) * 1000).fold(*job, |sum, step| sum ^ step) ^ job;
-    let expected: Vec<u64> = jobs.iter().map(work).collect();
-    for threads in [0, 1, 3, 200] {
-        let done = run_in_order(&jobs, threads, |job| Ok::<_, ()>(work(job)), || {});
-        assert_eq!(done, Ok(expected.clone()));
-    }
-    let none = run_in_order(&[], 4, |job: &u64| Ok::<_, ()>(*job), || {});
-    assert_eq!(none, Ok(Vec::new()));
 }
