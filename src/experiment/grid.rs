@@ -183,10 +183,9 @@ impl Grid {
     fn check_names(&self) -> Result<(), ExperimentError> {
         let mut ids = BTreeSet::new();
         for cell in &self.cells {
-            let names = RunRow { key: String::new(), ..cell.row.clone() };
-            if !ids.insert(format!("{names:?}")) {
-                let name = names.world;
-                return Err(ExperimentError::SameName { name });
+            let unkeyed = RunRow { key: String::new(), ..cell.row.clone() };
+            if !ids.insert(unkeyed.names().to_string()) {
+                return Err(ExperimentError::SameName { name: unkeyed.world });
             }
         }
         Ok(())
