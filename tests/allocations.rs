@@ -147,6 +147,7 @@ fn warm_planners() -> Result<(), Failed> {
         field: &field,
         pose: Pose::new(6.5 + 0.01 * tick as f64, 9.6, 0.0),
         twist: Twist::new(0.5, 0.0),
+        last_command: Twist::new(0.5, 0.01),
         // Sometimes fewer obstacles: the memory must be kept.
         obstacles: &walkers[tick % 3..],
         target: Point::new(11.5, 10.2),
@@ -282,10 +283,8 @@ fn allocations_are_counted() -> Result<(), Failed> {
     let samples = allocations(|| {
         black_box(engine.evaluate(&problem, Detail::Samples).is_ok());
     });
-    let larger = Window {
-        vx: Axis { low: 0.0, high: 1.0, count: 200 },
-        ..Roadway::default().problem(&field, 0).window
-    };
+    let larger =
+        Window { vx: Axis::new(0.0, 1.0, 200), ..Roadway::default().problem(&field, 0).window };
     let wider = QuantizedProblem::new(&Problem {
         window: larger,
         ..Roadway::default().problem(&field, 0)

@@ -4,6 +4,7 @@ mod cases {
     mod base {
         mod emulated_base;
         mod interface;
+        mod protective_layer;
         mod wire;
     }
 }

@@ -13,6 +13,8 @@ mod cases {
         mod drive;
         mod dynabarn;
         mod evaluate;
+        #[cfg(unix)]
+        mod files;
         mod help;
         mod localization;
         mod memory;

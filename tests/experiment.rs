@@ -6,6 +6,7 @@ mod support {
 
 mod cases {
     mod experiment {
+        mod blind_lidar;
         mod cells;
         mod contact;
         mod density;

@@ -3,8 +3,11 @@
 mod cases {
     mod navigation {
         mod deadlines;
+        mod footprint;
+        mod identification;
         mod localization;
         mod moving_obstacles;
+        mod observations;
         mod odometry;
         mod robot;
         mod surroundings;

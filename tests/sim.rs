@@ -3,6 +3,7 @@
 mod cases {
     mod sim {
         mod pedestrians;
+        mod plant;
         mod simulated_base;
         mod simulation;
         mod simulator_settings;

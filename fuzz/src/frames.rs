@@ -5,7 +5,7 @@ use core::slice;
 
 use inbye::base::arduino::{Answer, parse_answer};
 use inbye::base::roboclaw::Request;
-use inbye::base::{Faults, ld19, native, wheeltec};
+use inbye::base::{Bumper, Faults, ld19, native, wheeltec};
 use inbye::geometry::Twist;
 
 use super::bytes::Bytes;
@@ -315,6 +315,8 @@ pub fn any_native_report(bytes: &mut Bytes) -> native::Report {
         counts: [bytes.u32(), bytes.u32()],
         yaw_rate_mrad_s: flag(3).then(|| bytes.u16() as i16),
         battery_mv: flag(4).then(|| bytes.u16()),
+        bumper: Bumper { left: flag(5), right: flag(6) },
+        cliff: flag(7),
     }
 }
 

@@ -6,6 +6,7 @@ pub mod bytes;
 pub mod files;
 pub mod frames;
 pub mod maps;
+pub mod node;
 mod program;
 pub mod settings;
 pub mod wire;
@@ -20,7 +21,7 @@ use inbye::map::OccupancyGrid;
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
-pub const TARGETS: [Target; 28] = [
+pub const TARGETS: [Target; 30] = [
     ("map_yaml", maps::map_yaml),
     ("map_image", maps::map_image),
     ("map_server", maps::map_server),
@@ -49,6 +50,8 @@ pub const TARGETS: [Target; 28] = [
     ("wire_wheeltec", wire::wheeltec),
     ("wire_roboclaw", wire::roboclaw),
     ("wire_arduino", wire::arduino),
+    ("node_messages", node::messages),
+    ("node_conversation", node::conversation),
 ];
 
 /// Checks that an error message is one line.

@@ -3,6 +3,8 @@
 #![expect(dead_code, reason = "the functions that open files are used by the program only")]
 #![cfg_attr(test, expect(unused_imports, reason = "their unit tests run with the program"))]
 
+#[path = "../../src/cli/input_file.rs"]
+pub mod input_file;
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;
 #[path = "../../src/cli/toml_merge.rs"]

@@ -250,6 +250,7 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: ProtocolModel> Conversati
             battery_v: script.plain(),
             faults: Faults::from_bits(if flags & 2 == 0 { 0 } else { script.u16() }),
             button_pressed: flags & 1 != 0,
+            ..MachineState::default()
         };
         let set = self.device.step(self.now_s, &machine, &mut self.to_host);
         assert!(set.left.is_finite() && set.right.is_finite(), "{set:?} of {:?}", self.device);
@@ -262,7 +263,8 @@ impl<S: Session + Debug, P: DeviceProtocol + Debug, E: ProtocolModel> Conversati
             let feedback = &latest.feedback;
             assert!(latest.received_s <= self.now_s, "{latest:?}");
             assert!(feedback.twist.is_finite(), "{latest:?}");
-            for number in [feedback.battery_v, feedback.yaw_rate].into_iter().flatten() {
+            let tilt = feedback.tilt.map(|tilt| tilt.roll + tilt.pitch);
+            for number in [feedback.battery_v, feedback.yaw_rate, tilt].into_iter().flatten() {
                 assert!(number.is_finite(), "{latest:?}");
             }
         }

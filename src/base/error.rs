@@ -33,6 +33,18 @@ pub enum BaseError {
         /// Message of the operating system.
         reason: String,
     },
+    /// The name of a port leads to another device than the one that was opened first. Nothing was sent to it.
+    #[error(
+        "{port}: another device has this name: it was {was}, it is {now}: check the cables, then start again"
+    )]
+    OtherDevice {
+        /// Name of the port.
+        port: String,
+        /// The device that was opened first.
+        was: String,
+        /// The device of that name now.
+        now: String,
+    },
     /// The device is gone: its cable or adapter was unplugged, or the other end closed. Open the port again.
     #[error("{port}: the device is disconnected: plug it in and open the port again")]
     Disconnected {

@@ -14,22 +14,32 @@ mod faults;
 mod frame_decoder;
 pub mod ld19;
 pub mod native;
+#[cfg(feature = "serial")]
+mod port_identity;
+pub mod protective_layer;
 mod protocol;
 mod request;
 pub mod roboclaw;
 #[cfg(feature = "serial")]
 mod serial;
 mod settings;
+mod stop_cause;
 pub mod supervisor;
+mod tilt;
 pub mod wheeltec;
 
 pub(crate) use emulator::standard_normal;
-pub use emulator::{Emulator, InjectedFault, ScheduledFault};
+pub use emulator::{Emulator, InjectedFault, LidarFaultInjector, ScheduledFault};
 pub use error::BaseError;
+pub use fault_detector::FaultDetectorSettings;
 #[doc(hidden)]
 pub use fault_detector::{BaseSample, FaultDetector};
-pub use fault_detector::{FaultDetectorSettings, StopCause};
 pub use faults::Faults;
+#[cfg(feature = "serial")]
+pub use port_identity::SamePort;
+pub use protective_layer::{
+    CollisionMonitorSettings, OperatorState, OperatorSwitch, ProtectiveAction, ProtectiveLayer,
+};
 pub use protocol::{
     CommandStats, DeviceProtocol, MachineState, Protocol, Session, SessionCore, SessionCounters,
     TimedFeedback,
@@ -37,9 +47,10 @@ pub use protocol::{
 #[cfg(feature = "serial")]
 pub use serial::{SerialBase, SerialSettings, open_lidar_port};
 pub use settings::{BaseConfig, BaseSettings};
+pub use stop_cause::StopCause;
 pub use supervisor::{
     BaseSupervisor, CommandRejected, DriveStatus, OpenBase, OutgoingCommand, SafetyController,
-    SupervisorCounters, SupervisorSettings, SupervisorStatus,
+    ScanSource, SupervisorCounters, SupervisorSettings, SupervisorStatus,
 };
 
 use crate::geometry::Twist;
@@ -62,6 +73,44 @@ pub struct Feedback {
     pub faults: Faults,
     /// Age of the oldest command that the base had not accepted when it reported, seconds, if the protocol acknowledges commands.
     pub command_delay_s: Option<f64>,
+    /// Time since the report arrived, seconds; zero if the driver does not know it.
+    pub age_s: f64,
+    /// Whether a report that may be damaged says that the motors are disabled. The next report confirms or refutes it.
+    pub is_stop_suspected: bool,
+    /// Acceleration along x, y and z of the base's frame with that of gravity, m/s^2, if the base has an accelerometer.
+    pub acceleration_m_s2: Option<[f64; 3]>,
+    /// Tilt against the horizontal, if the base measures it.
+    pub tilt: Option<Tilt>,
+    /// Bumpers that are pressed; none for a base without bumpers.
+    pub bumper: Bumper,
+    /// Whether a cliff sensor sees no ground; false for a base without cliff sensors.
+    pub cliff: bool,
+}
+
+/// Tilt of a base against the horizontal, with the signs of REP-103.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tilt {
+    /// Rotation about the forward axis, rad: positive with the left side up.
+    pub roll: f64,
+    /// Rotation about the axis to the left, rad: positive with the front down.
+    pub pitch: f64,
+}
+
+/// The two halves of a bumper.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bumper {
+    /// Whether the left half is pressed.
+    pub left: bool,
+    /// Whether the right half is pressed.
+    pub right: bool,
+}
+
+impl Bumper {
+    /// Whether any half is pressed.
+    #[must_use]
+    pub const fn is_pressed(self) -> bool {
+        self.left || self.right
+    }
 }
 
 /// A base that takes velocity commands and reports its motion.

@@ -10,7 +10,7 @@ use super::encoder_speed::EncoderSpeed;
 use super::native::{NativeDevice, NativeSession};
 use super::roboclaw::{RoboClawDevice, RoboClawSession};
 use super::wheeltec::{WheeltecDevice, WheeltecSession};
-use super::{BaseError, BaseSettings, Faults, Feedback};
+use super::{BaseError, BaseSettings, Bumper, Faults, Feedback, Tilt};
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, TrackSpeeds};
 use crate::settings::parse_choice;
@@ -44,6 +44,12 @@ impl Protocol {
             Self::Roboclaw => "roboclaw",
             Self::Arduino => "arduino",
         }
+    }
+
+    /// Whether a base with the published firmware stops by itself when commands cease.
+    #[must_use]
+    pub const fn has_watchdog(self) -> bool {
+        !matches!(self, Self::Wheeltec)
     }
 
     /// Creates a session: the host's side of the protocol.
@@ -266,6 +272,8 @@ pub struct CommandStats {
     pub final_zero_commands: u64,
     /// How often the watchdog stopped running motors because commands ceased.
     pub watchdog_stops: u64,
+    /// Number of zero commands between the last of these stops and the next motion.
+    pub zero_commands_after_watchdog: u64,
 }
 
 /// Collects [`CommandStats`].
@@ -273,6 +281,8 @@ pub struct CommandStats {
 pub(super) struct CommandCounter {
     stats: CommandStats,
     is_watchdog_active: bool,
+    /// Whether every command since the watchdog's last stop was zero.
+    restarts: bool,
 }
 
 impl CommandCounter {
@@ -283,13 +293,21 @@ impl CommandCounter {
     /// Counts an accepted command.
     pub(super) const fn command(&mut self, is_zero: bool) {
         self.stats.commands += 1;
+        self.restarts &= is_zero;
+        if self.restarts {
+            self.stats.zero_commands_after_watchdog += 1;
+        }
         self.stats.final_zero_commands =
             if is_zero { self.stats.final_zero_commands + 1 } else { 0 };
     }
 
     /// Counts the watchdog's stops; call it in every cycle with whether the watchdog holds motors that were commanded to run.
     pub(super) fn watchdog(&mut self, is_active: bool) {
-        self.stats.watchdog_stops += u64::from(is_active && !self.is_watchdog_active);
+        if is_active && !self.is_watchdog_active {
+            self.stats.watchdog_stops += 1;
+            self.stats.zero_commands_after_watchdog = 0;
+            self.restarts = true;
+        }
         self.is_watchdog_active = is_active;
     }
 }
@@ -309,4 +327,10 @@ pub struct MachineState {
     pub faults: Faults,
     /// Whether the emergency button is pressed.
     pub button_pressed: bool,
+    /// Tilt against the horizontal.
+    pub tilt: Tilt,
+    /// Bumpers that are pressed.
+    pub bumper: Bumper,
+    /// Whether a cliff sensor sees no ground.
+    pub cliff: bool,
 }

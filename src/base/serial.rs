@@ -229,7 +229,8 @@ impl Base for SerialBase {
                 timeout_ms: self.settings.feedback_timeout.as_millis(),
             });
         }
-        let latest = latest.map(|latest| latest.feedback);
+        let age_s = self.now_s() - received_s;
+        let latest = latest.map(|latest| Feedback { age_s, ..latest.feedback });
         latest.ok_or_else(|| BaseError::NoFeedbackYet { port: self.name.clone() })
     }
 

@@ -48,6 +48,13 @@ settings! {
         /// Battery voltage below which the base is stopped, such as 21.0 for seven lithium cells at 3 V each. Default
         /// none, not monitored: it depends on the cells.
         pub min_battery_v: Option<f64> = None, ["V", above 0];
+        /// Whether the firmware of the base stops the motors by itself when commands cease, although its protocol is known
+        /// for firmware that does not: WHEELTEC's. Default false. Test it: kill the program with SIGKILL while the base
+        /// turns its tracks in the air.
+        pub has_watchdog: bool = false;
+        /// Largest speed of a track of a base without a watchdog. Default 0.3 m/s, a fifth of a walking speed: if the
+        /// host fails, a person catches up with the base and reaches its button.
+        pub max_speed_without_watchdog_m_s: f64 = 0.3, ["m/s", above 0];
         /// Protocol settings of a `RoboClaw`.
         pub roboclaw: RoboClawSettings = RoboClawSettings::default();
         /// Protocol settings of a `ROSArduinoBridge`.

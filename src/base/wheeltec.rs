@@ -9,8 +9,9 @@ use super::frame_decoder::Frame;
 #[doc(hidden)]
 pub use super::frame_decoder::FrameDecoder as Decoder;
 use super::protocol::{CommandCounter, SessionCore};
+use super::tilt::TiltFilter;
 use super::{
-    BaseError, BaseSettings, CommandStats, DeviceProtocol, Feedback, MachineState, Session,
+    BaseError, BaseSettings, CommandStats, DeviceProtocol, Feedback, MachineState, Session, Tilt,
     require_finite,
 };
 use crate::geometry::Twist;
@@ -136,6 +137,7 @@ impl From<Report> for Feedback {
             emergency_stop: report.motors_disabled,
             battery_v: Some(report.battery_v),
             yaw_rate: Some(report.gyro[2]),
+            acceleration_m_s2: (report.acceleration != [0.0; 3]).then_some(report.acceleration),
             ..Self::default()
         }
     }
@@ -171,11 +173,17 @@ fn is_sealed(frame: &[u8]) -> bool {
 ///
 /// The firmware mixes the tracks by the geometric width, so the session scales turn rates by the ratio of the effective width in
 /// both directions. The protocol cannot latch a stop.
+///
+/// Damage that passes the weak check may show disabled motors. So a single such report suspects a stop, and a second one in
+/// succession is an emergency stop.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct WheeltecSession {
     core: SessionCore,
     decoder: Decoder<Report>,
+    tilt: TiltFilter,
+    /// Whether the last report showed disabled motors.
+    was_disabled: bool,
 }
 
 impl WheeltecSession {
@@ -184,7 +192,12 @@ impl WheeltecSession {
     /// # Errors
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
-        Ok(Self { core: SessionCore::new(settings)?, decoder: Decoder::default() })
+        Ok(Self {
+            core: SessionCore::new(settings)?,
+            decoder: Decoder::default(),
+            tilt: TiltFilter::default(),
+            was_disabled: false,
+        })
     }
 
     /// Converts a report, or returns none if no track runs that fast: the check byte accepts one of 256 damaged frames.
@@ -215,7 +228,17 @@ impl Session for WheeltecSession {
         self.decoder.push(bytes);
         while let Some(report) = self.decoder.next() {
             match self.feedback(report) {
-                Some(feedback) => self.core.report(feedback, now_s),
+                Some(feedback) => {
+                    let was_disabled =
+                        std::mem::replace(&mut self.was_disabled, report.motors_disabled);
+                    let feedback = Feedback {
+                        emergency_stop: report.motors_disabled && was_disabled,
+                        is_stop_suspected: report.motors_disabled && !was_disabled,
+                        tilt: self.tilt.update(report.acceleration, report.gyro, now_s),
+                        ..feedback
+                    };
+                    self.core.report(feedback, now_s);
+                }
                 None => self.core.counters.rejected_readings += 1,
             }
         }
@@ -231,6 +254,14 @@ impl Session for WheeltecSession {
             line.extend(command.into_iter().flatten());
         }
     }
+}
+
+/// Acceleration that a tilted accelerometer at rest measures, m/s^2.
+fn gravity(tilt: &Tilt) -> [f64; 3] {
+    const GRAVITY: f64 = 9.8;
+    let Tilt { roll, pitch } = *tilt;
+    let across = GRAVITY * libm::cos(pitch);
+    [-GRAVITY * libm::sin(pitch), across * libm::sin(roll), across * libm::cos(roll)]
 }
 
 /// A lower controller with the WHEELTEC protocol. It follows the last command forever: the command-loss stop of the published
@@ -281,6 +312,7 @@ impl DeviceProtocol for WheeltecDevice {
             let report = Report {
                 motors_disabled: stopped,
                 twist: self.drive.twist(&machine.speeds),
+                acceleration: gravity(&machine.tilt),
                 gyro: [0.0, 0.0, machine.yaw_rate],
                 battery_v: machine.battery_v,
                 ..Report::default()

@@ -197,10 +197,27 @@ fn record<R: Columns>(row: &R) -> Value {
 fn csv_field(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
-        // A row stays on its line.
-        Value::String(text) => text.replace(['\n', '\r'], " "),
+        Value::String(text) => text_field(text),
         other => other.to_string(),
     }
+}
+
+/// Characters that begin a formula in a spreadsheet.
+const FORMULA_STARTS: [char; 4] = ['=', '+', '-', '@'];
+
+/// A text as a field: it stays on its line, and an apostrophe keeps a spreadsheet from running it as a formula.
+fn text_field(text: &str) -> String {
+    let line = text.replace(['\n', '\r', '\t'], " ");
+    let unquoted = line.trim_start_matches('\'');
+    let is_formula = unquoted.len() > 1 && unquoted.starts_with(FORMULA_STARTS);
+    if is_formula { format!("'{line}") } else { line }
+}
+
+/// The text of a field as [`csv_text`] writes it, without the apostrophe before a formula.
+pub(crate) fn field_text(field: &str) -> &str {
+    let text = field.strip_prefix('\'').unwrap_or(field);
+    let is_formula = text.trim_start_matches('\'').starts_with(FORMULA_STARTS);
+    if is_formula { text } else { field }
 }
 
 /// One line of a CSV file, with its end.
@@ -262,5 +279,20 @@ mod tests {
         assert_eq!(csv_text(&rows()), "name,mean_speed_m_s,runs\n\"a, b\",1.005,7\n,12.0,1234\n");
         assert_eq!(Row::COLUMNS[1].doc, "Its speed.");
         assert_eq!(Row::COLUMNS[1].unit(), Some("m/s"));
+    }
+
+    #[test]
+    fn formulas_are_quoted_and_read_back() {
+        for (text, field) in [
+            ("=1+cmd", "'=1+cmd"),
+            ("'=1", "''=1"),
+            ("@sum", "'@sum"),
+            ("-", "-"),
+            ("mine's", "mine's"),
+            ("'a", "'a"),
+        ] {
+            assert_eq!(text_field(text), field);
+            assert_eq!(field_text(field), text);
+        }
     }
 }

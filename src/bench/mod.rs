@@ -19,7 +19,7 @@ pub use error::BenchError;
 pub use problems::random_problem;
 pub use quality::{QualityPlan, QualityRow, RegretBaseline, grid_counts, measure_quality};
 pub use roadway::{Roadway, roadway_field, roadway_obstacles};
-pub use timing::{Latencies, LatencySummary, Misses, RATES_HZ, percentile};
+pub use timing::{Latencies, LatencySummary, Misses, RATES_HZ, percentile, wilson_interval};
 pub use verify::{
     Difference, EvaluationDigest, GOLDEN_CASES, GOLDEN_DIGEST, GOLDEN_SEED, Verification, compare,
     verify, verify_golden,

@@ -39,10 +39,12 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
     let fastest = (side / (f64::from(steps) * step_s)).min(2.0);
     let low = rng.random_range(-0.3..0.5) * fastest;
     let turn = rng.random_range(-1.0..0.8);
-    let linear =
-        Axis { low, high: rng.random_range(low..fastest), count: rng.random_range(1..=30) };
-    let angular =
-        Axis { low: turn, high: rng.random_range(turn..1.2), count: rng.random_range(1..=30) };
+    let axis = |low: f64, high: f64, count: u32| Axis {
+        through: [Some(0.0), Some(low + 0.45 * (high - low))],
+        ..Axis::new(low, high, count)
+    };
+    let linear = axis(low, rng.random_range(low..fastest), rng.random_range(1..=30));
+    let angular = axis(turn, rng.random_range(turn..1.2), rng.random_range(1..=30));
     let discs = (0..rng.random_range(1..=3)).map(|_| Disc {
         x: rng.random_range(-0.4..0.4),
         y: rng.random_range(-0.2..0.2),

@@ -91,10 +91,12 @@ impl Roadway {
         let ahead = Point::new(11.5, 10.2);
         let footprint = Footprint::new((0..self.discs).map(|disc| self.disc(disc)).collect());
         let obstacles: Vec<MovingDisc> = (0..self.people).map(person).collect();
+        let twist = Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15);
         let situation = DecisionInput {
             field,
             pose: Pose::new(6.5 + along, 9.8 + 0.3 * along, 0.1 - 0.2 * along),
-            twist: Twist::new(0.5 + 0.2 * along, 0.3 * along - 0.15),
+            twist,
+            last_command: twist,
             obstacles: &obstacles,
             target: ahead,
             key_node: ahead,

@@ -106,6 +106,23 @@ pub fn percentile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.get(rank.max(1) - 1).copied()
 }
 
+/// Quantile of the normal distribution for a confidence of 95 %.
+const Z_95: f64 = 1.959_963_984_540_054;
+
+/// The interval of 95 % confidence of a probability, from the number of successes among trials (Wilson, "Probable
+/// inference, the law of succession, and statistical inference", 1927); from zero to one without trials.
+#[must_use]
+pub fn wilson_interval(successes: usize, trials: usize) -> [f64; 2] {
+    if trials == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, z) = (trials as f64, Z_95);
+    let share = (successes as f64 / n).min(1.0);
+    let center = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
+    let half = z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
+    [(center - half).max(0.0), (center + half).min(1.0)]
+}
+
 /// Rates of common control loops, Hz.
 pub const RATES_HZ: [f64; 3] = [20.0, 50.0, 100.0];
 

@@ -9,6 +9,7 @@ use inbye::base::Protocol;
 use inbye::geometry::{Point, Pose};
 use inbye::local::{Engine, EngineChoice};
 use inbye::map::UnknownPolicy;
+use inbye::runtime::{PlantKind, PoseSource};
 
 use super::machine;
 
@@ -133,6 +134,29 @@ pub fn unknown() -> KeywordParser<UnknownPolicy> {
         _ => Err(format!("`{text}` is neither blocked nor free")),
     };
     KeywordParser { keywords: vec!["blocked", "free"], parse }
+}
+
+/// Parses the source of the pose.
+pub fn pose_source() -> KeywordParser<PoseSource> {
+    let parse = |text: &str| match text {
+        "fixes" => Ok(PoseSource::Fixes),
+        "scans" => Ok(PoseSource::Scans),
+        _ => Err(format!("`{text}` is neither fixes nor scans")),
+    };
+    KeywordParser { keywords: vec!["fixes", "scans"], parse }
+}
+
+/// Parses a choice of simulated robots; the kinds in the order of the rows.
+pub fn plants() -> KeywordParser<&'static [PlantKind]> {
+    let parse = |text: &str| -> Result<&'static [PlantKind], String> {
+        match text {
+            "agreeing" => Ok(&[PlantKind::Agreeing]),
+            "disagreeing" => Ok(&[PlantKind::Disagreeing]),
+            "both" => Ok(&[PlantKind::Disagreeing, PlantKind::Agreeing]),
+            _ => Err(format!("`{text}` is none of agreeing, disagreeing and both")),
+        }
+    };
+    KeywordParser { keywords: vec!["agreeing", "disagreeing", "both"], parse }
 }
 
 impl<T: Clone + Send + Sync + 'static> TypedValueParser for KeywordParser<T> {

@@ -14,6 +14,7 @@ use inbye::runtime::hardware::{SerialLine, stop_cause};
 use serde_json::{Value, json};
 
 use super::arguments::{Place, duration, length, number, protocol, whole};
+use super::base_calibrate::CalibrateArguments;
 use super::machine::interrupt_flag;
 use super::{config, output};
 
@@ -52,6 +53,8 @@ pub enum BaseCommand {
     Send(SendArguments),
     /// Hold a base still and print its reports.
     Monitor(MonitorArguments),
+    /// Turn a base on the spot, drive it a metre, and print the settings that follow.
+    Calibrate(CalibrateArguments),
 }
 
 /// Protocol and settings of a base.
@@ -71,11 +74,13 @@ pub struct KindArguments {
     after_help = "Example:\n  inbye base emulate --protocol roboclaw --fault stuck-left@0.5 --for 1 --json\n\n\
     The first line is the path of the port for the host, or with --json an object with `port` and `protocol`. At the end \
     (Ctrl-C, SIGTERM or --for) follows a summary: `commands` (accepted), `final_zero_commands` (consecutive zero commands at \
-    the end), `watchdog_stops`, `travelled_m`, `pose`, `linear`, `angular`.\n\
+    the end), `watchdog_stops`, `zero_commands_after_watchdog`, `travelled_m`, `pose`, `linear`, `angular`, \
+    `bytes_after_replacement`.\n\
     With --lidar-map and --start the second line is the port of the lidar, `lidar` in the object, and `map_pose` in the summary \
     is the pose on the map.\n\
-    Faults: stuck-left, stuck-right, runaway, reversed, button, silence, slow-reads, garbage, bit-flips; NAME@2 from 2 s on, \
-    NAME@2..3.5 for 1.5 s. Unix only."
+    Faults: stuck-left, stuck-right, runaway, reversed, ignored-commands, button, stop-glitch, bumper, cliff, tilt, bogged; \
+    silence, wedge, slow-reads, garbage, bit-flips, corrupt-reports, port-replaced; lidar-frozen, lidar-blind, \
+    lidar-sector-blind. NAME@2 from 2 s on, NAME@2..3.5 for 1.5 s. Unix only."
 )]
 pub struct EmulateArguments {
     #[command(flatten)]
@@ -95,6 +100,9 @@ pub struct EmulateArguments {
     /// Unplug the lidar after this time, seconds.
     #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "lidar_map", value_parser = duration)]
     pub lidar_until: Option<f64>,
+    /// Further lag of the motors, a time constant in seconds.
+    #[arg(long, default_value_t = 0.0, value_name = "S", allow_negative_numbers = true, value_parser = motor_lag)]
+    pub motor_lag: f64,
     /// Seed of noise and faults.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
@@ -160,6 +168,10 @@ fn speed(text: &str) -> Result<f64, String> {
     number(text, is_valid, "m/s or rad/s, -100 to 100")
 }
 
+fn motor_lag(text: &str) -> Result<f64, String> {
+    number(text, |lag_s| (0.0..=10.0).contains(&lag_s), "seconds, 0 to 10")
+}
+
 /// Returns a base with the settings of a file, or with the default ones.
 pub fn load_line(
     port: &str,
@@ -174,9 +186,13 @@ pub fn load_line(
 }
 
 /// Opens a base's line and waits for its first report. `release` releases a latched stop before that.
-fn open(arguments: &LineArguments, release: bool) -> anyhow::Result<(SerialLine, BaseSupervisor)> {
+pub fn open(
+    arguments: &LineArguments,
+    release: bool,
+) -> anyhow::Result<(SerialLine, BaseSupervisor)> {
     let kind = &arguments.kind;
     let line = load_line(&arguments.port, kind.protocol, kind.base_config.as_deref())?;
+    line.warning().iter().for_each(output::warn);
     let supervisor = line.supervise(interrupt_flag()?).context("--port")?;
     if release {
         // No motion was commanded yet, so this fails only for a base that moves by itself.
@@ -225,10 +241,10 @@ pub fn send(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 /// Commands a motion while a condition holds, no stop is latched and the supervisor runs.
-fn drive_while(
+pub fn drive_while(
     supervisor: &BaseSupervisor,
     twist: &Twist,
-    holds: impl Fn(&BaseSupervisor, &SupervisorStatus) -> bool,
+    mut holds: impl FnMut(&BaseSupervisor, &SupervisorStatus) -> bool,
 ) {
     loop {
         let status = supervisor.status();
@@ -279,6 +295,9 @@ fn feedback_object(feedback: &Feedback) -> Value {
         "emergency_stop": feedback.emergency_stop,
         "faults": feedback.faults.to_string(),
         "command_delay_s": feedback.command_delay_s,
+        "tilt": feedback.tilt.map(|tilt| [tilt.roll, tilt.pitch]),
+        "bumper": feedback.bumper.is_pressed(),
+        "cliff": feedback.cliff,
     })
 }
 
@@ -317,8 +336,13 @@ fn drive_status(status: &SupervisorStatus) -> String {
         DriveStatus::TargetExpired { age_s } => {
             format!("stands: the target is {age_s:.2} s old")
         }
+        DriveStatus::Restarting => "stands: it waits for a new target after a gap".to_owned(),
+        DriveStatus::ReportsLate { age_s } => {
+            format!("stands: the last report is {age_s:.2} s old")
+        }
         DriveStatus::AwaitingFeedback => "stands: it has not answered yet".to_owned(),
         DriveStatus::Disconnected(why) => why.to_string(),
+        DriveStatus::Protected(action) => format!("protected: {action}"),
         DriveStatus::Stopped(reason) => format!("stopped: {reason}"),
     }
 }
@@ -336,8 +360,17 @@ fn feedback_line(feedback: &Feedback) -> String {
     if let Some(volts) = feedback.battery_v {
         parts.push(format!("{volts:.1} V"));
     }
-    if feedback.emergency_stop {
-        parts.push("EMERGENCY STOP".to_owned());
+    if let Some(tilt) = feedback.tilt {
+        parts.push(format!("roll {:5.2} pitch {:5.2} rad", tilt.roll, tilt.pitch));
+    }
+    for (shows, text) in [
+        (feedback.emergency_stop, "EMERGENCY STOP"),
+        (feedback.bumper.is_pressed(), "BUMPER"),
+        (feedback.cliff, "CLIFF"),
+    ] {
+        if shows {
+            parts.push(text.to_owned());
+        }
     }
     if !feedback.faults.is_empty() {
         parts.push(format!("faults: {}", feedback.faults));

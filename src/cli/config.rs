@@ -1,6 +1,5 @@
 //! Loads the settings of flags.
 
-use std::fs;
 use std::path::Path;
 
 use anyhow::Context;
@@ -10,6 +9,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
+use super::input_file::read_text;
 use super::output;
 use super::toml_merge::{is_other_variant, parse};
 
@@ -30,8 +30,8 @@ pub fn changed(settings: Config, file: Option<&Path>) -> anyhow::Result<Config> 
         settings.validate()?;
         return Ok(settings);
     };
-    let text = fs::read_to_string(file).context("cannot be read as text: check the path");
-    text.and_then(|text| parse(&text, &settings, |config| Ok(config.validate()?)))
+    read_text(file)
+        .and_then(|text| parse(&text, &settings, |config| Ok(config.validate()?)))
         .with_context(|| file.display().to_string())
 }
 
@@ -44,8 +44,7 @@ fn read<T: Default + Serialize + DeserializeOwned>(
         return Ok(T::default());
     };
     let name = file.display();
-    let text = fs::read_to_string(file)
-        .with_context(|| format!("{flag} {name}: cannot be read as text"))?;
+    let text = read_text(file).with_context(|| format!("{flag} {name}"))?;
     let settings = parse(&text, &T::default(), validate).with_context(|| name.to_string())?;
     if output::is_verbose() {
         let mut changes = Vec::new();

@@ -1,10 +1,8 @@
 //! `inbye config`: prints, checks and imports settings.
 
-use std::fs::File;
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, anyhow, ensure};
 use clap::{Args, Subcommand};
 use inbye::base::BaseConfig;
 use inbye::ros::nav2::{Import, Nav2Error, import};
@@ -12,10 +10,8 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::files::Output;
+use super::input_file::read_text;
 use super::{config, output};
-
-/// Largest Nav2 file, bytes: Nav2's own file has fourteen thousand.
-const MAX_BYTES: u64 = 1 << 20;
 
 /// `inbye config`.
 #[derive(Debug, Args)]
@@ -122,7 +118,7 @@ fn import_nav2(arguments: &ImportArguments, json: bool) -> anyhow::Result<()> {
         "--output and --base-output: they must be two files"
     );
     let place = || file.display().to_string();
-    let text = read(file).with_context(place)?;
+    let text = read_text(file).with_context(place)?;
     let imported = import(&text, arguments.namespace.as_deref());
     let imported = imported.map_err(with_flag).with_context(place)?;
     // Files are overwritten only after a successful import.
@@ -149,17 +145,6 @@ fn with_flag(error: Nav2Error) -> anyhow::Error {
         Nav2Error::SeveralNamespaces { .. } => anyhow!("{error} with --namespace"),
         other => other.into(),
     }
-}
-
-fn read(file: &Path) -> anyhow::Result<String> {
-    let mut text = String::new();
-    File::open(file)
-        .and_then(|file| file.take(MAX_BYTES + 1).read_to_string(&mut text))
-        .context("cannot be read as text: check the path")?;
-    if text.len() as u64 > MAX_BYTES {
-        bail!("the file has more than {MAX_BYTES} bytes: no parameter file needs more");
-    }
-    Ok(text)
 }
 
 /// The first lines of the file. A control character in the name would end the comment.

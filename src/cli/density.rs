@@ -9,7 +9,7 @@ use inbye::bench::{
     measure_quality, text_table,
 };
 use inbye::experiment::missions::Rules;
-use inbye::experiment::{Grid, Group, built_in_maps, groups, sampling_setups};
+use inbye::experiment::{Grid, Group, RunRow, built_in_maps, groups, sampling_setups};
 use inbye::local::{CpuEngine, Engine, LocalSettings};
 use inbye::report::{BenchReport, bench_svg};
 use inbye::runtime::Config;
@@ -102,10 +102,11 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
             "--min-samples {least} is above --max-samples {most}: lower the one or raise the other"
         );
     }
-    let record = Output::of_rows("--record", arguments.record.as_deref())?;
-    let losses = Output::of_rows("--record-quality", arguments.record_quality.as_deref())?;
+    let record = Output::of_rows::<DensityRow>("--record", arguments.record.as_deref())?;
+    let losses =
+        Output::of_rows::<QualityRow>("--record-quality", arguments.record_quality.as_deref())?;
     let missions = arguments.record_missions.as_deref().filter(|_| arguments.missions > 0);
-    let missions = Output::of_rows("--record-missions", missions)?;
+    let missions = Output::of_rows::<RunRow>("--record-missions", missions)?;
     let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
     let folder = ReportFolder::create(arguments.report.as_deref())?;
     let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);

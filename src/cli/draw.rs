@@ -1,7 +1,6 @@
 //! `inbye bench draw`.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -11,7 +10,11 @@ use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::json;
 
 use super::files::{Output, ReportFolder, command_line};
+use super::input_file::read_bytes;
 use super::output;
+
+/// Largest record, bytes: a million rows.
+const MAX_RECORD_BYTES: u64 = 1 << 28;
 
 const TITLE: &str = "inbye: benchmark records";
 
@@ -80,7 +83,8 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
     let svg = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
     svg.write(|| bench_svg(&report))?;
     ReportFolder::create(arguments.report.as_deref())?.write(|| bench_files(&report))?;
-    let records = named().map(|(path, record)| json!({ "file": path, "title": record.title() }));
+    let records = named()
+        .map(|(path, record)| json!({ "file": path.to_string_lossy(), "title": record.title() }));
     let object = json!({ "records": records.collect::<Vec<_>>() });
     output::result(json, &object, &sources)?;
     Ok(true)
@@ -88,7 +92,7 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
 
 fn read(path: &Path) -> anyhow::Result<Record> {
     let file = path.display();
-    let bytes = fs::read(path).with_context(|| {
+    let bytes = read_bytes(path, MAX_RECORD_BYTES).with_context(|| {
         format!("{file}: cannot be read: name a CSV file that `inbye bench` wrote")
     })?;
     Ok(read_record(&bytes, path)?)

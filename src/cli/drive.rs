@@ -33,8 +33,8 @@ use super::{output, plan};
     --seed 7 --report out\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n\n\
     With --port the base is a real or emulated one on a serial line, in real time. With --lidar nothing is simulated: the pose \
     comes from the scans of an LD19 on the map. The robot stands while it is not localized or its lidar is silent, and gives up \
-    with the reason if that lasts (exit status 1). Without --lidar the world and the lidar are simulated, and the pose is the \
-    base's odometry. The base is stopped when it gets no command for 0.3 s, when it does not follow its commands, and at the \
+    with the reason if that lasts (exit status 1). With \
+    --simulated-senses the world and the lidar are simulated, and the pose is the base's odometry. The base is stopped when it gets no command for 0.3 s, when it does not follow its commands, and at the \
     end in any case: `inbye base send --help`."
 )]
 pub struct DriveArguments {
@@ -63,7 +63,8 @@ pub struct DriveArguments {
     pub require_gpu: bool,
     /// Deadline of a decision by the wall clock, milliseconds. A late decision is replaced by the last command, which decays with
     /// its age, and repeated misses reduce the sampling. Such a run is not repeatable. Waiting for plans counts, unless the
-    /// settings have `wait_for_plans = false` [default: the configuration's `deadline_s`, none].
+    /// settings have `wait_for_plans = false` [default: the configuration's `deadline_s`; without it none in simulation, one control
+    /// period on a real base].
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = milliseconds)]
     pub deadline: Option<f64>,
     /// Time limit of the drive, seconds of simulated time.
@@ -124,7 +125,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         );
         config.pose_source = PoseSource::Scans;
     }
-    let mut hardware = arguments.hardware.connect(arguments.start.pose())?;
+    let mut hardware = arguments.hardware.connect(arguments.start.pose(), &config)?;
+    if let Some(hardware) = &hardware {
+        hardware.cap_speed(&mut config.robot.limits);
+    }
     let moving_obstacles = match moving_obstacles(arguments, &map, &config) {
         Ok(moving_obstacles) => moving_obstacles,
         Err(error) => return no_path_or(error, arguments, &map, &config, json),
@@ -185,6 +189,9 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     object["recording"] = json!(recording.as_ref().map(|recording| &recording.object));
     if let Some(base) = &base {
         object["base"] = base.object.clone();
+        if object["fault"].is_null() {
+            object["fault"] = base.object["stop_cause"].clone();
+        }
     }
     let mut lines = drive_text::lines(&result);
     let unknown = map_file::unknown_cells_text(&mission.map, config.unknown);

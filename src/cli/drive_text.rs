@@ -13,6 +13,10 @@ use super::output;
 /// Introduction of a simulated drive's page.
 pub const SIMULATED: &str = "One mission, simulated in a closed loop.";
 
+/// Measured over commanded turn rate: outside, the base is not calibrated.
+const MIN_TURN_RATIO: f64 = 0.9;
+const MAX_TURN_RATIO: f64 = 1.1;
+
 /// Collects the decision times.
 fn latencies(result: &MissionResult) -> Latencies {
     let mut latencies = Latencies::default();
@@ -49,6 +53,9 @@ pub fn object(result: &MissionResult) -> Value {
         "cpu_ticks": incidents.map(|incidents| incidents.on_cpu),
         "deadline": result.deadline_stats,
         "observation_faults": result.observation_faults,
+        "motion": result.motion,
+        "odometry_scale": result.odometry_scale.map(|(distance, turn)| json!({ "distance": distance, "turn": turn })),
+        "protective_actions": result.protective_actions,
     })
 }
 
@@ -87,9 +94,37 @@ pub fn lines(result: &MissionResult) -> Vec<String> {
             summary.p50_ms, summary.p99_ms, summary.max_ms, result.engine,
         ));
     }
+    lines.push(format!("{:<12} {}", "response", response(result)));
     lines.extend(incidents(result).iter().map(|(name, fact)| format!("{name:<12} {fact}")));
     lines.push(format!("trace        {}", result.trace.digest()));
     lines
+}
+
+/// What the drive showed of the base's response to commands.
+fn response(result: &MissionResult) -> String {
+    let motion = &result.motion;
+    let delay = motion.delay_s.map_or_else(
+        || format!("latency not identified, {:.2} s assumed", motion.safe_delay_s),
+        |delay_s| {
+            format!("latency {:.2} s ({:.2} to {:.2})", delay_s.value, delay_s.low, delay_s.high)
+        },
+    );
+    let mut parts = vec![
+        delay,
+        format!("acceleration {:.2} m/s^2", motion.acceleration_m_s2),
+        format!("braking {:.2} m/s^2", motion.braking_m_s2),
+    ];
+    if let Some(ratio) = motion.turn_ratio {
+        parts.push(format!("turns at {:.0} % of the command", 100.0 * ratio.value));
+        // Within a few percent, the calibration of one floor is as good as on another.
+        if ratio.low > MAX_TURN_RATIO || ratio.high < MIN_TURN_RATIO {
+            parts.push(format!(
+                "multiply effective_width_ratio by {:.2}, or run `inbye base calibrate`",
+                ratio.value.recip()
+            ));
+        }
+    }
+    parts.join(", ")
 }
 
 /// The text: a name and a sentence for each kind of incident that occurred.
@@ -111,6 +146,12 @@ fn incidents(result: &MissionResult) -> Vec<(&'static str, String)> {
             .iter()
             .map(|(fault, count)| ("sensors", format!("{count} faulty observations: {fault}"))),
     );
+    let actions = result.protective_actions.iter();
+    let actions: Vec<String> =
+        actions.map(|(action, ticks)| format!("{} {ticks}", action.replace('_', " "))).collect();
+    if !actions.is_empty() {
+        facts.push(("protection", format!("acted on commands, by ticks: {}", actions.join(", "))));
+    }
     facts
 }
 
@@ -183,6 +224,7 @@ pub fn facts(result: &MissionResult) -> Vec<(String, String)> {
         ("Trace digest", result.trace.digest()),
     ];
     facts.extend(result.fault.iter().map(|fault| ("Fault", fault.to_string())));
+    facts.push(("Response of the base", response(result)));
     facts.extend(incidents(result));
     facts.into_iter().map(|(name, fact)| (name.to_owned(), fact)).collect()
 }

@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, ReportFile, bench_files};
 
-use super::{machine, output};
+use super::{machine, output, own_file};
 
 /// Extensions of a file of rows.
 const ROWS: [&str; 2] = ["csv", "json"];
@@ -27,6 +27,15 @@ impl<'a> Output<'a> {
         name: Option<&'a Path>,
         extensions: &[&str],
     ) -> anyhow::Result<Self> {
+        Self::create_with(flag, name, extensions, &[])
+    }
+
+    fn create_with(
+        flag: &'static str,
+        name: Option<&'a Path>,
+        extensions: &[&str],
+        columns: &[&str],
+    ) -> anyhow::Result<Self> {
         let Some(name) = name else {
             return Ok(Self { flag, file: None });
         };
@@ -35,12 +44,13 @@ impl<'a> Output<'a> {
             let extensions = extensions.join(" or .");
             bail!("{flag} {}: the name must end in .{extensions}", name.display());
         }
-        Ok(Self { flag, file: Some((name, create_file(flag, name)?)) })
+        Ok(Self { flag, file: Some((name, own_file::create(flag, name, columns)?)) })
     }
 
-    /// Creates a file of rows, CSV or JSON.
-    pub fn of_rows(flag: &'static str, name: Option<&'a Path>) -> anyhow::Result<Self> {
-        Self::create(flag, name, &ROWS)
+    /// Creates a file of rows of this type, CSV or JSON.
+    pub fn of_rows<R: Columns>(flag: &'static str, name: Option<&'a Path>) -> anyhow::Result<Self> {
+        let columns: Vec<&str> = R::COLUMNS.iter().map(|column| column.name).collect();
+        Self::create_with(flag, name, &ROWS, &columns)
     }
 
     /// Whether the flag was given.
@@ -68,12 +78,9 @@ impl<'a> Output<'a> {
     }
 }
 
-/// Creates the file of a flag.
+/// Creates the file of a flag, which has no rows of a table.
 pub fn create_file(flag: &str, name: &Path) -> anyhow::Result<File> {
-    File::create(name).with_context(|| {
-        let name = name.display();
-        format!("{flag} {name}: cannot be written: name a file in a folder that exists")
-    })
+    own_file::create(flag, name, &[])
 }
 
 /// The folder of a report; nothing is written without one.
@@ -98,7 +105,10 @@ impl<'a> ReportFolder<'a> {
         };
         let files = files();
         for file in &files {
-            fs::write(folder.join(&file.name), &file.text)
+            let columns: Vec<&str> = first_column(file).into_iter().collect();
+            let mut created = own_file::create("--report", &folder.join(&file.name), &columns)?;
+            created
+                .write_all(file.text.as_bytes())
                 .with_context(|| format!("--report {}", folder.display()))?;
         }
         if let Some(page) = files.first() {
@@ -121,9 +131,18 @@ impl<'a> ReportFolder<'a> {
     }
 }
 
+/// The first column of a file of rows, or the first key of an object; none of a page or a picture.
+fn first_column(file: &ReportFile) -> Option<&str> {
+    match Path::new(&file.name).extension()?.to_str()? {
+        "csv" => file.text.split(',').next(),
+        "json" => file.text.split('"').nth(1),
+        _ => None,
+    }
+}
+
 /// The command line, with the program's name without its folder.
 pub fn command_line() -> String {
-    let words = std::env::args().skip(1);
+    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
     let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();
     words.join(" ")
 }

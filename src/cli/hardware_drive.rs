@@ -3,10 +3,12 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
 use inbye::base::Protocol;
 use inbye::geometry::Pose;
+use inbye::robot::Limits;
+use inbye::runtime::Config;
 use inbye::runtime::hardware::{HardwareRobot, SerialLine, connect_lidar, stop_cause};
 use serde_json::{Value, json};
 
@@ -14,16 +16,28 @@ use super::arguments::protocol;
 use super::base;
 use super::drive_text::SIMULATED;
 use super::machine::interrupt_flag;
+use super::operator;
+use super::output;
 
 /// The base of a drive.
 #[derive(Debug, Args)]
 pub struct HardwareArguments {
-    /// Drive the base on this port, in real time; without --lidar, world and lidar stay simulated.
+    /// Drive the base on this port, in real time, with --lidar or --simulated-senses.
     #[arg(long, value_name = "P")]
     pub port: Option<String>,
     /// Use the LD19 lidar on this port: the pose comes from its scans, matched to the map, and from the base's odometry.
     #[arg(long, value_name = "P", requires = "port")]
     pub lidar: Option<String>,
+    /// Simulate world, lidar and pose around the base on --port: for a test stand. The robot sees nothing real.
+    #[arg(long, requires = "port", conflicts_with = "lidar")]
+    pub simulated_senses: bool,
+    /// Arm the robot at once. Without it, the robot moves after the word `arm` in the terminal, or a request to --operator-port. Enter
+    /// in the terminal stops it.
+    #[arg(long, requires = "port")]
+    pub arm: bool,
+    /// Serve the operator on this port of localhost: POST /arm, POST /stop, GET /status.
+    #[arg(long, value_name = "N", requires = "port")]
+    pub operator_port: Option<u16>,
     /// Protocol of that base [default: native].
     #[arg(long, value_name = "P", requires = "port", value_parser = protocol())]
     pub protocol: Option<Protocol>,
@@ -48,17 +62,27 @@ impl HardwareArguments {
     }
 
     /// Opens the ports of a drive, if any are given, and waits for the devices.
-    pub fn connect(&self, start: Pose) -> anyhow::Result<Option<HardwareDrive>> {
+    pub fn connect(&self, start: Pose, config: &Config) -> anyhow::Result<Option<HardwareDrive>> {
         let Some(port) = &self.port else {
             return Ok(None);
         };
+        ensure!(
+            self.lidar.is_some() || self.simulated_senses,
+            "--port {port}: without a lidar the robot sees nothing real: add --lidar P, or --simulated-senses for a base \
+            that drives nowhere, such as on a test stand"
+        );
+        operator::require_way_to_arm(self.arm, self.operator_port)?;
         let protocol = self.protocol.unwrap_or_default();
         let line = base::load_line(port, protocol, self.base_config.as_deref())?;
+        line.warning().iter().for_each(output::warn);
         let mut robot = line.connect(start, interrupt_flag()?).context("--port")?;
         if let Some(port) = &self.lidar {
             let reader = connect_lidar(port, line.config.lidar).context("--lidar")?;
             robot = robot.with_lidar(reader);
         }
+        let layer = config.protective_layer(line.config.supervisor.period_s())?;
+        operator::serve(&layer.operator(), self.arm, self.operator_port)?;
+        robot.protect(layer);
         Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot }))
     }
 }
@@ -77,6 +101,11 @@ pub struct HardwareReport {
 }
 
 impl HardwareDrive {
+    /// Lowers a robot's limits to those of the base.
+    pub fn cap_speed(&self, limits: &mut Limits) {
+        self.line.cap_speed(limits);
+    }
+
     /// Stops the base, closes the ports and reports.
     pub fn end(self) -> HardwareReport {
         let Self { line, lidar_port, robot } = self;

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod base;
+mod base_calibrate;
 mod base_emulate;
 mod config;
 mod config_command;
@@ -11,25 +12,32 @@ mod draw;
 mod drive;
 mod drive_text;
 mod evaluate;
+mod fault_matrix;
 mod files;
 mod hardware_drive;
+mod input_file;
+mod latency_lock;
 mod localization;
 mod machine;
 mod map_file;
 mod missions;
 mod movingai;
 mod node;
+mod operator;
 pub mod output;
+mod own_file;
 mod paper;
 mod plan;
 mod plan_drawing;
 mod plan_result;
 mod playground;
 mod problem_file;
+mod protection;
 mod recording;
 mod replay;
 mod result_store;
 mod runs;
+mod serial_faults;
 mod shell_integration;
 mod soak;
 mod sweep;
@@ -132,12 +140,16 @@ pub enum BenchCommand {
     Draw(draw::DrawArguments),
     /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and ignore the robot.
     Dynabarn(worlds::DynaBarnArguments),
+    /// Injected faults, simulated and on emulated serial lines: the robot must stand in time and touch nothing.
+    Faults(fault_matrix::FaultsArguments),
     /// Localization by slipping odometry and scan matching, against the true pose: tours, and relocalization.
     Localization(localization::LocalizationArguments),
     /// Grid search against the published optimal lengths of the MovingAI benchmark.
     Movingai(movingai::MovingAiArguments),
     /// The paper's tables and figures, paths and drives, repeated and compared with its values.
     Paper(paper::PaperArguments),
+    /// Wrong planners on random missions, with the protective layer of the sender and without it: contacts.
+    Protection(protection::ProtectionArguments),
     /// Random missions on many maps among moving obstacles: contacts, causes, and equal traces on every engine.
     Soak(soak::SoakArguments),
 }
@@ -173,6 +185,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
             BaseCommand::Send(command) => base::send(command, json),
             BaseCommand::Monitor(command) => base::monitor(command, json),
+            BaseCommand::Calibrate(command) => base_calibrate::run(command, json),
         },
         Command::Bench(bench) => match &bench.command {
             BenchCommand::Ablation(command) => missions::ablation(command, json),
@@ -180,9 +193,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             BenchCommand::Density(command) => density::run(command, json),
             BenchCommand::Draw(command) => draw::run(command, json),
             BenchCommand::Dynabarn(command) => worlds::dynabarn(command, json),
+            BenchCommand::Faults(command) => fault_matrix::run(command, json),
             BenchCommand::Localization(command) => localization::run(command, json),
             BenchCommand::Movingai(command) => movingai::run(command, json),
             BenchCommand::Paper(command) => paper::run(command, json),
+            BenchCommand::Protection(command) => protection::run(command, json),
             BenchCommand::Soak(command) => soak::run(command, json),
         },
     }

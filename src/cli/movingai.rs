@@ -53,7 +53,7 @@ pub struct MovingAiArguments {
 
 /// Compares grid search with published optimal lengths. Returns false when an answer was wrong.
 pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
-    let record = Output::of_rows("--record", arguments.record.as_deref())?;
+    let record = Output::of_rows::<AlgorithmRow>("--record", arguments.record.as_deref())?;
     let Folder { files, skipped } = maps(arguments)?;
     for map in &skipped {
         output::note(format!(

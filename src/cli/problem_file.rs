@@ -1,6 +1,5 @@
 //! Parses `problem.json`: the input of one decision.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,6 +13,7 @@ use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use serde::Deserialize;
 
+use super::input_file::read_text;
 use super::toml_merge::plain_message;
 
 /// The text under `inbye evaluate --help`.
@@ -82,6 +82,7 @@ struct RobotState {
     pose: [f64; 3],
     #[serde(default)]
     velocity: [f64; 2],
+    last_command: Option<[f64; 2]>,
     footprint: Option<Footprint>,
 }
 
@@ -90,8 +91,7 @@ pub fn read(
     file: &Path,
     load: impl Fn(&Path, f64) -> anyhow::Result<OccupancyGrid>,
 ) -> anyhow::Result<Problem> {
-    let text = fs::read_to_string(file)
-        .with_context(|| format!("--problem {}: cannot be read as text", file.display()))?;
+    let text = read_text(file).with_context(|| format!("--problem {}", file.display()))?;
     // The map is relative to the problem, like a map's image to its YAML file.
     let folder = file.parent().unwrap_or(Path::new(""));
     parse(&text, |map, resolution_m| load(&folder.join(map), resolution_m))
@@ -145,11 +145,16 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
     settings.normalization = file.normalization;
     settings.stopping = file.stopping;
     settings.validate()?;
-    let [linear, angular] = file.robot.velocity;
-    let twist = Twist::new(linear, angular);
-    if !twist.is_finite() {
-        bail!("robot.velocity must be two finite numbers");
-    }
+    let velocity = |name, [linear, angular]: [f64; 2]| {
+        let twist = Twist::new(linear, angular);
+        if twist.is_finite() {
+            Ok(twist)
+        } else {
+            Err(anyhow!("robot.{name} must be two finite numbers"))
+        }
+    };
+    let twist = velocity("velocity", file.robot.velocity)?;
+    let last_command = file.robot.last_command.map(|command| velocity("last_command", command));
     let default_footprint = || inbye::runtime::RobotConfig::default().footprint;
     let footprint = file.robot.footprint.unwrap_or_else(default_footprint);
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
@@ -157,6 +162,7 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
         field,
         pose: Pose::from(file.robot.pose),
         twist,
+        last_command: last_command.transpose()?.unwrap_or(twist),
         obstacles: &file.obstacles,
         target: point(file.target),
         key_node: point(file.key_node.unwrap_or(file.target)),

@@ -46,7 +46,8 @@ impl<'a> Recording<'a> {
         }
         let policy =
             if is_real_time { BackpressurePolicy::Stop } else { BackpressurePolicy::Block };
-        let metadata = DriveMetadata::new(mission, config, engine);
+        let real_time = is_real_time.then(|| config.clone().in_real_time());
+        let metadata = DriveMetadata::new(mission, real_time.as_ref().unwrap_or(config), engine);
         let kind = match Recorder::new(file, &metadata, policy) {
             Ok(recorder) => Kind::Mcap(Box::new(recorder)),
             Err(error) => Kind::Stopped(error.to_string()),
@@ -97,7 +98,7 @@ impl<'a> Recording<'a> {
             is_whole: stopped.is_none(),
             line: format!("recording    {name}: {messages} messages, {mb:.1} MB{stop}"),
             object: json!({
-                "file": self.name, "messages": messages, "bytes": bytes, "stopped": stopped,
+                "file": self.name.to_string_lossy(), "messages": messages, "bytes": bytes, "stopped": stopped,
             }),
         }
     }

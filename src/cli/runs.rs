@@ -1,10 +1,8 @@
 //! Runs the cells of experiments on threads of this process, next to other processes, and prints runs and their groups.
 
-use std::fs::{File, OpenOptions};
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use inbye::bench::text_table;
 use inbye::experiment::{
@@ -15,12 +13,10 @@ use indicatif::ProgressBar;
 
 use super::arguments::whole;
 use super::files::Output;
+use super::latency_lock;
 use super::machine::{self, wall_clock};
 use super::output;
-use super::result_store::{self, NO_LOCKS, ResultStore};
-
-/// The lock of the machine, in the system's folder for temporary files.
-const MACHINE: &str = "inbye-sweep-machine.lock";
+use super::result_store::{self, ResultStore};
 
 /// Arguments that all built-in experiments have.
 #[derive(Debug, Args)]
@@ -45,7 +41,7 @@ impl RunArguments {
     /// Runs the cells that have no result yet, and writes the record; the rows of all, in the grid's order or as `sort` leaves
     /// them.
     pub fn run(&self, grid: &Grid, sort: fn(&mut [RunRow])) -> anyhow::Result<Vec<RunRow>> {
-        let record = Output::of_rows("--record", self.record.as_deref())?;
+        let record = Output::of_rows::<RunRow>("--record", self.record.as_deref())?;
         let mut rows = run_grid(grid, self.out.as_deref(), self.jobs())?;
         sort(&mut rows);
         record.write_rows(&rows)?;
@@ -171,7 +167,7 @@ impl Workers<'_> {
             claim.done();
             return Ok(Done::Found);
         }
-        let _machine = lock_machine(cell.row.latency)?;
+        let _lock = latency_lock::of(cell)?;
         store.log(&cell.row.key, "begun");
         let engine = match open_engine(cell) {
             Ok(engine) => engine,
@@ -186,22 +182,8 @@ impl Workers<'_> {
 
 /// Runs a cell without keeping its result.
 pub fn run_alone(cell: &Cell, machine_name: &str) -> anyhow::Result<CellFile> {
-    let _machine = lock_machine(cell.row.latency)?;
+    let _lock = latency_lock::of(cell)?;
     Ok(run_cell(cell, open_engine(cell)?, &mut wall_clock(), machine_name))
-}
-
-/// Locks the machine, exclusively or shared, and waits until it is free. The lock ends when the file is dropped.
-fn lock_machine(alone: bool) -> anyhow::Result<File> {
-    let path = std::env::temp_dir().join(MACHINE);
-    // Another user may own the file: opening it for reading is enough for a lock, and opening it for writing is refused.
-    let opened = File::open(&path).or_else(|error| match error.kind() {
-        ErrorKind::NotFound => OpenOptions::new().append(true).create(true).open(&path),
-        _ => Err(error),
-    });
-    let file = opened.with_context(|| path.display().to_string())?;
-    let locked = if alone { file.lock() } else { file.lock_shared() };
-    locked.context(NO_LOCKS).with_context(|| path.display().to_string())?;
-    Ok(file)
 }
 
 /// A table of groups.
@@ -211,8 +193,8 @@ pub fn group_table(groups: &[Group]) -> Vec<String> {
 }
 
 /// One line for each run that did not reach its goal.
-pub fn unreached(rows: &[RunRow]) -> impl Iterator<Item = String> {
-    let unreached = rows.iter().filter(|row| !row.reached());
+pub fn unreached<'a>(rows: impl IntoIterator<Item = &'a RunRow>) -> impl Iterator<Item = String> {
+    let unreached = rows.into_iter().filter(|row| !row.reached());
     unreached.map(|row| format!("  {}", run_text(row)))
 }
 

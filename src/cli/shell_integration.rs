@@ -1,6 +1,7 @@
 //! `inbye man` and `inbye completions`.
 
 use std::fs;
+use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -9,6 +10,7 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
+use super::files::create_file;
 use super::{Arguments, output};
 
 /// `inbye man`.
@@ -35,10 +37,12 @@ pub fn man(arguments: &ManArguments) -> anyhow::Result<bool> {
     collect_pages(&program, &mut pages)?;
     let place = || format!("--output {}", folder.display());
     fs::create_dir_all(folder).with_context(place)?;
-    for (name, page) in pages {
-        let file = folder.join(name);
-        fs::write(&file, page).with_context(place)?;
-        output::line(file.display().to_string());
+    for (name, page) in &pages {
+        let mut file = create_file("--output", &folder.join(name))?;
+        file.write_all(page.as_bytes()).with_context(place)?;
+    }
+    for (name, _) in &pages {
+        output::line(folder.join(name).display().to_string());
     }
     Ok(true)
 }

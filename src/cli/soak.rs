@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use inbye::experiment::{
-    Cell, Comparison, Grid, RunRow, Setup, SoakSummary, compare_digests, run_cell, spread_evenly,
+    Cell, Comparison, Grid, RunRow, Setup, Share, SoakSummary, compare_digests, run_cell,
+    spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
 use inbye::report::{BenchReport, PlaybackRecorder};
-use inbye::runtime::Observer;
+use inbye::runtime::{Config, Observer, PlantKind, PoseSource};
 use serde_json::json;
 
-use super::arguments::{engine, whole};
+use super::arguments::{engine, plants, pose_source, whole};
 use super::files::{ReportFolder, create_file};
 use super::machine::{self, wall_clock};
 use super::missions::{MissionsArguments, share, sort};
@@ -28,9 +29,11 @@ const TICKS: &str = "ticks.jsonl";
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye bench soak --missions 3 --longest 12 --threads 1 --record soak.csv\n\n\
-    Map and seed determine a mission: start and goal in connected free space, yaws, up to --people moving obstacles. Of four \
-    missions with people one has people who do not yield, and one has people who appear when the robot is near. Maps take \
-    turns.\n\
+    Map and seed determine a mission: start and goal in connected free space, yaws, up to --people moving obstacles. Of six \
+    missions with people two have people who walk across or along the path and yield, and one each has people who do not \
+    yield, who appear, who start to walk, and who step out of a crossing when the robot is near. Maps take turns.\n\
+    On the disagreeing plant, latency, braking, acceleration, slip, slope, noise and the pedestrians' speed (up to 1.6 m/s) \
+    and legs are drawn for each mission from [simulation.plant_ranges]; the navigator is not told. The rows hold the values.\n\
     The robot causes a contact when the true velocity of the touching part of its footprint towards the other body is above \
     0.02 m/s, or when that body stands; a mission with any contact is lost.\n\
     With --out the same command resumes where it was interrupted.\n\
@@ -44,8 +47,14 @@ pub struct SoakArguments {
     /// Missions.
     #[arg(long, default_value_t = 1000, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1_000_000))]
     pub missions: usize,
+    /// Simulated robot: as the settings say, or drawn for each mission, or each mission with both.
+    #[arg(long, default_value = "disagreeing", value_parser = plants())]
+    pub plant: &'static [PlantKind],
+    /// Source of the robot's pose [default: the settings'].
+    #[arg(long, value_parser = pose_source())]
+    pub pose_source: Option<PoseSource>,
     /// Share of missions, 0 to 1, with boxes or pillars on the path that the map does not show.
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = share)]
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
     #[arg(long, default_value = "cpu", value_parser = engine())]
@@ -63,11 +72,27 @@ pub struct SoakArguments {
     pub report: Option<PathBuf>,
 }
 
+/// The settings of the plants, each with a name if there are two.
+fn setups(arguments: &SoakArguments, mut config: Config) -> Vec<Setup> {
+    config.pose_source = arguments.pose_source.unwrap_or(config.pose_source);
+    let kinds = arguments.plant;
+    let of = |&kind: &PlantKind| {
+        let mut config = config.clone();
+        config.simulation.plant = kind;
+        match (kinds.len(), kind) {
+            (1, _) => Setup::unnamed(config),
+            (_, PlantKind::Agreeing) => Setup::named("agreeing", config),
+            _ => Setup::named("disagreeing", config),
+        }
+    };
+    kinds.iter().map(of).collect()
+}
+
 /// Drives the missions. False when the robot caused a contact, a goal was missed without a reason, or engines differ.
 pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     let missions = &arguments.missions_of;
     let (config, worlds) = missions.read(arguments.unmapped)?;
-    let setups = [Setup::unnamed(config)];
+    let setups = setups(arguments, config);
     let grid = Grid::of_missions("soak", &worlds, &setups, arguments.missions, missions.seed)?;
     if let Some((seed, folder)) = arguments.replay.zip(arguments.report.as_deref()) {
         let Some(cell) = grid.cells.iter().find(|cell| cell.row.seed == seed) else {
@@ -148,8 +173,17 @@ fn others(first: &str) -> anyhow::Result<Vec<Open>> {
 /// Tables of all missions, by map and by traffic, and the comparisons.
 fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
     let mut groups = vec![summary.all.clone()];
-    groups.extend(summary.worlds.iter().chain(&summary.traffic).cloned());
+    let plants = if summary.plants.len() > 1 { &summary.plants[..] } else { &[] };
+    groups.extend(plants.iter().chain(&summary.worlds).chain(&summary.traffic).cloned());
     let mut lines = group_table(&groups);
+    lines.extend(
+        [
+            ("reached", &summary.reached),
+            ("contacts by the robot", &summary.contacts_robot),
+            ("contacts by people who do not yield", &summary.contacts_of_heedless),
+        ]
+        .map(|(name, share)| share_text(name, share)),
+    );
     lines.extend(summary.faults.iter().map(|(name, count)| format!("fault {name}: {count}")));
     if let Some(speed) = summary.mean_speed_m_s {
         let (km, hours) = (summary.travelled_m / 1e3, summary.time_s / 3600.0);
@@ -176,6 +210,16 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
         format!("DIFFERS: {world}, seed {seed}: {first} gave {expected}, {engine} gave {found}")
     }));
     lines
+}
+
+/// A share with its interval.
+fn share_text(name: &str, share: &Share) -> String {
+    let Share { count, of, interval_95: [low, high], .. } = share;
+    format!(
+        "{name}: {count} of {of} missions, 95 % interval {:.1} to {:.1} %",
+        low * 100.0,
+        high * 100.0
+    )
 }
 
 /// Drives one mission again with a page and its ticks.

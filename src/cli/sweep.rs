@@ -1,6 +1,5 @@
 //! `inbye sweep`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -10,6 +9,7 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::whole;
+use super::input_file::read_text;
 use super::result_store::ResultStore;
 use super::runs::{Done, Workers, run_alone};
 use super::sweep_merge::{self, MergeArguments};
@@ -120,7 +120,8 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     }
     let is_done = left.is_empty();
     let object = json!({
-        "cells": count, "found": found, "driven": driven, "errors": errors, "left": left, "out": out,
+        "cells": count, "found": found, "driven": driven, "errors": errors, "left": left,
+        "out": out.to_string_lossy(),
     });
     output::result(json, &object, lines)?;
     Ok(is_done)
@@ -129,8 +130,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
 /// The grid of a plan's file.
 fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
-    let text = fs::read_to_string(file)
-        .with_context(|| format!("{}: cannot be read as text", file.display()))?;
+    let text = read_text(file).with_context(place)?;
     let plan = toml_merge::parse(&text, &Plan::default(), |plan| Ok(plan.check()?));
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));

@@ -1,16 +1,15 @@
 //! `inbye sweep merge`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use inbye::bench::{Columns, csv_text, text_table};
+use inbye::bench::{Columns, text_table};
 use inbye::experiment::{ExperimentError, Group, Manifest, Merged, RunRow, groups, merge};
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
-use super::files::ReportFolder;
+use super::files::{Output, ReportFolder};
 use super::{output, result_store};
 
 /// Default folder of the table and the report.
@@ -101,13 +100,15 @@ fn read(folders: &[PathBuf]) -> anyhow::Result<(Manifest, Merged)> {
 
 /// Writes a table as CSV, and as Parquet in a build with the feature `parquet`.
 fn table<R: Columns>(folder: &Path, name: &str, rows: &[R]) -> anyhow::Result<()> {
-    let file = |extension: &str, bytes: &[u8]| {
-        let file = folder.join(format!("{name}.{extension}"));
-        fs::write(&file, bytes).with_context(|| file.display().to_string())
-    };
-    file("csv", csv_text(rows).as_bytes())?;
+    let csv = folder.join(format!("{name}.csv"));
+    Output::of_rows::<R>("--report", Some(&csv))?.write_rows(rows)?;
     #[cfg(feature = "parquet")]
-    file("parquet", &inbye::experiment::parquet_bytes(rows)?)?;
+    {
+        let parquet = folder.join(format!("{name}.parquet"));
+        let file = Output::create("--report", Some(&parquet), &["parquet"])?;
+        let bytes = inbye::experiment::parquet_bytes(rows)?;
+        file.write(|| bytes)?;
+    }
     #[cfg(not(feature = "parquet"))]
     output::note(format!(
         "{name}.parquet: not written, this build has no feature `parquet`: install it with `--features parquet`, or use \

@@ -22,6 +22,8 @@ const NONE: NavigatorFeatures = NavigatorFeatures {
     tracking: false,
     replanning: false,
     passive_safety: false,
+    scan_health: false,
+    occlusion_speed: false,
     recovery: false,
 };
 
@@ -39,7 +41,12 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
     let progress = NavigatorFeatures { progress: true, ..astar };
     let tracking = NavigatorFeatures { tracking: true, ..progress };
     let replanning = NavigatorFeatures { replanning: true, ..tracking };
-    let passive_safety = NavigatorFeatures { passive_safety: true, ..replanning };
+    let passive_safety = NavigatorFeatures {
+        passive_safety: true,
+        scan_health: true,
+        occlusion_speed: true,
+        ..replanning
+    };
     let recovery = NavigatorFeatures { recovery: true, ..passive_safety };
     [
         variant("dwa", "DWA alone, towards the goal", NONE),
@@ -47,7 +54,11 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
         variant("progress", "+ progress along the path", progress),
         variant("tracking", "+ moving obstacles tracked", tracking),
         variant("replanning", "+ replanning", replanning),
-        variant("passive_safety", "+ passive safety", passive_safety),
+        variant(
+            "passive_safety",
+            "+ passive safety, lidar checked by the map, speed by what is seen",
+            passive_safety,
+        ),
         variant("recovery", "+ recovery: all", recovery),
     ]
 };

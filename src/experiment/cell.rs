@@ -10,7 +10,7 @@ use crate::runtime::Config;
 
 /// Number of the format of inputs and results. Raise it when the same inputs may give other results, or results are
 /// written differently, while the crate's version stays.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 
 /// Hex digits of a key: 128 bits of SHA-256.
 const KEY_DIGITS: usize = 32;
@@ -27,7 +27,6 @@ pub struct Cell {
     pub world: World,
     /// Its settings.
     pub config: Config,
-    pub(super) inputs: Value,
     pub(super) threads: usize,
     /// Whether its ticks are timed while other cells run; a latency cell runs alone.
     pub(super) timed: bool,
@@ -36,23 +35,23 @@ pub struct Cell {
 impl Cell {
     /// A cell with the names of this row. `threads` is the number of threads of a CPU engine.
     pub(super) fn new(names: RunRow, world: &World, config: Config, threads: usize) -> Self {
-        let inputs = json!({
+        let (world, threads) = (world.clone(), threads.max(1));
+        let mut cell = Self { row: names, world, config, threads, timed: false };
+        cell.row.key = key(&cell.inputs());
+        cell
+    }
+
+    /// Everything that its result depends on. Not kept: it takes 20 kB, and a plan may have 100,000 cells.
+    pub(super) fn inputs(&self) -> Value {
+        json!({
             "format": FORMAT,
             "version": env!("CARGO_PKG_VERSION"),
-            "world": world.digest,
-            "seed": names.seed,
-            "engine": names.engine,
-            "latency_threads": names.latency.then_some(threads),
-            "settings": config,
-        });
-        Self {
-            row: RunRow { key: key(&inputs), ..names },
-            world: world.clone(),
-            config,
-            inputs,
-            threads: threads.max(1),
-            timed: false,
-        }
+            "world": self.world.digest,
+            "seed": self.row.seed,
+            "engine": self.row.engine,
+            "latency_threads": self.row.latency.then_some(self.threads),
+            "settings": self.config,
+        })
     }
 }
 

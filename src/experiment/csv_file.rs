@@ -7,7 +7,7 @@ use csv::{Position, ReaderBuilder, StringRecord, Trim};
 use serde::de::DeserializeOwned;
 
 use super::ExperimentError;
-use crate::bench::columns::csv_error_text;
+use crate::bench::columns::{csv_error_text, field_text};
 use crate::bench::{Column, ColumnKind, Columns};
 
 /// The lines of a file as text. All but blank ones have the number of fields of the first.
@@ -35,8 +35,8 @@ impl<'a> CsvFile<'a> {
             ExperimentError::file(file, format!("line {line}: {error}: correct that line"))
         };
         let header = reader.headers().map_err(unread)?.clone();
-        let records: Vec<StringRecord> =
-            reader.records().collect::<Result<_, _>>().map_err(unread)?;
+        let records = reader.records().map(|record| record.map(unquoted));
+        let records: Vec<StringRecord> = records.collect::<Result<_, _>>().map_err(unread)?;
         let read = Self { file, header, records };
         let mut filled = read.records.iter().filter(|record| !is_blank(record));
         filled.try_for_each(|record| read.check_length(record))?;
@@ -127,6 +127,13 @@ impl CsvLine<'_> {
         let reason = format!("line {line}: {column} is {found:?}: it must be {expected}");
         ExperimentError::file(self.file.file, reason)
     }
+}
+
+/// The record with its texts as they were before they were written as fields.
+fn unquoted(record: StringRecord) -> StringRecord {
+    let mut texts: StringRecord = record.iter().map(field_text).collect();
+    texts.set_position(record.position().cloned());
+    texts
 }
 
 fn is_blank(record: &StringRecord) -> bool {

@@ -1,13 +1,18 @@
 //! The outcome of a run, its reason as text, and the attribution of a contact to the robot or to what it touched.
 
 use super::{ContactCause, RunOutcome};
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, Pose};
 use crate::robot::Footprint;
 use crate::runtime::{Config, MissionResult, TraceRow};
 use crate::sim::{Simulation, World};
 
 /// Closing speed above which the robot's own motion closed the gap, m/s.
 const CLOSING_M_S: f64 = 0.02;
+/// Time between two gap checks, seconds, and their largest number: as in the simulation.
+const CONTACT_STEP_S: f64 = 0.01;
+const MAX_STEPS: f64 = 1000.0;
+/// A gap up to this counts as the contact of a run that had one, metres: the obstacles' motion between two rows is interpolated.
+const CONTACT_TOLERANCE_M: f64 = 0.002;
 /// Highest speed of a body that counts as standing, m/s.
 const STANDING_M_S: f64 = 0.02;
 
@@ -124,7 +129,7 @@ pub struct Contact {
     pub body_m_s: Option<f64>,
 }
 
-/// Returns the contact at a row of a trace, none if there is a gap. `before` is the previous row, `radii_m` are those of
+/// Returns the contact at a row of a trace or since the row before it, none if there is a gap. `before` is the previous row, `radii_m` are those of
 /// the moving obstacles, `world` holds the static ones.
 ///
 /// The robot causes the contact when the body stands, or when the true velocity of the touching part of its footprint
@@ -138,20 +143,28 @@ pub fn contact(
     footprint: &Footprint,
     world: &World,
 ) -> Option<Contact> {
-    let moving = row.moving.iter().zip(radii_m).enumerate();
-    let nearest = moving
+    let instant = nearest_instant(row, before, |pose, share| {
+        let to_moving_m =
+            moving_at(row, before, share).zip(radii_m).filter_map(|(center, &radius_m)| {
+                Some(footprint.gap_to_disc_m(pose, &center?, radius_m))
+            });
+        to_moving_m.fold(world.gap_to_static_m(footprint, pose), f64::min)
+    });
+    let (pose, share) = instant;
+    let nearest = moving_at(row, before, share)
+        .zip(radii_m)
+        .enumerate()
         .filter_map(|(index, (center, &radius_m))| {
-            let center = (*center)?;
-            let gap_m = footprint.gap_to_disc_m(&row.pose, &center, radius_m);
-            Some((gap_m, index, center))
+            let center = center?;
+            Some((footprint.gap_to_disc_m(&pose, &center, radius_m), index, center))
         })
         .min_by(|one, other| one.0.total_cmp(&other.0));
-    let to_ground_m = world.gap_to_static_m(footprint, &row.pose);
+    let to_ground_m = world.gap_to_static_m(footprint, &pose);
     let (gap_m, touched) = match nearest {
         Some((gap_m, index, center)) if gap_m < to_ground_m => (gap_m, Some((index, center))),
         _ => (to_ground_m, None),
     };
-    if gap_m > 0.0 {
+    if gap_m > CONTACT_TOLERANCE_M {
         return None;
     }
     let Some((index, center)) = touched else {
@@ -163,11 +176,15 @@ pub fn contact(
         });
     };
     let was = before.and_then(|before| Some((before, (*before.moving.get(index)?)?)));
+    let at_end = row.moving.get(index).copied().flatten().unwrap_or(center);
     let body_m_s = was.map(|(before, place)| {
-        (center - place).norm() / (row.time_s - before.time_s).max(f64::MIN_POSITIVE)
+        (at_end - place).norm() / (row.time_s - before.time_s).max(f64::MIN_POSITIVE)
     });
-    let earlier = was.map(|(before, place)| closing_m_s(before, footprint, &place));
-    let closing_m_s = closing_m_s(row, footprint, &center);
+    let closing = |row: &TraceRow, pose: &Pose, center: &Point| {
+        footprint.closing_speed_m_s(pose, &row.twist, center)
+    };
+    let earlier = was.map(|(before, place)| closing(before, &before.pose, &place));
+    let closing_m_s = closing(row, &pose, &center);
     let closing_m_s = earlier.map_or(closing_m_s, |earlier| closing_m_s.max(earlier));
     let stands = body_m_s.is_some_and(|body_m_s| body_m_s <= STANDING_M_S);
     let cause =
@@ -180,19 +197,43 @@ pub fn contact(
     })
 }
 
-/// Speed at which the robot's true motion brings the nearest disc of its footprint closer to a point, m/s.
-fn closing_m_s(row: &TraceRow, footprint: &Footprint, center: &Point) -> f64 {
-    let gap = |(own, radius_m): &(Point, f64)| (center - own).norm() - radius_m;
-    let nearest = footprint.at(&row.pose).min_by(|one, other| gap(one).total_cmp(&gap(other)));
-    let Some((own, _)) = nearest else {
-        return 0.0;
+/// The instant between two rows at which a gap is least, checked every 10 ms: the pose, and the share of the time between the
+/// rows. Of equal gaps, the last one counts. Without an earlier row it is that of the row.
+pub(super) fn nearest_instant(
+    row: &TraceRow,
+    before: Option<&TraceRow>,
+    gap_m: impl Fn(&Pose, f64) -> f64,
+) -> (Pose, f64) {
+    let Some(before) = before else {
+        return (row.pose, 1.0);
     };
-    let (sin, cos) = libm::sincos(row.pose.yaw);
-    let arm = own - row.pose.position();
-    // The rotation of a disc about its own centre closes no gap; its centre moves with the robot.
-    let velocity =
-        Vector::new(cos, sin) * row.twist.linear + Vector::new(-arm.y, arm.x) * row.twist.angular;
-    let towards = center - own;
-    let distance_m = towards.norm();
-    if distance_m > 0.0 { velocity.dot(&towards) / distance_m } else { velocity.norm() }
+    let steps = ((row.time_s - before.time_s) / CONTACT_STEP_S).ceil().clamp(1.0, MAX_STEPS);
+    let at = |step: u32| {
+        let share = f64::from(step) / steps;
+        (before.pose.interpolate(&row.pose, share), share)
+    };
+    let mut least = (gap_m(&row.pose, 1.0), (row.pose, 1.0));
+    for step in (1..steps as u32).rev() {
+        let (pose, share) = at(step);
+        let gap_m = gap_m(&pose, share);
+        if gap_m < least.0 {
+            least = (gap_m, (pose, share));
+        }
+    }
+    least.1
+}
+
+/// The centres of the moving obstacles at a share of the time between two rows.
+fn moving_at<'a>(
+    row: &'a TraceRow,
+    before: Option<&'a TraceRow>,
+    share: f64,
+) -> impl Iterator<Item = Option<Point>> + 'a {
+    row.moving.iter().enumerate().map(move |(index, &end)| {
+        let start = before.and_then(|before| *before.moving.get(index)?);
+        match (start, end) {
+            (Some(start), Some(end)) => Some(start + (end - start) * share),
+            _ => end,
+        }
+    })
 }

@@ -8,8 +8,8 @@ use super::paper_drives::Deviation;
 use super::{LocalizationCase, TrafficKind, WorldKind};
 use crate::bench::columns::{column_values, columns};
 use crate::bench::{Columns, Latencies, LatencySummary};
-use crate::runtime::{Config, MissionResult, TraceRow};
-use crate::sim::Simulation;
+use crate::runtime::{Config, MissionResult, PlantKind, PoseSource, TraceRow};
+use crate::sim::{Simulation, draw_plant};
 
 /// Below this speed the robot stands: m/s and rad/s.
 const STANDS_BELOW: f64 = 0.01;
@@ -62,7 +62,7 @@ pub enum ContactCause {
 }
 
 column_values! {
-    Text: RunOutcome, ContactCause, WorldKind, TrafficKind, LocalizationCase;
+    Text: RunOutcome, ContactCause, WorldKind, TrafficKind, LocalizationCase, PlantKind, PoseSource;
 }
 
 columns! {
@@ -119,6 +119,37 @@ columns! {
         pub obstacles: usize,
         /// Number of obstacles on the path that the map does not show.
         pub unmapped: usize,
+        /// Whether the simulated robot was as the settings say.
+        pub plant: Option<PlantKind>,
+        /// Source of the pose.
+        pub pose_source: Option<PoseSource>,
+        /// What the robot truly was, drawn by the seed; this and the next columns are none for an agreeing plant. Time until
+        /// the base acts on a command, seconds.
+        pub command_delay_s: Option<f64>,
+        /// Age of scan, odometry and fixes, seconds.
+        pub sensing_delay_s: Option<f64>,
+        /// Time constant of the motors, seconds.
+        pub motor_lag_s: Option<f64>,
+        /// Acceleration over that of the robot's limits.
+        pub acceleration_ratio: Option<f64>,
+        /// Deceleration over that of the robot's limits.
+        pub braking_ratio: Option<f64>,
+        /// Belt speed below which a motor stood still, m/s.
+        pub deadband_m_s: Option<f64>,
+        /// Effective over geometric track width.
+        pub width_ratio: Option<f64>,
+        /// Slope of the ground, radians.
+        pub slope_rad: Option<f64>,
+        /// Direction of the steepest ascent, radians.
+        pub uphill_rad: Option<f64>,
+        /// Standard deviation of a range, metres; all noise grows by the same factor.
+        pub range_sigma_m: Option<f64>,
+        /// Fraction of the beams that returned from dust.
+        pub ghosts: Option<f64>,
+        /// Fraction of the beams at edges with a range in between.
+        pub mixed_pixels: Option<f64>,
+        /// Diameter of the pedestrians' legs, metres.
+        pub leg_diameter_m: Option<f64>,
         /// Number of global plans.
         pub plans: usize,
         /// Number of ticks.
@@ -288,6 +319,30 @@ impl RunRow {
         self.waited_share = Some(waited_share);
         self.longest_wait_s = Some(longest_wait_s);
         self.trace_digest = Some(trace.digest());
+    }
+
+    /// Fills in what the simulated robot of the seed truly is.
+    pub(super) fn fill_plant(&mut self, config: &Config, seed: u64) {
+        self.plant = Some(config.simulation.plant);
+        self.pose_source = Some(config.pose_source);
+        if config.simulation.plant == PlantKind::Agreeing {
+            return;
+        }
+        let drawn = draw_plant(&config.simulation, seed);
+        let dynamics = &drawn.dynamics;
+        self.command_delay_s = Some(dynamics.command_delay_s);
+        self.sensing_delay_s = Some(drawn.sensing_delay_s);
+        self.motor_lag_s = Some(dynamics.motor_lag_s);
+        self.acceleration_ratio = Some(dynamics.acceleration_ratio);
+        self.braking_ratio = Some(dynamics.braking_ratio);
+        self.deadband_m_s = Some(dynamics.deadband_m_s);
+        self.width_ratio = Some(dynamics.slip.width_ratio);
+        self.slope_rad = Some(dynamics.slope_rad);
+        self.uphill_rad = Some(dynamics.uphill_rad);
+        self.range_sigma_m = Some(drawn.lidar.range_sigma_m);
+        self.ghosts = Some(drawn.lidar.ghosts);
+        self.mixed_pixels = Some(drawn.lidar.mixed_pixels);
+        self.leg_diameter_m = Some(drawn.pedestrians.leg_diameter_m);
     }
 
     /// Fills in the times of the ticks.

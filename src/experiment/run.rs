@@ -54,6 +54,7 @@ impl World {
         row.traffic = generated.traffic;
         row.obstacles = simulation.moving_obstacles.len();
         row.unmapped = generated.unmapped;
+        row.fill_plant(config, simulation.seed);
         if let WorldSource::Barn(world) = self.source.as_ref() {
             row.optimal_time_s = Some(world.optimal_time_s);
             row.score = Some(0.0);
@@ -126,5 +127,5 @@ pub fn run_cell(
         row.machine = Some(machine.to_owned());
         row.threads = Some(cell.threads);
     }
-    CellFile { inputs: cell.inputs.clone(), row }
+    CellFile { inputs: cell.inputs(), row }
 }

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::group::{faults, groups_by, mean};
-use super::{Group, RunRow, TrafficKind};
-use crate::bench::percentile;
+use super::{ContactCause, Group, RunRow, TrafficKind};
+use crate::bench::{percentile, wilson_interval};
+use crate::runtime::PlantKind;
 
 /// Figures of a soak.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -14,6 +15,12 @@ use crate::bench::percentile;
 pub struct SoakSummary {
     /// All missions.
     pub all: Group,
+    /// Share of missions that reached their goal.
+    pub reached: Share,
+    /// Share of missions that ended in a contact that the robot caused.
+    pub contacts_robot: Share,
+    /// Share of missions among people who do not yield that ended in a contact that they caused.
+    pub contacts_of_heedless: Share,
     /// Number of missions by the name of their fault.
     pub faults: BTreeMap<String, usize>,
     /// Mean speed of the missions that reached their goal, m/s: all their distances over all their times.
@@ -28,10 +35,32 @@ pub struct SoakSummary {
     pub worlds: Vec<Group>,
     /// Each kind of moving obstacles.
     pub traffic: Vec<Group>,
+    /// Agreeing and disagreeing plants.
+    pub plants: Vec<Group>,
     /// Number of missions driven again on another engine.
     pub digests_compared: usize,
     /// Number of those with the same trace, to the last bit.
     pub digests_equal: usize,
+}
+
+/// A share of missions with its interval of 95 % confidence.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Share {
+    /// Number of missions that count.
+    pub count: usize,
+    /// Number of missions.
+    pub of: usize,
+    /// Lower and upper end of Wilson's interval, 0 to 1.
+    pub interval_95: [f64; 2],
+}
+
+impl Share {
+    /// Returns a number of missions out of all.
+    #[must_use]
+    pub fn new(count: usize, of: usize) -> Self {
+        Self { count, of, interval_95: wilson_interval(count, of) }
+    }
 }
 
 /// True distance from the goal where it was reached.
@@ -56,8 +85,14 @@ impl SoakSummary {
         let sum = |figure: fn(&RunRow) -> f64| -> f64 { reached().map(&figure).sum::<f64>() };
         let (distance_m, time_s) = (sum(|row| row.travelled_m), sum(|row| row.time_s));
         let faults = faults(rows).into_iter();
+        let all = Group::of("all", &rows.iter().collect::<Vec<_>>());
+        let heedless = || rows.iter().filter(|row| row.traffic == Some(TrafficKind::NonYielding));
+        let caused = |row: &&RunRow| row.contact_cause == Some(ContactCause::Other);
         Self {
-            all: Group::of("all", &rows.iter().collect::<Vec<_>>()),
+            reached: Share::new(all.reached, all.runs),
+            contacts_robot: Share::new(all.contacts_robot, all.runs),
+            contacts_of_heedless: Share::new(heedless().filter(caused).count(), heedless().count()),
+            all,
             faults: faults.map(|(name, count)| (name.to_owned(), count)).collect(),
             mean_speed_m_s: (time_s > 0.0).then(|| distance_m / time_s),
             final_error: final_error(reached()),
@@ -65,6 +100,7 @@ impl SoakSummary {
             time_s: rows.iter().map(|row| row.time_s).sum::<f64>(),
             worlds: groups_by(rows, |row| row.world.clone()),
             traffic: groups_by(rows, |row| row.traffic.map_or("-", TrafficKind::name).to_owned()),
+            plants: groups_by(rows, |row| plant_name(row).to_owned()),
             digests_compared: comparisons.len(),
             digests_equal: comparisons.iter().filter(|one| one.equal).count(),
         }
@@ -76,6 +112,14 @@ impl SoakSummary {
         self.all.contacts_robot == 0
             && self.all.unexplained == 0
             && self.digests_equal == self.digests_compared
+    }
+}
+
+const fn plant_name(row: &RunRow) -> &'static str {
+    match row.plant {
+        Some(PlantKind::Agreeing) => "agreeing plant",
+        Some(PlantKind::Disagreeing) => "disagreeing plant",
+        None => "-",
     }
 }
 

@@ -13,7 +13,7 @@ use crate::global::Path;
 use crate::map::OccupancyGrid;
 use crate::navigator::{Fault, Goal};
 use crate::runtime::{Config, Mission, MissionError};
-use crate::sim::{SimError, Simulation};
+use crate::sim::{SimError, Simulation, draw_plant};
 
 /// A world with the settings of its kind.
 #[derive(Clone, Debug)]
@@ -176,7 +176,7 @@ impl Route {
     /// The simulation, with people spread along the path that the robot will plan.
     fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, SimError> {
         let ends = (self.start.position(), self.goal.position);
-        let mut pedestrians = config.simulation.pedestrians;
+        let mut pedestrians = draw_plant(&config.simulation, seed).pedestrians;
         if let Some(traffic) = self.traffic {
             pedestrians = pedestrians.yields(traffic != TrafficKind::NonYielding);
         }

@@ -9,7 +9,7 @@ use crate::geometry::Pose;
 use crate::map::{DistanceField, GridFrame, ObstacleGrid};
 use crate::robot::Footprint;
 
-/// Distance from the centre of each cell to the centre of the nearest obstacle cell, in whole units of length.
+/// Distance from each cell to the nearest obstacle cell, in whole units of length: from centre to centre, or between areas.
 ///
 /// The unit is the cell's side divided by a power of two, the first result that is at most 1/4096 m. It is 0.122 to
 /// 0.244 mm; a shift converts a position in units to a cell; 16 bits hold at least 8 m. Longer distances, and all
@@ -30,32 +30,45 @@ pub const RESOLUTION_RANGE_M: (f64, f64) = (0.001, 2.0);
 static NEXT_ID: AtomicU64 = AtomicU64::new(1);
 
 impl ClearanceField {
-    /// Computes the field of an obstacle grid.
+    /// Computes the field of an obstacle grid: the distance from the centre of each cell to the centre of the nearest obstacle
+    /// cell. The true distance from a point of the cell to the obstacle's square may be less, by up to the diagonal of a cell.
     ///
     /// # Errors
     /// When the cells are smaller than 1 mm or larger than 2 m.
     pub fn new(obstacles: &ObstacleGrid) -> Result<Self, ProblemError> {
-        let frame = *obstacles.frame();
-        let (min, max) = RESOLUTION_RANGE_M;
-        if !(min..=max).contains(&frame.resolution_m) {
-            return Err(ProblemError::OutOfRange {
-                quantity: "map resolution",
-                value: frame.resolution_m,
-                unit: "m",
-                limit: "0.001 to 2 m",
-            });
+        let (cell_bits, units) = distances(obstacles)?;
+        Ok(Self::of(*obstacles.frame(), cell_bits, units))
+    }
+
+    /// Computes lower bounds of the true distances: from any point of a cell to the nearest point of any obstacle cell's
+    /// square, to half a unit. A disc that is clear in this field is clear of every square.
+    ///
+    /// Divides each cell of the grid into `parts` by `parts` cells. The bound is below the distance of a point by less than
+    /// the diagonal of such a part. Only cells of obstacles have the distance zero.
+    ///
+    /// # Errors
+    /// When the cells of the grid, or their parts, are smaller than 1 mm or larger than 2 m.
+    pub fn of_areas(obstacles: &ObstacleGrid, parts: u16) -> Result<Self, ProblemError> {
+        let parts = usize::from(parts.max(1));
+        // A cell nearer than one cell to an obstacle's cell may touch it. Distances between areas are distances between
+        // centres to the obstacles with all their neighbours.
+        let grown = grown_in_parts(obstacles, parts);
+        let (cell_bits, mut units) = distances(&grown)?;
+        let frame = *grown.frame();
+        let (width, coarse_width) = (frame.width as usize, obstacles.frame().width as usize);
+        for (row, units) in units[..frame.len()].chunks_exact_mut(width).enumerate() {
+            let blocked = &obstacles.cells()[row / parts * coarse_width..][..coarse_width];
+            for (units, &blocked) in units.chunks_exact_mut(parts).zip(blocked) {
+                if !blocked {
+                    units.iter_mut().for_each(|units| *units = (*units).max(1));
+                }
+            }
         }
-        let mut cell_bits = 0;
-        while frame.resolution_m * 4096.0 > f64::from(1_u32 << cell_bits) {
-            cell_bits += 1;
-        }
-        let units_per_cell = f64::from(1_u32 << cell_bits);
-        let width = frame.width as usize;
-        let mut units = vec![0; frame.len() + 1];
-        DistanceField::for_each_row(obstacles, |row, squared| {
-            all_in_units(squared, units_per_cell, &mut units[row * width..][..width]);
-        });
-        Ok(Self { frame, cell_bits, units, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) })
+        Ok(Self::of(frame, cell_bits, units))
+    }
+
+    fn of(frame: GridFrame, cell_bits: u32, units: Vec<u16>) -> Self {
+        Self { frame, cell_bits, units, id: NEXT_ID.fetch_add(1, Ordering::Relaxed) }
     }
 
     /// Size and pose of the grid.
@@ -106,6 +119,64 @@ impl ClearanceField {
     pub const fn id(&self) -> u64 {
         self.id
     }
+}
+
+/// The base-2 logarithm of the units per cell, and the distance between the centres of each cell and of the nearest obstacle
+/// cell in units, with one more entry.
+fn distances(obstacles: &ObstacleGrid) -> Result<(u32, Vec<u16>), ProblemError> {
+    let frame = *obstacles.frame();
+    let (min, max) = RESOLUTION_RANGE_M;
+    if !(min..=max).contains(&frame.resolution_m) {
+        return Err(ProblemError::OutOfRange {
+            quantity: "map resolution",
+            value: frame.resolution_m,
+            unit: "m",
+            limit: "0.001 to 2 m",
+        });
+    }
+    let mut cell_bits = 0;
+    while frame.resolution_m * 4096.0 > f64::from(1_u32 << cell_bits) {
+        cell_bits += 1;
+    }
+    let units_per_cell = f64::from(1_u32 << cell_bits);
+    let width = frame.width as usize;
+    let mut units = vec![0; frame.len() + 1];
+    DistanceField::for_each_row(obstacles, |row, squared| {
+        all_in_units(squared, units_per_cell, &mut units[row * width..][..width]);
+    });
+    Ok((cell_bits, units))
+}
+
+/// A grid with each cell divided into `parts` by `parts`, and each obstacle grown by one part to all sides.
+fn grown_in_parts(obstacles: &ObstacleGrid, parts: usize) -> ObstacleGrid {
+    let coarse = obstacles.frame();
+    let (columns, rows) = (coarse.width as usize, coarse.height as usize);
+    let frame = GridFrame {
+        width: coarse.width * parts as i32,
+        height: coarse.height * parts as i32,
+        resolution_m: coarse.resolution_m / parts as f64,
+        origin: coarse.origin,
+    };
+    let span = |cell: usize, cells: usize| {
+        (cell * parts).saturating_sub(1)..((cell + 1) * parts + 1).min(cells * parts)
+    };
+    let width = columns * parts;
+    let mut cells = vec![false; frame.len()];
+    let mut line = vec![false; width];
+    for (row, blocked) in obstacles.cells().chunks_exact(columns).enumerate() {
+        if !blocked.contains(&true) {
+            continue;
+        }
+        line.fill(false);
+        for (column, _) in blocked.iter().enumerate().filter(|(_, blocked)| **blocked) {
+            line[span(column, columns)].fill(true);
+        }
+        for row in span(row, rows) {
+            let cells = cells[row * width..][..width].iter_mut();
+            cells.zip(&line).for_each(|(cell, grown)| *cell |= *grown);
+        }
+    }
+    ObstacleGrid::new(frame, cells)
 }
 
 /// Applies [`in_units`] to a row, with AVX2 if available.

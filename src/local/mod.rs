@@ -7,6 +7,7 @@
 //! The rollout, the scoring and the selection exist twice: in Rust here and in WGSL under `shaders/`, file by file
 //! under the same names.
 
+mod clearance_error;
 mod cpu;
 mod engine;
 mod engine_selection;
@@ -26,6 +27,7 @@ mod select;
 mod settings;
 mod window;
 
+pub use clearance_error::clearance_error_m;
 pub use cpu::{CpuEngine, InstructionSet};
 pub use engine::{
     Counts, Detail, Engine, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner,

@@ -138,6 +138,7 @@ impl Problem {
             field: &field.into(),
             pose,
             twist,
+            last_command: twist,
             obstacles: &[],
             target,
             key_node: target,
@@ -158,6 +159,8 @@ pub struct DecisionInput<'a> {
     pub pose: Pose,
     /// Velocity of the robot.
     pub twist: Twist,
+    /// The last command: one of the samples, where it is within the window.
+    pub last_command: Twist,
     /// Moving obstacles.
     pub obstacles: &'a [MovingDisc],
     /// The local target: the robot faces it at the end of the horizon.
@@ -196,7 +199,8 @@ impl DecisionInput<'_> {
                 &self.twist,
                 settings.control_period_s,
                 settings.sampling(),
-            ),
+            )
+            .through(&self.last_command),
             braking_x: -self.limits.decel_lim_x,
             braking_theta: -self.limits.decel_lim_theta,
             step_s: settings.sim_step_s,

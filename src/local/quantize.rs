@@ -157,14 +157,26 @@ fn fill_speeds(
     vx_samples.clear();
     vx_samples.resize(axis.count as usize, VxSample::default());
     // A closure is not compiled for AVX2.
-    for (index, entry) in (0..axis.count).zip(vx_samples) {
-        let vx = axis.value(index);
-        *entry = VxSample {
-            coarse: round_i32(vx * units_per_step * coarse),
-            fine: round_i32(vx * units_per_step * FINE_PER_UNIT * fine),
-            velocity_term: velocity_term(vx),
-            stopping_need: stopping_need(problem, vx, problem.braking_x),
-        };
+    for (index, entry) in (0..axis.count).zip(vx_samples.iter_mut()) {
+        *entry = vx_sample(problem, axis.spaced(index), units_per_step, [coarse, fine]);
+    }
+    for (index, vx) in axis.replaced().into_iter().flatten() {
+        vx_samples[index as usize] = vx_sample(problem, vx, units_per_step, [coarse, fine]);
+    }
+}
+
+#[inline(always)]
+fn vx_sample(
+    problem: &Problem,
+    vx: f64,
+    units_per_step: f64,
+    [coarse, fine]: [f64; 2],
+) -> VxSample {
+    VxSample {
+        coarse: round_i32(vx * units_per_step * coarse),
+        fine: round_i32(vx * units_per_step * FINE_PER_UNIT * fine),
+        velocity_term: velocity_term(vx),
+        stopping_need: stopping_need(problem, vx, problem.braking_x),
     }
 }
 
@@ -173,12 +185,19 @@ fn fill_turns(vtheta_samples: &mut Vec<VthetaSample>, problem: &Problem) {
     let axis = &problem.window.vtheta;
     vtheta_samples.clear();
     vtheta_samples.resize(axis.count as usize, VthetaSample::default());
-    for (index, entry) in (0..axis.count).zip(vtheta_samples) {
-        let rate = axis.value(index);
-        *entry = VthetaSample {
-            angle_per_step: binary_angle(rate * problem.step_s),
-            stopping_need: stopping_need(problem, rate, problem.braking_theta),
-        };
+    for (index, entry) in (0..axis.count).zip(vtheta_samples.iter_mut()) {
+        *entry = vtheta_sample(problem, axis.spaced(index));
+    }
+    for (index, rate) in axis.replaced().into_iter().flatten() {
+        vtheta_samples[index as usize] = vtheta_sample(problem, rate);
+    }
+}
+
+#[inline(always)]
+fn vtheta_sample(problem: &Problem, rate: f64) -> VthetaSample {
+    VthetaSample {
+        angle_per_step: binary_angle(rate * problem.step_s),
+        stopping_need: stopping_need(problem, rate, problem.braking_theta),
     }
 }
 

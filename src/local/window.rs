@@ -4,7 +4,11 @@ use super::Sampling;
 use crate::geometry::Twist;
 use crate::robot::Limits;
 
-/// Equally spaced values from `low` to `high`, both included. A single value is `low`.
+/// Equally spaced values from `low` to `high`, both included, some of which are replaced. A single value is `low`.
+///
+/// An axis with at least four values has every value of `through` that lies between its ends: it replaces the nearest of the
+/// spaced values between the ends. Where both have the same nearest value, the second one replaces its neighbour. With three
+/// values only the first one finds a place. The values stay in order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     /// The first value.
@@ -13,18 +17,63 @@ pub struct Axis {
     pub high: f64,
     /// Number of values, at least one.
     pub count: u32,
+    /// Values that the axis has if they lie between its ends; others have no effect.
+    pub through: [Option<f64>; 2],
 }
 
 impl Axis {
-    /// Returns `low + index (high - low) / (count - 1)`, at most `high`: rounding can lift the formula above it.
+    /// Equally spaced values.
+    #[must_use]
+    pub const fn new(low: f64, high: f64, count: u32) -> Self {
+        Self { low, high, count, through: [None; 2] }
+    }
+
+    /// The value at an index.
     #[must_use]
     #[inline]
     pub fn value(&self, index: u32) -> f64 {
+        let replaced = self.replaced().into_iter().flatten();
+        let own = replaced.filter(|(at, _)| *at == index).map(|(_, value)| value).next();
+        own.unwrap_or_else(|| self.spaced(index))
+    }
+
+    /// Returns `low + index (high - low) / (count - 1)`, at most `high`: rounding can lift the formula above it.
+    #[inline]
+    pub(super) fn spaced(&self, index: u32) -> f64 {
         if self.count == 1 {
             return self.low;
         }
         let above_low = f64::from(index) * (self.high - self.low) / f64::from(self.count - 1);
         (self.low + above_low).min(self.high)
+    }
+
+    /// The values that replace spaced ones, with their indices.
+    #[inline]
+    pub(super) fn replaced(&self) -> [Option<(u32, f64)>; 2] {
+        // The index of the last value before the end.
+        let last = self.count.saturating_sub(2);
+        let place = |value: Option<f64>| {
+            let value =
+                value.filter(|value| last > 0 && self.low < *value && *value < self.high)?;
+            let share = (value - self.low) / (self.high - self.low);
+            let nearest = (share * f64::from(self.count - 1)).round() as u32;
+            Some((nearest.clamp(1, last), value))
+        };
+        let places = self.through.map(place);
+        let [Some((at, first)), Some((other, second))] = places else {
+            return places;
+        };
+        if at != other || first == second {
+            return places;
+        }
+        let is_above = second > first;
+        match (is_above, at > 1, at < last) {
+            (true, _, true) => [Some((at, first)), Some((at + 1, second))],
+            (false, true, _) => [Some((at, first)), Some((at - 1, second))],
+            (true, true, false) => [Some((at - 1, first)), Some((at, second))],
+            (false, false, true) => [Some((at + 1, first)), Some((at, second))],
+            (_, false, false) => [Some((at, first)), None],
+        }
     }
 
     /// The largest absolute value.
@@ -49,6 +98,8 @@ impl Window {
     /// The window around the current twist: within the limits (eq. 28) and within reach in one control period, seconds
     /// (eq. 29).
     ///
+    /// Standing still and driving straight ahead are among the samples where they are within the window.
+    ///
     /// A current speed outside the limits, by noise or after a limit was lowered, gives the part of the limits that is
     /// nearest to the reachable velocities. The window is never empty.
     #[must_use]
@@ -62,6 +113,7 @@ impl Window {
             low: (now + brake * control_period_s).clamp(min, max),
             high: (now + gain * control_period_s).clamp(min, max),
             count,
+            through: [Some(0.0), None],
         };
         let Sampling { vx_samples, vtheta_samples } = sampling;
         let (vx_rates, vtheta_rates) = (
@@ -74,6 +126,14 @@ impl Window {
             vx: axis(current.linear, vx_rates, vx_range, vx_samples),
             vtheta: axis(current.angular, vtheta_rates, vtheta_range, vtheta_samples),
         }
+    }
+
+    /// The window with these velocities among its samples, where they are within it.
+    #[must_use]
+    pub const fn through(mut self, twist: &Twist) -> Self {
+        self.vx.through[1] = Some(twist.linear);
+        self.vtheta.through[1] = Some(twist.angular);
+        self
     }
 
     /// Number of samples.

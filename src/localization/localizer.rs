@@ -1,16 +1,18 @@
 //! The localiser: fuses odometry with matched scans.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::agreement::walled_fraction;
+use super::motion_check::MotionCheck;
 use super::pose_filters::{PoseEkf, offset};
+use super::relocalization::{Found, GlobalSearch};
 use super::scan_matcher::{ScanMatch, ScanMatcher};
 use super::signed_distance_field::SignedDistanceField;
 use super::{
     Agreement, DeskewedScan, LocalizationError, LocalizationSettings, LocalizationStatus,
     LostReason, PoseEstimate, PoseHistory,
 };
-use crate::geometry::Pose;
+use crate::geometry::{Pose, wrap_angle};
 use crate::map::{ObstacleGrid, TimedScan};
 
 /// A correction by more than this many standard deviations, squared, is a jump. It occurs by chance once in a million
@@ -20,18 +22,79 @@ const MAX_CORRECTION_SIGMAS2: f64 = 30.0;
 /// If the map has surfaces in a larger fraction of all directions than this, a lidar with few returns is occluded.
 const MIN_WALLED_FRACTION: f64 = 0.3;
 
+/// A lost robot is still where its odometry predicts if this fraction of the beams agrees there.
+const SAME_PLACE_AGREEMENT: f64 = 0.85;
+
+/// Distance by odometry after which a relocalised pose is confirmed, metres. Until then, this many rejected revolutions lose it.
+const CONFIRMED_M: f64 = 1.0;
+const REJECTIONS_BEFORE: u32 = 2;
+
+/// A robot that stands does not move by more than this between two revolutions of a search, metres and radians.
+const STANDING_M: f64 = 0.05;
+const STANDING_RAD: f64 = 0.03;
+
+/// Motion by odometry since the last accepted revolution from which a scan that still matches there shows a robot that does not
+/// move, metres and radians; and how near to that pose it matches.
+const MOVED_M: f64 = 0.18;
+const MOVED_RAD: f64 = 0.18;
+const SAME_M: f64 = 0.1;
+const SAME_RAD: f64 = 0.08;
+/// Standard deviations of that pose, metres and radians.
+const SAME_SIGMA_M: f64 = 0.03;
+const SAME_SIGMA_RAD: f64 = 0.03;
+
+/// A robot that was found and lost this many times at the same place is not found again.
+const MAX_FOUND: u32 = 2;
+/// The same place, metres, and the distance driven on from it that makes earlier losses irrelevant, metres.
+const SAME_PLACE_M: f64 = 1.0;
+const DRIVEN_ON_M: f64 = 3.0;
+
+/// The last accepted revolution.
+#[derive(Clone, Copy, Debug)]
+struct Anchor {
+    odometry: Pose,
+    matched: Pose,
+    agreement: f64,
+}
+
+/// The place at which the robot was found, in the grid's frame, and how often it was lost there after it drove.
+#[derive(Clone, Copy, Debug)]
+struct FoundPlace {
+    pose: Pose,
+    odometry: Pose,
+    losses: u32,
+}
+
+fn distance_m(one: &Pose, other: &Pose) -> f64 {
+    (one.position() - other.position()).norm()
+}
+
+fn has_moved(from: &Pose, to: &Pose, by_m: f64, by_rad: f64) -> bool {
+    distance_m(from, to) > by_m || wrap_angle(to.yaw - from.yaw).abs() > by_rad
+}
+
 /// Tracks a robot on a map.
 #[derive(Clone, Debug)]
 pub struct Localizer {
     map: SignedDistanceField,
     settings: LocalizationSettings,
     ekf: PoseEkf,
+    /// The newest pose by odometry.
+    odometry: Option<(f64, Pose)>,
+    /// Odometry with its learned scales. Raw odometry of tracks with an uncalibrated width would distort a revolution that is
+    /// measured while the robot turns.
     history: PoseHistory,
     scan: DeskewedScan,
     /// Number of rejected minus accepted revolutions, at least zero.
     rejections: u32,
     /// While relocalising: the number of consecutive revolutions that match the candidate pose.
     confirmations: Option<u32>,
+    search: Option<GlobalSearch>,
+    anchor: Option<Anchor>,
+    motion_check: MotionCheck,
+    found: Option<FoundPlace>,
+    /// Whether the robot was lost too often at the same place to be found again.
+    has_given_up: bool,
     estimate: PoseEstimate,
 }
 
@@ -56,10 +119,16 @@ impl Localizer {
             map,
             settings,
             ekf,
+            odometry: None,
             history: PoseHistory::new(),
             scan: DeskewedScan::default(),
             rejections: 0,
             confirmations: None,
+            search: None,
+            anchor: None,
+            motion_check: MotionCheck::default(),
+            found: None,
+            has_given_up: false,
             estimate: PoseEstimate {
                 time_s: 0.0,
                 pose: *start,
@@ -105,11 +174,17 @@ impl Localizer {
         if !(time_s.is_finite() && odometry.is_finite()) {
             return;
         }
-        if let Some((previous_s, previous)) = self.history.newest() {
+        let mut corrected = *odometry;
+        if let Some((previous_s, previous)) = self.odometry.replace((time_s, *odometry)) {
             let elapsed_s = (time_s - previous_s).max(0.0);
             self.ekf.predict(&previous, odometry, elapsed_s, &self.settings);
+            let (distance, turn) = self.ekf.odometry_scale();
+            let step = previous.inverse_transform_pose(odometry);
+            let before = self.history.newest().map_or(previous, |(_, pose)| pose);
+            let step = Pose::new(distance * step.x, distance * step.y, turn * wrap_angle(step.yaw));
+            corrected = before.transform_pose(&step);
         }
-        self.history.record(time_s, odometry);
+        self.history.record(time_s, &corrected);
         self.estimate.time_s = time_s;
         self.update_estimate();
         let Self { settings, estimate, .. } = &*self;
@@ -124,6 +199,9 @@ impl Localizer {
     /// once; its beams lie within the second before that time.
     pub fn update(&mut self, scan: &TimedScan) -> &PoseEstimate {
         self.scan.deskew(scan, &self.history);
+        if self.has_given_up {
+            return &self.estimate;
+        }
         if self.estimate.status.lost_reason().is_some() && self.confirmations.is_none() {
             self.relocalize();
         } else {
@@ -151,11 +229,51 @@ impl Localizer {
         self.estimate.unobservable_directions = matched.unobservable_directions;
         self.estimate.iterations = matched.iterations;
         if let Some(reason) = self.rejection(&matched, &prior, &prior_information) {
+            if self.is_at_anchor() {
+                return self.lose_without_motion();
+            }
             return self.reject(reason);
         }
         self.ekf.correct(&matched.pose, &matched.information);
         self.update_estimate();
+        let odometry = self.odometry();
+        let pose = self.ekf.pose;
+        if self.motion_check.is_stuck(self.scan.time_s, &odometry, &pose) {
+            return self.lose_without_motion();
+        }
+        let agreement = self.estimate.agreement.matching_fraction();
+        self.anchor = Some(Anchor { odometry, matched: pose, agreement });
         self.accept();
+    }
+
+    /// The newest pose by odometry.
+    fn odometry(&self) -> Pose {
+        self.odometry.map_or_else(Pose::default, |(_, pose)| pose)
+    }
+
+    /// Whether the scan still matches where the last accepted one did, although odometry has moved since.
+    fn is_at_anchor(&self) -> bool {
+        let Some(anchor) = &self.anchor else {
+            return false;
+        };
+        if !has_moved(&anchor.odometry, &self.odometry(), MOVED_M, MOVED_RAD) {
+            return false;
+        }
+        let (position, yaw) = (SAME_SIGMA_M.powi(-2), SAME_SIGMA_RAD.powi(-2));
+        let information = Matrix3::from_diagonal(&Vector3::new(position, position, yaw));
+        let matched = self.matcher().match_scan(&anchor.matched, &information, SAME_SIGMA_M);
+        let agreement = self.matcher().agreement(&matched.pose).matching_fraction();
+        matched.unobservable_directions == 0
+            && !has_moved(&anchor.matched, &matched.pose, SAME_M, SAME_RAD)
+            && agreement >= self.settings.min_agreement.max(SAME_PLACE_AGREEMENT * anchor.agreement)
+    }
+
+    /// Loses a robot that does not move although its odometry does. It stands where it was matched last.
+    fn lose_without_motion(&mut self) {
+        if let Some(anchor) = self.anchor {
+            self.ekf = self.ekf.reset_pose(anchor.matched, &self.settings);
+        }
+        self.lose(LostReason::NotMoving);
     }
 
     /// Why the scan contradicts the matched pose, if it does.
@@ -176,9 +294,13 @@ impl Localizer {
         if agreement.through_walls_fraction() > settings.max_through_walls {
             return Some(LostReason::BeamsThroughWalls);
         }
-        let is_candidate = self.confirmations.is_some();
-        let min_agreement =
-            if is_candidate { settings.relocalized_agreement } else { settings.min_agreement };
+        let min_agreement = match (self.confirmations, &self.search) {
+            // The pose is the predicted one, which no search compared with other places.
+            (Some(_), None) => settings.relocalized_agreement.max(SAME_PLACE_AGREEMENT),
+            (Some(_), Some(_)) => settings.relocalized_agreement,
+            (None, _) if self.is_unconfirmed() => settings.relocalized_agreement,
+            (None, _) => settings.min_agreement,
+        };
         if agreement.matching_fraction() < min_agreement {
             return Some(LostReason::PoorMatch);
         }
@@ -192,13 +314,26 @@ impl Localizer {
         let is_candidate = self.confirmations.take().is_some();
         if self.estimate.status.lost_reason().is_some() {
             if is_candidate {
+                self.search = None;
                 self.estimate.status = LocalizationStatus::Lost(reason);
             }
-        } else if self.rejections >= self.settings.lost_after_scans {
+        } else if self.rejections >= self.max_rejections() {
             self.lose(reason);
         } else {
             self.estimate.status = LocalizationStatus::Uncertain;
         }
+    }
+
+    /// Whether the robot was relocalised and has not yet driven far enough to confirm it.
+    fn is_unconfirmed(&self) -> bool {
+        let odometry = self.odometry();
+        let is_near = |found: &FoundPlace| distance_m(&found.odometry, &odometry) < CONFIRMED_M;
+        self.found.as_ref().is_some_and(is_near)
+    }
+
+    fn max_rejections(&self) -> u32 {
+        let most = self.settings.lost_after_scans;
+        if self.is_unconfirmed() { most.min(REJECTIONS_BEFORE) } else { most }
     }
 
     fn accept(&mut self) {
@@ -210,6 +345,14 @@ impl Localizer {
             }
             self.confirmations = None;
             self.rejections = 0;
+            self.search = None;
+            self.motion_check.clear();
+            let (pose, odometry) = (self.ekf.pose, self.odometry());
+            let before = self.found.filter(|found| distance_m(&found.pose, &pose) < SAME_PLACE_M);
+            let losses = before.map_or(0, |found| found.losses);
+            self.found = Some(FoundPlace { pose, odometry, losses });
+        } else if self.found.is_some_and(|it| distance_m(&it.pose, &self.ekf.pose) > DRIVEN_ON_M) {
+            self.found = None;
         }
         let Self { settings, estimate, .. } = &*self;
         let is_certain = estimate.sigma_m() <= settings.uncertain_sigma_m
@@ -222,20 +365,84 @@ impl Localizer {
     }
 
     fn lose(&mut self, reason: LostReason) {
-        self.estimate.status = LocalizationStatus::Lost(reason);
         self.confirmations = None;
+        self.search = None;
+        self.motion_check.clear();
+        let (pose, odometry) = (self.ekf.pose, self.odometry());
+        let is_same_place = |found: &FoundPlace| distance_m(&found.pose, &pose) < SAME_PLACE_M;
+        let mut reason = reason;
+        match self.found.as_mut().filter(|found| is_same_place(found)) {
+            Some(found) if has_moved(&found.odometry, &odometry, MOVED_M, MOVED_RAD) => {
+                found.losses += 1;
+                if found.losses >= MAX_FOUND {
+                    self.has_given_up = true;
+                    if reason != LostReason::NotMoving {
+                        reason = LostReason::LostAgain;
+                    }
+                }
+            }
+            _ => {}
+        }
+        self.estimate.status = LocalizationStatus::Lost(reason);
     }
 
-    /// Searches for the pose of a lost robot. The next revolutions must confirm a candidate.
+    /// Searches for the pose of a lost robot: where odometry predicts it, and then on the whole map while the robot stands. The
+    /// next revolutions must confirm a candidate.
     fn relocalize(&mut self) {
         if self.scan.hits.len() < self.settings.min_returns {
             return;
         }
-        if let Some(pose) = self.matcher().relocalize(&self.ekf.pose) {
-            self.ekf = self.ekf.reset_pose(pose, &self.settings);
+        // Where the scans do not constrain the pose, a match at the predicted one is no evidence.
+        let is_unconstrained = matches!(
+            self.estimate.status.lost_reason(),
+            Some(LostReason::HighUncertainty | LostReason::Ambiguous)
+        );
+        if !is_unconstrained && self.is_at_predicted_pose() {
+            self.search = None;
             self.confirmations = Some(0);
-            self.track();
+            return self.track();
         }
+        let odometry = self.odometry();
+        let stands = |search: &GlobalSearch| {
+            !has_moved(&search.odometry, &odometry, STANDING_M, STANDING_RAD)
+        };
+        let mut search = match self.search.take().filter(stands) {
+            Some(search) => search,
+            None => GlobalSearch::new(&self.scan, &odometry),
+        };
+        match search.step(&self.map, &self.settings) {
+            None => self.search = Some(search),
+            Some(Found::Unique(pose)) => {
+                let moved = search.odometry.inverse_transform_pose(&odometry);
+                let pose = pose.transform_pose(&moved);
+                self.ekf = self.ekf.reset_pose(pose, &self.settings);
+                self.anchor = None;
+                self.confirmations = Some(0);
+                self.search = Some(search);
+                self.track();
+            }
+            // The next revolution starts another search: people may have moved.
+            Some(Found::Ambiguous) if !is_unconstrained => {
+                self.estimate.status = LocalizationStatus::Lost(LostReason::Ambiguous);
+            }
+            Some(Found::Ambiguous | Found::Nothing) => {}
+        }
+    }
+
+    /// Whether the scan matches at the predicted pose so well that the robot is still there.
+    fn is_at_predicted_pose(&self) -> bool {
+        let covariance = self.ekf.pose_covariance();
+        let Some(information) = covariance.try_inverse() else {
+            return false;
+        };
+        let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
+        let prior = self.ekf.pose;
+        let matched = self.matcher().match_scan(&prior, &information, sigma_m);
+        let correction = offset(&prior, &matched.pose);
+        let agreement = self.matcher().agreement(&matched.pose);
+        agreement.matching_fraction() >= SAME_PLACE_AGREEMENT
+            && agreement.through_walls_fraction() <= self.settings.max_through_walls / 2.0
+            && (correction.transpose() * information * correction)[0] <= MAX_CORRECTION_SIGMAS2
     }
 
     /// Converts the filter's pose and covariance to the map frame.

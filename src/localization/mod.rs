@@ -6,13 +6,17 @@
 //! alone, and the estimate's covariance grows accordingly.
 //!
 //! The same beams check the pose: they must end on mapped surfaces, and none may pass through one. A lost localiser reports
-//! the reason. It relocalises near the last pose, and several consecutive scans must confirm the result.
+//! the reason. It searches the whole map and relocalises only where one place matches better than all others; several
+//! consecutive scans must confirm the result, and the first metre of the drive afterwards. A robot that moves by its odometry
+//! but not by its scans is stuck or its lidar is frozen: the localiser reports this, and after the third time at the same
+//! place it relocalises no more.
 //!
 //! Results are identical on every machine: sums run in the order of the beams, and trigonometry uses `libm`.
 
 mod agreement;
 mod deskewed_scan;
 mod localizer;
+mod motion_check;
 mod pose_estimate;
 mod pose_filters;
 mod relocalization;

@@ -25,6 +25,15 @@ pub enum LostReason {
     /// The covariance has grown too large without corrections.
     #[error("the scans have not constrained the pose for too long")]
     HighUncertainty,
+    /// Several places of the map match the scan about as well.
+    #[error("several places of the map match the scan")]
+    Ambiguous,
+    /// Odometry moves, and the scans stay the same.
+    #[error("the robot does not move although its tracks do, or its lidar is frozen")]
+    NotMoving,
+    /// The pose was found and lost again at the same place several times.
+    #[error("the pose is found and lost again and again at the same place")]
+    LostAgain,
 }
 
 /// Reliability of the pose.

@@ -44,7 +44,7 @@ const DISTANCE_SCALE_PER_M: f64 = 2e-6;
 const TURN_SCALE_PER_RAD: f64 = 1e-5;
 /// Bounds of the scale factors.
 const DISTANCE_SCALE: (f64, f64) = (0.3, 1.5);
-const TURN_SCALE: (f64, f64) = (0.7, 1.4);
+const TURN_SCALE: (f64, f64) = (0.5, 2.0);
 
 type Covariance = SMatrix<f64, 5, 5>;
 

@@ -16,8 +16,9 @@ settings! {
         /// Standard deviation of the scale error of odometry's distances: track slip. The scale is learned while
         /// driving.
         pub distance_scale_sigma: f64 = 0.05, ["", 0 to 0.5];
-        /// Standard deviation of the scale error of odometry's turns. The scale is learned while driving.
-        pub turn_scale_sigma: f64 = 0.03, ["", 0 to 0.5];
+        /// Standard deviation of the scale error of odometry's turns. The scale is learned while driving. By encoders on
+        /// tracks with an uncalibrated width, turns are off by a third.
+        pub turn_scale_sigma: f64 = 0.15, ["", 0 to 0.5];
         /// Standard deviation of the remaining odometry error after one metre.
         pub distance_sigma_m: f64 = 0.04, ["m", above 0 to 1];
         /// Standard deviation of a beam end from the mapped surface: noise of lidar and map.
@@ -46,10 +47,10 @@ settings! {
         /// Localisation is lost above this standard deviation of the yaw.
         pub lost_sigma_rad: f64 = 0.15, ["rad", above 0 to 3];
         /// Fraction of the beams that must agree with the map to relocalise.
-        pub relocalized_agreement: f64 = 0.7, ["", 0 to 1];
+        pub relocalized_agreement: f64 = 0.75, ["", 0 to 1];
+        /// A larger fraction of the beams must agree at a relocalised pose than at any other place of the map, by this.
+        pub relocalization_margin: f64 = 0.12, ["", 0 to 1];
         /// Number of consecutive revolutions that must confirm a relocalised pose.
         pub relocalized_after_scans: u32 = 5, ["", 1 to 1000];
-        /// Search radius of relocalisation around the last pose.
-        pub relocalization_radius_m: f64 = 3.0, ["m", 0 to 20];
     }
 }

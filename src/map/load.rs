@@ -1,6 +1,6 @@
 //! Loading map files of all supported formats, and maps as rows of text.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
@@ -73,9 +73,15 @@ fn read(
 
 /// Reads a file of at most `limit` bytes.
 pub(super) fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, MapError> {
+    let unreadable = |reason: String| MapError::Unreadable { reason };
+    // Opening a pipe waits for its writer, possibly for ever.
+    let metadata = fs::metadata(path).map_err(|error| unreadable(error.to_string()))?;
+    if !metadata.is_file() {
+        return Err(unreadable("it is no regular file".to_owned()));
+    }
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
-    read.map_err(|error| MapError::Unreadable { reason: error.to_string() })?;
+    read.map_err(|error| unreadable(error.to_string()))?;
     if bytes.len() as u64 > limit { Err(MapError::TooLarge { limit }) } else { Ok(bytes) }
 }
 

@@ -8,12 +8,14 @@ mod distance_field;
 mod error;
 mod free_space;
 mod grid;
+mod grid_ray;
 mod image;
 mod load;
 mod map_server;
 mod moving_disc;
 mod movingai;
 mod scan;
+mod scan_change;
 pub(crate) mod yaml;
 
 pub(crate) use bit_grid::BitGrid;
@@ -24,7 +26,9 @@ pub use grid::{
     Cell, Grid, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
     OccupancyGrid, UNKNOWN, UnknownPolicy,
 };
+pub(crate) use grid_ray::GridRay;
 pub use load::{LoadOptions, load, load_with_warnings};
 pub use moving_disc::MovingDisc;
 pub use movingai::{Scenario, cell_from_top_left, parse_scen, read_scen};
 pub use scan::{Beam, Scan, TimedScan};
+pub use scan_change::ScanChange;

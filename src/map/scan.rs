@@ -29,19 +29,16 @@ impl Scan {
         let angle_increment = TAU / beams.max(1) as f64;
         let mut ranges = vec![f64::NAN; beams];
         for (direction, range) in measured {
-            let beam = ((direction + PI) / angle_increment).rem_euclid(beams as f64) as usize;
+            // The nearest beam: an evenly spaced lidar measures in the directions of the beams, and no rounding may put
+            // two of its measurements into one beam and none into the next.
+            let beam = ((direction + PI) / angle_increment).round();
+            let beam = beam.rem_euclid(beams as f64) as usize;
             if let Some(smallest) = ranges.get_mut(beam.min(beams.saturating_sub(1))) {
                 // `f64::min` ignores NaN.
                 *smallest = smallest.min(range);
             }
         }
-        Self {
-            // The centre of the first beam.
-            angle_min: -PI + angle_increment / 2.0,
-            angle_increment,
-            range_max,
-            ranges,
-        }
+        Self { angle_min: -PI, angle_increment, range_max, ranges }
     }
 
     /// The direction of a beam in the robot's frame, radians.

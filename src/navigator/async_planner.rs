@@ -24,11 +24,16 @@ pub(super) struct PlanRequest {
     pub discs: Vec<MovingDisc>,
 }
 
+/// A request and its answer carry the same number.
+type Answer = (u64, Result<Plan, PlanError>);
+
 /// A planner on a thread of its own. It takes one request at a time; the thread ends when this is dropped.
 #[derive(Debug)]
 pub(super) struct AsyncPlanner<R> {
-    requests: Sender<PlanRequest>,
-    plans: Receiver<Result<Plan, PlanError>>,
+    requests: Sender<(u64, PlanRequest)>,
+    answers: Receiver<Answer>,
+    /// Number of the last request.
+    number: u64,
     /// Reason of the pending request, and the time when its plan is due, seconds.
     pending: Option<(R, f64)>,
 }
@@ -40,12 +45,12 @@ impl<R> AsyncPlanner<R> {
     /// When the operating system starts no thread.
     pub fn new(known: ObstacleGrid, planner: RoutePlanner) -> Result<Self, Fault> {
         let (requests, received) = channel();
-        let (done, plans) = channel();
+        let (done, answers) = channel();
         std::thread::Builder::new()
             .name("inbye-planner".to_owned())
             .spawn(move || work(&known, planner, &received, &done))
             .map_err(|error| Fault::NoThread { reason: error.to_string() })?;
-        Ok(Self { requests, plans, pending: None })
+        Ok(Self { requests, answers, number: 0, pending: None })
     }
 
     /// Whether a request is pending.
@@ -56,29 +61,37 @@ impl<R> AsyncPlanner<R> {
     /// Requests a plan that is due at a time, seconds; [`Self::due`] returns the reason with it. Ignores a second request
     /// while one is pending.
     pub fn request(&mut self, request: PlanRequest, reason: R, due_s: f64) {
-        if !self.is_busy() && self.requests.send(request).is_ok() {
+        if self.is_busy() {
+            return;
+        }
+        self.number += 1;
+        if self.requests.send((self.number, request)).is_ok() {
             self.pending = Some((reason, due_s));
         }
     }
 
-    /// Drops the pending request and its plan.
+    /// Drops the pending request. Its answer is dropped when it arrives: a control loop waits for no search.
     pub fn cancel(&mut self) {
-        if self.pending.take().is_some() {
-            // The thread answers each request once; the next answer must belong to the next request.
-            let _ = self.plans.recv();
-        }
+        self.pending = None;
     }
 
     /// Returns the plan that is due. Where the thread has not finished it, `waits` sets whether to wait for it.
     pub fn due(&mut self, now_s: f64, waits: bool) -> Option<(R, Result<Plan, PlanError>)> {
         let pending = self.pending.take_if(|(_, due_s)| now_s >= *due_s)?;
-        let answer = if waits {
-            self.plans.recv().map_err(|_| TryRecvError::Disconnected)
-        } else {
-            self.plans.try_recv()
+        let next = || {
+            if waits {
+                self.answers.recv().map_err(|_| TryRecvError::Disconnected)
+            } else {
+                self.answers.try_recv()
+            }
         };
+        let mut answer = next();
+        // Cancelled requests are answered first.
+        while matches!(answer, Ok((number, _)) if number != self.number) {
+            answer = next();
+        }
         match answer {
-            Ok(plan) => Some((pending.0, plan)),
+            Ok((_, plan)) => Some((pending.0, plan)),
             Err(TryRecvError::Empty) => {
                 self.pending = Some(pending);
                 None
@@ -91,13 +104,13 @@ impl<R> AsyncPlanner<R> {
 fn work(
     known: &ObstacleGrid,
     mut planner: RoutePlanner,
-    requests: &Receiver<PlanRequest>,
-    plans: &Sender<Result<Plan, PlanError>>,
+    requests: &Receiver<(u64, PlanRequest)>,
+    answers: &Sender<Answer>,
 ) {
-    for request in requests {
+    for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
         let plan = planner.plan(&obstacles, request.start, request.goal, &mut || 0.0);
-        if plans.send(plan).is_err() {
+        if answers.send((number, plan)).is_err() {
             return;
         }
     }
@@ -174,6 +187,38 @@ mod tests {
         let (reason, plan) = planner.due(1.0, true).expect("a plan is due");
         let length_m = plan.expect("a path").smoothed.length_m();
         assert!(reason == 2 && length_m < 4.1, "{reason}, {length_m}");
+    }
+
+    /// A thread that never answers, as during a search of a large map.
+    #[test]
+    fn cancelling_does_not_wait_for_the_thread() {
+        let (requests, _received) = channel();
+        let (_done, answers) = channel();
+        let mut planner = AsyncPlanner { requests, answers, number: 0, pending: None };
+        for reason in 0..3 {
+            planner.request(request(vec![]), reason, 1.0);
+            planner.cancel();
+            assert!(!planner.is_busy() && planner.due(5.0, false).is_none());
+        }
+    }
+
+    #[test]
+    fn answers_to_cancelled_requests_are_dropped_however_late_they_are() {
+        let (requests, received) = channel();
+        let (done, answers) = channel();
+        let mut planner = AsyncPlanner { requests, answers, number: 0, pending: None };
+        planner.request(request(vec![DISC]), 1, 1.0);
+        planner.cancel();
+        planner.request(request(vec![]), 2, 1.0);
+        let answer = |number| {
+            let place = Point::new(5.0, 2.0);
+            (number, Err(PlanError::GoalOutsideMap { place, why: String::new() }))
+        };
+        let numbers: Vec<u64> = received.try_iter().map(|(number, _)| number).collect();
+        done.send(answer(numbers[0])).expect("a receiver");
+        assert!(planner.due(1.0, false).is_none() && planner.is_busy());
+        done.send(answer(numbers[1])).expect("a receiver");
+        assert!(planner.due(1.0, false).is_some_and(|(reason, _)| reason == 2));
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! Exact distances to the occupied cells near the robot.
 //!
-//! The distance field measures from the centre of one cell to the centre of another: it is good to a cell and a half. A robot
-//! that leaves a corner has less than that to spare.
+//! The distance field has one distance for all points of a cell: it is good to a cell's diagonal. A robot that leaves a corner
+//! has less than that to spare.
 
 use crate::geometry::{Point, Pose};
 use crate::local::ClearanceField;
 use crate::map::{Cell, GridFrame};
-use crate::robot::Footprint;
+use crate::robot::{Footprint, Polygon};
 
 /// The occupied cells around a place, as squares.
 #[derive(Clone, Debug)]
@@ -36,21 +36,43 @@ impl ExactClearance {
         Self { frame, squares, reach_m }
     }
 
-    /// The gap between a footprint at a pose and the nearest occupied cell, metres: at or below zero they touch. At most the
+    /// The gap between the body at a pose and the nearest occupied cell, metres: at or below zero they touch. At most the
     /// distance within which cells were collected.
     pub fn gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
+        if let Some(body) = footprint.body() {
+            return self.polygon_gap_m(body, footprint.body_radius_m(), pose);
+        }
         let gap = |(center, radius_m): (Point, f64)| {
             let units = self.frame.to_cell_units(&center);
-            let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
-            let squared = |square: &Point| {
-                let (dx, dy) = (beyond(units.x, square.x), beyond(units.y, square.y));
-                dx * dx + dy * dy
-            };
+            let squared = |square: &Point| squared_distance(square, &units);
             let nearest = self.squares.iter().map(squared).fold(f64::INFINITY, f64::min);
             nearest.sqrt() * self.frame.resolution_m - radius_m
         };
         footprint.at(pose).map(gap).fold(self.reach_m, f64::min)
     }
+
+    /// As [`Self::gap_m`], for a polygon within a circle around the robot's origin.
+    fn polygon_gap_m(&self, body: &Polygon, radius_m: f64, pose: &Pose) -> f64 {
+        let resolution_m = self.frame.resolution_m;
+        let body = body.mapped(|corner| self.frame.to_cell_units(&pose.transform(corner)));
+        let (origin, radius) =
+            (self.frame.to_cell_units(&pose.position()), radius_m / resolution_m);
+        let mut least = self.reach_m / resolution_m;
+        for square in &self.squares {
+            let within = least + radius;
+            if squared_distance(square, &origin) < within * within {
+                least = least.min(body.distance_to_unit_square(square));
+            }
+        }
+        least * resolution_m
+    }
+}
+
+/// Squared distance between a unit square, given by its lower left corner, and a point, in cells.
+fn squared_distance(square: &Point, point: &Point) -> f64 {
+    let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
+    let (dx, dy) = (beyond(point.x, square.x), beyond(point.y, square.y));
+    dx * dx + dy * dy
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! Footprint and moving obstacles with their margins, for the local planner.
 
 use super::NavigatorSettings;
-use super::route_planner::{coarseness_m, local_margin_m};
-use super::state::PredictedState;
+use super::state::{PredictedState, RobotModel};
 use crate::geometry::Pose;
-use crate::local::ClearanceField;
+use crate::local::{ClearanceField, LocalSettings, clearance_error_m};
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 
@@ -12,41 +11,51 @@ use crate::robot::Footprint;
 const SLACK_M: f64 = 0.002;
 /// The robot overshoots a margin by less than this, metres. An obstacle deeper within the margin came there by itself.
 const OVERSHOOT_M: f64 = 0.03;
-/// The robot always keeps this share of the margin for the map's resolution.
-const MIN_RESOLUTION_SHARE: f64 = 0.5;
+/// The robot always keeps this distance to static obstacles, metres, or the safety margin if that is less.
+const MIN_STATIC_MARGIN_M: f64 = 0.02;
 /// The robot always keeps this distance to moving obstacles, metres.
 const MIN_MOVING_MARGIN_M: f64 = 0.05;
 
 /// Footprint and moving obstacles, inflated: bodies that just touch in the planner are a margin apart in reality.
+///
+/// The field has lower bounds of the true distances, and the padding contains all that the engines may overlook
+/// ([`clearance_error_m`]). So a trajectory that is clear for the inflated footprint keeps `static_margin_m` between the true
+/// body and the square of every occupied cell, along the whole true arc and at every resolution of the map.
 pub(super) struct InflatedBodies {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,
     /// Whether an obstacle is within its margin: the robot then drives slowly.
     pub within_a_margin: bool,
-    /// Padding of the footprint, metres.
-    margin_m: f64,
+    /// Distance that the robot keeps to static obstacles, metres.
+    static_margin_m: f64,
+    /// The least value of that margin, metres.
+    min_static_margin_m: f64,
 }
 
 impl InflatedBodies {
     /// Inflates by the whole margins, or by a part of a margin that an obstacle is within. Otherwise no velocity would be
     /// admissible next to a person who came close and stopped, not even one that leads away.
     pub fn new(
-        footprint: &Footprint,
+        robot: &RobotModel,
         settings: &NavigatorSettings,
+        local: &LocalSettings,
         field: &ClearanceField,
         now: &PredictedState,
     ) -> Self {
         let pose = &now.pose;
-        let resolution_m = field.frame().resolution_m;
-        let wanted_m = local_margin_m(settings, resolution_m);
-        let static_m = field.clearance_m(footprint, pose).unwrap_or(0.0);
+        // The planner checks the discs, so their distances count here, not those of the body.
+        let footprint = robot.footprint.without_body();
+        let error_m = clearance_error_m(&footprint, &robot.limits, local, field.unit_m());
+        let wanted_m = settings.safety_margin_m;
+        let min_static_margin_m = MIN_STATIC_MARGIN_M.min(wanted_m);
+        let static_m = field.clearance_m(&footprint, pose).unwrap_or(0.0) - error_m;
         let mut within_a_margin = static_m < wanted_m - OVERSHOOT_M;
-        let margin_m = if within_a_margin {
-            let least_m = MIN_RESOLUTION_SHARE * coarseness_m(resolution_m);
-            reduced_margin_m(wanted_m, static_m, least_m)
+        let static_margin_m = if within_a_margin {
+            reduced_margin_m(wanted_m, static_m, min_static_margin_m)
         } else {
             wanted_m
         };
+        let padding_m = static_margin_m + error_m;
         let inflate = |disc: &MovingDisc| {
             let gap_m = footprint.gap_to_moving_m(pose, disc);
             let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
@@ -57,28 +66,22 @@ impl InflatedBodies {
                 settings.moving_margin_m
             };
             // The footprint's own padding counts towards the gap.
-            MovingDisc { radius: (disc.radius + (kept_m - margin_m)).max(SLACK_M), ..*disc }
+            MovingDisc { radius: (disc.radius + (kept_m - padding_m)).max(SLACK_M), ..*disc }
         };
         Self {
             moving: now.moving.iter().map(inflate).collect(),
-            footprint: footprint.padded(margin_m),
+            footprint: footprint.padded(padding_m),
             within_a_margin,
-            margin_m,
+            static_margin_m,
+            min_static_margin_m,
         }
     }
 
-    /// Whether a robot at a pose, this many seconds from now, touches nothing.
-    pub fn is_clear_at(&self, field: &ClearanceField, pose: &Pose, time_s: f64) -> bool {
-        let clearance_m = field.clearance_m(&self.footprint, pose);
-        clearance_m.is_some_and(|clearance_m| clearance_m > 0.0)
-            && self.is_clear_of_moving(pose, time_s)
-    }
-
-    /// Whether a robot at a pose certainly touches no static obstacle, whatever the map's resolution hides.
+    /// Whether a robot at a pose certainly keeps the least margin to static obstacles.
     pub fn is_clear_of_static(&self, field: &ClearanceField, pose: &Pose) -> bool {
         let inflated_m = field.clearance_m(&self.footprint, pose);
-        let coarseness_m = coarseness_m(field.frame().resolution_m);
-        inflated_m.is_some_and(|inflated_m| inflated_m + self.margin_m >= coarseness_m)
+        inflated_m
+            .is_some_and(|inflated_m| inflated_m + self.static_margin_m >= self.min_static_margin_m)
     }
 
     /// Whether a robot at a pose, this many seconds from now, touches no moving obstacle.
@@ -92,4 +95,189 @@ impl InflatedBodies {
 /// slack at each tick until it touches.
 fn reduced_margin_m(margin_m: f64, distance_m: f64, least_m: f64) -> f64 {
     margin_m.min((distance_m - SLACK_M).max(least_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::geometry::{Point, Twist};
+    use crate::local::{CpuEngine, DecisionInput, Detail, Engine, QuantizedProblem, SampleStatus};
+    use crate::map::{Cell, GridFrame, ObstacleGrid};
+    use crate::robot::{Limits, Polygon};
+
+    /// A robot in front of random obstacles.
+    struct Case {
+        obstacles: ObstacleGrid,
+        robot: RobotModel,
+        local: LocalSettings,
+        now: PredictedState,
+    }
+
+    fn standing_at(pose: Pose, twist: Twist) -> PredictedState {
+        PredictedState { time_s: 0.0, pose, twist, moving: Vec::new() }
+    }
+
+    impl Case {
+        fn random(rng: &mut Pcg64Mcg) -> Self {
+            let resolution_m = rng.random_range(0.02..0.25);
+            let side = (8.0 / resolution_m) as i32;
+            let angle = |rng: &mut Pcg64Mcg| rng.random_range(-3.1..3.1);
+            let frame = GridFrame {
+                width: side,
+                height: side,
+                resolution_m,
+                origin: Pose::new(rng.random_range(-9.0..9.0), 3.0, angle(rng)),
+            };
+            let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+            for _ in 0..rng.random_range(1..25) {
+                let (left, bottom) = (rng.random_range(0..side), rng.random_range(0..side));
+                let (wide, high) = (rng.random_range(1..6), rng.random_range(1..6));
+                for column in left..left + wide {
+                    (bottom..bottom + high)
+                        .for_each(|row| obstacles.set(Cell::new(column, row), true));
+                }
+            }
+            let (length_m, width_m) = (rng.random_range(0.2..1.0), rng.random_range(0.2..0.8));
+            let body = Polygon::rectangle(length_m, width_m).expect("a rectangle");
+            let limits = Limits::default()
+                .min_vel_x(-0.3)
+                .decel_lim_x(-rng.random_range(0.5..2.0))
+                .decel_lim_theta(-rng.random_range(1.0..4.0));
+            let middle = f64::from(side) / 2.0;
+            let near = |rng: &mut Pcg64Mcg| middle + rng.random_range(-1.0..1.0) / resolution_m;
+            let place = frame.from_cell_units(&Point::new(near(rng), near(rng)));
+            let twist = Twist::new(rng.random_range(-0.2..1.0), rng.random_range(-1.0..1.0));
+            Self {
+                obstacles,
+                robot: RobotModel { footprint: Footprint::covering(body), limits },
+                local: LocalSettings::default().vx_samples(5).vtheta_samples(5),
+                now: standing_at(Pose::new(place.x, place.y, angle(rng)), twist),
+            }
+        }
+
+        /// The lower left corners of all occupied squares, in cells.
+        fn squares(&self) -> Vec<Point> {
+            let frame = self.obstacles.frame();
+            let blocked = (0..frame.len()).filter(|&index| self.obstacles.cells()[index]);
+            let corner = |cell: Cell| Point::new(f64::from(cell.column), f64::from(cell.row));
+            blocked.map(|index| corner(frame.cell_at(index))).collect()
+        }
+
+        /// The true gap between the body at a pose and the nearest of these squares, metres; at most 0.3 m.
+        fn gap_m(&self, squares: &[Point], pose: &Pose) -> f64 {
+            let frame = self.obstacles.frame();
+            let body = self.robot.footprint.body().expect("a polygon");
+            let body = body.mapped(|corner| frame.to_cell_units(&pose.transform(corner)));
+            let middle = frame.to_cell_units(&pose.position());
+            let mut least = 0.3 / frame.resolution_m;
+            let reach = self.robot.footprint.body_radius_m() / frame.resolution_m + least + 2.0;
+            for square in squares {
+                let (dx, dy) = (square.x - middle.x, square.y - middle.y);
+                if dx.abs() < reach && dy.abs() < reach {
+                    least = least.min(body.distance_to_unit_square(square));
+                }
+            }
+            least * frame.resolution_m
+        }
+
+        /// The number of admissible samples, and the least true gap along their arcs minus a margin, metres. Until the first
+        /// checked pose the gap counts from that at the start, if that is less than the margin.
+        fn evaluate(
+            &self,
+            field: ClearanceField,
+            footprint: &Footprint,
+            margin_m: f64,
+        ) -> (u32, f64) {
+            let input = DecisionInput {
+                field: &field.into(),
+                pose: self.now.pose,
+                twist: self.now.twist,
+                last_command: self.now.twist,
+                obstacles: &[],
+                target: self.now.pose.transform(&Point::new(2.0, 0.0)),
+                key_node: self.now.pose.transform(&Point::new(2.0, 0.0)),
+                limits: self.robot.limits,
+                footprint,
+                weights: self.local.weights,
+            };
+            let problem = input.problem(&self.local);
+            let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
+            let mut engine = CpuEngine::single_threaded();
+            let found = engine.evaluate(&quantized, Detail::Samples).expect("an answer");
+            let squares = self.squares();
+            let first_m = margin_m.min(self.gap_m(&squares, &self.now.pose) - 0.01);
+            let (mut count, mut least_m) = (0, f64::INFINITY);
+            for (index, sample) in (0..).zip(found.samples.as_deref().unwrap_or_default()) {
+                if sample.status != SampleStatus::Ok {
+                    continue;
+                }
+                count += 1;
+                let twist = problem.window.twist(index);
+                for tick in 0..=150 {
+                    let pose = self.now.pose.after(&twist, f64::from(tick) * 0.02);
+                    let wanted_m = if tick < 5 { first_m } else { margin_m };
+                    least_m = least_m.min(self.gap_m(&squares, &pose) - wanted_m);
+                }
+            }
+            (count, least_m)
+        }
+    }
+
+    #[test]
+    fn admissible_arcs_keep_the_margin_to_every_square_at_every_resolution() {
+        let mut rng = Pcg64Mcg::seed_from_u64(1);
+        let settings = NavigatorSettings::default();
+        let (mut admissible, mut reduced, mut violations) = (0, 0, 0);
+        for case in 0..120 {
+            let it = Case::random(&mut rng);
+            let parts = rng.random_range(1..4);
+            let field = ClearanceField::of_areas(&it.obstacles, parts).expect("a field");
+            let inflated = InflatedBodies::new(&it.robot, &settings, &it.local, &field, &it.now);
+            let kept_m = inflated.static_margin_m;
+            assert!((MIN_STATIC_MARGIN_M..=settings.safety_margin_m).contains(&kept_m));
+            let (count, beyond_m) = it.evaluate(field, &inflated.footprint, kept_m);
+            assert!(beyond_m >= 0.0, "case {case}: {beyond_m} m beyond {kept_m} m");
+            admissible += count;
+            reduced += u32::from(kept_m < settings.safety_margin_m);
+            // The check has teeth: the distances between centres are too long, and the margin is not kept.
+            let between_centers = ClearanceField::new(&it.obstacles).expect("a field");
+            let (_, beyond_m) = it.evaluate(between_centers, &inflated.footprint, kept_m);
+            violations += u32::from(beyond_m < 0.0);
+        }
+        assert!(admissible > 400 && reduced > 10, "{admissible} admissible, {reduced} reduced");
+        assert!(violations > 5, "{violations} violations by distances between centres");
+    }
+
+    /// A corridor is passed if it is wider than the discs with their margins by two cells of the window.
+    #[test]
+    fn corridor_wide_enough_for_body_and_margin_is_passed_at_every_resolution() {
+        let settings = NavigatorSettings::default();
+        let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
+        let robot = RobotModel { footprint: Footprint::covering(body), limits: Limits::default() };
+        for (resolution_m, parts) in [(0.02, 1), (0.05, 1), (0.1, 2), (0.125, 3), (0.25, 5)] {
+            let cell_m = resolution_m / f64::from(parts);
+            let needed_m = 2.0 * (robot.footprint.max_disc_radius_m() + 0.056) + 2.0 * cell_m;
+            let wide = (needed_m / resolution_m).ceil() as i32;
+            let frame = GridFrame::new(200, 80, resolution_m, Pose::default()).expect("a size");
+            let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
+            for row in 20..20 + wide {
+                (0..200).for_each(|column| obstacles.set(Cell::new(column, row), false));
+            }
+            let middle = frame.from_cell_units(&Point::new(60.0, 20.0 + f64::from(wide) / 2.0));
+            let it = Case {
+                obstacles,
+                robot: robot.clone(),
+                local: LocalSettings::default().vx_samples(8).vtheta_samples(9).sim_time_s(1.0),
+                now: standing_at(Pose::new(middle.x, middle.y, 0.0), Twist::STOP),
+            };
+            let field = ClearanceField::of_areas(&it.obstacles, parts).expect("a field");
+            let inflated = InflatedBodies::new(&it.robot, &settings, &it.local, &field, &it.now);
+            assert!(!inflated.within_a_margin, "at {resolution_m} m");
+            let (count, _) = it.evaluate(field, &inflated.footprint, settings.safety_margin_m);
+            assert!(count > 0, "at {resolution_m} m, {wide} cells");
+        }
+    }
 }

@@ -6,9 +6,11 @@ use super::behaviours::Behaviours;
 use super::deadline::Deadline;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
+use super::occlusion::PERSON_RADIUS_M;
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
-use super::state::{PredictedState, RobotModel, State};
+use super::state::{CommandsInFlight, Measured, PredictedState, RobotModel, State, brake};
+use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
@@ -17,27 +19,44 @@ use super::{
 use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
-use crate::map::ObstacleGrid;
+use crate::map::{FreeSpace, ObstacleGrid};
+use crate::robot::{Limits, MotionEstimate, MotionIdentifier};
 
 /// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
 /// field grows with the square of its side.
 const WINDOW_CLEARANCE_M: f64 = 1.5;
 
+/// No base is commanded to turn by more than the inverse of this ratio: a wrong estimate must not spin it.
+const MIN_TURN_RATIO: f64 = 0.5;
+
+/// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
+const UNSEEN_GAP_M: f64 = 0.4;
+
 /// Follows global paths to its goals among obstacles that are not in the map.
 pub struct Navigator {
     settings: NavigatorSettings,
+    /// The robot with the identified acceleration and braking.
     robot: RobotModel,
+    /// The limits of the settings.
+    nominal: Limits,
+    identifier: MotionIdentifier,
+    /// The last commands without the correction of the turn rate: what the robot is to drive.
+    in_flight: CommandsInFlight,
+    /// Time of the last tick with a finite time, seconds, and the command that was sent then.
+    sent: Option<(f64, Twist)>,
     /// Control period, seconds.
     period_s: f64,
     /// Half the side of the local window, metres.
     window_half_m: f64,
     validator: ObservationValidator,
-    obstacles: ObstacleModel,
+    pub(super) obstacles: ObstacleModel,
+    /// Where the map has room for a person; `None` where hidden people do not matter.
+    pub(super) standing_room: Option<FreeSpace>,
     waypoints: WaypointQueue,
     route: Route,
     plans: Vec<Plan>,
     progress: ProgressChecker,
-    replanner: Replanner,
+    pub(super) replanner: Replanner,
     behaviours: Behaviours,
     mode: Mode,
     last_command: Twist,
@@ -73,6 +92,7 @@ impl Navigator {
             window_half_m: window_half_m(&settings, planner.settings(), &robot),
             validator: ObservationValidator::default(),
             obstacles: new_model(known.clone()),
+            standing_room: standing_room(&known, &settings),
             waypoints,
             route: Route::new(&plan, &settings),
             plans: vec![plan],
@@ -83,6 +103,10 @@ impl Navigator {
             last_command: Twist::STOP,
             deadline,
             fault: None,
+            nominal: robot.limits,
+            identifier: MotionIdentifier::new(&robot.limits, settings.unidentified_delay_s),
+            in_flight: CommandsInFlight::default(),
+            sent: None,
             settings,
             robot,
         })
@@ -154,12 +178,19 @@ impl Navigator {
         self.deadline.as_ref().map(Deadline::stats)
     }
 
+    /// What the drive has shown of the base's response.
+    #[must_use]
+    pub const fn motion(&self) -> &MotionEstimate {
+        self.identifier.estimate()
+    }
+
     /// Decides what to do now. The command is within the robot's limits, and the robot reaches it within one control period
     /// unless it is too fast already. After the last goal, or after a fault, the robot brakes and stands.
     pub fn step(&mut self, observation: &Observation) -> Decision {
         let mut decision = self.decide(observation);
-        decision.command = self.robot.limits.clamp(&decision.command);
-        self.last_command = decision.command;
+        let wanted = self.robot.limits.clamp(&decision.command);
+        decision.command = self.corrected(&wanted);
+        self.set_sent(observation.time_s, &decision.command);
         decision
     }
 
@@ -177,29 +208,89 @@ impl Navigator {
         if let Some(deadline) = &mut self.deadline {
             decision.command = deadline.settle(observation.time_s, took_s, decision.command);
             self.behaviours.planner_mut().set_sampling(deadline.stats().last);
-            self.last_command = decision.command;
+            self.set_sent(observation.time_s, &decision.command);
         }
         (decision, took_s)
     }
 
+    /// The command for a wanted motion. A base whose tracks turn it less than calibrated is commanded to turn more.
+    fn corrected(&self, wanted: &Twist) -> Twist {
+        let ratio = self.turn_ratio();
+        if ratio == 1.0 {
+            return *wanted;
+        }
+        self.nominal.clamp(&Twist::new(wanted.linear, wanted.angular / ratio))
+    }
+
+    /// Remembers what was sent at a time, and what the robot drives by that.
+    fn set_sent(&mut self, time_s: f64, command: &Twist) {
+        self.sent = time_s.is_finite().then_some((time_s, *command));
+        self.last_command = Twist::new(command.linear, command.angular * self.turn_ratio());
+    }
+
+    /// Forgets the commands so far, after a pause of the program: the base has stopped by itself meanwhile.
+    pub fn forget_commands(&mut self) {
+        self.sent = None;
+        self.last_command = Twist::STOP;
+        self.in_flight = CommandsInFlight::default();
+    }
+
+    /// Measured over commanded turn rate: the value of its interval that is nearest to one.
+    fn turn_ratio(&self) -> f64 {
+        let ratio = self.identifier.estimate().turn_ratio.filter(|_| self.settings.identify_motion);
+        ratio.map_or(1.0, |ratio| 1.0_f64.min(ratio.high).max(ratio.low).max(MIN_TURN_RATIO))
+    }
+
+    /// Time from a command to its effect, seconds: the upper side of what the drive has shown.
+    fn delay_s(&self) -> f64 {
+        let stated_s = self.settings.actuation_delay_s;
+        if !self.settings.identify_motion {
+            return stated_s;
+        }
+        self.identifier.estimate().safe_delay_s.max(stated_s)
+    }
+
+    /// Compares the commands so far with the measured motion.
+    fn identify(&mut self, observation: &Observation) {
+        if let Some((sent_s, command)) = self.sent.take() {
+            self.in_flight.record(sent_s, &self.last_command);
+            self.identifier.command(sent_s, &command);
+        }
+        if self.settings.identify_motion {
+            self.identifier.observe(observation.odometry_s, &observation.twist);
+            let ratio = self.turn_ratio().min(1.0);
+            let limits = self.identifier.estimate().limits(&self.nominal);
+            self.robot.limits = Limits {
+                max_vel_theta: limits.max_vel_theta * ratio,
+                acc_lim_theta: limits.acc_lim_theta * ratio,
+                decel_lim_theta: limits.decel_lim_theta * ratio,
+                ..limits
+            };
+        }
+    }
+
     fn decide(&mut self, observation: &Observation) -> Decision {
+        self.identify(observation);
         let limits = &self.robot.limits;
+        let known = self.obstacles.known();
         let validated =
-            self.validator.validate(observation, &self.last_command, limits, &self.settings);
+            self.validator.validate(observation, &self.last_command, limits, &self.settings, known);
         let has_new_scan = match validated {
             Ok(has_new_scan) => has_new_scan,
             Err(fault) => return self.brake_without_observation(fault),
         };
-        let Observation { time_s, pose, twist, scan, lost: _, scan_s: _ } = observation;
+        let Observation { time_s, pose, twist, odometry_s, scan, scan_s, .. } = observation;
         if has_new_scan && !self.is_over() {
-            self.obstacles.update(*time_s, pose, scan);
+            let masked = self.validator.health.masked(scan);
+            self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
         }
+        let delay_s = self.delay_s();
         let now = PredictedState::new(
-            (*time_s, pose, twist),
+            &Measured { time_s: *time_s, measured_s: *odometry_s, scan_s: *scan_s, pose, twist },
             self.obstacles.moving(),
-            &self.last_command,
+            &self.in_flight,
             &self.robot.limits,
-            self.settings.actuation_delay_s,
+            delay_s,
         );
         if self.is_over() {
             return self.brake_from(&now.twist);
@@ -208,7 +299,7 @@ impl Navigator {
             self.leave_waypoint(now.time_s);
             return self.brake_from(&now.twist);
         }
-        match self.drive(&now) {
+        match self.drive(&now, observation, delay_s) {
             Ok(decision) => {
                 self.mode = decision.mode;
                 decision
@@ -239,7 +330,9 @@ impl Navigator {
         }
         decision.mode = Mode::SensorFault;
         let patience_s = match fault {
-            ObservationFault::Lost(_) => self.settings.localization_patience_s,
+            ObservationFault::Lost(_)
+            | ObservationFault::LidarBlind
+            | ObservationFault::LidarPartlyBlind => self.settings.localization_patience_s,
             _ => self.settings.sensor_fault_patience_s,
         };
         if f64::from(count) * self.period_s > patience_s {
@@ -249,9 +342,9 @@ impl Navigator {
         decision
     }
 
-    /// Brakes from a velocity, in the present mode.
+    /// Brakes from a velocity or from the last command, whichever is slower, in the present mode.
     fn brake_from(&self, twist: &Twist) -> Decision {
-        let command = self.robot.limits.brake(twist, self.period_s);
+        let command = brake(&self.robot.limits, twist, &self.last_command, self.period_s);
         Decision::new(command, self.mode, self.goal().position)
     }
 
@@ -268,12 +361,24 @@ impl Navigator {
     }
 
     /// Checks progress, replans, and lets the behaviours decide.
-    fn drive(&mut self, now: &PredictedState) -> Result<Decision, Fault> {
+    fn drive(
+        &mut self,
+        now: &PredictedState,
+        observation: &Observation,
+        delay_s: f64,
+    ) -> Result<Decision, Fault> {
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
+        let health = &self.validator.health;
+        let hide_unseen = |window: &mut ObstacleGrid| {
+            if health.blind_sectors() > 0 {
+                let from_m = self.robot.footprint.circumscribed_radius_m() + UNSEEN_GAP_M;
+                health.block_unseen(window, &now.pose, from_m);
+            }
+        };
         let field = self
             .obstacles
-            .window(&robot, self.window_half_m)
+            .window_with(&robot, self.window_half_m, hide_unseen)
             .map_err(|error| Fault::Choose(error.into()))?;
         let mut new_route = None;
         let mut state = State {
@@ -281,8 +386,18 @@ impl Navigator {
             robot: &self.robot,
             period_s: self.period_s,
             now,
+            measured: &observation.twist,
+            last_command: &self.last_command,
             field: &field,
-            inflated: InflatedBodies::new(&self.robot.footprint, &self.settings, &field, now),
+            inflated: InflatedBodies::new(
+                &self.robot,
+                &self.settings,
+                self.behaviours.planner().settings(),
+                &field,
+                now,
+            ),
+            visible: VisibleSpace { pose: observation.pose, scan: &observation.scan, health },
+            standing_room: self.standing_room.as_ref(),
             goal: &self.waypoints.goal,
             route: &self.route,
             off_path_m,
@@ -292,6 +407,7 @@ impl Navigator {
             is_at_goal: false,
             stuck_s: 0.0,
             speed_limit: f64::INFINITY,
+            delay_s,
         };
         state.follow(&self.route);
         state.is_at_goal = self.behaviours.is_at_goal(&state);
@@ -337,11 +453,19 @@ impl Navigator {
     }
 }
 
+/// Where the map has room for a person; `None` where hidden people do not matter.
+pub(super) fn standing_room(
+    known: &ObstacleGrid,
+    settings: &NavigatorSettings,
+) -> Option<FreeSpace> {
+    settings.features.occlusion_speed.then(|| FreeSpace::new(known, PERSON_RADIUS_M))
+}
+
 /// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.
 fn window_half_m(settings: &NavigatorSettings, local: &LocalSettings, robot: &RobotModel) -> f64 {
     let limits = &robot.limits;
     let fastest = limits.max_vel_x.max(-limits.min_vel_x).max(settings.escape_speed);
     fastest * local.sim_time_s
-        + local.max_clearance_m.min(WINDOW_CLEARANCE_M)
+        + local.max_clearance_m.max(settings.safety_margin_m).min(WINDOW_CLEARANCE_M)
         + robot.footprint.circumscribed_radius_m()
 }

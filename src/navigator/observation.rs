@@ -8,10 +8,12 @@ use std::collections::{BTreeMap, VecDeque};
 use serde::{Serialize, Serializer};
 
 use super::NavigatorSettings;
+use super::frozen_scan::FrozenScan;
+use super::scan_health::ScanHealth;
 use crate::geometry::{Pose, Twist, Vector};
 use crate::localization::LostReason;
-use crate::map::Scan;
-use crate::robot::Limits;
+use crate::map::{ObstacleGrid, Scan};
+use crate::robot::{Limits, is_plausible};
 
 /// Jump by which a localisation may correct its pose, metres, beyond what the robot can have driven since.
 const CORRECTION_M: f64 = 0.5;
@@ -22,7 +24,7 @@ const MIN_AGREEING: u32 = 5;
 /// A longer time between two ticks is a jump of the clock, seconds: earlier scans and motion no longer count. A robot with a
 /// faulty pose stands after this time, and gets no farther.
 const CLOCK_JUMP_S: f64 = 1.0;
-/// A scan may have a time stamp this much after its tick, seconds: two clocks are never quite equal.
+/// Scan and odometry may have a time stamp this much after their tick, seconds: two clocks are never quite equal.
 const CLOCK_TOLERANCE_S: f64 = 0.05;
 /// A pose is frozen if it stays the same to the bit for this long, seconds, while the robot is commanded to drive at this
 /// speed at least, m/s, or to turn at this rate, rad/s.
@@ -42,21 +44,34 @@ pub struct Observation {
     pub time_s: f64,
     /// Pose of the robot in the map frame, by its localisation.
     pub pose: Pose,
+    /// Time of the last measurement that corrected the pose in the map, seconds, by the clock of `time_s`: the last matched
+    /// revolution, or the stamp of the transform from the map. It may lie in the future by less than `pose_timeout_s`: AMCL
+    /// dates its transforms ahead. The navigator brakes where it is older than `pose_timeout_s`.
+    pub pose_s: f64,
     /// Why the localisation does not know the pose; `None` where it does.
     pub lost: Option<LostReason>,
     /// Velocity of the robot, by its odometry.
     pub twist: Twist,
+    /// Time of that measurement, seconds, by the clock of `time_s`. The navigator brakes where it is older than
+    /// `odometry_timeout_s`.
+    pub odometry_s: f64,
     /// The latest lidar scan. The navigator brakes where it is older than `scan_timeout_s` or has no measurement.
     pub scan: Scan,
     /// Time of the scan, seconds, by the clock of `time_s`; unchanged where there is no newer scan.
     pub scan_s: f64,
+    /// Time of the latest scan whose measured ranges differ from those of the scan before, seconds, by the clock of `scan_s`:
+    /// see [`ScanChange`](crate::map::ScanChange).
+    pub scan_changed_s: f64,
 }
 
 impl Observation {
     /// Whether every number that a decision depends on is finite. Ranges may be infinite (no return) or NaN (no measurement).
     fn is_finite(&self) -> bool {
         self.time_s.is_finite()
+            && self.pose_s.is_finite()
+            && self.odometry_s.is_finite()
             && self.scan_s.is_finite()
+            && self.scan_changed_s.is_finite()
             && self.pose.is_finite()
             && self.twist.is_finite()
             && self.scan.is_valid()
@@ -70,12 +85,33 @@ pub enum ObservationFault {
     /// A time, pose, speed or angle of the scan is not a finite number.
     #[error("time, pose, speed or the scan's angles are not finite")]
     NotFinite,
-    /// The clock jumped, or the scan is from the future.
-    #[error("the clock jumped, or the scan is from the future")]
+    /// The odometry reports a speed above 100 m/s, or a turn rate above 100 rad/s.
+    #[error("odometry reports a speed or turn rate that no base reaches")]
+    TooFast,
+    /// The clock jumped, or a measurement is from the future.
+    #[error("the clock jumped, or a measurement is from the future")]
     ClockJump,
     /// There is no scan, none with a measurement, or only an old one.
     #[error("there is no fresh scan with a measurement")]
     NoScan,
+    /// The odometry is old.
+    #[error("there is no fresh odometry")]
+    NoOdometry,
+    /// The pose in the map was not corrected for too long.
+    #[error("nothing has corrected the pose in the map for too long")]
+    NoPose,
+    /// The lidar sends the same ranges again and again while the robot moves.
+    #[error("the lidar is frozen: it sends the same ranges while the robot moves")]
+    FrozenScan,
+    /// The lidar has no returns where the map shows surfaces.
+    #[error("the lidar is blind: it has no returns where the map shows surfaces")]
+    LidarBlind,
+    /// As [`Self::LidarBlind`], but only in a part of the directions. The robot stands where that is ahead; otherwise it drives
+    /// on, and keeps out of that part.
+    #[error(
+        "the lidar is blind in some directions: it has no returns where the map shows surfaces"
+    )]
+    LidarPartlyBlind,
     /// The localisation does not know the pose.
     #[error("the robot is lost: {0}")]
     Lost(LostReason),
@@ -99,13 +135,22 @@ impl Serialize for ObservationFault {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(match self {
             Self::NotFinite => "not_finite",
+            Self::TooFast => "too_fast",
             Self::ClockJump => "clock_jump",
             Self::NoScan => "no_scan",
+            Self::NoOdometry => "no_odometry",
+            Self::NoPose => "no_pose",
+            Self::FrozenScan => "frozen_scan",
+            Self::LidarBlind => "lidar_blind",
+            Self::LidarPartlyBlind => "lidar_partly_blind",
             Self::Lost(LostReason::NoReturns) => "lost_no_returns",
             Self::Lost(LostReason::BeamsThroughWalls) => "lost_beams_through_walls",
             Self::Lost(LostReason::PoorMatch) => "lost_poor_match",
             Self::Lost(LostReason::PoseJump) => "lost_pose_jump",
             Self::Lost(LostReason::HighUncertainty) => "lost_high_uncertainty",
+            Self::Lost(LostReason::Ambiguous) => "lost_ambiguous",
+            Self::Lost(LostReason::NotMoving) => "lost_not_moving",
+            Self::Lost(LostReason::LostAgain) => "lost_again",
             Self::PoseJump => "pose_jump",
             Self::PoseFrozen => "pose_frozen",
             Self::MotionReversed => "motion_reversed",
@@ -134,6 +179,9 @@ pub(super) struct ObservationValidator {
     is_frozen: bool,
     is_reversed: bool,
     recent: VecDeque<Accepted>,
+    frozen_scan: FrozenScan,
+    /// In which directions the lidar sees.
+    pub health: ScanHealth,
     /// Number of faulty observations since the last valid one.
     pub faults_in_a_row: u32,
     /// What is wrong with the last observation.
@@ -143,7 +191,7 @@ pub(super) struct ObservationValidator {
 }
 
 impl ObservationValidator {
-    /// Validates an observation and returns whether its scan is a new one.
+    /// Validates an observation against the map and returns whether its scan is a new one that shows the surroundings.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -153,11 +201,26 @@ impl ObservationValidator {
         commanded: &Twist,
         limits: &Limits,
         settings: &NavigatorSettings,
+        known: &ObstacleGrid,
     ) -> Result<bool, ObservationFault> {
-        let validated = self.check(observation, commanded, limits, settings);
+        let checked = self.check(observation, commanded, limits, settings);
+        let validated = checked.and_then(|is_new| {
+            if !settings.features.scan_health {
+                return Ok(is_new);
+            }
+            if is_new {
+                self.health.update(&observation.pose, &observation.scan, known);
+            }
+            self.health.fault().map_or(Ok(is_new && !self.health.is_suspect()), Err)
+        });
         self.fault = validated.err();
         match validated {
-            Ok(_) => self.faults_in_a_row = 0,
+            Ok(_) => {
+                self.faults_in_a_row = 0;
+                if self.health.blind_sectors() > 0 {
+                    *self.counts.entry(ObservationFault::LidarPartlyBlind).or_default() += 1;
+                }
+            }
             Err(fault) => {
                 self.faults_in_a_row += 1;
                 *self.counts.entry(fault).or_default() += 1;
@@ -176,10 +239,15 @@ impl ObservationValidator {
         if !seen.is_finite() {
             return Err(ObservationFault::NotFinite);
         }
+        if !is_plausible(&seen.twist) {
+            return Err(ObservationFault::TooFast);
+        }
         let now_s = seen.time_s;
         let before_s = self.clock_s.replace(now_s).unwrap_or(now_s);
         let elapsed_s = now_s - before_s;
-        if !(0.0..=CLOCK_JUMP_S).contains(&elapsed_s) || seen.scan_s > now_s + CLOCK_TOLERANCE_S {
+        let is_ahead = seen.scan_s.max(seen.odometry_s) > now_s + CLOCK_TOLERANCE_S
+            || seen.pose_s > now_s + settings.pose_timeout_s;
+        if !(0.0..=CLOCK_JUMP_S).contains(&elapsed_s) || is_ahead {
             self.recent.clear();
             self.frozen_since_s = None;
             // A scan timed by another clock has no age in this one.
@@ -195,11 +263,20 @@ impl ObservationValidator {
         if self.scan_s.is_none_or(|scan_s| now_s - scan_s > settings.scan_timeout_s) {
             return Err(ObservationFault::NoScan);
         }
+        if self.frozen_scan.update(seen, is_new) {
+            return Err(ObservationFault::FrozenScan);
+        }
         if let Some(why) = seen.lost {
             // The robot need not have driven to where it is found later.
             self.last = None;
             self.recent.clear();
             return Err(ObservationFault::Lost(why));
+        }
+        if now_s - seen.odometry_s > settings.odometry_timeout_s {
+            return Err(ObservationFault::NoOdometry);
+        }
+        if now_s - seen.pose_s > settings.pose_timeout_s {
+            return Err(ObservationFault::NoPose);
         }
         self.check_place(seen, limits)?;
         self.check_frozen(seen, commanded)?;

@@ -23,6 +23,10 @@ const SEEN_THROUGH_M: f64 = 0.05;
 const SETTLED_S: f64 = 2.5;
 /// Largest number of cells along a side of the local window: it takes two bytes per cell, and is built at each decision.
 const MAX_WINDOW_CELLS: f64 = 4095.0;
+/// Larger cells of the map are divided in the local window, metres: a clearance is good to the diagonal of a part.
+pub(super) const FIELD_CELL_M: f64 = 0.05;
+/// Largest number of cells along a side of a window with divided cells.
+const MAX_DIVIDED_CELLS: i32 = 512;
 /// A window farther away than this lies outside every map, cells.
 const FARTHEST_CELL: f64 = 1e9;
 
@@ -73,10 +77,21 @@ impl ObstacleModel {
         }
     }
 
+    /// Replaces the known obstacles. Marks and tracks remain.
+    pub(super) fn replace_map(&mut self, mut map: LocalMap) {
+        map.take_over(&self.map);
+        self.map = map;
+    }
+
     /// Obstacles that move, or moved until a moment ago, in the map frame at the time of the last scan.
     #[must_use]
     pub fn moving(&self) -> &[MovingDisc] {
         self.tracker.as_ref().map_or(&[], |tracker| &tracker.moving)
+    }
+
+    /// The obstacles of the map.
+    pub(super) const fn known(&self) -> &ObstacleGrid {
+        &self.map.known
     }
 
     /// Forgets marks that no scan hit since a time, seconds, except those within a distance of a place, metres: for a robot
@@ -91,12 +106,22 @@ impl ObstacleModel {
         self.map.marks.iter().map(|mark| mark.center)
     }
 
-    /// The distance field of a square window around a point, `half_m` to each side, aligned with the map's cells. Cells
-    /// outside the map are obstacles.
+    /// The distance field between areas of a square window around a point, `half_m` to each side, aligned with the map's cells.
+    /// Cells outside the map are obstacles. Cells larger than 5 cm are divided.
     ///
     /// # Errors
     /// When the map's resolution is out of range, or the window has more than 4095 cells a side.
     pub fn window(&self, center: &Point, half_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
+        self.window_with(center, half_m, |_| {})
+    }
+
+    /// As [`Self::window`], after a change of the window's obstacles.
+    pub(super) fn window_with(
+        &self,
+        center: &Point,
+        half_m: f64,
+        change: impl FnOnce(&mut ObstacleGrid),
+    ) -> Result<Arc<ClearanceField>, ProblemError> {
         let known = &self.map.known;
         let frame = *known.frame();
         let units = frame.to_cell_units(center);
@@ -132,12 +157,21 @@ impl ObstacleModel {
             let Cell { column, row } = frame.cell_at(mark.index as usize);
             obstacles.set(Cell::new(column - left, row - bottom), true);
         }
-        Ok(Arc::new(ClearanceField::new(&obstacles)?))
+        change(&mut obstacles);
+        Ok(Arc::new(ClearanceField::of_areas(&obstacles, parts(frame.resolution_m, side))?))
     }
 }
 
+/// Number of parts along a side of a cell: as few as make the parts at most 5 cm, unless the window becomes too large.
+fn parts(resolution_m: f64, side: i32) -> u16 {
+    // A map of 5 cm may say 0.050000001.
+    let wanted = (resolution_m / FIELD_CELL_M - 0.01).ceil().max(1.0);
+    let most = f64::from(MAX_DIVIDED_CELLS / side).max(1.0);
+    wanted.min(most) as u16
+}
+
 /// Known obstacles, and the marks of the lidar among them.
-struct LocalMap {
+pub(super) struct LocalMap {
     known: ObstacleGrid,
     /// Sine and cosine of the turn from the map frame to the grid's.
     turn: (f64, f64),
@@ -173,7 +207,7 @@ pub(super) enum ReturnOrigin {
 
 impl LocalMap {
     /// A local map over the known obstacles, without marks.
-    fn new(known: ObstacleGrid) -> Self {
+    pub fn new(known: ObstacleGrid) -> Self {
         let (sin, cos) = libm::sincos(known.frame().origin.yaw);
         Self {
             turn: (-sin, cos),
@@ -181,6 +215,25 @@ impl LocalMap {
             slots: vec![0; known.frame().len()],
             known,
             marks: Vec::new(),
+        }
+    }
+
+    /// Takes over the marks of another map that do not belong to an obstacle of this one.
+    fn take_over(&mut self, other: &Self) {
+        let frame = *self.known.frame();
+        for mark in &other.marks {
+            let Some(cell) = self.cell_of(&mark.center) else {
+                continue;
+            };
+            let index = frame.index(cell);
+            if self.slot_of(index).is_none() && !self.is_near_known(cell) {
+                self.marks.push(Mark {
+                    index: index as u32,
+                    center: frame.center_of(cell),
+                    ..*mark
+                });
+                self.slots[index] = self.marks.len() as u32;
+            }
         }
     }
 

@@ -1,16 +1,17 @@
 //! Passive safety: how fast to drive near moving obstacles, which may turn.
 //!
-//! A moving obstacle may change its direction at any time, but not its speed. The robot stops before an obstacle can reach a
+//! A moving obstacle may change its direction at any time, and speeds up as a walking person does. The robot stops before an obstacle can reach a
 //! part of it that the robot's own motion brings nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe vehicle navigation
 //! in dynamic urban scenarios, 2009). This prevents no contact with an obstacle that comes from behind, or at a standing robot.
 
-use super::state::PredictedState;
+use super::state::{MAX_BRAKING_STEPS, PredictedState};
 use crate::geometry::{Pose, Twist};
+use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
 
-/// Time until the scans show that an obstacle turned, seconds. The tracker needs about half a second to establish a motion,
-/// and most of that to establish a change.
-const REACTION_S: f64 = 0.4;
+/// Time until the scans show that a tracked obstacle turned, seconds. The tracker needs about half a second to establish a
+/// motion, and most of that to establish a change.
+pub(super) const TRACKING_S: f64 = 0.4;
 /// Distance to a standing robot at which an obstacle may arrive, metres.
 const MIN_GAP_M: f64 = 0.05;
 /// Time step of the prediction, seconds.
@@ -21,10 +22,15 @@ const BISECTIONS: u32 = 7;
 /// What the check depends on.
 pub(super) struct PassiveSafety<'a> {
     pub now: &'a PredictedState,
+    /// The obstacles that may come.
+    pub obstacles: &'a [MovingDisc],
     pub footprint: &'a Footprint,
     pub limits: &'a Limits,
-    /// Time from a decision to its effect plus that to the next decision, seconds.
-    pub delay_s: f64,
+    /// Time until the robot brakes for one that comes, seconds.
+    pub reaction_s: f64,
+    /// Acceleration of the obstacles, m/s^2, up to a speed, m/s.
+    pub acceleration: f64,
+    pub top_speed: f64,
 }
 
 impl PassiveSafety<'_> {
@@ -32,7 +38,7 @@ impl PassiveSafety<'_> {
     /// robot that follows an obstacle.
     pub fn fastest(&self, limit: f64) -> f64 {
         let at = |speed: f64| self.stops_in_time(&Twist::new(speed, self.now.twist.angular));
-        if self.now.moving.is_empty() || at(limit) {
+        if self.obstacles.is_empty() || at(limit) {
             return limit;
         }
         let (mut safe, mut not_safe) = (0.0, limit);
@@ -53,13 +59,13 @@ impl PassiveSafety<'_> {
         let now = self.now;
         let at_first_m: Vec<f64> = self.gaps_m(&now.pose).collect();
         let is_safe_at = |pose: &Pose, time_s: f64| {
-            let near = now.moving.iter().zip(&at_first_m).zip(self.gaps_m(pose));
+            let near = self.obstacles.iter().zip(&at_first_m).zip(self.gaps_m(pose));
             near.into_iter().all(|((disc, &at_first_m), gap_m)| {
-                let reach_m = libm::hypot(disc.vx, disc.vy) * time_s;
+                let reach_m = self.reach_m(libm::hypot(disc.vx, disc.vy), time_s);
                 gap_m >= at_first_m || gap_m - reach_m >= MIN_GAP_M
             })
         };
-        let reaction_s = self.delay_s + REACTION_S;
+        let reaction_s = self.reaction_s;
         let steps = (reaction_s / STEP_S).ceil() as u32;
         let (mut pose, mut twist) = (now.pose, now.twist);
         for step in 1..=steps {
@@ -70,25 +76,38 @@ impl PassiveSafety<'_> {
             }
         }
         let mut time_s = reaction_s;
-        while twist != Twist::STOP {
+        for _ in 0..MAX_BRAKING_STEPS {
+            if twist == Twist::STOP {
+                return true;
+            }
             (pose, twist) = self.limits.advance_braking(&pose, &twist, STEP_S);
             time_s += STEP_S;
             if !is_safe_at(&pose, time_s) {
                 return false;
             }
         }
-        true
+        twist == Twist::STOP
+    }
+
+    /// Farthest that an obstacle at a speed, m/s, gets within a time, seconds.
+    fn reach_m(&self, speed: f64, time_s: f64) -> f64 {
+        let gained = self.top_speed - speed;
+        if gained <= 0.0 || self.acceleration <= 0.0 {
+            return speed * time_s;
+        }
+        let speeding_s = time_s.min(gained / self.acceleration);
+        let gained_m = self.acceleration * speeding_s * (time_s - speeding_s / 2.0);
+        speed * time_s + gained_m
     }
 
     fn gaps_m(&self, pose: &Pose) -> impl Iterator<Item = f64> {
-        self.now.moving.iter().map(|disc| self.footprint.gap_to_moving_m(pose, disc))
+        self.obstacles.iter().map(|disc| self.footprint.gap_to_moving_m(pose, disc))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::MovingDisc;
 
     const DELAY_S: f64 = 0.1;
 
@@ -102,21 +121,36 @@ mod tests {
         }
     }
 
+    /// A check of obstacles that keep their speed.
+    fn safety<'a>(
+        now: &'a PredictedState,
+        footprint: &'a Footprint,
+        limits: &'a Limits,
+    ) -> PassiveSafety<'a> {
+        PassiveSafety {
+            now,
+            obstacles: &now.moving,
+            footprint,
+            limits,
+            reaction_s: DELAY_S + TRACKING_S,
+            acceleration: 0.0,
+            top_speed: 0.0,
+        }
+    }
+
     fn fastest(now: &PredictedState, most: f64) -> f64 {
         let footprint = Footprint::round(0.3).expect("a valid radius");
         let limits = Limits { max_vel_x: 2.0, acc_lim_x: 100.0, ..Limits::default() };
-        let safety =
-            PassiveSafety { now, footprint: &footprint, limits: &limits, delay_s: DELAY_S };
-        safety.fastest(most)
+        safety(now, &footprint, &limits).fastest(most)
     }
 
     #[test]
     fn fastest_speed_and_approach_use_up_the_gap() {
         for (x, vx) in [(1.2, 0.0), (1.6, 0.75), (3.0, -0.5), (4.0, 1.5)] {
             let speed = fastest(&at(x, 0.0, vx), 2.0);
-            let stopping_s = DELAY_S + REACTION_S + speed;
+            let stopping_s = DELAY_S + TRACKING_S + speed;
             // The robot gains its speed within the first step, at half of it on average.
-            let driven_m = speed * (DELAY_S + REACTION_S - STEP_S / 2.0) + speed * speed / 2.0;
+            let driven_m = speed * (DELAY_S + TRACKING_S - STEP_S / 2.0) + speed * speed / 2.0;
             let used_m = driven_m + libm::fabs(vx) * stopping_s;
             let had_m = x - 0.6 - MIN_GAP_M;
             // Bisection and steps leave a part of the gap, and never exceed it.
@@ -143,9 +177,39 @@ mod tests {
         let now = at(0.8, 0.0, -0.5);
         let footprint = Footprint::round(0.3).expect("a valid radius");
         let limits = Limits { min_vel_x: -0.5, ..Limits::default() };
-        let safety =
-            |now| PassiveSafety { now, footprint: &footprint, limits: &limits, delay_s: DELAY_S };
+        let safety = |now| safety(now, &footprint, &limits);
         assert!(safety(&now).stops_in_time(&Twist::new(-0.5, 0.0)));
         assert!(!safety(&at(-0.8, 0.0, 0.5)).stops_in_time(&Twist::new(-0.5, 0.0)));
+    }
+
+    /// Such a robot needs more steps than any check may take.
+    #[test]
+    fn robot_that_takes_too_long_to_brake_is_not_safe() {
+        let far = at(-1e12, 0.0, -0.1);
+        let footprint = Footprint::round(0.3).expect("a valid radius");
+        let weak = Limits { decel_lim_x: -1e-9, ..Limits::default() };
+        let forward = Twist::new(0.5, 0.0);
+        assert!(!safety(&far, &footprint, &weak).stops_in_time(&forward));
+        assert!(safety(&far, &footprint, &Limits::default()).stops_in_time(&forward));
+        let huge = PredictedState { twist: Twist::new(1e300, 0.0), ..far };
+        assert!(!safety(&huge, &footprint, &Limits::default()).stops_in_time(&forward));
+    }
+
+    #[test]
+    fn standing_person_may_start_to_walk() {
+        let now = at(0.9, 0.7, 0.0);
+        let footprint = Footprint::round(0.3).expect("a valid radius");
+        let limits = Limits { max_vel_x: 2.0, acc_lim_x: 100.0, ..Limits::default() };
+        let standing = safety(&now, &footprint, &limits);
+        let person = PassiveSafety { acceleration: 1.0, top_speed: 1.6, ..standing };
+        assert!(person.fastest(1.0) < 0.5, "{}", person.fastest(1.0));
+        // 1.6 m/s after 1.6 s and 1.28 m.
+        assert!((person.reach_m(0.0, 1.0) - 0.5).abs() < 1e-12);
+        assert!((person.reach_m(0.0, 2.6) - 2.88).abs() < 1e-12);
+        assert_eq!(person.reach_m(2.0, 1.5), 3.0);
+        // Farther away there is time to stop.
+        let far = at(3.0, 2.5, 0.0);
+        let far = PassiveSafety { now: &far, obstacles: &far.moving, ..person };
+        assert_eq!(far.fastest(1.0), 1.0);
     }
 }

@@ -32,11 +32,13 @@ const SHORTCUT_PERIODS: f64 = 4.0;
 
 /// Why a plan was requested.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Reason {
+pub(super) enum Reason {
     /// An obstacle is on the path.
     Blocked,
     /// The robot is off its path.
     Strayed,
+    /// The map has changed.
+    NewMap,
     /// Moving obstacles held the robot up for long.
     HeldUp,
     /// Changes of the obstacle model may have opened a shortcut.
@@ -49,6 +51,7 @@ pub(super) struct Replanner {
     next_s: f64,
     next_shortcut_s: f64,
     least_radius_m: f64,
+    is_map_new: bool,
     is_blocked: bool,
     blocked: ConditionTimer,
     /// Why there is no path to the goal, if the last request found none.
@@ -70,6 +73,7 @@ impl Replanner {
             planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shortcut_s: f64::NEG_INFINITY,
+            is_map_new: false,
             is_blocked: false,
             blocked: ConditionTimer::default(),
             no_path: None,
@@ -82,6 +86,14 @@ impl Replanner {
     pub fn cancel(&mut self) {
         self.planner.cancel();
         self.blocked = ConditionTimer::default();
+        self.no_path = None;
+    }
+
+    /// Plans on another map from now on, first of all at once.
+    pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>) {
+        self.planner = planner;
+        self.is_map_new = true;
+        self.next_s = f64::NEG_INFINITY;
         self.no_path = None;
     }
 
@@ -126,6 +138,7 @@ impl Replanner {
             Reason::HeldUp => HELD_UP_PERIODS * settings.replan_period_s,
             _ => settings.replan_period_s,
         };
+        self.is_map_new &= reason != Reason::NewMap;
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
@@ -145,6 +158,8 @@ impl Replanner {
         let escapes = state.mode == Mode::Escaping;
         if !escapes && has_strayed(state) {
             Some(Reason::Strayed)
+        } else if self.is_map_new {
+            Some(Reason::NewMap)
         } else if self.is_blocked {
             Some(Reason::Blocked)
         } else if escapes || state.stuck_s > STUCK_PATIENCES * state.settings.stuck_patience_s {
@@ -189,7 +204,7 @@ fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> 
     let (length_m, left_m) = (plan.smoothed.length_m(), state.route.left_m());
     let driven_m = |time_s: f64| time_s * state.robot.limits.max_vel_x;
     match reason {
-        Reason::Strayed => true,
+        Reason::Strayed | Reason::NewMap => true,
         Reason::Blocked => {
             blocked_s > settings.detour_patience_s
                 || length_m - left_m <= SMALL_DETOUR_M + driven_m(blocked_s)

@@ -1,6 +1,7 @@
 //! Global planning for a robot, at two distances from walls.
 
 use super::NavigatorSettings;
+use super::obstacle_model::FIELD_CELL_M;
 use crate::geometry::Point;
 use crate::global::{self, ClearanceCosts, Plan, PlanError, PlanningSpace, Searcher};
 use crate::map::{FreeSpace, ObstacleGrid};
@@ -12,6 +13,8 @@ const END_REACH_MARGINS: f64 = 4.0;
 
 /// A robot that is caught at its start may pass obstacles more closely within this many least radii of the start.
 const SQUEEZE_WITHIN_RADII: f64 = 3.0;
+/// Distance of the robot's largest disc to obstacles on such a path, metres: the least margin of the local planner and its errors.
+const SQUEEZING_MARGIN_M: f64 = 0.03;
 
 /// Plans paths that keep a comfortable distance from walls where there is room, else the least safe distance.
 #[derive(Clone, Debug)]
@@ -47,7 +50,7 @@ struct Task<'a> {
 impl RoutePlanner {
     /// A planner for a robot, on maps of this resolution in metres.
     ///
-    /// The least radius is that of the footprint's circumscribed circle plus the margin of the local planner.
+    /// The least radius is that of the body's circumscribed circle plus the margin of the local planner.
     #[must_use]
     pub fn new(
         footprint: &Footprint,
@@ -55,9 +58,8 @@ impl RoutePlanner {
         settings: global::Settings,
         resolution_m: f64,
     ) -> Self {
-        let least_radius_m = footprint.circumscribed_radius_m()
-            + local_margin_m(navigator, resolution_m)
-            - resolution_m / 2.0;
+        let least_radius_m =
+            footprint.body_radius_m() + navigator.safety_margin_m + lookup_margin_m(resolution_m);
         let comfortable_radius_m = least_radius_m + navigator.comfort_margin_m;
         Self {
             settings,
@@ -66,8 +68,7 @@ impl RoutePlanner {
             body_radius_m: footprint.max_disc_radius_m(),
             least_radius_m,
             comfortable_radius_m,
-            squeezing_radius_m: footprint.max_disc_radius_m() + coarseness_m(resolution_m)
-                - resolution_m / 2.0,
+            squeezing_radius_m: footprint.max_disc_radius_m() + SQUEEZING_MARGIN_M,
             comfort_detour: navigator.comfort_detour,
         }
     }
@@ -178,13 +179,8 @@ impl RoutePlanner {
     }
 }
 
-/// Margin that the local planner adds to the footprint, metres: that of the settings, and that for the map's resolution.
-pub(super) fn local_margin_m(settings: &NavigatorSettings, resolution_m: f64) -> f64 {
-    settings.safety_margin_m + coarseness_m(resolution_m)
-}
-
-/// Margin for the map's resolution, metres. Half a cell's diagonal because a clearance is looked up by the cell, and another
-/// because obstacle cells are squares while the field measures to their centres.
-pub(super) fn coarseness_m(resolution_m: f64) -> f64 {
-    core::f64::consts::SQRT_2 * resolution_m
+/// What a path keeps for the lookup of clearances, metres. The local planner finds up to the diagonal of a cell of its window too
+/// little clearance. Half a cell less suffices: the cells of a path are clear as a whole.
+fn lookup_margin_m(resolution_m: f64) -> f64 {
+    (core::f64::consts::SQRT_2 - 0.5) * resolution_m.min(FIELD_CELL_M)
 }

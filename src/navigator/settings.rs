@@ -21,10 +21,32 @@ settings! {
         pub parking_distance_m: f64 = 1.0, ["m", 0 to 10000];
         /// After this time a parking robot has arrived if it stands within the goal's tolerances.
         pub parking_timeout_s: f64 = 30.0, ["s", 0 to 10000];
+        /// Least speed of a parking robot that moves (Nav2: `min_approach_linear_velocity`). It must be above the speed at which
+        /// the base starts to move.
+        pub min_approach_linear_velocity: f64 = 0.05, ["m/s", above 0 to 10000];
+        /// Least turn rate of a parking robot that rotates (Nav2: `min_rotational_vel`), likewise.
+        pub min_rotational_vel: f64 = 0.08, ["rad/s", above 0 to 10000];
+        /// The robot has stopped when speed and turn rate have been measured as nearly zero for this long.
+        pub stopped_time_s: f64 = 0.3, ["s", 0 to 10000];
         /// Pause at each waypoint.
         pub waypoint_pause_s: f64 = 5.0, ["s", 0 to 10000];
-        /// Time from a command to its effect. The navigator predicts the robot's motion until then.
+        /// Least time from a command to its effect. The navigator predicts the robot's motion until then, and for longer
+        /// where the drive shows a longer latency.
         pub actuation_delay_s: f64 = 0.08, ["s", 0 to 10000];
+        /// Whether latency, acceleration, braking and turn ratio of the base are identified while it drives, and used.
+        pub identify_motion: bool = true;
+        /// Time from a command to its effect that is assumed until the drive has shown it: about a second after the start.
+        pub unidentified_delay_s: f64 = 0.3, ["s", 0 to 2];
+        /// Speed of a walking person (ISO 13855): one who is hidden behind a corner may come out at this speed, and one who
+        /// stands may reach it.
+        pub pedestrian_speed: f64 = 1.6, ["m/s", 0 to 10000];
+        /// Acceleration of a person, or of another moving obstacle, who starts or speeds up.
+        pub pedestrian_acceleration: f64 = 1.0, ["m/s^2", 0 to 10000];
+        /// The robot drives at least this fast past places where somebody may be hidden.
+        pub occlusion_min_speed: f64 = 0.3, ["m/s", above 0 to 10000];
+        /// Whether the robot may reverse, evade and escape into space that its lidar does not see: only for a robot without a
+        /// view to the back where nobody can be behind it.
+        pub may_enter_unseen: bool = false;
         /// Distance that the robot keeps to static obstacles, on top of the margin for the map's resolution.
         pub safety_margin_m: f64 = 0.05, ["m", 0 to 10000];
         /// Distance that the robot keeps to moving obstacles: they may turn at any moment.
@@ -56,17 +78,22 @@ settings! {
         pub replan_period_s: f64 = 0.5, ["s", 0 to 10000];
         /// Age of a scan from which the robot brakes: Nav2's `costmap_update_timeout`.
         pub scan_timeout_s: f64 = 0.3, ["s", above 0 to 10000];
+        /// Age of the odometry from which the robot brakes.
+        pub odometry_timeout_s: f64 = 0.3, ["s", above 0 to 10000];
+        /// Age of the pose in the map from which the robot brakes: odometry alone drifts.
+        pub pose_timeout_s: f64 = 1.0, ["s", above 0 to 10000];
         /// The mission fails after faulty observations for this long.
         pub sensor_fault_patience_s: f64 = 3.0, ["s", 0 to 10000];
-        /// The mission fails after the localisation has not known the pose for this long; the robot stands meanwhile.
+        /// The mission fails after the localisation has not known the pose, or the lidar has been blind, for this long; the
+        /// robot stands meanwhile.
         pub localization_patience_s: f64 = 30.0, ["s", 0 to 10000];
         /// Time from the request for a plan until the robot follows it; planning runs on its own thread.
         pub planning_budget_s: f64 = 0.1, ["s", 0 to 10000];
         /// Whether the control loop waits for a plan that takes longer than that. A simulated run is then the same at
-        /// each repetition. A real robot goes on and takes the plan when it is ready.
+        /// each repetition. A real robot never waits, whatever this says, and takes the plan when it is ready.
         pub wait_for_plans: bool = true;
-        /// Longest duration of a decision, such as 0.05; a later decision is not sent. Without a value no decision is
-        /// late, and a simulated run is the same at each repetition.
+        /// Longest duration of a decision, such as 0.05; a later decision is not sent. Without a value no decision of a
+        /// simulated robot is late, and a run is the same at each repetition; a real robot has one control period.
         pub deadline_s: Option<f64> = None, ["s", above 0 to 10000];
         /// An obstacle that has blocked the path for this long is taken to stay, however long the detour is.
         pub detour_patience_s: f64 = 10.0, ["s", 0 to 10000];
@@ -108,6 +135,10 @@ settings! {
         /// The robot can stop before a moving obstacle reaches it, even if that turns (passive safety). Off for a
         /// race among obstacles that ignore the robot, where standing does not help.
         pub passive_safety: bool = true;
+        /// The lidar is compared with the map: the robot stands where it is blind, and keeps out of blind sectors.
+        pub scan_health: bool = true;
+        /// The robot slows down where somebody may come out of a place that it cannot see.
+        pub occlusion_speed: bool = true;
         /// The robot rotates in place towards its path, evades moving obstacles, and escapes where it is stuck.
         pub recovery: bool = true;
     }

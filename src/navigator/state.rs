@@ -1,17 +1,27 @@
 //! What the navigator knows at a tick.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
-use super::passive_safety::PassiveSafety;
+use super::passive_safety::{PassiveSafety, TRACKING_S};
+use super::visible_space::VisibleSpace;
 use super::{Decision, Goal, Mode, NavigatorSettings, Route};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use crate::local::ClearanceField;
-use crate::map::MovingDisc;
+use crate::map::{FreeSpace, MovingDisc};
 use crate::robot::{Footprint, Limits};
 
+/// Longest line of sight, metres: more than any lookahead in use.
+const MAX_LINE_M: f64 = 1000.0;
 /// Distance between two checked points of a straight line, metres.
 const LINE_STEP_M: f64 = 0.1;
+/// Most steps in which a predicted robot brakes to a standstill: one that takes longer counts as not safe.
+pub(super) const MAX_BRAKING_STEPS: u32 = 1000;
+
+/// The lidar must see this far in the direction of motion, metres, as far as a robot gets there within a time, seconds.
+const PROBED_M: f64 = 0.15;
+const MAX_PROBED_S: f64 = 1.0;
 
 /// What the navigator knows of the robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,39 +32,110 @@ pub struct RobotModel {
     pub limits: Limits,
 }
 
+/// Longest history of commands, seconds: no base reacts later. Largest number of commands.
+const IN_FLIGHT_S: f64 = 2.0;
+const MAX_IN_FLIGHT: usize = 256;
+
+/// The latest commands with their times. Radio, bus and motor delay a command; until it takes effect the robot follows the
+/// earlier ones.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CommandsInFlight(VecDeque<(f64, Twist)>);
+
+impl CommandsInFlight {
+    /// Records a command handed over at a time, seconds. A time that descends clears the history: the clock jumped.
+    pub fn record(&mut self, time_s: f64, command: &Twist) {
+        if self.0.back().is_some_and(|last| last.0 >= time_s) {
+            self.0.clear();
+        }
+        self.0.push_back((time_s, *command));
+        while self.0.len() > MAX_IN_FLIGHT
+            || self.0.get(1).is_some_and(|next| time_s - next.0 > IN_FLIGHT_S)
+        {
+            self.0.pop_front();
+        }
+    }
+}
+
+/// Oldest scan from which moving obstacles are predicted, seconds.
+const OLDEST_SCAN_S: f64 = 1.0;
+
+/// A measured pose and velocity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measured<'a> {
+    /// Time of the tick, seconds.
+    pub time_s: f64,
+    /// Time of the measurement, seconds, by the same clock.
+    pub measured_s: f64,
+    /// Time of the scan that shows the moving obstacles, seconds.
+    pub scan_s: f64,
+    pub pose: &'a Pose,
+    pub twist: &'a Twist,
+}
+
 /// The robot and the moving obstacles at the time when a command sent now takes effect.
 ///
-/// Radio, bus and motor delay a command; until it takes effect the robot follows the last one. A decision for the present
-/// pose would brake too late by the distance driven until then.
+/// A decision for the present pose would brake too late by the distance driven until then. The prediction starts at the time of
+/// the measurement, not of the tick: the age of the measurement is part of the way.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PredictedState {
     /// Time of the observation, seconds.
     pub time_s: f64,
     /// Predicted pose of the robot.
     pub pose: Pose,
-    /// Predicted velocity, as far as the base can have followed the last command.
+    /// Predicted velocity, as far as the base can have followed the commands.
     pub twist: Twist,
     /// Predicted moving obstacles.
     pub moving: Vec<MovingDisc>,
 }
 
 impl PredictedState {
-    /// Predicts from the observed time, pose and twist, the tracked obstacles and the last command.
+    /// Predicts from the measurement, the tracked obstacles of the tick, and the commands, of which each takes effect after a
+    /// delay, seconds.
     pub fn new(
-        (time_s, pose, twist): (f64, &Pose, &Twist),
+        measured: &Measured<'_>,
         moving: &[MovingDisc],
-        last_command: &Twist,
+        commands: &CommandsInFlight,
         limits: &Limits,
         delay_s: f64,
     ) -> Self {
-        let (pose, twist) = limits.advance(pose, twist, last_command, delay_s);
-        Self {
-            time_s,
-            pose,
-            twist,
-            moving: moving.iter().map(|disc| disc.after(delay_s)).collect(),
+        let Measured { time_s, measured_s, scan_s, .. } = *measured;
+        let (mut pose, mut twist) = (*measured.pose, *measured.twist);
+        let mut at_s = measured_s.clamp(time_s - IN_FLIGHT_S, time_s);
+        let mut active = Twist::STOP;
+        for (sent_s, command) in &commands.0 {
+            let effect_s = sent_s + delay_s;
+            if effect_s > at_s {
+                (pose, twist) = limits.advance(&pose, &twist, &active, effect_s - at_s);
+                at_s = effect_s;
+            }
+            active = *command;
         }
+        let left_s = (time_s + delay_s - at_s).max(0.0);
+        (pose, twist) = limits.advance(&pose, &twist, &active, left_s);
+        let since_scan_s = delay_s + (time_s - scan_s).clamp(0.0, OLDEST_SCAN_S);
+        let moving = moving.iter().map(|disc| disc.after(since_scan_s)).collect();
+        Self { time_s, pose, twist, moving }
     }
+}
+
+/// The command after one period of braking at the limit, from the slower of the predicted motion and the last command.
+///
+/// Motors follow a braking command with a lag. A command that starts from the measured motion follows that lag, and the robot
+/// then brakes at a part of its limit. A robot that still accelerates is slower than its last command.
+pub(super) fn brake(
+    limits: &Limits,
+    predicted: &Twist,
+    last_command: &Twist,
+    period_s: f64,
+) -> Twist {
+    let slower = |one: f64, other: f64| {
+        if one * other <= 0.0 { 0.0 } else { one.abs().min(other.abs()).copysign(one) }
+    };
+    let from = Twist::new(
+        slower(predicted.linear, last_command.linear),
+        slower(predicted.angular, last_command.angular),
+    );
+    limits.brake(&from, period_s)
 }
 
 /// What a behaviour decides from.
@@ -65,10 +146,18 @@ pub(super) struct State<'a> {
     pub period_s: f64,
     /// The robot and the moving obstacles when the command takes effect.
     pub now: &'a PredictedState,
+    /// The twist that the base measured.
+    pub measured: &'a Twist,
+    /// The command of the last tick.
+    pub last_command: &'a Twist,
     /// Distances to static obstacles around the robot.
     pub field: &'a Arc<ClearanceField>,
     /// The footprint and the moving obstacles with their margins.
     pub inflated: InflatedBodies,
+    /// What the latest scan shows.
+    pub visible: VisibleSpace<'a>,
+    /// Where the map has room for a person; `None` where hidden people do not matter.
+    pub standing_room: Option<&'a FreeSpace>,
     pub goal: &'a Goal,
     pub route: &'a Route,
     /// Distance of the robot from the path, metres.
@@ -85,6 +174,8 @@ pub(super) struct State<'a> {
     pub stuck_s: f64,
     /// Highest forward speed that the behaviours with higher priority allow, m/s.
     pub speed_limit: f64,
+    /// Time from a command to its effect, seconds.
+    pub delay_s: f64,
 }
 
 impl<'a> State<'a> {
@@ -100,7 +191,7 @@ impl<'a> State<'a> {
 
     /// The velocity after one period of braking at the limit, on the same arc.
     pub fn brake(&self) -> Twist {
-        self.robot.limits.brake(&self.now.twist, self.period_s)
+        brake(&self.robot.limits, &self.now.twist, self.last_command, self.period_s)
     }
 
     /// The velocity nearest to a wanted one that the robot reaches within one period.
@@ -111,13 +202,26 @@ impl<'a> State<'a> {
 
     /// The check for passive safety; `None` where that feature is off.
     pub fn passive_safety(&self) -> Option<PassiveSafety<'_>> {
+        let is_on = self.settings.features.passive_safety;
+        is_on.then(|| self.safety_from(&self.now.moving, TRACKING_S))
+    }
+
+    /// The check for obstacles that are noticed to come after a time, seconds.
+    pub fn safety_from<'b>(
+        &'b self,
+        obstacles: &'b [MovingDisc],
+        noticing_s: f64,
+    ) -> PassiveSafety<'b> {
         let settings = self.settings;
-        settings.features.passive_safety.then_some(PassiveSafety {
+        PassiveSafety {
             now: self.now,
+            obstacles,
             footprint: &self.robot.footprint,
             limits: &self.robot.limits,
-            delay_s: settings.actuation_delay_s + self.period_s,
-        })
+            reaction_s: self.delay_s + self.period_s + noticing_s,
+            acceleration: settings.pedestrian_acceleration,
+            top_speed: settings.pedestrian_speed,
+        }
     }
 
     /// Whether driving towards a velocity until the next tick keeps passive safety.
@@ -131,15 +235,57 @@ impl<'a> State<'a> {
         if self.is_safe_towards(wanted) { self.towards(wanted) } else { self.brake() }
     }
 
-    /// Whether a disc as large as the footprint's largest could move straight from the robot's position to a point, as far as
-    /// the local window shows.
+    /// Whether the lidar sees all that the robot newly enters if it drives towards a velocity and brakes from the next decision
+    /// on.
+    pub fn sees_way_of(&self, wanted: &Twist) -> bool {
+        if self.settings.may_enter_unseen {
+            return true;
+        }
+        let RobotModel { footprint, limits } = self.robot;
+        // A slow robot stops within less than what its own outline hides.
+        let probed_s = (PROBED_M / wanted.linear.abs()).min(MAX_PROBED_S);
+        let probe = self.now.pose.after(wanted, probed_s);
+        if wanted.linear != 0.0 && !self.visible.sees_way(footprint, &self.visible.pose, &probe) {
+            return false;
+        }
+        let (mut pose, mut twist) =
+            limits.advance(&self.now.pose, &self.now.twist, wanted, self.period_s);
+        for _ in 0..MAX_BRAKING_STEPS {
+            if !self.visible.sees_way(footprint, &self.visible.pose, &pose) {
+                return false;
+            }
+            if twist == Twist::STOP {
+                return true;
+            }
+            (pose, twist) = limits.advance_braking(&pose, &twist, self.period_s);
+        }
+        false
+    }
+
+    /// The limits of the base, without reversing where the lidar does not see behind the robot.
+    pub fn limits_in_sight(&self) -> Limits {
+        let limits = self.robot.limits;
+        let backwards = Twist::new(limits.min_vel_x.min(0.0), 0.0);
+        if backwards == Twist::STOP || self.sees_way_of(&backwards) {
+            return limits;
+        }
+        Limits { min_vel_x: 0.0, ..limits }
+    }
+
+    /// Whether a disc as large as the footprint's largest, with its margin, could move straight from the robot's position to a
+    /// point, as far as the local window shows. Without the margin the robot would head for a target that it cannot drive to.
     pub fn is_straight_clear_to(&self, point: &Point) -> bool {
-        let Ok(body) = Footprint::round(self.robot.footprint.max_disc_radius_m()) else {
+        let Ok(body) = Footprint::round(self.inflated.footprint.max_disc_radius_m()) else {
             return false;
         };
         let from = self.now.pose.position();
         let line = point - from;
-        let steps = (line.norm() / LINE_STEP_M).ceil();
+        let length_m = line.norm();
+        // A pose or a point far outside the map has no line of sight, and no line so long may be walked along.
+        if length_m > MAX_LINE_M || length_m.is_nan() {
+            return false;
+        }
+        let steps = (length_m / LINE_STEP_M).ceil();
         (1..=steps as u32).all(|step| {
             let point = from + line * (f64::from(step) / steps);
             let there = Pose::new(point.x, point.y, 0.0);
@@ -151,5 +297,79 @@ impl<'a> State<'a> {
     /// A decision to brake.
     pub fn stand(&self, mode: Mode) -> Decision {
         Decision::new(self.brake(), mode, self.goal.position)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 0.1;
+    const LAG_S: f64 = 0.15;
+
+    /// A base at 1 m/s whose motors follow the command with a lag of 0.15 s. Returns the distance to a standstill, metres, when
+    /// each command is computed from the measured speed and the last command.
+    fn braking_distance_m(next_command: impl Fn(f64, f64) -> f64) -> f64 {
+        let (mut speed, mut command, mut distance_m) = (1.0, 1.0, 0.0);
+        for _ in 0..100 {
+            command = next_command(speed, command);
+            for _ in 0..100 {
+                speed += (command - speed) * 0.001 / LAG_S;
+                distance_m += speed * 0.001;
+            }
+        }
+        assert!(speed.abs() < 1e-6, "{speed}");
+        distance_m
+    }
+
+    #[test]
+    fn braking_distance_with_motor_lag_is_that_of_the_full_deceleration() {
+        let limits = Limits { decel_lim_x: -1.0, ..Limits::default() };
+        let ideal_m = braking_distance_m(|_, command| (command - PERIOD_S).max(0.0));
+        let braked_m = braking_distance_m(|speed, command| {
+            let (pose, twist) = (&Pose::default(), &Twist::new(speed, 0.0));
+            let measured = Measured { time_s: 0.0, measured_s: 0.0, scan_s: 0.0, pose, twist };
+            let last = Twist::new(command, 0.0);
+            let mut in_flight = CommandsInFlight::default();
+            in_flight.record(-PERIOD_S, &last);
+            let now = PredictedState::new(&measured, &[], &in_flight, &limits, 0.08);
+            brake(&limits, &now.twist, &last, PERIOD_S).linear
+        });
+        assert!((braked_m / ideal_m - 1.0).abs() < 0.1, "{braked_m} m, ideally {ideal_m} m");
+    }
+
+    /// Commands of 0.1 m/s more at each tick, on a base that reacts after two and a half ticks.
+    #[test]
+    fn prediction_plays_the_commands_in_flight_from_the_time_of_the_measurement() {
+        let limits = Limits::default();
+        let mut in_flight = CommandsInFlight::default();
+        for tick in 0..10 {
+            in_flight.record(PERIOD_S * f64::from(tick), &Twist::new(0.1 * f64::from(tick), 0.0));
+        }
+        let (delay_s, time_s) = (0.25, 1.0);
+        let speed_at = |time_s: f64| (time_s - delay_s).max(0.0);
+        for age_s in [0.0, 0.15] {
+            let measured_s = time_s - age_s;
+            let twist = &Twist::new(speed_at(measured_s), 0.0);
+            let pose = &Pose::default();
+            let measured = Measured { time_s, measured_s, scan_s: time_s, pose, twist };
+            let now = PredictedState::new(&measured, &[], &in_flight, &limits, delay_s);
+            // The last command is that of the tick before.
+            assert!((now.twist.linear - 0.9).abs() < 0.011, "{age_s}: {now:?}");
+            let distance_m = (0.9 * 0.9 - twist.linear * twist.linear) / 2.0 + 0.05 * 0.9;
+            assert!((now.pose.x - distance_m).abs() < 0.05, "{age_s}: {now:?} {distance_m}");
+        }
+    }
+
+    #[test]
+    fn brake_starts_from_the_slower_of_motion_and_last_command() {
+        let limits = Limits::default();
+        let from = |predicted: f64, last: f64| {
+            brake(&limits, &Twist::new(predicted, 0.0), &Twist::new(last, 0.0), PERIOD_S).linear
+        };
+        assert!((from(0.9, 0.6) - 0.5).abs() < 1e-12, "a base that lags behind a braking command");
+        assert!((from(0.3, 0.6) - 0.2).abs() < 1e-12, "a base that still accelerates");
+        assert!((from(-0.3, -0.6) + 0.2).abs() < 1e-12, "in reverse");
+        assert_eq!(from(0.3, -0.1), 0.0, "a reversal passes through zero");
     }
 }

@@ -14,8 +14,8 @@ use crate::bench::EvaluationDigest;
 use crate::local::internals::evenly_spaced;
 use crate::local::internals::gpu::Batch;
 use crate::local::{
-    ClearanceField, CpuEngine, Detail, Engine, Evaluation, Explainer, Problem, QuantizedProblem,
-    SampleRecord, Terms,
+    Axis, ClearanceField, CpuEngine, Detail, Engine, Evaluation, Explainer, Problem,
+    QuantizedProblem, SampleRecord, Terms,
 };
 use crate::map::UnknownPolicy;
 
@@ -82,12 +82,7 @@ impl DecisionService {
                 "bytes": batch.sizes(),
                 "workgroups": batch.workgroups(),
                 "velocity_terms": prepared.vx_samples.iter().map(|vx| vx.velocity_term).collect::<Vec<_>>(),
-                "window": {
-                    "v": [window.vx.low, window.vx.high],
-                    "omega": [window.vtheta.low, window.vtheta.high],
-                    "v_count": window.vx.count,
-                    "omega_count": window.vtheta.count,
-                },
+                "window": { "v": values(&window.vx), "omega": values(&window.vtheta) },
                 "from": problem.pose,
                 "horizon_s": f64::from(problem.steps) * problem.step_s,
                 "unit": unit(&problem, &prepared, &evaluation),
@@ -178,6 +173,11 @@ fn check_limits(problem: &Problem) -> Result<(), HttpError> {
 }
 
 /// The size of one unit of each term in SI units.
+/// The values of an axis, in order.
+fn values(axis: &Axis) -> Vec<f64> {
+    (0..axis.count).map(|index| axis.value(index)).collect()
+}
+
 fn unit(problem: &Problem, prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
     let one = Terms { heading: 1, clearance: 1, velocity: 1, path: 1 };
     json!(Explainer::new(problem, prepared, evaluation).terms(&one))

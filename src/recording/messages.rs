@@ -197,6 +197,14 @@ pub fn diagnostics(
         key_value("plans", navigator.plans().len()),
         key_value("observation_faults", observation_faults),
     ];
+    let motion = navigator.motion();
+    values.push(key_value("delay_s", motion.safe_delay_s));
+    values.push(key_value("delay_identified", motion.delay_s.is_some()));
+    values.push(key_value("acceleration_m_s2", motion.acceleration_m_s2));
+    values.push(key_value("braking_m_s2", motion.braking_m_s2));
+    if let Some(ratio) = motion.turn_ratio {
+        values.push(key_value("turn_ratio", ratio.value));
+    }
     if let Some(stats) = navigator.deadline_stats() {
         values.push(key_value("deadline_ms", stats.deadline_s * 1e3));
         values.push(key_value("deadline_misses", stats.misses));

@@ -14,6 +14,7 @@
 //! read all data before the error, and a truncated file up to its last whole chunk. A chunk ends every 2 s.
 
 mod error;
+mod mcap_reader;
 mod messages;
 mod metadata;
 mod reader;

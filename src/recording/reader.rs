@@ -1,12 +1,12 @@
 //! Reads a recording: the metadata of the drive, then its ticks.
 
-use std::io::{ErrorKind, Read};
+use std::io::{Read, Seek};
 
+use mcap::McapError;
 use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{McapError, McapResult};
 
 use super::error::RecordingError;
+use super::mcap_reader::McapReader;
 use super::messages::Topic;
 use super::metadata::{CONFIG, DRIVE, DriveMetadata, DriveSummary};
 use super::tick::RecordedTick;
@@ -17,7 +17,8 @@ use crate::ros::msg::{Message, OccupancyGrid};
 pub struct Reader<R> {
     mcap: McapReader<R>,
     metadata: DriveMetadata,
-    tick_channel: u16,
+    /// The channel of the ticks; none before its record. Other programs write it just before the first tick.
+    tick_channel: Option<u16>,
     ticks: u64,
     summary: Option<DriveSummary>,
     is_truncated: bool,
@@ -29,19 +30,18 @@ struct Parts {
     config: Option<String>,
     drive: Option<String>,
     map_channel: Option<u16>,
-    tick_channel: Option<u16>,
     cells: Option<Vec<i8>>,
 }
 
-impl<R: Read> Reader<R> {
-    /// Reads the start of a recording: its metadata and its map.
+impl<R: Read + Seek> Reader<R> {
+    /// Reads the metadata and the map of a recording, wherever in the file they are, and continues at its start.
     ///
     /// # Errors
     /// When the file is no recording of this format, is damaged or cannot be read.
     pub fn open(file: R) -> Result<Self, RecordingError> {
         let mut mcap = McapReader::new(file);
         let mut parts = Parts::default();
-        while parts.cells.is_none() {
+        while !parts.are_complete() {
             match mcap.next() {
                 Ok(Some(record)) => parts.take(record)?,
                 Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => break,
@@ -49,8 +49,16 @@ impl<R: Read> Reader<R> {
                 Err(error) => return Err(damaged(0, error)),
             }
         }
-        let (metadata, tick_channel) = parts.join()?;
-        Ok(Self { mcap, metadata, tick_channel, ticks: 0, summary: None, is_truncated: false })
+        let metadata = parts.join()?;
+        mcap.rewind().map_err(|error| damaged(0, error))?;
+        Ok(Self {
+            mcap,
+            metadata,
+            tick_channel: None,
+            ticks: 0,
+            summary: None,
+            is_truncated: false,
+        })
     }
 
     /// The initial state of the drive.
@@ -67,9 +75,12 @@ impl<R: Read> Reader<R> {
         loop {
             match self.mcap.next() {
                 Ok(Some(Record::Message { header, data }))
-                    if header.channel_id == self.tick_channel =>
+                    if Some(header.channel_id) == self.tick_channel =>
                 {
                     return self.tick(&data).map(Some);
+                }
+                Ok(Some(Record::Channel(channel))) if channel.topic == Topic::Tick.name() => {
+                    self.tick_channel = Some(channel.id);
                 }
                 Ok(Some(Record::Metadata(summary))) if summary.name == SUMMARY => {
                     let values = summary.metadata;
@@ -117,6 +128,10 @@ impl<R: Read> Reader<R> {
 }
 
 impl Parts {
+    const fn are_complete(&self) -> bool {
+        self.config.is_some() && self.drive.is_some() && self.cells.is_some()
+    }
+
     fn take(&mut self, record: Record<'_>) -> Result<(), RecordingError> {
         match record {
             Record::Attachment { header, data, .. } if header.name == CONFIG => {
@@ -127,9 +142,6 @@ impl Parts {
             }
             Record::Channel(channel) if channel.topic == Topic::Map.name() => {
                 self.map_channel = Some(channel.id);
-            }
-            Record::Channel(channel) if channel.topic == Topic::Tick.name() => {
-                self.tick_channel = Some(channel.id);
             }
             Record::Message { header, data } if Some(header.channel_id) == self.map_channel => {
                 let map = OccupancyGrid::from_cdr(&data);
@@ -144,13 +156,12 @@ impl Parts {
         Ok(())
     }
 
-    fn join(self) -> Result<(DriveMetadata, u16), RecordingError> {
+    fn join(self) -> Result<DriveMetadata, RecordingError> {
         let missing = |missing| RecordingError::NotOurs { missing };
         let config = self.config.ok_or(missing("attachment config.toml"))?;
         let drive = self.drive.ok_or(missing("attachment drive.toml"))?;
-        let channel = self.tick_channel.ok_or(missing("topic /inbye/tick"))?;
         let cells = self.cells.ok_or(missing("message on /map"))?;
-        Ok((DriveMetadata::read(&config, &drive, cells)?, channel))
+        DriveMetadata::read(&config, &drive, cells)
     }
 }
 
@@ -163,48 +174,5 @@ fn damaged(ticks: u64, error: McapError) -> RecordingError {
     match error {
         McapError::Io(error) => RecordingError::Io(error),
         other => RecordingError::Damaged { ticks, reason: other.to_string() },
-    }
-}
-
-/// Bytes of a read. A length in the file is not trusted: more memory is used only as the file continues.
-const READ_BYTES: usize = 1 << 20;
-/// Longest record, bytes: the largest map has 100 million cells.
-const MAX_RECORD_BYTES: usize = 1 << 28;
-
-/// The records of an MCAP file from front to back. A truncated file is readable up to its last whole chunk.
-struct McapReader<R> {
-    file: R,
-    reader: LinearReader,
-}
-
-impl<R: Read> McapReader<R> {
-    fn new(file: R) -> Self {
-        let options = LinearReaderOptions::default()
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(MAX_RECORD_BYTES);
-        Self { file, reader: LinearReader::new_with_options(options) }
-    }
-
-    /// The next record, or nothing at the end of a whole file.
-    ///
-    /// # Errors
-    /// `McapError::UnexpectedEof` at the end of a truncated file; others if the file is damaged or cannot be read.
-    fn next(&mut self) -> McapResult<Option<Record<'static>>> {
-        loop {
-            let requested = match self.reader.next_event() {
-                None => return Ok(None),
-                Some(Err(error)) => return Err(error),
-                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    return Ok(Some(mcap::parse_record(opcode, data)?.into_owned()));
-                }
-                Some(Ok(LinearReadEvent::ReadRequest(bytes))) => bytes,
-            };
-            let buffer = self.reader.insert(requested.min(READ_BYTES));
-            match self.file.read(buffer) {
-                Ok(bytes) => self.reader.notify_read(bytes),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! Replays a recording: decides again on the recorded observations and compares the bits.
 
-use std::io::Read;
+use std::io::{Read, Seek};
 
 use super::error::RecordingError;
 use super::metadata::DriveMetadata;
@@ -76,7 +76,7 @@ impl Replay {
 ///
 /// # Errors
 /// When the recording is damaged or cannot be read, or the drive cannot start.
-pub fn replay<R: Read>(
+pub fn replay<R: Read + Seek>(
     reader: &mut Reader<R>,
     engine: Box<dyn Engine>,
 ) -> Result<Replay, RecordingError> {

@@ -42,12 +42,15 @@ const MODES: [Mode; 10] = [
 ];
 
 /// The reasons in the order of their numbers in the message, from one.
-const LOST_REASONS: [LostReason; 5] = [
+const LOST_REASONS: [LostReason; 8] = [
     LostReason::NoReturns,
     LostReason::BeamsThroughWalls,
     LostReason::PoorMatch,
     LostReason::PoseJump,
     LostReason::HighUncertainty,
+    LostReason::Ambiguous,
+    LostReason::NotMoving,
+    LostReason::LostAgain,
 ];
 
 #[expect(
@@ -69,6 +72,12 @@ mod message {
             time_s: f64,
             /// Time of the scan.
             scan_s: f64,
+            /// Time of the odometry.
+            odometry_s: f64,
+            /// Time of the last correction of the pose.
+            pose_s: f64,
+            /// Time of the latest scan that differed from the one before.
+            scan_changed_s: f64,
             /// Estimated pose.
             x: f64,
             /// Estimated pose.
@@ -141,7 +150,9 @@ fn constant_name(reason: LostReason) -> String {
 impl RecordedTick {
     /// The tick as a message in CDR.
     pub(super) fn to_cdr(&self) -> Vec<u8> {
-        let Observation { time_s, pose, lost, twist, scan, scan_s } = &self.observation;
+        let Observation { time_s, pose, pose_s, lost, twist, odometry_s, scan, .. } =
+            &self.observation;
+        let Observation { scan_s, scan_changed_s, .. } = &self.observation;
         let decision = &self.decision;
         let counts = decision.counts.unwrap_or_default();
         let message = message::Tick {
@@ -149,6 +160,9 @@ impl RecordedTick {
             tick: self.tick,
             time_s: *time_s,
             scan_s: *scan_s,
+            odometry_s: *odometry_s,
+            pose_s: *pose_s,
+            scan_changed_s: *scan_changed_s,
             x: pose.x,
             y: pose.y,
             yaw: pose.yaw,
@@ -195,8 +209,10 @@ impl RecordedTick {
             observation: Observation {
                 time_s: message.time_s,
                 pose: Pose::new(message.x, message.y, message.yaw),
+                pose_s: message.pose_s,
                 lost,
                 twist: Twist::new(message.linear, message.angular),
+                odometry_s: message.odometry_s,
                 scan: Scan {
                     angle_min: message.angle_min,
                     angle_increment: message.angle_increment,
@@ -204,6 +220,7 @@ impl RecordedTick {
                     ranges: message.ranges,
                 },
                 scan_s: message.scan_s,
+                scan_changed_s: message.scan_changed_s,
             },
             decision: Decision {
                 command: Twist::new(message.command_linear, message.command_angular),
@@ -242,8 +259,10 @@ mod tests {
             observation: Observation {
                 time_s: 12.3,
                 pose: Pose::new(0.1, -0.2, 0.3),
+                pose_s: 12.2,
                 lost: Some(LostReason::HighUncertainty),
                 twist: Twist::new(0.4, -0.5),
+                odometry_s: 12.28,
                 scan: Scan {
                     angle_min: -1.0,
                     angle_increment: 0.1,
@@ -251,6 +270,7 @@ mod tests {
                     ranges: vec![1.0 / 3.0, f64::INFINITY, 7.0],
                 },
                 scan_s: 12.25,
+                scan_changed_s: 12.15,
             },
             decision: Decision {
                 command: Twist::new(0.6, 0.7),

@@ -161,6 +161,8 @@ const fn traffic_text(kind: TrafficKind) -> &'static str {
         TrafficKind::Yielding => "pedestrians that stop for the robot",
         TrafficKind::NonYielding => "pedestrians that ignore the robot",
         TrafficKind::Appearing => "pedestrians that appear suddenly",
+        TrafficKind::Starting => "standing pedestrians that start to walk",
+        TrafficKind::SteppingOut => "pedestrians that step out of a crossing",
     }
 }
 

@@ -45,6 +45,7 @@ pub(super) fn document(title: &str, style: &str, script: &str, content: &Markup)
             head {
                 meta charset="utf-8";
                 meta http-equiv="Content-Security-Policy" content={ (POLICY) (scripts) };
+                meta name="generator" content="inbye";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }

@@ -235,9 +235,10 @@ fn drive_maps(report: &PaperReport, table: &DriveTable) -> MapsSideBySide {
     let shown = of_table.map(|(_, trace)| trace);
     let names = match table.traffic {
         TrafficKind::None => ["figure_12", "Fig. 12: no pedestrians"],
-        TrafficKind::Yielding | TrafficKind::Appearing => {
-            ["figure_13", "Fig. 13: pedestrians that stop for the robot"]
-        }
+        TrafficKind::Yielding
+        | TrafficKind::Appearing
+        | TrafficKind::Starting
+        | TrafficKind::SteppingOut => ["figure_13", "Fig. 13: pedestrians that stop for the robot"],
 
         TrafficKind::NonYielding => {
             ["figure_13_heedless", "Fig. 13 again: pedestrians that ignore the robot"]

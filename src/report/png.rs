@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use png_codec::{BitDepth, ColorType, Encoder, EncodingError};
 use resvg::render;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::fontdb::Database;
@@ -16,7 +17,8 @@ const FAMILY: &str = "DejaVu Sans";
 #[error("the picture cannot be rendered: {0}")]
 pub struct PngError(String);
 
-/// Returns an SVG picture as a PNG file of a width. Its height follows from the aspect of the picture.
+/// Returns an SVG picture as a PNG file of a width. Its height follows from the aspect of the picture. The text chunk `Software`
+/// names this program.
 ///
 /// # Errors
 /// Fails if the text is no SVG picture, or the image does not fit into the memory.
@@ -28,7 +30,19 @@ pub fn png(svg: &str, width_px: u32) -> Result<Vec<u8>, PngError> {
         PngError(format!("an image of {width_px} x {height_px} pixels is not possible"))
     })?;
     render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| PngError(error.to_string()))
+    encode(pixels).map_err(|error| PngError(error.to_string()))
+}
+
+fn encode(pixels: Pixmap) -> Result<Vec<u8>, EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, pixels.width(), pixels.height());
+    encoder.set_color(ColorType::Rgba);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.add_text_chunk("Software".to_owned(), "inbye".to_owned())?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&pixels.take_demultiplied())?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 /// Options with the program's own font and no others.

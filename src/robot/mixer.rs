@@ -131,6 +131,29 @@ impl Mixer {
         self.drive.twist(tracks)
     }
 
+    /// Restarts the ramp from measured track speeds, after a gap. A track that moves against its target, or not at all, restarts
+    /// from standstill; none restarts beyond its target.
+    pub fn restart(&mut self, measured: &TrackSpeeds, target: &Twist) {
+        let target = if target.is_finite() { *target } else { Twist::STOP };
+        let target = self.limits.scale_to_max(&self.drive.tracks(&target));
+        self.ramp = measured.zip(target, |measured, target| {
+            if measured * target > 0.0 {
+                measured.abs().min(target.abs()).copysign(target)
+            } else {
+                0.0
+            }
+        });
+    }
+
+    /// Lowers the ramp of each track to at most its measured speed plus an allowance for its lag, m/s. A stop then brakes from
+    /// where the track is, and not from a command that it has not followed.
+    pub fn limit_to(&mut self, measured: &TrackSpeeds, allowance: f64) {
+        self.ramp = self.ramp.zip(*measured, |ramp, measured| {
+            let max = measured.abs() + allowance;
+            if measured.is_finite() { ramp.clamp(-max, max) } else { ramp }
+        });
+    }
+
     /// Restarts the ramp from standstill, after an emergency stop or a lost connection.
     pub fn reset(&mut self) {
         self.ramp = TrackSpeeds::default();

@@ -1,17 +1,24 @@
-//! Description of the robot: footprint, limits, tracked drive and encoders.
+//! Description of the robot: footprint, limits, tracked drive and encoders; identification of its response to commands.
 
 use thiserror::Error;
 
 use crate::settings::SettingError;
 
+mod disc_cover;
 mod footprint;
+mod identification;
 mod limits;
 mod mixer;
+mod polygon;
 mod tracks;
 
 pub use footprint::{Disc, Footprint};
+pub use identification::{Interval, MotionEstimate, MotionIdentifier};
+pub(crate) use identification::{MAX_RATE, is_plausible};
 pub use limits::Limits;
 pub use mixer::{Mixer, TrackLimits};
+pub use polygon::Polygon;
+pub(crate) use polygon::segment_to_unit_square;
 pub use tracks::{PerTrack, Side, TrackOdometry, TrackSpeeds, TrackedDrive, travel_m};
 
 /// An invalid robot description.
@@ -36,6 +43,22 @@ pub enum RobotError {
         y: f64,
         /// The value found.
         radius: f64,
+    },
+    /// An invalid polygon of the body.
+    #[error("the body's polygon is not valid: {reason}")]
+    BadBody {
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A point of the body is outside all discs.
+    #[error(
+        "the footprint's discs leave ({x:.3}, {y:.3}) of the body uncovered: enlarge them, or leave them out and give the body's corners only"
+    )]
+    UncoveredBody {
+        /// Coordinate of the point, metres.
+        x: f64,
+        /// Coordinate of the point, metres.
+        y: f64,
     },
     /// A setting is out of range.
     #[error(transparent)]

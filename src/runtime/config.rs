@@ -5,21 +5,23 @@ use serde_json::json;
 
 use super::SimulationSettings;
 
+use crate::base::{CollisionMonitorSettings, ProtectiveLayer};
 use crate::global;
 use crate::local::{Engine, LocalPlanner, LocalSettings, MAX_DISCS};
 use crate::localization::LocalizationSettings;
 use crate::map::{ObstacleGrid, UnknownPolicy};
 use crate::navigator::{Fault, Navigator, NavigatorSettings, RobotModel, RoutePlanner, Waypoints};
-use crate::robot::{Disc, Footprint, Limits, TrackedDrive};
-use crate::settings::{choices, require, setting_schema, settings};
+use crate::robot::{Footprint, Limits, Polygon, TrackedDrive};
+use crate::settings::{SettingError, choices, require, setting_schema, settings};
 
 settings! {
     /// The robot.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct RobotConfig {
-        /// Discs that cover the robot in its own frame, 1 to 8: centre ahead `x` and to the left `y`, and `radius`, above zero,
-        /// metres.
+        /// Shape of the robot in its own frame, metres: the corners `[x, y]` of its body as in Nav2, which discs then cover; or 1 to
+        /// 8 discs, each with its centre ahead `x` and to the left `y`, and a `radius` above zero; or a table of both, `body` and
+        /// `discs`, where the discs must cover the body. Contact is judged by the body.
         pub footprint: Footprint = default_footprint();
         /// Distance between the tracks' centre lines.
         pub track_width_m: f64 = 0.45, ["m", above 0];
@@ -32,10 +34,9 @@ settings! {
     }
 }
 
-/// A tracked base of about 0.7 by 0.5 m, covered by two discs.
+/// A tracked base of 0.7 by 0.5 m.
 fn default_footprint() -> Footprint {
-    let discs = [0.12, -0.12].map(|x| Disc { x, y: 0.0, radius: 0.3 });
-    Footprint::new(discs.to_vec()).expect("two discs with a radius")
+    Footprint::covering(Polygon::rectangle(0.7, 0.5).expect("a rectangle with an area"))
 }
 
 impl RobotConfig {
@@ -67,7 +68,16 @@ pub enum PoseSource {
 setting_schema! {
     PoseSource: choices::<Self>();
     UnknownPolicy: choices::<Self>();
-    Footprint: json!({
+    Footprint: footprint_schema();
+}
+
+fn footprint_schema() -> serde_json::Value {
+    let corners = json!({
+        "type": "array",
+        "minItems": 3,
+        "items": { "type": "array", "minItems": 2, "maxItems": 2, "items": { "type": "number" } },
+    });
+    let discs = json!({
         "type": "array",
         "minItems": 1,
         "maxItems": MAX_DISCS,
@@ -82,6 +92,28 @@ setting_schema! {
             "additionalProperties": false,
         },
     });
+    let both = json!({
+        "type": "object",
+        "properties": { "body": corners, "discs": discs },
+        "required": ["body", "discs"],
+        "additionalProperties": false,
+    });
+    json!({ "anyOf": [corners, discs, both] })
+}
+
+settings! {
+    /// The ROS 2 node.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct NodeConfig {
+        /// Age of a transform on `tf` from which the robot brakes. Transforms on `tf_static` do not age.
+        pub transform_timeout_s: f64 = 0.3, ["s", above 0 to 10000];
+        /// A stamp of a scan or of odometry may be this far in the future: clocks are never quite equal. A message with a
+        /// later stamp is rejected.
+        pub max_clock_ahead_s: f64 = 0.1, ["s", 0 to 10];
+        /// Memory that the network process may use, on Linux. With more it is ended and started again.
+        pub network_memory_mib: u32 = 1024, ["MiB", 64 to 65536];
+    }
 }
 
 settings! {
@@ -102,8 +134,12 @@ settings! {
         pub local: LocalSettings = LocalSettings::default();
         /// Navigation along the path.
         pub navigator: NavigatorSettings = NavigatorSettings::default();
+        /// The protective layer below the planner, in the sender of a real base and in simulation.
+        pub collision_monitor: CollisionMonitorSettings = CollisionMonitorSettings::default();
         /// Localisation by scan matching.
         pub localization: LocalizationSettings = LocalizationSettings::default();
+        /// The ROS 2 node.
+        pub node: NodeConfig = NodeConfig::default();
         /// The simulated robot and its world.
         pub simulation: SimulationSettings = SimulationSettings::default();
     }
@@ -117,6 +153,27 @@ pub fn renamed_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 impl Config {
+    /// Creates the protective layer of this robot's sender, which sends a command in each period, seconds. It is not armed.
+    ///
+    /// # Errors
+    /// Names the first setting out of range.
+    pub fn protective_layer(&self, period_s: f64) -> Result<ProtectiveLayer, SettingError> {
+        let body = self.robot.footprint.clone();
+        let settings = self.collision_monitor.clone();
+        ProtectiveLayer::new(settings, body, self.robot.limits, period_s)
+    }
+
+    /// The configuration for a robot in real time: the control loop never waits for a plan, and a decision has a deadline, one
+    /// control period unless the settings have another.
+    #[must_use]
+    pub const fn in_real_time(mut self) -> Self {
+        self.navigator.wait_for_plans = false;
+        if self.navigator.deadline_s.is_none() {
+            self.navigator.deadline_s = Some(self.local.control_period_s);
+        }
+        self
+    }
+
     /// Creates the planner of global paths for this robot, on maps of a resolution in metres.
     #[must_use]
     pub fn route_planner(&self, resolution_m: f64) -> RoutePlanner {

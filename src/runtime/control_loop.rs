@@ -1,16 +1,18 @@
 //! The closed loop of a mission: sense, decide, record and drive, tick by tick.
 
+use std::collections::BTreeMap;
+
 use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
 use super::{
     Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot, Trace,
     TraceRow,
 };
-use crate::geometry::Pose;
+use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
 use crate::localization::{
     DeskewedScan, LocalizationError, Localizer, LostReason, PoseEstimate, PoseHistory,
 };
-use crate::map::{ObstacleGrid, Scan, TimedScan};
+use crate::map::{ObstacleGrid, Scan, ScanChange, TimedScan};
 use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 
 pub(super) struct ControlLoop<'a> {
@@ -20,12 +22,17 @@ pub(super) struct ControlLoop<'a> {
     pose_estimator: PoseEstimator,
     odometry: PoseHistory,
     deskewed: DeskewedScan,
+    scan_change: ScanChange,
+    /// Time of the newest scan, and of the newest one that differed from the one before, seconds.
+    scan_s: Option<f64>,
+    scan_changed_s: f64,
     navigator: Navigator,
     /// Gaps on the map, for a robot that does not know the true ones; prepared when first needed.
     map_gap: Option<ObstacleGap>,
     trace: Trace,
     decision_s: Vec<f64>,
     stop_errors: Vec<StopError>,
+    protective_actions: BTreeMap<&'static str, u64>,
     engine: String,
 }
 
@@ -41,7 +48,10 @@ impl<'a> ControlLoop<'a> {
         let known = mission.map.obstacles(config.unknown);
         let pose_estimator = PoseEstimator::new(config, &known, mission.start)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
-        let navigator = config.new_navigator(known, &waypoints, engine, observer.clock)?;
+        let real_time = robot.is_real_time().then(|| config.clone().in_real_time());
+        let navigator_config = real_time.as_ref().unwrap_or(config);
+        let navigator =
+            navigator_config.new_navigator(known, &waypoints, engine, observer.clock)?;
         let engine = navigator.planner().engine_name();
         let moving_radii = robot.moving_radii_m();
         Ok(Self {
@@ -51,11 +61,15 @@ impl<'a> ControlLoop<'a> {
             pose_estimator,
             odometry: PoseHistory::new(),
             deskewed: DeskewedScan::default(),
+            scan_change: ScanChange::default(),
+            scan_s: None,
+            scan_changed_s: 0.0,
             navigator,
             map_gap: None,
             trace: Trace { moving_radii, ..Trace::default() },
             decision_s: Vec::new(),
             stop_errors: Vec::new(),
+            protective_actions: BTreeMap::new(),
             engine,
         })
     }
@@ -112,6 +126,10 @@ impl<'a> ControlLoop<'a> {
         };
         let period_s = self.config.local.control_period_s;
         let has_stopped = self.robot.drive(&decision.command, period_s).is_break();
+        let protective_action = self.robot.protective_action();
+        if !protective_action.passes() {
+            *self.protective_actions.entry(protective_action.name()).or_default() += 1;
+        }
         (observer.on_tick)(&TickEvent {
             row: &row,
             observation: &observation,
@@ -120,6 +138,7 @@ impl<'a> ControlLoop<'a> {
             decision: &decision,
             took_s,
             moving_radii: &self.trace.moving_radii,
+            protective_action: &protective_action,
             robot_fault: self.robot.fault().as_deref(),
             navigator: &self.navigator,
         });
@@ -130,11 +149,12 @@ impl<'a> ControlLoop<'a> {
     fn observe(&mut self, time_s: f64) -> (Observation, OdometryReading) {
         let sensed = self.robot.sense(time_s);
         let odometry = sensed.odometry;
-        self.odometry.record(time_s, &odometry.pose);
+        self.odometry.record(sensed.odometry_s, &odometry.pose);
         let lidar = sensed.lidar.as_ref();
-        self.pose_estimator.update(time_s, &odometry.pose, sensed.pose, lidar);
+        self.pose_estimator.update(sensed.odometry_s, &odometry.pose, sensed.pose, lidar);
+        self.note_scan_change(sensed.odometry_s, lidar);
         let (scan, scan_s) = match sensed.lidar {
-            Some(LidarData::Scan(scan)) => (scan, time_s),
+            Some(LidarData::Scan(scan)) => (scan, sensed.odometry_s),
             // The navigator takes a revolution as seen from the newest odometry.
             Some(LidarData::TimedScan(sweep)) => {
                 self.deskewed.deskew(&sweep, &self.odometry);
@@ -146,12 +166,35 @@ impl<'a> ControlLoop<'a> {
         let observation = Observation {
             time_s,
             pose: self.pose_estimator.pose(),
+            pose_s: self.pose_estimator.pose_s(sensed.odometry_s),
             lost: self.pose_estimator.lost(),
-            twist: odometry.twist,
+            twist: self.pose_estimator.ground_twist(&odometry.twist),
+            odometry_s: sensed.odometry_s,
             scan,
             scan_s,
+            scan_changed_s: self.scan_changed_s,
         };
         (observation, odometry)
+    }
+
+    /// Compares a new scan, as measured, with the one before.
+    fn note_scan_change(&mut self, time_s: f64, lidar: Option<&LidarData>) {
+        let scan_s = match lidar {
+            Some(LidarData::Scan(_)) | None => time_s,
+            Some(LidarData::TimedScan(sweep)) => sweep.end_s().unwrap_or(time_s),
+        };
+        if self.scan_s.replace(scan_s) == Some(scan_s) {
+            return;
+        }
+        self.scan_changed_s = match lidar {
+            Some(LidarData::Scan(scan)) => {
+                self.scan_change.update(scan_s, scan.ranges.iter().copied())
+            }
+            Some(LidarData::TimedScan(sweep)) => {
+                self.scan_change.update(scan_s, sweep.beams.iter().map(|beam| beam.range))
+            }
+            None => scan_s,
+        };
     }
 
     fn gap_on_map_m(&mut self, pose: &Pose) -> f64 {
@@ -188,8 +231,11 @@ impl<'a> ControlLoop<'a> {
             stop_errors: self.stop_errors,
             fault: self.navigator.fault().cloned(),
             observation_faults: self.navigator.observation_faults().clone(),
+            protective_actions: self.protective_actions,
             incidents: self.navigator.planner().incidents().cloned(),
             deadline_stats: self.navigator.deadline_stats(),
+            motion: *self.navigator.motion(),
+            odometry_scale: self.pose_estimator.odometry_scale(),
             decision_s: self.decision_s,
             engine: self.engine,
             plans,
@@ -204,8 +250,8 @@ enum PoseEstimator {
     Fixes(Pose),
     Scans {
         localizer: Box<Localizer>,
-        /// End of the last revolution that was matched, seconds.
-        matched_s: Option<f64>,
+        /// End of the last revolution that was matched, seconds; the start of the mission before the first.
+        matched_s: f64,
     },
 }
 
@@ -215,7 +261,7 @@ impl PoseEstimator {
             PoseSource::Fixes => Self::Fixes(start),
             PoseSource::Scans => Self::Scans {
                 localizer: Box::new(Localizer::new(known, config.localization, &start)?),
-                matched_s: None,
+                matched_s: 0.0,
             },
         })
     }
@@ -235,10 +281,11 @@ impl PoseEstimator {
                 match lidar {
                     Some(LidarData::Scan(scan)) => {
                         localizer.update(&TimedScan::from_scan(scan, time_s, 0.0));
+                        *matched_s = time_s;
                     }
                     Some(LidarData::TimedScan(sweep)) => {
-                        let end_s = sweep.end_s();
-                        if end_s.is_some() && end_s != *matched_s {
+                        let newer_s = sweep.end_s().filter(|end_s| end_s != matched_s);
+                        if let Some(end_s) = newer_s {
                             localizer.update(sweep);
                             *matched_s = end_s;
                         }
@@ -254,6 +301,29 @@ impl PoseEstimator {
             Self::Fixes(pose) => *pose,
             Self::Scans { localizer, .. } => *localizer.pose(),
         }
+    }
+
+    /// Time of the last measurement that corrected the pose, seconds, given that of the odometry: a positioning of the
+    /// robot's own is as old as its odometry.
+    const fn pose_s(&self, odometry_s: f64) -> f64 {
+        match self {
+            Self::Fixes(_) => odometry_s,
+            Self::Scans { matched_s, .. } => *matched_s,
+        }
+    }
+
+    /// Learned scale of odometry's distances and turns.
+    fn odometry_scale(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Fixes(_) => None,
+            Self::Scans { localizer, .. } => Some(localizer.odometry_scale()),
+        }
+    }
+
+    /// The measured velocity over the ground: belts that slip are faster than the robot.
+    fn ground_twist(&self, measured: &Twist) -> Twist {
+        let (distance, turn) = self.odometry_scale().unwrap_or((1.0, 1.0));
+        Twist::new(measured.linear * distance, measured.angular * turn)
     }
 
     /// The localizer's own report.

@@ -11,10 +11,12 @@ use thiserror::Error;
 use super::{LidarData, OdometryReading, Robot, SensorData};
 use crate::base::ld19::{LidarReader, LidarSettings, LidarStatus, OpenLidar};
 use crate::base::{
-    BaseConfig, BaseError, BaseSupervisor, DriveStatus, OpenBase, Protocol, SupervisorStatus,
+    BaseConfig, BaseError, BaseSupervisor, DriveStatus, OpenBase, ProtectiveAction,
+    ProtectiveLayer, Protocol, SupervisorStatus,
 };
 use crate::geometry::{Pose, Twist};
 use crate::map::TimedScan;
+use crate::robot::Limits;
 
 /// Longest time from opening the base's port to its first report, seconds.
 const FIRST_REPORT_S: f64 = 3.0;
@@ -73,13 +75,42 @@ impl SerialLine {
         Self { port: port.to_owned(), protocol, config: BaseConfig::default() }
     }
 
+    /// The largest speed of the tracks, m/s, if the base has no watchdog.
+    #[must_use]
+    pub fn speed_cap_m_s(&self) -> Option<f64> {
+        let base = &self.config.base;
+        let has_watchdog = self.protocol.has_watchdog() || base.has_watchdog;
+        (!has_watchdog).then_some(base.max_speed_without_watchdog_m_s)
+    }
+
+    /// Warns of a base without a watchdog, in one line.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let cap = self.speed_cap_m_s()?;
+        Some(format!(
+            "{} firmware has no watchdog: the base drives on if this program is killed, so it drives at most {cap} m/s; set has_watchdog = true in [base] if yours has one",
+            self.protocol
+        ))
+    }
+
+    /// Lowers a robot's limits to the speed that a base without a watchdog may drive.
+    pub fn cap_speed(&self, limits: &mut Limits) {
+        if let Some(cap) = self.speed_cap_m_s() {
+            limits.max_vel_x = limits.max_vel_x.min(cap);
+            limits.min_vel_x = limits.min_vel_x.clamp(-cap, cap);
+        }
+    }
+
     /// Opens the port and starts the supervisor. The base stands until a target is set. It stops again when the flag is set,
     /// for example by a signal handler.
     ///
     /// # Errors
     /// [`HardwareError::Base`].
     pub fn supervise(&self, end: Arc<AtomicBool>) -> Result<BaseSupervisor, HardwareError> {
-        let BaseConfig { base, supervisor, .. } = self.config;
+        let BaseConfig { mut base, supervisor, .. } = self.config;
+        if let Some(cap) = self.speed_cap_m_s() {
+            base.tracks.max_track_speed = base.tracks.max_track_speed.min(cap);
+        }
         Ok(BaseSupervisor::start(self.opener(), &base, supervisor, end)?)
     }
 
@@ -119,16 +150,17 @@ impl SerialLine {
 
     #[cfg(feature = "serial")]
     fn opener(&self) -> OpenBase {
-        use crate::base::{SerialBase, SerialSettings};
+        use crate::base::{SamePort, SerialBase, SerialSettings};
         let Self { port, protocol, config } = self.clone();
         // One exchange must fit into the period of the commands.
         let settings = SerialSettings {
             request_timeout: Duration::from_millis(10),
             ..SerialSettings::default()
         };
+        let mut port = SamePort::new(port);
         Box::new(move || {
             let session = protocol.session(config.base)?;
-            Ok(Box::new(SerialBase::open(&port, session, settings)?))
+            Ok(Box::new(port.open(|name| SerialBase::open(name, session, settings))?))
         })
     }
 
@@ -163,7 +195,8 @@ pub fn connect_lidar(port: &str, settings: LidarSettings) -> Result<LidarReader,
 
 #[cfg(feature = "serial")]
 fn lidar_opener(port: String) -> OpenLidar {
-    Box::new(move || crate::base::open_lidar_port(&port))
+    let mut port = crate::base::SamePort::new(port);
+    Box::new(move || port.open(crate::base::open_lidar_port))
 }
 
 #[cfg(not(feature = "serial"))]
@@ -188,6 +221,8 @@ pub struct HardwareRobot {
     start: Pose,
     /// The odometer's pose at the first command; none before.
     origin: Option<Pose>,
+    /// Time of the last observation by the clock of the base.
+    observed_s: f64,
     /// Time of the next tick by the clock of the base.
     due_s: f64,
     late_ticks: u64,
@@ -195,9 +230,11 @@ pub struct HardwareRobot {
 }
 
 struct Lidar {
-    reader: LidarReader,
+    reader: Arc<LidarReader>,
     /// The newest revolution by the clock of the mission, and its number.
     newest: (u64, TimedScan),
+    /// Time of the first beam of that revolution by the clock of the base; none before the first revolution.
+    began_s: Option<f64>,
 }
 
 impl HardwareRobot {
@@ -209,6 +246,7 @@ impl HardwareRobot {
             lidar: None,
             start,
             origin: None,
+            observed_s: 0.0,
             due_s: 0.0,
             late_ticks: 0,
             last_report_s: 0.0,
@@ -218,8 +256,32 @@ impl HardwareRobot {
     /// Adds a lidar at the origin of the robot.
     #[must_use]
     pub fn with_lidar(self, reader: LidarReader) -> Self {
-        let lidar = Some(Lidar { reader, newest: (0, TimedScan::default()) });
+        let reader = Arc::new(reader);
+        let lidar = Some(Lidar { reader, newest: (0, TimedScan::default()), began_s: None });
         Self { lidar, ..self }
+    }
+
+    /// Passes every command through a protective layer, which gets the raw scans of the lidar on the thread that sends. Without
+    /// a lidar only its switch acts. Add the lidar first.
+    pub fn protect(&mut self, layer: ProtectiveLayer) {
+        let Some(lidar) = &self.lidar else {
+            self.base.protect(layer.without_lidar(), None);
+            return;
+        };
+        let reader = Arc::clone(&lidar.reader);
+        let mut revolutions = 0;
+        let newest = move |now_s: f64| {
+            let status = reader.status();
+            if status.revolutions == revolutions {
+                return None;
+            }
+            revolutions = status.revolutions;
+            let mut sweep = TimedScan::clone(status.scan.as_ref()?);
+            let ahead_s = now_s - reader.now_s();
+            sweep.beams.iter_mut().for_each(|beam| beam.time_s += ahead_s);
+            Some(sweep)
+        };
+        self.base.protect(layer, Some(Box::new(newest)));
     }
 
     /// The base's status.
@@ -250,11 +312,15 @@ impl HardwareRobot {
 
 impl Lidar {
     /// Returns the newest revolution by a clock whose present time is given, seconds. Its times are set once, when it is new.
-    fn newest(&mut self, now_s: f64) -> TimedScan {
+    /// `base_now_s` is the present time by the clock of the base.
+    fn newest(&mut self, now_s: f64, base_now_s: f64) -> TimedScan {
         let status = self.reader.status();
-        let ahead_s = now_s - self.reader.now_s();
+        let reader_now_s = self.reader.now_s();
+        let ahead_s = now_s - reader_now_s;
         if let Some(sweep) = status.scan.filter(|_| status.revolutions != self.newest.0) {
             let mut sweep = TimedScan::clone(&sweep);
+            let first = sweep.beams.first();
+            self.began_s = first.map(|beam| beam.time_s + base_now_s - reader_now_s);
             for beam in &mut sweep.beams {
                 beam.time_s += ahead_s;
             }
@@ -266,27 +332,41 @@ impl Lidar {
 
 impl Robot for HardwareRobot {
     fn sense(&mut self, time_s: f64) -> SensorData {
+        let now_s = self.base.now_s();
+        self.observed_s = now_s;
         let status = self.base.status();
         let twist = status.feedback.map_or(Twist::STOP, |report| report.twist);
         let pose = self.pose(&status);
+        let now_s = self.base.now_s();
+        let age_s = now_s - status.feedback_s.unwrap_or(0.0);
         let lidar = self.lidar.as_mut();
         SensorData {
             odometry: OdometryReading { pose, twist },
-            lidar: lidar.map(|lidar| LidarData::TimedScan(lidar.newest(time_s))),
+            odometry_s: time_s - age_s,
+            lidar: lidar.map(|lidar| LidarData::TimedScan(lidar.newest(time_s, now_s))),
             pose: None,
         }
     }
 
-    /// Sets the command, and waits until the next tick is due. Breaks when a stop is latched, when the supervisor ends, or when
-    /// the base is silent for 10 s.
+    fn is_real_time(&self) -> bool {
+        true
+    }
+
+    /// Sets the command with the time of its observation, and waits until the next tick is due. After a gap of the base's
+    /// commands or reports it sets none until the lidar has completed a new revolution. Breaks when a stop is latched, when
+    /// the supervisor ends, or when the base is silent for 10 s.
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
         let now_s = self.base.now_s();
         if self.origin.is_none() {
             self.origin = Some(self.base.status().pose);
             (self.due_s, self.last_report_s) = (now_s, now_s);
         }
-        // A rejected command means a latched stop, which breaks below.
-        let _ = self.base.set_target(command, now_s);
+        let resumed_s = self.base.status().resumed_s;
+        let began_s = self.lidar.as_ref().and_then(|lidar| lidar.began_s);
+        if began_s.is_none_or(|began_s| began_s >= resumed_s) {
+            // A rejected command means a latched stop, which breaks below.
+            let _ = self.base.set_target(command, self.observed_s);
+        }
         self.due_s += period_s;
         if self.due_s + period_s < now_s {
             self.late_ticks += 1;
@@ -302,6 +382,13 @@ impl Robot for HardwareRobot {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
+    }
+
+    fn protective_action(&self) -> ProtectiveAction {
+        match self.base.status().drive_status {
+            DriveStatus::Protected(action) => action,
+            _ => ProtectiveAction::Pass,
+        }
     }
 
     fn fault(&self) -> Option<String> {

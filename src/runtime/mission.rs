@@ -2,6 +2,7 @@
 
 use super::control_loop::ControlLoop;
 use super::{Config, OdometryReading, Robot, Trace, TraceRow};
+use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
 use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
@@ -10,6 +11,7 @@ use crate::map::OccupancyGrid;
 use crate::navigator::{
     DeadlineStats, Decision, Fault, Goal, Mode, Navigator, Observation, ObservationFault,
 };
+use crate::robot::MotionEstimate;
 use crate::settings::SettingError;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -78,10 +80,16 @@ pub struct MissionResult {
     pub engine: String,
     /// Observations that the navigator rejected, counted by cause.
     pub observation_faults: BTreeMap<ObservationFault, u64>,
+    /// Ticks in which the protective layer changed the command, counted by the name of its action.
+    pub protective_actions: BTreeMap<&'static str, u64>,
     /// GPU failures; none for an engine without a CPU fallback.
     pub incidents: Option<Incidents>,
     /// Deadline statistics; none without a deadline.
     pub deadline_stats: Option<DeadlineStats>,
+    /// What the drive has shown of the base's response: latency, acceleration, braking, speed and turn ratios.
+    pub motion: MotionEstimate,
+    /// Learned scale of odometry's distances and turns, for a pose from scans; below one for slipping tracks.
+    pub odometry_scale: Option<(f64, f64)>,
 }
 
 /// Pose of the robot minus that of a stop.
@@ -140,6 +148,8 @@ pub struct TickEvent<'a> {
     pub took_s: f64,
     /// Radius of each moving obstacle, metres, in the order of [`TraceRow::moving`].
     pub moving_radii: &'a [f64],
+    /// What the protective layer did to the command.
+    pub protective_action: &'a ProtectiveAction,
     /// Fault of the robot after the tick, as a sentence.
     pub robot_fault: Option<&'a str>,
     /// The navigator after the tick.

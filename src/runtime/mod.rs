@@ -5,15 +5,17 @@ mod control_loop;
 pub mod hardware;
 mod mission;
 mod obstacle_gap;
+pub(crate) mod plant_settings;
 mod robot_interface;
 pub(crate) mod simulation_settings;
 mod trace;
 
-pub use config::{Config, PoseSource, RobotConfig, renamed_keys};
+pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use mission::{
     FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
 };
 pub use obstacle_gap::ObstacleGap;
+pub use plant_settings::{PlantKind, PlantRanges};
 pub use robot_interface::{GroundTruth, LidarData, OdometryReading, Robot, SensorData};
 pub use simulation_settings::SimulationSettings;
 pub use trace::{Trace, TraceRow};

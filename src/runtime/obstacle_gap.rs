@@ -1,10 +1,10 @@
-//! Gaps between a footprint and the obstacles of a map, exact to rounding.
+//! Gaps between a robot's body and the obstacles of a map, exact to rounding.
 
 use core::f64::consts::SQRT_2;
 
 use crate::geometry::{Point, Pose};
 use crate::map::{Cell, DistanceField, ObstacleGrid};
-use crate::robot::Footprint;
+use crate::robot::{Footprint, Polygon, segment_to_unit_square};
 
 /// Measures gaps to static obstacles.
 ///
@@ -29,14 +29,95 @@ impl ObstacleGap {
         &self.obstacles
     }
 
-    /// The smallest gap between the footprint at a pose and any obstacle, metres; contact at or below zero. A disc with its
-    /// centre inside an obstacle has a gap of minus its radius.
+    /// The smallest gap between the body at a pose and any obstacle, metres; contact at or below zero. A polygon that touches
+    /// or overlaps an obstacle has a gap of zero. A disc with its centre inside an obstacle has a gap of minus its radius.
     #[must_use]
     pub fn gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
+        if let Some(body) = footprint.body() {
+            let frame = self.obstacles.frame();
+            let body = body.mapped(|corner| frame.to_cell_units(&pose.transform(corner)));
+            return self.polygon_gap_in_cells(&body) * frame.resolution_m;
+        }
+        self.disc_gap_m(footprint, pose)
+    }
+
+    /// As [`Self::gap_m`], by the discs of the footprint: at most that of the body, and faster.
+    #[must_use]
+    pub fn disc_gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
         footprint
             .at(pose)
             .map(|(center, radius)| self.distance_m(&center) - radius)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Distance in cells between a polygon, in cell units, and the nearest solid square.
+    fn polygon_gap_in_cells(&self, body: &Polygon) -> f64 {
+        let mut least = f64::INFINITY;
+        for corner in body.corners() {
+            let Some(cell) = self.obstacles.frame().cell_at_units(corner) else {
+                return 0.0;
+            };
+            least = least.min(self.to_border(corner)).min(self.distance_in_cells(corner, cell));
+        }
+        if least > 0.0 && self.has_obstacle_inside(body) {
+            return 0.0;
+        }
+        for (from, to) in body.edges() {
+            least = self.segment_gap_in_cells((*from, *to), least);
+        }
+        least
+    }
+
+    /// The smaller of a value and the distance in cells between a segment and the nearest square.
+    ///
+    /// Divides the segment until a part is shorter than two cells, and leaves out the parts that are too far from any square.
+    /// The distance to the border of the grid is least at an end.
+    fn segment_gap_in_cells(&self, (from, to): (Point, Point), least: f64) -> f64 {
+        let middle = from + (to - from) * 0.5;
+        let half = (to - from).norm() / 2.0;
+        let Some(cell) = self.obstacles.frame().cell_at_units(&middle) else {
+            return least;
+        };
+        let nearest = self.field.squared_cells()[self.obstacles.frame().index(cell)];
+        if f64::from(nearest).sqrt() - SQRT_2 - half >= least
+            || nearest >= DistanceField::NO_OBSTACLE
+        {
+            return least;
+        }
+        if half > 1.0 {
+            let least = self.segment_gap_in_cells((from, middle), least);
+            return self.segment_gap_in_cells((middle, to), least);
+        }
+        let mut squared = least * least;
+        self.for_each_near(cell, least + half + SQRT_2, |square| {
+            let corner = Point::new(f64::from(square.column), f64::from(square.row));
+            squared = squared.min(segment_to_unit_square(&from, &to, &corner));
+        });
+        squared.sqrt()
+    }
+
+    /// Whether the middle of an obstacle's square is inside a polygon, which then need not touch the outline.
+    fn has_obstacle_inside(&self, body: &Polygon) -> bool {
+        let frame = self.obstacles.frame();
+        let corners = body.corners();
+        let low = corners.iter().fold(corners[0], |low, corner| low.min(corner));
+        let high = corners.iter().fold(corners[0], |high, corner| high.max(corner));
+        let span = |low: f64, high: f64, cells: i32| {
+            (low.floor() as i32).max(0)..=(high.floor() as i32).min(cells - 1)
+        };
+        span(low.y, high.y, frame.height).any(|row| {
+            span(low.x, high.x, frame.width).any(|column| {
+                let cell = Cell::new(column, row);
+                self.obstacles.cells()[frame.index(cell)] && body.contains(&cell.center())
+            })
+        })
+    }
+
+    /// Distance in cells from a point of the grid, in cell units, to the border of the grid.
+    fn to_border(&self, units: &Point) -> f64 {
+        let frame = self.obstacles.frame();
+        (units.x.min(f64::from(frame.width) - units.x))
+            .min(units.y.min(f64::from(frame.height) - units.y))
     }
 
     /// Distance from a point to the nearest solid square, metres; zero inside one.
@@ -46,25 +127,31 @@ impl ObstacleGap {
             return 0.0;
         };
         let units = frame.to_cell_units(point);
-        let to_border = (units.x.min(f64::from(frame.width) - units.x))
-            .min(units.y.min(f64::from(frame.height) - units.y));
-        self.distance_in_cells(&units, cell).min(to_border) * frame.resolution_m
+        self.distance_in_cells(&units, cell).min(self.to_border(&units)) * frame.resolution_m
     }
 
     /// Distance in cells from a point, given in cell units, to the nearest square of the grid; infinite without obstacles.
     ///
     /// The field holds the distance from the cell's centre to the nearest obstacle's centre; no centre is nearer. The centre
     /// of the nearest square is farther by at most three half diagonals: two for the position of the point in its cell, one
-    /// for the square. So only a ring of cells is searched.
+    /// for the square.
     fn distance_in_cells(&self, point: &Point, cell: Cell) -> f64 {
-        let frame = self.obstacles.frame();
-        let nearest = self.field.squared_cells()[frame.index(cell)];
+        let nearest = self.field.squared_cells()[self.obstacles.frame().index(cell)];
         if nearest >= DistanceField::NO_OBSTACLE {
             return f64::INFINITY;
         }
-        let nearest = f64::from(nearest);
-        let reach = nearest.sqrt() + 1.5 * SQRT_2;
         let mut best = f64::INFINITY;
+        self.for_each_near(cell, f64::from(nearest).sqrt() + 1.5 * SQRT_2, |square| {
+            best = best.min(squared_distance_to_square(point, square));
+        });
+        best.sqrt()
+    }
+
+    /// Visits the obstacle cells whose centre is within a distance, in cells, of a cell's centre; the cell has an obstacle
+    /// somewhere. None is nearer than the field says, so only a ring of cells is searched.
+    fn for_each_near(&self, cell: Cell, reach: f64, mut visit: impl FnMut(Cell)) {
+        let frame = self.obstacles.frame();
+        let nearest = f64::from(self.field.squared_cells()[frame.index(cell)]);
         let rows = reach.floor() as i32;
         for row in (cell.row - rows).max(0)..=(cell.row + rows).min(frame.height - 1) {
             let offset = f64::from(row - cell.row);
@@ -75,11 +162,10 @@ impl ObstacleGap {
             for column in left.chain(right) {
                 let square = Cell::new(column, row);
                 if frame.contains(square) && self.obstacles.cells()[frame.index(square)] {
-                    best = best.min(squared_distance_to_square(point, square));
+                    visit(square);
                 }
             }
         }
-        best.sqrt()
     }
 }
 

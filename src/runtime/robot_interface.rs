@@ -2,6 +2,7 @@
 
 use core::ops::ControlFlow;
 
+use crate::base::ProtectiveAction;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{Scan, TimedScan};
 
@@ -18,7 +19,7 @@ pub struct OdometryReading {
 /// Lidar data of one tick.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LidarData {
-    /// All beams of one instant, the time of the tick.
+    /// All beams of one instant, that of the odometry.
     Scan(Scan),
     /// Beams that were measured one after the other. The same revolution may be delivered again; it is empty before the first.
     TimedScan(TimedScan),
@@ -29,6 +30,8 @@ pub enum LidarData {
 pub struct SensorData {
     /// The motion that the base measures.
     pub odometry: OdometryReading,
+    /// Time of that measurement, seconds, by the clock of the mission.
+    pub odometry_s: f64,
     /// The newest lidar data; none for a robot without a lidar.
     pub lidar: Option<LidarData>,
     /// Pose in the map by the robot's own positioning; none for a robot without one.
@@ -68,9 +71,20 @@ pub trait Robot {
         Vec::new()
     }
 
+    /// Whether time passes by itself, as for every real robot. The loop then waits for no plan, and a decision has a deadline:
+    /// see [`Config::in_real_time`](super::Config::in_real_time).
+    fn is_real_time(&self) -> bool {
+        false
+    }
+
     /// Executes a finite command for one control period, seconds, of simulated or real time. Returns a break where the robot
     /// has stopped for good, which ends the mission.
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()>;
+
+    /// What the protective layer of the robot's sender does to the present command.
+    fn protective_action(&self) -> ProtectiveAction {
+        ProtectiveAction::Pass
+    }
 
     /// Describes the robot's present fault in one sentence.
     fn fault(&self) -> Option<String> {

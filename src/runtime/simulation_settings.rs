@@ -4,7 +4,8 @@ use core::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use crate::settings::{require, settings};
+use super::plant_settings::{PlantKind, PlantRanges};
+use crate::settings::{choices, require, setting_schema, settings};
 
 settings! {
     /// A simulated robot and its world.
@@ -21,7 +22,43 @@ settings! {
         pub fixes: Fixes = Fixes::default();
         /// Simulated pedestrians.
         pub pedestrians: PedestrianSettings = PedestrianSettings::default();
+        /// A planner that is wrong on purpose and replaces the navigator's commands, to test the protective layer: `off`,
+        /// `obstacles` (drives at walls and people), `random`, `old` (commands of ten seconds ago), or `mixed` (one of these
+        /// by the seed).
+        pub wrong_planner: WrongPlanner = WrongPlanner::default();
+        /// Age of scan, odometry and fixes when the control loop gets them. Default 0. A real base takes 0.01 to 0.05 s, a
+        /// lidar driver 0.05 to 0.15 s.
+        pub sensing_delay_s: f64 = 0.0, ["s", 0 to 0.8];
+        /// Whether their stamps tell when they were measured. Without it they look as new as their arrival.
+        pub stamps_sensing_delay: bool = true;
+        /// `agreeing`: the simulated robot is as this file describes it. `disagreeing`: each mission draws what its robot
+        /// really is from `plant_ranges`, by its seed; the navigator is not told.
+        pub plant: PlantKind = PlantKind::default();
+        /// Ranges from which a disagreeing plant is drawn.
+        pub plant_ranges: PlantRanges = PlantRanges::default();
     }
+}
+
+/// A planner that is wrong on purpose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum WrongPlanner {
+    /// The navigator's commands are executed.
+    #[default]
+    Off,
+    /// At full speed towards people and walls.
+    Obstacles,
+    /// A random command, kept for a while.
+    Random,
+    /// The navigator's command of ten seconds ago.
+    Old,
+    /// One of the others, by the seed.
+    Mixed,
+}
+
+setting_schema! {
+    WrongPlanner: choices::<Self>();
 }
 
 settings! {
@@ -44,6 +81,12 @@ settings! {
         /// Fraction of the beams that return no measurement, independently of each other: dust, wet or dark rock, grazing
         /// angles. Default 0.01: our choice.
         pub dropout: f64 = 0.01, ["", 0 to 1];
+        /// Fraction of the beams that return from dust or drops in the air, at a uniformly random part of their true range.
+        /// Default 0.
+        pub ghosts: f64 = 0.0, ["", 0 to 1];
+        /// Fraction of the beams at edges that return a range between the near and the far surface, as a spot that lies on
+        /// both. Default 0.
+        pub mixed_pixels: f64 = 0.0, ["", 0 to 1];
         /// Duration of a revolution, in which the beams are measured one after the other while the robot moves. Default 0: all
         /// beams at once. Planar lidars commonly take 0.1 s.
         pub sweep_s: f64 = 0.0, ["s", 0 to 0.5];
@@ -76,9 +119,21 @@ settings! {
         /// Time constant of each track's motor under closed-loop speed control. Default 0.05 s: our choice for small geared
         /// motors.
         pub motor_lag_s: f64 = 0.05, ["s", at_least 0];
+        /// Speed below which a belt does not move: static friction, or a controller that rounds small commands to zero. Default
+        /// 0: a base without it; small geared motors commonly have 0.02 m/s.
+        pub deadband_m_s: f64 = 0.0, ["m/s", 0 to 1];
         /// Age of the last command, since the base received it, at which the base brakes by itself. Default 0.5 s, as the ROS
         /// differential drive controller.
         pub command_timeout_s: f64 = 0.5, ["s", above 0];
+        /// Acceleration of the base, over that of the robot's limits. Default 1.
+        pub acceleration_ratio: f64 = 1.0, ["", above 0 to 10];
+        /// Deceleration of the base, over that of the robot's limits. Default 1.
+        pub braking_ratio: f64 = 1.0, ["", above 0 to 10];
+        /// Slope of the ground. Uphill the tracks slip more and downhill less, and across the slope the base slides down:
+        /// each by half of the slope's sine, our choice for firm ground. Default 0.
+        pub slope_rad: f64 = 0.0, ["rad", 0 to 0.5];
+        /// Direction of the steepest ascent in the map. Default 0.
+        pub uphill_rad: f64 = 0.0, ["rad", -7 to 7];
         /// Slip of the tracks.
         pub slip: Slip = Slip::default();
     }
@@ -217,6 +272,9 @@ settings! {
         pub max_speed: f64 = 0.8, ["m/s", above 0 to 1000];
         /// Whether they stop instead of walking into the robot.
         pub yields: bool = true;
+        /// Diameter of each leg. The lidar then sees two walking legs within the body's disc, as at the height of shins; zero:
+        /// it sees the whole disc. Default 0.
+        pub leg_diameter_m: f64 = 0.0, ["m", 0 to 0.3];
     }
     rule |settings| require(
         settings.max_speed >= settings.min_speed,

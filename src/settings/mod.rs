@@ -155,6 +155,20 @@ macro_rules! numbers {
 numbers!("number": f64);
 numbers!("integer": u8 u32 u64 usize);
 
+/// A range of values: the least and the largest.
+impl Setting for [f64; 2] {
+    fn schema() -> Value {
+        json!({ "type": "array", "minItems": 2, "maxItems": 2, "items": f64::schema() })
+    }
+
+    fn check(&self, name: &'static str, range: &Range) -> Result<(), SettingError> {
+        let [least, largest] = *self;
+        least.check(name, range)?;
+        largest.check(name, range)?;
+        require(least <= largest, name, largest, "at least the first of the two values")
+    }
+}
+
 impl<T: Setting> Setting for Vec<T> {
     const FIELDS: &'static [Field] = T::FIELDS;
 

@@ -1,6 +1,9 @@
 //! Faults that are injected into a simulated drive.
 
+use core::f64::consts::TAU;
+
 use crate::geometry::Pose;
+use crate::runtime::{LidarData, OdometryReading};
 
 /// A fault that happens to the simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +23,24 @@ pub enum FaultInjection {
         /// End, seconds; infinite for the rest of the drive.
         to_s: f64,
     },
+    /// As [`Self::LidarOccluded`], but only in some directions of the robot's frame, as behind mud on a part of the window.
+    LidarSectorOccluded {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+        /// First direction, radians, counter-clockwise.
+        from_rad: f64,
+        /// Width, radians.
+        width_rad: f64,
+    },
+    /// The lidar sends the first revolution of this time again and again, with new times.
+    LidarFrozen {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+    },
     /// The lidar returns no measurement.
     LidarSilent {
         /// Begin, seconds.
@@ -27,6 +48,74 @@ pub enum FaultInjection {
         /// End, seconds; infinite for the rest of the drive.
         to_s: f64,
     },
+    /// The odometry changes in one way.
+    Odometry {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+        /// The change.
+        change: OdometryChange,
+    },
+}
+
+/// A change of the odometry by a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum OdometryChange {
+    /// The reading stays that of the begin, with new time stamps.
+    Frozen,
+    /// The sign of the speed is wrong.
+    Reversed,
+    /// The position is not a number.
+    NotFinite,
+    /// The position lies this far ahead in x, metres.
+    Shifted(f64),
+    /// The readings are this old, seconds, and their time stamps say so.
+    Late(f64),
+}
+
+/// Changes readings of the odometry by faults.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FaultyOdometry {
+    /// The reading at the begin of a freeze.
+    frozen: Option<OdometryReading>,
+}
+
+impl FaultyOdometry {
+    /// Returns what the base reports that measured this at `odometry_s`, seconds, and the time stamp of that report.
+    pub fn reported(
+        &mut self,
+        faults: &[FaultInjection],
+        time_s: f64,
+        measured: OdometryReading,
+        odometry_s: f64,
+    ) -> (OdometryReading, f64) {
+        let (mut reading, mut stamp_s) = (measured, odometry_s);
+        let mut is_frozen = false;
+        for fault in faults {
+            let FaultInjection::Odometry { from_s, to_s, change } = fault else {
+                continue;
+            };
+            if !(*from_s..*to_s).contains(&time_s) {
+                continue;
+            }
+            match change {
+                OdometryChange::Frozen => {
+                    is_frozen = true;
+                    reading = *self.frozen.get_or_insert(reading);
+                }
+                OdometryChange::Reversed => reading.twist.linear = -reading.twist.linear,
+                OdometryChange::NotFinite => reading.pose.x = f64::NAN,
+                OdometryChange::Shifted(x_m) => reading.pose.x += x_m,
+                OdometryChange::Late(by_s) => stamp_s -= by_s,
+            }
+        }
+        if !is_frozen {
+            self.frozen = None;
+        }
+        (reading, stamp_s)
+    }
 }
 
 /// Transforms a base's own pose into the map, after all kidnappings so far.
@@ -60,13 +149,25 @@ impl Kidnapping {
     }
 }
 
-/// Returns a range that was measured at a time, seconds, as the faults change it.
-pub(super) fn degraded_range(faults: &[FaultInjection], time_s: f64, range: f64) -> f64 {
+/// Returns a range that was measured at a time, seconds, in a direction of the robot's frame, radians, as the faults change
+/// it.
+pub(super) fn degraded_range(
+    faults: &[FaultInjection],
+    time_s: f64,
+    direction: f64,
+    range: f64,
+) -> f64 {
     let mut range = range;
     for fault in faults {
         match fault {
             FaultInjection::LidarOccluded { from_s, to_s }
                 if (*from_s..*to_s).contains(&time_s) =>
+            {
+                range = f64::INFINITY;
+            }
+            FaultInjection::LidarSectorOccluded { from_s, to_s, from_rad, width_rad }
+                if (*from_s..*to_s).contains(&time_s)
+                    && (direction - from_rad).rem_euclid(TAU) < *width_rad =>
             {
                 range = f64::INFINITY;
             }
@@ -77,4 +178,36 @@ pub(super) fn degraded_range(faults: &[FaultInjection], time_s: f64, range: f64)
         }
     }
     range
+}
+
+/// Repeats a revolution while the lidar is frozen.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FrozenLidar(Option<LidarData>);
+
+impl FrozenLidar {
+    /// Returns what a lidar sends that measured this at a time, seconds.
+    pub fn sent(
+        &mut self,
+        faults: &[FaultInjection],
+        time_s: f64,
+        measured: LidarData,
+    ) -> LidarData {
+        let is_frozen = faults.iter().any(|fault| match fault {
+            FaultInjection::LidarFrozen { from_s, to_s } => (*from_s..*to_s).contains(&time_s),
+            _ => false,
+        });
+        if !is_frozen {
+            self.0 = None;
+            return measured;
+        }
+        match (self.0.get_or_insert_with(|| measured.clone()), measured) {
+            (LidarData::TimedScan(kept), LidarData::TimedScan(mut sent)) => {
+                for (sent, kept) in sent.beams.iter_mut().zip(&kept.beams) {
+                    (sent.angle, sent.range) = (kept.angle, kept.range);
+                }
+                LidarData::TimedScan(sent)
+            }
+            (kept, _) => kept.clone(),
+        }
+    }
 }

@@ -5,13 +5,15 @@ use core::f64::consts::TAU;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::ray::GridRay;
 use super::{Lidar, SimError, World};
 use crate::base::ld19::{self, POINTS, POINTS_PER_S, Packet, RANGE_MAX_M};
 use crate::base::standard_normal;
 use crate::geometry::{Point, Pose, Vector};
 use crate::localization::PoseHistory;
-use crate::map::{MovingDisc, Scan, TimedScan};
+use crate::map::{GridRay, MovingDisc, Scan, TimedScan};
+
+/// Difference of the ranges on both sides of an edge, metres.
+const EDGE_M: f64 = 0.2;
 
 /// A scan, and the moving obstacles that it shows.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -30,7 +32,7 @@ impl Lidar {
     /// real scanners give zero, NaN or an error code.)
     ///
     /// Noise is normal, independent for each beam and clamped to the shortest and longest range; visibility does not
-    /// depend on it. Without noise and dropouts the scan uses no random numbers.
+    /// depend on it, nor on ghosts and mixed pixels. Without any of these and dropouts the scan uses no random numbers.
     #[must_use]
     pub fn scan(&self, world: &World, pose: &Pose, rng: &mut Pcg64Mcg) -> LidarReturn {
         self.scan_from(world, |_| *pose, rng)
@@ -94,11 +96,34 @@ impl Lidar {
         if range < self.range_min_m {
             return (f64::NAN, None);
         }
+        if self.mixed_pixels > 0.0 && rng.random::<f64>() < self.mixed_pixels {
+            range = self.mixed_with_neighbour(world, pose, angle, range, rng);
+        }
+        if self.ghosts > 0.0 && rng.random::<f64>() < self.ghosts {
+            let farthest_m = range.min(self.range_max_m);
+            range = self.range_min_m + (farthest_m - self.range_min_m) * rng.random::<f64>();
+        }
         if self.range_sigma_m > 0.0 && range.is_finite() {
             range += self.range_sigma_m * standard_normal(rng);
             range = range.clamp(self.range_min_m, self.range_max_m);
         }
         (range, disc)
+    }
+
+    /// The range of a beam whose spot lies on two surfaces: one between them, where the range half a step further differs by
+    /// more than noise does.
+    fn mixed_with_neighbour(
+        &self,
+        world: &World,
+        pose: &Pose,
+        angle: f64,
+        range: f64,
+        rng: &mut Pcg64Mcg,
+    ) -> f64 {
+        let beside = pose.yaw + angle + self.angle_increment() / 2.0;
+        let (other, _) = self.first_hit(world, &pose.position(), beside);
+        let is_edge = range.is_finite() && (other - range).abs() > EDGE_M && other.is_finite();
+        if is_edge { range + (other - range) * rng.random::<f64>() } else { range }
     }
 
     /// A full turn has one beam at its seam; a smaller field of view has a beam at both edges.
@@ -112,7 +137,9 @@ impl Lidar {
         let mut range = self.range_to_wall(world, start, direction);
         let mut first = None;
         let (sin, cos) = libm::sincos(direction);
-        for (index, disc) in world.moving.iter().enumerate() {
+        let seen = world.seen.iter().flatten().map(|(index, disc)| (*index, disc));
+        let whole = if world.seen.is_some() { &[][..] } else { &world.moving };
+        for (index, disc) in whole.iter().enumerate().chain(seen) {
             let to_disc = range_to_disc(start, &Vector::new(cos, sin), disc);
             if to_disc < range && to_disc <= self.range_max_m {
                 range = to_disc;

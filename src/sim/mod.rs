@@ -4,31 +4,37 @@ mod drive;
 mod error;
 mod fault_injection;
 mod fixes;
+mod gait;
 mod lidar;
 mod moving_obstacle;
 mod moving_obstacles;
 mod odometry;
+mod past_obstacles;
 mod pedestrian_spawner;
-mod ray;
+mod plant;
 mod route_sampler;
 mod scenes;
 mod simulation;
+mod sudden_pedestrians;
 mod timed_path;
+mod wrong_planner;
 
 pub use crate::runtime::simulation_settings::{
-    DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSettings, Slip,
+    DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSettings, Slip, WrongPlanner,
 };
 pub use drive::SimBase;
 pub use error::SimError;
-pub use fault_injection::FaultInjection;
+pub use fault_injection::{FaultInjection, OdometryChange};
 pub use fixes::FixSource;
 pub use lidar::{LidarReturn, RotatingLidar};
 pub use moving_obstacle::{MovingObstacle, SpawnTrigger};
 pub(crate) use moving_obstacles::YIELD_TIMEOUT_S;
 pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M};
 pub use pedestrian_spawner::PedestrianSpawner;
+pub use plant::draw_plant;
 pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
 pub use simulation::{Simulation, World};
+pub use sudden_pedestrians::Surprise;
 pub use timed_path::TimedPath;
 
 use rand::SeedableRng;
@@ -45,6 +51,8 @@ enum RngStream {
     Odometry = 0xbb67_ae85_84ca_a73b,
     Fixes = 0x3c6e_f372_fe94_f82b,
     Obstacles = 0xa54f_f53a_5f1d_36f1,
+    WrongPlanner = 0x510e_527f_ade6_82d1,
+    Plant = 0x9b05_688c_2b3e_6c1f,
 }
 
 /// Returns the generator of a stream.

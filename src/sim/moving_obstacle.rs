@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rand_pcg::Pcg64Mcg;
 
 use super::error::{above_zero, at_least_zero};
+use super::gait::Gait;
 use super::route_sampler::roaming_route;
 use super::{RngStream, SimError, TimedPath, YIELD_GAP_M, YIELD_TIMEOUT_S, generator};
 use crate::geometry::{Point, Pose, Vector};
@@ -38,7 +39,18 @@ pub struct MovingObstacle {
     waited_s: f64,
     /// Time for which it has yielded, seconds; zero while it moves.
     held_s: f64,
+    /// The legs that a lidar sees instead of the disc.
+    gait: Option<Gait>,
+    /// None once it walks.
+    starts: Option<StartTrigger>,
     motion: Motion,
+}
+
+/// An obstacle stands until the robot's origin is within a distance, metres, of a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct StartTrigger {
+    place: Point,
+    distance_m: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -99,7 +111,16 @@ impl MovingObstacle {
 
     fn new(radius_m: f64, yields: bool, motion: Motion) -> Result<Self, SimError> {
         above_zero("radius", radius_m)?;
-        Ok(Self { radius_m, yields, appears: None, waited_s: 0.0, held_s: 0.0, motion })
+        Ok(Self {
+            radius_m,
+            yields,
+            appears: None,
+            waited_s: 0.0,
+            held_s: 0.0,
+            gait: None,
+            starts: None,
+            motion,
+        })
     }
 
     /// Creates an obstacle in the middle of a patrol.
@@ -127,6 +148,43 @@ impl MovingObstacle {
         Ok(Self { appears: Some(appears), ..self })
     }
 
+    /// Gives the obstacle two legs of a diameter, metres, which a lidar sees instead of its disc. They walk within the disc and
+    /// stand with it; `phase_m` is the distance that they have walked. A diameter of zero keeps the disc.
+    ///
+    /// # Errors
+    /// [`SimError::Setting`] for a diameter below zero or above the obstacle's, or a number that is not finite.
+    pub fn with_legs(self, leg_diameter_m: f64, phase_m: f64) -> Result<Self, SimError> {
+        at_least_zero("phase", phase_m)?;
+        let fits = (0.0..=2.0 * self.radius_m).contains(&leg_diameter_m);
+        require(fits, "leg diameter", leg_diameter_m, "zero to the diameter of the obstacle")?;
+        Ok(Self {
+            gait: (leg_diameter_m > 0.0).then(|| Gait::new(leg_diameter_m, phase_m)),
+            ..self
+        })
+    }
+
+    /// Lets the obstacle stand until the robot's origin is within a distance, metres, of a place.
+    ///
+    /// # Errors
+    /// [`SimError::Setting`] for a distance that is not finite and at least zero.
+    pub fn starting_within(self, distance_m: f64, place: Point) -> Result<Self, SimError> {
+        at_least_zero("starts_within_m", distance_m)?;
+        Ok(Self { starts: Some(StartTrigger { place, distance_m }), ..self })
+    }
+
+    /// Whether a lidar sees legs instead of the disc.
+    pub(super) const fn has_legs(&self) -> bool {
+        self.gait.is_some()
+    }
+
+    /// The legs, after the obstacle has appeared; none without legs.
+    #[must_use]
+    pub fn legs(&self) -> Option<[MovingDisc; 2]> {
+        let body = self.disc()?;
+        let velocity = Vector::new(body.vx, body.vy);
+        Some(self.gait.as_ref()?.legs(&body.center(), self.radius_m, &velocity))
+    }
+
     /// Radius, metres.
     #[must_use]
     pub const fn radius_m(&self) -> f64 {
@@ -140,7 +198,8 @@ impl MovingObstacle {
             return None;
         }
         let (center, velocity) = self.motion.after(0.0);
-        let velocity = if self.held_s > 0.0 { Vector::ZERO } else { velocity };
+        let stands = self.held_s > 0.0 || self.starts.is_some();
+        let velocity = if stands { Vector::ZERO } else { velocity };
         Some(MovingDisc {
             x: center.x,
             y: center.y,
@@ -168,6 +227,12 @@ impl MovingObstacle {
             }
             return;
         }
+        if let Some(StartTrigger { place, distance_m }) = self.starts {
+            if (place - robot.position()).norm() > distance_m {
+                return;
+            }
+            self.starts = None;
+        }
         if self.yields {
             let ahead = gap(self.motion.after(time_s).0);
             if ahead < YIELD_GAP_M && ahead < gap(self.motion.after(0.0).0) {
@@ -176,6 +241,10 @@ impl MovingObstacle {
             }
         }
         self.held_s = 0.0;
+        let velocity = self.motion.after(0.0).1;
+        if let Some(gait) = &mut self.gait {
+            gait.walk(&velocity, time_s);
+        }
         match &mut self.motion {
             Motion::Patrol(walk) => walk.step(time_s),
             Motion::TimedPath(path, now_s) => *now_s = path.within_period(*now_s + time_s),

@@ -1,5 +1,7 @@
 //! The moving obstacles of a simulation, and the files that describe them.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use rand::RngExt;
@@ -9,6 +11,9 @@ use super::{MovingObstacle, RngStream, SimError, SpawnTrigger, TimedPath, genera
 use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
+
+/// Largest file of moving obstacles, bytes.
+const MAX_BYTES: u64 = 16 << 20;
 
 /// Gap that a yielding obstacle leaves to the robot, metres. It takes no step that ends both nearer than this and nearer
 /// than before.
@@ -45,6 +50,11 @@ impl MovingObstacles {
         self.moving.is_empty()
     }
 
+    /// The obstacles, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &MovingObstacle> {
+        self.moving.iter()
+    }
+
     /// Advances by a time, seconds, with the robot at a pose. Does nothing for a time that is not above zero.
     pub fn step(&mut self, time_s: f64, robot: &Pose, footprint: &Footprint) {
         if !(time_s > 0.0 && time_s.is_finite()) {
@@ -68,6 +78,31 @@ impl MovingObstacles {
     #[must_use]
     pub fn states(&self) -> Vec<Option<MovingDisc>> {
         self.moving.iter().map(MovingObstacle::disc).collect()
+    }
+
+    /// What a lidar hits of each obstacle: its legs, or its disc; none before it has appeared.
+    pub(super) fn parts(&self) -> Vec<Vec<Option<MovingDisc>>> {
+        let parts = |moving: &MovingObstacle| match moving.legs() {
+            Some(legs) => legs.map(Some).to_vec(),
+            None => vec![moving.disc()],
+        };
+        self.moving.iter().map(parts).collect()
+    }
+
+    /// What a lidar hits of the obstacles that have appeared, each part with its index in [`Self::discs`]; none where the
+    /// discs are all that there is.
+    pub(super) fn legs(&self) -> Option<Vec<(usize, MovingDisc)>> {
+        if !self.moving.iter().any(MovingObstacle::has_legs) {
+            return None;
+        }
+        let present = self.moving.iter().filter(|moving| moving.disc().is_some()).enumerate();
+        let parts = present.flat_map(|(index, moving)| {
+            let parts = moving
+                .legs()
+                .map_or_else(|| moving.disc().into_iter().collect(), |legs| legs.to_vec());
+            parts.into_iter().map(move |part| (index, part))
+        });
+        Some(parts.collect())
     }
 
     /// Positions and velocities of the obstacles that have appeared, in order.
@@ -108,10 +143,16 @@ impl MovingObstacles {
     /// [`SimError::Unreadable`], or as [`MovingObstacles::parse`].
     pub fn read(file: &Path, ground: &ObstacleGrid, seed: u64) -> Result<Self, SimError> {
         let name = file.display().to_string();
-        match std::fs::read_to_string(file) {
-            Ok(text) => Self::parse(&text, &name, ground, seed),
-            Err(error) => Err(SimError::Unreadable { file: name, reason: error.to_string() }),
+        let unreadable = |reason| SimError::Unreadable { file: name.clone(), reason };
+        let mut text = String::new();
+        // A device or a pipe may never end.
+        let read =
+            File::open(file).and_then(|file| file.take(MAX_BYTES + 1).read_to_string(&mut text));
+        read.map_err(|error| unreadable(error.to_string()))?;
+        if text.len() as u64 > MAX_BYTES {
+            return Err(unreadable(format!("more than {MAX_BYTES} bytes")));
         }
+        Self::parse(&text, &name, ground, seed)
     }
 
     /// Parses the text of a file: TOML, with an `[[obstacles]]` table for each obstacle, if the file's name ends in

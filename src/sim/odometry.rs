@@ -32,6 +32,7 @@ pub(super) struct Odometry {
     turned_rad: f64,
     /// Time and travel of the newest samples.
     window: VecDeque<(f64, f64)>,
+    start: Pose,
     reading: OdometryReading,
 }
 
@@ -49,6 +50,7 @@ impl Odometry {
             elapsed_s: 0.0,
             turned_rad: 0.0,
             window: VecDeque::new(),
+            start,
             reading: OdometryReading { pose: start, twist: Twist::STOP },
         }
     }
@@ -56,6 +58,11 @@ impl Odometry {
     /// The reading of the last sample.
     pub(super) const fn reading(&self) -> OdometryReading {
         self.reading
+    }
+
+    /// The reading before the first sample.
+    pub(super) const fn at_start(&self) -> OdometryReading {
+        OdometryReading { pose: self.start, twist: Twist::STOP }
     }
 
     /// Advances by a time, seconds, with the mean belt speeds and the true rotation, radians, of that time.

@@ -89,8 +89,7 @@ impl PedestrianSpawner {
         path: &[Point],
         keep_clear: &[Point],
     ) -> Result<MovingObstacles, SimError> {
-        let PedestrianSettings { radius_m, min_speed: slowest, max_speed: fastest, yields } =
-            self.settings;
+        let PedestrianSettings { radius_m, yields, leg_diameter_m, .. } = self.settings;
         self.settings.validate()?;
         if self.count == 0 {
             return Ok(MovingObstacles::default());
@@ -107,14 +106,20 @@ impl PedestrianSpawner {
                     most_m: *WALK_M.end(),
                 });
             };
-            let share = rng.random::<f64>();
-            let speed = slowest + (fastest - slowest) * share;
-            let mut walk = Patrol::new(route, speed);
+            let mut walk = Patrol::new(route, self.draw_speed_m_s(&mut rng));
             walk.along_m = walk.route.length_m() * rng.random::<f64>();
             walk.forward = rng.random_bool(0.5);
-            moving_obstacles.push(MovingObstacle::mid_patrol(radius_m, yields, walk)?);
+            let phase_m = walk.along_m;
+            let one = MovingObstacle::mid_patrol(radius_m, yields, walk)?;
+            moving_obstacles.push(one.with_legs(leg_diameter_m, phase_m)?);
         }
         Ok(MovingObstacles::new(moving_obstacles))
+    }
+
+    /// Draws the walking speed of a pedestrian, m/s.
+    pub(super) fn draw_speed_m_s(&self, rng: &mut Pcg64Mcg) -> f64 {
+        let PedestrianSettings { min_speed, max_speed, .. } = self.settings;
+        min_speed + (max_speed - min_speed) * rng.random::<f64>()
     }
 }
 

@@ -6,8 +6,8 @@ use std::collections::VecDeque;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::ray::GridRay;
 use crate::geometry::{Point, Vector};
+use crate::map::GridRay;
 use crate::map::{Cell, FreeSpace};
 
 /// The four neighbours of a cell.
@@ -165,6 +165,14 @@ fn prune_corners(free: &FreeSpace, cells: &[Cell]) -> Vec<Cell> {
     }
     corners.push(cells[cells.len() - 1]);
     corners
+}
+
+/// Whether a straight line between two points, the first one free, passes only free cells.
+pub(super) fn is_in_sight(free: &FreeSpace, from: &Point, to: &Point) -> bool {
+    let frame = free.frame();
+    let (from, to) = (frame.to_cell_units(from), frame.to_cell_units(to));
+    let length = (to - from).norm();
+    length == 0.0 || free_length(free, &from, &((to - from) / length), length) >= length
 }
 
 fn is_straight_free(free: &FreeSpace, from: Cell, to: Cell) -> bool {

@@ -5,17 +5,20 @@ use core::ops::ControlFlow;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::fault_injection::{Kidnapping, degraded_range};
+use super::fault_injection::{FaultyOdometry, FrozenLidar, Kidnapping, degraded_range};
 use super::fixes::SimulatedPositioning;
-use super::{FaultInjection, MovingObstacles, SimBase, SimError};
+use super::past_obstacles::PastObstacles;
+use super::wrong_planner::WrongCommands;
+use super::{FaultInjection, MovingObstacles, SimBase, SimError, draw_plant};
+use crate::base::{ProtectiveAction, ProtectiveLayer};
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
 use crate::localization::PoseHistory;
-use crate::map::{MovingDisc, ObstacleGrid};
+use crate::map::{MovingDisc, ObstacleGrid, TimedScan};
 use crate::robot::Footprint;
 use crate::runtime::{
     Config, GroundTruth, LidarData, Mission, MissionResult, Observer, ObstacleGap, PoseSource,
-    Robot, SensorData, run_mission,
+    Robot, SensorData, SimulationSettings, run_mission,
 };
 
 /// A mission and its world.
@@ -80,21 +83,37 @@ impl Simulation {
     }
 }
 
+/// Longest time between two checks for contact, seconds.
+const CONTACT_STEP_S: f64 = 0.01;
+/// Between two ticks only smaller gaps are measured by the body, metres: a cheaper bound shows that the others are larger.
+const MEASURED_GAP_M: f64 = 0.1;
+
 /// A base in a simulated world, with a simulated lidar and simulated positioning.
 struct SimulatedRobot<'a> {
     simulation: &'a Simulation,
     config: &'a Config,
     base: &'a mut dyn Robot,
     world: World,
+    /// The simulated robot and its world as they truly are.
+    plant: SimulationSettings,
+    past: PastObstacles,
     moving_obstacles: MovingObstacles,
     kidnapping: Kidnapping,
+    faulty_odometry: FaultyOdometry,
     /// Time of the last sensing, seconds, and the truth then.
     time_s: f64,
     pose: Pose,
     twist: Twist,
+    /// Smallest gap since then, where it was below [`MEASURED_GAP_M`], metres.
+    least_gap_m: f64,
     /// Recent true poses.
     true_poses: PoseHistory,
     lidar_rng: Pcg64Mcg,
+    wrong_commands: WrongCommands,
+    protection: ProtectiveLayer,
+    /// The last command after protection.
+    sent: Twist,
+    frozen_lidar: FrozenLidar,
     positioning: Option<SimulatedPositioning>,
 }
 
@@ -105,11 +124,16 @@ impl<'a> SimulatedRobot<'a> {
         base: &'a mut dyn Robot,
     ) -> Result<Self, SimError> {
         let Simulation { mission, seed, .. } = simulation;
+        let limits = config.robot.limits;
+        let mut protection = config.protective_layer(config.local.control_period_s)?;
+        // Nobody has to be asked before a simulated robot moves.
+        protection.arm();
+        let plant = draw_plant(&config.simulation, *seed);
         let known = || mission.map.obstacles(config.unknown);
         let truth = simulation.truth.clone().unwrap_or_else(known);
         let positioning = match config.pose_source {
             PoseSource::Fixes => {
-                Some(SimulatedPositioning::new(config.simulation.fixes, mission.start, *seed)?)
+                Some(SimulatedPositioning::new(plant.fixes, mission.start, *seed)?)
             }
             PoseSource::Scans => None,
         };
@@ -118,57 +142,129 @@ impl<'a> SimulatedRobot<'a> {
             config,
             base,
             world: World::new(truth),
+            plant,
+            past: PastObstacles::default(),
             moving_obstacles: simulation.moving_obstacles.clone(),
             kidnapping: Kidnapping::default(),
+            faulty_odometry: FaultyOdometry::default(),
             time_s: 0.0,
             pose: mission.start,
             twist: Twist::STOP,
+            least_gap_m: f64::INFINITY,
             true_poses: PoseHistory::new(),
             lidar_rng: Pcg64Mcg::seed_from_u64(*seed),
+            wrong_commands: WrongCommands::new(config.simulation.wrong_planner, limits, *seed),
+            protection,
+            sent: Twist::STOP,
+            frozen_lidar: FrozenLidar::default(),
             positioning,
         })
     }
 
-    fn scan(&mut self) -> LidarData {
-        let lidar = &self.config.simulation.lidar;
-        let (faults, time_s) = (&self.simulation.faults, self.time_s);
+    /// Scans as of a time, seconds, with that time or the present one as its stamp.
+    fn scan(&mut self, measured_s: f64, stamp_s: f64) -> LidarData {
+        let lidar = &self.plant.lidar;
+        let faults = &self.simulation.faults;
         let true_poses = &self.true_poses;
         let pose_at = |time_s: f64| true_poses.at(time_s).unwrap_or_default();
         if lidar.sweep_s > 0.0 {
-            let mut sweep = lidar.sweep(&self.world, pose_at, time_s, &mut self.lidar_rng);
+            let mut sweep = lidar.sweep(&self.world, pose_at, measured_s, &mut self.lidar_rng);
             for beam in &mut sweep.beams {
-                beam.range = degraded_range(faults, beam.time_s, beam.range);
+                beam.range = degraded_range(faults, beam.time_s, beam.angle, beam.range);
+                beam.time_s += stamp_s - measured_s;
             }
             return LidarData::TimedScan(sweep);
         }
-        let pose = pose_at(time_s);
+        let pose = pose_at(measured_s);
         let mut scan = lidar.scan(&self.world, &pose, &mut self.lidar_rng).scan;
-        for range in &mut scan.ranges {
-            *range = degraded_range(faults, time_s, *range);
+        for beam in 0..scan.ranges.len() {
+            let direction = scan.angle(beam);
+            let range = scan.ranges[beam];
+            scan.ranges[beam] = degraded_range(faults, measured_s, direction, range);
         }
         LidarData::Scan(scan)
+    }
+}
+
+impl SimulatedRobot<'_> {
+    /// Moves the obstacles while the robot drives to a pose, and measures the gaps on the way. The robot's path within the
+    /// period is an arc: an acceleration of 1 m/s^2 moves it along that by 1.3 mm at most.
+    fn move_others(&mut self, to: &Pose, period_s: f64) {
+        self.least_gap_m = f64::INFINITY;
+        let footprint = &self.config.robot.footprint;
+        let steps = (period_s / CONTACT_STEP_S).round().max(1.0);
+        for step in 1..=steps as u32 {
+            let pose = self.pose.interpolate(to, f64::from(step) / steps);
+            self.moving_obstacles.step(period_s / steps, &pose, footprint);
+            self.world.moving = self.moving_obstacles.discs();
+            if self.world.lower_gap_m(footprint, &pose) < MEASURED_GAP_M {
+                self.least_gap_m = self.least_gap_m.min(self.world.gap_m(footprint, &pose));
+            }
+        }
+    }
+
+    /// The command that the sender lets through.
+    fn protected(&mut self, command: &Twist) -> Twist {
+        let people = &self.world.moving;
+        let command = self.wrong_commands.instead(command, self.time_s, &self.pose, people);
+        let (limited, _) = self.protection.limit(&command, &self.sent, self.time_s);
+        self.sent = if self.config.collision_monitor.enabled {
+            self.protection.ramp(&limited, &self.sent)
+        } else {
+            limited
+        };
+        self.sent
+    }
+
+    /// Hands the raw data of a tick to the sender.
+    fn inform_protection(&mut self, measured: &Twist, measured_s: f64, lidar: &LidarData) {
+        self.protection.update_motion(measured, measured_s);
+        match lidar {
+            LidarData::Scan(scan) => {
+                let sweep = TimedScan::from_scan(scan, measured_s, 0.0);
+                self.protection.update_scan(&sweep, measured_s);
+            }
+            LidarData::TimedScan(sweep) => {
+                self.protection.update_scan(sweep, sweep.end_s().unwrap_or(self.time_s));
+            }
+        }
     }
 }
 
 impl Robot for SimulatedRobot<'_> {
     fn sense(&mut self, time_s: f64) -> SensorData {
         self.time_s = time_s;
+        let SimulationSettings { sensing_delay_s, stamps_sensing_delay, .. } = self.plant;
+        let measured_s = (time_s - sensing_delay_s).max(0.0);
+        let stamp_s = if stamps_sensing_delay { measured_s } else { time_s };
         self.world.moving = self.moving_obstacles.discs();
-        let odometry = self.base.sense(time_s).odometry;
+        self.world.seen = if sensing_delay_s > 0.0 {
+            self.past.record(time_s, self.moving_obstacles.parts());
+            Some(self.past.at(measured_s))
+        } else {
+            self.moving_obstacles.legs()
+        };
+        let sensed = self.base.sense(time_s);
         let (own, twist) = match self.base.ground_truth() {
             Some(truth) => (truth.pose, truth.twist),
-            None => (odometry.pose, odometry.twist),
+            None => (sensed.odometry.pose, sensed.odometry.twist),
         };
+        let faults = &self.simulation.faults;
+        let (odometry, odometry_s) =
+            self.faulty_odometry.reported(faults, time_s, sensed.odometry, sensed.odometry_s);
         self.pose = self.kidnapping.pose(&self.simulation.faults, time_s, &own);
         self.twist = twist;
         self.true_poses.record(time_s, &self.pose);
-        let lidar = self.scan();
-        let true_pose = &self.pose;
+        let measured = self.scan(measured_s, stamp_s);
+        let lidar = self.frozen_lidar.sent(&self.simulation.faults, time_s, measured);
+        self.inform_protection(&odometry.twist, odometry_s, &lidar);
+        let then = self.true_poses.at(measured_s).unwrap_or(self.pose);
         let positioning = self.positioning.as_mut();
         SensorData {
             odometry,
+            odometry_s,
             lidar: Some(lidar),
-            pose: positioning.map(|it| it.pose(time_s, &odometry.pose, true_pose)),
+            pose: positioning.map(|it| it.pose(measured_s, &odometry.pose, &then)),
         }
     }
 
@@ -178,7 +274,7 @@ impl Robot for SimulatedRobot<'_> {
         Some(GroundTruth {
             pose: self.pose,
             twist: self.twist,
-            gap_m: Some(self.world.gap_m(footprint, &self.pose)),
+            gap_m: Some(self.world.gap_m(footprint, &self.pose).min(self.least_gap_m)),
             moving: places.iter().map(|place| place.as_ref().map(MovingDisc::center)).collect(),
         })
     }
@@ -187,15 +283,24 @@ impl Robot for SimulatedRobot<'_> {
         self.moving_obstacles.radii()
     }
 
+    fn is_real_time(&self) -> bool {
+        self.base.is_real_time()
+    }
+
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
-        let flow = self.base.drive(command, period_s);
+        let command = self.protected(command);
+        let flow = self.base.drive(&command, period_s);
         let own = match self.base.ground_truth() {
             Some(truth) => truth.pose,
             None => self.base.sense(self.time_s + period_s).odometry.pose,
         };
         let pose = self.kidnapping.pose_in_map(&own);
-        self.moving_obstacles.step(period_s, &pose, &self.config.robot.footprint);
+        self.move_others(&pose, period_s);
         flow
+    }
+
+    fn protective_action(&self) -> ProtectiveAction {
+        self.protection.action().clone()
     }
 
     fn fault(&self) -> Option<String> {
@@ -209,13 +314,16 @@ pub struct World {
     obstacles: ObstacleGap,
     /// Moving obstacles at their present positions.
     pub moving: Vec<MovingDisc>,
+    /// What a lidar hits of them, each part with the index of its obstacle: legs, or an earlier position. None: the discs of
+    /// `moving`.
+    pub seen: Option<Vec<(usize, MovingDisc)>>,
 }
 
 impl World {
     /// Creates a world without moving obstacles.
     #[must_use]
     pub fn new(obstacles: ObstacleGrid) -> Self {
-        Self { obstacles: ObstacleGap::new(obstacles), moving: Vec::new() }
+        Self { obstacles: ObstacleGap::new(obstacles), moving: Vec::new(), seen: None }
     }
 
     /// The static obstacles.
@@ -224,19 +332,25 @@ impl World {
         self.obstacles.obstacles()
     }
 
-    /// The smallest gap between the footprint and anything solid.
+    /// The smallest gap between the body and anything solid.
     #[must_use]
     pub fn gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
         self.gap_to_static_m(footprint, pose).min(self.gap_to_moving_m(footprint, pose))
     }
 
-    /// The smallest gap between the footprint and the static obstacles: see [`ObstacleGap::gap_m`].
+    /// As [`Self::gap_m`], by the discs of the footprint: at most that of the body, and faster.
+    #[must_use]
+    fn lower_gap_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
+        self.obstacles.disc_gap_m(footprint, pose).min(self.gap_to_moving_m(footprint, pose))
+    }
+
+    /// The smallest gap between the body and the static obstacles: see [`ObstacleGap::gap_m`].
     #[must_use]
     pub fn gap_to_static_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
         self.obstacles.gap_m(footprint, pose)
     }
 
-    /// The smallest gap between the footprint and the moving obstacles; infinite without any.
+    /// The smallest gap between the body and the moving obstacles; infinite without any.
     #[must_use]
     pub fn gap_to_moving_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
         self.moving

@@ -95,7 +95,10 @@ fn grid() -> impl Strategy<Value = (f64, Vec<Cell>)> {
 fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64)> {
     let axis = |least: f64, most: f64, width: f64, count: u32| {
         let range = (least..most, 0.0..width, 1..=count);
-        range.prop_map(|(low, width, count)| Axis { low, high: low + width, count })
+        range.prop_map(|(low, width, count)| Axis {
+            through: [Some(0.0), Some(low + 0.4 * width)],
+            ..Axis::new(low, low + width, count)
+        })
     };
     let window = (axis(-0.3, 1.0, 0.8, 120), axis(-1.0, 0.9, 0.3, 20));
     let window = window.prop_map(|(linear, angular)| Window { vx: linear, vtheta: angular });

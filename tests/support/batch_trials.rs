@@ -158,7 +158,7 @@ pub fn refusals(adapter: &Adapter) -> Result<(), Failed> {
     longest[255] = QuantizedProblem::new(&crowd)?;
     same(engine, what, &longest)?;
     // 4.8 GB of tables: more than an adapter can bind.
-    let axis = |count| Axis { low: -0.5, high: 0.5, count };
+    let axis = |count| Axis::new(-0.5, 0.5, count);
     let too_large = Problem {
         window: Window { vx: axis(1), vtheta: axis(65_536) },
         steps: 1023,

@@ -54,11 +54,11 @@ fn step_pruning_changes_no_bit() -> Result<(), Failed> {
     for case in 0..400 {
         let random = random_problem(36, case);
         let slower = rng.random_range(0.05..0.6);
-        let linear = Axis {
-            low: random.window.vx.low * slower,
-            high: random.window.vx.high * slower,
-            count: rng.random_range(1..=400),
-        };
+        let linear = Axis::new(
+            random.window.vx.low * slower,
+            random.window.vx.high * slower,
+            rng.random_range(1..=400),
+        );
         // In every other case there are many close turn rates, so that rows share a tile.
         let axis = random.window.vtheta;
         let angular = if case % 2 == 0 {

@@ -62,7 +62,7 @@ pub fn extremes() -> Vec<Named> {
 }
 
 fn axis(low: f64, high: f64, count: u32) -> Axis {
-    Axis { low, high, count }
+    Axis::new(low, high, count)
 }
 
 /// Forwards and backwards by this distance per step, with the fastest allowed turn, ignoring obstacles.

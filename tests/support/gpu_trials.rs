@@ -78,7 +78,7 @@ fn same(engine: &mut GpuEngine, name: &str, problem: &Problem) -> Result<(), Fai
 }
 
 pub fn window(speeds: u32, turns: u32) -> Window {
-    let axis = |low, high, count| Axis { low, high, count };
+    let axis = |low, high, count| Axis::new(low, high, count);
     Window { vx: axis(-0.2, 0.8, speeds), vtheta: axis(-1.0, 1.0, turns) }
 }
 

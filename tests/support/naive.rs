@@ -5,6 +5,7 @@
 
 use core::f64::consts::{PI, TAU};
 
+use inbye::geometry::Twist;
 use inbye::local::{Normalization, Outside, Problem, SampleStatus, Stopping};
 use inbye::map::Cell;
 
@@ -129,14 +130,7 @@ impl<'a> Oracle<'a> {
     /// Rolls out sample `index` (eq. 27).
     pub fn roll_out(&self, index: usize) -> Trajectory {
         let window = &self.problem.window;
-        let speeds = window.vx.count as usize;
-        let value = |low: f64, high: f64, count: u32, index: usize| match count {
-            1 => low,
-            _ => low + index as f64 * (high - low) / f64::from(count - 1),
-        };
-        let (linear, angular) = (&window.vx, &window.vtheta);
-        let v = value(linear.low, linear.high, linear.count, index % speeds);
-        let omega = value(angular.low, angular.high, angular.count, index / speeds);
+        let Twist { linear: v, angular: omega } = window.twist(index as u32);
         let dt = self.problem.step_s;
         let [start_x, start_y, mut heading] = self.start;
         let (mut x, mut y) = (start_x, start_y);

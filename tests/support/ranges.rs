@@ -54,7 +54,7 @@ fn limit(what: &str, inside: f64, outside: f64, set: impl Fn(&mut Problem, f64))
 }
 
 fn linear(low: f64, high: f64, count: u32) -> Axis {
-    Axis { low, high, count }
+    Axis::new(low, high, count)
 }
 
 #[test]

@@ -129,12 +129,8 @@ fn window(rng: &mut Pcg64Mcg, fastest: f64) -> Window {
     let low = rng.random_range(-0.4..0.8) * fastest;
     let turn = rng.random_range(-1.5..1.0);
     Window {
-        vx: Axis { low, high: rng.random_range(low..=fastest), count: rng.random_range(1..=20) },
-        vtheta: Axis {
-            low: turn,
-            high: rng.random_range(turn..=1.5),
-            count: rng.random_range(1..=20),
-        },
+        vx: Axis::new(low, rng.random_range(low..=fastest), rng.random_range(1..=20)),
+        vtheta: Axis::new(turn, rng.random_range(turn..=1.5), rng.random_range(1..=20)),
     }
 }
 

@@ -31,11 +31,35 @@ pub enum InjectedFault {
     Garbage,
     /// One of two hundred bytes has one bit flipped, in both directions.
     BitFlips,
+    /// One bit of each write of the base is flipped.
+    CorruptReports,
+    /// The base keeps its set speeds, whatever it receives. It reports and acknowledges commands.
+    IgnoredCommands,
+    /// The controller hangs: it neither reads nor writes nor changes its set speeds. What it receives is lost.
+    Wedge,
+    /// One report shows a pressed emergency button.
+    StopGlitch,
+    /// The belts turn, but the robot stands.
+    Bogged,
+    /// The base lies on its side: a roll of 0.6 rad.
+    Tilt,
+    /// The left bumper is pressed.
+    Bumper,
+    /// A cliff sensor sees no ground.
+    Cliff,
+    /// Another device takes the name of the port. Only `base emulate` does this.
+    PortReplaced,
+    /// The lidar repeats its last revolution with new time stamps.
+    LidarFrozen,
+    /// The lidar receives no echo.
+    LidarBlind,
+    /// The lidar receives no echo from 45 degrees to both sides of its front.
+    LidarSectorBlind,
 }
 
 impl InjectedFault {
     /// Every fault.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 21] = [
         Self::StuckLeft,
         Self::StuckRight,
         Self::Runaway,
@@ -45,6 +69,18 @@ impl InjectedFault {
         Self::SlowReads,
         Self::Garbage,
         Self::BitFlips,
+        Self::CorruptReports,
+        Self::IgnoredCommands,
+        Self::Wedge,
+        Self::StopGlitch,
+        Self::Bogged,
+        Self::Tilt,
+        Self::Bumper,
+        Self::Cliff,
+        Self::PortReplaced,
+        Self::LidarFrozen,
+        Self::LidarBlind,
+        Self::LidarSectorBlind,
     ];
 }
 

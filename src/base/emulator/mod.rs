@@ -3,9 +3,11 @@
 //! Bytes and time are parameters. The same bytes at the same times with the same seed give the same motion and answers.
 
 mod injected_fault;
+mod lidar_faults;
 mod plant;
 
 pub use injected_fault::{InjectedFault, ScheduledFault};
+pub use lidar_faults::LidarFaultInjector;
 pub(crate) use plant::standard_normal;
 
 use std::collections::VecDeque;
@@ -14,8 +16,11 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use self::plant::Plant;
-use super::{BaseError, BaseSettings, CommandStats, DeviceProtocol, MachineState, Protocol};
+use super::{
+    BaseError, BaseSettings, Bumper, CommandStats, DeviceProtocol, MachineState, Protocol, Tilt,
+};
 use crate::geometry::{Pose, Twist};
+use crate::robot::TrackSpeeds;
 
 /// Delay of the host's bytes while reads are slow, seconds: longer than every timeout of a host.
 const SLOW_READ_S: f64 = 0.3;
@@ -29,6 +34,12 @@ const MAX_BURST: usize = 12;
 /// One of this many bytes has one bit flipped.
 const BYTES_PER_FLIP: u32 = 200;
 
+/// Roll of a base that lies on its side, rad.
+const TILTED_ROLL: f64 = 0.6;
+
+/// Set speed below which a lagging motor stands, m/s.
+const STANDSTILL_M_S: f64 = 0.005;
+
 /// A base that was switched on at time zero and stands.
 pub struct Emulator {
     device: Box<dyn DeviceProtocol>,
@@ -38,6 +49,12 @@ pub struct Emulator {
     delayed: VecDeque<(f64, Vec<u8>)>,
     rng: Pcg64Mcg,
     last_s: f64,
+    /// Set speeds of the controller, and those that its motors follow.
+    set: TrackSpeeds,
+    lagged: TrackSpeeds,
+    motor_lag_s: f64,
+    /// Whether the present glitch was reported.
+    has_glitched: bool,
 }
 
 impl Emulator {
@@ -54,7 +71,19 @@ impl Emulator {
             // Independent of the stream of the gyro's noise.
             rng: Pcg64Mcg::seed_from_u64(seed ^ 0x510e_527f_ade6_82d1),
             last_s: 0.0,
+            set: TrackSpeeds::default(),
+            lagged: TrackSpeeds::default(),
+            motor_lag_s: 0.0,
+            has_glitched: false,
         })
+    }
+
+    /// Sets a further lag of the motors behind their set speeds, seconds: a time constant, zero for none. The motors have one
+    /// of about 0.05 s.
+    #[must_use]
+    pub const fn with_motor_lag(mut self, lag_s: f64) -> Self {
+        self.motor_lag_s = lag_s;
+        self
     }
 
     /// Schedules a fault; any number may overlap.
@@ -64,7 +93,7 @@ impl Emulator {
 
     /// Takes bytes of the host, in pieces of any size.
     pub fn receive(&mut self, bytes: &[u8], now_s: f64) {
-        if bytes.is_empty() {
+        if bytes.is_empty() || self.has(InjectedFault::Wedge, now_s) {
             return;
         }
         let mut bytes = bytes.to_vec();
@@ -88,13 +117,27 @@ impl Emulator {
         }
         let elapsed_s = now_s - self.last_s;
         self.last_s = now_s;
+        let faults: Vec<InjectedFault> = self.active(now_s).collect();
+        if faults.contains(&InjectedFault::Wedge) {
+            self.run_plant(elapsed_s, &faults);
+            return;
+        }
         let noise = self.burst(elapsed_s, now_s);
         self.device.receive(&noise, now_s);
         let machine = self.machine();
         let mut output = Vec::new();
         let set = self.device.step(now_s, &machine, &mut output);
-        let faults: Vec<InjectedFault> = self.active(now_s).collect();
-        self.plant.run(elapsed_s, set, &faults);
+        if !faults.contains(&InjectedFault::IgnoredCommands) {
+            self.set = set;
+        }
+        self.run_plant(elapsed_s, &faults);
+        let glitches = faults.contains(&InjectedFault::StopGlitch);
+        self.has_glitched = glitches && (self.has_glitched || !output.is_empty());
+        if faults.contains(&InjectedFault::CorruptReports)
+            && let Some(byte) = output.first_mut()
+        {
+            *byte ^= 1 << self.rng.random_range(0..8);
+        }
         output.extend(self.burst(elapsed_s, now_s));
         self.flip(&mut output, now_s);
         if !self.has(InjectedFault::Silence, now_s) {
@@ -105,8 +148,30 @@ impl Emulator {
     /// State of the machine as its controller measures it.
     #[must_use]
     pub fn machine(&self) -> MachineState {
-        let button_pressed = self.has(InjectedFault::Button, self.last_s);
-        MachineState { button_pressed, ..self.plant.machine() }
+        let has = |fault| self.has(fault, self.last_s);
+        let roll = if has(InjectedFault::Tilt) { TILTED_ROLL } else { 0.0 };
+        MachineState {
+            button_pressed: has(InjectedFault::Button)
+                || has(InjectedFault::StopGlitch) && !self.has_glitched,
+            tilt: Tilt { roll, pitch: 0.0 },
+            bumper: Bumper { left: has(InjectedFault::Bumper), right: false },
+            cliff: has(InjectedFault::Cliff),
+            ..self.plant.machine()
+        }
+    }
+
+    /// Moves the machine for a time, seconds, with the motors' lag.
+    fn run_plant(&mut self, elapsed_s: f64, faults: &[InjectedFault]) {
+        self.lagged = if self.motor_lag_s > 0.0 {
+            let share = 1.0 - libm::exp(-elapsed_s / self.motor_lag_s);
+            self.lagged.zip(self.set, |lagged, set| {
+                let next = lagged + share * (set - lagged);
+                if set == 0.0 && next.abs() < STANDSTILL_M_S { 0.0 } else { next }
+            })
+        } else {
+            self.set
+        };
+        self.plant.run(elapsed_s, self.lagged, faults);
     }
 
     /// Statistics of the commands received so far.
@@ -138,7 +203,9 @@ impl Emulator {
         self.faults.iter().filter(is_active).map(|scheduled| scheduled.fault)
     }
 
-    fn has(&self, fault: InjectedFault, now_s: f64) -> bool {
+    /// Whether a fault is active at a time, seconds.
+    #[must_use]
+    pub fn has(&self, fault: InjectedFault, now_s: f64) -> bool {
         self.active(now_s).any(|active| active == fault)
     }
 

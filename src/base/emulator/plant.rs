@@ -46,6 +46,8 @@ pub(super) struct Plant {
     battery_v: f64,
     drawn_as: f64,
     yaw_rate: f64,
+    /// Whether the belts turn without effect.
+    is_bogged: bool,
     pose: Pose,
     travelled_m: f64,
     rng: Pcg64Mcg,
@@ -65,6 +67,7 @@ impl Plant {
             battery_v: FULL_V,
             drawn_as: 0.0,
             yaw_rate: 0.0,
+            is_bogged: false,
             pose: Pose::default(),
             travelled_m: 0.0,
             rng: Pcg64Mcg::seed_from_u64(seed),
@@ -73,6 +76,7 @@ impl Plant {
 
     /// Advances by a time, seconds, with these set speeds of the tracks, m/s, and the active faults.
     pub(super) fn run(&mut self, time_s: f64, set: TrackSpeeds, faults: &[InjectedFault]) {
+        self.is_bogged = faults.contains(&InjectedFault::Bogged);
         let mut left_s = time_s;
         while left_s > 0.0 {
             let step_s = left_s.min(STEP_S);
@@ -130,8 +134,10 @@ impl Plant {
         self.battery_v = open_v - INTERNAL_OHM * current_a;
         let step_m = self.motors.map(|motor| motor.speed() * time_s);
         self.travel_m = self.travel_m.zip(step_m, |travel_m, step_m| travel_m + step_m);
-        self.travelled_m += (0.5 * (step_m.left + step_m.right)).abs();
-        self.pose = self.settings.drive().after(&self.pose, &step_m);
+        if !self.is_bogged {
+            self.travelled_m += (0.5 * (step_m.left + step_m.right)).abs();
+            self.pose = self.settings.drive().after(&self.pose, &step_m);
+        }
     }
 
     fn counts(&self) -> PerTrack<i64> {
@@ -155,6 +161,9 @@ impl Plant {
     }
 
     pub(super) fn twist(&self) -> Twist {
+        if self.is_bogged {
+            return Twist::STOP;
+        }
         let speeds = self.motors.map(|motor| motor.speed());
         self.settings.drive().twist(&speeds)
     }

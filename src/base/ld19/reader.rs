@@ -21,6 +21,9 @@ const RECONNECT_MAX_S: f64 = 1.0;
 /// Time between checks while disconnected.
 const POLL_PERIOD: Duration = Duration::from_millis(20);
 
+/// Longest time between two reads. After a longer one the port has buffered bytes that measure the surroundings of that time.
+const MAX_GAP: Duration = Duration::from_millis(500);
+
 /// Number of bytes without a packet after which another device or baud rate is assumed.
 const UNKNOWN_DATA_BYTES: u64 = 2_000;
 
@@ -109,6 +112,9 @@ impl LidarReader {
             backoff: Backoff::new(RECONNECT_MIN_S, RECONNECT_MAX_S),
             decoder: Decoder::default(),
             assembler: RevolutionAssembler::new(settings),
+            settings,
+            last_read: started,
+            drops_buffered: false,
             started,
             shared: Arc::clone(&shared),
             shutdown: Arc::clone(&shutdown),
@@ -167,6 +173,10 @@ struct ReadLoop {
     backoff: Backoff,
     decoder: Decoder,
     assembler: RevolutionAssembler,
+    settings: LidarSettings,
+    last_read: Instant,
+    /// Whether received bytes are dropped until the port's buffer is empty.
+    drops_buffered: bool,
     started: Instant,
     shared: Arc<Mutex<SharedState>>,
     shutdown: Arc<AtomicBool>,
@@ -180,12 +190,26 @@ impl ReadLoop {
                 self.reconnect();
                 continue;
             };
-            match port.read(&mut bytes) {
+            let read = port.read(&mut bytes);
+            let now = Instant::now();
+            self.drops_buffered |= now.duration_since(self.last_read) > MAX_GAP;
+            self.last_read = now;
+            match read {
                 Ok(0) => self.disconnect("end of the stream".to_owned()),
+                Ok(count) if self.drops_buffered => self.drop_buffered(count == bytes.len()),
                 Ok(count) => self.receive(&bytes[..count]),
                 Err(error) if is_timeout(error.kind()) => {}
                 Err(error) => self.disconnect(error.to_string()),
             }
+        }
+    }
+
+    /// Drops received bytes. The last ones are those that do not fill the buffer: then the next revolution begins.
+    fn drop_buffered(&mut self, is_more_buffered: bool) {
+        if !is_more_buffered {
+            self.drops_buffered = false;
+            self.decoder = Decoder::default();
+            self.assembler = RevolutionAssembler::new(self.settings);
         }
     }
 
@@ -222,8 +246,10 @@ impl ReadLoop {
         match (self.open)() {
             Ok(port) => {
                 self.port = Some(port);
+                self.last_read = Instant::now();
                 self.backoff.succeeded();
                 self.decoder = Decoder::default();
+                self.assembler = RevolutionAssembler::new(self.settings);
                 let mut shared = lock(&self.shared);
                 shared.disconnected = None;
                 shared.unknown_bytes = 0;

@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use crc::{CRC_16_IBM_3740, Crc};
 
 use super::VERSION;
-use crate::base::Faults;
+use crate::base::{Bumper, Faults};
 
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
@@ -59,6 +59,10 @@ pub struct Report {
     pub yaw_rate_mrad_s: Option<i16>,
     /// Battery voltage, millivolts, if the base measures it.
     pub battery_mv: Option<u16>,
+    /// Bumpers that are pressed.
+    pub bumper: Bumper,
+    /// Whether a cliff sensor sees no ground.
+    pub cliff: bool,
 }
 
 impl Command {
@@ -100,6 +104,9 @@ impl Report {
             self.echo.is_some(),
             self.yaw_rate_mrad_s.is_some(),
             self.battery_mv.is_some(),
+            self.bumper.left,
+            self.bumper.right,
+            self.cliff,
         ];
         let mut payload = vec![VERSION, Self::KIND];
         payload.extend(self.sequence.to_le_bytes());
@@ -123,7 +130,7 @@ impl Frame for Report {
     fn from_checked(payload: &[u8]) -> Option<Self> {
         let flags = payload[6];
         let flag = |bit: u8| flags >> bit & 1 != 0;
-        (flags < 32).then(|| Self {
+        Some(Self {
             sequence: u16::from_le_bytes(at(payload, 2)),
             echo: flag(2).then(|| u16::from_le_bytes(at(payload, 4))),
             stopped: flag(0),
@@ -133,6 +140,8 @@ impl Frame for Report {
             counts: [13, 17].map(|start| u32::from_le_bytes(at(payload, start))),
             yaw_rate_mrad_s: flag(3).then(|| i16::from_le_bytes(at(payload, 21))),
             battery_mv: flag(4).then(|| u16::from_le_bytes(at(payload, 23))),
+            bumper: Bumper { left: flag(5), right: flag(6) },
+            cliff: flag(7),
         })
     }
 }

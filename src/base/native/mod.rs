@@ -38,7 +38,7 @@
 //! | 1 | u8 | kind, 52h (`R`) |
 //! | 2 | u16 | sequence of the report: one more for each, wraps |
 //! | 4 | u16 | echo: sequence of the last command accepted |
-//! | 6 | u8 | bit 0: the stop is latched; bit 1: the button is pressed; bit 2: a command was accepted since power-on, so that the echo counts; bit 3: the turn rate counts; bit 4: the battery voltage counts; others reserved, 0 |
+//! | 6 | u8 | bit 0: the stop is latched; bit 1: the button is pressed; bit 2: a command was accepted since power-on, so that the echo counts; bit 3: the turn rate counts; bit 4: the battery voltage counts; bit 5: the left bumper is pressed; bit 6: the right bumper is pressed; bit 7: a cliff sensor sees no ground. A base without these sensors sends 0 in bits 5 to 7 |
 //! | 7 | u16 | faults, the bits of [`Faults`] |
 //! | 9 | u32 | time since power-on when the counters were read, ms, wraps |
 //! | 13 | u32 | encoder count of the first channel, wraps |
@@ -60,7 +60,8 @@
 //! - controls the speeds to the set speeds with ramps of its own, at least as a safeguard;
 //! - sets both speeds to zero when it has accepted no command for 0.5 s ([`WATCHDOG_S`]), and reports fault bit 7 until
 //!   the next one, which ends the watchdog's stop by itself;
-//! - latches the stop when the button is pressed, when a command has bit 0, or when it detects a fault that it must act on.
+//! - latches the stop when the button or a bumper is pressed, when a cliff sensor sees no ground, when a command has bit 0, or
+//!   when it detects a fault that it must act on.
 //!   While the stop is latched the motors are off and set speeds are ignored; commands are still accepted and echoed;
 //! - ends the stop only on a command with bit 1 set, bit 0 clear and both set speeds zero, and only while the button is not
 //!   pressed. Releasing the button alone does not end the stop.

@@ -85,6 +85,9 @@ impl NativeSession {
             yaw_rate: report.yaw_rate_mrad_s.map(|rate| f64::from(rate) / 1000.0),
             faults: report.faults.union(self.core.encoder_speed.faults()),
             command_delay_s,
+            bumper: report.bumper,
+            cliff: report.cliff,
+            ..Feedback::default()
         })
     }
 }
@@ -215,7 +218,10 @@ impl DeviceProtocol for NativeDevice {
             self.stopped = false;
             self.release = false;
         }
-        self.stopped |= machine.button_pressed || !machine.faults.is_empty();
+        self.stopped |= machine.button_pressed
+            || machine.bumper.is_pressed()
+            || machine.cliff
+            || !machine.faults.is_empty();
         let silent = self.accepted.is_none_or(|(_, at_s)| now_s - at_s >= WATCHDOG_S);
         self.commands.watchdog(silent && !self.stopped && self.set != TrackSpeeds::default());
         if now_s >= self.next_report_s {
@@ -233,6 +239,8 @@ impl DeviceProtocol for NativeDevice {
                 counts: self.settings.channel_counts(machine.encoder_counts),
                 yaw_rate_mrad_s: Some((machine.yaw_rate * 1000.0).round() as i16),
                 battery_mv: Some((machine.battery_v * 1000.0).round() as u16),
+                bumper: machine.bumper,
+                cliff: machine.cliff,
             };
             line.extend(report.encode());
         }

@@ -5,7 +5,13 @@
 //!
 //! - The base receives a command at a fixed rate. A target is valid for 0.3 s from its time stamp; after that the base is braked
 //!   to a standstill. The age of the target decides, not the liveness of the planner's thread.
+//! - After a gap, zero commands go first: at least 0.1 s of them, and until there is a target whose time stamp is later than the
+//!   end of the gap. The motion then ramps up from the measured speed. A gap is a pause of the sender or its process, of the
+//!   base's reports, or of the connection, longer than 0.2 s; a stop of the base by its own watchdog; a latched stop; and the
+//!   time in which the operator forbids motion.
 //! - A target that is not finite, older than the previous one or too far ahead is rejected and counted.
+//! - With [`BaseSupervisor::protect`], raw scans limit every target ([`ProtectiveLayer`](super::ProtectiveLayer)): nothing moves
+//!   before it is armed, and the operator's stop is zero with the next command, whatever the state of the target.
 //! - A requested stop, and a stop by the fault detector, is latched: targets are rejected until an explicit
 //!   [`BaseSupervisor::release`] while the base stands still.
 //! - A failed connection is closed with three or more zero commands and reopened after a pause that doubles with each failure.
@@ -25,7 +31,7 @@ mod thread;
 pub(super) use connection::Backoff;
 pub use connection::OpenBase;
 pub use safety::{CommandRejected, DriveStatus, OutgoingCommand, SafetyController};
-pub use thread::{BaseSupervisor, SupervisorCounters, SupervisorStatus};
+pub use thread::{BaseSupervisor, ScanSource, SupervisorCounters, SupervisorStatus};
 
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +48,10 @@ settings! {
         /// Age at which a target expires. Default 0.3 s: three periods of the planner. The ROS differential drive
         /// controller allows 0.5 s, and cannot tell that a hung planner repeats an old target.
         pub target_timeout_s: f64 = 0.3, ["s", above 0];
+        /// Longest time between two cycles of the sender, or between two reports of the base. Default 0.2 s: four reports of
+        /// the slowest controller, and less than any base's watchdog. After a longer gap the base stands, and moves again
+        /// from its measured speed, for a target that is newer than the gap.
+        pub max_gap_s: f64 = 0.2, ["s", above 0];
         /// Pause after the first failure of the connection. Default 0.1 s.
         pub reconnect_min_s: f64 = 0.1, ["s", above 0];
         /// Longest pause between attempts to reconnect, at least `reconnect_min_s`. Default 5 s.

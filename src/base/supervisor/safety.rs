@@ -4,16 +4,35 @@ use thiserror::Error;
 
 use super::SupervisorSettings;
 use crate::base::fault_detector::{BaseSample, FaultDetector};
-use crate::base::{BaseError, BaseSettings, Feedback, StopCause};
+use crate::base::{
+    BaseError, BaseSettings, Faults, Feedback, OperatorState, ProtectiveAction, ProtectiveLayer,
+    StopCause,
+};
 use crate::geometry::Twist;
-use crate::robot::Mixer;
+use crate::map::TimedScan;
+use crate::robot::{Mixer, TrackSpeeds};
 
-/// Longest ramp of one step, seconds: speeds must not jump after a pause of the caller.
+/// Longest ramp of one step, seconds: speeds must not jump after a late cycle.
 const MAX_STEP_S: f64 = 0.1;
+
+/// Time of zero commands after a gap, seconds: what the port buffered meanwhile is read, and two new reports of the slowest
+/// controller arrive.
+const RESTART_S: f64 = 0.1;
+
+/// Lag of a track behind its command, seconds. A base that follows with a greater lag brakes from its measured speed.
+const LAG_S: f64 = 0.2;
+
+/// Time for which a base must stand before a stop is released, seconds, and its largest turn rate meanwhile, rad/s. A single
+/// report of zero may be the reversal of a swing.
+const STILL_S: f64 = 0.3;
+const STILL_RAD_S: f64 = 0.1;
 
 /// Time after a release in which the base may still report its stop, seconds: the command has to arrive, and the next report
 /// to return.
 const RELEASE_GRACE_S: f64 = 0.5;
+
+/// Least time between two reports of a base, seconds.
+const MIN_LATER_S: f64 = 0.001;
 
 /// What goes to the base.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +85,15 @@ pub enum DriveStatus {
         /// Age of the target, seconds.
         age_s: f64,
     },
+    /// Stands after a gap until there is a target that is newer than the end of the gap.
+    Restarting,
+    /// Brakes and stands: the base's last report is too old.
+    ReportsLate {
+        /// Age of the report, seconds.
+        age_s: f64,
+    },
+    /// Stands or is slower than its target: the protective layer acts.
+    Protected(ProtectiveAction),
     /// Stands: the base has not reported since the connection was opened.
     AwaitingFeedback,
     /// Gets no command: there is no connection.
@@ -81,6 +109,8 @@ pub struct SafetyController {
     base: BaseSettings,
     mixer: Mixer,
     detector: FaultDetector,
+    /// Limits the target by raw scans; none for a base that is commanded by hand.
+    protection: Option<ProtectiveLayer>,
     target: Option<Target>,
     /// Time stamp of the newest target ever accepted.
     newest_stamp_s: f64,
@@ -88,9 +118,22 @@ pub struct SafetyController {
     release: Release,
     status: DriveStatus,
     has_feedback: bool,
+    /// Measured speeds of the tracks, and the age of that report, seconds.
+    measured: TrackSpeeds,
+    report_age_s: f64,
+    /// Time of the newest report, seconds.
+    reported_s: f64,
+    /// Whether the base reports that it has stopped by itself.
+    has_stopped_itself: bool,
+    /// Start of the time in which every report showed a standstill.
+    still_since_s: Option<f64>,
     is_still: bool,
     sent: Twist,
     last_s: Option<f64>,
+    /// End of the last gap. Only later targets are followed.
+    resumed_s: f64,
+    /// Whether the base stands since that gap.
+    is_restarting: bool,
     rejected: u64,
 }
 
@@ -121,17 +164,37 @@ impl SafetyController {
             settings,
             base: *base,
             mixer: Mixer::new(base.drive(), base.tracks),
+            protection: None,
             target: None,
             newest_stamp_s: f64::NEG_INFINITY,
             stop_cause: None,
             release: Release::None,
             status: DriveStatus::NoTarget,
             has_feedback: false,
+            measured: TrackSpeeds::default(),
+            report_age_s: 0.0,
+            reported_s: f64::NEG_INFINITY,
+            has_stopped_itself: false,
+            still_since_s: Some(f64::NEG_INFINITY),
             is_still: true,
             sent: Twist::STOP,
             last_s: None,
+            resumed_s: f64::NEG_INFINITY,
+            is_restarting: true,
             rejected: 0,
         })
+    }
+
+    /// From now on every target passes through this layer, armed or not.
+    pub fn protect(&mut self, layer: ProtectiveLayer) {
+        self.protection = Some(layer);
+    }
+
+    /// Hands a raw scan to the protective layer, with the time of its last beam.
+    pub fn update_scan(&mut self, scan: &TimedScan, stamp_s: f64) {
+        if let Some(layer) = &mut self.protection {
+            layer.update_scan(scan, stamp_s);
+        }
     }
 
     /// Replaces the target motion. The target expires [`SupervisorSettings::target_timeout_s`] after its time stamp.
@@ -180,8 +243,8 @@ impl SafetyController {
         self.release = Release::None;
     }
 
-    /// Ends a latched stop, as an operator's explicit decision. The base stands until the next target; a fault that persists is
-    /// detected again.
+    /// Ends a latched stop, as an operator's explicit decision. The base gets the release once its reports show a standstill. It
+    /// stands until the next target; a fault that persists is detected again.
     ///
     /// # Errors
     /// [`CommandRejected::StillMoving`] if the base reports motion.
@@ -199,47 +262,126 @@ impl SafetyController {
     /// Returns the command to send now. Call it at the fixed rate.
     pub fn next_command(&mut self, now_s: f64) -> OutgoingCommand {
         let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
-        let elapsed_s = elapsed_s.clamp(0.0, MAX_STEP_S);
+        let max_gap_s = self.settings.max_gap_s + self.settings.period_s();
+        // A process that was stopped, or a clock that jumped: the base may have stopped by itself, and its surroundings changed.
+        let was_paused = !(0.0..=max_gap_s).contains(&elapsed_s);
         if let Some(cause) = self.stop_cause {
-            self.stand(DriveStatus::Stopped(cause));
+            self.interrupt(now_s, DriveStatus::Stopped(cause));
             return OutgoingCommand::EngageStop;
         }
         if self.release == Release::Due && self.has_feedback {
+            if !self.is_still {
+                // It was released while it could not report, or has begun to move since.
+                self.interrupt(now_s, DriveStatus::Restarting);
+                return OutgoingCommand::EngageStop;
+            }
             self.release = Release::Sent(now_s);
-            self.stand(DriveStatus::NoTarget);
+            self.interrupt(now_s, DriveStatus::NoTarget);
             return OutgoingCommand::ReleaseStop;
         }
         if !self.has_feedback {
-            self.stand(DriveStatus::AwaitingFeedback);
+            self.interrupt(now_s, DriveStatus::AwaitingFeedback);
             return OutgoingCommand::Drive(Twist::STOP);
         }
-        let target = self.valid_target(now_s);
-        let speeds = self.mixer.mix(&target, elapsed_s);
+        if let Some(action) = self.forbidden(now_s) {
+            self.interrupt(now_s, DriveStatus::Protected(action));
+            return OutgoingCommand::Drive(Twist::STOP);
+        }
+        if was_paused || self.has_stopped_itself {
+            self.interrupt(now_s, DriveStatus::Restarting);
+            return OutgoingCommand::Drive(Twist::STOP);
+        }
+        let target = if self.report_age_s > max_gap_s {
+            self.status = DriveStatus::ReportsLate { age_s: self.report_age_s };
+            (self.resumed_s, self.is_restarting) = (now_s, true);
+            None
+        } else {
+            let target = self.valid_target(now_s);
+            if self.is_restarting {
+                let is_settled = now_s - self.resumed_s >= RESTART_S;
+                if let (Some(target), true) = (target, is_settled) {
+                    self.mixer.restart(&self.measured, &target);
+                    self.is_restarting = false;
+                } else {
+                    if target.is_some() {
+                        self.status = DriveStatus::Restarting;
+                    }
+                    self.halt();
+                    return OutgoingCommand::Drive(Twist::STOP);
+                }
+            }
+            target
+        };
+        let target = target.map(|target| self.protected(&target, now_s));
+        if target.is_none_or(|target| target == Twist::STOP) {
+            let allowance = LAG_S * self.base.tracks.acc_lim_track;
+            self.mixer.limit_to(&self.measured, allowance);
+        }
+        let elapsed_s = elapsed_s.min(MAX_STEP_S);
+        let speeds = self.mixer.mix(&target.unwrap_or_default(), elapsed_s);
         self.sent = self.mixer.twist(&speeds);
         OutgoingCommand::Drive(self.sent)
     }
 
-    /// The target motion, or zero if there is none or it has expired.
-    fn valid_target(&mut self, now_s: f64) -> Twist {
+    /// The target as the protective layer permits it.
+    fn protected(&mut self, target: &Twist, now_s: f64) -> Twist {
+        let Some(layer) = &mut self.protection else {
+            return *target;
+        };
+        let (limited, action) = layer.limit(target, &self.sent, now_s);
+        if !action.passes() {
+            self.status = DriveStatus::Protected(action);
+        }
+        limited
+    }
+
+    /// What forbids every motion, with or without a target: the operator's switch. Zero goes out at once, without a ramp.
+    fn forbidden(&mut self, now_s: f64) -> Option<ProtectiveAction> {
+        let layer = self.protection.as_mut()?;
+        if layer.operator().state() == OperatorState::Armed {
+            return None;
+        }
+        let (_, action) = layer.limit(&Twist::STOP, &self.sent, now_s);
+        Some(action)
+    }
+
+    /// The target motion; none if there is none, or it has expired, or it is older than the end of the last gap.
+    fn valid_target(&mut self, now_s: f64) -> Option<Twist> {
         let Some(Target { twist, stamp_s }) = self.target else {
             self.status = DriveStatus::NoTarget;
-            return Twist::STOP;
+            return None;
         };
         let age_s = now_s - stamp_s;
         // A time stamp far ahead is from before the clock ran backwards.
         if age_s.abs() > self.settings.target_timeout_s {
             self.status = DriveStatus::TargetExpired { age_s };
-            return Twist::STOP;
+            return None;
+        }
+        if stamp_s < self.resumed_s {
+            self.status = DriveStatus::Restarting;
+            return None;
         }
         self.status = DriveStatus::Driving;
-        twist
+        Some(twist)
     }
 
-    /// Restarts the ramps from a standstill. A missing connection takes precedence over every other status.
+    /// Begins or continues a gap: the base stands, and only targets from now on count.
+    fn interrupt(&mut self, now_s: f64, status: DriveStatus) {
+        self.resumed_s = now_s;
+        self.stand(status);
+    }
+
+    /// Stands. A missing connection takes precedence over every other status.
     fn stand(&mut self, status: DriveStatus) {
         if !matches!(self.status, DriveStatus::Disconnected(_)) {
             self.status = status;
         }
+        self.halt();
+    }
+
+    /// Commands zero; the next motion restarts.
+    fn halt(&mut self) {
+        self.is_restarting = true;
         self.mixer.reset();
         self.sent = Twist::STOP;
     }
@@ -247,9 +389,20 @@ impl SafetyController {
     /// Takes the base's latest report, which may be the previous one again.
     pub fn on_feedback(&mut self, feedback: &Feedback, now_s: f64) {
         self.has_feedback = true;
-        let tracks = self.base.drive().tracks(&feedback.twist);
-        let fastest = tracks.left.abs().max(tracks.right.abs());
-        self.is_still = fastest < self.settings.fault_detector.motion_threshold_m_s;
+        self.measured = self.base.drive().tracks(&feedback.twist);
+        self.report_age_s = feedback.age_s;
+        self.has_stopped_itself =
+            feedback.is_stop_suspected || feedback.faults.contains(Faults::WATCHDOG);
+        let stamp_s = now_s - feedback.age_s;
+        let later_s = stamp_s - self.reported_s;
+        // A report comes again in each cycle until there is a new one, and its time is then the same only to some microseconds.
+        if later_s > MIN_LATER_S || later_s < -self.settings.max_gap_s {
+            self.reported_s = stamp_s;
+            if let Some(layer) = &mut self.protection {
+                layer.update_motion(&feedback.twist, stamp_s);
+            }
+        }
+        self.update_still(feedback, now_s);
         if self.stop_cause.is_some() {
             return;
         }
@@ -266,18 +419,33 @@ impl SafetyController {
         }
     }
 
+    fn update_still(&mut self, feedback: &Feedback, now_s: f64) {
+        let fastest = self.measured.left.abs().max(self.measured.right.abs());
+        let turn_rate = feedback.yaw_rate.unwrap_or(feedback.twist.angular);
+        let stands = fastest < self.settings.fault_detector.motion_threshold_m_s
+            && turn_rate.abs() < STILL_RAD_S;
+        self.still_since_s = stands.then(|| self.still_since_s.unwrap_or(now_s));
+        self.is_still = self.still_since_s.is_some_and(|since_s| now_s - since_s >= STILL_S);
+    }
+
     /// The connection has failed, or could not be opened.
     pub fn on_disconnect(&mut self, error: BaseError) {
-        self.has_feedback = false;
+        self.forget_reports();
         self.status = DriveStatus::NoTarget;
         self.stand(DriveStatus::Disconnected(error));
     }
 
     /// A connection was opened; the base has not reported on it.
     pub fn on_connect(&mut self) {
-        self.has_feedback = false;
+        self.forget_reports();
         self.status = DriveStatus::NoTarget;
         self.stand(DriveStatus::AwaitingFeedback);
+    }
+
+    /// What was reported before says nothing about the base now: it may have been pushed.
+    const fn forget_reports(&mut self) {
+        self.has_feedback = false;
+        (self.still_since_s, self.is_still) = (None, false);
     }
 
     /// What the last command was, and why.
@@ -290,6 +458,18 @@ impl SafetyController {
     #[must_use]
     pub const fn stop_cause(&self) -> Option<&StopCause> {
         self.stop_cause.as_ref()
+    }
+
+    /// End of the last gap, seconds: only targets with a later time stamp are followed.
+    #[must_use]
+    pub const fn resumed_s(&self) -> f64 {
+        self.resumed_s
+    }
+
+    /// Time of the newest report, seconds; minus infinity before the first one. It stays while that report comes again.
+    #[must_use]
+    pub const fn reported_s(&self) -> f64 {
+        self.reported_s
     }
 
     /// The last motion sent.

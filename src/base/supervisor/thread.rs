@@ -9,9 +9,10 @@ use serde::Serialize;
 
 use super::connection::{Connection, Exchange, OpenBase};
 use super::odometer::Odometer;
-use super::{CommandRejected, DriveStatus, SafetyController, SupervisorSettings};
-use crate::base::{BaseError, BaseSettings, Feedback, StopCause};
+use super::{CommandRejected, DriveStatus, OutgoingCommand, SafetyController, SupervisorSettings};
+use crate::base::{BaseError, BaseSettings, Feedback, ProtectiveLayer, StopCause};
 use crate::geometry::{Pose, Twist};
+use crate::map::TimedScan;
 
 /// Event counts since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -29,6 +30,9 @@ pub struct SupervisorCounters {
     pub connections: u64,
 }
 
+/// Returns a revolution of a lidar with times by a clock whose present time is given, seconds; none if there is no new one.
+pub type ScanSource = Box<dyn FnMut(f64) -> Option<TimedScan> + Send>;
+
 /// Snapshot of a supervisor and its base.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -39,8 +43,12 @@ pub struct SupervisorStatus {
     pub stop_cause: Option<StopCause>,
     /// The last motion sent.
     pub sent: Twist,
+    /// End of the last gap by [`BaseSupervisor::now_s`]: only targets with a later time stamp are followed.
+    pub resumed_s: f64,
     /// The latest report since the connection was opened.
     pub feedback: Option<Feedback>,
+    /// Time of that report by the supervisor's clock, seconds; none before the first one. It outlasts the connection.
+    pub feedback_s: Option<f64>,
     /// Odometry pose relative to the first report.
     pub pose: Pose,
     /// Distance travelled by odometry, forwards and backwards, metres.
@@ -66,8 +74,11 @@ pub struct BaseSupervisor {
 /// State shared by the thread and its owner. Never locked during I/O.
 struct SharedState {
     controller: SafetyController,
+    /// The lidar of the protective layer.
+    scans: Option<ScanSource>,
     odometer: Odometer,
     feedback: Option<Feedback>,
+    feedback_s: Option<f64>,
     counters: SupervisorCounters,
     last_failure: Option<BaseError>,
     is_running: bool,
@@ -87,8 +98,10 @@ impl BaseSupervisor {
     ) -> Result<Self, BaseError> {
         let shared = Arc::new(Mutex::new(SharedState {
             controller: SafetyController::new(base, settings)?,
+            scans: None,
             odometer: Odometer::new(base),
             feedback: None,
+            feedback_s: None,
             counters: SupervisorCounters { connections: 1, ..SupervisorCounters::default() },
             last_failure: None,
             is_running: true,
@@ -127,6 +140,13 @@ impl BaseSupervisor {
         lock(&self.shared).controller.set_target(twist, stamp_s, now_s)
     }
 
+    /// From now on every target passes through this layer, which gets the scans of a lidar, if there is one.
+    pub fn protect(&self, layer: ProtectiveLayer, scans: Option<ScanSource>) {
+        let mut shared = lock(&self.shared);
+        shared.scans = scans;
+        shared.controller.protect(layer);
+    }
+
     /// Latches a stop, which goes out with the next command.
     pub fn stop(&self) {
         lock(&self.shared).controller.stop(StopCause::Requested);
@@ -149,7 +169,9 @@ impl BaseSupervisor {
             drive_status: controller.status().clone(),
             stop_cause: controller.stop_cause().copied(),
             sent: *controller.sent(),
+            resumed_s: controller.resumed_s(),
             feedback: shared.feedback,
+            feedback_s: shared.feedback_s,
             pose: shared.odometer.pose(),
             travelled_m: shared.odometer.travelled_m(),
             counters: SupervisorCounters {
@@ -199,7 +221,7 @@ impl SendLoop {
 
     fn cycle(&mut self) {
         let now_s = self.started.elapsed().as_secs_f64();
-        let command = lock(&self.shared).controller.next_command(now_s);
+        let command = lock(&self.shared).next_command(now_s);
         let exchange = self.connection.exchange(command, now_s);
         let now_s = self.started.elapsed().as_secs_f64();
         lock(&self.shared).update(exchange, now_s);
@@ -213,6 +235,14 @@ impl Drop for SendLoop {
 }
 
 impl SharedState {
+    fn next_command(&mut self, now_s: f64) -> OutgoingCommand {
+        let scan = self.scans.as_mut().and_then(|newest| newest(now_s));
+        if let Some((scan, end_s)) = scan.and_then(|scan| scan.end_s().map(|end_s| (scan, end_s))) {
+            self.controller.update_scan(&scan, end_s);
+        }
+        self.controller.next_command(now_s)
+    }
+
     fn update(&mut self, exchange: Exchange, now_s: f64) {
         match exchange {
             Exchange::Done(feedback) => {
@@ -221,6 +251,7 @@ impl SharedState {
                     self.feedback = Some(feedback);
                     self.odometer.update(&feedback, now_s);
                     self.controller.on_feedback(&feedback, now_s);
+                    self.feedback_s = Some(self.controller.reported_s());
                 }
             }
             Exchange::Waiting => {}

@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use crate::local::{LocalSettings, Stopping, Weights};
-use crate::navigator::NavigatorSettings;
+use crate::navigator::{NavigatorFeatures, NavigatorSettings};
 use crate::robot::{Disc, Footprint, Limits};
 use crate::runtime::{Config, RobotConfig, SimulationSettings};
 use crate::sim::{Fixes, Lidar};
@@ -73,6 +73,9 @@ pub fn barn_config(max_speed: f64) -> Config {
             // The paths of the benchmark are 0.375 m from the cylinders; the circle around the robot needs 0.32 m.
             safety_margin_m: 0.01,
             comfort_margin_m: 0.15,
+            // The laser does not see behind, and nothing moves there.
+            may_enter_unseen: true,
+            features: NavigatorFeatures { occlusion_speed: false, ..NavigatorFeatures::default() },
             // Among cylinders each new detection matters at once.
             replan_period_s: 0.3,
             lookahead_m: 1.2,

@@ -1,7 +1,7 @@
 //! Attribution of a contact in hindsight: did the robot cause it, and could it have avoided it?
 
 use crate::experiment::ContactCause;
-use crate::geometry::{Point, Pose, Twist, Vector};
+use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
 
@@ -32,6 +32,8 @@ const HINDSIGHT_S: f64 = 2.5;
 const CLEAR_AFTER_S: f64 = 1.0;
 /// Closing speed above which the robot caused the contact, m/s.
 const CLOSING_M_S: f64 = 0.05;
+/// A gap up to this counts as the contact, metres: the robot's motion between two ticks is interpolated.
+pub(super) const CONTACT_TOLERANCE_M: f64 = 0.002;
 /// Number of speeds and of turn rates tried, each from the lowest to the highest.
 const TRIED: u32 = 15;
 /// Time between two gap checks, seconds: 4 cm for a robot and a cylinder at 2 m/s each.
@@ -66,22 +68,13 @@ impl ContactAttribution<'_> {
 
     /// Highest speed at which the robot's own motion closes the gap to an obstacle that it touches, m/s.
     fn closing_m_s(&self, contact: &State) -> f64 {
-        let robot = contact.pose.position();
-        let heading = Vector::new(1.0, 0.0).rotated(libm::sincos(contact.pose.yaw));
-        let Twist { linear, angular } = contact.twist;
-        let mut fastest = f64::NEG_INFINITY;
-        for (own, own_radius_m) in self.footprint.at(&contact.pose) {
-            let arm = own - robot;
-            let velocity = heading * linear + Vector::new(-arm.y, arm.x) * angular;
-            for disc in (self.moving)(contact.time_s) {
-                let offset = disc.center() - own;
-                let gap_m = offset.norm() - own_radius_m - disc.radius;
-                if gap_m <= 0.0 && offset.norm() > 0.0 {
-                    fastest = fastest.max(velocity.dot(&offset) / offset.norm());
-                }
-            }
-        }
-        fastest
+        let State { time_s, pose, twist } = contact;
+        let is_touched =
+            |disc: &MovingDisc| self.footprint.gap_to_moving_m(pose, disc) <= CONTACT_TOLERANCE_M;
+        let closing =
+            |disc: MovingDisc| self.footprint.closing_speed_m_s(pose, twist, &disc.center());
+        let touched = (self.moving)(*time_s).into_iter().filter(is_touched);
+        touched.map(closing).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// The first command that stays clear of all obstacles until a time.

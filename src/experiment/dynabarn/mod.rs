@@ -61,7 +61,11 @@ pub fn dynabarn_config() -> Config {
             // The robot almost never turns in place: it would stand, and a standing robot is hit.
             rotate_in_place_from: 2.8,
             // The cylinders do not yield: a robot that stands in front of them is hit.
-            features: NavigatorFeatures { passive_safety: false, ..NavigatorFeatures::default() },
+            features: NavigatorFeatures {
+                passive_safety: false,
+                occlusion_speed: false,
+                ..NavigatorFeatures::default()
+            },
             ..standing.navigator
         },
         ..standing

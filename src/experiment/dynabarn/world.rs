@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
+use super::contact_attribution::CONTACT_TOLERANCE_M;
 use super::{ContactAttribution, State};
+use crate::experiment::outcome::nearest_instant;
 use crate::experiment::plan_worlds::select_worlds;
 use crate::experiment::{ContactCause, ExperimentError};
 use crate::geometry::{Point, Pose};
@@ -232,14 +234,22 @@ impl DynaBarnWorld {
             moving: &|time_s| self.moving(time_s),
         };
         let states: Vec<State> = rows.iter().map(state).collect();
-        let contact = state(last);
-        let is_touched = |disc: &MovingDisc| {
-            let gap_m = footprint.gap_to_disc_m(&last.pose, &disc.center(), disc.radius);
-            // The simulator's clock is a sum over many ticks and has a rounding error.
-            gap_m <= 1e-6
+        let earlier = rows.len().checked_sub(2).map(|index| &rows[index]);
+        let time_at = |share: f64| {
+            earlier.map_or(last.time_s, |row| row.time_s + (last.time_s - row.time_s) * share)
         };
+        let gap_m = |pose: &Pose, time_s: f64| {
+            let gaps_m = self.moving(time_s);
+            gaps_m
+                .iter()
+                .map(|disc| footprint.gap_to_moving_m(pose, disc))
+                .fold(f64::INFINITY, f64::min)
+        };
+        let (pose, share) =
+            nearest_instant(last, earlier, |pose, share| gap_m(pose, time_at(share)));
+        let contact = State { time_s: time_at(share), pose, ..state(last) };
         let before = ContactAttribution::before(&states, &contact);
-        let touched = self.moving(last.time_s).iter().any(is_touched);
+        let touched = gap_m(&pose, contact.time_s) <= CONTACT_TOLERANCE_M;
         Some(match before.filter(|_| touched) {
             Some(before) => attribution.cause(before, &contact),
             None => ContactCause::Robot,

@@ -16,7 +16,7 @@ use crate::global::Plan;
 use crate::map::{Cell, FreeSpace, ObstacleGrid, OccupancyGrid};
 use crate::navigator::{Goal, RoutePlanner};
 use crate::runtime::{Config, Mission};
-use crate::sim::Simulation;
+use crate::sim::{Simulation, draw_plant};
 
 /// Attempts to find a start that has a goal. A start in a small enclosed area has none.
 const ATTEMPTS: usize = 200;
@@ -86,7 +86,8 @@ impl MissionSite {
         } else {
             (self.obstacles.clone(), 0)
         };
-        let (traffic, moving_obstacles) = traffic(rules, config, &truth, path, &mut rng);
+        let pedestrians = draw_plant(&config.simulation, seed).pedestrians;
+        let (traffic, moving_obstacles) = traffic(rules, pedestrians, &truth, path, &mut rng);
         let path_m = path.length_m();
         let goal = Goal { position: goal, yaw: Some(goal_yaw) };
         let start = Pose::new(start.x, start.y, start_yaw);

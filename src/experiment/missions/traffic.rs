@@ -10,8 +10,9 @@ use super::Rules;
 use crate::geometry::Point;
 use crate::global::Path;
 use crate::map::ObstacleGrid;
-use crate::runtime::Config;
-use crate::sim::{MovingObstacle, MovingObstacles, PedestrianSpawner, SpawnTrigger};
+use crate::sim::{
+    MovingObstacle, MovingObstacles, PedestrianSettings, PedestrianSpawner, SpawnTrigger, Surprise,
+};
 
 /// The kind of moving obstacles of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -26,6 +27,10 @@ pub enum TrafficKind {
     NonYielding,
     /// They appear when the robot is near, then wander around the path and stop for the robot.
     Appearing,
+    /// They stand next to the path and walk across it when the robot is near; they stop for the robot.
+    Starting,
+    /// They step out of a crossing or from behind something when the robot is near; they stop for the robot.
+    SteppingOut,
 }
 
 impl TrafficKind {
@@ -37,16 +42,20 @@ impl TrafficKind {
             Self::Yielding => "yielding",
             Self::NonYielding => "non_yielding",
             Self::Appearing => "appearing",
+            Self::Starting => "starting",
+            Self::SteppingOut => "stepping_out",
         }
     }
 }
 
-/// One of four missions with moving obstacles has non-yielding ones, and one has appearing ones.
-const KINDS: [TrafficKind; 4] = [
+/// Of six missions with moving obstacles, two have yielding ones, and one has each other kind.
+const KINDS: [TrafficKind; 6] = [
     TrafficKind::Yielding,
     TrafficKind::Yielding,
     TrafficKind::NonYielding,
     TrafficKind::Appearing,
+    TrafficKind::Starting,
+    TrafficKind::SteppingOut,
 ];
 /// Distance of the robot's origin at which an obstacle appears, metres: from just outside the robot's margins to the range
 /// that it sees ahead.
@@ -60,7 +69,7 @@ const FROM_ENDS_M: f64 = 5.0;
 /// Generates moving obstacles along a path. Where the map has no room for all of them, there are fewer.
 pub(super) fn traffic(
     rules: &Rules,
-    config: &Config,
+    pedestrians: PedestrianSettings,
     ground: &ObstacleGrid,
     path: &Path,
     rng: &mut Pcg64Mcg,
@@ -69,10 +78,15 @@ pub(super) fn traffic(
     let count = rng.random_range(0..=rules.max_people);
     let kind = KINDS[rng.random_range(0..KINDS.len())];
     let seed: u64 = rng.random();
+    let sudden = |surprise| {
+        let spawner = pedestrians.spawner(count, seed);
+        spawner.spawn_sudden(ground, path, surprise).unwrap_or_default()
+    };
     let moving_obstacles = match kind {
-        TrafficKind::Appearing => appearing(count, config, ground, path, rng),
+        TrafficKind::Appearing => appearing(count, pedestrians, ground, path, rng),
+        TrafficKind::Starting => sudden(Surprise::Start),
+        TrafficKind::SteppingOut => sudden(Surprise::StepOut),
         kind => {
-            let pedestrians = config.simulation.pedestrians;
             let pedestrians = pedestrians.yields(kind == TrafficKind::Yielding);
             along(pedestrians.spawner(count, seed), ground, path)
         }
@@ -95,12 +109,11 @@ fn along(spawner: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> Movi
 
 fn appearing(
     count: usize,
-    config: &Config,
+    people: PedestrianSettings,
     ground: &ObstacleGrid,
     path: &Path,
     rng: &mut Pcg64Mcg,
 ) -> MovingObstacles {
-    let people = config.simulation.pedestrians;
     let stretch = FROM_ENDS_M..path.length_m() - FROM_ENDS_M;
     if stretch.is_empty() {
         return MovingObstacles::default();
@@ -113,8 +126,9 @@ fn appearing(
         let seed = rng.random();
         let one =
             MovingObstacle::random_waypoint(people.radius_m, speed, place, WANDER_M, ground, seed);
+        let one = one.and_then(|one| one.spawned_by(appears));
         // A point without room for a random route gets no obstacle.
-        moving.extend(one.and_then(|one| one.spawned_by(appears)).ok());
+        moving.extend(one.and_then(|one| one.with_legs(people.leg_diameter_m, 0.0)).ok());
     }
     MovingObstacles::new(moving)
 }

@@ -197,7 +197,10 @@ pub fn drive_table(traffic: TrafficKind, rows: Vec<RunRow>) -> DriveTable {
         TrafficKind::None => {
             ("table_3", format!("Table 3, figs. 12 and 17: driven {text}"), published_table_3())
         }
-        TrafficKind::Yielding | TrafficKind::Appearing => {
+        TrafficKind::Yielding
+        | TrafficKind::Appearing
+        | TrafficKind::Starting
+        | TrafficKind::SteppingOut => {
             ("table_4", format!("Table 4, figs. 13, 18 and 19: driven {text}"), published_table_4())
         }
         TrafficKind::NonYielding => (
@@ -234,6 +237,8 @@ const fn text(traffic: TrafficKind) -> &'static str {
         TrafficKind::Yielding => "among people who yield",
         TrafficKind::NonYielding => "among people who do not yield",
         TrafficKind::Appearing => "among people who appear",
+        TrafficKind::Starting => "among people who start to walk",
+        TrafficKind::SteppingOut => "among people who step out",
     }
 }
 

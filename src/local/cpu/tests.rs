@@ -72,12 +72,8 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
     let fastest = (reach * shorter / (f64::from(steps) * step_s)).min(4.0);
     let (low, vtheta) = (rng.random_range(-0.5..0.9) * fastest, rng.random_range(-1.0..0.8));
     let window = Window {
-        vx: Axis { low, high: rng.random_range(low..fastest), count: rng.random_range(20..=150) },
-        vtheta: Axis {
-            low: vtheta,
-            high: rng.random_range(vtheta..1.2),
-            count: rng.random_range(20..=70),
-        },
+        vx: Axis::new(low, rng.random_range(low..fastest), rng.random_range(20..=150)),
+        vtheta: Axis::new(vtheta, rng.random_range(vtheta..1.2), rng.random_range(20..=70)),
     };
     let discs = (0..rng.random_range(1..=3)).map(|_| {
         // Often central: such discs do not move when the robot turns.
@@ -195,8 +191,8 @@ fn slow_problem(steps: u32) -> Problem {
         obstacles: Vec::new(),
         pose: Pose::new(1.6, 1.6, 0.3),
         window: Window {
-            vx: Axis { low: 0.0, high: 0.1 / horizon_s, count: 128 },
-            vtheta: Axis { low: -0.2 / horizon_s, high: 0.2 / horizon_s, count: 16 },
+            vx: Axis::new(0.0, 0.1 / horizon_s, 128),
+            vtheta: Axis::new(-0.2 / horizon_s, 0.2 / horizon_s, 16),
         },
         steps,
         target: Point::new(2.5, 1.8),

@@ -9,7 +9,7 @@ use super::super::exact_clearance::ExactClearance;
 use super::super::route::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
-use super::{Behaviour, Override, Proposal};
+use super::{Behaviour, Override, Proposal, forward_escape};
 use crate::geometry::{Point, Pose, Twist};
 
 /// Duration of the first attempt, seconds. Each further one lasts twice as long, up to this many doublings.
@@ -23,15 +23,15 @@ const CREEPING: f64 = 0.05;
 const HORIZON_S: f64 = 1.5;
 const STEP_S: f64 = 0.1;
 /// Obstacles within this distance of the robot's circle count, metres.
-const RANGE_M: f64 = 0.5;
+pub(super) const RANGE_M: f64 = 0.5;
 /// The robot approaches nothing to less than this, metres. It does not approach at all what is nearer already.
-const MIN_GAP_M: f64 = 0.04;
+pub(super) const MIN_GAP_M: f64 = 0.04;
 /// The same for moving obstacles, metres.
 const MIN_MOVING_GAP_M: f64 = 0.1;
 /// More clearance than this has no further value, metres.
-const ENOUGH_GAP_M: f64 = 0.25;
+pub(super) const ENOUGH_GAP_M: f64 = 0.25;
 /// Clearance that is worth as much as one metre nearer to where the robot came from, metres.
-const RETURN_WEIGHT: f64 = 0.3;
+pub(super) const RETURN_WEIGHT: f64 = 0.3;
 /// Tried shares of the escape speed, and turn rates, rad/s.
 const SPEEDS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const TURN_RATES: [f64; 7] = [0.0, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8];
@@ -56,7 +56,9 @@ impl Behaviour for Escape {
         // Straight back where the robot came from nowhere.
         let behind = self.breadcrumbs.behind(&pose.position());
         let behind = behind.unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)));
-        let wanted = best_motion(state, &behind);
+        let reverses = state.robot.limits.min_vel_x < 0.0;
+        let forwards = if reverses { None } else { forward_escape::motion(state, &behind) };
+        let wanted = forwards.unwrap_or_else(|| best_motion(state, &behind));
         let command = state.towards(&wanted);
         let decision = Decision::new(command, Mode::Escaping, state.local_target);
         Ok(Some(Proposal::Decide(decision, Override::ByEvasion)))
@@ -144,7 +146,7 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
             };
             let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
             let score = gap_m - RETURN_WEIGHT * (behind - end.position()).norm();
-            if score > best.0 && state.is_safe_towards(&wanted) {
+            if score > best.0 && state.is_safe_towards(&wanted) && state.sees_way_of(&wanted) {
                 best = (score, wanted);
             }
         }
@@ -155,16 +157,21 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
 /// The last pose of a motion; `None` where the motion comes too near to an obstacle.
 fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Option<Pose> {
     let footprint = &state.robot.footprint;
-    let moving_gap_m = |pose: &Pose| {
-        let gaps_m = state.now.moving.iter().map(|disc| footprint.gap_to_moving_m(pose, disc));
+    // An obstacle may go on, or stop where it is.
+    let moving_gap_m = |pose: &Pose, time_s: f64| {
+        let gaps_m = state.now.moving.iter().map(|disc| {
+            let goes_on_m = footprint.gap_to_moving_m(pose, &disc.after(time_s));
+            goes_on_m.min(footprint.gap_to_moving_m(pose, disc))
+        });
         gaps_m.fold(f64::INFINITY, f64::min)
     };
     let (mut pose, mut twist) = (state.now.pose, state.now.twist);
     let least_m = clearance.gap_m(footprint, &pose).min(MIN_GAP_M);
-    let least_moving_m = moving_gap_m(&pose).min(MIN_MOVING_GAP_M);
-    for _ in 0..(HORIZON_S / STEP_S) as u32 {
+    let least_moving_m = moving_gap_m(&pose, 0.0).min(MIN_MOVING_GAP_M);
+    for step in 1..=(HORIZON_S / STEP_S) as u32 {
         (pose, twist) = state.robot.limits.advance(&pose, &twist, wanted, STEP_S);
-        if clearance.gap_m(footprint, &pose) < least_m || moving_gap_m(&pose) < least_moving_m {
+        let moving_m = moving_gap_m(&pose, f64::from(step) * STEP_S);
+        if clearance.gap_m(footprint, &pose) < least_m || moving_m < least_moving_m {
             return None;
         }
     }

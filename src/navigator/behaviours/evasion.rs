@@ -4,7 +4,7 @@
 //! be hit where it is chooses the motion with the greatest distance to all moving obstacles for some seconds, wherever
 //! that leads.
 
-use super::super::state::State;
+use super::super::state::{MAX_BRAKING_STEPS, State};
 use super::super::{Decision, Mode};
 use super::Override;
 use crate::geometry::Twist;
@@ -57,7 +57,11 @@ fn safest_motion(state: &State<'_>) -> Option<Twist> {
                 continue;
             };
             let gap_m = gap_m.min(ENOUGH_GAP_M);
-            if gap_m > best.0 && can_stop_clear(state, &wanted) && state.is_safe_towards(&wanted) {
+            if gap_m > best.0
+                && can_stop_clear(state, &wanted)
+                && state.is_safe_towards(&wanted)
+                && state.sees_way_of(&wanted)
+            {
                 best = (gap_m, Some(wanted));
             }
         }
@@ -69,13 +73,16 @@ fn safest_motion(state: &State<'_>) -> Option<Twist> {
 fn can_stop_clear(state: &State<'_>, wanted: &Twist) -> bool {
     let limits = &state.robot.limits;
     let (mut pose, mut twist) = limits.advance(&state.now.pose, &state.now.twist, wanted, STEP_S);
-    while twist.linear != 0.0 {
+    for _ in 0..MAX_BRAKING_STEPS {
+        if twist.linear == 0.0 {
+            return true;
+        }
         if !state.inflated.is_clear_of_static(state.field, &pose) {
             return false;
         }
         (pose, twist) = limits.advance_braking(&pose, &twist, STEP_S);
     }
-    true
+    twist.linear == 0.0
 }
 
 /// The least distance to obstacles on a motion towards a velocity at the acceleration limits, metres; `None` where a static

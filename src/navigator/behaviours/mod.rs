@@ -5,7 +5,10 @@
 
 mod escape;
 mod evasion;
+mod forward_escape;
 mod goal_handling;
+mod occlusion_speed;
+mod parking;
 mod path_following;
 mod rotate_in_place;
 
@@ -14,6 +17,7 @@ use super::{Decision, Fault, Mode};
 use crate::local::LocalPlanner;
 use escape::Escape;
 use goal_handling::GoalHandling;
+use occlusion_speed::OcclusionSpeed;
 use path_following::PathFollowing;
 use rotate_in_place::RotateInPlace;
 
@@ -69,14 +73,16 @@ impl Behaviours {
     /// # Errors
     /// When the mission must end.
     pub fn decide(&mut self, mut state: State<'_>) -> Result<Decision, Fault> {
-        let by_priority: [&mut dyn Behaviour; 4] = [
+        let by_priority: [&mut dyn Behaviour; 5] = [
             // 1. A robot at its goal has nothing else to do. The local planner cannot park it to the centimetre.
             &mut self.goal_handling,
             // 2. A robot that was held up for long leaves the place before it tries its path again.
             &mut self.escape,
             // 3. A robot that faces away from its target rotates before it drives: driving forwards it would circle around it.
             &mut self.rotate_in_place,
-            // 4. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
+            // 4. A robot that drives on is slow enough for what it cannot see.
+            &mut OcclusionSpeed,
+            // 5. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
             &mut self.path_following,
         ];
         let mut proposed = None;
@@ -99,7 +105,11 @@ impl Behaviours {
         let evasion = evasion::replacement(&state, allowed);
         // 2. A robot that only creeps along its path rotates towards its target, and may then drive on.
         let replacement = evasion.or_else(|| self.rotate_in_place.replacement(&state, allowed));
-        let decision = replacement.unwrap_or(decision);
+        let mut decision = replacement.unwrap_or(decision);
+        // No behaviour reverses into what the lidar does not see.
+        if decision.command.linear < 0.0 && !state.sees_way_of(&decision.command) {
+            decision.command = state.brake();
+        }
         self.escape.observe(&state, &decision);
         self.rotate_in_place.observe(&decision);
         Ok(decision)

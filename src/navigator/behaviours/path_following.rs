@@ -25,6 +25,7 @@ impl Behaviour for PathFollowing {
             field: state.field,
             pose: state.now.pose,
             twist: state.now.twist,
+            last_command: *state.last_command,
             obstacles: &state.inflated.moving,
             target: state.local_target,
             key_node: state.local_target,

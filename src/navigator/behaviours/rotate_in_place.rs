@@ -84,12 +84,16 @@ fn clear_rotation(state: &State<'_>) -> Option<f64> {
     let reach_m = footprint.circumscribed_radius_m() + MIN_GAP_M;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
     let is_clear = |angle: &f64| {
+        let takes_s = angle.abs() / state.robot.limits.max_vel_theta;
         let steps = (angle.abs() / STEP_RAD).ceil().max(1.0);
         (1..=steps as u32).all(|step| {
             let yaw = pose.yaw + angle * f64::from(step) / steps;
             let there = Pose { yaw, ..pose };
+            let time_s = takes_s * f64::from(step) / steps;
+            // A moving obstacle may go on, or stop where it is.
             clearance.gap_m(footprint, &there) >= MIN_GAP_M
                 && state.inflated.is_clear_of_moving(&there, 0.0)
+                && state.inflated.is_clear_of_moving(&there, time_s)
         })
     };
     let angle = state.heading_error;

@@ -75,9 +75,8 @@ export function difference(own, theirs, theirSamples) {
 }
 
 // The speed and the turn rate of a sample.
-export function velocity({ window: { v, omega, v_count, omega_count } }, index) {
-  const value = ([low, high], at, count) => count > 1 ? low + at * (high - low) / (count - 1) : low;
-  return { v: value(v, index % v_count, v_count), omega: value(omega, Math.floor(index / v_count), omega_count) };
+export function velocity({ window: { v, omega } }, index) {
+  return { v: v[index % v.length], omega: omega[Math.floor(index / v.length)] };
 }
 
 // A sample in SI units, with its score (eq. 35).

@@ -34,6 +34,8 @@ pub struct PlaybackRecorder {
     pub(super) faults: FaultList,
     /// Ticks for each recorded frame.
     pub(super) stride: usize,
+    /// The last frame, if it is the latest tick and not a multiple of the stride.
+    is_extra: bool,
     ticks: usize,
 }
 
@@ -73,7 +75,13 @@ pub(super) struct Window {
 
 impl Default for PlaybackRecorder {
     fn default() -> Self {
-        Self { frames: Vec::new(), faults: FaultList::default(), stride: 1, ticks: 0 }
+        Self {
+            frames: Vec::new(),
+            faults: FaultList::default(),
+            stride: 1,
+            is_extra: false,
+            ticks: 0,
+        }
     }
 }
 
@@ -83,12 +91,15 @@ impl PlaybackRecorder {
         self.faults.record(self.ticks, event);
         let tick = self.ticks;
         self.ticks += 1;
+        // The last tick of a drive shows how it ended: it is kept until the next one comes.
+        if self.is_extra {
+            self.frames.pop();
+        }
         if tick.is_multiple_of(self.stride) && self.frames.len() == MAX_FRAMES {
             self.thin();
         }
-        if tick.is_multiple_of(self.stride) {
-            self.frames.push(Frame::new(event));
-        }
+        self.is_extra = !tick.is_multiple_of(self.stride);
+        self.frames.push(Frame::new(event));
     }
 
     /// Whether no tick was recorded.

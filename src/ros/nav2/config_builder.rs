@@ -7,8 +7,13 @@ use toml::Value;
 use super::parameter_file::Parameter;
 use super::{Import, Mapped, MappedSetting, Nav2Error, Unmapped, UnmappedReason};
 use crate::base::BaseConfig;
+use crate::navigator::NavigatorSettings;
 use crate::runtime::Config;
 use crate::settings::KeyDescription;
+
+/// Shortest lookahead of an imported robot, metres: the default of Nav2's regulated pure pursuit.
+const MIN_LOOKAHEAD_M: f64 = 0.6;
+const HALF_OF_IT: &str = "at most half of the distance driven within it";
 
 /// How several parameters of one setting are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +120,7 @@ impl ConfigBuilder {
 
     /// The validated configuration.
     pub fn finish(mut self, ignored_nodes: Vec<String>) -> Result<Import, Nav2Error> {
+        self.derive_lookahead();
         let mapped = self.mapped();
         if mapped.is_empty() {
             return Err(Nav2Error::NoNodes);
@@ -133,6 +139,34 @@ impl ConfigBuilder {
             unmapped: self.unmapped.into_values().collect(),
             ignored_nodes,
         })
+    }
+
+    /// Shortens the lookahead of a slow robot to the distance that it drives within the horizon: the arcs of its dynamic window
+    /// are no longer, and a target far beyond them can lie behind an obstacle that they must go round.
+    fn derive_lookahead(&mut self) {
+        let number = |key: &str| self.settings.get(key)?.value.as_float();
+        let horizon = self.settings.get("local.sim_time_s").and_then(|time| time.sources.last());
+        let speed_and_time = number("robot.limits.max_vel_x").zip(number("local.sim_time_s"));
+        let (Some(horizon), Some((speed, time_s))) = (horizon, speed_and_time) else {
+            return;
+        };
+        let path = horizon.path.clone();
+        let default = NavigatorSettings::default();
+        let ahead_m = ((speed * time_s).max(MIN_LOOKAHEAD_M) * 100.0).round() / 100.0;
+        if !(ahead_m < default.lookahead_m) {
+            return;
+        }
+        for (setting, value, note) in [
+            ("navigator.lookahead_m", ahead_m, "the distance driven within it at full speed"),
+            ("navigator.min_lookahead_m", default.min_lookahead_m.min(ahead_m / 2.0), HALF_OF_IT),
+            (
+                "navigator.key_node_spacing_m",
+                default.key_node_spacing_m.min(ahead_m / 2.0),
+                HALF_OF_IT,
+            ),
+        ] {
+            self.set(setting, Parameter { path: path.clone(), value }, note);
+        }
     }
 
     /// Every mapped parameter with its settings.

@@ -1,4 +1,4 @@
-//! The footprint: a polygon covered by discs, or one disc.
+//! The footprint: a polygon, which the settings cover with discs, or one disc.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,13 @@ use serde_json::Value;
 use super::Nav2Error;
 use super::config_builder::ConfigBuilder;
 use super::parameter_file::{Parameter, Parameters};
+use crate::geometry::Point;
 use crate::map::yaml;
-use crate::robot::Disc;
+use crate::robot::Polygon;
 
-/// Maximum number of discs of the planner.
-const MAX_DISCS: usize = 8;
 /// Maximum number of values in the text of a polygon.
 const MAX_VALUES: usize = 3000;
-/// Largest coordinate, radius and padding, metres.
+/// Largest radius and padding, metres.
 const MAX_METRES: f64 = 100.0;
 
 /// The footprint follows from the polygon, or from the radius without one, and from the padding.
@@ -34,76 +33,64 @@ pub(super) fn import_footprint(
             corners,
         )?
     };
-    let (discs, note) = if let Some(polygon) = polygon {
-        (Some(polygon.map(|corners| cover(&corners))), "covered by discs")
+    let shape = if let Some(polygon) = polygon {
+        Some(polygon.map(Shape::Polygon))
     } else {
         let expected = "a number of metres, above zero and at most 100";
         let is_valid = |radius: &f64| *radius > 0.0 && *radius <= MAX_METRES;
         let radius =
             parameters.take("robot_radius", expected, |value| value.as_f64().filter(is_valid))?;
-        let disc = |radius| vec![Disc { x: 0.0, y: 0.0, radius }];
-        (radius.map(|radius| radius.map(disc)), "one disc")
+        radius.map(|radius| radius.map(Shape::Round))
     };
-    let Some(mut discs) = discs else {
+    let Some(shape) = shape else {
         return Ok(());
     };
     let expected = "a number of metres, 0 to 100";
     let padding = parameters.take("footprint_padding", expected, |value| {
         value.as_f64().filter(|padding| (0.0..=MAX_METRES).contains(padding))
     })?;
-    for disc in &mut discs.value {
-        disc.radius += padding.as_ref().map_or(0.0, |padding| padding.value);
-    }
-    let value = toml_array(&discs.value);
+    let padding_m = padding.as_ref().map_or(0.0, |padding| padding.value);
+    let (value, note, padding_note) = match &shape.value {
+        Shape::Polygon(polygon) => {
+            (toml_polygon(&padded(polygon, padding_m)), "covered by discs", "added to each corner")
+        }
+        Shape::Round(radius) => (toml_disc(radius + padding_m), "one disc", "added to the radius"),
+    };
     let padding = padding.map(|Parameter { path, .. }| Parameter { path, value: value.clone() });
-    builder.set("robot.footprint", discs.map(|_| value), note);
+    builder.set("robot.footprint", shape.map(|_| value), note);
     if let Some(padding) = padding {
-        builder.set("robot.footprint", padding, "added to each radius");
+        builder.set("robot.footprint", padding, padding_note);
     }
     Ok(())
 }
 
+/// The shape of a robot in a parameter file.
+enum Shape {
+    Polygon(Polygon),
+    /// Radius, metres.
+    Round(f64),
+}
+
 /// The corners of a polygon, in a text as in Nav2, or in a list.
-fn corners(value: &Value) -> Option<Vec<[f64; 2]>> {
-    let corners: Vec<[f64; 2]> = match value {
+fn corners(value: &Value) -> Option<Polygon> {
+    let corners: Vec<Point> = match value {
         Value::String(text) => yaml::parse(text, MAX_VALUES).ok()?,
         list => serde_json::from_value(list.clone()).ok()?,
     };
-    let is_near = |corner: &[f64; 2]| corner.iter().all(|number| number.abs() <= MAX_METRES);
-    (corners.len() >= 3 && corners.iter().all(is_near)).then_some(corners)
+    Polygon::new(corners).ok()
 }
 
-fn toml_array(discs: &[Disc]) -> toml::Value {
-    let disc =
-        |disc: &Disc| BTreeMap::from([("x", disc.x), ("y", disc.y), ("radius", disc.radius)]);
-    toml::Value::from(discs.iter().map(disc).collect::<Vec<_>>())
+/// A polygon with each corner moved away from both axes, as Nav2 pads it.
+fn padded(polygon: &Polygon, padding: f64) -> Vec<[f64; 2]> {
+    let away = |at: f64| if at == 0.0 { at } else { at + padding.copysign(at) };
+    polygon.corners().iter().map(|corner| [away(corner.x), away(corner.y)]).collect()
 }
 
-/// Covers a polygon of at least one corner, metres, with discs. The result is its circumscribed circle, or a row of discs along
-/// the longer side of its bounding box if that is narrower.
-fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
-    let range = |axis: usize| {
-        let along = || corners.iter().map(move |corner| corner[axis]);
-        (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max))
-    };
-    let [(back, front), (right, left)] = [range(0), range(1)];
-    let (length, width) = (front - back, left - right);
-    let (x, y) = (f64::midpoint(back, front), f64::midpoint(right, left));
-    let distance = |corner: &[f64; 2]| libm::hypot(corner[0] - x, corner[1] - y);
-    let circumradius = corners.iter().map(distance).fold(0.0, f64::max);
-    let (longer, shorter) = (length.max(width), length.min(width));
-    // One disc more than squares fit: it halves the overhang of the discs.
-    let squares = (longer / shorter.max(longer / MAX_DISCS as f64)).ceil();
-    let count = (squares as usize + 1).clamp(2, MAX_DISCS);
-    let spacing = longer / count as f64;
-    let radius = libm::hypot(spacing / 2.0, shorter / 2.0);
-    if circumradius <= radius {
-        return vec![Disc { x, y, radius: circumradius }];
-    }
-    let disc = |index: usize| {
-        let along = (index as f64 + 0.5) * spacing - longer / 2.0;
-        let (x, y) = if length >= width { (x + along, y) } else { (x, y + along) };
-        Disc { x, y, radius }
-    };
-    (0..count).map(disc).collect()
+fn toml_polygon(corners: &[[f64; 2]]) -> toml::Value {
+    toml::Value::from(corners.iter().map(|corner| corner.to_vec()).collect::<Vec<_>>())
+}
+
+fn toml_disc(radius: f64) -> toml::Value {
+    let disc = BTreeMap::from([("x", 0.0), ("y", 0.0), ("radius", radius)]);
+    toml::Value::from(vec![disc])
 }

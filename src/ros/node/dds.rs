@@ -13,8 +13,8 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::incoming::IncomingMessage;
-use super::node_core::Outgoing;
-use crate::ros::msg::{self, Message, Time};
+use super::network::ToNetwork;
+use crate::ros::msg::{self, Message};
 
 /// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
 const MAX_MESSAGES: usize = 64;
@@ -35,6 +35,27 @@ pub struct DdsSettings {
     pub localhost_only: bool,
     /// Publishes `cmd_vel` as `TwistStamped` instead of `Twist`.
     pub stamped: bool,
+}
+
+impl DdsSettings {
+    /// The namespace with which DDS starts.
+    fn namespace(&self) -> &str {
+        if self.namespace.is_empty() { "/" } else { &self.namespace }
+    }
+
+    /// Checks the namespace.
+    ///
+    /// # Errors
+    /// When it is invalid in ROS.
+    pub fn check(&self) -> Result<(), NodeError> {
+        self.node_name()?;
+        topic_name(self.namespace(), "map").map(|_| ())
+    }
+
+    fn node_name(&self) -> Result<NodeName, NodeError> {
+        let namespace = self.namespace();
+        NodeName::new(namespace, "inbye").map_err(|error| bad_namespace(namespace, &error))
+    }
 }
 
 /// Why a node cannot start.
@@ -112,13 +133,8 @@ impl DdsNode {
     /// # Errors
     /// When the namespace is invalid, or the system provides no sockets.
     pub fn open(settings: &DdsSettings) -> Result<Self, NodeError> {
-        let namespace = match settings.namespace.as_str() {
-            "" => "/",
-            namespace => namespace,
-        };
-        let name =
-            NodeName::new(namespace, "inbye").map_err(|error| bad_namespace(namespace, &error))?;
-        topic_name(namespace, "map")?;
+        settings.check()?;
+        let (namespace, name) = (settings.namespace(), settings.node_name()?);
         let mut participant = DomainParticipantBuilder::new(settings.domain);
         if settings.localhost_only {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
@@ -160,30 +176,21 @@ impl DdsNode {
         all
     }
 
-    /// Publishes messages without waiting. `stamp` is the time by the wall clock. Messages that cannot be sent immediately are
-    /// dropped and counted.
-    pub fn publish(&mut self, outgoing: Outgoing, stamp: Time, base_frame: &str) {
-        let mut is_sent = true;
-        if let Some(command) = &outgoing.command {
-            is_sent &= match &self.command {
-                CommandPublisher::Plain(publisher) => {
-                    publisher.publish(msg::Twist::from(command)).is_ok()
-                }
-                CommandPublisher::Stamped(publisher) => {
-                    publisher.publish(msg::TwistStamped::new(command, stamp, base_frame)).is_ok()
-                }
-            };
-        }
-        if let Some(path) = outgoing.path {
-            is_sent &= self.path.publish(path).is_ok();
-        }
-        if let Some(markers) = outgoing.markers {
-            is_sent &= self.markers.publish(markers).is_ok();
-        }
+    /// Publishes a message without waiting. A message that cannot be sent immediately is dropped and counted.
+    pub fn publish(&mut self, message: ToNetwork) {
+        let is_sent = match message {
+            ToNetwork::Alive => true,
+            ToNetwork::Command(command) => match &self.command {
+                CommandPublisher::Plain(publisher) => publisher.publish(command.twist).is_ok(),
+                CommandPublisher::Stamped(publisher) => publisher.publish(command).is_ok(),
+            },
+            ToNetwork::Path(path) => self.path.publish(path).is_ok(),
+            ToNetwork::Markers(markers) => self.markers.publish(markers).is_ok(),
+        };
         self.unsent += u64::from(!is_sent);
     }
 
-    /// Number of ticks with a message that could not be sent.
+    /// Number of messages that could not be sent.
     #[must_use]
     pub const fn unsent(&self) -> u64 {
         self.unsent

@@ -4,12 +4,17 @@ use super::notices::MessageError;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::navigator::Goal;
-use crate::ros::msg;
+use crate::robot::{MAX_RATE, is_plausible};
+use crate::ros::msg::{self, Message, Time};
 
+/// Largest coordinate of a position, metres: beyond it the numbers of a map lose centimetres.
+const MAX_POSITION_M: f64 = 1e6;
 /// Tolerance of the length of a quaternion: some drivers round to few digits.
 const QUATERNION_TOLERANCE: f64 = 0.01;
 /// Least vertical component of the z axis of a pose: 0.5 is a slope of 60 degrees.
 const MIN_UPRIGHT: f64 = 0.5;
+/// Longest name of a frame, bytes.
+const MAX_FRAME_NAME: usize = 256;
 
 /// A received message.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +44,19 @@ pub enum IncomingMessage {
 }
 
 impl IncomingMessage {
+    /// The static names of a topic and of its type.
+    pub(super) fn topic_and_type(topic: &str) -> Option<(&'static str, &'static str)> {
+        let known = [
+            ("map", msg::OccupancyGrid::NAME),
+            ("scan", msg::LaserScan::NAME),
+            ("odom", msg::Odometry::NAME),
+            ("goal_pose", msg::PoseStamped::NAME),
+            ("tf", msg::TFMessage::NAME),
+            ("tf_static", msg::TFMessage::NAME),
+        ];
+        known.into_iter().find(|(name, _)| *name == topic)
+    }
+
     /// The topic of the message, relative to the namespace.
     #[must_use]
     pub const fn topic(&self) -> &'static str {
@@ -96,6 +114,8 @@ fn shortest_decimal(single: f32) -> f64 {
 /// Odometry: a pose in its frame and a velocity in the base frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OdometryInput {
+    /// Time of the measurement by the sender's clock.
+    pub stamp: Time,
     pub frame: String,
     pub base_frame: String,
     pub pose: Pose,
@@ -113,7 +133,11 @@ impl OdometryInput {
         if !twist.is_finite() {
             return Err(MessageError::NotFinite("twist.twist"));
         }
+        if !is_plausible(&twist) {
+            return Err(MessageError::TooFast { field: "twist.twist", max: MAX_RATE });
+        }
         Ok(Self {
+            stamp: message.header.stamp,
             frame: frame_name("header.frame_id", &message.header.frame_id)?,
             base_frame: frame_name("child_frame_id", &message.child_frame_id)?,
             pose: planar_pose("pose.pose", &message.pose.pose)?,
@@ -151,6 +175,9 @@ pub fn planar_pose(field: &'static str, pose: &msg::Pose) -> Result<Pose, Messag
     if numbers.iter().any(|number| !number.is_finite()) {
         return Err(MessageError::NotFinite(field));
     }
+    if position.x.abs().max(position.y.abs()) > MAX_POSITION_M {
+        return Err(MessageError::TooFar { field, max_m: MAX_POSITION_M });
+    }
     let length = libm::sqrt(x * x + y * y + z * z + w * w);
     if (length - 1.0).abs() > QUATERNION_TOLERANCE {
         return Err(MessageError::BadQuaternion { field, length });
@@ -165,10 +192,13 @@ pub fn planar_pose(field: &'static str, pose: &msg::Pose) -> Result<Pose, Messag
 /// The name of a frame without the leading slash of ROS 1.
 ///
 /// # Errors
-/// When the name is empty.
+/// When the name is empty, too long, or has control characters, which would reach the user's terminal.
 pub fn frame_name(field: &'static str, name: &str) -> Result<String, MessageError> {
     match name.strip_prefix('/').unwrap_or(name) {
         "" => Err(MessageError::NoFrame(field)),
+        name if name.len() > MAX_FRAME_NAME || name.chars().any(char::is_control) => {
+            Err(MessageError::BadFrameName { field, max: MAX_FRAME_NAME })
+        }
         name => Ok(name.to_owned()),
     }
 }

@@ -1,15 +1,15 @@
 //! The newest map, odometry, scan and frames.
 
-use std::collections::BTreeMap;
-
-use super::incoming::{MapInput, OdometryInput, frame_name, planar_pose};
+use super::arrival_delay::ArrivalDelay;
+use super::frames::{FramePose, Frames};
+use super::incoming::{MapInput, OdometryInput, frame_name};
 use super::notices::{MessageError, MissingInput};
 use super::scan::{deskew, laser_scan, timed_scan, to_robot_frame};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::PoseHistory;
-use crate::map::{Scan, TimedScan};
+use crate::map::{Scan, ScanChange, TimedScan};
 use crate::navigator::Observation;
-use crate::ros::msg::{self, LaserScan, Odometry, TFMessage, Time};
+use crate::ros::msg::{LaserScan, Odometry, Time};
 
 /// A stamp that is older than the last by at least this, seconds, means that the sender's clock was set.
 const CLOCK_SET_S: f64 = 1.0;
@@ -18,69 +18,40 @@ const CLOCK_SET_S: f64 = 1.0;
 const REST_M: f64 = 1e-3;
 const REST_RAD: f64 = 1e-3;
 
-/// Maximum number of parents above a frame. A chain with more parents is a cycle.
-const MAX_PARENTS: usize = 32;
-
-/// The newest planar pose of each frame in its parent frame. Their ages do not matter.
-#[derive(Clone, Debug, Default)]
-pub struct Frames(BTreeMap<String, (String, Pose)>);
-
-impl Frames {
-    /// Stores the transforms of a message.
-    ///
-    /// # Errors
-    /// The first invalid transform; those before it are stored.
-    pub fn update(&mut self, message: &TFMessage) -> Result<(), MessageError> {
-        for stamped in &message.transforms {
-            let msg::Vector3 { x, y, z } = stamped.transform.translation;
-            let pose = msg::Pose {
-                position: msg::Point { x, y, z },
-                orientation: stamped.transform.rotation,
-            };
-            let pose = planar_pose("a transform", &pose)?;
-            let child = frame_name("child_frame_id", &stamped.child_frame_id)?;
-            let parent = frame_name("header.frame_id", &stamped.header.frame_id)?;
-            self.0.insert(child, (parent, pose));
-        }
-        Ok(())
-    }
-
-    /// The pose of a frame in one of its ancestors, or nothing if they are not connected.
-    #[must_use]
-    pub fn pose_in(&self, ancestor: &str, frame: &str) -> Option<Pose> {
-        let (mut at, mut pose) = (frame, Pose::default());
-        for _ in 0..MAX_PARENTS {
-            if at == ancestor {
-                return Some(pose);
-            }
-            let (parent, in_parent) = self.0.get(at)?;
-            pose = in_parent.transform_pose(&pose);
-            at = parent;
-        }
-        None
-    }
+/// Largest ages of inputs and offset of clocks, seconds.
+#[derive(Clone, Copy, Debug)]
+pub struct AgeLimits {
+    pub odometry_s: f64,
+    pub transform_s: f64,
+    pub clock_ahead_s: f64,
 }
 
-/// The newest input of each kind.
+/// The newest input of each kind. Times are seconds since 1970 by the node's clock, stamps those of the senders' clocks.
 #[derive(Debug, Default)]
 pub struct LatestInputs {
     pub map: Option<MapInput>,
     pub frames: Frames,
-    /// The odometry and its time of arrival, seconds.
-    pub odometry: Option<(f64, OdometryInput)>,
+    pub odometry: Option<OdometryInput>,
     scan: Option<ScanInput>,
+    scan_change: ScanChange,
     /// The poses of the odometry by the sender's clock.
     history: PoseHistory,
+    /// Delays of the streams of odometry and scans.
+    pub odometry_delay: ArrivalDelay,
+    pub scan_delay: ArrivalDelay,
 }
 
 /// A scan in the lidar's frame.
 #[derive(Debug)]
 struct ScanInput {
-    arrived_s: f64,
+    /// Stamp of the latest scan that differed from the one before, seconds.
+    changed_s: f64,
     stamp: Time,
+    /// Stamp of the last beam, seconds.
+    end_s: f64,
     frame: String,
     scan: Scan,
-    /// The beams with their times by the sender's clock, if the message has them.
+    /// The beams with their times by the sender's clock.
     timed: Option<TimedScan>,
 }
 
@@ -92,96 +63,155 @@ impl LatestInputs {
         is_new
     }
 
+    /// Forgets the robot's motion and surroundings. Map and frames remain.
+    pub fn forget_motion(&mut self) {
+        self.odometry = None;
+        self.scan = None;
+        self.history = PoseHistory::default();
+    }
+
     /// Sets the odometry, which arrived at a time, seconds.
-    pub fn set_odometry(&mut self, now_s: f64, message: &Odometry) -> Result<(), MessageError> {
+    pub fn set_odometry(
+        &mut self,
+        now_s: f64,
+        message: &Odometry,
+        limits: &AgeLimits,
+    ) -> Result<(), MessageError> {
         let odometry = OdometryInput::new(message)?;
-        let before = self.odometry.as_ref().map(|(_, before)| &before.frame);
-        let stamp = message.header.stamp;
-        // Poses in another frame or without a time do not continue the history.
-        if stamp.is_zero() || before.is_some_and(|frame| *frame != odometry.frame) {
+        let before = self.odometry.as_ref();
+        check_stamp(message.header.stamp, before.map(|before| before.stamp))?;
+        let stamp_s = odometry.stamp.seconds();
+        check_clock(now_s, stamp_s, limits)?;
+        // Poses in another frame do not continue the history.
+        if before.is_some_and(|before| before.frame != odometry.frame) {
             self.history = PoseHistory::new();
         }
-        if !stamp.is_zero() {
-            self.history.record(stamp.seconds(), &odometry.pose);
-        }
-        self.odometry = Some((now_s, odometry));
+        self.history.record(stamp_s, &odometry.pose);
+        self.odometry_delay.record(now_s, stamp_s);
+        self.odometry = Some(odometry);
         Ok(())
     }
 
     /// Sets the scan, which arrived at a time, seconds.
-    pub fn set_scan(&mut self, now_s: f64, message: &LaserScan) -> Result<(), MessageError> {
+    pub fn set_scan(
+        &mut self,
+        now_s: f64,
+        message: &LaserScan,
+        limits: &AgeLimits,
+    ) -> Result<(), MessageError> {
         let stamp = message.header.stamp;
-        if let Some(before) = self.scan.as_ref().map(|before| before.stamp) {
-            let since_s = stamp.seconds() - before.seconds();
-            let is_known = !stamp.is_zero() && !before.is_zero();
-            if is_known && (stamp == before || (-CLOCK_SET_S..0.0).contains(&since_s)) {
-                return Err(MessageError::NotNewer);
-            }
+        check_stamp(stamp, self.scan.as_ref().map(|before| before.stamp))?;
+        let frame = frame_name("header.frame_id", &message.header.frame_id)?;
+        if let Some(OdometryInput { base_frame, .. }) = &self.odometry
+            && self.frames.pose_in(base_frame, &frame, stamp.seconds()).is_none()
+        {
+            return Err(MessageError::UnknownFrame { frame, base_frame: base_frame.clone() });
         }
-        let frame = &message.header.frame_id;
         let scan = laser_scan(message)?;
-        self.scan = Some(ScanInput {
-            arrived_s: now_s,
-            stamp,
-            frame: frame.strip_prefix('/').unwrap_or(frame).to_owned(),
-            timed: timed_scan(message, &scan),
-            scan,
-        });
+        let timed = timed_scan(message, &scan);
+        let stamp_s = stamp.seconds();
+        check_clock(now_s, stamp_s, limits)?;
+        // No beam is later than the arrival: some drivers stamp the end of a revolution.
+        let end_s = timed.as_ref().and_then(TimedScan::end_s).unwrap_or(stamp_s);
+        let end_s = end_s.min(now_s.max(stamp_s));
+        self.scan_delay.record(now_s, end_s);
+        let changed_s = self.scan_change.update(end_s, scan.ranges.iter().copied());
+        self.scan = Some(ScanInput { changed_s, stamp, end_s, frame, timed, scan });
         Ok(())
     }
 
-    /// The pose of the lidar on the robot, or nothing if it is unknown.
-    pub fn lidar_mount(&self) -> Option<Pose> {
-        let (_, odometry) = self.odometry.as_ref()?;
-        let scan = self.scan.as_ref()?;
-        self.frames.pose_in(&odometry.base_frame, &scan.frame)
-    }
-
     /// The scan in the robot's current frame. If the robot moved since the first beam, its motion is compensated.
-    fn current_scan(&self, input: &ScanInput) -> Scan {
-        let mount = self.lidar_mount().unwrap_or_default();
+    fn current_scan(&self, input: &ScanInput, mount: &Pose) -> Scan {
         let moved = input.timed.as_ref().filter(|timed| {
             let first_s = timed.beams.first().map(|beam| beam.time_s);
             let then = first_s.and_then(|first_s| self.history.at(first_s));
             then.zip(self.history.newest()).is_some_and(|(then, (_, now))| has_moved(&then, &now))
         });
         match moved {
-            Some(timed) => deskew(&input.scan, timed, &mount, &self.history),
-            None => to_robot_frame(input.scan.clone(), &mount),
+            Some(timed) => deskew(&input.scan, timed, mount, &self.history),
+            None => to_robot_frame(input.scan.clone(), mount),
         }
     }
 
-    /// The observation at a time. Odometry older than the timeout, seconds, is missing; the navigator checks the scan's age.
+    /// The observation at a time. Odometry and dynamic transforms that are too old by their stamps are missing; the navigator
+    /// checks the scan's age.
     pub fn observation(
         &self,
         now_s: f64,
-        timeout_s: f64,
+        limits: &AgeLimits,
         odom_is_map: bool,
     ) -> Result<Observation, MissingInput> {
         let map = self.map.as_ref().ok_or(MissingInput::Map)?;
-        let (arrived_s, odometry) = self.odometry.as_ref().ok_or(MissingInput::Odometry)?;
-        if now_s - arrived_s > timeout_s {
+        let odometry = self.odometry.as_ref().ok_or(MissingInput::Odometry)?;
+        let odometry_s = odometry.stamp.seconds();
+        if now_s - (odometry_s - self.odometry_delay.ahead_s()) > limits.odometry_s {
             return Err(MissingInput::RecentOdometry);
         }
-        let frame = if odom_is_map {
-            Some(Pose::default())
+        let (frame, pose_s) = if odom_is_map {
+            (Pose::default(), now_s)
         } else {
-            self.frames.pose_in(&map.frame, &odometry.frame)
+            let found = self.frames.pose_in(&map.frame, &odometry.frame, odometry_s);
+            let found = found.ok_or_else(|| MissingInput::Transform {
+                odometry: odometry.frame.clone(),
+                map: map.frame.clone(),
+            })?;
+            (fresh(now_s, &found, limits, &odometry.frame, &map.frame)?, found.time_s.min(now_s))
         };
-        let frame = frame.ok_or_else(|| MissingInput::Transform {
-            odometry: odometry.frame.clone(),
-            map: map.frame.clone(),
-        })?;
         let scan = self.scan.as_ref().ok_or(MissingInput::Scan)?;
+        let mount = self.frames.pose_in(&odometry.base_frame, &scan.frame, scan.stamp.seconds());
+        let mount = mount.ok_or_else(|| MissingInput::LidarMount {
+            frame: scan.frame.clone(),
+            base_frame: odometry.base_frame.clone(),
+        })?;
+        let mount = fresh(now_s, &mount, limits, &scan.frame, &odometry.base_frame)?;
         Ok(Observation {
             time_s: now_s,
             pose: frame.transform_pose(&odometry.pose),
+            pose_s,
             lost: None,
             twist: odometry.twist,
-            scan: self.current_scan(scan),
-            scan_s: scan.arrived_s,
+            odometry_s: odometry_s - self.odometry_delay.ahead_s(),
+            scan: self.current_scan(scan, &mount),
+            scan_s: scan.end_s - self.scan_delay.ahead_s(),
+            scan_changed_s: scan.changed_s - self.scan_delay.ahead_s(),
         })
     }
+}
+
+/// Rejects a stamp of zero, and one that is not after the stamp before.
+fn check_stamp(stamp: Time, before: Option<Time>) -> Result<(), MessageError> {
+    if stamp.is_zero() {
+        return Err(MessageError::NoStamp);
+    }
+    let is_older = |before: Time| {
+        let since_s = stamp.seconds() - before.seconds();
+        stamp == before || (-CLOCK_SET_S..0.0).contains(&since_s)
+    };
+    if before.is_some_and(is_older) { Err(MessageError::NotNewer) } else { Ok(()) }
+}
+
+/// Rejects a stamp from the future: the age of the message is unknown.
+fn check_clock(now_s: f64, stamp_s: f64, limits: &AgeLimits) -> Result<(), MessageError> {
+    let ahead_s = stamp_s - now_s;
+    if ahead_s > limits.clock_ahead_s {
+        return Err(MessageError::ClockAhead { ahead_s, limit_s: limits.clock_ahead_s });
+    }
+    Ok(())
+}
+
+/// The pose of a frame, unless a dynamic transform is too old.
+fn fresh(
+    now_s: f64,
+    found: &FramePose,
+    limits: &AgeLimits,
+    frame: &str,
+    ancestor: &str,
+) -> Result<Pose, MissingInput> {
+    if now_s - found.time_s > limits.transform_s {
+        let (frame, ancestor) = (frame.to_owned(), ancestor.to_owned());
+        return Err(MissingInput::RecentTransform { frame, ancestor });
+    }
+    Ok(found.pose)
 }
 
 fn has_moved(from: &Pose, to: &Pose) -> bool {
@@ -194,7 +224,7 @@ mod tests {
     use super::*;
     use crate::geometry::{Point, Twist};
     use crate::map::{GridFrame, OccupancyGrid};
-    use crate::ros::msg::{Header, Transform, TransformStamped};
+    use crate::ros::msg::{self, Header, TFMessage, Transform, TransformStamped};
 
     /// Radius of a circular wall about the origin, metres.
     const RADIUS_M: f64 = 5.0;
@@ -202,6 +232,7 @@ mod tests {
     const VELOCITY: Twist = Twist::new(1.0, 0.8);
     const START_S: f64 = 100.0;
     const BEAM_S: f64 = 0.1 / BEAMS as f64;
+    const LIMITS: AgeLimits = AgeLimits { odometry_s: 0.3, transform_s: 0.3, clock_ahead_s: 0.1 };
 
     fn pose_at(time_s: f64) -> Pose {
         Pose::new(0.5, -1.0, 2.0).after(&VELOCITY, time_s - START_S)
@@ -249,7 +280,7 @@ mod tests {
             transform: Transform::from(mount),
         };
         let transforms = vec![mounted];
-        inputs.frames.update(&TFMessage { transforms }).expect("valid");
+        inputs.frames.update(START_S, &TFMessage { transforms }, true).expect("valid");
         for tick in -5..=15 {
             let time_s = START_S + 0.01 * f64::from(tick);
             let mut odometry = Odometry {
@@ -258,11 +289,11 @@ mod tests {
                 ..Odometry::default()
             };
             odometry.pose.pose = msg::Pose::from(&pose_at(time_s));
-            inputs.set_odometry(time_s, &odometry).expect("valid");
+            inputs.set_odometry(time_s, &odometry, &LIMITS).expect("valid");
         }
         let now_s = START_S + 0.15;
-        inputs.set_scan(now_s, message).expect("valid");
-        let observation = inputs.observation(now_s, 0.3, false).expect("all inputs");
+        inputs.set_scan(now_s, message, &LIMITS).expect("valid");
+        let observation = inputs.observation(now_s, &LIMITS, false).expect("all inputs");
         let hits: Vec<Point> = observation.scan.hits(&observation.pose).collect();
         assert!(hits.len() > BEAMS / 2, "{}", hits.len());
         let errors = hits.iter().map(|hit| (hit.to_vector().norm() - RADIUS_M).abs());
@@ -276,15 +307,10 @@ mod tests {
                 let mut message = revolution(&mount, clockwise);
                 let error = error_m(&mount, &message);
                 assert!(error < 0.02, "{mount:?}, clockwise {clockwise}: {error}");
-                // Without the time between beams, or without a stamp, there is no compensation.
+                // Without the time between beams there is no compensation within the revolution.
                 message.time_increment = 0.0;
                 let without_increment = error_m(&mount, &message);
-                message.header.stamp = Time::default();
-                let without_stamp = error_m(&mount, &message);
-                assert!(
-                    without_increment > 0.05 && without_stamp > 0.1,
-                    "{without_increment}, {without_stamp}"
-                );
+                assert!(without_increment > 0.05, "{without_increment}");
             }
         }
     }

@@ -1,12 +1,17 @@
 //! The robot as a ROS 2 node: map, scan, odometry and goal in; velocity, plan and markers out.
 //!
 //! [`NodeCore`] has no sockets, threads or clocks. It takes messages with their times of arrival, and returns at each tick the
-//! messages to publish. With the feature `ros2`, `dds` transports them over DDS, without a ROS installation.
+//! messages to publish. With the feature `ros2`, `dds` transports them over DDS, without a ROS installation; [`network`] keeps
+//! DDS in a process of its own.
 
+mod arrival_delay;
 #[cfg(feature = "ros2")]
 pub mod dds;
+mod frames;
 mod incoming;
 mod latest_inputs;
+mod map_update;
+pub mod network;
 mod node_core;
 mod notices;
 mod scan;

@@ -4,7 +4,8 @@ use std::fmt::Display;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::incoming::{self, IncomingMessage, MapInput};
-use super::latest_inputs::LatestInputs;
+use super::latest_inputs::{AgeLimits, LatestInputs};
+use super::map_update::MapUpdate;
 use super::notices::{MessageError, NodeStats, Notices};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Detail, Engine, EngineError, Evaluation, QuantizedProblem};
@@ -16,6 +17,14 @@ use crate::runtime::Config;
 
 /// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
 const STOP_S: f64 = 1.0;
+/// Time for which the robot stands after the return of the transport and of all inputs, seconds: a base that discovers the node
+/// meanwhile gets zeros first.
+const RESUME_HOLD_S: f64 = 2.0;
+/// Time after the return of the transport for which an ended goal still publishes zero velocity, seconds: nodes discover each
+/// other meanwhile.
+const TRANSPORT_SETTLE_S: f64 = 5.0;
+/// Longest time between two ticks, seconds. After a longer one the world may have changed: the robot starts again from zero.
+const MAX_TICK_GAP_S: f64 = 0.3;
 /// Interval of the markers, seconds.
 const MARKER_INTERVAL_S: f64 = 0.2;
 /// Lifetime of a marker: markers disappear if the node stops.
@@ -25,7 +34,7 @@ const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 500_000_000 };
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct NodeSettings {
-    /// Robot, planners and navigator. Settings of the simulated world have no effect, and `wait_for_plans` is false.
+    /// Robot, planners and navigator. Settings of the simulated world have no effect, and it runs in real time.
     pub config: Config,
     /// Treats the odometry frame as the map frame.
     pub odom_is_map: bool,
@@ -48,8 +57,9 @@ pub struct Outgoing {
 /// Takes messages at any time and returns at each tick the messages to publish.
 ///
 /// Without a goal it publishes nothing. With a goal it publishes a velocity at each tick. It brakes to zero while an input is
-/// missing or too old, and publishes zero for a second after the goal is reached or aborted. After a new goal or a new map,
-/// it first stops and then plans. Times are seconds by the receiver's clock: stamps are compared only with one another.
+/// missing or too old, and publishes zero for a second after the goal is reached or aborted. After a new goal it first stops
+/// and then plans; on a changed map it drives on. Times are seconds since 1970 by the node's clock. Ages are those of the stamps: the clocks of the
+/// senders must agree with it.
 pub struct NodeCore {
     settings: NodeSettings,
     engine: SharedEngine,
@@ -57,29 +67,48 @@ pub struct NodeCore {
     /// The goal and its frame.
     goal: Option<(String, Goal)>,
     navigator: Option<Navigator>,
+    map_update: MapUpdate,
     published_plans: usize,
     ended_s: Option<f64>,
+    hold: Hold,
+    /// Until when an ended goal publishes zero velocity at least, seconds.
+    zero_until_s: f64,
     markers_s: f64,
+    /// Time of the last tick, seconds.
+    ticked_s: Option<f64>,
     command: Twist,
     notices: Notices,
     stats: NodeStats,
+}
+
+/// Whether the robot stands after a loss of the transport.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Hold {
+    None,
+    /// Until all inputs are there, and then for a while.
+    UntilInputs,
+    /// Until a time, seconds.
+    Until(f64),
 }
 
 impl NodeCore {
     /// A node without inputs.
     #[must_use]
     pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Self {
-        // A driving robot must not wait for a plan.
-        settings.config.navigator.wait_for_plans = false;
+        settings.config = settings.config.in_real_time();
         Self {
             settings,
             engine: Arc::new(Mutex::new(engine)),
             inputs: LatestInputs::default(),
             goal: None,
             navigator: None,
+            map_update: MapUpdate::default(),
             published_plans: 0,
             ended_s: None,
+            hold: Hold::None,
+            zero_until_s: f64::NEG_INFINITY,
             markers_s: f64::NEG_INFINITY,
+            ticked_s: None,
             command: Twist::STOP,
             notices: Notices::default(),
             stats: NodeStats::default(),
@@ -102,7 +131,7 @@ impl NodeCore {
     #[must_use]
     pub fn base_frame(&self) -> &str {
         let odometry = self.inputs.odometry.as_ref();
-        odometry.map_or("base_link", |(_, odometry)| &odometry.base_frame)
+        odometry.map_or("base_link", |odometry| &odometry.base_frame)
     }
 
     /// Takes a message that arrived at a time, seconds. A rejected message is counted, and is a notice once for each cause.
@@ -115,17 +144,37 @@ impl NodeCore {
         }
     }
 
+    /// The transport was lost: no command reaches the robot, and no input the node. The node commands zero until it has new
+    /// inputs, and a while longer.
+    pub fn transport_lost(&mut self) {
+        self.command = Twist::STOP;
+        self.inputs.forget_motion();
+        self.hold = Hold::UntilInputs;
+        if self.goal.is_some() {
+            self.zero_until_s = f64::INFINITY;
+        }
+    }
+
+    /// The transport is back at a time, seconds. A goal that ended meanwhile publishes zeros until the nodes know each other.
+    pub fn transport_restored(&mut self, now_s: f64) {
+        self.zero_until_s = self.zero_until_s.min(now_s + TRANSPORT_SETTLE_S);
+    }
+
     fn accept(&mut self, now_s: f64, message: &IncomingMessage) -> Result<(), MessageError> {
         match message {
             IncomingMessage::Map(map) => self.set_map(now_s, MapInput::new(map)?),
-            IncomingMessage::Scan(scan) => self.inputs.set_scan(now_s, scan)?,
+            IncomingMessage::Scan(scan) => {
+                self.inputs.set_scan(now_s, scan, &self.age_limits())?;
+            }
             IncomingMessage::Odometry(odometry) => {
-                self.inputs.set_odometry(now_s, odometry)?;
+                self.inputs.set_odometry(now_s, odometry, &self.age_limits())?;
             }
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
-            IncomingMessage::Transforms(transforms)
-            | IncomingMessage::StaticTransforms(transforms) => {
-                self.inputs.frames.update(transforms)?;
+            IncomingMessage::Transforms(transforms) => {
+                self.inputs.frames.update(now_s, transforms, false)?;
+            }
+            IncomingMessage::StaticTransforms(transforms) => {
+                self.inputs.frames.update(now_s, transforms, true)?;
             }
             IncomingMessage::Undecodable { expected, reason, .. } => {
                 return Err(MessageError::Undecodable { reason: reason.clone(), expected });
@@ -134,8 +183,10 @@ impl NodeCore {
         Ok(())
     }
 
-    /// Sets the map. On a new map the node plans again.
+    /// Sets the map. On a changed map the robot drives on, and plans again; it stops where that is not possible.
     fn set_map(&mut self, now_s: f64, map: MapInput) {
+        let before = self.inputs.map.as_ref().map(|before| (*before.grid.frame(), &before.frame));
+        let is_other_size = before != Some((*map.grid.frame(), &map.frame));
         let GridFrame { width, height, resolution_m, .. } = map.grid.frame();
         let frame = map.frame.clone();
         let notice = format!(
@@ -144,14 +195,33 @@ impl NodeCore {
         if !self.inputs.set_map(map) {
             return;
         }
-        self.notices.push(notice);
+        if is_other_size {
+            self.notices.push(notice);
+        }
         if self.ended_s.is_some() {
             return;
         }
-        self.navigator = None;
         if let Some((found, _)) = self.goal.clone().filter(|(found, _)| *found != frame) {
             let expected = frame;
+            self.navigator = None;
             self.abort(now_s, &MessageError::WrongFrame { found, expected });
+        } else if let (Some(_), Some(map)) = (&self.navigator, &self.inputs.map)
+            && !self.map_update.start(&map.grid, &self.settings.config)
+        {
+            self.navigator = None;
+        }
+    }
+
+    /// Gives the navigator a changed map that is prepared.
+    fn update_map(&mut self) {
+        let (Some(navigator), Some(map)) = (&mut self.navigator, &self.inputs.map) else {
+            return;
+        };
+        match self.map_update.take(&map.grid, &self.settings.config) {
+            Ok(Some(prepared)) => navigator.replace_map(prepared),
+            Ok(None) => {}
+            // The robot stops, and a new navigator plans.
+            Err(()) => self.navigator = None,
         }
     }
 
@@ -168,9 +238,19 @@ impl NodeCore {
         Ok(())
     }
 
-    /// Returns the messages to publish now. `stamp` is the time by the wall clock; `clock` measures the duration of a decision.
-    pub fn tick(&mut self, now_s: f64, stamp: Time, clock: &mut dyn FnMut() -> f64) -> Outgoing {
+    /// Returns the messages to publish now. `clock` measures the duration of a decision, seconds.
+    pub fn tick(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Outgoing {
         let mut outgoing = Outgoing::default();
+        self.check_delays();
+        let before_s = self.ticked_s.replace(now_s).unwrap_or(now_s);
+        if !(0.0..=MAX_TICK_GAP_S).contains(&(now_s - before_s)) {
+            // The node was suspended or its clock was set. The base has stopped by itself, and what was measured before is old.
+            self.command = Twist::STOP;
+            self.inputs.forget_motion();
+            if let Some(navigator) = &mut self.navigator {
+                navigator.forget_commands();
+            }
+        }
         if self.goal.is_some() {
             let decision = self.decide(now_s, clock);
             self.command = match &decision {
@@ -179,7 +259,7 @@ impl NodeCore {
             };
             self.stats.commands += 1;
             outgoing.command = Some(self.command);
-            self.add_plan_and_markers(now_s, stamp, decision.as_ref(), &mut outgoing);
+            self.add_plan_and_markers(now_s, decision.as_ref(), &mut outgoing);
             self.drop_ended_goal(now_s);
         }
         outgoing.notices = self.notices.take();
@@ -192,6 +272,30 @@ impl NodeCore {
         (self.stats.commands > 0).then_some(Twist::STOP)
     }
 
+    fn age_limits(&self) -> AgeLimits {
+        let config = &self.settings.config;
+        AgeLimits {
+            odometry_s: config.navigator.odometry_timeout_s,
+            transform_s: config.node.transform_timeout_s,
+            clock_ahead_s: config.node.max_clock_ahead_s,
+        }
+    }
+
+    /// Counts the delays of scans and odometry, and reports those that are late.
+    fn check_delays(&mut self) {
+        let settings = &self.settings.config.navigator;
+        let delays = [
+            ("odom", &self.inputs.odometry_delay, settings.odometry_timeout_s),
+            ("scan", &self.inputs.scan_delay, settings.scan_timeout_s),
+        ];
+        for (topic, delay, limit_s) in delays {
+            if let Some(least_s) = delay.least_s() {
+                self.stats.least_delay_s.insert(topic, least_s);
+                self.notices.late(topic, least_s, limit_s);
+            }
+        }
+    }
+
     fn brake(&self) -> Twist {
         let limits = &self.settings.config.robot.limits;
         limits.brake(&self.command, self.period_s())
@@ -199,8 +303,8 @@ impl NodeCore {
 
     /// The navigator's decision; none if an input is missing, the robot must stop before planning, or there is no path.
     fn decide(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Option<Decision> {
-        let timeout_s = self.settings.config.navigator.scan_timeout_s;
-        let observation = self.inputs.observation(now_s, timeout_s, self.settings.odom_is_map);
+        let limits = self.age_limits();
+        let observation = self.inputs.observation(now_s, &limits, self.settings.odom_is_map);
         let observation = match observation {
             Ok(observation) => observation,
             Err(missing) => {
@@ -209,6 +313,10 @@ impl NodeCore {
             }
         };
         self.notices.missing(None);
+        if self.is_held(now_s) {
+            return None;
+        }
+        self.update_map();
         if self.navigator.is_none() && self.ended_s.is_none() {
             // Planning takes time, during which a moving robot would not look ahead.
             if self.command != Twist::STOP {
@@ -224,6 +332,18 @@ impl NodeCore {
         self.notices.sensor_fault(decision.mode, navigator);
         self.check_end(now_s, decision.mode);
         Some(decision)
+    }
+
+    /// Whether the robot stands because the transport is only just back. All inputs are there.
+    fn is_held(&mut self, now_s: f64) -> bool {
+        if self.hold == Hold::UntilInputs {
+            self.hold = Hold::Until(now_s + RESUME_HOLD_S);
+        }
+        let is_held = matches!(self.hold, Hold::Until(end_s) if now_s < end_s);
+        if !is_held {
+            self.hold = Hold::None;
+        }
+        is_held
     }
 
     /// A navigator from the robot's pose to the goal; none without a map or a goal.
@@ -244,11 +364,9 @@ impl NodeCore {
     fn start(&mut self, navigator: Navigator) {
         let to = navigator.goal().position;
         self.notices.push(format!("driving to ({:.2}, {:.2})", to.x, to.y));
-        if self.inputs.lidar_mount().is_none() {
-            let base_frame = self.base_frame().to_owned();
-            self.notices.no_lidar_mount(&base_frame);
-        }
         self.notices.reset_sensor_fault();
+        // The navigator has the newest map.
+        self.map_update = MapUpdate::default();
         self.navigator = Some(navigator);
         self.published_plans = 0;
     }
@@ -276,7 +394,7 @@ impl NodeCore {
 
     /// Drops an ended goal after the robot has stood for a while.
     fn drop_ended_goal(&mut self, now_s: f64) {
-        let is_over = |ended_s: f64| now_s - ended_s >= STOP_S;
+        let is_over = |ended_s: f64| now_s - ended_s >= STOP_S && now_s >= self.zero_until_s;
         if self.ended_s.is_some_and(is_over) && self.command == Twist::STOP {
             self.goal = None;
             self.navigator = None;
@@ -288,7 +406,6 @@ impl NodeCore {
     fn add_plan_and_markers(
         &mut self,
         now_s: f64,
-        stamp: Time,
         decision: Option<&Decision>,
         outgoing: &mut Outgoing,
     ) {
@@ -297,7 +414,7 @@ impl NodeCore {
         else {
             return;
         };
-        let header = Header { stamp, frame_id: map.frame.clone() };
+        let header = Header { stamp: Time::from_seconds(now_s), frame_id: map.frame.clone() };
         let plans = navigator.plans();
         let new_plan = plans.get(self.published_plans..).and_then(<[_]>::last);
         outgoing.path = new_plan.map(|plan| convert::path(plan.smoothed.points(), &header));

@@ -1,6 +1,6 @@
 //! What the node reports: rejected messages, missing inputs, notices for the user at their first occurrence, and counters.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::mem::{Discriminant, discriminant, take};
 
 use serde::Serialize;
@@ -17,16 +17,35 @@ pub enum MessageError {
     Undecodable { reason: String, expected: &'static str },
     #[error("{0} is not finite")]
     NotFinite(&'static str),
+    #[error("{field} is above {max} m/s or rad/s: no base moves so fast")]
+    TooFast { field: &'static str, max: f64 },
     #[error(
         "the quaternion of {field} has length {length}: it must be 1; (0, 0, 0, 1) is no rotation"
     )]
     BadQuaternion { field: &'static str, length: f64 },
+    #[error("{field} lies more than {max_m} m from the origin: choose a nearer origin of the map")]
+    TooFar { field: &'static str, max_m: f64 },
     #[error("{0} is tilted: its z axis must point up, because the robot drives in a plane")]
     Tilted(&'static str),
     #[error("it is in the frame `{found}`, the map in `{expected}`: send it in the map's frame")]
     WrongFrame { found: String, expected: String },
     #[error("its {0} is empty: name the frame")]
     NoFrame(&'static str),
+    #[error("its {field} must have at most {max} bytes and no control characters")]
+    BadFrameName { field: &'static str, max: usize },
+    #[error("tf has more than {max} frames")]
+    TooManyFrames { max: usize },
+    #[error(
+        "it is in the frame `{frame}`, which tf does not connect to `{base_frame}`: publish the lidar's pose on tf_static"
+    )]
+    UnknownFrame { frame: String, base_frame: String },
+    #[error("its stamp is zero: the sender must set the time of the measurement")]
+    NoStamp,
+    #[error(
+        "its stamp is {ahead_s:.3} s in the future, the limit is {limit_s} s (max_clock_ahead_s): synchronise the clocks of the \
+         machines with chrony or NTP; simulated time is not supported"
+    )]
+    ClockAhead { ahead_s: f64, limit_s: f64 },
     #[error("it has {found} cells, but {width} columns and {height} rows")]
     WrongCellCount { found: usize, width: u32, height: u32 },
     #[error("cell {index} is {value}: it must be 0 to 100, or -1 for unknown")]
@@ -40,10 +59,8 @@ pub enum MessageError {
     WrongBeamCount { found: usize, expected: f64 },
     #[error(transparent)]
     OutOfRange(#[from] SettingError),
-    /// A scan is a repetition or older than the last.
-    #[error(
-        "its stamp is not after the stamp of the last scan: check the clock of the lidar's driver"
-    )]
+    /// A message is a repetition or older than the last.
+    #[error("its stamp is not after the stamp of the last one: check the clock of the sender")]
     NotNewer,
 }
 
@@ -62,6 +79,15 @@ pub enum MissingInput {
          odom_is_map"
     )]
     Transform { odometry: String, map: String },
+    /// A dynamic transform is too old.
+    #[error(
+        "tf no longer gives the pose of `{frame}` in `{ancestor}`: its last transform is too old"
+    )]
+    RecentTransform { frame: String, ancestor: String },
+    #[error(
+        "tf does not connect the lidar's frame `{frame}` to `{base_frame}`: publish the lidar's pose on tf_static"
+    )]
+    LidarMount { frame: String, base_frame: String },
     #[error("no scan was received")]
     Scan,
 }
@@ -82,6 +108,8 @@ pub struct NodeStats {
     pub aborted: u64,
     /// Published velocities.
     pub commands: u64,
+    /// Least time from stamp to arrival over the last 10 s by topic, seconds: transport, and the offset between the clocks.
+    pub least_delay_s: BTreeMap<&'static str, f64>,
 }
 
 impl NodeStats {
@@ -97,13 +125,14 @@ pub struct Notices {
     pending: Vec<String>,
     rejections: HashSet<(&'static str, Discriminant<MessageError>)>,
     missing: Option<MissingInput>,
-    is_mount_reported: bool,
+    late_topics: BTreeSet<&'static str>,
     had_sensor_fault: bool,
 }
 
 impl Notices {
+    /// Adds a notice. Control characters, which the network may have sent, do not reach the user's terminal.
     pub fn push(&mut self, notice: impl Into<String>) {
-        self.pending.push(notice.into());
+        self.pending.push(notice.into().replace(char::is_control, "\u{fffd}"));
     }
 
     /// Takes the new notices.
@@ -128,12 +157,14 @@ impl Notices {
         self.missing = missing;
     }
 
-    /// The pose of the lidar on the robot is unknown.
-    pub fn no_lidar_mount(&mut self, base_frame: &str) {
-        if !self.is_mount_reported {
-            self.is_mount_reported = true;
+    /// Even the fastest recent message of a topic was late. Reports the first of them.
+    pub fn late(&mut self, topic: &'static str, least_delay_s: f64, limit_s: f64) {
+        if least_delay_s <= limit_s {
+            self.late_topics.remove(topic);
+        } else if self.late_topics.insert(topic) {
             self.push(format!(
-                "tf does not have the lidar's pose on the robot: the lidar is assumed at the origin of `{base_frame}`"
+                "messages on {topic} are {least_delay_s:.2} s old when they arrive, the limit is {limit_s} s: the sender is slow, or \
+                 its clock is behind; synchronise the clocks with chrony or NTP"
             ));
         }
     }

@@ -3,6 +3,7 @@
 
 mod base_with_lidar;
 mod commands;
+mod faults;
 mod missions;
 mod processes;
 mod shutdown;

@@ -11,6 +11,7 @@ mod own_protocol;
 #[cfg(all(unix, feature = "serial"))]
 mod port;
 mod property;
+mod protection;
 mod roboclaw_status;
 mod safety;
 mod sessions;

@@ -188,3 +188,13 @@ fn configuration_changes_robot() {
     assert_eq!(slow["reached"], true);
     assert!(slow["time_s"].as_f64().unwrap() > 8.7 / 0.4, "{slow}");
 }
+
+#[test]
+fn real_base_without_lidar_needs_an_explicit_flag() {
+    let place = Workplace::new();
+    let drive = "drive --map mine.yaml --start 5,5 --goal 7,5 --port no-such-port";
+    let refusal = place.refusal(drive);
+    assert!(refusal.contains("--lidar") && refusal.contains("--simulated-senses"), "{refusal}");
+    let refusal = place.refusal(&format!("{drive} --simulated-senses --arm"));
+    assert!(refusal.contains("no-such-port: cannot be opened"), "{refusal}");
+}

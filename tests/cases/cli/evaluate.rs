@@ -116,9 +116,9 @@ fn every_kind_of_rejection_is_counted() {
     let row = format!("{}#{}", ".".repeat(30), ".".repeat(10));
     problem["map"]["rows"] = json!(vec![row; 41]);
     problem["robot"]["pose"] = json!([2.55, 2.05, 0.0]);
-    problem["robot"]["velocity"] = json!([0.6, 0.0]);
-    problem["limits"]["acc_lim_x"] = json!(1.5);
-    problem["limits"]["decel_lim_x"] = json!(-1.5);
+    problem["robot"]["velocity"] = json!([0.5, 0.0]);
+    problem["limits"]["acc_lim_x"] = json!(2.0);
+    problem["limits"]["decel_lim_x"] = json!(-1.0);
     problem["limits"]["acc_lim_theta"] = json!(1e-9);
     problem["limits"]["decel_lim_theta"] = json!(-1e-9);
     problem["control_period_s"] = json!(0.2);
@@ -127,8 +127,9 @@ fn every_kind_of_rejection_is_counted() {
     problem["vtheta_samples"] = json!(1);
     let (status, object) = evaluate(&problem);
     assert_eq!(status, 0);
-    // Clearance at the end against the stopping distance v^2 / (2 * 1.5): 0.3 m and 0.03 m at 0.3 m/s, 0.2 m and 0.083 m at
-    // 0.5 m/s, 0.1 m and 0.163 m at 0.7 m/s; at 0.9 m/s the robot ends in the cell before the wall and hits it.
+    // The current speed is one of the four. Clearance at the end against the stopping distance v^2 / (2 * 1.0): 0.3 m and
+    // 0.045 m at 0.3 m/s, 0.2 m and 0.125 m at 0.5 m/s, 0.1 m and 0.245 m at 0.7 m/s; at 0.9 m/s the robot ends in the cell
+    // before the wall and hits it.
     let statuses: Vec<&str> = object["samples"]
         .as_array()
         .unwrap()

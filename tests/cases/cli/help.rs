@@ -42,7 +42,7 @@ fn examples(place: &Workplace, command: &str) -> Vec<String> {
 
 #[test]
 fn help_examples_run() {
-    let place = Workplace::new();
+    let place = Workplace::with_pillars();
     let help = place.run("evaluate --help").stdout;
     let (_, after) = help.split_once("problem.json:\n").expect("the file is documented");
     let (problem, _) = after.split_once("\nRows run").expect("the example ends");
@@ -52,7 +52,8 @@ fn help_examples_run() {
         place.write(&format!("{map}.scen"), "version 1\n0 mine.map 3 1 0 0 2 0 2\n");
     }
     place.write("nav2_params.yaml", super::config::NAV2);
-    place.write("mine.toml", "[local]\nvx_samples = 8\n");
+    // As if `config` had written it: another example replaces it.
+    place.write("mine.toml", "# inbye config\n[local]\nvx_samples = 8\n");
     place.write("sweep.toml", "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n");
     super::barn::write_worlds(&place);
     super::dynabarn::write_worlds(&place);

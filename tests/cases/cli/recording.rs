@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use super::program::{Workplace, assert_fields};
 use crate::support::mcap_copy::{altered, chunk_ends};
 
-const DRIVE: &str = "drive --map room.txt --resolution 0.2 --start 1.5,2.5 --goal 10.5,2.5 --obstacles 1 --seed 5 \
-    --time-limit 20 --engine cpu";
+const DRIVE: &str = "drive --map room.txt --resolution 0.2 --start 1.5,2.5 --goal 10.5,2.5 --obstacles 1 --seed 4 \
+    --time-limit 30 --engine cpu";
 
 fn room() -> Workplace {
     let place = Workplace::new();
@@ -56,7 +56,7 @@ fn flipped_bit_is_reported_with_tick_and_field() {
     let file = fs::read(place.path("run.mcap")).expect("it is there");
     // The last bit of the commanded speed, after 360 ranges.
     let copy = altered(&file, "/inbye/tick", 11, |message| {
-        message[108 + 8 * 360] ^= 1;
+        message[132 + 8 * 360] ^= 1;
     });
     place.write("other.mcap", copy);
     let (status, replay) = place.json("replay other.mcap --engine cpu");
@@ -106,8 +106,8 @@ fn unusable_recordings_are_rejected_with_one_line() {
     damaged[ends[2] - 5000] ^= 1;
     place.write("damaged.mcap", damaged);
     let newer = altered(&file, "drive.toml", 0, |text| {
-        let format = text.windows(10).position(|bytes| bytes == b"format = 3");
-        text[format.expect("the format is stated") + 9] = b'4';
+        let format = text.windows(10).position(|bytes| bytes == b"format = 4");
+        text[format.expect("the format is stated") + 9] = b'5';
     });
     place.write("newer.mcap", newer);
     for (name, words) in [
@@ -116,7 +116,7 @@ fn unusable_recordings_are_rejected_with_one_line() {
         ("empty.mcap", "no recording of"),
         ("head.mcap", "no tick"),
         ("damaged.mcap", "damaged after"),
-        ("newer.mcap", "format 4"),
+        ("newer.mcap", "format 5"),
     ] {
         let line = place.refusal(&format!("replay {name} --engine cpu"));
         assert!(line.contains(name) && line.contains(words), "{name}: {line}");

@@ -91,6 +91,11 @@ fn manual_page_exists_for_every_command() {
     let whole = place.run("man").stdout;
     let page = fs::read_to_string(place.path("man1/inbye.1")).expect("a page");
     assert_eq!(whole.trim_end(), page.trim_end());
+    // Own pages are replaced, other files are not.
+    assert_eq!(place.run("man --output man1").status, 0);
+    place.write("man1/inbye-plan.1", "notes");
+    assert!(place.refusal("man --output man1").contains("man1/inbye-plan.1: the file exists"));
+    assert_eq!(fs::read(place.path("man1/inbye-plan.1")).expect("still there"), b"notes");
     place.write("taken", "");
     assert!(place.refusal("man --output taken").contains("--output taken"));
 }

@@ -18,8 +18,9 @@ fn soak_reports_every_mission() {
          summary.all.mean_clearance_reached_m real, summary.mean_speed_m_s real, summary.final_error.mean_m real, \
          summary.final_error.p95_m real, summary.final_error.mean_yaw_rad real, summary.final_error.p95_yaw_rad real, \
          summary.travelled_m real, summary.time_s real, summary.worlds[].name text, summary.worlds[].runs whole, \
-         summary.traffic[].name text, summary.digests_compared whole, summary.digests_equal whole, sound bool, \
-         comparisons[].equal bool, rows[].world text, rows[].seed whole, rows[].traffic text, rows[].outcome text, \
+         summary.traffic[].name text, summary.plants[].name text, summary.reached.interval_95 list, \
+         summary.contacts_robot.interval_95 list, summary.contacts_of_heedless.of whole, summary.digests_compared whole, summary.digests_equal whole, sound bool, \
+         comparisons[].equal bool, rows[].world text, rows[].seed whole, rows[].traffic text, rows[].plant text, rows[].braking_ratio real, rows[].outcome text, \
          rows[].time_s real, rows[].path_m real, rows[].travelled_m real, rows[].min_clearance_m real, \
          rows[].final_error_m real, rows[].final_yaw_error_rad real, rows[].plans whole, rows[].ticks whole, \
          rows[].trace_digest text, rows[].ran_on text, rows[].tick_p50_ms real, rows[].tick_p99_ms real",
@@ -57,6 +58,17 @@ fn soak_resumes_from_its_folder() {
     let merge = place.run("sweep merge cells --report merged --json");
     let merged: Value = serde_json::from_str(&merge.stdout).expect("one JSON object");
     assert_eq!((merge.status, &merged["cells"]), (0, &Value::from(4)), "{merged}");
+    // Own tables are replaced, other files are not.
+    assert_eq!(place.run("sweep merge cells --report merged").status, 0);
+    let tables = if cfg!(feature = "parquet") { &["csv", "parquet"][..] } else { &["csv"] };
+    for extension in tables {
+        let (folder, name) = (format!("taken-{extension}"), format!("sweep.{extension}"));
+        place.write(&format!("{folder}/{name}"), "PAR1, my notes");
+        let refusal = place.refusal(&format!("sweep merge cells --report {folder}"));
+        assert!(refusal.contains(&format!("{name}: the file exists")), "{refusal}");
+        let kept = fs::read(place.path(&format!("{folder}/{name}"))).expect("still there");
+        assert_eq!(kept, b"PAR1, my notes");
+    }
 }
 
 #[test]

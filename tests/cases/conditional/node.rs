@@ -24,11 +24,14 @@ const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
-    let scenarios: [(&'static str, Check); 4] = [
+    let scenarios: [(&'static str, Check); 7] = [
         ("drives_to_goal", drives_to_goal),
         ("late_joiner", late_joiner),
         ("missing_inputs", missing_inputs),
         ("invalid_messages", invalid_messages),
+        ("endless_heartbeat", endless_heartbeat),
+        ("network_process_hangs", network_process_hangs),
+        ("control_process_dies", control_process_dies),
     ];
     let trial = |(name, check): (&'static str, Check)| {
         Trial::ignorable_test(name, move || with_peer(name, check))
@@ -48,7 +51,8 @@ fn drives_to_goal(facts: &Value) -> Result<(), Failed> {
     // 65 arcs of 10 pieces with two ends each.
     holds(shown.contains("[\"arcs\",5,1300]"), "arcs are shown", facts)?;
     holds(shown.contains("[\"chosen\",4,11]"), "the chosen arc is shown", facts)?;
-    holds(facts["commands_after_end"] == 0, "no command after the goal", facts)?;
+    // One may be on its way between the two processes of the node.
+    holds(number(facts, "commands_after_end") <= 1.0, "no command after the goal", facts)?;
     holds(facts["stats"]["reached"] == 1, "the goal is counted", facts)?;
     ends_cleanly(facts)
 }
@@ -100,6 +104,51 @@ fn invalid_messages(facts: &Value) -> Result<(), Failed> {
         holds(notices.matches(words).count() == 1, words, facts)?;
     }
     ends_cleanly(facts)
+}
+
+/// A message of 52 bytes makes the DDS library list 2^32 numbers: its process ends at its memory limit of 256 MiB and starts
+/// again. The robot stands meanwhile, gets zeros first, and continues.
+fn endless_heartbeat(facts: &Value) -> Result<(), Failed> {
+    holds(facts["bytes"] == 52, "a message of 52 bytes", facts)?;
+    stood_and_continued(facts)?;
+    let notices = facts["notices"].to_string();
+    holds(notices.contains("the network process was lost"), "the loss is reported", facts)?;
+    holds(number(facts, "network_mib") < 256.0, "the network process keeps its limit", facts)?;
+    holds(number(facts, "control_mib") < 128.0, "the control process stays small", facts)
+}
+
+/// A network process that hangs is ended and started again.
+fn network_process_hangs(facts: &Value) -> Result<(), Failed> {
+    stood_and_continued(facts)?;
+    let notices = facts["notices"].to_string();
+    holds(notices.contains("no sign of life"), "the loss is reported", facts)
+}
+
+fn stood_and_continued(facts: &Value) -> Result<(), Failed> {
+    holds(facts["started_s"].is_number(), "the robot drove", facts)?;
+    // 1 s until a silent process counts as lost; the rest is for busy cores.
+    holds(number(facts, "lost_s") < 15.0, "the process is replaced", facts)?;
+    holds(number(facts, "zero_s") < 15.0, "zeros arrive afterwards", facts)?;
+    holds(facts["first_after"].to_string() == "[0.0,0.0]", "zeros come first", facts)?;
+    holds(facts["resumed_s"].is_number(), "the robot continues", facts)?;
+    holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
+    holds(number(&facts["stats"], "network_restarts") >= 1.0, "restarts are counted", facts)?;
+    holds(facts["status"] == 0, "exit status 0", facts)
+}
+
+/// While the control process is stopped, and after it is killed, the network process publishes zeros; then it ends.
+fn control_process_dies(facts: &Value) -> Result<(), Failed> {
+    for state in ["stopped", "killed"] {
+        let speed = number(facts, &format!("{state}_speed"));
+        holds(speed > 0.1, "on the move", facts)?;
+        // 0.3 s of silence; the rest is for busy cores.
+        let zero_s = number(facts, &format!("{state}_zero_s"));
+        holds(zero_s < 3.0, "zeros arrive", facts)?;
+    }
+    holds(facts["resumed_s"].is_number(), "the robot continues", facts)?;
+    holds(facts["orphans"].to_string() == "[]", "no process is left", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)
 }
 
 fn ends_cleanly(facts: &Value) -> Result<(), Failed> {

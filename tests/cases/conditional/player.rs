@@ -183,12 +183,12 @@ fn sizes() {
     assert!(page.contains("\"frames\":6000"));
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
     let hour = long_run(9000).page();
-    assert!(hour.contains("\"frames\":4500"), "every second tick");
+    assert!(hour.contains("\"frames\":4501"), "every second tick, and the last");
     assert!(hour.len() < page.len());
-    // Frames of every second tick, and the faults of all ticks.
+    // Frames of every second tick and of the last, and the faults of all ticks.
     let faulty = faulty_run(6200);
     let page = faulty.page();
-    assert!(page.contains("\"frames\":3100"));
+    assert!(page.contains("\"frames\":3101"));
     assert!(page.len() < 5_000_000, "{} bytes", page.len());
     for (tick, words) in faulty.observed.begun().iter().take(4) {
         let words = words.replace('<', "&lt;").replace('>', "&gt;");

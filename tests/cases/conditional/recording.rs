@@ -10,6 +10,7 @@ mod disks;
 mod drives;
 mod metadata;
 mod python;
+mod rewritten;
 
 /// A test and its name.
 type Test = (&'static str, fn());
@@ -21,7 +22,7 @@ pub fn trials() -> Vec<Trial> {
             Ok(())
         })
     };
-    let tests = [agreement::TESTS, disks::TESTS, metadata::TESTS];
+    let tests = [agreement::TESTS, disks::TESTS, metadata::TESTS, rewritten::TESTS];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.extend(python::trials());
     trials.extend(crate::support::adapters::trials(&agreement::GPU_TESTS));

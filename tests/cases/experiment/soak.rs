@@ -13,8 +13,8 @@ use inbye::local::{
 };
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
-use inbye::runtime::{Config, Observer};
-use inbye::sim::{crossing, roadway};
+use inbye::runtime::{Config, Observer, PlantKind};
+use inbye::sim::{crossing, draw_plant, roadway};
 
 fn site(config: &Config) -> MissionSite {
     MissionSite::new("crossing", crossing().map, config)
@@ -41,13 +41,19 @@ fn a_mission_belongs_to_its_seed() {
         )
     };
     let mut kinds = Vec::new();
-    for seed in 1..=20 {
+    for seed in 1..=40 {
         let first = draw(seed);
         assert_eq!(first, draw(seed), "seed {seed}");
         assert_ne!(first.0, draw(seed + 100).0, "seed {seed}");
         kinds.extend(first.0.3);
     }
-    for kind in [TrafficKind::Yielding, TrafficKind::NonYielding, TrafficKind::Appearing] {
+    for kind in [
+        TrafficKind::Yielding,
+        TrafficKind::NonYielding,
+        TrafficKind::Appearing,
+        TrafficKind::Starting,
+        TrafficKind::SteppingOut,
+    ] {
         assert!(kinds.contains(&kind), "{kind:?} in {kinds:?}");
     }
 }
@@ -151,6 +157,38 @@ fn flipped_bit_changes_the_trace_digest() {
     assert_eq!((summary.digests_compared, summary.digests_equal), (2, 1));
     assert!(!summary.is_sound());
     assert!(rows[0].reason.is_some() || SoakSummary::of(&rows, &compared[..1]).is_sound());
+}
+
+#[test]
+fn row_of_a_disagreeing_plant_holds_what_was_drawn() {
+    let mut config = Config::default();
+    let world = World::missions("crossing", Arc::new(crossing().map), short());
+    let run = |config: &Config| {
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+        let engine = Box::new(CpuEngine::single_threaded());
+        let run = world.drive(5, config, engine, &mut observer);
+        run.expect("a sound mission").row
+    };
+    let agreeing = run(&config);
+    assert_eq!((agreeing.plant, agreeing.braking_ratio), (Some(PlantKind::Agreeing), None));
+    config.simulation.plant = PlantKind::Disagreeing;
+    let row = run(&config);
+    assert_eq!(row, run(&config));
+    let drawn = draw_plant(&config.simulation, 5);
+    assert_eq!(row.command_delay_s, Some(drawn.dynamics.command_delay_s));
+    assert_eq!(row.sensing_delay_s, Some(drawn.sensing_delay_s));
+    assert_eq!(row.braking_ratio, Some(drawn.dynamics.braking_ratio));
+    assert_eq!(row.leg_diameter_m, Some(drawn.pedestrians.leg_diameter_m));
+    // The drawn settings drive the same mission again: the row suffices to repeat it.
+    config.simulation = drawn;
+    let replay = run(&config);
+    assert_eq!(replay.trace_digest, row.trace_digest);
+    let summary = SoakSummary::of(&[row, agreeing], &[]);
+    let plants: Vec<&str> = summary.plants.iter().map(|group| group.name.as_str()).collect();
+    assert_eq!(plants, ["agreeing plant", "disagreeing plant"]);
+    assert_eq!((summary.contacts_robot.count, summary.contacts_robot.of), (0, 2));
+    let [low, high] = summary.contacts_robot.interval_95;
+    assert!(low == 0.0 && (0.6..0.7).contains(&high), "{low} to {high}");
 }
 
 #[test]

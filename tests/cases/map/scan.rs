@@ -17,3 +17,20 @@ fn timed_scan_from_scan_ends_at_the_given_time() {
     assert!(timed.is_valid() && timed.end_s() == Some(7.0));
     assert_eq!(TimedScan::from_scan(&Scan::default(), 7.0, 0.1).end_s(), None);
 }
+
+#[test]
+fn evenly_spaced_measurements_fill_every_beam() {
+    use core::f64::consts::{PI, TAU};
+    for beams in [90, 360, 450, 456, 720, 1081] {
+        // Directions with the errors of a sum and of a yaw, as a turning robot gives them.
+        for yaw in [0.0, 1e-9, -1e-9, 0.3] {
+            let direction = |beam: usize| beam as f64 * (TAU / beams as f64) - PI + yaw;
+            let measured = (0..beams).map(|beam| (direction(beam) - yaw, beam as f64 + 1.0));
+            let scan = Scan::from_measurements(beams, 2e3, measured);
+            for (beam, range) in scan.ranges.iter().enumerate() {
+                assert_eq!(*range, beam as f64 + 1.0, "beam {beam} of {beams}");
+                assert!((scan.angle(beam) - (direction(beam) - yaw)).abs() < 1e-9);
+            }
+        }
+    }
+}

@@ -170,10 +170,13 @@ fn after(navigator: &mut Navigator, shares: impl IntoIterator<Item = f64>) -> (u
     let observation = Observation {
         time_s: 0.0,
         pose: Pose::new(3.0, 5.0, 0.0),
+        pose_s: 0.0,
         lost: None,
         twist: Twist::STOP,
+        odometry_s: 0.0,
         scan: Scan::default(),
         scan_s: 0.0,
+        scan_changed_s: 0.0,
     };
     for share in shares {
         let mut readings_s = [0.0, share].into_iter();

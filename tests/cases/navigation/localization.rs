@@ -3,4 +3,5 @@
 mod lost;
 mod odometry_fusion;
 mod room;
+mod stuck;
 mod tours;

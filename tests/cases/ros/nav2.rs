@@ -4,4 +4,5 @@ mod completeness;
 mod derived;
 mod errors;
 mod files;
+mod forward_only;
 mod mapping;

@@ -1,7 +1,9 @@
 //! The ROS 2 node without DDS: messages in, messages out, and a simulated clock.
 
+mod ages;
 mod messages;
 mod robot;
+mod transport;
 
 use inbye::geometry::{Pose, Twist};
 use inbye::ros::msg::TFMessage;
@@ -46,6 +48,7 @@ fn node_without_goal_publishes_nothing() {
 fn node_waits_for_map_odometry_and_scan() {
     let mut robot = Robot::new(false);
     (robot.has_scan, robot.has_odometry) = (false, false);
+    robot.publish_mount();
     robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
     for missing in ["no map was received", "no odometry was received", "no scan was received"] {
         for _ in 0..5 {
@@ -104,27 +107,37 @@ fn node_stops_without_odometry_and_continues_with_it() {
 }
 
 #[test]
+fn robot_starts_from_zero_after_the_node_was_suspended() {
+    for pause_s in [0.5, 2.0, -3.0] {
+        let mut robot = Robot::ready();
+        robot.until(50, |robot| robot.speed() > 0.8);
+        robot.pause(pause_s);
+        assert_eq!(robot.step(), Some(Twist::STOP), "{pause_s}");
+        let mut before = 0.0;
+        for _ in 0..5 {
+            robot.step();
+            // A control period and the latency at 1 m/s^2.
+            assert!(robot.speed() - before < 0.2, "{pause_s}: {before} to {}", robot.speed());
+            before = robot.speed();
+        }
+        if pause_s > 0.0 {
+            robot.until(600, |robot| robot.has_notice("reached the goal"));
+        }
+    }
+}
+
+#[test]
 fn repeated_scan_is_rejected() {
     let mut robot = Robot::ready();
     robot.until(50, |robot| robot.speed() > 0.8);
     robot.has_scan = false;
-    let scan = {
-        let mut scan = inbye::ros::msg::LaserScan {
-            angle_max: 1.0,
-            angle_increment: 1.0,
-            range_max: 5.0,
-            ranges: vec![f32::INFINITY; 2],
-            ..Default::default()
-        };
-        scan.header.stamp = robot::header("", robot.now_s).stamp;
-        scan
-    };
+    let scan = robot.scan();
     for _ in 0..30 {
         robot.receive(&IncomingMessage::Scan(scan.clone()));
         robot.step();
     }
     assert!(robot.stands());
-    assert!(robot.has_notice("not after the stamp of the last scan"));
+    assert!(robot.has_notice("not after the stamp of the last one"));
     assert_eq!(robot.core.stats().rejected["scan"], 29);
 }
 
@@ -136,9 +149,10 @@ fn odometry_in_other_frame_needs_transform() {
     (0..5).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
     assert!(robot.has_notice("tf does not connect it to `map`"));
     // A transform of another frame does not help.
-    robot.receive(&IncomingMessage::Transforms(transform("map", "lamp", &place)));
+    let lamp = transform("map", "lamp", &place, robot.now_s);
+    robot.receive(&IncomingMessage::Transforms(lamp));
     assert_eq!(robot.step(), Some(Twist::STOP));
-    robot.receive(&IncomingMessage::Transforms(transform("/map", "/odom", &place)));
+    robot.has_transform = true;
     robot.until(600, |robot| robot.has_notice("reached the goal"));
     assert!(robot.away_m() < 0.02, "{:?}", robot.pose);
 }
@@ -147,6 +161,7 @@ fn odometry_in_other_frame_needs_transform() {
 fn odom_is_map_needs_no_transform() {
     let mut robot = Robot::new(true);
     robot.frame = "odom";
+    robot.publish_mount();
     robot.receive(&IncomingMessage::Map(map(&grid(29))));
     robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
     robot.until(600, |robot| robot.has_notice("reached the goal"));
@@ -157,33 +172,96 @@ fn lidar_pose_comes_from_tf() {
     let mount = Pose::new(0.25, -0.1, 2.0);
     let mut robot = Robot::ready();
     robot.mount = mount;
-    let mast = transform("base_link", "mast", &Pose::new(0.25, -0.1, 0.0));
-    let laser = transform("mast", "laser", &Pose::new(0.0, 0.0, 2.0));
+    let mast = transform("base_link", "mast", &Pose::new(0.25, -0.1, 0.0), 1.0);
+    let laser = transform("/mast", "/laser", &Pose::new(0.0, 0.0, 2.0), 1.0);
     let transforms = [mast.transforms, laser.transforms].concat();
     robot.receive(&IncomingMessage::StaticTransforms(TFMessage { transforms }));
     robot.until(600, |robot| robot.has_notice("reached the goal"));
-    assert!(!robot.has_notice("lidar's pose"));
-    // Without tf the lidar is assumed at the origin, and the walls are in the wrong places.
-    let mut wrong = Robot::ready();
-    wrong.mount = mount;
-    wrong.step();
-    assert!(wrong.has_notice("tf does not have the lidar's pose"));
 }
 
 #[test]
-fn new_map_causes_new_plan_repeated_map_does_not() {
+fn scan_from_frame_unknown_to_tf_is_rejected() {
+    let mut robot = Robot::new(false);
+    robot.receive(&IncomingMessage::Map(map(&grid(29))));
+    robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
+    (0..20).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+    assert!(robot.has_notice("in the frame `laser`, which tf does not connect to `base_link`"));
+    assert_eq!(robot.core.stats().rejected["scan"], 20);
+    robot.publish_mount();
+    robot.until(600, |robot| robot.has_notice("reached the goal"));
+}
+
+#[test]
+fn changed_map_causes_new_plan_without_a_stop_and_repeated_map_does_not() {
     let mut robot = Robot::ready();
     robot.until(50, |robot| robot.speed() > 0.5);
     robot.receive(&IncomingMessage::Map(map(&grid(29))));
     robot.step();
     assert_eq!(robot.paths.len(), 1);
     robot.receive(&IncomingMessage::Map(map(&grid(24))));
-    let before = robot.notices.len();
-    robot.step();
-    assert!(!robot.stands() && robot.paths.len() == 1, "it stops first");
-    robot.until(20, |robot| robot.paths.len() == 2);
-    assert!(robot.notices[before].contains("received a map"), "{:?}", robot.notices);
+    let notices = robot.notices.len();
+    robot.until_published(20, 2);
+    assert_eq!(robot.notices.len(), notices, "a map of the same size is no notice");
     robot.until(600, |robot| robot.has_notice("reached the goal"));
+    // The wall that only the map shows is avoided.
+    let wall_ends_m = 15.0 * 0.2;
+    let path = &robot.paths.last().expect("a path").poses;
+    let crosses = path.iter().filter(|pose| (4.8..5.2).contains(&pose.pose.position.x));
+    assert!(crosses.into_iter().all(|pose| pose.pose.position.y < wall_ends_m));
+}
+
+#[test]
+fn map_that_changes_every_two_seconds_does_not_stop_the_robot() {
+    let mut robot = Robot::ready();
+    robot.until(50, |robot| robot.speed() > 0.5);
+    let mut tick = 0;
+    while !robot.has_notice("reached the goal") {
+        if tick % 20 == 0 {
+            let mut changed = map(&grid(29));
+            // A SLAM node learns a cell in a far corner.
+            changed.data[28 * 60 + 2] = (tick / 20 % 2 * 100) as i8;
+            changed.header.stamp.sec += tick;
+            robot.receive(&IncomingMessage::Map(changed));
+        }
+        robot.step();
+        let away_m = robot.away_m();
+        assert!(robot.speed() > 0.1 || away_m < 1.0, "stops {away_m} m from the goal");
+        tick += 1;
+        assert!(tick < 600, "{:?}", robot.notices);
+    }
+    assert_eq!(robot.notices.iter().filter(|it| it.contains("driving to")).count(), 1);
+    assert!(robot.paths.len() >= 4, "{}", robot.paths.len());
+}
+
+#[test]
+fn map_that_grows_keeps_the_robot_driving() {
+    let mut robot = Robot::ready();
+    robot.until(50, |robot| robot.speed() > 0.5);
+    let mut grown = map(&grid(29));
+    grown.info.height += 5;
+    grown.data.extend([-1; 5 * 60]);
+    robot.receive(&IncomingMessage::Map(grown));
+    robot.until_published(20, 2);
+    assert!(robot.has_notice("60 by 35 cells"));
+    robot.until(600, |robot| robot.has_notice("reached the goal"));
+}
+
+#[test]
+fn map_with_an_obstacle_at_the_robot_stops_it() {
+    let mut robot = Robot::ready();
+    robot.until(50, |robot| robot.speed() > 0.8);
+    let mut blocked = map(&grid(29));
+    // Everything within a metre ahead of the robot.
+    let (column, row) = ((robot.pose.x / 0.2) as usize, (robot.pose.y / 0.2) as usize);
+    for row in row - 5..=row + 5 {
+        blocked.data[row * 60 + column + 6..row * 60 + column + 12].fill(100);
+    }
+    let wall_m = (column + 6) as f64 * 0.2;
+    robot.receive(&IncomingMessage::Map(blocked));
+    for _ in 0..40 {
+        robot.step_and_wait();
+        assert!(robot.pose.x < wall_m, "{:?}", robot.pose);
+    }
 }
 
 #[test]
@@ -200,6 +278,7 @@ fn new_goal_replaces_current_goal() {
 #[test]
 fn goal_without_path_is_aborted() {
     let mut robot = Robot::new(false);
+    robot.publish_mount();
     robot.receive(&IncomingMessage::Map(map(&grid(29))));
     robot.receive(&IncomingMessage::Goal(goal(40.0, 1.5)));
     assert_eq!(robot.step(), Some(Twist::STOP));

@@ -96,6 +96,22 @@ fn ramp_is_followed_with_configured_lag() {
 }
 
 #[test]
+fn belt_within_the_deadband_stands() {
+    for (speed, moves) in [(0.019, false), (0.021, true)] {
+        let dynamics = DriveDynamics::ideal().deadband_m_s(0.02);
+        let (drive, noise) = (TrackedDrive { track_width_m: 0.5 }, OdometryNoise::none());
+        let (limits, start) = (Limits::default(), Pose::default());
+        let mut base = SimBase::new(drive, limits, dynamics, noise, start, 0).unwrap();
+        repeat_command(&mut base, Twist::new(speed, 0.0), 1.0);
+        assert_eq!(base.pose().x > 0.0, moves, "{speed} m/s");
+        // A rotation in place needs that speed at each belt.
+        let mut base = SimBase::new(drive, limits, dynamics, noise, start, 0).unwrap();
+        repeat_command(&mut base, Twist::new(0.0, speed / 0.25), 1.0);
+        assert_eq!(base.pose().yaw > 0.0, moves, "{} rad/s", speed / 0.25);
+    }
+}
+
+#[test]
 fn steady_turn_closes_its_circle() {
     let mut base = base();
     let turn = Twist::new(0.6, 0.5);

@@ -2,10 +2,15 @@
 
 use core::f64::consts::PI;
 
+use std::sync::Arc;
+
 use inbye::geometry::{Point, Pose};
-use inbye::map::{GridFrame, MovingDisc, ObstacleGrid};
-use inbye::robot::{Disc, Footprint};
-use inbye::sim::{Lidar, World};
+use inbye::local::CpuEngine;
+use inbye::map::{GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid};
+use inbye::navigator::Goal;
+use inbye::robot::{Disc, Footprint, Polygon};
+use inbye::runtime::{Config, Mission, Observer};
+use inbye::sim::{Lidar, MovingObstacle, MovingObstacles, Simulation, TimedPath, World};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -114,6 +119,73 @@ fn gaps_equal_brute_force_over_all_cells_and_discs() {
             assert!((world.gap_m(&footprint, &pose) - both).abs() < 1e-9);
         }
     }
+}
+
+/// A polygon with corners at random distances from the robot's origin.
+fn random_body(rng: &mut Pcg64Mcg) -> Polygon {
+    let count = rng.random_range(3..7);
+    let corner = |index: i32| {
+        let (sin, cos) = libm::sincos(2.0 * PI * f64::from(index) / f64::from(count));
+        let reach = rng.random_range(0.05..0.6);
+        Point::new(reach * cos, reach * sin)
+    };
+    Polygon::new((0..count).map(corner).collect()).expect("a polygon with an area")
+}
+
+/// The oracle samples the outline densely, and the squares for a body around one: it finds at most 3 mm too much.
+#[test]
+fn gap_of_a_polygon_equals_dense_samples_of_its_outline() {
+    const SPACING_M: f64 = 0.004;
+    let mut rng = Pcg64Mcg::seed_from_u64(4);
+    let (mut touching, mut clear) = (0, 0);
+    for case in 0..150 {
+        let world = random_world(&mut rng);
+        for _ in 0..4 {
+            let pose = random_place(&world, &mut rng);
+            let body = random_body(&mut rng);
+            let footprint = Footprint::covering(body.clone());
+            let frame = world.obstacles().frame();
+            let (mut to_static, mut to_moving) = (f64::INFINITY, f64::INFINITY);
+            let corners = body.corners();
+            for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+                let pieces = ((to - from).norm() / SPACING_M).ceil().max(1.0);
+                for piece in 0..=pieces as u32 {
+                    let local = *from + (to - from) * (f64::from(piece) / pieces);
+                    let point = pose.transform(&local);
+                    to_static = to_static.min(distance_by_brute_force(&world, &point));
+                    for disc in &world.moving {
+                        let centers = libm::hypot(disc.x - point.x, disc.y - point.y);
+                        to_moving = to_moving.min(centers - disc.radius);
+                    }
+                }
+            }
+            let is_inside = |point: &Point| body.contains(&pose.inverse_transform(point));
+            let mut cells = (0..frame.len()).filter(|&index| world.obstacles().cells()[index]);
+            if cells.any(|index| is_inside(&frame.center_of(frame.cell_at(index)))) {
+                to_static = 0.0;
+            }
+            for disc in world.moving.iter().filter(|disc| is_inside(&disc.center())) {
+                to_moving = to_moving.min(-disc.radius);
+            }
+            let found = world.gap_to_static_m(&footprint, &pose);
+            let off = to_static - found;
+            assert!(
+                (-1e-9..0.003).contains(&off) || found == to_static,
+                "{case}: {found}, {to_static}"
+            );
+            let found = world.gap_to_moving_m(&footprint, &pose);
+            let off = to_moving - found;
+            assert!(
+                (-1e-9..0.003).contains(&off) || found == to_moving,
+                "{case}: {found}, {to_moving}"
+            );
+            // The discs cover the body, so their gap is never larger.
+            let discs = footprint.without_body();
+            assert!(world.gap_m(&discs, &pose) <= world.gap_m(&footprint, &pose) + 1e-9);
+            *(if to_static > 0.0 { &mut clear } else { &mut touching }) += 1;
+        }
+    }
+    assert!(touching > 50 && clear > 50, "{touching} touching, {clear} clear");
 }
 
 /// A ray march never finds a hit before the exact one. It may step over the tip of a corner that the exact ray hits. So an
@@ -282,6 +354,35 @@ fn lidar_rejects_bad_settings_by_name() {
         assert!(error.to_string().starts_with(words), "{error}");
     }
     assert_eq!(Lidar::default().validate(), Ok(()));
+}
+
+/// A small fast obstacle crosses right before the robot's nose between two ticks: at each tick it is 0.2 m away or more.
+#[test]
+fn contact_between_two_ticks_is_found() {
+    let frame = GridFrame::new(100, 100, RESOLUTION_M, Pose::default()).expect("a valid size");
+    let map = Arc::new(OccupancyGrid::new(frame, vec![0; frame.len()]));
+    let start = Pose::new(5.0, 5.0, 0.0);
+    let least_gap_m = |x: f64| {
+        let keys = [(0.0, Point::new(x, 3.5)), (0.3, Point::new(x, 6.5))];
+        let path = TimedPath::new(&keys, None);
+        let crossing = MovingObstacle::timed_path(0.02, path.expect("a path"));
+        let goal = Goal { position: Point::new(8.0, 5.0), yaw: None };
+        let simulation = Simulation {
+            moving_obstacles: MovingObstacles::new(vec![crossing.expect("an obstacle")]),
+            ..Simulation::new(Mission {
+                time_limit_s: 0.35,
+                ..Mission::new(map.clone(), start, goal)
+            })
+        };
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+        let engine = Box::new(CpuEngine::single_threaded());
+        let result = simulation.run(&Config::default(), engine, &mut observer).expect("a drive");
+        (result.min_clearance_m, result.collided)
+    };
+    let (gap_m, collided) = least_gap_m(5.34);
+    assert!(collided && gap_m <= 0.0, "{gap_m} m");
+    let (gap_m, collided) = least_gap_m(5.42);
+    assert!(!collided && (0.03..0.06).contains(&gap_m), "{gap_m} m");
 }
 
 #[test]

@@ -43,7 +43,8 @@ fn drive(hall: &TempDir, robot: &Emulated, more: &str) -> Ended {
     let map = file(hall, "hall.txt");
     let lidar = robot.lidar.as_deref().expect("it has one");
     let route = "--resolution 0.1 --start 1.6,2.5,0 --goal 11.5,4.5";
-    let host = format!("drive --map {map} {route} --engine cpu --threads 1 --lidar {lidar} {more}");
+    let host =
+        format!("drive --map {map} {route} --engine cpu --threads 1 --arm --lidar {lidar} {more}");
     robot.host(&host).wait()
 }
 
@@ -98,6 +99,23 @@ fn unplugged_lidar_stops_robot_with_cause() {
 }
 
 #[test]
+fn blind_or_frozen_lidar_stops_robot_with_cause() {
+    for fault in ["lidar-blind", "lidar-frozen"] {
+        let hall = hall();
+        let robot = robot(&hall, &format!("--fault {fault}@6"));
+        let ended = drive(&hall, &robot, "--time-limit 60");
+        assert_eq!(ended.status.code(), Some(1), "{fault}: {ended:?}");
+        let (driven, summary) = (ended.object(), robot.end());
+        assert_eq!(driven["reached"], json!(false), "{fault}: {driven}");
+        assert!(driven["fault"].as_str().is_some(), "{fault}: {driven}");
+        assert_eq!(driven["collided"], json!(false), "{fault}: {driven}");
+        assert_eq!(summary["linear"], json!(0.0), "{fault}: {summary}");
+        let [x, ..] = map_pose(&summary);
+        assert!(x < 10.0, "{fault}: {summary}");
+    }
+}
+
+#[test]
 fn robot_with_wrong_map_is_lost_and_stands() {
     let hall = hall();
     let robot = robot(&hall, "");
@@ -112,7 +130,7 @@ fn robot_with_wrong_map_is_lost_and_stands() {
         (robot.lidar.clone().expect("it has one"), file(&hall, "patience.toml"));
     let route = "--resolution 0.1 --start 2,3,0 --goal 5,3";
     let host = format!(
-        "drive --map {map} {route} --engine cpu --threads 1 --lidar {lidar} --config {settings}"
+        "drive --map {map} {route} --engine cpu --threads 1 --arm --lidar {lidar} --config {settings}"
     );
     let ended = robot.host(&host).wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
@@ -131,7 +149,7 @@ fn unusable_lidar_arguments_fail_with_one_line() {
     let lidar = robot.lidar.clone().expect("it has one");
     let route = format!("drive --map {map} --resolution 0.1 --start 1.6,2.5 --goal 11.5,4.5");
     let fails = |more: &str, words: &str| {
-        let ended = robot.host(&format!("{route} {more}")).wait();
+        let ended = robot.host(&format!("{route} --arm {more}")).wait();
         assert_eq!(ended.status.code(), Some(2), "{ended:?}");
         assert!(ended.stderr.contains(words), "{words}: {ended:?}");
     };

@@ -143,3 +143,25 @@ fn wrong_protocol_is_reported() {
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
     assert!(ended.stderr.contains("no answer within 3 s"), "{ended:?}");
 }
+
+/// The emulated base has tracks that turn as if they were farther apart than the host's settings say.
+#[test]
+fn calibration_prints_the_effective_width_of_a_base_with_a_gyro() {
+    let place = tempfile::tempdir().expect("a folder");
+    let file = place.path().join("base.toml");
+    fs::write(&file, "[base]\neffective_width_ratio = 1.35\n").expect("a file");
+    let base = Emulated::start("native", &format!("--base-config {}", file.display()));
+    let refused = base.host("base calibrate --turns 0.5 --distance 0.3").wait();
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    assert!(refused.stderr.contains("--yes"), "{refused:?}");
+    let ended = base.host("base calibrate --yes --turns 0.5 --distance 0.3 --driven 0.3").wait();
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    let object = ended.object();
+    let ratio = number(&object, "effective_width_ratio");
+    // A measured distance rescales the turn by the tracks too.
+    let expected = 1.35 * 0.3 / number(&object, "driven_m");
+    assert!((ratio - expected).abs() < 0.05, "{object}");
+    let left = number(&object["ticks_per_m"], "left");
+    assert!((left / 10_000.0 - number(&object, "driven_m") / 0.3).abs() < 1e-9, "{object}");
+    assert!(number(&base.end(), "final_zero_commands") >= 3.0);
+}

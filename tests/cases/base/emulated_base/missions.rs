@@ -20,7 +20,7 @@ fn room() -> TempDir {
 
 fn drive(room: &TempDir, more: &str) -> String {
     format!(
-        "drive --map {} --resolution 0.2 --start 1.2,2,0 --goal 4.8,2 --engine cpu --threads 1 {more}",
+        "drive --map {} --resolution 0.2 --start 1.2,2,0 --goal 4.8,2 --engine cpu --threads 1 --simulated-senses --arm {more}",
         room.path().join("room.txt").display()
     )
 }
@@ -43,6 +43,8 @@ fn completes(protocol: &'static str) {
     let (believed_m, true_m) = (number(&driven, "travelled_m"), number(&summary, "travelled_m"));
     assert!(true_m > 3.4, "{summary}");
     assert_eq!(summary["linear"], json!(0.0), "{summary}");
+    // A real base has a deadline of one control period without any setting.
+    assert_eq!(driven["deadline"]["deadline_s"], json!(0.1), "{driven}");
     assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
     assert!((believed_m - true_m).abs() < 0.03 * true_m + 0.05, "{driven} {summary}");
     // So does the final position, relative to the start.
@@ -103,6 +105,7 @@ fn stuck_base_ends_mission_with_cause() {
     assert_eq!(driven["reached"], json!(false), "{driven}");
     let cause = driven["base"]["stop_cause"].as_str().expect("text");
     assert!(cause.contains("left track"), "{cause}");
+    assert_eq!(driven["fault"], driven["base"]["stop_cause"], "{driven}");
     // The report shows it at the last tick.
     let page = fs::read_to_string(folder.join("index.html")).expect("a page");
     assert!(page.contains("driven by a base on a serial line in real time"));

@@ -8,8 +8,6 @@ use inbye::robot::{Mixer, PerTrack, Side};
 
 /// Sample period, seconds.
 const PERIOD_S: f64 = 0.05;
-/// Time constant of the motors, seconds.
-const LAG_S: f64 = 0.1;
 
 /// A base with a fault, driven by ramped commands.
 struct Drive {
@@ -17,6 +15,8 @@ struct Drive {
     mixer: Mixer,
     settings: BaseSettings,
     speeds: PerTrack<f64>,
+    /// Time constant of the motors, seconds.
+    lag_s: f64,
     now_s: f64,
 }
 
@@ -29,6 +29,7 @@ impl Drive {
             mixer: Mixer::new(settings.drive(), settings.tracks),
             settings,
             speeds: PerTrack::both(0.0),
+            lag_s: 0.1,
             now_s: 0.0,
         }
     }
@@ -44,7 +45,7 @@ impl Drive {
         for _ in 0..(time_s / PERIOD_S).round() as usize {
             self.now_s += PERIOD_S;
             let commanded = self.mixer.mix(&target, PERIOD_S);
-            let share = 1.0 - libm::exp(-PERIOD_S / LAG_S);
+            let share = 1.0 - libm::exp(-PERIOD_S / self.lag_s);
             self.speeds = self.speeds.zip(commanded, |now, set| now + share * (set - now));
             let mut measured = self.speeds;
             let mut feedback = Feedback { battery_v: Some(24.0), ..Feedback::default() };
@@ -100,6 +101,83 @@ fn stuck_track_is_found_on_its_side() {
         assert!(after_s > 1.0 && after_s < 1.3, "{after_s}");
         let words = format!("the {side} track stands (measured 0.00 m/s) while commanded 0.50 m/s");
         assert!(cause.to_string().starts_with(&words), "{cause}");
+    }
+}
+
+/// Finding the fault takes a second of commanded motion, however the command is divided.
+#[test]
+fn stuck_track_is_found_while_command_crosses_zero() {
+    let mut drive = Drive::new();
+    let stuck = |measured: &mut PerTrack<f64>, _: &mut Feedback| measured.left = 0.0;
+    let mut after_s = 0.0;
+    let cause = (0..20).find_map(|leg| {
+        let speed = if leg % 2 == 0 { 0.5 } else { -0.5 };
+        let found = drive.drive_for(Twist::new(speed, 0.0), 0.8, stuck);
+        after_s += found.map_or(0.8, |(at_s, _)| at_s);
+        found
+    });
+    assert!(matches!(cause, Some((_, StopCause::Stuck { side: Side::Left, .. }))), "{cause:?}");
+    assert!(after_s < 2.0, "{after_s}");
+}
+
+#[test]
+fn stuck_track_is_found_despite_wrong_samples() {
+    let mut drive = Drive::new();
+    let sample = std::cell::Cell::new(0);
+    let stuck = |measured: &mut PerTrack<f64>, _: &mut Feedback| {
+        sample.set(sample.get() + 1);
+        measured.left = if sample.get() == 14 { 1.0 } else { 0.0 };
+    };
+    let (after_s, cause) = drive.drive_for(Twist::new(0.5, 0.0), 3.0, stuck).unwrap();
+    assert!(matches!(cause, StopCause::Stuck { side: Side::Left, .. }), "{cause}");
+    assert!(after_s < 1.3, "{after_s}");
+}
+
+#[test]
+fn base_that_ignores_commands_is_found_within_a_second() {
+    let mut drive = Drive::new();
+    let stands = |measured: &mut PerTrack<f64>, _: &mut Feedback| *measured = PerTrack::both(0.0);
+    let (after_s, cause) = drive.drive_for(Twist::new(0.5, 0.0), 3.0, stands).unwrap();
+    assert!(matches!(cause, StopCause::IgnoresCommands { .. }), "{cause}");
+    assert!(after_s < 1.0, "{after_s}");
+
+    let mut drive = Drive::new();
+    assert_eq!(drive.drive_for(Twist::new(0.8, 0.0), 2.0, healthy), None);
+    let drives_on =
+        |measured: &mut PerTrack<f64>, _: &mut Feedback| *measured = PerTrack::both(0.8);
+    let (after_s, cause) = drive.drive_for(Twist::STOP, 3.0, drives_on).unwrap();
+    assert!(matches!(cause, StopCause::Runaway { .. }), "{cause}");
+    assert!(after_s <= 1.0, "{after_s}");
+}
+
+/// A lag of 0.15 s, 20 % less on a slope, encoders with 10 mm per tick, and a wrong sample each second.
+#[test]
+fn sound_base_with_lag_slope_and_coarse_encoders_has_no_fault() {
+    for seed in 0..20_u32 {
+        let mut drive = Drive::new();
+        drive.lag_s = 0.15;
+        let travel_m = std::cell::Cell::new(PerTrack::both(0.0));
+        let sample = std::cell::Cell::new(seed);
+        let coarse = |measured: &mut PerTrack<f64>, _: &mut Feedback| {
+            let before = travel_m.get();
+            let now = before.zip(*measured, |travel_m, speed| travel_m + 0.8 * speed * PERIOD_S);
+            travel_m.set(now);
+            let ticks = |travel_m: f64| (travel_m * 100.0).floor();
+            *measured =
+                now.zip(before, |now, before| (ticks(now) - ticks(before)) / 100.0 / PERIOD_S);
+            sample.set(sample.get() + 1);
+            if sample.get() % 20 == 0 {
+                measured.left = 1.2;
+            }
+        };
+        for leg in 0..40_u32 {
+            // Every speed and turn rate, also small ones, for 0.1 to 1.9 s each.
+            let draw =
+                |step: u32| f64::from((leg * 7919 + seed * 104_729 + step * 31) % 101) / 100.0;
+            let target = Twist::new(2.0 * draw(1) - 1.0, 2.0 * draw(2) - 1.0);
+            let cause = drive.drive_for(target, 0.1 + 1.8 * draw(3), coarse);
+            assert_eq!(cause, None, "seed {seed}, leg {leg}: {target:?}");
+        }
     }
 }
 

@@ -384,6 +384,31 @@ fn reader_reports_faults_and_recovers() {
     await_status(&reader, "turns again", |status| status.revolutions == 8);
 }
 
+/// The lidar was moved or replaced meanwhile.
+#[test]
+fn no_revolution_has_points_from_before_and_after_a_reconnection() {
+    let line = Port::default();
+    let opened = line.clone();
+    let open = Box::new(move || -> Result<Box<dyn std::io::Read + Send>, BaseError> {
+        opened.0.lock().expect("not poisoned").1 = false;
+        Ok(Box::new(opened.clone()))
+    });
+    let reader = LidarReader::start(open, LidarSettings::default()).expect("open");
+    let packets = rotating(0.5, 0);
+    // The rest of the turn that is cut is too short to count as a revolution.
+    let (before, after) = packets.split_at(packets.len() * 27 / 50);
+    for (part, connections) in [(before, 1), (after, 2)] {
+        let bytes = part.iter().flat_map(Packet::encode);
+        line.0.lock().expect("not poisoned").0.extend(bytes);
+        let read = reader.status().packets + part.len() as u64;
+        await_status(&reader, "packets", |status| status.packets == read);
+        assert_eq!(reader.status().connections, connections);
+        line.0.lock().expect("not poisoned").1 = true;
+        await_status(&reader, "opened", |status| status.connections == connections + 1);
+    }
+    assert_eq!(reader.status().revolutions, 3, "the fourth would have points of both");
+}
+
 #[test]
 fn lidar_settings_reject_value_out_of_range() {
     let bad = LidarSettings::default().mount_yaw_rad(4.0);

@@ -1,10 +1,12 @@
 //! The safety controller with a simulated clock.
 
 use inbye::base::{
-    BaseError, BaseSettings, CommandRejected, DriveStatus, Faults, Feedback, OutgoingCommand,
-    SafetyController, StopCause, SupervisorSettings,
+    BaseError, BaseSettings, Bumper, CollisionMonitorSettings, CommandRejected, DriveStatus,
+    Faults, Feedback, OperatorSwitch, OutgoingCommand, ProtectiveAction, ProtectiveLayer,
+    SafetyController, StopCause, SupervisorSettings, Tilt,
 };
 use inbye::geometry::Twist;
+use inbye::robot::{Footprint, Limits};
 
 const PERIOD_S: f64 = 0.02;
 const AHEAD: Twist = Twist::new(0.6, 0.0);
@@ -156,16 +158,155 @@ fn backward_clock_stops_base() {
     assert_eq!(harness.speed(), 0.0);
 }
 
+/// Speeds of the cycles in a time while a target is renewed ten times per second.
+fn speeds_while_driving(harness: &mut Harness, time_s: f64) -> Vec<f64> {
+    let before = harness.commands.len();
+    harness.drive(AHEAD, time_s);
+    let speed = |command: &OutgoingCommand| match command {
+        OutgoingCommand::Drive(twist) => twist.linear,
+        other => panic!("{other:?}"),
+    };
+    harness.commands[before..].iter().map(speed).collect()
+}
+
+/// Checks that zeros go for 0.1 s, and then a ramp from the base's measured speed.
+#[track_caller]
+fn assert_restarts_from(speeds: &[f64], measured: f64) {
+    assert!(speeds[..4].iter().all(|speed| *speed == 0.0), "{speeds:?}");
+    let first = speeds.iter().find(|speed| **speed != 0.0).expect("it drives again");
+    assert!(*first <= measured + 0.0301 && *first > measured, "{speeds:?}");
+    assert_eq!(speeds.last(), Some(&0.6), "{speeds:?}");
+}
+
+/// The process was stopped for 2 s. The watchdog has stopped the base meanwhile.
 #[test]
-fn speed_does_not_jump_after_pause() {
+fn base_stands_after_pause_of_process_and_restarts_for_newer_target() {
     let mut harness = Harness::new();
-    harness.drive(AHEAD, 0.1);
-    let before = harness.speed();
-    harness.now_s += 5.0;
-    let now_s = harness.now_s;
-    harness.controller.set_target(&AHEAD, now_s, now_s).expect("a valid target");
+    harness.drive(AHEAD, 1.0);
+    harness.now_s += 2.0;
+    // The planner decides before the sender's next cycle: from an observation made before the pause was noticed.
+    let stamp_s = harness.now_s;
+    harness.controller.set_target(&AHEAD, stamp_s, stamp_s).expect("a valid target");
+    harness.report.twist = Twist::STOP;
+    for _ in 0..10 {
+        assert_eq!(harness.cycle(), OutgoingCommand::Drive(Twist::STOP));
+    }
+    assert_eq!(*harness.controller.status(), DriveStatus::Restarting);
+    assert!(harness.controller.resumed_s() > stamp_s);
+    assert_restarts_from(&[vec![0.0; 4], speeds_while_driving(&mut harness, 1.0)].concat(), 0.0);
+}
+
+#[test]
+fn base_that_drove_on_during_pause_restarts_from_its_measured_speed() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    harness.now_s += 2.0;
+    harness.follows = false;
+    harness.report.twist = Twist::new(0.4, 0.0);
     harness.cycle();
-    assert!(harness.speed() - before <= 0.15 + 1e-9);
+    let speeds = speeds_while_driving(&mut harness, 0.4);
+    assert_restarts_from(&speeds, 0.4);
+}
+
+#[test]
+fn late_cycle_within_the_longest_gap_does_not_interrupt() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    harness.now_s += 0.15;
+    harness.cycle();
+    assert!(harness.speed() > 0.44, "{}", harness.speed());
+}
+
+#[test]
+fn late_reports_brake_base_and_restart_it() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    for cycle in 0..40 {
+        let now_s = harness.now_s;
+        harness.controller.set_target(&AHEAD, now_s, now_s).expect("a valid target");
+        harness.next_command();
+        let age_s = 0.02 * f64::from(cycle);
+        let report = Feedback { twist: AHEAD, age_s, ..Feedback::default() };
+        harness.controller.on_feedback(&report, harness.now_s);
+        if age_s < 0.2 {
+            assert_eq!(harness.speed(), 0.6);
+        }
+    }
+    assert_eq!(harness.speed(), 0.0, "0.22 s and 0.4 s to brake");
+    assert!(matches!(harness.controller.status(), DriveStatus::ReportsLate { .. }));
+    harness.report.twist = Twist::STOP;
+    harness.follows = false;
+    harness.cycle();
+    harness.follows = true;
+    let speeds = speeds_while_driving(&mut harness, 1.0);
+    assert_restarts_from(&speeds, 0.0);
+}
+
+/// The host's commands were lost on their way, and the base has stopped by itself.
+#[test]
+fn base_stopped_by_its_watchdog_restarts_from_zero() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    harness.report.faults = Faults::WATCHDOG;
+    harness.follows = false;
+    harness.cycle();
+    harness.report.faults = Faults::NONE;
+    harness.follows = true;
+    let speeds = speeds_while_driving(&mut harness, 1.0);
+    assert_restarts_from(&speeds, 0.0);
+}
+
+#[test]
+fn suspected_stop_commands_zero_without_a_latch() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 1.0);
+    harness.report.is_stop_suspected = true;
+    harness.cycle();
+    harness.report.is_stop_suspected = false;
+    let speeds = speeds_while_driving(&mut harness, 1.0);
+    assert_restarts_from(&speeds, 0.0);
+    assert_eq!(harness.controller.stop_cause(), None);
+}
+
+/// A base that has not followed its command brakes from where it is.
+#[test]
+fn expired_target_brakes_from_measured_speed_with_lag_allowance() {
+    let mut harness = Harness::new();
+    harness.drive(AHEAD, 0.4);
+    assert!(harness.speed() > 0.4);
+    harness.follows = false;
+    harness.report.twist = Twist::STOP;
+    // Until the target expires.
+    harness.cycles(0.24);
+    assert!(harness.speed() <= 0.3, "{}", harness.speed());
+    harness.cycles(0.2);
+    assert_eq!(harness.speed(), 0.0);
+}
+
+#[test]
+fn bumper_cliff_and_tilt_latch_a_stop() {
+    let pressed = Bumper { left: false, right: true };
+    let tilt = Some(Tilt { roll: -0.5, pitch: 0.0 });
+    let reports = [
+        (Feedback { bumper: pressed, ..Feedback::default() }, 1, "the right bumper is pressed"),
+        (Feedback { cliff: true, ..Feedback::default() }, 1, "a cliff sensor sees no ground"),
+        (Feedback { tilt, ..Feedback::default() }, 12, "the base is tilted (roll -0.50 rad"),
+    ];
+    for (report, cycles, words) in reports {
+        let mut harness = Harness::new();
+        harness.drive(AHEAD, 1.0);
+        harness.report = report;
+        for _ in 0..cycles {
+            harness.cycle();
+        }
+        let cause = harness.controller.stop_cause().expect("a stop").to_string();
+        assert!(cause.starts_with(words), "{cause}");
+        assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
+    }
+    let mut harness = Harness::new();
+    harness.report.tilt = Some(Tilt { roll: 0.3, pitch: -0.3 });
+    harness.drive(AHEAD, 1.0);
+    assert_eq!(harness.controller.stop_cause(), None);
 }
 
 #[test]
@@ -200,6 +341,9 @@ fn moving_base_is_not_released() {
     harness.controller.on_feedback(&moving, harness.now_s);
     assert_eq!(harness.controller.release(), Err(CommandRejected::StillMoving));
     assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
+    let reversal = harness.controller.release();
+    assert_eq!(reversal, Err(CommandRejected::StillMoving), "a single report of zero");
+    harness.cycles(0.4);
     harness.controller.release().expect("it stands now");
 }
 
@@ -214,9 +358,9 @@ fn detected_fault_latches_stop_with_its_cause() {
         harness.cycles(0.1);
     }
     let cause = harness.controller.stop_cause().expect("a stuck base is stopped");
-    assert!(matches!(cause, StopCause::Stuck { .. }));
+    assert!(matches!(cause, StopCause::IgnoresCommands { .. }));
     let words = cause.to_string();
-    assert!(words.starts_with("the left track stands"), "{words}");
+    assert!(words.starts_with("the base stands while commanded 0.60 m/s"), "{words}");
     assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
 }
 
@@ -289,4 +433,108 @@ fn latched_stop_survives_reconnection() {
     harness.controller.on_connect();
     assert_eq!(harness.cycle(), OutgoingCommand::EngageStop);
     assert_eq!(harness.controller.stop_cause(), Some(&StopCause::Requested));
+}
+
+#[test]
+fn release_waits_for_a_standstill_on_a_new_connection() {
+    let mut harness = Harness::new();
+    harness.controller.stop(StopCause::Requested);
+    harness.cycles(1.0);
+    harness.controller.on_disconnect(BaseError::Disconnected { port: "port".to_owned() });
+    harness.controller.release().expect("nothing is reported");
+    harness.controller.on_connect();
+    assert_eq!(harness.next_command(), OutgoingCommand::Drive(Twist::STOP));
+    // The base was pushed meanwhile, and rolls.
+    let rolls = Feedback { twist: Twist::new(0.3, 0.0), ..Feedback::default() };
+    for _ in 0..50 {
+        harness.controller.on_feedback(&rolls, harness.now_s);
+        assert_eq!(harness.next_command(), OutgoingCommand::EngageStop);
+    }
+    harness.cycles(0.2);
+    assert!(!harness.commands.contains(&OutgoingCommand::ReleaseStop));
+    harness.cycles(0.2);
+    assert!(harness.commands.contains(&OutgoingCommand::ReleaseStop));
+    harness.drive(AHEAD, 1.0);
+    assert_eq!(harness.speed(), 0.6);
+}
+
+#[test]
+fn standstill_before_a_reconnection_does_not_count() {
+    let mut harness = Harness::new();
+    harness.cycles(1.0);
+    harness.controller.stop(StopCause::Requested);
+    harness.controller.on_connect();
+    harness.cycle();
+    assert_eq!(harness.controller.release(), Err(CommandRejected::StillMoving));
+    harness.cycles(0.4);
+    harness.controller.release().expect("it stands");
+}
+
+/// A base that drives, commanded by hand under the operator's switch.
+fn armed() -> (Harness, OperatorSwitch) {
+    let mut harness = Harness::new();
+    let body = Footprint::round(0.3).expect("a radius");
+    let monitor = CollisionMonitorSettings::default();
+    let layer = ProtectiveLayer::new(monitor, body, Limits::default(), PERIOD_S);
+    let layer = layer.expect("valid settings").without_lidar();
+    let switch = layer.operator();
+    harness.controller.protect(layer);
+    switch.arm();
+    harness.drive(AHEAD, 1.0);
+    assert_eq!(harness.speed(), 0.6);
+    (harness, switch)
+}
+
+/// The switch acts before a missing target and late reports, which only brake.
+#[test]
+fn operator_stops_a_base_without_a_valid_target_at_once() {
+    for is_late in [false, true] {
+        for (order, action) in [
+            (OperatorSwitch::stop as fn(&OperatorSwitch), ProtectiveAction::OperatorStop),
+            (OperatorSwitch::disarm, ProtectiveAction::NotArmed),
+        ] {
+            let (mut harness, switch) = armed();
+            if is_late {
+                harness.report.age_s = 0.3;
+                harness.cycles(0.04);
+                let status = harness.controller.status();
+                assert!(matches!(status, DriveStatus::ReportsLate { .. }), "{status:?}");
+            } else {
+                harness.cycles(0.3);
+                let status = harness.controller.status();
+                assert!(matches!(status, DriveStatus::TargetExpired { .. }), "{status:?}");
+            }
+            assert!(harness.speed() > 0.3, "it brakes, {} m/s", harness.speed());
+            order(&switch);
+            assert_eq!(harness.cycle(), OutgoingCommand::Drive(Twist::STOP));
+            assert_eq!(*harness.controller.status(), DriveStatus::Protected(action));
+            // Armed again, it stands until there is a new target.
+            switch.arm();
+            harness.report.age_s = 0.0;
+            harness.cycles(0.2);
+            assert_eq!(harness.speed(), 0.0);
+            harness.drive(AHEAD, 1.0);
+            assert_eq!(harness.speed(), 0.6);
+        }
+    }
+}
+
+#[test]
+fn repeated_report_keeps_its_time() {
+    let mut harness = Harness::new();
+    let started_s = harness.now_s;
+    assert_eq!(harness.controller.reported_s(), started_s);
+    for wobble_s in [3e-6, -4e-6, 8e-6, 0.0] {
+        harness.now_s += PERIOD_S;
+        let age_s = harness.now_s - started_s + wobble_s;
+        let report = Feedback { age_s, ..Feedback::default() };
+        harness.controller.on_feedback(&report, harness.now_s);
+        assert_eq!(harness.controller.reported_s(), started_s, "{wobble_s}");
+    }
+    harness.cycle();
+    assert_eq!(harness.controller.reported_s(), harness.now_s);
+    // A clock that runs backwards.
+    harness.now_s -= 50.0;
+    harness.cycle();
+    assert_eq!(harness.controller.reported_s(), harness.now_s);
 }

@@ -1,7 +1,10 @@
 //! Stops of a base: its watchdog, its latched stop, and an unconfirmed configuration.
 
-use inbye::base::native::{Command, NativeDevice, NativeSession, Report};
-use inbye::base::{BaseSettings, DeviceProtocol, Faults, MachineState, Protocol, Session};
+use inbye::base::native::{self, Command, NativeDevice, NativeSession};
+use inbye::base::wheeltec::{Report, WheeltecSession};
+use inbye::base::{
+    BaseSettings, Bumper, DeviceProtocol, Faults, MachineState, Protocol, Session, Tilt,
+};
 use inbye::geometry::Twist;
 use inbye::robot::TrackSpeeds;
 
@@ -86,6 +89,49 @@ fn native_stop_is_latched_until_release() {
     assert!(link.twist().linear > 0.39);
 }
 
+/// A damaged report may show disabled motors, and pass the weak check.
+#[test]
+fn single_disabled_report_suspects_a_stop_and_the_second_confirms_it() {
+    let mut session = WheeltecSession::new(BaseSettings::default()).unwrap();
+    let mut reported = |motors_disabled| {
+        session.receive(&Report { motors_disabled, ..Report::default() }.encode(), 0.0);
+        let feedback = session.latest().expect("a report").feedback;
+        (feedback.is_stop_suspected, feedback.emergency_stop)
+    };
+    let found = [false, true, false, true, true, true, false].map(&mut reported);
+    let (none, suspected, stop) = ((false, false), (true, false), (false, true));
+    assert_eq!(found, [none, suspected, none, suspected, stop, stop, none]);
+}
+
+#[test]
+fn tilt_is_reported_if_protocol_can() {
+    let mut link = driving(Protocol::Wheeltec);
+    assert!(link.feedback().tilt.is_some_and(|tilt| tilt.roll.abs() < 0.01));
+    link.machine.tilt = Tilt { roll: -0.3, pitch: 0.4 };
+    link.wait(3.0);
+    let tilt = link.feedback().tilt.expect("a tilt");
+    assert!((tilt.roll + 0.3).abs() < 0.02 && (tilt.pitch - 0.4).abs() < 0.02, "{tilt:?}");
+    assert_eq!(driving(Protocol::Native).feedback().tilt, None);
+}
+
+#[test]
+fn native_bumper_and_cliff_latch_the_stop_of_the_base() {
+    for (bumper, cliff) in [(Bumper { left: true, right: false }, false), (Bumper::default(), true)]
+    {
+        let mut link = driving(Protocol::Native);
+        (link.machine.bumper, link.machine.cliff) = (bumper, cliff);
+        link.drive_for(AHEAD, 0.5);
+        let feedback = link.feedback();
+        assert_eq!((feedback.bumper, feedback.cliff), (bumper, cliff));
+        assert!(feedback.emergency_stop && link.twist().linear < 1e-6);
+        (link.machine.bumper, link.machine.cliff) = (Bumper::default(), false);
+        link.session.release();
+        link.wait(0.1);
+        link.drive_for(AHEAD, 0.5);
+        assert!(!link.feedback().emergency_stop && link.twist().linear > 0.39);
+    }
+}
+
 #[test]
 fn pressed_button_prevents_release() {
     let mut link = driving(Protocol::Native);
@@ -124,7 +170,7 @@ fn button_stops_base_and_is_reported_if_protocol_can() {
 fn repeated_report_is_ignored() {
     let mut session = NativeSession::new(BaseSettings::default()).unwrap();
     let received_s = |session: &NativeSession| session.latest().map(|latest| latest.received_s);
-    let mut report = Report { sequence: 7, ..Report::default() };
+    let mut report = native::Report { sequence: 7, ..native::Report::default() };
     for now_s in [1.0, 2.0, 3.0] {
         session.receive(&report.encode(), now_s);
         assert_eq!(received_s(&session), Some(1.0));

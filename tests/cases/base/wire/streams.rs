@@ -6,7 +6,7 @@ use std::fmt::Debug;
 
 use inbye::base::arduino::{Answer, parse_answer};
 use inbye::base::roboclaw::Request;
-use inbye::base::{BaseSettings, Faults, MachineState, Protocol, native, wheeltec};
+use inbye::base::{BaseSettings, Bumper, Faults, MachineState, Protocol, native, wheeltec};
 use inbye::geometry::Twist;
 use inbye::robot::TrackSpeeds;
 use proptest::collection::vec;
@@ -71,8 +71,9 @@ fn native_report() -> impl Strategy<Value = native::Report> {
         (any::<u16>(), any::<Option<u16>>(), any::<bool>(), any::<bool>()),
         (0..256_u16, any::<u32>(), number(), number()),
         (any::<Option<i16>>(), any::<Option<u16>>()),
+        (any::<bool>(), any::<bool>(), any::<bool>()),
     )
-        .prop_map(|(first, second, third)| native::Report {
+        .prop_map(|(first, second, third, (left, right, cliff))| native::Report {
             sequence: first.0,
             echo: first.1,
             stopped: first.2,
@@ -82,6 +83,8 @@ fn native_report() -> impl Strategy<Value = native::Report> {
             counts: [second.2 as u32, second.3 as u32],
             yaw_rate_mrad_s: third.0,
             battery_mv: third.1,
+            bumper: Bumper { left, right },
+            cliff,
         })
 }
 

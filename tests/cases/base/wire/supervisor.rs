@@ -80,8 +80,9 @@ impl TestBase {
             .rate_hz(200.0)
             .reconnect_min_s(0.01)
             .reconnect_max_s(0.04)
-            // A busy machine must not look like a hung planner.
-            .target_timeout_s(2.0);
+            // A busy machine must not look like a hung planner or a stopped process.
+            .target_timeout_s(2.0)
+            .max_gap_s(2.0);
         let shutdown = Arc::clone(&self.shutdown);
         BaseSupervisor::start(open, &BaseSettings::default(), settings, shutdown)
             .expect("a connection")
@@ -223,7 +224,8 @@ fn panicking_supervisor_thread_leaves_zeros() {
             IdealBase { commands: Arc::clone(&commands), cut: Arc::default(), now: Twist::STOP };
         Ok(Box::new(Buggy(base, 0)))
     });
-    let settings = SupervisorSettings::default().rate_hz(200.0).target_timeout_s(2.0);
+    let settings =
+        SupervisorSettings::default().rate_hz(200.0).target_timeout_s(2.0).max_gap_s(2.0);
     let supervisor =
         BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
     let supervisor = supervisor.expect("a connection");

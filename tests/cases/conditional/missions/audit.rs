@@ -7,9 +7,7 @@ use inbye::runtime::{Config, MissionResult, Trace};
 use inbye::sim::World;
 
 use super::Test;
-use super::driving::{
-    arrive, drive, is_lawful, mission, moving_at, people, reach_s, story, try_drive,
-};
+use super::driving::{arrive, drive, is_lawful, mission, moving_at, people, story, try_drive};
 use super::ground::{Ground, hall};
 
 pub const TESTS: &[Test] = &[
@@ -111,7 +109,8 @@ fn one_bit() {
 fn unlawful() {
     let result = arrive(&mission(&hall(6.0, 3.0), [1.5, 2.0, 0.0], [5.5, 2.0]));
     let config = Config::default();
-    let (limits, reach_s) = (config.robot.limits, reach_s(&config));
+    let limits = config.robot.limits;
+    let reach_s = config.local.control_period_s + config.navigator.actuation_delay_s;
     let row = result.trace.rows.iter().find(|row| row.twist.linear > 0.5);
     let mut row = row.expect("the robot drives faster than that").clone();
     for command in [

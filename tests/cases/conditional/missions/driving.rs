@@ -78,9 +78,11 @@ pub fn assert_lawful(result: &MissionResult, config: &Config) {
     }
 }
 
-/// Time that a command and the one before it act until the next one does, seconds.
+/// Time that a command and the one before it act until the next one does, seconds: until the latency is identified, the
+/// navigator assumes the longer one.
 pub fn reach_s(config: &Config) -> f64 {
-    config.local.control_period_s + config.navigator.actuation_delay_s
+    let navigator = &config.navigator;
+    config.local.control_period_s + navigator.actuation_delay_s.max(navigator.unidentified_delay_s)
 }
 
 pub fn is_lawful(row: &TraceRow, limits: &Limits, reach_s: f64) -> bool {

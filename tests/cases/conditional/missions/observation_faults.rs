@@ -10,6 +10,7 @@ use super::script::{Script, straight};
 pub const TESTS: &[Test] = &[
     ("numbers that are not finite brake the robot and fail the mission when they last", not_finite),
     ("old scan brakes the robot until there is a new one", old_scan),
+    ("old odometry and an old pose brake the robot", old_odometry_and_pose),
     ("pose that jumps is rejected unless it stays", jumps),
     ("frozen pose fails the mission", frozen),
     ("pose that moves against the speed is a fault", reversed),
@@ -31,7 +32,7 @@ fn under_way() -> Script {
 }
 
 fn not_finite() {
-    let faults: [fn(&mut Observation); 10] = [
+    let faults: [fn(&mut Observation); 12] = [
         |seen| seen.pose.x = f64::NAN,
         |seen| seen.pose.y = f64::INFINITY,
         |seen| seen.pose.yaw = f64::NAN,
@@ -39,6 +40,8 @@ fn not_finite() {
         |seen| seen.twist.angular = f64::NEG_INFINITY,
         |seen| seen.time_s = f64::NAN,
         |seen| seen.scan_s = f64::INFINITY,
+        |seen| seen.odometry_s = f64::NAN,
+        |seen| seen.pose_s = f64::NEG_INFINITY,
         |seen| seen.scan.angle_min = f64::NAN,
         |seen| seen.scan.angle_increment = 0.0,
         |seen| seen.scan.range_max = f64::NAN,
@@ -142,6 +145,23 @@ fn old_scan() {
     );
 }
 
+/// A steadily late stream counts as late: the stamps decide, not the arrival.
+fn old_odometry_and_pose() {
+    drives_on_after_a_few_and_fails_after_many(ObservationFault::NoOdometry, &|_, seen| {
+        seen.odometry_s -= 0.35;
+    })
+    .expect("late odometry");
+    drives_on_after_a_few_and_fails_after_many(ObservationFault::NoPose, &|_, seen| {
+        seen.pose_s -= 1.1;
+    })
+    .expect("a late pose");
+    let (decisions, _) = disturbed(8, &|_, seen| {
+        seen.odometry_s -= 0.25;
+        seen.pose_s -= 0.9;
+    });
+    assert!(decisions.iter().all(|decision| decision.mode != Mode::SensorFault));
+}
+
 fn jumps() {
     let back_and_forth = |tick: u32, seen: &mut Observation| {
         seen.pose.y += if tick.is_multiple_of(2) { 3.0 } else { -3.0 };
@@ -185,6 +205,8 @@ fn clocks() {
     let (decisions, _) = disturbed(6, &|_, seen| {
         seen.time_s += 3600.0;
         seen.scan_s += 3600.0;
+        seen.odometry_s += 3600.0;
+        seen.pose_s += 3600.0;
     });
     let faulty: Vec<bool> =
         decisions.iter().map(|decision| decision.mode == Mode::SensorFault).collect();
@@ -193,6 +215,13 @@ fn clocks() {
         seen.scan_s += 1.0;
     })
     .expect("scans from the future");
+    drives_on_after_a_few_and_fails_after_many(ObservationFault::ClockJump, &|_, seen| {
+        seen.odometry_s += 1.0;
+    })
+    .expect("odometry from the future");
+    // A localisation dates its transforms ahead.
+    let (decisions, _) = disturbed(6, &|_, seen| seen.pose_s += 0.5);
+    assert!(decisions.iter().all(|decision| decision.mode != Mode::SensorFault));
 }
 
 /// The poses of a drive with the scan changed at each tick.

@@ -62,11 +62,11 @@ fn meets_a_yaw() {
 }
 
 fn leaves_a_margin() {
-    // 0.36 m from a wall to its left, behind it or in front of it: the body, 0.3 m to the side and 0.42 m to the ends, is
+    // 0.44 m from a wall to its left, behind it or in front of it: the body, 0.25 m to the side and 0.35 m to the ends, is
     // clear, but no path may come so near.
-    for start in [[4.0, 4.14, 0.0], [4.0, 4.14, PI], [0.98, 2.5, 0.0], [10.02, 2.5, 0.0]] {
+    for start in [[4.0, 4.06, 0.0], [4.0, 4.06, PI], [0.98, 2.5, 0.0], [10.02, 2.5, 0.0]] {
         let result = arrive(&mission(&hall(10.0, 4.0), start, [7.0, 1.5]));
-        assert!(result.trace.rows[0].gap_m < 0.12, "not within the margin: {start:?}");
+        assert!(result.trace.rows[0].gap_m < 0.2, "not within the margin: {start:?}");
         assert!(result.time_s < 90.0, "{start:?}: {}", story(&result));
     }
 }

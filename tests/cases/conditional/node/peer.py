@@ -9,9 +9,12 @@ import json
 import math
 import os
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 os.environ["CYCLONEDDS_URI"] = (
@@ -34,6 +37,8 @@ import messages as m
 RESOLUTION_M = 0.1
 COLUMNS, ROWS = 120, 70
 STEP_S = 0.02
+# The base's own time-out of cmd_vel.
+COMMAND_TIMEOUT_S = 0.5
 BEAMS = 240
 REACH_M = 12.0
 
@@ -45,6 +50,9 @@ vtheta_samples = 24
 [navigator]
 sensor_fault_patience_s = 30.0
 parking_timeout_s = 3.0
+
+[node]
+network_memory_mib = 256
 """
 
 BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5))
@@ -151,8 +159,13 @@ class Robot:
             self.next_s = time.monotonic()
         for command in self.commanded.take(N=20):
             twist = getattr(command, "twist", command)
+            if not hasattr(twist, "linear"):
+                # The end of a writer, not a command.
+                continue
             self.v, self.w = twist.linear.x, twist.angular.z
             self.commands.append((time.monotonic(), self.v, self.w))
+        if self.commands and time.monotonic() - self.commands[-1][0] > COMMAND_TIMEOUT_S:
+            self.v = self.w = 0.0
         middle = self.yaw + self.w * STEP_S / 2
         self.x += self.v * STEP_S * math.cos(middle)
         self.y += self.v * STEP_S * math.sin(middle)
@@ -262,6 +275,7 @@ def late_joiner(program):
     """The map is older than the node, the plan older than its reader."""
     robot = Robot()
     robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0))
     robot.until(lambda: False, 3.0)
     node = Program(program)
     robot.until(lambda: False, 2.0)
@@ -295,6 +309,7 @@ def missing_inputs(program):
     """Scans stop during the drive and return; then odometry."""
     robot = Robot()
     robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0))
     node = Program(program)
     robot.until(lambda: False, 2.0)
     robot.send_goal(*GOAL)
@@ -331,6 +346,111 @@ def invalid_messages(program):
     robot.goal.write(goal)
     robot.until(lambda: False, 0.5)
     return {"commands": len(robot.commands), **node.end()}
+
+
+def heartbeat(writer_guid, first, last, count):
+    """The RTPS message of 52 bytes in which a writer offers the samples `first` to `last` (RTPS 2.5, 8.3.8.6)."""
+    message = b"RTPS" + bytes([2, 1, 1, 16]) + writer_guid[:12]
+    number = lambda value: struct.pack("<iI", value >> 32, value & 0xFFFFFFFF)
+    body = bytes(4) + writer_guid[12:] + number(first) + number(last) + struct.pack("<i", count)
+    return message + struct.pack("<BBH", 0x07, 0x01, len(body)) + body
+
+
+def children(pid):
+    """Processes that a process has started."""
+    with open(f"/proc/{pid}/task/{pid}/children") as file:
+        return [int(word) for word in file.read().split()]
+
+
+def memory_kib(pid):
+    with open(f"/proc/{pid}/status") as file:
+        lines = dict(line.split(":", 1) for line in file if ":" in line)
+    return int(lines["VmRSS"].split()[0])
+
+
+class Memory(threading.Thread):
+    """The largest memory of the node's two processes, sampled."""
+
+    def __init__(self, pid):
+        super().__init__(daemon=True)
+        self.pid, self.control_kib, self.network_kib = pid, 0, 0
+        self.start()
+
+    def run(self):
+        while True:
+            try:
+                self.control_kib = max(self.control_kib, memory_kib(self.pid))
+                for child in children(self.pid):
+                    self.network_kib = max(self.network_kib, memory_kib(child))
+            except (OSError, KeyError, ValueError):
+                pass
+            time.sleep(0.005)
+
+
+def driving(program):
+    """A robot on the move, its node, and facts."""
+    robot = Robot()
+    robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0))
+    node = Program(program)
+    robot.until(lambda: False, 2.0)
+    robot.send_goal(*GOAL)
+    return robot, node, {"started_s": robot.until(lambda: robot.v > 0.3, 20.0)}
+
+
+def zeros_after_loss(robot, node, lost, facts):
+    """Waits for the next network process, for its zeros, and for the goal. Commands of the lost one do not count."""
+    facts["lost_s"] = robot.until(lambda: children(node.child.pid) != lost, 20.0)
+    count = len(robot.commands)
+    facts["zero_s"] = robot.until(lambda: len(robot.commands) > count and robot.is_commanded_to_stop(), 30.0)
+    facts["first_after"] = robot.commands[count][1:] if len(robot.commands) > count else None
+    facts["resumed_s"] = robot.until(lambda: robot.v > 0.3, 30.0)
+    facts["took_s"] = robot.until(lambda: robot.stands_near(*GOAL[:2]), 90.0)
+
+
+def endless_heartbeat(program):
+    """A known writer offers 2^32 samples, in one message of 52 bytes."""
+    robot, node, facts = driving(program)
+    memory = Memory(node.child.pid)
+    packet = heartbeat(robot.map.guid.bytes, 1, 2**32, 2**30)
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+    lost = children(node.child.pid)
+    sender.sendto(packet, ("239.255.0.1", 7400))
+    zeros_after_loss(robot, node, lost, facts)
+    return {
+        **facts, "bytes": len(packet), "contacts": robot.contacts,
+        "control_mib": memory.control_kib / 1024, "network_mib": memory.network_kib / 1024, **node.end(),
+    }
+
+
+def network_process_hangs(program):
+    """The network process is stopped during the drive."""
+    robot, node, facts = driving(program)
+    lost = children(node.child.pid)
+    for child in lost:
+        os.kill(child, signal.SIGSTOP)
+    zeros_after_loss(robot, node, lost, facts)
+    return {**facts, "contacts": robot.contacts, **node.end()}
+
+
+def control_process_dies(program):
+    """The control process is killed during the drive, or only stopped: the network process publishes zeros."""
+    robot, node, facts = driving(program)
+    pid, network = node.child.pid, children(node.child.pid)
+    for name, number in (("stopped", signal.SIGSTOP), ("killed", signal.SIGKILL)):
+        facts[f"{name}_speed"] = robot.v
+        began_s = time.monotonic()
+        os.kill(pid, number)
+        zero = lambda: any(at > began_s and (v, w) == (0.0, 0.0) for at, v, w in robot.commands)
+        facts[f"{name}_zero_s"] = robot.until(zero, 10.0)
+        if number == signal.SIGSTOP:
+            os.kill(pid, signal.SIGCONT)
+            facts["resumed_s"] = robot.until(lambda: robot.v > 0.3, 30.0)
+    node.child.wait(timeout=10)
+    robot.until(lambda: not any(os.path.exists(f"/proc/{child}") for child in network), 10.0)
+    facts["orphans"] = [child for child in network if os.path.exists(f"/proc/{child}")]
+    return {**facts, "contacts": robot.contacts}
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 //! A replay gives the recorded bits on every engine, and reports one flipped bit.
 
+use std::io::Cursor;
+
 use inbye::navigator::Mode;
 use inbye::recording::{BackpressurePolicy, FieldValue, Reader};
 
@@ -49,7 +51,7 @@ fn replay_repeats_late_decisions() {
     let stats = result.deadline_stats.expect("a deadline");
     assert!(stats.misses > 5, "{stats:?}");
     let bytes = file.bytes();
-    let mut recording = Reader::open(&bytes[..]).expect("a recording");
+    let mut recording = Reader::open(Cursor::new(&bytes[..])).expect("a recording");
     let mut received = Vec::new();
     while let Some(tick) = recording.next_tick().expect("a whole file") {
         received.push(tick.plans_received);
@@ -69,9 +71,9 @@ fn replay_repeats_late_decisions() {
     assert!(difference.is_some_and(|difference| difference.tick >= first as u64));
 }
 
-/// Offset of the commanded speed in a tick, after the ranges at offset 108.
+/// Offset of the commanded speed in a tick, after the ranges at offset 132.
 fn command_at(beams: usize) -> usize {
-    108 + 8 * beams
+    132 + 8 * beams
 }
 
 fn replay_reports_flipped_bit() {
@@ -109,7 +111,7 @@ fn replay_of_changed_observation_differs() {
     let (simulation, config) = tour();
     let (_, file) = record(&simulation, &config);
     // The exponent of x: the pose jumps, and the robot brakes.
-    let copy = altered(&file, "/inbye/tick", 9, |message| message[42] ^= 0x10);
+    let copy = altered(&file, "/inbye/tick", 9, |message| message[66] ^= 0x10);
     let replay = replay_on(&copy, cpu(1));
     let difference = replay.first_difference.expect("the pose jumps");
     assert_eq!(difference.tick, 9, "{difference:?}");
@@ -119,7 +121,7 @@ fn replay_of_changed_observation_differs() {
 fn reader_returns_drive() {
     let (simulation, config) = tour();
     let (result, file) = record(&simulation, &config);
-    let mut recording = Reader::open(&file[..]).expect("a recording");
+    let mut recording = Reader::open(Cursor::new(&file[..])).expect("a recording");
     assert_eq!(recording.metadata().config, config);
     assert_eq!(*recording.metadata().map, *simulation.mission.map);
     assert_eq!(recording.metadata().waypoints.goals, simulation.mission.stops());

@@ -1,6 +1,6 @@
 //! Short drives to record, and files to record them in.
 
-use std::io::{self, Write};
+use std::io::{self, Cursor, Write};
 use std::sync::{Arc, Mutex};
 
 use inbye::geometry::{Point, Pose};
@@ -143,6 +143,6 @@ pub fn crowded() -> (Simulation, Config) {
 }
 
 pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {
-    let mut recording = Reader::open(file).expect("a recording");
+    let mut recording = Reader::open(Cursor::new(file)).expect("a recording");
     replay(&mut recording, engine).expect("a whole or truncated file")
 }

@@ -1,5 +1,7 @@
 //! The metadata of a recording.
 
+use std::io::Cursor;
+
 use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose};
@@ -56,13 +58,13 @@ fn error_after(from: &str, to: &str) -> RecordingError {
         assert!(text.contains(from), "{text}");
         attachment.copy_from_slice(text.replacen(from, to, 1).as_bytes());
     });
-    Reader::open(&copy[..]).err().expect("it cannot be replayed")
+    Reader::open(Cursor::new(&copy[..])).err().expect("it cannot be replayed")
 }
 
 fn metadata_keeps_every_bit() {
     let metadata = metadata();
     let file = recording(&metadata);
-    let reader = Reader::open(&file[..]).expect("a recording");
+    let reader = Reader::open(Cursor::new(&file[..])).expect("a recording");
     assert_eq!(*reader.metadata(), metadata);
     // `==` does not distinguish -0 and 0.
     let bits = |metadata: &DriveMetadata| metadata.map.frame().origin.x.to_bits();

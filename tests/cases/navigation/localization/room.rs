@@ -12,7 +12,7 @@ use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-fn lidar() -> Lidar {
+pub fn lidar() -> Lidar {
     Lidar::default()
         .beams(360)
         .field_of_view_rad(TAU)
@@ -24,7 +24,7 @@ fn lidar() -> Lidar {
 }
 
 /// Free boxes in solid rock, each from lower left to upper right corner, metres in the grid's frame; cells of 5 cm.
-fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
+pub fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
     let frame = GridFrame::new(400, 300, 0.05, origin).expect("a frame");
     let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
     for row in 0..frame.height {
@@ -42,19 +42,19 @@ fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
 }
 
 /// A room of 6 m by 4 m with a niche.
-const ROOM: [[f64; 4]; 2] = [[2.0, 3.0, 8.0, 7.0], [4.0, 7.0, 5.5, 8.2]];
+pub const ROOM: [[f64; 4]; 2] = [[2.0, 3.0, 8.0, 7.0], [4.0, 7.0, 5.5, 8.2]];
 
 /// A roadway 3 m wide.
 const ROADWAY: [[f64; 4]; 1] = [[0.5, 6.0, 19.5, 9.0]];
 
-struct Stage {
-    world: World,
-    localizer: Localizer,
-    rng: Pcg64Mcg,
+pub struct Stage {
+    pub world: World,
+    pub localizer: Localizer,
+    pub rng: Pcg64Mcg,
 }
 
 impl Stage {
-    fn new(obstacles: ObstacleGrid, start: &Pose) -> Self {
+    pub fn new(obstacles: ObstacleGrid, start: &Pose) -> Self {
         let settings = LocalizationSettings::default();
         let localizer = Localizer::new(&obstacles, settings, start);
         Self {

@@ -63,8 +63,8 @@ fn round_polygon_is_one_disc() {
 #[test]
 fn cover_of_default_robot_is_tight() {
     let discs = cover(&[[0.35, 0.25], [0.35, -0.25], [-0.35, -0.25], [-0.35, 0.25]]);
-    assert_eq!(discs.len(), 3);
-    assert!(discs.iter().all(|disc| disc.radius < 0.3), "{discs:?}");
+    assert_eq!(discs, Config::default().robot.footprint.discs());
+    assert!(discs.iter().all(|disc| disc.radius < 0.25 + 0.1), "{discs:?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The settings that follow from parameters, and the reasons of unmapped parameters.
 
 use inbye::base::BaseConfig;
-use inbye::robot::Footprint;
+use inbye::robot::{Footprint, Polygon};
 use inbye::ros::nav2::{Import, UnmappedReason, import};
 use inbye::runtime::Config;
 
@@ -76,10 +76,11 @@ fn tighter_limit_of_dwb_and_smoother_applies() {
 fn discs_cover_padded_footprint() {
     let (_, config, _) = import_valid(DWB, None);
     let discs = config.robot.footprint.discs();
-    for (x, y) in [(0.35, 0.25), (-0.35, 0.25), (0.35, -0.25), (0.0, 0.25)] {
-        let covers = |disc: &inbye::robot::Disc| {
-            libm::hypot(x - disc.x, y - disc.y) <= disc.radius - 0.02 + 1e-12
-        };
+    let body = config.robot.footprint.body().expect("a polygon");
+    assert_eq!(body, &Polygon::rectangle(0.74, 0.54).expect("a rectangle"));
+    for (x, y) in [(0.37, 0.27), (-0.37, 0.27), (0.37, -0.27), (0.0, 0.27)] {
+        let covers =
+            |disc: &inbye::robot::Disc| libm::hypot(x - disc.x, y - disc.y) <= disc.radius + 1e-12;
         assert!(discs.iter().any(covers), "({x}, {y}) in {discs:?}");
     }
     let round = DWB.replace(

@@ -1,7 +1,7 @@
 //! Invalid messages: rejected, counted, and reported once; they change nothing.
 
 use inbye::geometry::Pose;
-use inbye::ros::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped};
+use inbye::ros::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped, Time};
 use inbye::ros::node::IncomingMessage;
 
 use super::robot::{Robot, goal, grid, header, map, transform};
@@ -71,7 +71,12 @@ fn invalid_maps_are_rejected() {
 
 #[test]
 fn invalid_scans_are_rejected() {
-    let damages: [(Damage<LaserScan>, &str); 7] = [
+    let damages: [(Damage<LaserScan>, &str); 12] = [
+        (|scan| scan.header.frame_id.clear(), "header.frame_id is empty"),
+        (|scan| scan.header.frame_id = "x".repeat(257), "at most 256 bytes"),
+        (|scan| scan.header.frame_id = "\u{1b}[2J".into(), "no control characters"),
+        (|scan| scan.header.stamp = Time::default(), "its stamp is zero"),
+        (|scan| scan.header.stamp.sec = 200, "in the future"),
         (|scan| scan.angle_min = f32::NAN, "angle_min is NaN"),
         (|scan| scan.angle_increment = 0.0, "angle_increment is 0"),
         (|scan| scan.angle_increment = f32::INFINITY, "angle_increment is inf"),
@@ -85,7 +90,7 @@ fn invalid_scans_are_rejected() {
 
 #[test]
 fn invalid_odometry_is_rejected() {
-    let damages: [(Damage<Odometry>, &str); 7] = [
+    let damages: [(Damage<Odometry>, &str); 11] = [
         (|odometry| odometry.pose.pose.position.y = f64::INFINITY, "pose.pose is not finite"),
         (|odometry| odometry.pose.pose.orientation.w = 0.5, "length 0.5"),
         (
@@ -97,6 +102,10 @@ fn invalid_odometry_is_rejected() {
         ),
         (|odometry| odometry.twist.twist.linear.x = f64::NAN, "twist.twist is not finite"),
         (|odometry| odometry.twist.twist.angular.z = f64::NAN, "twist.twist is not finite"),
+        (|odometry| odometry.twist.twist.linear.x = 1e300, "twist.twist is above 100 m/s"),
+        (|odometry| odometry.twist.twist.angular.z = -101.0, "twist.twist is above 100 m/s"),
+        (|odometry| odometry.header.stamp = Time::default(), "its stamp is zero"),
+        (|odometry| odometry.header.stamp.sec = 200, "in the future"),
         (|odometry| odometry.child_frame_id.clear(), "child_frame_id is empty"),
         (|odometry| odometry.header.frame_id = "/".into(), "header.frame_id is empty"),
     ];
@@ -128,7 +137,7 @@ fn goal_in_other_frame_than_map_is_rejected() {
 #[test]
 fn invalid_transforms_and_undecodable_bytes_are_rejected() {
     let mut robot = Robot::new(false);
-    let mut message = transform("map", "odom", &Pose::default());
+    let mut message = transform("map", "odom", &Pose::default(), 1.0);
     message.transforms[0].child_frame_id.clear();
     robot.receive(&IncomingMessage::Transforms(message));
     let (topic, expected) = ("map", "OccupancyGrid");

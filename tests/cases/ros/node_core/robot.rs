@@ -52,10 +52,10 @@ pub fn goal(x: f64, y: f64) -> msg::PoseStamped {
     msg::PoseStamped { header: header("map", 1.0), pose: msg::Pose::from(&Pose::new(x, y, 0.0)) }
 }
 
-pub fn transform(parent: &str, child: &str, pose: &Pose) -> msg::TFMessage {
+pub fn transform(parent: &str, child: &str, pose: &Pose, stamp_s: f64) -> msg::TFMessage {
     msg::TFMessage {
         transforms: vec![msg::TransformStamped {
-            header: header(parent, 1.0),
+            header: header(parent, stamp_s),
             child_frame_id: child.into(),
             transform: msg::Transform::from(pose),
         }],
@@ -71,6 +71,12 @@ pub struct Robot {
     pub now_s: f64,
     pub has_scan: bool,
     pub has_odometry: bool,
+    /// Whether `tf` gives the pose of the odometry's frame in the map at each step.
+    pub has_transform: bool,
+    /// Ages of the stamps on arrival, seconds; negative for a clock that is ahead.
+    pub scan_late_s: f64,
+    pub odometry_late_s: f64,
+    pub transform_late_s: f64,
     /// The frame of the odometry, and its pose in the map.
     pub frame: &'static str,
     pub frame_at: Pose,
@@ -94,6 +100,10 @@ impl Robot {
             now_s: 100.0,
             has_scan: true,
             has_odometry: true,
+            has_transform: false,
+            scan_late_s: 0.0,
+            odometry_late_s: 0.0,
+            transform_late_s: 0.0,
             frame: "map",
             frame_at: Pose::default(),
             mount: Pose::default(),
@@ -106,12 +116,19 @@ impl Robot {
         }
     }
 
-    /// A robot with map and goal.
+    /// A robot with map, goal and the lidar's place.
     pub fn ready() -> Self {
         let mut robot = Self::new(false);
+        robot.publish_mount();
         robot.receive(&IncomingMessage::Map(map(&grid(29))));
         robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
         robot
+    }
+
+    /// Publishes the lidar's pose on the robot.
+    pub fn publish_mount(&mut self) {
+        let mount = transform("base_link", "laser", &self.mount, 1.0);
+        self.receive(&IncomingMessage::StaticTransforms(mount));
     }
 
     pub fn receive(&mut self, message: &IncomingMessage) {
@@ -120,15 +137,19 @@ impl Robot {
 
     /// Simulates 0.1 s: publishes odometry and scan, and executes the command.
     pub fn step(&mut self) -> Option<Twist> {
+        if self.has_transform {
+            let stamp_s = self.now_s - self.transform_late_s;
+            let message = transform("map", self.frame, &self.frame_at, stamp_s);
+            self.receive(&IncomingMessage::Transforms(message));
+        }
         if self.has_odometry {
             self.receive(&IncomingMessage::Odometry(Box::new(self.odometry())));
         }
         if self.has_scan {
             self.receive(&IncomingMessage::Scan(self.scan()));
         }
-        let stamp = header("", self.now_s).stamp;
         let Outgoing { command, path, markers, notices, .. } =
-            self.core.tick(self.now_s, stamp, &mut || 0.0);
+            self.core.tick(self.now_s, &mut || 0.0);
         self.notices.extend(notices);
         self.paths.extend(path);
         self.markers.extend(markers);
@@ -137,6 +158,12 @@ impl Robot {
         self.pose = self.pose.after(&self.twist, 0.1);
         self.now_s += 0.1;
         command
+    }
+
+    /// Time passes without a tick; the base stands by its own time-out.
+    pub fn pause(&mut self, time_s: f64) {
+        self.now_s += time_s;
+        self.twist = Twist::STOP;
     }
 
     /// Steps until a condition holds. Returns the number of steps.
@@ -149,6 +176,25 @@ impl Robot {
             self.step();
         }
         panic!("not within {max} steps, at {:?}: {:?}", self.pose, self.notices);
+    }
+
+    /// A step, and some time for the threads that plan.
+    pub fn step_and_wait(&mut self) {
+        self.step();
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+
+    /// Steps without a stop until a number of paths is published.
+    #[track_caller]
+    pub fn until_published(&mut self, max: usize, paths: usize) {
+        for _ in 0..max {
+            if self.paths.len() >= paths {
+                return;
+            }
+            self.step_and_wait();
+            assert!(self.speed() > 0.1, "{:?}", self.notices);
+        }
+        panic!("{} paths after {max} steps", self.paths.len());
     }
 
     /// Distance to the goal of most tests.
@@ -172,7 +218,7 @@ impl Robot {
         let position = self.frame_at.inverse_transform(&self.pose.position());
         let in_frame = Pose::new(position.x, position.y, self.pose.yaw - self.frame_at.yaw);
         let mut message = msg::Odometry {
-            header: header(self.frame, self.now_s),
+            header: header(self.frame, self.now_s - self.odometry_late_s),
             child_frame_id: "base_link".into(),
             ..msg::Odometry::default()
         };
@@ -182,7 +228,7 @@ impl Robot {
         message
     }
 
-    fn scan(&self) -> msg::LaserScan {
+    pub fn scan(&self) -> msg::LaserScan {
         let lidar = Lidar::default().range_sigma_m(0.0).dropout(0.0);
         let position = self.pose.transform(&self.mount.position());
         let lidar_pose = Pose::new(position.x, position.y, self.pose.yaw + self.mount.yaw);
@@ -190,7 +236,7 @@ impl Robot {
         let seen = lidar.scan(&self.world, &lidar_pose, &mut unused).scan;
         let last = seen.angle(seen.ranges.len() - 1);
         msg::LaserScan {
-            header: header("laser", self.now_s),
+            header: header("laser", self.now_s - self.scan_late_s),
             angle_min: seen.angle_min as f32,
             angle_max: last as f32,
             angle_increment: seen.angle_increment as f32,

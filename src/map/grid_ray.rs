@@ -1,13 +1,13 @@
 //! The cells along a straight ray.
 
+use super::Cell;
 use crate::geometry::{Point, Vector};
-use crate::map::Cell;
 
 /// An endless iterator of the cells along a ray, each with the distance at which the ray enters it.
 ///
 /// The traversal of Amanatides and Woo (1987). Start, direction and distances are in cell units; the direction has
 /// unit length. A ray through a corner enters the column's neighbour first. Start and direction must be finite.
-pub(super) struct GridRay {
+pub(crate) struct GridRay {
     cell: Cell,
     entered: f64,
     across_columns: Crossing,
@@ -25,7 +25,7 @@ struct Crossing {
 }
 
 impl GridRay {
-    pub(super) fn new(start: &Point, direction: &Vector) -> Self {
+    pub(crate) fn new(start: &Point, direction: &Vector) -> Self {
         Self {
             cell: Cell::new(start.x.floor() as i32, start.y.floor() as i32),
             entered: 0.0,

@@ -1,0 +1,247 @@
+//! Fixed zones in the robot's frame, as in Nav2's `collision_monitor`.
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use thiserror::Error;
+
+use crate::geometry::{Point, Pose, Twist};
+use crate::settings::setting_schema;
+
+/// Most zones, and most corners of a zone.
+const MAX_ZONES: usize = 32;
+const MAX_CORNERS: usize = 64;
+
+/// Largest magnitude of a number of a zone.
+const MAX_NUMBER: f64 = 1e4;
+
+/// Longest simulated approach to a zone, seconds.
+const MAX_APPROACH_S: f64 = 10.0;
+
+/// What a zone does while it holds enough returns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ActionType {
+    /// The robot stops.
+    Stop,
+    /// The command is multiplied by `slowdown_ratio`.
+    Slowdown,
+    /// The command is limited to `linear_limit` and `angular_limit`; its curvature stays.
+    Limit,
+    /// The zone is the body: the command is reduced so that a collision is at least `time_before_collision` away.
+    Approach,
+}
+
+/// A fixed zone in the robot's frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ZonePolygon {
+    /// Name of the zone, for diagnostics.
+    pub name: String,
+    /// What the zone does.
+    pub action_type: ActionType,
+    /// Corners, metres, in order.
+    pub points: Vec<Point>,
+    /// Returns from which the zone acts, at least 1.
+    #[serde(default = "default_min_points")]
+    pub min_points: usize,
+    /// Factor of a slowdown, 0 to 1.
+    #[serde(default = "default_slowdown_ratio")]
+    pub slowdown_ratio: f64,
+    /// Highest speed of a limit, m/s, at least zero.
+    #[serde(default = "default_limit")]
+    pub linear_limit: f64,
+    /// Highest turn rate of a limit, rad/s, at least zero.
+    #[serde(default = "default_limit")]
+    pub angular_limit: f64,
+    /// Time of an approach, seconds, above zero.
+    #[serde(default = "default_time_before_collision")]
+    pub time_before_collision: f64,
+    /// Whether the zone acts.
+    #[serde(default = "default_enabled")]
+    pub enabled: bool,
+}
+
+/// Nav2's default.
+const fn default_min_points() -> usize {
+    4
+}
+
+/// Nav2's default.
+const fn default_slowdown_ratio() -> f64 {
+    0.5
+}
+
+/// Nav2's default of both limits.
+const fn default_limit() -> f64 {
+    0.5
+}
+
+/// Nav2's default.
+const fn default_time_before_collision() -> f64 {
+    2.0
+}
+
+const fn default_enabled() -> bool {
+    true
+}
+
+/// A zone of which a number is out of range.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("the zone `{name}` has {key} = {value}: it must be {expected}")]
+pub struct ZoneError {
+    name: String,
+    key: &'static str,
+    value: f64,
+    expected: &'static str,
+}
+
+impl ZonePolygon {
+    fn check(&self) -> Result<(), ZoneError> {
+        let within = |value: f64| value.is_finite() && value.abs() <= MAX_NUMBER;
+        let corners = self.points.len();
+        let corner = self.points.iter().flat_map(|corner| [corner.x, corner.y]);
+        let bad_corner = corner.into_iter().find(|value| !within(*value));
+        let is_limit = |value: f64| within(value) && value >= 0.0;
+        let time_s = self.time_before_collision;
+        let checks = [
+            ((3..=MAX_CORNERS).contains(&corners), "number of points", corners as f64, "3 to 64"),
+            (bad_corner.is_none(), "points", bad_corner.unwrap_or_default(), "within 10000 m"),
+            (self.min_points >= 1, "min_points", self.min_points as f64, "at least 1"),
+            (
+                (0.0..=1.0).contains(&self.slowdown_ratio),
+                "slowdown_ratio",
+                self.slowdown_ratio,
+                "0 to 1",
+            ),
+            (is_limit(self.linear_limit), "linear_limit", self.linear_limit, "0 to 10000"),
+            (is_limit(self.angular_limit), "angular_limit", self.angular_limit, "0 to 10000"),
+            (
+                time_s > 0.0 && time_s <= MAX_APPROACH_S,
+                "time_before_collision",
+                time_s,
+                "above zero and at most 10",
+            ),
+        ];
+        match checks.into_iter().find(|(is_valid, ..)| !is_valid) {
+            None => Ok(()),
+            Some((_, key, value, expected)) => {
+                Err(ZoneError { name: self.name.clone(), key, value, expected })
+            }
+        }
+    }
+
+    /// Whether a point of the robot's frame lies in the zone: the even-odd rule.
+    #[must_use]
+    pub fn contains(&self, point: &Point) -> bool {
+        let corners = self.points.iter();
+        let next = self.points.iter().cycle().skip(1);
+        corners.zip(next).fold(false, |inside, (from, to)| {
+            let is_crossed = (from.y > point.y) != (to.y > point.y)
+                && point.x < from.x + (point.y - from.y) / (to.y - from.y) * (to.x - from.x);
+            inside != is_crossed
+        })
+    }
+
+    /// Whether enough points lie in the zone of a robot at a pose.
+    fn acts(&self, points: &[Point], pose: &Pose) -> bool {
+        let inside = points.iter().filter(|point| self.contains(&pose.inverse_transform(point)));
+        inside.take(self.min_points).count() >= self.min_points
+    }
+
+    /// Factor of a command, 0 to 1, with which the zone permits it; 1 if the zone does not act. The points are in the robot's
+    /// frame; `step_s` is the step of the simulated motion, seconds.
+    #[must_use]
+    pub fn factor(&self, points: &[Point], command: &Twist, step_s: f64) -> f64 {
+        if !self.enabled {
+            return 1.0;
+        }
+        if self.action_type == ActionType::Approach {
+            let time_s = self.time_to_collision(points, command, step_s);
+            return (time_s / self.time_before_collision).min(1.0);
+        }
+        if !self.acts(points, &Pose::default()) {
+            return 1.0;
+        }
+        let share = |limit: f64, rate: f64| if rate > limit { limit / rate } else { 1.0 };
+        match self.action_type {
+            ActionType::Slowdown => self.slowdown_ratio,
+            ActionType::Limit => share(self.linear_limit, command.linear.abs())
+                .min(share(self.angular_limit, command.angular.abs())),
+            ActionType::Stop | ActionType::Approach => 0.0,
+        }
+    }
+
+    /// Time for which a command keeps the zone clear, seconds; infinite beyond `time_before_collision`.
+    fn time_to_collision(&self, points: &[Point], command: &Twist, step_s: f64) -> f64 {
+        let steps = (self.time_before_collision / step_s).ceil() as usize;
+        (0..=steps)
+            .map(|step| step as f64 * step_s)
+            .find(|time_s| self.acts(points, &Pose::default().after(command, *time_s)))
+            .unwrap_or(f64::INFINITY)
+    }
+}
+
+/// The fixed zones of a robot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<ZonePolygon>")]
+pub struct Polygons(Vec<ZonePolygon>);
+
+impl Polygons {
+    /// Creates the zones.
+    ///
+    /// # Errors
+    /// Names the first zone with a number out of range, or too many zones.
+    pub fn new(zones: Vec<ZonePolygon>) -> Result<Self, ZoneError> {
+        if let Some(zone) = zones.get(MAX_ZONES) {
+            let (name, value) = (zone.name.clone(), zones.len() as f64);
+            return Err(ZoneError { name, key: "number of zones", value, expected: "at most 32" });
+        }
+        zones.iter().try_for_each(ZonePolygon::check)?;
+        Ok(Self(zones))
+    }
+
+    /// The zones.
+    #[must_use]
+    pub fn zones(&self) -> &[ZonePolygon] {
+        &self.0
+    }
+}
+
+impl TryFrom<Vec<ZonePolygon>> for Polygons {
+    type Error = ZoneError;
+
+    fn try_from(zones: Vec<ZonePolygon>) -> Result<Self, ZoneError> {
+        Self::new(zones)
+    }
+}
+
+setting_schema! {
+    Polygons: json!({
+        "type": "array",
+        "maxItems": MAX_ZONES,
+        "items": {
+            "type": "object",
+            "properties": {
+                "name": { "type": "string" },
+                "action_type": { "enum": ["stop", "slowdown", "limit", "approach"] },
+                "points": {
+                    "type": "array",
+                    "minItems": 3,
+                    "maxItems": MAX_CORNERS,
+                    "items": {
+                        "type": "array", "minItems": 2, "maxItems": 2, "items": { "type": "number" },
+                    },
+                },
+                "min_points": { "type": "integer", "minimum": 1 },
+                "slowdown_ratio": { "type": "number", "minimum": 0, "maximum": 1 },
+                "linear_limit": { "type": "number", "minimum": 0 },
+                "angular_limit": { "type": "number", "minimum": 0 },
+                "time_before_collision": { "type": "number", "exclusiveMinimum": 0, "maximum": 10 },
+                "enabled": { "type": "boolean" },
+            },
+            "required": ["name", "action_type", "points"],
+            "additionalProperties": false,
+        },
+    });
+}

@@ -1,0 +1,349 @@
+//! The newest raw scan in the robot's own odometry: its returns, which of them moved, and what it does not show.
+
+use core::f64::consts::TAU;
+use std::collections::VecDeque;
+
+use crate::geometry::{Point, Pose, Twist, wrap_angle};
+use crate::localization::PoseHistory;
+use crate::map::TimedScan;
+use crate::robot::Footprint;
+
+/// Sectors of a turn for which it is known whether the lidar measures there.
+const SECTORS: usize = 36;
+/// A sector counts as seen if one of this many on either side is. Many lidars report nothing where no surface is within their
+/// range, as along a straight roadway: only a wide gap in a scan is a blind lidar. The navigator compares narrow ones with the map.
+const SEEN_NEIGHBOURS: usize = 2;
+
+/// Share of a sector's beams with a measurement from which the sector is seen: dust and dark rock swallow some beams.
+const SEEN_SHARE: f64 = 0.2;
+
+/// Directions of a turn for which earlier free space is remembered.
+const BINS: usize = 360;
+
+/// Neighbours on each side whose shortest range counts: a wall at a grazing angle moves along the beam when the robot turns.
+const NEIGHBOURS: usize = 2;
+
+/// Share of a turn by which the measured turn may be wrong; more neighbours count then. Tracks slip sideways.
+const TURN_ERROR: f64 = 0.1;
+
+/// Ages of the scans that show earlier free space, seconds, between multiples of a usual period: one for who walks fast, one
+/// for who walks, and one for who walks slowly and is out of his own place by then.
+const FREE_AGES_S: [f64; 3] = [0.15, 0.25, 0.75];
+
+/// Longest time for which a scan is remembered, seconds.
+const REMEMBERED_S: f64 = 1.2;
+
+/// Distance behind a vanished return within which a return is what stood there: somebody who walks away, and may turn round.
+const WALKED_M: f64 = 0.6;
+
+/// Depth of a return in earlier free space from which it moved, metres: noise, and the error of the odometry.
+const MOVED_M: f64 = 0.12;
+
+/// Longest time over which a measured motion is extrapolated, seconds.
+const EXTRAPOLATED_S: f64 = 0.5;
+
+/// Motion of the base from which identical scans are a fault: far beyond the resolution of a range and of a beam.
+const MOVED_FROZEN_M: f64 = 0.05;
+const MOVED_FROZEN_RAD: f64 = 0.05;
+
+/// Most beams of a scan.
+const MAX_BEAMS: usize = 65_536;
+
+/// A return in the robot's present frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RawPoint {
+    pub place: Point,
+    /// Whether it came to its place a moment before.
+    pub moves: bool,
+    /// Distance from the body, metres; negative within it.
+    pub gap_m: f64,
+}
+
+/// Poses of the base by its measured motion. The frame is arbitrary: that of the first report.
+#[derive(Clone, Debug)]
+struct MeasuredMotion {
+    poses: PoseHistory,
+    newest: Option<(f64, Twist)>,
+    /// Distance and turn driven so far.
+    travelled_m: f64,
+    turned_rad: f64,
+}
+
+impl MeasuredMotion {
+    fn update(&mut self, twist: &Twist, stamp_s: f64) {
+        if !(twist.is_finite() && stamp_s.is_finite()) {
+            return;
+        }
+        let pose = self.pose_at(stamp_s);
+        if let Some((before_s, before)) = self.newest {
+            let elapsed_s = (stamp_s - before_s).clamp(0.0, EXTRAPOLATED_S);
+            self.travelled_m += before.linear.abs() * elapsed_s;
+            self.turned_rad += before.angular.abs() * elapsed_s;
+        }
+        self.newest = Some((stamp_s, *twist));
+        self.poses.record(stamp_s, &pose);
+    }
+
+    /// The pose at a time, seconds; beyond the last report by the motion of that report.
+    fn pose_at(&self, time_s: f64) -> Pose {
+        match (self.newest, self.poses.newest()) {
+            (Some((newest_s, twist)), Some((_, pose))) if time_s >= newest_s => {
+                pose.after(&twist, (time_s - newest_s).min(EXTRAPOLATED_S))
+            }
+            _ => self.poses.at(time_s).unwrap_or_default(),
+        }
+    }
+}
+
+/// Ranges of an earlier scan by direction.
+#[derive(Clone, Debug)]
+struct SeenSpace {
+    stamp_s: f64,
+    pose: Pose,
+    /// Distance that was seen free in each direction, metres; infinite where nothing was measured.
+    free_m: Vec<f64>,
+    /// Returns in the frame of the measured motion.
+    returns: Vec<Point>,
+}
+
+impl SeenSpace {
+    /// Whether a point lies in space that was seen free from another pose. Directions without a measurement do not count: a
+    /// lidar has few beams, and some of them return nothing.
+    fn contains(&self, point: &Point, now: &Pose) -> bool {
+        let (bin, away_m) = self.polar(point);
+        let turn_error = wrap_angle(now.yaw - self.pose.yaw).abs() * TURN_ERROR;
+        let neighbours = NEIGHBOURS + (turn_error / TAU * BINS as f64) as usize;
+        let measured = (0..=2 * neighbours)
+            .filter_map(|offset| self.free_m.get((bin + BINS + offset - neighbours) % BINS))
+            .filter(|free_m| free_m.is_finite());
+        let nearest_m = measured.copied().reduce(f64::min);
+        nearest_m.is_some_and(|free_m| away_m < free_m - MOVED_M)
+    }
+
+    /// Index of the direction to a point, and its distance, metres.
+    fn polar(&self, point: &Point) -> (usize, f64) {
+        let local = self.pose.inverse_transform(point);
+        (bin_of(libm::atan2(local.y, local.x), BINS), local.to_vector().norm())
+    }
+
+    /// The distance in each direction from which an earlier return has vanished, metres; of several the farthest, without any
+    /// below zero.
+    fn vanished_m<'a>(&self, earlier: impl Iterator<Item = &'a Self>) -> Vec<f64> {
+        let mut vanished_m = vec![f64::NEG_INFINITY; BINS];
+        for seen in earlier {
+            for point in seen.returns.iter().filter(|point| self.contains(point, &seen.pose)) {
+                let (bin, away_m) = self.polar(point);
+                if let Some(farthest_m) = vanished_m.get_mut(bin) {
+                    *farthest_m = farthest_m.max(away_m);
+                }
+            }
+        }
+        vanished_m
+    }
+
+    /// Whether a point lies right behind a vanished return.
+    fn is_behind(&self, vanished_m: &[f64], point: &Point) -> bool {
+        let (bin, away_m) = self.polar(point);
+        (0..=2 * NEIGHBOURS)
+            .filter_map(|offset| vanished_m.get((bin + BINS + offset - NEIGHBOURS) % BINS))
+            .any(|vanished_m| (*vanished_m..*vanished_m + WALKED_M).contains(&away_m))
+    }
+}
+
+/// The newest scan.
+#[derive(Clone, Debug)]
+struct NewestScan {
+    stamp_s: f64,
+    pose: Pose,
+    /// Returns in the frame of the measured motion, and whether each moved.
+    returns: Vec<(Point, bool)>,
+    /// Share of all beams with a return.
+    return_share: f64,
+    /// Whether each sector is seen.
+    seen: [bool; SECTORS],
+    ranges: Vec<f64>,
+}
+
+/// Identical scans.
+#[derive(Clone, Copy, Debug)]
+struct Repetition {
+    scans: usize,
+    /// Distance and turn of the base when the first of them came.
+    since_m: f64,
+    since_rad: f64,
+}
+
+/// The raw scans and the measured motion of a robot.
+#[derive(Clone, Debug)]
+pub(super) struct RawScans {
+    motion: MeasuredMotion,
+    newest: Option<NewestScan>,
+    earlier: VecDeque<SeenSpace>,
+    repetition: Repetition,
+}
+
+impl RawScans {
+    pub fn new() -> Self {
+        let motion = MeasuredMotion {
+            poses: PoseHistory::new(),
+            newest: None,
+            travelled_m: 0.0,
+            turned_rad: 0.0,
+        };
+        let repetition = Repetition { scans: 0, since_m: 0.0, since_rad: 0.0 };
+        Self { motion, newest: None, earlier: VecDeque::new(), repetition }
+    }
+
+    /// Takes the measured motion at its time, seconds.
+    pub fn update_motion(&mut self, twist: &Twist, stamp_s: f64) {
+        self.motion.update(twist, stamp_s);
+    }
+
+    /// The measured motion and its time, seconds; none before the first report.
+    pub fn measured(&self) -> Option<(f64, Twist)> {
+        self.motion.newest
+    }
+
+    /// Takes a scan at its time, seconds. The same scan may come again; an invalid one is ignored, and the last one ages.
+    pub fn update_scan(&mut self, scan: &TimedScan, stamp_s: f64) {
+        let is_usable = scan.is_valid()
+            && stamp_s.is_finite()
+            && !scan.beams.is_empty()
+            && scan.beams.len() <= MAX_BEAMS;
+        if !is_usable || self.newest.as_ref().is_some_and(|newest| newest.stamp_s == stamp_s) {
+            return;
+        }
+        let ranges: Vec<f64> = scan.beams.iter().map(|beam| beam.range).collect();
+        self.count_repetition(&ranges);
+        let pose = self.motion.pose_at(stamp_s);
+        let within = |range: f64| range > 0.0 && range <= scan.range_max;
+        // Of the scans that are old enough, the newest.
+        let newest_of_age = |age_s: f64| {
+            self.earlier.iter().rev().find(move |seen| stamp_s - seen.stamp_s >= age_s)
+        };
+        let references = FREE_AGES_S.map(newest_of_age);
+        let mut places = Vec::with_capacity(ranges.len());
+        let mut free_m = vec![f64::INFINITY; BINS];
+        let mut beams = [(0_u32, 0_u32); SECTORS];
+        for beam in &scan.beams {
+            let is_return = within(beam.range);
+            let is_measured = is_return || beam.range == f64::INFINITY;
+            if let Some((all, measured)) = beams.get_mut(bin_of(beam.angle, SECTORS)) {
+                *all += 1;
+                *measured += u32::from(is_measured);
+            }
+            let bin = free_m.get_mut(bin_of(beam.angle, BINS)).filter(|_| is_measured);
+            if let Some(bin) = bin {
+                *bin = bin.min(beam.range.min(scan.range_max));
+            }
+            if is_return {
+                let (sin, cos) = libm::sincos(beam.angle);
+                let at = self.motion.pose_at(beam.time_s);
+                let point = at.transform(&Point::new(beam.range * cos, beam.range * sin));
+                places.push(point);
+            }
+        }
+        let seen = SeenSpace { stamp_s, pose, free_m, returns: places };
+        let vanished_m = seen.vanished_m(references.iter().flatten().copied());
+        let has_moved = |place: &Point| {
+            references.iter().flatten().any(|earlier| earlier.contains(place, &pose))
+                || seen.is_behind(&vanished_m, place)
+        };
+        let returns: Vec<(Point, bool)> =
+            seen.returns.iter().map(|place| (*place, has_moved(place))).collect();
+        self.remember(seen);
+        let is_seen = |(all, measured): (u32, u32)| {
+            all > 0 && f64::from(measured) >= SEEN_SHARE * f64::from(all)
+        };
+        self.newest = Some(NewestScan {
+            stamp_s,
+            pose,
+            return_share: returns.len() as f64 / ranges.len() as f64,
+            returns,
+            seen: with_neighbours(beams.map(is_seen)),
+            ranges,
+        });
+    }
+
+    fn remember(&mut self, seen: SeenSpace) {
+        let newest_s = seen.stamp_s;
+        // A clock that runs backwards makes every memory useless.
+        let is_kept = |old: &SeenSpace| (0.0..REMEMBERED_S).contains(&(newest_s - old.stamp_s));
+        while self.earlier.front().is_some_and(|old| !is_kept(old)) {
+            self.earlier.pop_front();
+        }
+        self.earlier.push_back(seen);
+    }
+
+    fn count_repetition(&mut self, ranges: &[f64]) {
+        let is_same = |newest: &NewestScan| {
+            let pairs = newest.ranges.iter().zip(ranges);
+            newest.ranges.len() == ranges.len()
+                && pairs.into_iter().all(|(old, new)| old.to_bits() == new.to_bits())
+        };
+        if self.newest.as_ref().is_some_and(is_same) {
+            self.repetition.scans += 1;
+        } else {
+            let MeasuredMotion { travelled_m, turned_rad, .. } = self.motion;
+            self.repetition = Repetition { scans: 1, since_m: travelled_m, since_rad: turned_rad };
+        }
+    }
+
+    /// Number of identical scans if the base has moved since the first of them; else none.
+    pub fn frozen_scans(&self) -> Option<usize> {
+        let Repetition { scans, since_m, since_rad } = self.repetition;
+        let moved_m = self.motion.travelled_m - since_m;
+        let turned_rad = self.motion.turned_rad - since_rad;
+        let has_moved = moved_m > MOVED_FROZEN_M || turned_rad > MOVED_FROZEN_RAD;
+        has_moved.then_some(scans)
+    }
+
+    /// Age of the newest scan, seconds; none without one.
+    pub fn age_s(&self, now_s: f64) -> Option<f64> {
+        self.newest.as_ref().map(|newest| now_s - newest.stamp_s)
+    }
+
+    /// Share of the beams with a return.
+    pub fn return_share(&self) -> f64 {
+        self.newest.as_ref().map_or(0.0, |newest| newest.return_share)
+    }
+
+    /// The returns in the robot's present frame.
+    pub fn points(&self, body: &Footprint, now_s: f64) -> Vec<RawPoint> {
+        let pose = self.motion.pose_at(now_s);
+        let returns = self.newest.iter().flat_map(|newest| &newest.returns);
+        returns
+            .map(|(point, moves)| {
+                let place = pose.inverse_transform(point);
+                let gap_m = body.gap_to_disc_m(&Pose::default(), &place, 0.0);
+                RawPoint { place, moves: *moves, gap_m }
+            })
+            .collect()
+    }
+
+    /// The middles of the sectors that the lidar does not see, radians in the robot's present frame.
+    pub fn blind_directions(&self, now_s: f64) -> impl Iterator<Item = f64> + '_ {
+        let yaw = self.motion.pose_at(now_s).yaw;
+        self.newest.iter().flat_map(move |newest| {
+            let turned = yaw - newest.pose.yaw;
+            let blind = newest.seen.iter().enumerate().filter(|(_, seen)| !**seen);
+            blind.map(move |(sector, _)| {
+                wrap_angle((sector as f64 + 0.5) * TAU / SECTORS as f64 - turned)
+            })
+        })
+    }
+}
+
+/// Index of a direction among equal parts of a turn.
+fn bin_of(direction: f64, bins: usize) -> usize {
+    let turn = direction.rem_euclid(TAU) / TAU;
+    ((turn * bins as f64) as usize).min(bins - 1)
+}
+
+/// The sectors that are seen, or have a seen one next to them.
+fn with_neighbours(seen: [bool; SECTORS]) -> [bool; SECTORS] {
+    core::array::from_fn(|sector| {
+        (0..=2 * SEEN_NEIGHBOURS)
+            .any(|step| seen[(sector + SECTORS + step - SEEN_NEIGHBOURS) % SECTORS])
+    })
+}

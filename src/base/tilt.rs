@@ -1,0 +1,94 @@
+//! Tilt of a base by its accelerometer and gyro.
+
+use super::Tilt;
+
+/// Time over which the gyro is trusted against the accelerometer, seconds: longer than a base accelerates at its limit, and
+/// shorter than the drift of a gyro takes to matter.
+const TRUST_S: f64 = 0.5;
+
+/// Longest time over which rates are integrated, seconds. After a longer gap the accelerometer decides alone.
+const MAX_STEP_S: f64 = 0.5;
+
+/// Smallest magnitude of a measured acceleration, m/s^2: half of gravity. A controller without an accelerometer reports zeros.
+const MIN_ACCELERATION: f64 = 4.9;
+
+/// A complementary filter: the gyro shows fast changes, and the accelerometer the direction of gravity.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TiltFilter {
+    /// Time of the last update, seconds, and the tilt.
+    last: Option<(f64, Tilt)>,
+}
+
+impl TiltFilter {
+    /// Takes an acceleration with that of gravity, m/s^2, and turn rates, rad/s, about x, y and z. Returns the tilt; none
+    /// without an accelerometer.
+    pub(super) fn update(
+        &mut self,
+        acceleration: [f64; 3],
+        gyro: [f64; 3],
+        now_s: f64,
+    ) -> Option<Tilt> {
+        let [x, y, z] = acceleration;
+        let across = libm::hypot(y, z);
+        if !libm::hypot(x, across).is_finite() || libm::hypot(x, across) < MIN_ACCELERATION {
+            self.last = None;
+            return None;
+        }
+        let by_gravity = Tilt { roll: libm::atan2(y, z), pitch: libm::atan2(-x, across) };
+        let tilt = match self.last {
+            Some((last_s, last)) if (0.0..=MAX_STEP_S).contains(&(now_s - last_s)) => {
+                let time_s = now_s - last_s;
+                let share = time_s / (TRUST_S + time_s);
+                let blend = |last: f64, rate: f64, by_gravity: f64| {
+                    let turned = last + rate * time_s;
+                    turned + share * (by_gravity - turned)
+                };
+                Tilt {
+                    roll: blend(last.roll, gyro[0], by_gravity.roll),
+                    pitch: blend(last.pitch, gyro[1], by_gravity.pitch),
+                }
+            }
+            _ => by_gravity,
+        };
+        self.last = Some((now_s, tilt));
+        Some(tilt)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tilt_follows_gravity_with_the_signs_of_rep_103() {
+        let still = |acceleration| TiltFilter::default().update(acceleration, [0.0; 3], 0.0);
+        assert_eq!(still([0.0, 0.0, 9.8]), Some(Tilt::default()));
+        let front_down = still([-4.9, 0.0, 8.49]).expect("a tilt");
+        assert!((front_down.pitch - 0.524).abs() < 1e-3, "{front_down:?}");
+        let left_up = still([0.0, 4.9, 8.49]).expect("a tilt");
+        assert!((left_up.roll - 0.524).abs() < 1e-3, "{left_up:?}");
+        assert_eq!(still([0.0; 3]), None, "no accelerometer");
+        assert_eq!(still([f64::NAN, 0.0, 9.8]), None);
+    }
+
+    /// Braking at 1.5 m/s^2 for 0.6 s looks like a pitch of 0.15 rad to the accelerometer.
+    #[test]
+    fn braking_is_hardly_a_tilt_and_a_turn_is_found_fast() {
+        let mut filter = TiltFilter::default();
+        let mut now_s = 0.0;
+        let mut run = |acceleration, gyro, steps| {
+            let mut tilt = None;
+            for _ in 0..steps {
+                now_s += 0.05;
+                tilt = filter.update(acceleration, gyro, now_s);
+            }
+            tilt.expect("a tilt")
+        };
+        run([0.0, 0.0, 9.8], [0.0; 3], 20);
+        let braking = run([-1.5, 0.0, 9.8], [0.0; 3], 12);
+        assert!(braking.pitch < 0.12, "{braking:?}");
+        run([0.0, 0.0, 9.8], [0.0; 3], 60);
+        let tipped = run([0.0, 0.0, 9.8], [0.0, 2.0, 0.0], 4);
+        assert!(tipped.pitch > 0.25, "{tipped:?}");
+    }
+}

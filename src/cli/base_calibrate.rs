@@ -1,0 +1,302 @@
+//! `inbye base calibrate`: turns a base on the spot, drives it a metre, and prints the settings that follow.
+
+use std::f64::consts::TAU;
+use std::io::{IsTerminal, Write, stdin};
+
+use anyhow::{bail, ensure};
+use clap::Args;
+use inbye::base::{BaseSettings, BaseSupervisor, SupervisorStatus};
+use inbye::geometry::Twist;
+use inbye::robot::{Limits, MotionEstimate, MotionIdentifier, PerTrack, travel_m};
+use inbye::runtime::hardware::{SerialLine, stop_cause};
+use serde_json::{Value, json};
+
+use super::arguments::number;
+use super::base::{self, LineArguments};
+use super::output;
+
+/// Turn rate, rad/s, and speed, m/s, of the two motions: slow enough for any floor.
+const TURN_RATE: f64 = 0.5;
+const SPEED: f64 = 0.2;
+
+/// Time for which the base stands before and after a motion, seconds.
+const PAUSE_S: f64 = 1.0;
+
+/// Longest time of a motion, as a multiple of the one that the command takes.
+const LONGEST: f64 = 3.0;
+
+/// Assumed latency before it is identified, seconds. It affects nothing here.
+const ASSUMED_S: f64 = 0.3;
+
+/// `inbye base calibrate`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye base calibrate --port /dev/ttyUSB0 --protocol wheeltec --turned 342 --driven 0.98\n\n\
+    The base turns on the spot by its encoders and drives straight ahead. It needs 1 m of free floor on all sides and as far \
+    ahead as it drives, and an operator at the emergency stop. A gyro measures the real turn; without one, measure the turn by a \
+    mark on the floor and give it with --turned. Measure the distance with a tape and give it with --driven.\n\
+    The settings to paste into the file of --base-config are printed, and the latency for [navigator] actuation_delay_s.\n\
+    Exit status 1: the base was stopped, or a signal came."
+)]
+pub struct CalibrateArguments {
+    #[command(flatten)]
+    pub line: LineArguments,
+    /// Start to move without asking.
+    #[arg(long)]
+    pub yes: bool,
+    /// Turns on the spot, by the encoders; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true, value_parser = turns)]
+    pub turns: f64,
+    /// Distance to drive straight ahead, by the encoders, metres; 0 for none.
+    #[arg(long, value_name = "M", default_value_t = 1.0, allow_negative_numbers = true, value_parser = distance)]
+    pub distance: f64,
+    /// The real turn, degrees, if it is known from an earlier calibration with the same settings.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = positive)]
+    pub turned: Option<f64>,
+    /// The real distance, metres, if it is known from an earlier calibration with the same settings.
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = positive)]
+    pub driven: Option<f64>,
+}
+
+fn turns(text: &str) -> Result<f64, String> {
+    number(text, |turns| (0.0..=20.0).contains(&turns), "0 to 20 turns")
+}
+
+fn distance(text: &str) -> Result<f64, String> {
+    number(text, |metres| (0.0..=10.0).contains(&metres), "metres, 0 to 10")
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, |value| value > 0.0 && value <= 10_000.0, "above zero")
+}
+
+/// What a base measured of its own motion.
+#[derive(Clone, Copy, Debug, Default)]
+struct Motion {
+    /// Turn and distance by the tracks, radians and metres.
+    turned_rad: f64,
+    driven_m: f64,
+    /// Turn by the gyro, radians.
+    by_gyro_rad: Option<f64>,
+}
+
+/// Integrates the reports of a base.
+struct Meter {
+    settings: BaseSettings,
+    before_s: f64,
+    counts: Option<PerTrack<u32>>,
+    motion: Motion,
+}
+
+impl Meter {
+    fn new(settings: BaseSettings, now_s: f64) -> Self {
+        Self { settings, before_s: now_s, counts: None, motion: Motion::default() }
+    }
+
+    fn update(&mut self, now_s: f64, status: &SupervisorStatus) {
+        let elapsed_s = now_s - std::mem::replace(&mut self.before_s, now_s);
+        let Some(feedback) = &status.feedback else {
+            return;
+        };
+        let moved = match feedback.encoder_counts {
+            None => {
+                Twist::new(feedback.twist.linear * elapsed_s, feedback.twist.angular * elapsed_s)
+            }
+            Some(counts) => {
+                let before = self.counts.replace(counts).unwrap_or(counts);
+                let travel_m = travel_m(&before, &counts, &self.settings.ticks_per_m);
+                self.settings.drive().twist(&travel_m)
+            }
+        };
+        self.motion.turned_rad += moved.angular;
+        self.motion.driven_m += moved.linear;
+        if let Some(rate) = feedback.yaw_rate {
+            *self.motion.by_gyro_rad.get_or_insert(0.0) += rate * elapsed_s;
+        }
+    }
+}
+
+/// Calibrates a base. Returns false if it was stopped.
+pub fn run(arguments: &CalibrateArguments, json: bool) -> anyhow::Result<bool> {
+    ensure!(
+        arguments.turns > 0.0 || arguments.distance > 0.0,
+        "--turns and --distance are both 0: there is nothing to do"
+    );
+    if !arguments.yes {
+        confirm(arguments)?;
+    }
+    let (line, supervisor) = base::open(&arguments.line, false)?;
+    let settings = line.config.base;
+    let mut identifier = MotionIdentifier::new(&limits(&settings), ASSUMED_S);
+    let turn_rad = arguments.turns * TAU;
+    let mut drive = |twist: Twist, is_done: &dyn Fn(&Motion) -> bool, longest_s: f64| {
+        motion(&supervisor, &settings, &mut identifier, &twist, is_done, longest_s)
+    };
+    let turn_s = LONGEST * turn_rad / TURN_RATE + PAUSE_S;
+    let turned = drive(Twist::new(0.0, TURN_RATE), &|it| it.turned_rad >= turn_rad, turn_s);
+    let drive_s = LONGEST * arguments.distance / SPEED + PAUSE_S;
+    let is_there = |it: &Motion| it.driven_m >= arguments.distance;
+    let driven = drive(Twist::new(SPEED, 0.0), &is_there, drive_s);
+    let status = supervisor.status();
+    drop(supervisor);
+    let is_done = status.is_running && status.stop_cause.is_none();
+    let estimate = *identifier.estimate();
+    let result = Calibration::new(&line, &turned, &driven, arguments);
+    let object = result.object(&turned, &driven, &estimate, &status);
+    let mut lines = result.lines(&turned, &driven, &estimate);
+    lines.extend(stop_cause(&status).map(|why| format!("stopped: {why}")));
+    if is_done {
+        lines.extend(result.settings_text());
+    }
+    output::result(json, &object, lines)?;
+    Ok(is_done)
+}
+
+/// Asks the operator before the base moves.
+fn confirm(arguments: &CalibrateArguments) -> anyhow::Result<()> {
+    if !stdin().is_terminal() {
+        bail!("the base is about to move: run it in a terminal, or confirm with --yes");
+    }
+    output::note(format!(
+        "The base on {} turns {} times on the spot and drives {} m ahead. Is the floor free, and is somebody at the \
+         emergency stop? [y/N]",
+        arguments.line.port, arguments.turns, arguments.distance
+    ));
+    std::io::stderr().flush()?;
+    let mut answer = String::new();
+    stdin().read_line(&mut answer)?;
+    ensure!(
+        matches!(answer.trim(), "y" | "Y" | "yes"),
+        "not confirmed: the base stays where it is"
+    );
+    Ok(())
+}
+
+/// Limits of the commands, for the identification: those of the tracks.
+fn limits(settings: &BaseSettings) -> Limits {
+    let tracks = &settings.tracks;
+    let arm_m = settings.drive().track_width_m / 2.0;
+    Limits::default()
+        .acc_lim_x(tracks.acc_lim_track)
+        .decel_lim_x(tracks.decel_lim_track)
+        .acc_lim_theta(tracks.acc_lim_track / arm_m)
+        .decel_lim_theta(tracks.decel_lim_track / arm_m)
+}
+
+/// Commands a motion until it is done, then stops, and stands for a moment.
+fn motion(
+    supervisor: &BaseSupervisor,
+    settings: &BaseSettings,
+    identifier: &mut MotionIdentifier,
+    twist: &Twist,
+    is_done: &dyn Fn(&Motion) -> bool,
+    longest_s: f64,
+) -> Motion {
+    let start_s = supervisor.now_s();
+    let mut meter = Meter::new(*settings, start_s);
+    let mut follow = |target: &Twist, is_over: &dyn Fn(f64, &Motion) -> bool| {
+        let begin_s = supervisor.now_s();
+        let mut motion = Motion::default();
+        base::drive_while(supervisor, target, |supervisor, status| {
+            let now_s = supervisor.now_s();
+            let feedback = status.feedback.as_ref();
+            identifier.observe(now_s, &feedback.map_or(Twist::STOP, |report| report.twist));
+            identifier.command(now_s, target);
+            meter.update(now_s, status);
+            motion = meter.motion;
+            !is_over(now_s - begin_s, &motion)
+        });
+        motion
+    };
+    follow(&Twist::STOP, &|elapsed_s, _| elapsed_s >= PAUSE_S);
+    follow(twist, &|elapsed_s, motion| elapsed_s >= longest_s || is_done(motion));
+    follow(&Twist::STOP, &|elapsed_s, _| elapsed_s >= PAUSE_S)
+}
+
+/// The settings that follow from the motions.
+struct Calibration {
+    /// Present and new ratio of the effective to the geometric track width; the new one needs a gyro or a measured turn.
+    width_ratio: (f64, Option<f64>),
+    /// Present and new number of ticks per metre; the new one needs a measured distance.
+    ticks_per_m: (PerTrack<f64>, Option<PerTrack<f64>>),
+}
+
+impl Calibration {
+    fn new(
+        line: &SerialLine,
+        turned: &Motion,
+        driven: &Motion,
+        given: &CalibrateArguments,
+    ) -> Self {
+        let settings = &line.config.base;
+        let real_m = given.driven.filter(|_| driven.driven_m > 0.0);
+        let ticks =
+            real_m.map(|real_m| settings.ticks_per_m.map(|per_m| per_m * driven.driven_m / real_m));
+        // More ticks per metre make the measured turn smaller in the same proportion.
+        let scale = real_m.map_or(1.0, |real_m| real_m / driven.driven_m);
+        let real_rad = given.turned.map(f64::to_radians).or(turned.by_gyro_rad);
+        let width = real_rad.filter(|real_rad| *real_rad > 0.1 && turned.turned_rad > 0.1);
+        let present = settings.effective_width_ratio;
+        Self {
+            width_ratio: (
+                present,
+                width.map(|real_rad| present * scale * turned.turned_rad / real_rad),
+            ),
+            ticks_per_m: (settings.ticks_per_m, ticks),
+        }
+    }
+
+    fn object(
+        &self,
+        turned: &Motion,
+        driven: &Motion,
+        estimate: &MotionEstimate,
+        status: &SupervisorStatus,
+    ) -> Value {
+        json!({
+            "turned_rad": turned.turned_rad,
+            "turned_by_gyro_rad": turned.by_gyro_rad,
+            "driven_m": driven.driven_m,
+            "effective_width_ratio": self.width_ratio.1,
+            "ticks_per_m": self.ticks_per_m.1,
+            "motion": estimate,
+            "stop_cause": stop_cause(status),
+            "interrupted": !status.is_running,
+        })
+    }
+
+    fn lines(&self, turned: &Motion, driven: &Motion, estimate: &MotionEstimate) -> Vec<String> {
+        let gyro = turned.by_gyro_rad.map_or_else(
+            || "no gyro: measure the real turn and give it with --turned".to_owned(),
+            |rad| format!("{:.1} deg by the gyro", rad.to_degrees()),
+        );
+        let latency = estimate.delay_s.map_or_else(
+            || "not identified".to_owned(),
+            |it| format!("{:.2} s ({:.2} to {:.2})", it.value, it.low, it.high),
+        );
+        vec![
+            format!("turned       {:.1} deg by the tracks, {gyro}", turned.turned_rad.to_degrees()),
+            format!("driven       {:.3} m by the tracks", driven.driven_m),
+            format!("latency      {latency}"),
+        ]
+    }
+
+    /// The settings as TOML.
+    fn settings_text(&self) -> Vec<String> {
+        let mut lines = Vec::new();
+        if let (present, Some(ratio)) = self.width_ratio {
+            lines.push(format!("effective_width_ratio = {ratio:.3}  # was {present}"));
+        }
+        if let (present, Some(ticks)) = self.ticks_per_m {
+            lines.push(format!(
+                "ticks_per_m = {{ left = {:.0}, right = {:.0} }}  # was {}, {}",
+                ticks.left, ticks.right, present.left, present.right
+            ));
+        }
+        if lines.is_empty() {
+            return lines;
+        }
+        lines.insert(0, "[base]".to_owned());
+        lines
+    }
+}

@@ -1,0 +1,62 @@
+//! `inbye bench faults`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use inbye::bench::text_table;
+use inbye::experiment::{FaultRow, run_in_order, simulated_fault_count, simulated_faults};
+use serde_json::json;
+
+use super::arguments::whole;
+use super::files::Output;
+use super::output;
+use super::serial_faults::{CASES, Roadway, SerialCase};
+
+/// Columns of the text table.
+const COLUMNS: &str = "fault place runs stood_s limit_s min_gap_m contacts_robot passed";
+
+/// `inbye bench faults`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye bench faults --seeds 1 --serial 0\n\n\
+    Each fault begins while the robot drives at speed. The robot must stand within the time of its row, or may drive on, and \
+    must never cause a contact. `stood` is the longest time from the fault until the robot stood for good.\n\
+    On the serial lines a base and its lidar are emulated in one process and driven by another, in real time. Three faults \
+    leave no command to stop the base with: there the drive must end with a reason.\n\n\
+    JSON fields: `rows`, `passed`.\n\
+    Exit status 1: a robot stood too late or caused a contact.")]
+pub struct FaultsArguments {
+    /// Drives of each fault in simulation, with consecutive seeds.
+    #[arg(long, default_value_t = 4, allow_negative_numbers = true, value_parser = whole::<u64>(1, 1000))]
+    pub seeds: u64,
+    /// Drives on emulated serial lines at a time; 0 leaves them out.
+    #[arg(long, default_value_t = 4, allow_negative_numbers = true, value_parser = whole::<usize>(0, 64))]
+    pub serial: usize,
+    /// Write a row for each fault into this file, CSV or JSON by its extension.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+}
+
+/// Injects every fault. Returns false if a robot stood too late or caused a contact.
+pub fn run(arguments: &FaultsArguments, json: bool) -> anyhow::Result<bool> {
+    let record = Output::of_rows::<FaultRow>("--record", arguments.record.as_deref())?;
+    let seeds: Vec<u64> = (1..=arguments.seeds).collect();
+    let bar = output::progress(simulated_fault_count() as u64 * arguments.seeds, "faults");
+    let mut rows = simulated_faults(&seeds, || bar.inc(1))?;
+    bar.finish_and_clear();
+    if arguments.serial > 0 {
+        let roadway = Roadway::write()?;
+        let bar = output::progress(CASES.len() as u64, "serial lines");
+        let drive = |case: &SerialCase| case.drive(&roadway);
+        rows.extend(run_in_order(&CASES, arguments.serial, drive, || bar.inc(1))?);
+        bar.finish_and_clear();
+    }
+    let passed = rows.iter().all(|row| row.passed);
+    let failed = rows.iter().filter(|row| !row.passed);
+    let reasons = failed.map(|row| {
+        format!("FAILED: {} ({}): {}", row.fault, row.place, row.reason.as_deref().unwrap_or("-"))
+    });
+    let lines = text_table(&rows, COLUMNS).into_iter().chain(reasons);
+    output::result(json, &json!({ "rows": rows, "passed": passed }), lines)?;
+    record.write_rows(&rows)?;
+    Ok(passed)
+}

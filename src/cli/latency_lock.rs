@@ -1,0 +1,52 @@
+//! The lock that keeps a latency measurement apart from all other cells of its user.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::path::PathBuf;
+use std::sync::Once;
+
+use anyhow::Context;
+use inbye::experiment::Cell;
+
+use super::output;
+use super::result_store::NO_LOCKS;
+
+/// Name of the lock file.
+const NAME: &str = "inbye-latency.lock";
+
+/// Whether this process has said that it waits.
+static HAS_SAID: Once = Once::new();
+
+/// Waits until a cell may run, and says so: a latency cell waits for all other cells of this user, and the others for it. The
+/// lock ends when the file is dropped.
+pub fn of(cell: &Cell) -> anyhow::Result<File> {
+    let folder = folder();
+    let path = folder.join(NAME);
+    let place = || path.display().to_string();
+    fs::create_dir_all(&folder).with_context(place)?;
+    let opened = OpenOptions::new().append(true).create(true).open(&path);
+    let file = opened.with_context(place)?;
+    let is_alone = cell.row.latency;
+    match if is_alone { file.try_lock() } else { file.try_lock_shared() } {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            HAS_SAID.call_once(|| {
+                let other = if is_alone { "runs cells" } else { "measures latency" };
+                output::note(format!("waiting: another process {other} ({})", place()));
+            });
+            let locked = if is_alone { file.lock() } else { file.lock_shared() };
+            locked.context(NO_LOCKS).with_context(place)?;
+        }
+        Err(TryLockError::Error(error)) => {
+            return Err(error).context(NO_LOCKS).with_context(place);
+        }
+    }
+    Ok(file)
+}
+
+/// A folder of this user: no other user can hold or block its locks.
+fn folder() -> PathBuf {
+    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
+    let runtime = variable("XDG_RUNTIME_DIR").filter(|folder| folder.is_dir());
+    let cache = || Some(variable("HOME")?.join(".cache").join("inbye"));
+    runtime.or_else(cache).unwrap_or_else(std::env::temp_dir)
+}

@@ -1,0 +1,197 @@
+//! The control process: the navigator, and the link to the network process.
+
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use inbye::ros::msg::TwistStamped;
+use inbye::ros::node::dds::DdsSettings;
+use inbye::ros::node::network::{LinkEvents, NetworkLink, ToNetwork};
+use inbye::ros::node::{NodeCore, NodeSettings, Outgoing};
+use serde_json::json;
+
+use super::NodeArguments;
+use super::network_process::{dds_settings, now};
+use crate::cli::machine::{interrupt_flag, wall_clock};
+use crate::cli::{config, output};
+
+/// Interval at which the node takes messages.
+const POLL_INTERVAL: Duration = Duration::from_millis(4);
+/// Time for the network process to publish the last zeros and to end, seconds.
+const END_S: f64 = 2.0;
+/// Time for a network process that is being started again when the node ends, seconds.
+const RECOVER_S: f64 = 3.0;
+
+/// Runs the node until Ctrl-C.
+pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
+    let config = config::load("--config", arguments.config.as_deref())?;
+    let settings = dds_settings(arguments)?;
+    settings.check()?;
+    let engine = arguments.engine.open(false)?;
+    let stop = interrupt_flag()?;
+    let mut clock = wall_clock();
+    let mut link = NetworkLink::new(new_command(arguments, config.node.network_memory_mib)?);
+    start(&mut link, &mut clock)?;
+    let mut node_settings = NodeSettings::default();
+    node_settings.config = config;
+    node_settings.odom_is_map = arguments.odom_is_map;
+    let mut core = NodeCore::new(node_settings, engine);
+    let DdsSettings { namespace, domain, .. } = &settings;
+    output::note(format!("node {namespace}/inbye in domain {domain}"));
+    let (mut due_s, mut late_ticks) = (0.0, 0_u64);
+    while !stop.load(Ordering::Relaxed) {
+        let now_s = clock();
+        if arguments.for_s.is_some_and(|for_s| now_s >= for_s) {
+            break;
+        }
+        receive(&mut core, link.poll(now_s));
+        if now_s >= due_s {
+            due_s += core.period_s();
+            if due_s <= now_s {
+                // Missed ticks are skipped.
+                late_ticks += 1;
+                due_s = now_s + core.period_s();
+            }
+            let outgoing = core.tick(now().seconds(), &mut clock);
+            publish(&mut link, outgoing, core.base_frame());
+        }
+        thread::sleep(POLL_INTERVAL);
+    }
+    stop_robot(&core, &mut link, &mut clock);
+    report(&core, &link, late_ticks, json)?;
+    Ok(true)
+}
+
+/// The command that starts the network process.
+fn new_command(
+    arguments: &NodeArguments,
+    memory_mib: u32,
+) -> anyhow::Result<Box<dyn FnMut() -> Command>> {
+    // The link to the running program stays valid when its file is replaced.
+    let running = Path::new("/proc/self/exe");
+    let program = if running.exists() {
+        PathBuf::from(running)
+    } else {
+        env::current_exe().context("cannot find the program's own file")?
+    };
+    let mut options = vec!["--network-memory-mib".to_owned(), memory_mib.to_string()];
+    if !arguments.namespace.is_empty() {
+        options.extend(["--namespace".to_owned(), arguments.namespace.clone()]);
+    }
+    if arguments.stamped {
+        options.push("--stamped".to_owned());
+    }
+    Ok(Box::new(move || {
+        let mut command = Command::new(&program);
+        command.arg("node").args(&options);
+        // Out of memory, a backtrace takes seconds before the restart.
+        command.env("RUST_BACKTRACE", "0");
+        // Ctrl-C in a terminal must not reach the process that publishes the last zeros.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        command
+    }))
+}
+
+/// Waits for the network process. What keeps it from starting the first time is an error.
+fn start(link: &mut NetworkLink, clock: &mut dyn FnMut() -> f64) -> anyhow::Result<()> {
+    loop {
+        let events = link.poll(clock());
+        if events.is_lost {
+            match link.failure() {
+                Some(reason) => bail!("{reason}"),
+                None => bail!("{}", events.notices.join("; ")),
+            }
+        }
+        if events.is_up {
+            return Ok(());
+        }
+        thread::sleep(POLL_INTERVAL);
+    }
+}
+
+fn receive(core: &mut NodeCore, events: LinkEvents) {
+    let LinkEvents { messages, is_lost, is_up, notices, .. } = events;
+    let now_s = now().seconds();
+    for message in messages {
+        core.receive(now_s, &message);
+    }
+    if is_lost {
+        core.transport_lost();
+    }
+    if is_up {
+        core.transport_restored(now_s);
+        output::note("the network process is up again");
+    }
+    notices.into_iter().for_each(output::note);
+}
+
+fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
+    let Outgoing { command, path, markers, notices, .. } = outgoing;
+    notices.into_iter().for_each(output::note);
+    if !link.is_up() {
+        return;
+    }
+    link.send(match command {
+        Some(command) => ToNetwork::Command(TwistStamped::new(&command, now(), base_frame)),
+        None => ToNetwork::Alive,
+    });
+    if let Some(path) = path {
+        link.send(ToNetwork::Path(path));
+    }
+    if let Some(markers) = markers {
+        link.send(ToNetwork::Markers(markers));
+    }
+}
+
+/// Publishes the last zeros. If the network process is down, it is started for them.
+fn stop_robot(core: &NodeCore, link: &mut NetworkLink, clock: &mut dyn FnMut() -> f64) {
+    if let Some(zero) = core.final_command() {
+        let until_s = clock() + RECOVER_S;
+        while !link.is_up() && clock() < until_s {
+            link.poll(clock());
+            thread::sleep(POLL_INTERVAL);
+        }
+        link.send(ToNetwork::Command(TwistStamped::new(&zero, now(), core.base_frame())));
+    }
+    let until_s = clock() + END_S;
+    while !link.close() && clock() < until_s {
+        thread::sleep(POLL_INTERVAL);
+    }
+}
+
+fn report(core: &NodeCore, link: &NetworkLink, late_ticks: u64, json: bool) -> anyhow::Result<()> {
+    let (stats, network) = (core.stats(), link.stats());
+    let mut object = json!(stats);
+    object["unsent"] = json!(network.unsent);
+    object["network_restarts"] = json!(network.network_restarts);
+    object["late_ticks"] = json!(late_ticks);
+    let (goals, reached, aborted) = (stats.goals, stats.reached, stats.aborted);
+    let commands = stats.commands;
+    let unsent = network.unsent;
+    let mut lines = vec![format!(
+        "{goals} goals, {reached} reached, {aborted} aborted; {commands} commands, {late_ticks} ticks late, \
+         {unsent} not sent"
+    )];
+    if network.network_restarts > 0 {
+        lines.push(format!("the network process was restarted {} times", network.network_restarts));
+    }
+    for (what, counts) in [("received", &stats.received), ("rejected", &stats.rejected)] {
+        let counts = counts.iter().map(|(topic, count)| format!("{topic} {count}"));
+        let counts: Vec<String> = counts.collect();
+        if !counts.is_empty() {
+            lines.push(format!("{what:<12} {}", counts.join(", ")));
+        }
+    }
+    let delays = stats.least_delay_s.iter();
+    let delays: Vec<String> =
+        delays.map(|(topic, delay_s)| format!("{topic} {delay_s:.3} s")).collect();
+    if !delays.is_empty() {
+        lines.push(format!("{:<12} {}", "least delay", delays.join(", ")));
+    }
+    output::result(json, &object, lines)
+}

@@ -1,0 +1,75 @@
+//! `inbye node`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::arguments::{EngineArguments, duration};
+
+/// `inbye node`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye node --config robot.toml --namespace /rover --for 60\n\n\
+    Subscriptions, with the names and types of ROS 2: map (OccupancyGrid, latched), scan (LaserScan), odom (Odometry), goal_pose \
+    (PoseStamped, in the map's frame), tf and tf_static. Publications: cmd_vel (Twist, or TwistStamped with --stamped), plan \
+    (Path, latched), local_markers (MarkerArray). All names are within the namespace, tf too.\n\
+    The robot's pose is the odometry's pose, transformed to the map's frame by tf. With --odom-is-map, or if both frames have the \
+    same name, it needs no tf. The lidar's pose on the robot comes from tf at the scan's stamp; a scan from a frame that tf does not \
+    know is rejected. The stamps of scan and odometry compensate the motion during a scan.\n\
+    Without a goal the node publishes nothing. With a goal it publishes a velocity at each control_period_s. The robot brakes to \
+    zero while map, scan or odometry are missing, older than scan_timeout_s or odometry_timeout_s, or a transform on tf is older than \
+    transform_timeout_s, and continues afterwards. Ages are those of the stamps: synchronise the clocks of all machines (chrony, \
+    NTP). Messages dated later than max_clock_ahead_s are rejected. Simulated time (use_sim_time) is not supported. The node \
+    aborts the goal if scans are missing for longer than sensor_fault_patience_s. On a new goal the robot stops before it plans; on a changed \
+    map it drives on and plans meanwhile. An orientation of four zeros leaves the goal's yaw free. After a goal, and at its end, the node publishes zero for a \
+    second.\n\
+    ROS_DOMAIN_ID selects the domain. ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, or ROS_LOCALHOST_ONLY=1, restricts discovery to \
+    this machine. DDS runs in a process of its own with a memory limit (network_memory_mib). If that process ends or hangs, the robot \
+    brakes to zero and the process is started again; if the node itself ends or hangs, that process publishes zeros. For the time \
+    between, the base must have a time-out of its own on cmd_vel. The program must be built with `--features ros2`; it needs no ROS installation."
+)]
+pub struct NodeArguments {
+    /// Settings, TOML: those of `inbye drive`.
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Namespace of node and topics, such as /rover [default: none].
+    #[arg(long, value_name = "NS", default_value = "", hide_default_value = true)]
+    pub namespace: String,
+    #[command(flatten)]
+    pub engine: EngineArguments,
+    /// Publish `cmd_vel` as `TwistStamped`, which newer releases of Nav2 and `ros2_control` expect.
+    #[arg(long, conflicts_with = "unstamped")]
+    pub stamped: bool,
+    /// Publish `cmd_vel` as `Twist`: the default.
+    #[arg(long)]
+    pub unstamped: bool,
+    /// Treat the odometry frame as the map frame.
+    #[arg(long)]
+    pub odom_is_map: bool,
+    /// Duration of the run, seconds [default: until Ctrl-C].
+    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
+    pub for_s: Option<f64>,
+    /// Run as the network process of a node, within this memory, MiB.
+    #[arg(long, hide = true, value_name = "MIB")]
+    pub network_memory_mib: Option<u64>,
+}
+
+#[cfg(not(feature = "ros2"))]
+pub fn run(_arguments: &NodeArguments, _json: bool) -> anyhow::Result<bool> {
+    anyhow::bail!(
+        "inbye node: this program was built without ROS 2: build it with `cargo build --release --features ros2`"
+    )
+}
+
+#[cfg(feature = "ros2")]
+mod control;
+#[cfg(feature = "ros2")]
+mod network_process;
+
+#[cfg(feature = "ros2")]
+pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
+    match arguments.network_memory_mib {
+        Some(memory_mib) => network_process::run(arguments, memory_mib),
+        None => control::run(arguments, json),
+    }
+}

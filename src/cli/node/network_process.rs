@@ -1,0 +1,83 @@
+//! The network process: DDS within a memory limit.
+
+use std::env::{self, VarError};
+use std::io::{stdin, stdout};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{Context, anyhow};
+use inbye::ros::msg::Time;
+use inbye::ros::node::dds::DdsSettings;
+use inbye::ros::node::network::run_bridge;
+#[cfg(unix)]
+use rlimit::Resource;
+
+use super::NodeArguments;
+use crate::cli::machine::{interrupt_flag, wall_clock};
+
+/// The highest domain with ports of its own.
+const MAX_DOMAIN: u16 = 232;
+
+/// Passes messages between DDS and the pipes of the control process.
+pub fn run(arguments: &NodeArguments, memory_mib: u64) -> anyhow::Result<bool> {
+    limit_memory(memory_mib)?;
+    let settings = dds_settings(arguments)?;
+    let stop = interrupt_flag()?;
+    run_bridge(&settings, stdin(), stdout(), &stop, &mut wall_clock(), &now)?;
+    Ok(true)
+}
+
+/// An allocation beyond the limit ends this process at once. Linux counts all private memory for it.
+#[cfg(unix)]
+fn limit_memory(memory_mib: u64) -> anyhow::Result<()> {
+    let bytes = memory_mib.saturating_mul(1 << 20);
+    let limit = |resource: Resource, bytes: u64| {
+        let (_, hard) = resource.get()?;
+        resource.set(bytes.min(hard), bytes.min(hard))
+    };
+    limit(Resource::DATA, bytes).context("cannot limit the memory of the network process")?;
+    // A core file of that size would take seconds before the restart.
+    limit(Resource::CORE, 0).context("cannot switch core files off")
+}
+
+#[cfg(not(unix))]
+fn limit_memory(_memory_mib: u64) -> anyhow::Result<()> {
+    Ok(())
+}
+
+/// The settings of DDS by the arguments and the environment.
+pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
+    let mut settings = DdsSettings::default();
+    settings.namespace.clone_from(&arguments.namespace);
+    settings.domain = domain()?;
+    settings.localhost_only = is_localhost_only();
+    settings.stamped = arguments.stamped;
+    Ok(settings)
+}
+
+/// The time by the wall clock.
+pub fn now() -> Time {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    let since = since.unwrap_or_default();
+    let sec = i32::try_from(since.as_secs()).unwrap_or(i32::MAX);
+    Time { sec, nanosec: since.subsec_nanos() }
+}
+
+fn domain() -> anyhow::Result<u16> {
+    let name = "ROS_DOMAIN_ID";
+    match env::var(name) {
+        Err(VarError::NotPresent) => Ok(0),
+        Err(error) => Err(error).context(name),
+        Ok(text) if text.is_empty() => Ok(0),
+        Ok(text) => {
+            let number = text.parse().ok().filter(|domain| *domain <= MAX_DOMAIN);
+            number.ok_or_else(|| {
+                anyhow!("{name} is `{text}`: it must be a whole number, 0 to {MAX_DOMAIN}")
+            })
+        }
+    }
+}
+
+fn is_localhost_only() -> bool {
+    let is = |name: &str, value: &str| env::var(name).is_ok_and(|found| found == value);
+    is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST") || is("ROS_LOCALHOST_ONLY", "1")
+}

@@ -1,0 +1,403 @@
+//! Drives to a position and a yaw to the centimetre, on a base that does not execute small commands.
+//!
+//! The robot turns towards the position, drives straight to it, forwards or backwards, and turns to the yaw. Every command is
+//! zero or above the least speed that moves the base. The robot begins to brake where braking ends at the goal. What is then
+//! left is corrected from standstill by short motions of fixed length: a base that answers late cannot make them overshoot.
+
+use core::f64::consts::FRAC_PI_2;
+
+use super::super::route::ConditionTimer;
+use super::super::{Goal, NavigatorSettings};
+use super::rotate_in_place::{RATE_PER_RAD, rotation};
+use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::robot::Limits;
+
+/// Time within which the tolerances grow by themselves, seconds: a robot must not chase a pose that it does not know so well.
+const TOLERANCE_GROWTH_S: f64 = 10.0;
+/// Speed for each metre left, 1/s. Slow enough for a base that answers within 0.2 s.
+const SPEED_PER_M: f64 = 1.5;
+/// The robot stops to aim where the goal lies this far off its nose or tail, radians, and drives on below the second angle.
+pub(super) const AIM_FROM: f64 = 0.35;
+const AIM_UNTIL: f64 = 0.05;
+/// A base whose measured motion is below this stands, m/s or rad/s.
+const STANDING: f64 = 0.02;
+/// After the final turn the robot approaches the position again if it is this many times the tolerance away, at most this
+/// often.
+const OFF_AGAIN: f64 = 1.5;
+const MAX_RETURNS: u32 = 3;
+/// A correction from standstill lasts at most this many control periods at the least speed.
+const MAX_PERIODS: f64 = 4.0;
+/// A correction that moved the robot by less than this share of one period's motion raises the least speeds by the factor, up to
+/// the limit. So does a robot that is steered and stands for this long, seconds.
+const MOVED_SHARE: f64 = 0.25;
+const UNMOVED_S: f64 = 1.0;
+const RAISE: f64 = 1.5;
+const MAX_RAISE: f64 = 4.0;
+
+/// What the robot knows of its motion at a tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Motion<'a> {
+    /// Time, seconds.
+    pub time_s: f64,
+    /// Pose when the command takes effect.
+    pub pose: &'a Pose,
+    /// Twist when the command takes effect.
+    pub twist: &'a Twist,
+    /// The twist that the base measured.
+    pub measured: &'a Twist,
+    /// The command of the last tick.
+    pub sent: &'a Twist,
+}
+
+/// Parks at one goal.
+#[derive(Clone, Debug)]
+pub(super) struct Parking {
+    since_s: Option<f64>,
+    stood: ConditionTimer,
+    unmoved: ConditionTimer,
+    phase: Phase,
+    is_aiming: bool,
+    is_at_position: bool,
+    returns: u32,
+    /// Factor of the least speeds: the base may need more than the settings say.
+    raised: f64,
+}
+
+/// How the present motion ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// The pose decides at each tick.
+    Steering,
+    /// After a fixed time, seconds. It began at a pose.
+    Correcting { command: Twist, until_s: f64, from: Pose },
+    /// The robot brakes; the next motion starts from standstill. The last correction and its first pose are kept.
+    Stopping(Option<(Twist, Pose)>),
+}
+
+impl Default for Parking {
+    fn default() -> Self {
+        Self {
+            since_s: None,
+            stood: ConditionTimer::default(),
+            unmoved: ConditionTimer::default(),
+            phase: Phase::Steering,
+            is_aiming: false,
+            is_at_position: false,
+            returns: 0,
+            raised: 1.0,
+        }
+    }
+}
+
+/// What parking depends on, at a tick.
+struct Context<'a> {
+    motion: Motion<'a>,
+    limits: &'a Limits,
+    period_s: f64,
+    least_speed: f64,
+    least_rate: f64,
+    is_at_rest: bool,
+}
+
+impl Parking {
+    /// Whether parking has begun.
+    pub const fn has_begun(&self) -> bool {
+        self.since_s.is_some()
+    }
+
+    /// Seconds since parking began; it begins with the first call.
+    pub fn lasted_s(&mut self, now_s: f64) -> f64 {
+        now_s - *self.since_s.get_or_insert(now_s)
+    }
+
+    /// Updates with the measured twist and returns whether the base has stood for long enough.
+    pub fn stands(&mut self, motion: &Motion<'_>, settings: &NavigatorSettings) -> bool {
+        let is_still = is_still(motion.measured);
+        // A timer that has just started has stood for no time.
+        is_still & (self.stood.update(motion.time_s, is_still) >= settings.stopped_time_s)
+    }
+
+    /// The velocity to drive towards, before the limits of acceleration; `None` for a robot that stands parked.
+    pub fn next(
+        &mut self,
+        motion: Motion<'_>,
+        goal: &Goal,
+        (settings, limits, period_s): (&NavigatorSettings, &Limits, f64),
+    ) -> Option<Twist> {
+        let lasted_s = self.lasted_s(motion.time_s);
+        let stands = self.stands(&motion, settings);
+        let is_unmoved = is_still(motion.measured) && *motion.sent != Twist::STOP;
+        let unmoved_s = self.unmoved.update(motion.time_s, is_unmoved);
+        if self.phase == Phase::Steering && unmoved_s >= UNMOVED_S {
+            self.raise();
+        }
+        if let Phase::Correcting { command, until_s, from } = self.phase {
+            if motion.time_s < until_s {
+                return Some(command);
+            }
+            let was_sent = *motion.sent != Twist::STOP;
+            return Some(self.stop(was_sent.then_some((command, from))));
+        }
+        let is_at_rest = match self.phase {
+            Phase::Stopping(_) if !stands => return Some(Twist::STOP),
+            Phase::Stopping(correction) => {
+                self.learn(correction, motion.pose, period_s);
+                self.phase = Phase::Stopping(None);
+                true
+            }
+            _ => false,
+        };
+        let context = Context {
+            motion,
+            limits,
+            period_s,
+            least_speed: self.raised * settings.min_approach_linear_velocity,
+            least_rate: self.raised * settings.min_rotational_vel,
+            is_at_rest,
+        };
+        let growth = 1.0 + lasted_s / TOLERANCE_GROWTH_S;
+        // A correction is not finer than the motion of one control period.
+        let tolerance = |wanted: f64, least: f64| wanted.max(0.5 * least * period_s) * growth;
+        let tolerance_m = tolerance(settings.xy_parking_tolerance, context.least_speed);
+        if is_at_rest {
+            let away_m = (goal.position - motion.pose.position()).norm();
+            if !self.is_at_position {
+                self.is_at_position = away_m <= tolerance_m;
+            } else if away_m > OFF_AGAIN * tolerance_m && self.returns < MAX_RETURNS {
+                self.is_at_position = false;
+                self.returns += 1;
+            }
+        }
+        if !self.is_at_position {
+            return Some(self.approach(&context, goal));
+        }
+        let error = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - motion.pose.yaw));
+        if is_at_rest
+            && error.abs() <= tolerance(settings.yaw_parking_tolerance, context.least_rate)
+        {
+            return None;
+        }
+        Some(self.turn(&context, error))
+    }
+
+    /// Straight to the position, nose or tail first, whichever is nearer to it.
+    fn approach(&mut self, context: &Context<'_>, goal: &Goal) -> Twist {
+        let Context { motion, limits, .. } = *context;
+        let to_goal = motion.pose.inverse_transform(&goal.position);
+        let off_nose = libm::atan2(to_goal.y, to_goal.x);
+        let reverses = off_nose.abs() > FRAC_PI_2 && limits.min_vel_x < 0.0;
+        let sign = if reverses { -1.0 } else { 1.0 };
+        let error = libm::atan2(sign * to_goal.y, sign * to_goal.x);
+        let aim_from = if self.is_aiming { AIM_UNTIL } else { AIM_FROM };
+        let is_moving = motion.twist.linear.abs() >= STANDING;
+        // A moving robot that is beside its goal stops first: from there it need not turn far.
+        let is_beside = error.abs() > FRAC_PI_2 || to_goal.to_vector().norm() < context.least_speed;
+        if is_moving && is_beside && error.abs() > AIM_FROM {
+            return self.stop(None);
+        }
+        self.is_aiming = error.abs() > aim_from;
+        if self.is_aiming {
+            return self.turn(context, error);
+        }
+        let fastest = if reverses { -limits.min_vel_x } else { limits.max_vel_x };
+        let away_m = to_goal.to_vector().norm();
+        let stops_in_time = (-limits.decel_lim_x * away_m).sqrt();
+        let wanted = (SPEED_PER_M * away_m).min(stops_in_time).min(fastest);
+        let left_m = left(sign * to_goal.x, sign * motion.twist.linear, limits.decel_lim_x);
+        let speed = self.speed(context, left_m, wanted, context.least_speed.min(fastest));
+        let steers = self.phase == Phase::Steering;
+        let command = Twist::new(sign * speed, if steers { RATE_PER_RAD * error } else { 0.0 });
+        self.keep(context, command)
+    }
+
+    /// Turns in place by an angle.
+    fn turn(&mut self, context: &Context<'_>, error: f64) -> Twist {
+        let Context { motion, limits, .. } = *context;
+        let wanted = rotation(error, limits).angular.abs();
+        let rate = motion.twist.angular * error.signum();
+        let left_rad = left(error.abs(), rate, limits.decel_lim_theta);
+        let least = context.least_rate.min(limits.max_vel_theta);
+        let rate = self.speed(context, left_rad, wanted, least);
+        self.keep(context, Twist::new(0.0, rate.copysign(error)))
+    }
+
+    /// The speed along an axis with this distance or angle left after braking; zero where braking must begin. Sets the phase.
+    fn speed(&mut self, context: &Context<'_>, left: f64, wanted: f64, least: f64) -> f64 {
+        let step = least * context.period_s;
+        if context.is_at_rest && left <= MAX_PERIODS * step {
+            let periods = (left / step).round().max(1.0);
+            let until_s = context.motion.time_s + (periods - 0.5) * context.period_s;
+            let from = *context.motion.pose;
+            self.phase = Phase::Correcting { command: Twist::STOP, until_s, from };
+            return (left / (periods * context.period_s)).max(least);
+        }
+        if left <= 0.5 * step {
+            return self.stop(None).linear;
+        }
+        self.phase = Phase::Steering;
+        wanted.max(least)
+    }
+
+    /// Keeps the command of a correction that begins.
+    fn keep(&mut self, context: &Context<'_>, wanted: Twist) -> Twist {
+        if let Phase::Correcting { command, .. } = &mut self.phase {
+            debug_assert!(context.is_at_rest);
+            *command = wanted;
+        }
+        wanted
+    }
+
+    /// Raises the least speeds after a correction that did not move the base.
+    fn learn(&mut self, correction: Option<(Twist, Pose)>, pose: &Pose, period_s: f64) {
+        let Some((command, from)) = correction else {
+            return;
+        };
+        let moved_m = (pose.position() - from.position()).norm();
+        let turned = wrap_angle(pose.yaw - from.yaw).abs();
+        let has_moved = moved_m >= MOVED_SHARE * command.linear.abs() * period_s
+            && turned >= MOVED_SHARE * command.angular.abs() * period_s;
+        if !has_moved {
+            self.raise();
+        }
+    }
+
+    fn raise(&mut self) {
+        self.raised = (self.raised * RAISE).min(MAX_RAISE);
+        self.unmoved = ConditionTimer::default();
+    }
+
+    /// Begins to brake. The base may answer late: that it stood before does not count.
+    fn stop(&mut self, correction: Option<(Twist, Pose)>) -> Twist {
+        self.phase = Phase::Stopping(correction);
+        self.stood = ConditionTimer::default();
+        Twist::STOP
+    }
+}
+
+/// Whether a measured motion is nearly zero.
+fn is_still(measured: &Twist) -> bool {
+    measured.linear.abs() < STANDING && measured.angular.abs() < STANDING
+}
+
+/// The distance or angle left, less what braking at a deceleration, below zero, takes.
+fn left(distance: f64, speed: f64, deceleration: f64) -> f64 {
+    distance + speed.max(0.0) * speed / (2.0 * deceleration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+
+    /// A base that follows commands within its limits, some ticks late, and rounds small ones to zero.
+    #[derive(Clone, Copy)]
+    struct Base {
+        limits: Limits,
+        deadband: f64,
+        late_ticks: usize,
+    }
+
+    /// A least speed of the base, at least that of the settings.
+    const DEADBAND: f64 = 0.02;
+    const PERIOD_S: f64 = 0.1;
+
+    /// Parks a base. Returns the pose and the twist where it was parked, and the time, seconds.
+    fn park(base: &Base, start: Pose, goal: Goal) -> (Pose, Twist, f64) {
+        let settings = NavigatorSettings::default();
+        let (mut pose, mut twist, mut parking) = (start, Twist::STOP, Parking::default());
+        let mut sent = Twist::STOP;
+        let mut late = std::collections::VecDeque::from(vec![Twist::STOP; base.late_ticks]);
+        let rounded = |speed: f64| if speed.abs() < base.deadband { 0.0 } else { speed };
+        for tick in 0..600 {
+            let time_s = f64::from(tick) * PERIOD_S;
+            let motion =
+                Motion { time_s, pose: &pose, twist: &twist, measured: &twist, sent: &sent };
+            let next = parking.next(motion, &goal, (&settings, &base.limits, PERIOD_S));
+            let Some(wanted) = next else {
+                return (pose, twist, time_s);
+            };
+            sent = wanted;
+            for (speed, least) in [(wanted.linear, 0.05), (wanted.angular, 0.08)] {
+                let is_in_place = wanted.linear == 0.0 || speed == wanted.linear;
+                assert!(!is_in_place || speed == 0.0 || speed.abs() >= least, "{wanted:?}");
+            }
+            late.push_back(base.limits.clamp(&wanted));
+            let command = late.pop_front().unwrap_or_default();
+            let command = Twist::new(rounded(command.linear), rounded(command.angular));
+            let before = twist;
+            twist = base.limits.reachable(&twist, &command, PERIOD_S);
+            let mean = |one: f64, other: f64| f64::midpoint(one, other);
+            let moved =
+                Twist::new(mean(before.linear, twist.linear), mean(before.angular, twist.angular));
+            pose = pose.after(&moved, PERIOD_S);
+        }
+        panic!("not parked after 60 s: {pose:?}");
+    }
+
+    #[test]
+    fn parking_reaches_position_and_yaw_from_all_directions_whatever_the_deadband() {
+        let mut slowest_s: f64 = 0.0;
+        for (least, deadband, late_ticks) in
+            [(-0.3, 0.0, 1), (-0.3, DEADBAND, 1), (0.0, DEADBAND, 1), (-0.3, DEADBAND, 2)]
+        {
+            let limits = Limits { min_vel_x: least, ..Limits::default() };
+            let base = Base { limits, deadband, late_ticks };
+            for step in 0..48_u32 {
+                let (around, yaw) = (f64::from(step) * 0.131, f64::from(step) * 0.77);
+                let start = Pose::new(0.3 * libm::cos(around), 0.3 * libm::sin(around), yaw);
+                let goal = Goal {
+                    position: Point::new(0.0, 0.0),
+                    yaw: (step % 3 > 0).then_some(wrap_angle(yaw + 2.0)),
+                };
+                let (end, twist, took_s) = park(&base, start, goal);
+                let off_m = end.position().to_vector().norm();
+                let off = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - end.yaw));
+                let case = format!("{least} {deadband} {late_ticks} {step}: {took_s} s");
+                assert!(off_m <= 0.02, "{case}: {off_m} m");
+                assert!(off.abs() <= 0.01, "{case}: {off} rad");
+                assert_eq!(twist, Twist::STOP, "{case}");
+                slowest_s = slowest_s.max(took_s);
+            }
+        }
+        assert!(slowest_s < 20.0, "{slowest_s} s");
+    }
+
+    #[test]
+    fn parking_reverses_to_a_goal_behind_if_the_base_can() {
+        let goal = Goal { position: Point::new(-0.2, 0.0), yaw: None };
+        for (least, backs) in [(-0.3, true), (0.0, false)] {
+            let limits = Limits { min_vel_x: least, ..Limits::default() };
+            let base = Base { limits, deadband: DEADBAND, late_ticks: 1 };
+            let (end, ..) = park(&base, Pose::default(), goal);
+            assert_eq!(end.yaw.abs() < 0.1, backs, "{end:?}");
+        }
+    }
+
+    #[test]
+    fn base_that_needs_more_than_the_least_speed_is_learned() {
+        let base = Base { limits: Limits::default(), deadband: 0.15, late_ticks: 1 };
+        let goal = Goal { position: Point::new(0.0, 0.0), yaw: Some(0.05) };
+        let (end, _, took_s) = park(&base, Pose::default(), goal);
+        assert!((end.yaw - 0.05).abs() < 0.02 && took_s < 10.0, "{end:?} after {took_s} s");
+    }
+
+    #[test]
+    fn turning_base_is_not_parked_where_its_measured_rate_crosses_zero() {
+        let settings = NavigatorSettings::default();
+        let (pose, limits, mut parking) = (Pose::default(), Limits::default(), Parking::default());
+        let goal = Goal { position: Point::new(0.0, 0.0), yaw: Some(0.0) };
+        let mut is_parked = |tick: u32, rate: f64| {
+            let (time_s, twist) = (f64::from(tick) * PERIOD_S, Twist::new(0.0, rate));
+            let (still, measured) = (Twist::STOP, &twist);
+            let motion = Motion { time_s, pose: &pose, twist: &still, measured, sent: &still };
+            parking.next(motion, &goal, (&settings, &limits, PERIOD_S)).is_none()
+        };
+        for tick in 0..20 {
+            // The rate changes its sign at every second tick: it is zero for one tick.
+            let rate = if tick % 2 == 0 { 0.0 } else { 0.1 };
+            assert!(!is_parked(tick, rate), "parked at tick {tick}");
+        }
+        let parked = (20..30).find(|tick| is_parked(*tick, 0.0));
+        assert_eq!(parked, Some(23), "0.3 s of standing");
+    }
+}

@@ -1,0 +1,158 @@
+//! Places where somebody may be hidden: behind the edges of what the scan shows, where the map has room for a person.
+
+use super::visible_space::VisibleSpace;
+use crate::geometry::{Point, Vector};
+use crate::map::{FreeSpace, MovingDisc};
+
+/// Radius of a person, metres. The map must leave this much room around a hidden place.
+pub(super) const PERSON_RADIUS_M: f64 = 0.25;
+/// The range jumps by at least this where a person may stand behind the nearer surface, metres.
+const MIN_JUMP_M: f64 = 2.0 * PERSON_RADIUS_M;
+/// Checked distances behind the edge, metres.
+const BEHIND_M: [f64; 3] = [0.3, 0.6, 0.9];
+/// Places farther than this do not limit a robot of up to 1.5 m/s, metres.
+const FARTHEST_M: f64 = 5.0;
+/// Places behind the robot do not limit its forward speed, metres.
+const BEHIND_ROBOT_M: f64 = -0.5;
+/// An edge within this distance of a moving obstacle belongs to it, metres.
+const MOVING_EDGE_M: f64 = 0.2;
+/// Largest number of places: the nearest count.
+const MAX_PLACES: usize = 24;
+/// Beams without a measurement between the two beams of an edge.
+const MAX_GAP: usize = 3;
+
+/// Hidden places near the robot as people who start towards it, nearest first. Behind a moving obstacle nobody counts: that
+/// obstacle is judged itself.
+pub(super) fn hidden_people(
+    space: &VisibleSpace<'_>,
+    room: &FreeSpace,
+    moving: &[MovingDisc],
+    speed: f64,
+) -> Vec<MovingDisc> {
+    let scan = space.scan;
+    let beams = scan.ranges.len();
+    let mut places: Vec<(f64, Point)> = Vec::new();
+    let mut before: Option<(usize, f64)> = None;
+    for beam in 0..beams {
+        let range = scan.ranges[beam];
+        if range.is_nan() {
+            continue;
+        }
+        let range = range.clamp(0.0, scan.range_max);
+        if let Some((other, other_m)) = before.replace((beam, range))
+            && beam - other <= MAX_GAP
+            && (range - other_m).abs() >= MIN_JUMP_M
+        {
+            // The shadow lies behind the nearer beam, on its side of the edge.
+            let (near, near_m, aside) =
+                if range < other_m { (beam, range, 1.0) } else { (other, other_m, -1.0) };
+            let depth_m = (range - other_m).abs();
+            let (sin, cos) = libm::sincos(scan.angle(near));
+            let edge = space.pose.transform(&Point::new(near_m * cos, near_m * sin));
+            let is_moving = moving
+                .iter()
+                .any(|disc| (disc.center() - edge).norm() <= disc.radius + MOVING_EDGE_M);
+            if near_m < FARTHEST_M && !is_moving {
+                places.extend(hidden_place(space, room, near, near_m, aside, depth_m));
+            }
+        }
+    }
+    places.sort_by(|one, other| one.0.total_cmp(&other.0));
+    places.truncate(MAX_PLACES);
+    let person = |&(_, place): &(f64, Point)| MovingDisc {
+        x: place.x,
+        y: place.y,
+        radius: PERSON_RADIUS_M,
+        vx: speed,
+        vy: 0.0,
+    };
+    places.iter().map(person).collect()
+}
+
+/// The nearest place behind an edge where a person is out of sight and the map is free, with its distance, metres.
+fn hidden_place(
+    space: &VisibleSpace<'_>,
+    room: &FreeSpace,
+    near: usize,
+    near_m: f64,
+    aside: f64,
+    depth_m: f64,
+) -> Option<(f64, Point)> {
+    let (sin, cos) = libm::sincos(space.scan.angle(near));
+    let along = Vector::new(cos, sin);
+    let across = Vector::new(-sin, cos) * (aside * PERSON_RADIUS_M);
+    BEHIND_M.iter().filter(|&&behind_m| behind_m < depth_m).find_map(|behind_m| {
+        let own = Point::new(0.0, 0.0) + along * (near_m + behind_m) + across;
+        let place = space.pose.transform(&own);
+        let cell = room.frame().cell_of(&place)?;
+        let can_stand = own.x >= BEHIND_ROBOT_M && room.is_free(cell);
+        (can_stand && space.hides(&place, PERSON_RADIUS_M))
+            .then_some((own.to_vector().norm(), place))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::TAU;
+
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::map::{Cell, GridFrame, GridRay, ObstacleGrid, Scan};
+    use crate::navigator::scan_health::ScanHealth;
+
+    /// A roadway along x, 3 m wide, with a side gallery from x = 6 to x = 8 m to the left where it is open.
+    fn roadway(has_gallery: bool) -> ObstacleGrid {
+        let frame = GridFrame::new(120, 80, 0.1, Pose::default()).expect("a valid size");
+        let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
+        for row in 10..75 {
+            for column in 2..118 {
+                let in_gallery = has_gallery && (60..80).contains(&column);
+                if row < 40 || in_gallery {
+                    obstacles.set(Cell::new(column, row), false);
+                }
+            }
+        }
+        obstacles
+    }
+
+    fn scan_from(obstacles: &ObstacleGrid, pose: &Pose) -> Scan {
+        let frame = obstacles.frame();
+        let mut scan = Scan {
+            angle_min: -core::f64::consts::PI,
+            angle_increment: TAU / 450.0,
+            range_max: 10.0,
+            ranges: Vec::new(),
+        };
+        for beam in 0..450 {
+            let (sin, cos) = libm::sincos(scan.angle(beam) + pose.yaw);
+            let start = frame.to_cell_units(&pose.position());
+            let hit = GridRay::new(&start, &Vector::new(cos, sin))
+                .find(|&(cell, _)| obstacles.is_blocked(cell));
+            let range = hit.map_or(f64::INFINITY, |(_, entered)| entered * frame.resolution_m);
+            scan.ranges.push(if range > 10.0 { f64::INFINITY } else { range });
+        }
+        scan
+    }
+
+    fn people(has_gallery: bool, x: f64) -> Vec<MovingDisc> {
+        let obstacles = roadway(has_gallery);
+        let pose = Pose::new(x, 2.5, 0.0);
+        let (scan, health) = (scan_from(&obstacles, &pose), ScanHealth::default());
+        let room = FreeSpace::new(&obstacles, PERSON_RADIUS_M);
+        let space = VisibleSpace { pose, scan: &scan, health: &health };
+        hidden_people(&space, &room, &[], 1.6)
+    }
+
+    #[test]
+    fn person_may_hide_around_the_corner_of_a_gallery() {
+        let people = people(true, 3.0);
+        let first = people.first().expect("a hidden place");
+        assert!((6.0..7.2).contains(&first.x) && (4.0..5.2).contains(&first.y), "{first:?}");
+    }
+
+    #[test]
+    fn nobody_hides_in_the_walls_of_a_roadway_or_where_the_robot_looks_in() {
+        assert_eq!(people(false, 3.0), []);
+        assert_eq!(people(true, 7.0), []);
+    }
+}

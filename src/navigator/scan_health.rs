@@ -1,0 +1,285 @@
+//! Scan health: in which directions the lidar measures, judged by the map.
+//!
+//! A lidar behind a covered window reports no return in any direction, as one in a wide hall does. The map tells the two apart:
+//! where it shows a surface well within range, a beam without a return contradicts it. A single such beam means little (glass,
+//! a black surface, a wall that is gone), most beams of a sector in several scans mean that the lidar does not see there.
+
+use core::f64::consts::TAU;
+
+use super::ObservationFault;
+use crate::geometry::{Point, Pose, Vector, bearing, wrap_angle};
+use crate::map::{GridRay, ObstacleGrid, Scan};
+
+/// Sectors around the robot; the first is centred ahead.
+pub(super) const SECTORS: usize = 16;
+/// Beams that are compared with the map in each sector.
+const RAYS: usize = 6;
+/// The map must show a surface within this share of the lidar's range: far and grazed surfaces return little.
+const SURE_RANGE_SHARE: f64 = 0.5;
+/// Nearer surfaces do not count, metres: a small error of the pose puts the robot onto them.
+const MIN_RANGE_M: f64 = 0.3;
+/// A sector is judged by at least this many beams that the map expects to return.
+const MIN_EXPECTED: u32 = 4;
+/// The lidar as a whole is judged by at least this many.
+const MIN_EXPECTED_IN_ALL: u32 = 12;
+/// Share of the expected beams without a return from which a sector is dark, and the whole lidar.
+const DARK_SHARE: f64 = 0.75;
+const BLIND_SHARE: f64 = 0.9;
+/// Scans in a row that a sector is dark, or the whole lidar, until it counts as blind.
+const DARK_SCANS: u32 = 3;
+const BLIND_SCANS: u32 = 2;
+/// A robot does not drive with a blind sector within this of its heading, radians.
+const FRONT: f64 = 0.8;
+
+/// What one scan shows in a sector.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Coverage {
+    /// Compared beams, and those of them with a return.
+    beams: u32,
+    returns: u32,
+    /// Beams that end on a surface of the map within the sure range, and those of them without a return.
+    expected: u32,
+    missing: u32,
+}
+
+impl Coverage {
+    /// Whether the scan contradicts the map, or `None` where it has no say.
+    fn is_dark(&self) -> Option<bool> {
+        if self.expected < MIN_EXPECTED {
+            // Returns from obstacles that are not in the map show that the lidar sees.
+            return (2 * self.returns >= self.beams && self.returns > 0).then_some(false);
+        }
+        Some(f64::from(self.missing) >= DARK_SHARE * f64::from(self.expected))
+    }
+}
+
+/// Judges scans, one after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ScanHealth {
+    /// For each sector, the number of scans in a row that were dark.
+    dark_scans: [u32; SECTORS],
+    blind_scans: u32,
+}
+
+impl ScanHealth {
+    /// Judges a new scan from a pose in the map.
+    pub fn update(&mut self, pose: &Pose, scan: &Scan, known: &ObstacleGrid) {
+        let sectors = coverage(pose, scan, known);
+        let sum = |count: fn(&Coverage) -> u32| sectors.iter().map(count).sum::<u32>();
+        let (expected, missing) = (sum(|one| one.expected), sum(|one| one.missing));
+        if expected >= MIN_EXPECTED_IN_ALL {
+            let is_blind = f64::from(missing) >= BLIND_SHARE * f64::from(expected);
+            self.blind_scans = if is_blind { self.blind_scans + 1 } else { 0 };
+        } else if sum(|one| one.returns) >= MIN_EXPECTED_IN_ALL {
+            self.blind_scans = 0;
+        }
+        for (dark_scans, sector) in self.dark_scans.iter_mut().zip(&sectors) {
+            match sector.is_dark() {
+                // The lidar was not shown to see again.
+                None => {}
+                Some(true) => *dark_scans += 1,
+                Some(false) => *dark_scans = 0,
+            }
+        }
+    }
+
+    /// The fault of a lidar that sees nothing at all, or nothing ahead.
+    pub fn fault(&self) -> Option<ObservationFault> {
+        if self.blind_scans >= BLIND_SCANS {
+            return Some(ObservationFault::LidarBlind);
+        }
+        let is_ahead =
+            |sector: usize| wrap_angle(sector as f64 * TAU / SECTORS as f64).abs() <= FRONT;
+        let is_blind_ahead =
+            (0..SECTORS).any(|sector| is_ahead(sector) && self.is_blind_sector(sector));
+        is_blind_ahead.then_some(ObservationFault::LidarPartlyBlind)
+    }
+
+    /// Number of blind sectors.
+    pub fn blind_sectors(&self) -> usize {
+        (0..SECTORS).filter(|&sector| self.is_blind_sector(sector)).count()
+    }
+
+    fn is_blind_sector(&self, sector: usize) -> bool {
+        self.dark_scans[sector] >= DARK_SCANS
+    }
+
+    /// Whether the lidar sees nothing in a direction of the robot's frame, radians.
+    pub fn is_blind_towards(&self, direction: f64) -> bool {
+        self.is_blind_sector(sector_of(direction))
+    }
+
+    /// Whether the last scan contradicts the map as a whole: nothing may be learned from it.
+    pub const fn is_suspect(&self) -> bool {
+        self.blind_scans > 0
+    }
+
+    /// The scan without the beams of dark sectors: they saw nothing, also not that something is gone. `None` where all sectors
+    /// see.
+    pub fn masked(&self, scan: &Scan) -> Option<Scan> {
+        if self.dark_scans.iter().all(|&scans| scans == 0) {
+            return None;
+        }
+        let mut masked = scan.clone();
+        for (beam, range) in masked.ranges.iter_mut().enumerate() {
+            if self.dark_scans[sector_of(scan.angle(beam))] > 0 && !is_return(scan, *range) {
+                *range = f64::NAN;
+            }
+        }
+        Some(masked)
+    }
+
+    /// Blocks the cells in blind sectors beyond a distance of the robot, metres.
+    pub fn block_unseen(&self, grid: &mut ObstacleGrid, pose: &Pose, from_m: f64) {
+        let frame = *grid.frame();
+        let robot = pose.position();
+        for index in 0..frame.len() {
+            let cell = frame.cell_at(index);
+            let center = frame.center_of(cell);
+            let is_far = (center - robot).norm() >= from_m;
+            if is_far && self.is_blind_towards(bearing(&robot, &center) - pose.yaw) {
+                grid.set(cell, true);
+            }
+        }
+    }
+}
+
+fn sector_of(direction: f64) -> usize {
+    let turns = direction / TAU + 0.5 / SECTORS as f64;
+    (((turns - turns.floor()) * SECTORS as f64) as usize).min(SECTORS - 1)
+}
+
+fn is_return(scan: &Scan, range: f64) -> bool {
+    (0.0..=scan.range_max).contains(&range)
+}
+
+/// Compares evenly chosen beams of a scan with the map.
+fn coverage(pose: &Pose, scan: &Scan, known: &ObstacleGrid) -> [Coverage; SECTORS] {
+    let mut sectors = [Coverage::default(); SECTORS];
+    let beams = scan.ranges.len();
+    let turn = beams as f64 * scan.angle_increment / TAU;
+    let rays = ((turn * (SECTORS * RAYS) as f64) as usize).clamp(1, SECTORS * RAYS).min(beams);
+    let sure_m = SURE_RANGE_SHARE * scan.range_max;
+    for ray in 0..rays {
+        let beam = ray * beams / rays;
+        let direction = scan.angle(beam);
+        let sector = &mut sectors[sector_of(direction)];
+        let returns = is_return(scan, scan.ranges[beam]);
+        sector.beams += 1;
+        sector.returns += u32::from(returns);
+        let range_m = range_on_map(known, pose, direction, sure_m);
+        if range_m.is_some_and(|range_m| range_m >= MIN_RANGE_M) {
+            sector.expected += 1;
+            sector.missing += u32::from(!returns);
+        }
+    }
+    sectors
+}
+
+/// Distance to the first obstacle of the map in a direction of the robot's frame, metres; `None` where there is none within a
+/// distance, or the map ends before.
+fn range_on_map(known: &ObstacleGrid, pose: &Pose, direction: f64, within_m: f64) -> Option<f64> {
+    let frame = known.frame();
+    let (sin, cos) = libm::sincos(pose.yaw + direction - frame.origin.yaw);
+    let within = within_m / frame.resolution_m;
+    let start: Point = frame.to_cell_units(&pose.position());
+    GridRay::new(&start, &Vector::new(cos, sin))
+        .take_while(|&(cell, entered)| entered <= within && frame.contains(cell))
+        .find(|&(cell, _)| known.is_blocked(cell))
+        .map(|(_, entered)| entered * frame.resolution_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::GridFrame;
+
+    /// A room of 8 by 8 m, or a hall of 40 by 40 m, with the robot in its middle.
+    fn room(side_m: f64) -> ObstacleGrid {
+        let side = (side_m / 0.1) as i32;
+        let origin = Pose::new(-side_m / 2.0, -side_m / 2.0, 0.0);
+        let frame = GridFrame::new(side, side, 0.1, origin).expect("a valid size");
+        let is_wall = |index: usize| {
+            let cell = frame.cell_at(index);
+            [cell.column, cell.row].iter().any(|&at| at == 0 || at == side - 1)
+        };
+        ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect())
+    }
+
+    /// A scan with a return in each direction where this holds.
+    fn scan(returns: impl Fn(f64) -> bool, otherwise: f64) -> Scan {
+        let mut scan = Scan {
+            angle_min: -core::f64::consts::PI,
+            angle_increment: TAU / 360.0,
+            range_max: 12.0,
+            ranges: vec![otherwise; 360],
+        };
+        for beam in 0..360 {
+            if returns(wrap_angle(scan.angle(beam))) {
+                scan.ranges[beam] = 4.0;
+            }
+        }
+        scan
+    }
+
+    fn after(scans: u32, scan: &Scan, known: &ObstacleGrid) -> ScanHealth {
+        let mut health = ScanHealth::default();
+        for _ in 0..scans {
+            health.update(&Pose::default(), scan, known);
+        }
+        health
+    }
+
+    #[test]
+    fn lidar_without_returns_is_blind_between_walls_and_not_in_a_hall() {
+        let room = room(8.0);
+        for otherwise in [f64::INFINITY, f64::NAN, 13.0] {
+            let nothing = scan(|_| false, otherwise);
+            assert_eq!(after(1, &nothing, &room).fault(), None);
+            assert!(after(1, &nothing, &room).is_suspect());
+            assert_eq!(after(2, &nothing, &room).fault(), Some(ObservationFault::LidarBlind));
+            assert_eq!(after(9, &nothing, &self::room(40.0)).fault(), None);
+        }
+        // A fifth of the beams suffices, also of those from a crowd around the robot.
+        assert_eq!(after(9, &scan(|_| true, f64::INFINITY), &room).fault(), None);
+    }
+
+    #[test]
+    fn sector_without_returns_is_blind_until_it_sees_again() {
+        let room = room(8.0);
+        let covered = |from: f64, to: f64| {
+            scan(move |direction| !(from..to).contains(&direction), f64::INFINITY)
+        };
+        // Ahead: the robot may not drive.
+        let mut health = after(3, &covered(-0.3, 0.3), &room);
+        assert_eq!(health.fault(), Some(ObservationFault::LidarPartlyBlind));
+        assert!(health.is_blind_towards(0.0) && !health.is_blind_towards(1.0));
+        health.update(&Pose::default(), &covered(9.0, 9.0), &room);
+        assert_eq!((health.fault(), health.blind_sectors()), (None, 0));
+        // To the left: it drives on, and learns nothing there.
+        let left = covered(1.2, 2.0);
+        let health = after(3, &left, &room);
+        assert_eq!(health.fault(), None);
+        assert!(health.is_blind_towards(1.57) && !health.is_blind_towards(-1.57));
+        let masked = health.masked(&left).expect("a blind sector");
+        assert!(masked.ranges[270].is_nan() && masked.ranges[90] == 4.0);
+        let mut grid = self::room(8.0);
+        health.block_unseen(&mut grid, &Pose::default(), 1.0);
+        let blocked = |x: f64, y: f64| {
+            grid.frame().cell_of(&Point::new(x, y)).is_some_and(|cell| grid.is_blocked(cell))
+        };
+        assert!(
+            blocked(0.0, 1.5) && !blocked(0.0, 0.8) && !blocked(0.0, -1.5) && !blocked(1.5, 0.0)
+        );
+    }
+
+    #[test]
+    fn glass_and_dropouts_are_no_blindness() {
+        let room = room(8.0);
+        // Every second beam, and a pane of 15 degrees.
+        let patchy = scan(|direction| (direction * 180.0) as i32 % 2 == 0, f64::NAN);
+        assert_eq!(after(9, &patchy, &room).blind_sectors(), 0);
+        let pane = scan(|direction| !(0.0..0.26).contains(&direction), f64::INFINITY);
+        assert_eq!(after(9, &pane, &room).blind_sectors(), 0);
+    }
+}

@@ -1,0 +1,165 @@
+//! A polygon in the plane, and its distances to points and grid cells.
+
+use serde::{Deserialize, Serialize};
+
+use super::RobotError;
+use crate::geometry::{Point, nearest_on_segment};
+
+/// Largest absolute coordinate of a corner, metres.
+const MAX_COORDINATE_M: f64 = 100.0;
+/// Largest number of corners.
+const MAX_CORNERS: usize = 256;
+/// Least area, square metres.
+const MIN_AREA_M2: f64 = 1e-6;
+
+/// The outline of a body: corners in order, at least three. The last corner is joined to the first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<Point>", into = "Vec<Point>")]
+pub struct Polygon(Vec<Point>);
+
+impl Polygon {
+    /// Creates a polygon from its corners, metres, in either direction.
+    ///
+    /// # Errors
+    /// Returns an error for fewer than 3 or more than 256 corners, a coordinate that is not finite or beyond 100 m, or corners
+    /// that enclose no area.
+    pub fn new(corners: Vec<Point>) -> Result<Self, RobotError> {
+        let is_near =
+            |point: &Point| point.x.abs() <= MAX_COORDINATE_M && point.y.abs() <= MAX_COORDINATE_M;
+        let reason = if !(3..=MAX_CORNERS).contains(&corners.len()) {
+            "it has fewer than 3 or more than 256 corners"
+        } else if !corners.iter().all(is_near) {
+            "a coordinate is not finite or beyond 100 m"
+        } else {
+            let polygon = Self(corners);
+            if polygon.area_m2() >= MIN_AREA_M2 {
+                return Ok(polygon);
+            }
+            "its corners enclose no area"
+        };
+        Err(RobotError::BadBody { reason })
+    }
+
+    /// Creates a rectangle around the origin from its length along x and its width along y, metres.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn rectangle(length_m: f64, width_m: f64) -> Result<Self, RobotError> {
+        let (x, y) = (length_m / 2.0, width_m / 2.0);
+        Self::new([(x, y), (x, -y), (-x, -y), (-x, y)].map(|(x, y)| Point::new(x, y)).to_vec())
+    }
+
+    /// The corners, at least three.
+    #[must_use]
+    pub fn corners(&self) -> &[Point] {
+        &self.0
+    }
+
+    /// The same polygon with each corner moved: to another frame or unit.
+    #[must_use]
+    pub(crate) fn mapped(&self, to: impl Fn(&Point) -> Point) -> Self {
+        Self(self.0.iter().map(to).collect())
+    }
+
+    /// The edges, each from a corner to the next.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = (&Point, &Point)> {
+        self.0.iter().zip(self.0.iter().cycle().skip(1))
+    }
+
+    /// Whether a point is inside, by the even-odd rule.
+    #[must_use]
+    pub fn contains(&self, point: &Point) -> bool {
+        let crosses = |&(from, to): &(&Point, &Point)| {
+            (from.y > point.y) != (to.y > point.y)
+                && point.x < from.x + (to.x - from.x) * (point.y - from.y) / (to.y - from.y)
+        };
+        self.edges().filter(crosses).count() % 2 == 1
+    }
+
+    /// The point of the outline nearest to a point.
+    #[must_use]
+    pub fn nearest_on_outline(&self, point: &Point) -> Point {
+        let squared = |at: &Point| (point - at).norm_squared();
+        self.edges()
+            .map(|(from, to)| nearest_on_segment(from, to, point))
+            .min_by(|one, other| squared(one).total_cmp(&squared(other)))
+            .unwrap_or(*point)
+    }
+
+    /// Distance from a point to the polygon, in the unit of its corners; zero inside.
+    #[must_use]
+    pub fn distance(&self, point: &Point) -> f64 {
+        if self.contains(point) {
+            return 0.0;
+        }
+        (point - self.nearest_on_outline(point)).norm()
+    }
+
+    /// Distance to a closed unit square, given by its lower left corner, in the unit of the corners; zero where they overlap.
+    #[must_use]
+    pub fn distance_to_unit_square(&self, corner: &Point) -> f64 {
+        let squared = self
+            .edges()
+            .map(|(from, to)| segment_to_unit_square(from, to, corner))
+            .fold(f64::INFINITY, f64::min);
+        // A square that no edge touches may still be inside.
+        if squared > 0.0 && self.contains(corner) { 0.0 } else { squared.sqrt() }
+    }
+
+    fn area_m2(&self) -> f64 {
+        let twice = |(from, to): (&Point, &Point)| from.to_vector().perp(&to.to_vector());
+        self.edges().map(twice).sum::<f64>().abs() / 2.0
+    }
+}
+
+/// Squared distance between a segment and a closed unit square, given by its lower left corner; zero where they touch.
+pub(crate) fn segment_to_unit_square(from: &Point, to: &Point, corner: &Point) -> f64 {
+    if meets_unit_square(from, to, corner) {
+        return 0.0;
+    }
+    let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
+    let to_square = |point: &Point| {
+        let (dx, dy) = (beyond(point.x, corner.x), beyond(point.y, corner.y));
+        dx * dx + dy * dy
+    };
+    let to_segment = |(right, up): (f64, f64)| {
+        let point = Point::new(corner.x + right, corner.y + up);
+        (point - nearest_on_segment(from, to, &point)).norm_squared()
+    };
+    [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
+        .map(to_segment)
+        .into_iter()
+        .fold(to_square(from).min(to_square(to)), f64::min)
+}
+
+/// Whether a segment and a closed unit square have a point in common: the part of the segment within both slabs is not empty.
+fn meets_unit_square(from: &Point, to: &Point, corner: &Point) -> bool {
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for (start, end, low) in [(from.x, to.x, corner.x), (from.y, to.y, corner.y)] {
+        let along = end - start;
+        if along == 0.0 {
+            if start < low || start > low + 1.0 {
+                return false;
+            }
+            continue;
+        }
+        let (enters, leaves) = ((low - start) / along, (low + 1.0 - start) / along);
+        first = first.max(enters.min(leaves));
+        last = last.min(enters.max(leaves));
+    }
+    first <= last
+}
+
+impl TryFrom<Vec<Point>> for Polygon {
+    type Error = RobotError;
+
+    fn try_from(corners: Vec<Point>) -> Result<Self, RobotError> {
+        Self::new(corners)
+    }
+}
+
+impl From<Polygon> for Vec<Point> {
+    fn from(polygon: Polygon) -> Self {
+        polygon.0
+    }
+}

@@ -1,0 +1,80 @@
+//! The time from stamp to arrival of a stream of messages: transport, and the offset between two clocks.
+
+use std::collections::VecDeque;
+
+/// Time over which the least delay counts, seconds.
+const WINDOW_S: f64 = 10.0;
+/// Largest number of candidates.
+const MAX_CANDIDATES: usize = 256;
+
+/// The least delay of a stream over the last seconds.
+///
+/// One stream cannot tell a slow transport from a clock that is behind. A negative delay proves that the sender's clock is
+/// ahead, by at least this.
+#[derive(Clone, Debug, Default)]
+pub struct ArrivalDelay {
+    /// Times of arrival with their delays, seconds. Delays increase: an earlier and larger one can never be the least.
+    candidates: VecDeque<(f64, f64)>,
+}
+
+impl ArrivalDelay {
+    /// Records a message with a stamp that arrived at a time, both in seconds.
+    pub fn record(&mut self, arrived_s: f64, stamp_s: f64) {
+        let delay_s = arrived_s - stamp_s;
+        // An arrival in the future means that the node's own clock was set.
+        let is_recent =
+            |&(then_s, _): &(f64, f64)| (0.0..=WINDOW_S).contains(&(arrived_s - then_s));
+        while self.candidates.front().is_some_and(|front| !is_recent(front)) {
+            self.candidates.pop_front();
+        }
+        while self.candidates.back().is_some_and(|(_, back_s)| *back_s >= delay_s) {
+            self.candidates.pop_back();
+        }
+        if self.candidates.len() < MAX_CANDIDATES {
+            self.candidates.push_back((arrived_s, delay_s));
+        }
+    }
+
+    /// The least delay, seconds; none before the first message.
+    #[must_use]
+    pub fn least_s(&self) -> Option<f64> {
+        self.candidates.front().map(|(_, delay_s)| *delay_s)
+    }
+
+    /// By how much the sender's clock is ahead at least, seconds.
+    #[must_use]
+    pub fn ahead_s(&self) -> f64 {
+        (-self.least_s().unwrap_or_default()).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn least_delay_is_that_of_the_window() {
+        let mut delay = ArrivalDelay::default();
+        assert_eq!((delay.least_s(), delay.ahead_s()), (None, 0.0));
+        for tick in 0..400 {
+            let stamp_s = 100.0 + 0.05 * f64::from(tick);
+            // One fast message at 5 s.
+            let delay_s = if tick == 100 { 0.01 } else { 0.04 };
+            delay.record(stamp_s + delay_s, stamp_s);
+            let expected_s = if (100..300).contains(&tick) { 0.01 } else { 0.04 };
+            let least_s = delay.least_s().expect("a message");
+            assert!((least_s - expected_s).abs() < 1e-9, "{tick}: {least_s}");
+        }
+    }
+
+    #[test]
+    fn clock_ahead_shows_as_negative_delay_and_memory_is_bounded() {
+        let mut delay = ArrivalDelay::default();
+        for tick in 0..10_000 {
+            let arrived_s = 100.0 + 1e-4 * f64::from(tick);
+            delay.record(arrived_s, arrived_s + 0.2 - 1e-6 * f64::from(tick));
+        }
+        assert!((delay.ahead_s() - 0.2).abs() < 1e-9, "{}", delay.ahead_s());
+        assert!(delay.candidates.len() <= MAX_CANDIDATES);
+    }
+}

@@ -1,0 +1,5 @@
+//! The protective layer: what stops and slows a command, and drives into obstacles with a plant that brakes as stated.
+
+mod checks;
+mod drives;
+mod zones;

@@ -1,0 +1,101 @@
+//! Files that never end, files that outputs must not replace, and names that are not UTF-8.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::process::Command;
+use std::time::Duration;
+
+use super::program::Workplace;
+
+/// Longest time of a command, which ends at once or never.
+const TIMEOUT: Duration = Duration::from_secs(60);
+
+const DRIVE: &str = "drive --map mine.yaml --start 5,5 --goal 7,5";
+
+#[test]
+fn endless_text_files_are_rejected() {
+    let place = Workplace::new();
+    for arguments in [
+        "drive --map mine.yaml --start 5,5 --goal 7,5 --config /dev/zero",
+        "drive --map mine.yaml --start 5,5 --goal 7,5 --obstacles /dev/zero",
+        "evaluate --problem /dev/zero",
+        "config --check /dev/zero",
+        "config import-nav2 /dev/zero",
+        "sweep /dev/zero --list",
+        "bench draw /dev/zero --svg a.svg",
+    ] {
+        let run = place.command().args(arguments.split(' ')).timeout(TIMEOUT).output();
+        let run = run.expect("the program starts");
+        let message = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{arguments}: {message}");
+        assert!(message.contains("bytes"), "{arguments}: {message}");
+    }
+}
+
+#[test]
+fn pipe_without_writer_is_no_map() {
+    let place = Workplace::new();
+    let made = Command::new("mkfifo").arg(place.path("mine.pgm")).status().expect("mkfifo");
+    assert!(made.success());
+    let yaml = fs::read_to_string(place.path("mine.yaml")).expect("the map is there");
+    place.write("pipe.yaml", yaml.replace("mine.png", "mine.pgm"));
+    let arguments = ["plan", "--map", "pipe.yaml", "--start", "5,5", "--goal", "7,5"];
+    let run = place.command().args(arguments).timeout(TIMEOUT).output().expect("it starts");
+    let message = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(2), "{message}");
+    assert!(message.contains("no regular file"), "{message}");
+}
+
+#[test]
+fn outputs_replace_only_own_files() {
+    let place = Workplace::new();
+    place.write("notes.csv", "a,b\n1,2\n");
+    place.write("page/index.html", "<p>mine</p>");
+    place.write("notes.svg", "<svg><!-- mine --></svg>");
+    let map = fs::read(place.path("mine.yaml")).expect("the map is there");
+    for output in ["--record mine.yaml", "--record mine.png", "--record notes.csv", "--report page"]
+    {
+        let refusal = place.refusal(&format!("{DRIVE} {output}"));
+        assert!(refusal.contains("exists"), "{output}: {refusal}");
+    }
+    assert_eq!(fs::read(place.path("mine.yaml")).expect("still there"), map);
+    let refusal = place.refusal("plan --map mine.yaml --start 5,5 --goal 7,5 --svg notes.svg");
+    assert!(refusal.contains("notes.svg"), "{refusal}");
+    // The same command works twice.
+    for arguments in [
+        format!("{DRIVE} --record run.mcap --report pages"),
+        format!("{DRIVE} --record run.jsonl"),
+        "plan --map mine.yaml --start 5,5 --goal 7,5 --svg plan.svg".to_owned(),
+        "bench soak --missions 1 --record rows.csv".to_owned(),
+        "bench soak --missions 1 --record rows.json".to_owned(),
+        "bench soak --missions 1 --report soak".to_owned(),
+        "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0 --report density"
+            .to_owned(),
+    ] {
+        for _ in 0..2 {
+            let run = place.run(&arguments);
+            assert!(run.status <= 1, "{arguments}: {run:?}");
+            assert!(!run.errors.iter().any(|line| line.contains("exists")), "{run:?}");
+        }
+    }
+}
+
+#[test]
+fn names_that_are_not_utf8_are_written_and_read() {
+    let place = Workplace::new();
+    let name = OsStr::from_bytes(b"run-\xff.mcap");
+    let folder = OsStr::from_bytes(b"pages-\xff");
+    let mut drive = place.command();
+    drive
+        .args(DRIVE.split(' '))
+        .arg("--json")
+        .arg("--record")
+        .arg(name)
+        .arg("--report")
+        .arg(folder);
+    let run = drive.output().expect("the program starts");
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+    let replay = place.command().arg("replay").arg(name).output().expect("the program starts");
+    assert_eq!(replay.status.code(), Some(0), "{}", String::from_utf8_lossy(&replay.stderr));
+}

@@ -1,0 +1,55 @@
+//! Observations that the navigator rejects.
+
+use inbye::geometry::{Point, Pose, Twist};
+use inbye::local::CpuEngine;
+use inbye::map::{GridFrame, ObstacleGrid, Scan};
+use inbye::navigator::{Goal, Mode, Navigator, Observation, ObservationFault, Waypoints};
+use inbye::runtime::Config;
+
+const BEAMS: usize = 360;
+
+fn navigator() -> Navigator {
+    let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a small map");
+    let (start, goal) = (Point::new(3.0, 5.0), Point::new(7.0, 5.0));
+    let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let waypoints = Waypoints { start, goals: vec![Goal::at(goal)] };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let navigator = Config::default().new_navigator(known, &waypoints, engine, &mut || 0.0);
+    navigator.expect("a path through free space")
+}
+
+/// What a robot in free space observes at its start.
+fn observation(time_s: f64, twist: Twist) -> Observation {
+    let all_around = (0..BEAMS).map(|beam| (f64::from(beam as u32).to_radians(), f64::INFINITY));
+    Observation {
+        time_s,
+        pose: Pose::new(3.0, 5.0, 0.0),
+        pose_s: time_s,
+        lost: None,
+        twist,
+        odometry_s: time_s,
+        scan: Scan::from_measurements(BEAMS, 12.0, all_around),
+        scan_s: time_s,
+        scan_changed_s: time_s,
+    }
+}
+
+#[test]
+fn finite_speeds_that_no_base_reaches_are_a_fault() {
+    for twist in [
+        Twist::new(1e300, 0.0),
+        Twist::new(-100.1, 0.0),
+        Twist::new(0.0, 1e9),
+        Twist::new(0.0, -f64::MAX),
+    ] {
+        let mut navigator = navigator();
+        let decision = navigator.step(&observation(0.0, twist));
+        assert_eq!(navigator.observation_fault(), Some(ObservationFault::TooFast), "{twist:?}");
+        assert_eq!((decision.mode, decision.command), (Mode::SensorFault, Twist::STOP));
+    }
+    for twist in [Twist::STOP, Twist::new(0.5, -0.5), Twist::new(99.0, 0.0)] {
+        let mut navigator = navigator();
+        navigator.step(&observation(0.0, twist));
+        assert_eq!(navigator.observation_fault(), None, "{twist:?}");
+    }
+}
