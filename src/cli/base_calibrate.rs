@@ -143,7 +143,7 @@ pub fn run(arguments: &CalibrateArguments, json: bool) -> anyhow::Result<bool> {
     let estimate = *identifier.estimate();
     let result = Calibration::new(&line, &turned, &driven, arguments);
     let object = result.object(&turned, &driven, &estimate, &status);
-    let mut lines = result.lines(&turned, &driven, &estimate);
+    let mut lines = Calibration::lines(&turned, &driven, &estimate);
     lines.extend(stop_cause(&status).map(|why| format!("stopped: {why}")));
     if is_done {
         lines.extend(result.settings_text());
@@ -265,7 +265,7 @@ impl Calibration {
         })
     }
 
-    fn lines(&self, turned: &Motion, driven: &Motion, estimate: &MotionEstimate) -> Vec<String> {
+    fn lines(turned: &Motion, driven: &Motion, estimate: &MotionEstimate) -> Vec<String> {
         let gyro = turned.by_gyro_rad.map_or_else(
             || "no gyro: measure the real turn and give it with --turned".to_owned(),
             |rad| format!("{:.1} deg by the gyro", rad.to_degrees()),

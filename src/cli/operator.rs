@@ -40,7 +40,7 @@ pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow:
             .with_context(|| format!("--operator-port {port}"))?;
         let switch = switch.clone();
         thread::Builder::new().name("operator".to_owned()).spawn(move || {
-            listener.incoming().flatten().for_each(|stream| answer(&stream, &switch))
+            listener.incoming().flatten().for_each(|stream| answer(&stream, &switch));
         })?;
     }
     if io::stdin().is_terminal() {

@@ -154,9 +154,7 @@ impl SerialCase {
             Required::Reported => (None, reason.is_some()),
         };
         let passed = passed && has_driven;
-        let mut row = FaultRow::default();
-        row.fault = self.name.to_owned();
-        row.place = protocol.to_owned();
+        let mut row = FaultRow::new(self.name, protocol);
         row.runs = 1;
         row.stood_s = limit_s.map(|_| stood_s);
         row.limit_s = limit_s;

@@ -35,7 +35,7 @@ impl<'a> CsvFile<'a> {
             ExperimentError::file(file, format!("line {line}: {error}: correct that line"))
         };
         let header = reader.headers().map_err(unread)?.clone();
-        let records = reader.records().map(|record| record.map(unquoted));
+        let records = reader.records().map(|record| record.map(|record| unquoted(&record)));
         let records: Vec<StringRecord> = records.collect::<Result<_, _>>().map_err(unread)?;
         let read = Self { file, header, records };
         let mut filled = read.records.iter().filter(|record| !is_blank(record));
@@ -130,7 +130,7 @@ impl CsvLine<'_> {
 }
 
 /// The record with its texts as they were before they were written as fields.
-fn unquoted(record: StringRecord) -> StringRecord {
+fn unquoted(record: &StringRecord) -> StringRecord {
     let mut texts: StringRecord = record.iter().map(field_text).collect();
     texts.set_position(record.position().cloned());
     texts

@@ -61,6 +61,14 @@ columns! {
     }
 }
 
+impl FaultRow {
+    /// The row of a fault before any drive.
+    #[must_use]
+    pub fn new(fault: &str, place: &str) -> Self {
+        Self { fault: fault.to_owned(), place: place.to_owned(), ..Self::default() }
+    }
+}
+
 /// A fault of the matrix.
 #[derive(Clone, Copy, Debug)]
 struct FaultCase {
@@ -161,11 +169,9 @@ pub fn simulated_faults(
     let mut rows = Vec::new();
     for case in &CASES {
         let mut row = FaultRow {
-            fault: case.name.to_owned(),
-            place: "simulation".to_owned(),
             limit_s: case.limit_s,
             passed: true,
-            ..FaultRow::default()
+            ..FaultRow::new(case.name, "simulation")
         };
         for &seed in seeds {
             case.drive(seed, &mut row)?;

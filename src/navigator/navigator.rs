@@ -286,7 +286,7 @@ impl Navigator {
         }
         let delay_s = self.delay_s();
         let now = PredictedState::new(
-            &Measured { time_s: *time_s, measured_s: *odometry_s, scan_s: *scan_s, pose, twist },
+            &Measured { time_s: *time_s, odometry_s: *odometry_s, scan_s: *scan_s, pose, twist },
             self.obstacles.moving(),
             &self.in_flight,
             &self.robot.limits,

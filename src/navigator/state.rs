@@ -64,8 +64,8 @@ const OLDEST_SCAN_S: f64 = 1.0;
 pub(super) struct Measured<'a> {
     /// Time of the tick, seconds.
     pub time_s: f64,
-    /// Time of the measurement, seconds, by the same clock.
-    pub measured_s: f64,
+    /// Time at which pose and velocity were measured, seconds, by the same clock.
+    pub odometry_s: f64,
     /// Time of the scan that shows the moving obstacles, seconds.
     pub scan_s: f64,
     pub pose: &'a Pose,
@@ -98,9 +98,9 @@ impl PredictedState {
         limits: &Limits,
         delay_s: f64,
     ) -> Self {
-        let Measured { time_s, measured_s, scan_s, .. } = *measured;
+        let Measured { time_s, odometry_s, scan_s, .. } = *measured;
         let (mut pose, mut twist) = (*measured.pose, *measured.twist);
-        let mut at_s = measured_s.clamp(time_s - IN_FLIGHT_S, time_s);
+        let mut at_s = odometry_s.clamp(time_s - IN_FLIGHT_S, time_s);
         let mut active = Twist::STOP;
         for (sent_s, command) in &commands.0 {
             let effect_s = sent_s + delay_s;
@@ -328,7 +328,7 @@ mod tests {
         let ideal_m = braking_distance_m(|_, command| (command - PERIOD_S).max(0.0));
         let braked_m = braking_distance_m(|speed, command| {
             let (pose, twist) = (&Pose::default(), &Twist::new(speed, 0.0));
-            let measured = Measured { time_s: 0.0, measured_s: 0.0, scan_s: 0.0, pose, twist };
+            let measured = Measured { time_s: 0.0, odometry_s: 0.0, scan_s: 0.0, pose, twist };
             let last = Twist::new(command, 0.0);
             let mut in_flight = CommandsInFlight::default();
             in_flight.record(-PERIOD_S, &last);
@@ -349,10 +349,10 @@ mod tests {
         let (delay_s, time_s) = (0.25, 1.0);
         let speed_at = |time_s: f64| (time_s - delay_s).max(0.0);
         for age_s in [0.0, 0.15] {
-            let measured_s = time_s - age_s;
-            let twist = &Twist::new(speed_at(measured_s), 0.0);
+            let odometry_s = time_s - age_s;
+            let twist = &Twist::new(speed_at(odometry_s), 0.0);
             let pose = &Pose::default();
-            let measured = Measured { time_s, measured_s, scan_s: time_s, pose, twist };
+            let measured = Measured { time_s, odometry_s, scan_s: time_s, pose, twist };
             let now = PredictedState::new(&measured, &[], &in_flight, &limits, delay_s);
             // The last command is that of the tick before.
             assert!((now.twist.linear - 0.9).abs() < 0.011, "{age_s}: {now:?}");

@@ -38,8 +38,8 @@ impl VisibleSpace<'_> {
         let (mut seen, mut all) = (0, 0);
         for range in self.ranges_beside(distance, direction, HALF_WIDTH_M) {
             all += 1;
-            // NaN compares as false.
-            seen += i32::from(range.is_some_and(|range| !(range < distance - NEARER_M)));
+            let goes_through = |range: f64| range.is_nan() || range >= distance - NEARER_M;
+            seen += i32::from(range.is_some_and(goes_through));
         }
         2 * seen >= all
     }

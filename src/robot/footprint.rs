@@ -140,17 +140,14 @@ impl Footprint {
     /// Speed at which a motion of the robot brings the part of its body that is nearest to a point closer to it, m/s.
     #[must_use]
     pub fn closing_speed_m_s(&self, pose: &Pose, twist: &Twist, center: &Point) -> f64 {
-        let nearest = match &self.body {
-            Some(body) => {
-                let local = pose.inverse_transform(center);
-                pose.transform(&body.nearest_on_outline(&local))
-            }
+        let nearest = if let Some(body) = &self.body {
+            let local = pose.inverse_transform(center);
+            pose.transform(&body.nearest_on_outline(&local))
+        } else {
             // The rotation of a disc about its own centre closes no gap; its centre moves with the robot.
-            None => {
-                let gap = |(own, radius_m): &(Point, f64)| (center - own).norm() - radius_m;
-                let nearest = self.at(pose).min_by(|one, other| gap(one).total_cmp(&gap(other)));
-                nearest.map_or(*center, |(own, _)| own)
-            }
+            let gap = |(own, radius_m): &(Point, f64)| (center - own).norm() - radius_m;
+            let nearest = self.at(pose).min_by(|one, other| gap(one).total_cmp(&gap(other)));
+            nearest.map_or(*center, |(own, _)| own)
         };
         let arm = nearest - pose.position();
         let heading = Vector::new(1.0, 0.0).rotated(libm::sincos(pose.yaw));

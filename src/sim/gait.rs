@@ -49,7 +49,7 @@ impl Gait {
         let longest_m = 2.0 * (body_radius_m - self.leg_radius_m).max(0.0);
         let aside_m = (STEP_WIDTH_M / 2.0).min(longest_m / 2.0);
         let room_m = libm::sqrt((longest_m / 2.0 * longest_m / 2.0 - aside_m * aside_m).max(0.0));
-        let half_step_m = ((STEP_M + STEP_S * self.speed_m_s) / 2.0).min(room_m);
+        let half_step_m = f64::midpoint(STEP_M, STEP_S * self.speed_m_s).min(room_m);
         let aside = Vector::new(-self.direction.y, self.direction.x);
         // A leg's offset falls from half a step to minus half a step in one step of the body, and rises in the next.
         let phase = if half_step_m > 0.0 { self.walked_m / (4.0 * half_step_m) } else { 0.0 };

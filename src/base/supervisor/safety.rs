@@ -118,13 +118,8 @@ pub struct SafetyController {
     release: Release,
     status: DriveStatus,
     has_feedback: bool,
-    /// Measured speeds of the tracks, and the age of that report, seconds.
-    measured: TrackSpeeds,
-    report_age_s: f64,
-    /// Time of the newest report, seconds.
-    reported_s: f64,
-    /// Whether the base reports that it has stopped by itself.
-    has_stopped_itself: bool,
+    /// The newest report.
+    report: Report,
     /// Start of the time in which every report showed a standstill.
     still_since_s: Option<f64>,
     is_still: bool,
@@ -135,6 +130,30 @@ pub struct SafetyController {
     /// Whether the base stands since that gap.
     is_restarting: bool,
     rejected: u64,
+}
+
+/// What the base has reported.
+#[derive(Clone, Copy, Debug)]
+struct Report {
+    /// Measured speeds of the tracks.
+    tracks: TrackSpeeds,
+    /// Age when it was read, seconds.
+    age_s: f64,
+    /// Its time, seconds.
+    stamp_s: f64,
+    /// Whether the base has stopped by itself.
+    has_stopped_itself: bool,
+}
+
+impl Default for Report {
+    fn default() -> Self {
+        Self {
+            tracks: TrackSpeeds::default(),
+            age_s: 0.0,
+            stamp_s: f64::NEG_INFINITY,
+            has_stopped_itself: false,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -171,10 +190,7 @@ impl SafetyController {
             release: Release::None,
             status: DriveStatus::NoTarget,
             has_feedback: false,
-            measured: TrackSpeeds::default(),
-            report_age_s: 0.0,
-            reported_s: f64::NEG_INFINITY,
-            has_stopped_itself: false,
+            report: Report::default(),
             still_since_s: Some(f64::NEG_INFINITY),
             is_still: true,
             sent: Twist::STOP,
@@ -287,12 +303,12 @@ impl SafetyController {
             self.interrupt(now_s, DriveStatus::Protected(action));
             return OutgoingCommand::Drive(Twist::STOP);
         }
-        if was_paused || self.has_stopped_itself {
+        if was_paused || self.report.has_stopped_itself {
             self.interrupt(now_s, DriveStatus::Restarting);
             return OutgoingCommand::Drive(Twist::STOP);
         }
-        let target = if self.report_age_s > max_gap_s {
-            self.status = DriveStatus::ReportsLate { age_s: self.report_age_s };
+        let target = if self.report.age_s > max_gap_s {
+            self.status = DriveStatus::ReportsLate { age_s: self.report.age_s };
             (self.resumed_s, self.is_restarting) = (now_s, true);
             None
         } else {
@@ -300,7 +316,7 @@ impl SafetyController {
             if self.is_restarting {
                 let is_settled = now_s - self.resumed_s >= RESTART_S;
                 if let (Some(target), true) = (target, is_settled) {
-                    self.mixer.restart(&self.measured, &target);
+                    self.mixer.restart(&self.report.tracks, &target);
                     self.is_restarting = false;
                 } else {
                     if target.is_some() {
@@ -315,7 +331,7 @@ impl SafetyController {
         let target = target.map(|target| self.protected(&target, now_s));
         if target.is_none_or(|target| target == Twist::STOP) {
             let allowance = LAG_S * self.base.tracks.acc_lim_track;
-            self.mixer.limit_to(&self.measured, allowance);
+            self.mixer.limit_to(&self.report.tracks, allowance);
         }
         let elapsed_s = elapsed_s.min(MAX_STEP_S);
         let speeds = self.mixer.mix(&target.unwrap_or_default(), elapsed_s);
@@ -389,15 +405,15 @@ impl SafetyController {
     /// Takes the base's latest report, which may be the previous one again.
     pub fn on_feedback(&mut self, feedback: &Feedback, now_s: f64) {
         self.has_feedback = true;
-        self.measured = self.base.drive().tracks(&feedback.twist);
-        self.report_age_s = feedback.age_s;
-        self.has_stopped_itself =
+        self.report.tracks = self.base.drive().tracks(&feedback.twist);
+        self.report.age_s = feedback.age_s;
+        self.report.has_stopped_itself =
             feedback.is_stop_suspected || feedback.faults.contains(Faults::WATCHDOG);
         let stamp_s = now_s - feedback.age_s;
-        let later_s = stamp_s - self.reported_s;
+        let later_s = stamp_s - self.report.stamp_s;
         // A report comes again in each cycle until there is a new one, and its time is then the same only to some microseconds.
         if later_s > MIN_LATER_S || later_s < -self.settings.max_gap_s {
-            self.reported_s = stamp_s;
+            self.report.stamp_s = stamp_s;
             if let Some(layer) = &mut self.protection {
                 layer.update_motion(&feedback.twist, stamp_s);
             }
@@ -420,7 +436,7 @@ impl SafetyController {
     }
 
     fn update_still(&mut self, feedback: &Feedback, now_s: f64) {
-        let fastest = self.measured.left.abs().max(self.measured.right.abs());
+        let fastest = self.report.tracks.left.abs().max(self.report.tracks.right.abs());
         let turn_rate = feedback.yaw_rate.unwrap_or(feedback.twist.angular);
         let stands = fastest < self.settings.fault_detector.motion_threshold_m_s
             && turn_rate.abs() < STILL_RAD_S;
@@ -469,7 +485,7 @@ impl SafetyController {
     /// Time of the newest report, seconds; minus infinity before the first one. It stays while that report comes again.
     #[must_use]
     pub const fn reported_s(&self) -> f64 {
-        self.reported_s
+        self.report.stamp_s
     }
 
     /// The last motion sent.

@@ -153,7 +153,7 @@ impl ConfigBuilder {
         let path = horizon.path.clone();
         let default = NavigatorSettings::default();
         let ahead_m = ((speed * time_s).max(MIN_LOOKAHEAD_M) * 100.0).round() / 100.0;
-        if !(ahead_m < default.lookahead_m) {
+        if ahead_m >= default.lookahead_m {
             return;
         }
         for (setting, value, note) in [

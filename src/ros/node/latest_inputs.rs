@@ -20,6 +20,7 @@ const REST_RAD: f64 = 1e-3;
 
 /// Largest ages of inputs and offset of clocks, seconds.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_field_names, reason = "the unit is part of each name")]
 pub struct AgeLimits {
     pub odometry_s: f64,
     pub transform_s: f64,
@@ -116,7 +117,7 @@ impl LatestInputs {
         let end_s = end_s.min(now_s.max(stamp_s));
         self.scan_delay.record(now_s, end_s);
         let changed_s = self.scan_change.update(end_s, scan.ranges.iter().copied());
-        self.scan = Some(ScanInput { changed_s, stamp, end_s, frame, timed, scan });
+        self.scan = Some(ScanInput { changed_s, stamp, end_s, frame, scan, timed });
         Ok(())
     }
 

@@ -129,7 +129,7 @@ fn stood_and_continued(facts: &Value) -> Result<(), Failed> {
     // 1 s until a silent process counts as lost; the rest is for busy cores.
     holds(number(facts, "lost_s") < 15.0, "the process is replaced", facts)?;
     holds(number(facts, "zero_s") < 15.0, "zeros arrive afterwards", facts)?;
-    holds(facts["first_after"].to_string() == "[0.0,0.0]", "zeros come first", facts)?;
+    holds(facts["first_after"] == serde_json::json!([0.0, 0.0]), "zeros come first", facts)?;
     holds(facts["resumed_s"].is_number(), "the robot continues", facts)?;
     holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)?;
@@ -147,7 +147,7 @@ fn control_process_dies(facts: &Value) -> Result<(), Failed> {
         holds(zero_s < 3.0, "zeros arrive", facts)?;
     }
     holds(facts["resumed_s"].is_number(), "the robot continues", facts)?;
-    holds(facts["orphans"].to_string() == "[]", "no process is left", facts)?;
+    holds(facts["orphans"] == serde_json::json!([]), "no process is left", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)
 }
 

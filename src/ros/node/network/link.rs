@@ -193,6 +193,7 @@ mod tests {
     use std::time::{Duration, Instant};
 
     use super::*;
+    use crate::ros::msg::PoseStamped;
 
     /// A link to a process that sends a sign of life with three unsent messages, and then runs a script.
     fn link(script: &'static str) -> NetworkLink {
@@ -249,7 +250,7 @@ mod tests {
         let began = Instant::now();
         // Beyond the buffers of pipe and queue.
         for _ in 0..2000 {
-            let path = Path { poses: vec![Default::default(); 100], ..Path::default() };
+            let path = Path { poses: vec![PoseStamped::default(); 100], ..Path::default() };
             link.send(ToNetwork::Path(path));
         }
         assert!(began.elapsed() < Duration::from_secs(10));

@@ -36,7 +36,8 @@ pub fn scan(stamp_s: f64, range: impl Fn(f64) -> f64) -> TimedScan {
 /// Range to a wall across the x axis at a distance ahead; nothing elsewhere but a wall far behind.
 pub fn wall_ahead(at_m: f64) -> impl Fn(f64) -> f64 {
     move |angle| {
-        let range = if angle.cos() > 0.0 { at_m / angle.cos() } else { -9.0 / angle.cos() };
+        let ahead = libm::cos(angle);
+        let range = if ahead > 0.0 { at_m / ahead } else { -9.0 / ahead };
         if range <= 10.0 { range } else { f64::INFINITY }
     }
 }
@@ -44,7 +45,7 @@ pub fn wall_ahead(at_m: f64) -> impl Fn(f64) -> f64 {
 /// Range within a corridor along the x axis.
 pub fn corridor(width_m: f64) -> impl Fn(f64) -> f64 {
     move |angle| {
-        let range = width_m / 2.0 / angle.sin().abs();
+        let range = width_m / 2.0 / libm::sin(angle).abs();
         if range <= 10.0 { range } else { f64::INFINITY }
     }
 }
@@ -52,10 +53,8 @@ pub fn corridor(width_m: f64) -> impl Fn(f64) -> f64 {
 /// Range to a disc at a point, and to a wall of 9 m around.
 pub fn disc(center: Point, radius_m: f64) -> impl Fn(f64) -> f64 {
     move |angle| {
-        let (along, across) = (
-            center.x * angle.cos() + center.y * angle.sin(),
-            center.y * angle.cos() - center.x * angle.sin(),
-        );
+        let (sin, cos) = libm::sincos(angle);
+        let (along, across) = (center.x * cos + center.y * sin, center.y * cos - center.x * sin);
         let half = radius_m * radius_m - across * across;
         if half >= 0.0 && along > 0.0 { along - half.sqrt() } else { 9.0 }
     }

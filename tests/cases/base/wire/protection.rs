@@ -34,7 +34,7 @@ impl Robot {
     fn scan(&self) -> TimedScan {
         let beam = |index: i32| {
             let angle = (f64::from(index) + 0.5) / 360.0 * TAU - PI;
-            let ahead = angle.cos();
+            let ahead = libm::cos(angle);
             let range = if ahead > 0.1 { self.wall_m / ahead } else { 9.0 };
             // A lidar returns nothing from beyond its range.
             let range = if range > RANGE_MAX_M { f64::INFINITY } else { range };
@@ -48,7 +48,7 @@ impl Robot {
         self.now_s += PERIOD_S;
         let report = Feedback { twist: self.twist, ..Feedback::default() };
         self.controller.on_feedback(&report, self.now_s);
-        if sees && cycle % 5 == 0 {
+        if sees && cycle.is_multiple_of(5) {
             let scan = self.scan();
             self.controller.update_scan(&scan, self.now_s);
         }

@@ -1,4 +1,4 @@
-//! A robot that cannot reverse, with Nav2's parameters of the TurtleBot3, in a world of the TurtleBot3's kind.
+//! A robot that cannot reverse, with Nav2's parameters of the `TurtleBot3`, in a world of the `TurtleBot3`'s kind.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use inbye::sim::Simulation;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// The parameters of Nav2's TurtleBot3 that describe robot and controller.
+/// The parameters of Nav2's `TurtleBot3` that describe robot and controller.
 const PARAMETERS: &str = r#"
 controller_server:
   ros__parameters:

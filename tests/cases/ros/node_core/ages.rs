@@ -55,9 +55,12 @@ fn static_transform_does_not_age() {
     robot.until(600, |robot| robot.has_notice("reached the goal"));
 }
 
+/// Delays an input of a robot.
+type Delay = fn(&mut Robot);
+
 #[test]
 fn robot_with_steadily_late_inputs_never_starts() {
-    let late: [(fn(&mut Robot), &str); 3] = [
+    let late: [(Delay, &str); 3] = [
         (|robot| robot.scan_late_s = 2.0, "messages on scan are 2.00 s old"),
         (|robot| robot.odometry_late_s = 2.0, "messages on odom are 2.00 s old"),
         (|robot| robot.transform_late_s = 2.0, "its last transform is too old"),
