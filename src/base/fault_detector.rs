@@ -12,8 +12,8 @@ use crate::settings::settings;
 /// A track that travels less than this share of its commanded distance stands, if for long.
 const STUCK_SHARE: f64 = 0.2;
 
-/// A base is found to ignore its commands, with both tracks standing, after this share of the time for one stuck track: a single
-/// blocked track is the rarer reason, and two agree.
+/// Time after which a base with two standing tracks ignores its commands, as a share of the time for one stuck track. It is
+/// shorter because both tracks agree.
 const IGNORED_SHARE: f64 = 0.7;
 
 /// A track that travels backwards by at least this share of its commanded distance is wired in reverse. No track coasts or rolls

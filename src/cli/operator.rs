@@ -23,7 +23,7 @@ const DISCARD_TIME: Duration = Duration::from_millis(300);
 /// Time to the next attempt after the end of the terminal's input, or while the program is in the background.
 const RETRY_TIME: Duration = Duration::from_millis(200);
 
-/// Refuses a drive that nobody could arm.
+/// Refuses a drive without any means to arm the robot.
 pub fn require_way_to_arm(armed: bool, port: Option<u16>) -> anyhow::Result<()> {
     ensure!(
         armed || port.is_some() || io::stdin().is_terminal(),
@@ -32,7 +32,7 @@ pub fn require_way_to_arm(armed: bool, port: Option<u16>) -> anyhow::Result<()> 
     Ok(())
 }
 
-/// Arms the robot if that is wanted, and lets the operator use the switch: Enter in the terminal stops the robot, the word `arm`
+/// Arms the robot if requested, and connects the operator to the switch. Enter in the terminal stops the robot, the word `arm`
 /// arms it; a port of localhost takes requests.
 pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow::Result<()> {
     if let Some(port) = port {
@@ -64,7 +64,7 @@ pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow:
 /// The terminal of the operator.
 struct Terminal {
     switch: OperatorSwitch,
-    /// Whether the prompt has been shown: a line that was typed before it means something else.
+    /// Whether the prompt has been shown: a line typed before it is no command.
     listens: Arc<AtomicBool>,
 }
 
@@ -94,8 +94,8 @@ impl Terminal {
     }
 }
 
-/// Obeys a line of the operator, and returns the answer. Only the word `arm` arms: whoever types anything else in a hurry wants the
-/// robot to stop.
+/// Obeys a line of the operator, and returns the answer. Only the word `arm` arms; every other line stops, so that a typing
+/// error is safe.
 fn obey(line: &str, switch: &OperatorSwitch) -> &'static str {
     if line.trim() == "arm" {
         switch.arm();
@@ -106,7 +106,7 @@ fn obey(line: &str, switch: &OperatorSwitch) -> &'static str {
     }
 }
 
-/// Answers one request. A client that is slow or says too much is dropped.
+/// Answers one request. A client that is slow or sends too much is dropped.
 fn answer(stream: &TcpStream, switch: &OperatorSwitch) {
     let Some(head) = read_head(stream) else {
         return;

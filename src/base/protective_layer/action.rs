@@ -12,7 +12,7 @@ pub enum ProtectiveAction {
     #[default]
     #[error("the command passes")]
     Pass,
-    /// The robot stands: nobody has armed it.
+    /// The robot stands: it is not armed.
     #[error("not armed")]
     NotArmed,
     /// The robot stands: the operator stopped it.
@@ -42,9 +42,9 @@ pub enum ProtectiveAction {
     /// The robot stops: its stopping motion would touch a return.
     #[error("stop: a return at ({x:.2}, {y:.2}) m, {gap_m:.2} m from the body")]
     Stop {
-        /// The first return on the way.
+        /// The first return that the motion touches.
         x: f64,
-        /// The first return on the way.
+        /// The first return that the motion touches.
         y: f64,
         /// Its present distance from the body, metres.
         gap_m: f64,
@@ -54,12 +54,12 @@ pub enum ProtectiveAction {
     Approach {
         /// Factor of the command.
         factor: f64,
-        /// The first return on the way.
+        /// The first return that the motion touches.
         x: f64,
-        /// The first return on the way.
+        /// The first return that the motion touches.
         y: f64,
     },
-    /// The robot is slower: a return lies beside its stopping motion.
+    /// The robot is slower: a return lies near its stopping motion.
     #[error("slow: at most {limit:.2} m/s, a return at ({x:.2}, {y:.2}) m")]
     Slow {
         /// Highest speed of a point of the body, m/s.

@@ -1,11 +1,11 @@
-//! The protective layer in the sender: it limits each command by the raw scan, whatever the planner wants.
+//! The protective layer in the sender: it limits each command by the raw scan, independently of the planner.
 //!
-//! It follows Nav2's `collision_monitor`, and knows no map, no pose and no plan. Zones are swept along the motion that the base
-//! would make with a command: on for the time to its effect, then a period, then braking to a standstill. A command passes only
-//! if no return of the raw scan lies in that way; else it is reduced at constant curvature, down to a full stop. So a robot
-//! passes along walls at full speed, and stops before what stands in its way.
+//! It follows Nav2's `collision_monitor`, and knows no map, no pose and no plan. It sweeps the body along the stopping
+//! motion of a command: the motion until the command takes effect, one period with the command, then braking to a standstill.
+//! A command passes only if the swept area holds no return of the raw scan. Otherwise the layer reduces it at constant
+//! curvature, down to a full stop. A robot thus passes along walls at full speed, and stops before obstacles ahead.
 //!
-//! - A return that lies where a scan before showed free space moves, and may come nearer at walking speed (ISO 13855).
+//! - A return within the free space of an earlier scan counts as moving. It may approach at walking speed (ISO 13855).
 //! - A robot that touches something already may only move away from it, slowly.
 //! - A scan that is missing, old, blind or frozen stops the robot. Directions without measurements permit creeping only.
 //! - Nothing moves before [`ProtectiveLayer::arm`], and after [`ProtectiveLayer::operator_stop`] until it is armed again.
@@ -33,16 +33,16 @@ use crate::settings::SettingError;
 use raw_scan::{RawPoint, RawScans};
 use stopping_motion::{Clearance, MotionModel, StoppingMotion};
 
-/// Factor of a command below which the robot rather stands.
+/// Factor of a command below which the robot stands.
 const MIN_FACTOR: f64 = 0.05;
 
 /// Bisections of the factor: to 3 % of the command.
 const BISECTIONS: u32 = 5;
 
-/// Difference of the measured motion and the one that was commanded for now from which the measured one is checked too, m/s and rad/s.
+/// Least difference between measured and commanded motion at which the layer checks both, m/s and rad/s.
 const SAME_MOTION: f64 = 0.05;
 
-/// Highest measured speed that is taken seriously, m/s and rad/s.
+/// Bound of measured speeds, m/s and rad/s.
 const MAX_MEASURED: f64 = 10.0;
 
 /// Least identified deceleration, m/s^2.
@@ -125,7 +125,7 @@ impl ProtectiveLayer {
         }
     }
 
-    /// Delay of a command, seconds, and deceleration, m/s^2, that the layer reckons with.
+    /// Delay of a command, seconds, and deceleration, m/s^2, that the layer uses.
     #[must_use]
     pub fn stopping(&self) -> (f64, f64) {
         let estimate = self.identifier.estimate();
@@ -170,7 +170,7 @@ impl ProtectiveLayer {
     }
 
     /// A limited command within the accelerations, a period after the command that was sent last: a full stop keeps the
-    /// curvature, so that the robot brakes on the way that was checked. For senders without a ramp of their own.
+    /// curvature, so that the robot brakes along the checked arc. For senders without a ramp of their own.
     #[must_use]
     pub fn ramp(&self, command: &Twist, sent: &Twist) -> Twist {
         if *command == Twist::STOP {
@@ -230,11 +230,11 @@ impl ProtectiveLayer {
         self.limit_by_body(&points, &mut limited);
         self.limit_by_blindness(&situation, now_s, &mut limited);
         self.limit_by_approach(&situation, &mut limited);
-        self.limit_beside(&situation, &mut limited);
+        self.limit_near_returns(&situation, &mut limited);
         (limited.command, limited.action)
     }
 
-    /// What stops the robot whatever its surroundings are.
+    /// The reason for a stop that does not depend on the surroundings, if there is one.
     fn full_stop(&self, target: &Twist, now_s: f64) -> Option<ProtectiveAction> {
         match self.operator.state() {
             OperatorState::NotArmed => return Some(ProtectiveAction::NotArmed),
@@ -371,8 +371,8 @@ impl ProtectiveLayer {
         at_once.into_iter().chain(kept.then(|| motion(&[])))
     }
 
-    /// Limits the speed of a robot with returns beside its stopping motion.
-    fn limit_beside(&self, situation: &Situation<'_>, limited: &mut Limited) {
+    /// Limits the speed of a robot with returns near its stopping motion.
+    fn limit_near_returns(&self, situation: &Situation<'_>, limited: &mut Limited) {
         let limit = self.settings.linear_limit;
         let factor = self.factor_to(limit, &limited.command);
         let distance_m = self.settings.margin_m + self.settings.slow_margin_m;
@@ -381,7 +381,7 @@ impl ProtectiveLayer {
         }
         let motion = self.commanded_motion(situation, &limited.command);
         let min_points = self.settings.min_points;
-        if let Some(point) = motion.beside(situation.points, distance_m, min_points) {
+        if let Some(point) = motion.passed_return(situation.points, distance_m, min_points) {
             let Point { x, y } = point.place;
             limited.scale(factor, || ProtectiveAction::Slow { limit, x, y });
         }
@@ -389,7 +389,7 @@ impl ProtectiveLayer {
 
     fn model(&self) -> MotionModel {
         let (delay_s, deceleration_m_s2) = self.stopping();
-        // A turn brakes as much worse as the base does.
+        // A turn brakes with the same share of its set deceleration.
         let share = deceleration_m_s2 / -self.limits.decel_lim_x;
         let limits = Limits {
             decel_lim_x: -deceleration_m_s2,
@@ -412,7 +412,7 @@ impl ProtectiveLayer {
     }
 }
 
-/// What the checks of a command look at.
+/// The inputs of the checks of a command.
 struct Situation<'a> {
     points: &'a [RawPoint],
     /// Commands that were sent, by the time until they take effect, seconds.
@@ -429,7 +429,7 @@ impl Situation<'_> {
     }
 }
 
-/// A command on its way through the checks.
+/// A command between two checks, and the last action on it.
 struct Limited {
     command: Twist,
     action: ProtectiveAction,

@@ -10,7 +10,7 @@ const STOPPED: u8 = 2;
 /// State of the operator's switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OperatorState {
-    /// Nobody has armed the robot, or it was disarmed.
+    /// The robot was not armed yet, or it was disarmed.
     NotArmed,
     /// The robot may move.
     Armed,

@@ -86,7 +86,7 @@ const fn default_enabled() -> bool {
     true
 }
 
-/// A zone of which a number is out of range.
+/// A zone has a number out of range.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("the zone `{name}` has {key} = {value}: it must be {expected}")]
 pub struct ZoneError {

@@ -1,4 +1,4 @@
-//! The newest raw scan in the robot's own odometry: its returns, which of them moved, and what it does not show.
+//! The newest raw scan in the robot's own odometry: its returns, the moving ones, and its blind sectors.
 
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
@@ -26,14 +26,14 @@ const NEIGHBOURS: usize = 2;
 /// Share of a turn by which the measured turn may be wrong; more neighbours count then. Tracks slip sideways.
 const TURN_ERROR: f64 = 0.1;
 
-/// Ages of the scans that show earlier free space, seconds, between multiples of a usual period: one for who walks fast, one
-/// for who walks, and one for who walks slowly and is out of his own place by then.
+/// Ages of the scans that show earlier free space, seconds, between multiples of a usual period. The youngest detects fast
+/// walkers, the oldest detects slow walkers, who have left their earlier place by then.
 const FREE_AGES_S: [f64; 3] = [0.15, 0.25, 0.75];
 
 /// Longest time for which a scan is remembered, seconds.
 const REMEMBERED_S: f64 = 1.2;
 
-/// Distance behind a vanished return within which a return is what stood there: somebody who walks away, and may turn round.
+/// Distance behind a vanished return within which a return belongs to the same obstacle: a person who walks away, and may turn.
 const WALKED_M: f64 = 0.6;
 
 /// Depth of a return in earlier free space from which it moved, metres: noise, and the error of the odometry.
@@ -53,7 +53,7 @@ const MAX_BEAMS: usize = 65_536;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RawPoint {
     pub place: Point,
-    /// Whether it came to its place a moment before.
+    /// Whether it moves: earlier scans show its place free.
     pub moves: bool,
     /// Distance from the body, metres; negative within it.
     pub gap_m: f64,

@@ -29,8 +29,8 @@ settings! {
         pub slow_margin_m: f64 = 0.05, ["m", 0 to 10];
         /// Highest speed of any point of the body in the slow zone.
         pub linear_limit: f64 = 0.5, ["m/s", above 0 to 100];
-        /// Assumed speed of whatever a scan shows where the scan before showed free space. Default 1.6 m/s, the walking
-        /// speed of ISO 13855; zero takes everything to stand.
+        /// Assumed speed of returns within the free space of an earlier scan. Default 1.6 m/s, the walking
+        /// speed of ISO 13855; zero treats every return as standing.
         pub approach_speed_m_s: f64 = 1.6, ["m/s", 0 to 10];
         /// Highest speed of any point of the body while a return lies within it: only motion away from it is permitted.
         pub escape_speed: f64 = 0.1, ["m/s", above 0 to 10];

@@ -4,7 +4,7 @@ use super::raw_scan::RawPoint;
 use crate::geometry::{Point, Pose, Twist, nearest_on_segment};
 use crate::robot::{Footprint, Limits};
 
-/// Most steps of a motion: a base that is told to stop stands long before.
+/// Most steps of a motion: a braking base stands long before.
 const MAX_STEPS: usize = 1000;
 
 /// Distance by which a return within the margin may seem to come nearer while the body slides past it, metres: the noise of
@@ -30,18 +30,18 @@ pub(super) struct MotionModel {
     pub step_s: f64,
 }
 
-/// A pose on the way to the standstill.
+/// A pose of the stopping motion.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     pose: Pose,
     end_s: f64,
 }
 
-/// The body's way from now to its standstill, in its present frame.
+/// The stopping motion of the body, from now to its standstill, in its present frame.
 #[derive(Clone, Debug)]
 pub(super) struct StoppingMotion<'a> {
     body: &'a Footprint,
-    /// Centres of the discs at the begin and at the end of each step, step by step; and the end of the step.
+    /// The end of each step, seconds, and the centres of the discs at its start and at its end.
     sweeps: Vec<(f64, Vec<(Point, Point)>)>,
     /// Radius around the origin that contains the whole motion, metres.
     reach_m: f64,
@@ -153,7 +153,7 @@ impl<'a> StoppingMotion<'a> {
                 if away_m < radius_m {
                     return true;
                 }
-                // A moving return comes to the body whatever the robot does. Only its way against the body's motion counts: the
+                // A moving return may reach the body at any motion of the robot. Only its motion against that of the body counts: the
                 // robot itself closes that gap.
                 let grown_m = clearance.approach_speed_m_s * (end_s + clearance.age_s);
                 let share = closing_share(from, to, &point.place);
@@ -162,9 +162,9 @@ impl<'a> StoppingMotion<'a> {
         })
     }
 
-    /// A return beside the motion: nearer than the distance to some part of the body on the way. What falls behind at once, and
-    /// what the motion only comes nearer to, is not beside. None if there are too few.
-    pub fn beside(
+    /// A return that the motion passes at less than the distance from some part of the body; none if there are too few. Returns
+    /// that fall behind at once do not count, nor do returns ahead, where the motion ends nearer to them.
+    pub fn passed_return(
         &self,
         points: &[RawPoint],
         distance_m: f64,
@@ -190,7 +190,7 @@ impl<'a> StoppingMotion<'a> {
         })
     }
 
-    /// Whether the motion ends nearer to a return than it begins: then it lies ahead, and not beside.
+    /// Whether the motion ends nearer to a return than it begins: then the return lies ahead.
     fn ends_nearer(&self, point: &RawPoint) -> bool {
         let Some((_, discs)) = self.sweeps.last() else {
             return false;
@@ -226,13 +226,13 @@ impl<'a> StoppingMotion<'a> {
 
 /// Share of a motion that closes the gap to a place: the cosine of the angle between both; zero where the gap grows.
 fn closing_share(from: &Point, to: &Point, place: &Point) -> f64 {
-    let (way, towards) = (to - from, place - from);
-    let closing = way.dot(&towards);
-    if closing > ROUNDING_M { closing / (way.norm() * towards.norm()) } else { 0.0 }
+    let (step, towards) = (to - from, place - from);
+    let closing = step.dot(&towards);
+    if closing > ROUNDING_M { closing / (step.norm() * towards.norm()) } else { 0.0 }
 }
 
-/// Distance that the body keeps to a return which is now at a gap from it, metres: the margin, and within the margin hardly
-/// less than now.
+/// Distance that the body keeps to a return which is now at a gap from it, metres: the margin, or hardly less than
+/// the present gap where that is within the margin.
 fn kept_m(gap_m: f64, margin_m: f64) -> f64 {
     let hard_m = margin_m * HARD_MARGIN_SHARE;
     if gap_m <= hard_m {

@@ -11,7 +11,7 @@
 //!   time in which the operator forbids motion.
 //! - A target that is not finite, older than the previous one or too far ahead is rejected and counted.
 //! - With [`BaseSupervisor::protect`], raw scans limit every target ([`ProtectiveLayer`](super::ProtectiveLayer)): nothing moves
-//!   before it is armed, and the operator's stop is zero with the next command, whatever the state of the target.
+//!   before it is armed, and the operator's stop is zero with the next command, with or without a valid target.
 //! - A requested stop, and a stop by the fault detector, is latched: targets are rejected until an explicit
 //!   [`BaseSupervisor::release`] while the base stands still.
 //! - A failed connection is closed with three or more zero commands and reopened after a pause that doubles with each failure.

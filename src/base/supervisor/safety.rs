@@ -351,7 +351,7 @@ impl SafetyController {
         limited
     }
 
-    /// What forbids every motion, with or without a target: the operator's switch. Zero goes out at once, without a ramp.
+    /// The action of the operator's switch, if it forbids motion, with or without a target. Zero goes out at once, without a ramp.
     fn forbidden(&mut self, now_s: f64) -> Option<ProtectiveAction> {
         let layer = self.protection.as_mut()?;
         if layer.operator().state() == OperatorState::Armed {
@@ -458,7 +458,7 @@ impl SafetyController {
         self.stand(DriveStatus::AwaitingFeedback);
     }
 
-    /// What was reported before says nothing about the base now: it may have been pushed.
+    /// Forgets the earlier reports: the base may have been pushed meanwhile.
     const fn forget_reports(&mut self) {
         self.has_feedback = false;
         (self.still_since_s, self.is_still) = (None, false);

@@ -45,7 +45,7 @@ fn each_fault_stops_the_base_with_its_cause_in_time() {
     thread::scope(|scope| {
         for (protocol, fault, within_s, words) in cases {
             scope.spawn(move || {
-                // The host ignores no stop: a base that ignores commands is told to stop at 3 s.
+                // The host ignores no stop: a base that ignores commands gets its stop at 3 s.
                 let is_ignored = fault == "ignored-commands";
                 let time_s = if is_ignored { 3.0 } else { 30.0 };
                 let (sent, summary) = drive_with(protocol, &format!("{fault}@{FROM_S}"), time_s);
@@ -112,7 +112,7 @@ fn paused_host_sends_zeros_before_it_drives_again() {
     assert_eq!(ended.status.code(), Some(0), "{ended:?}");
     let summary = base.end();
     assert!(number(&summary, "watchdog_stops") >= 1.0, "{summary}");
-    // 0.1 s of zeros at 50 Hz, of which a busy machine may skip some.
+    // 0.1 s of zeros at 50 Hz; a busy machine may skip some.
     assert!(number(&summary, "zero_commands_after_watchdog") >= 2.0, "{summary}");
     assert!(number(&summary, "travelled_m") > 0.8, "it drives again: {summary}");
 }

@@ -166,7 +166,7 @@ fn robot_stops_for_a_wall_within_its_stopping_distance_and_passes_before() {
 
 #[test]
 fn measured_motion_counts_where_it_differs_from_the_sent_one() {
-    // A base that still rolls at 1 m/s, although it was told to creep.
+    // A base that still rolls at 1 m/s, although its command is to creep.
     let mut layer = layer(CollisionMonitorSettings::default());
     layer.update_motion(&FULL, 0.0);
     layer.update_scan(&scan(0.0, wall_ahead(0.9)), 0.0);
@@ -208,8 +208,8 @@ fn corridor_of_one_metre_is_driven_at_full_speed() {
 }
 
 #[test]
-fn return_beside_the_way_slows_and_one_that_falls_behind_does_not() {
-    // 5 cm beside the body.
+fn return_near_the_arc_slows_the_robot_and_one_that_falls_behind_does_not() {
+    // 5 cm to the side of the body.
     let (slow, action) = limited(corridor(0.6), FULL, Twist::STOP);
     assert!((slow.linear - 0.5).abs() < 1e-9, "{slow:?}");
     assert!(matches!(action, ProtectiveAction::Slow { .. }), "{action}");
@@ -228,7 +228,7 @@ fn return_within_the_body_permits_only_slow_motion_away_from_it() {
 }
 
 #[test]
-fn single_return_is_dust() {
+fn single_return_is_ignored_as_dust() {
     let dust = |angle: f64| if (0.0..0.0174).contains(&angle) { 0.6 } else { 9.0 };
     assert!(limited(dust, FULL, FULL).1.passes());
     let two = |angle: f64| if (0.0..0.0349).contains(&angle) { 0.6 } else { 9.0 };
@@ -258,19 +258,19 @@ fn after_move(before: Point, now: Point, target: Twist) -> (Twist, ProtectiveAct
 }
 
 #[test]
-fn person_who_walks_ahead_slows_more_than_one_who_stands() {
+fn walking_person_ahead_slows_the_robot_more_than_a_standing_one() {
     let place = Point::new(2.6, 0.0);
     let (command, action) = after_move(place, place, FULL);
     assert_eq!(command, FULL, "{action}");
     let (command, action) = after_move(Point::new(2.6, 1.0), place, FULL);
     assert!(command.linear < 0.9, "{command:?} {action}");
-    // Behind the robot nobody is run over.
+    // A forward motion cannot reach a person behind the robot.
     let (command, action) = after_move(Point::new(-1.5, 1.0), Point::new(-1.5, 0.0), FULL);
     assert_eq!(command, FULL, "{action}");
 }
 
 #[test]
-fn person_who_walks_beside_the_way_does_not_slow() {
+fn person_who_walks_parallel_to_the_arc_does_not_slow_the_robot() {
     let (before, now) = (Point::new(0.6, 2.6), Point::new(0.6, 1.6));
     let (command, action) = after_move(before, now, FULL);
     assert_eq!(command, FULL, "{action}");
@@ -280,13 +280,13 @@ fn person_who_walks_beside_the_way_does_not_slow() {
 }
 
 #[test]
-fn person_who_walks_away_ahead_slows_because_he_may_turn_round() {
+fn person_who_walks_away_ahead_slows_the_robot() {
     let (command, action) = after_move(Point::new(2.2, 0.0), Point::new(2.6, 0.0), FULL);
     assert!(command.linear < 0.9, "{command:?} {action}");
 }
 
 #[test]
-fn person_who_walks_is_noticed_by_few_beams_at_whole_degrees_with_gaps() {
+fn walking_person_is_detected_by_few_beams_at_whole_degrees_with_gaps() {
     for beams in [120, 180, 360, 400] {
         let mut layer = layer(CollisionMonitorSettings::default());
         for (stamp_s, across_m) in [(0.0, 1.0), (0.5, 0.0)] {

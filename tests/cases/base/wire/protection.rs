@@ -14,7 +14,7 @@ const PERIOD_S: f64 = 0.02;
 
 const RANGE_MAX_M: f64 = 12.0;
 
-/// A base that does what it is told, 0.02 s later, before a wall.
+/// A base before a wall that follows each command 0.02 s later.
 struct Robot {
     controller: SafetyController,
     now_s: f64,

@@ -242,7 +242,7 @@ fn late_reports_brake_base_and_restart_it() {
     assert_restarts_from(&speeds, 0.0);
 }
 
-/// The host's commands were lost on their way, and the base has stopped by itself.
+/// The line lost the host's commands, and the base has stopped by itself.
 #[test]
 fn base_stopped_by_its_watchdog_restarts_from_zero() {
     let mut harness = Harness::new();
