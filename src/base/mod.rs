@@ -75,7 +75,7 @@ pub struct Feedback {
     pub command_delay_s: Option<f64>,
     /// Time since the report arrived, seconds; zero if the driver does not know it.
     pub age_s: f64,
-    /// Whether a report that may be damaged says that the motors are disabled. The next report confirms or refutes it.
+    /// Whether a report that may be damaged shows disabled motors. The next report confirms or refutes it.
     pub is_stop_suspected: bool,
     /// Acceleration along x, y and z of the base's frame with that of gravity, m/s^2, if the base has an accelerometer.
     pub acceleration_m_s2: Option<[f64; 3]>,

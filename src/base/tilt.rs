@@ -73,7 +73,7 @@ mod tests {
 
     /// Braking at 1.5 m/s^2 for 0.6 s looks like a pitch of 0.15 rad to the accelerometer.
     #[test]
-    fn braking_is_hardly_a_tilt_and_a_turn_is_found_fast() {
+    fn braking_shows_little_tilt_and_a_tipping_base_shows_it_at_once() {
         let mut filter = TiltFilter::default();
         let mut now_s = 0.0;
         let mut run = |acceleration, gyro, steps| {

@@ -158,8 +158,8 @@ fn confirm(arguments: &CalibrateArguments) -> anyhow::Result<()> {
         bail!("the base is about to move: run it in a terminal, or confirm with --yes");
     }
     output::note(format!(
-        "The base on {} turns {} times on the spot and drives {} m ahead. Is the floor free, and is somebody at the \
-         emergency stop? [y/N]",
+        "The base on {} turns {} times on the spot and drives {} m ahead. Is the floor free, and is the emergency \
+         stop within reach? [y/N]",
         arguments.line.port, arguments.turns, arguments.distance
     ));
     std::io::stderr().flush()?;

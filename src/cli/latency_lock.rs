@@ -13,10 +13,10 @@ use super::result_store::NO_LOCKS;
 /// Name of the lock file.
 const NAME: &str = "inbye-latency.lock";
 
-/// Whether this process has said that it waits.
+/// Whether this process has printed that it waits.
 static HAS_SAID: Once = Once::new();
 
-/// Waits until a cell may run, and says so: a latency cell waits for all other cells of this user, and the others for it. The
+/// Waits until a cell may run, and prints that it waits. A latency cell waits for all other cells of this user, and they for it. The
 /// lock ends when the file is dropped.
 pub fn of(cell: &Cell) -> anyhow::Result<File> {
     let folder = folder();

@@ -30,10 +30,10 @@ const TICKS: &str = "ticks.jsonl";
 #[command(
     after_help = "Example:\n  inbye bench soak --missions 3 --longest 12 --threads 1 --record soak.csv\n\n\
     Map and seed determine a mission: start and goal in connected free space, yaws, up to --people moving obstacles. Of six \
-    missions with people two have people who walk across or along the path and yield, and one each has people who do not \
-    yield, who appear, who start to walk, and who step out of a crossing when the robot is near. Maps take turns.\n\
+    missions with people, two have people that walk across or along the path and yield. One each has people that do not \
+    yield, appear, start to walk, or step out of a crossing when the robot is near. Maps take turns.\n\
     On the disagreeing plant, latency, braking, acceleration, slip, slope, noise and the pedestrians' speed (up to 1.6 m/s) \
-    and legs are drawn for each mission from [simulation.plant_ranges]; the navigator is not told. The rows hold the values.\n\
+    and legs are drawn for each mission from [simulation.plant_ranges]; the navigator does not get them. The rows hold the values.\n\
     The robot causes a contact when the true velocity of the touching part of its footprint towards the other body is above \
     0.02 m/s, or when that body stands; a mission with any contact is lost.\n\
     With --out the same command resumes where it was interrupted.\n\

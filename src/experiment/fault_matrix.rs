@@ -86,8 +86,8 @@ enum Kind {
     Kidnapped,
     /// Each decision takes this long from the fault on, seconds, with a deadline of one control period.
     LateDecisions(f64),
-    /// Somebody appears at this distance ahead of the robot, metres.
-    SomebodyAhead(f64),
+    /// A person appears at this distance ahead of the robot, metres.
+    PersonAhead(f64),
     /// Obstacles appear on all sides of the robot.
     BoxedIn,
 }
@@ -134,7 +134,7 @@ const CASES: [FaultCase; 14] = [
         kind: Kind::Injected(|| odometry(OdometryChange::Reversed)),
     },
     FaultCase {
-        name: "odometry is not a number",
+        name: "odometry is not finite",
         limit_s: Some(1.8),
         kind: Kind::Injected(|| odometry(OdometryChange::NotFinite)),
     },
@@ -148,13 +148,9 @@ const CASES: [FaultCase; 14] = [
         limit_s: None,
         kind: Kind::Injected(|| odometry(OdometryChange::Shifted(5.0))),
     },
-    FaultCase { name: "robot is moved unnoticed", limit_s: None, kind: Kind::Kidnapped },
+    FaultCase { name: "robot is carried away", limit_s: None, kind: Kind::Kidnapped },
     FaultCase { name: "decisions take 1 s", limit_s: Some(1.5), kind: Kind::LateDecisions(1.0) },
-    FaultCase {
-        name: "somebody appears 1 m ahead",
-        limit_s: None,
-        kind: Kind::SomebodyAhead(AHEAD_M),
-    },
+    FaultCase { name: "person appears 1 m ahead", limit_s: None, kind: Kind::PersonAhead(AHEAD_M) },
     FaultCase { name: "obstacles appear on all sides", limit_s: None, kind: Kind::BoxedIn },
 ];
 
@@ -210,7 +206,7 @@ impl FaultCase {
                 config.navigator.deadline_s = Some(config.local.control_period_s);
                 late_s = took_s;
             }
-            Kind::SomebodyAhead(gap_m) => {
+            Kind::PersonAhead(gap_m) => {
                 appear_around(&mut simulation, &config, &[(gap_m, 0.0)])?;
             }
             Kind::BoxedIn => {

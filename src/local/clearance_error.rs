@@ -1,4 +1,4 @@
-//! How much more clearance the engines may find than the robot truly has.
+//! The bound by which the engines may overestimate the clearance.
 //!
 //! The engines check the poses of a trajectory at its steps, and compute in integers. Between the steps, and between the model
 //! (eq. 27, which moves along the old heading before it turns) and the true arc, the robot may come nearer to an obstacle:
@@ -14,7 +14,7 @@
 //! `c^2 / 2`, whatever `d` is. A robot that keeps that much in addition keeps its margin along the whole true arc.
 //!
 //! With the default settings `k` is 0.42 at the end of the horizon. For longer horizons the margin is kept until the robot could
-//! stand: its way there is at most `d`, and `k` is at most `omega dt`. With [`Stopping::Arc`](super::Stopping) the clearance
+//! stand: it drives at most `d` until then, and `k` is at most `omega dt`. With [`Stopping::Arc`](super::Stopping) the clearance
 //! may be below the braking distance, and only the checked poses keep the margin.
 
 use super::LocalSettings;

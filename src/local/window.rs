@@ -4,7 +4,7 @@ use super::Sampling;
 use crate::geometry::Twist;
 use crate::robot::Limits;
 
-/// Equally spaced values from `low` to `high`, both included, some of which are replaced. A single value is `low`.
+/// Equally spaced values from `low` to `high`, both included; a few are replaced. A single value is `low`.
 ///
 /// An axis with at least four values has every value of `through` that lies between its ends: it replaces the nearest of the
 /// spaced values between the ends. Where both have the same nearest value, the second one replaces its neighbour. With three

@@ -1,7 +1,7 @@
 //! Exact distances to the occupied cells near the robot.
 //!
-//! The distance field has one distance for all points of a cell: it is good to a cell's diagonal. A robot that leaves a corner
-//! has less than that to spare.
+//! The distance field has one distance for all points of a cell: it is good to a cell's diagonal. The clearance of a robot
+//! that leaves a corner is smaller.
 
 use crate::geometry::{Point, Pose};
 use crate::local::ClearanceField;

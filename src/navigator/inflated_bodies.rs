@@ -242,7 +242,7 @@ mod tests {
             assert!(beyond_m >= 0.0, "case {case}: {beyond_m} m beyond {kept_m} m");
             admissible += count;
             reduced += u32::from(kept_m < settings.safety_margin_m);
-            // The check has teeth: the distances between centres are too long, and the margin is not kept.
+            // The check detects a violated margin: distances between centres are too long.
             let between_centers = ClearanceField::new(&it.obstacles).expect("a field");
             let (_, beyond_m) = it.evaluate(between_centers, &inflated.footprint, kept_m);
             violations += u32::from(beyond_m < 0.0);

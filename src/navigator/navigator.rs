@@ -50,7 +50,7 @@ pub struct Navigator {
     window_half_m: f64,
     validator: ObservationValidator,
     pub(super) obstacles: ObstacleModel,
-    /// Where the map has room for a person; `None` where hidden people do not matter.
+    /// Where the map has room for a person; `None` if hidden people are not considered.
     pub(super) standing_room: Option<FreeSpace>,
     waypoints: WaypointQueue,
     route: Route,
@@ -453,7 +453,7 @@ impl Navigator {
     }
 }
 
-/// Where the map has room for a person; `None` where hidden people do not matter.
+/// Where the map has room for a person; `None` if hidden people are not considered.
 pub(super) fn standing_room(
     known: &ObstacleGrid,
     settings: &NavigatorSettings,

@@ -1,4 +1,4 @@
-//! Places where somebody may be hidden: behind the edges of what the scan shows, where the map has room for a person.
+//! Places where a person may be hidden: behind the range edges of the scan, where the map has room for a person.
 
 use super::visible_space::VisibleSpace;
 use crate::geometry::{Point, Vector};
@@ -21,8 +21,8 @@ const MAX_PLACES: usize = 24;
 /// Beams without a measurement between the two beams of an edge.
 const MAX_GAP: usize = 3;
 
-/// Hidden places near the robot as people who start towards it, nearest first. Behind a moving obstacle nobody counts: that
-/// obstacle is judged itself.
+/// Hidden places near the robot as people that start towards it, nearest first. Places behind a moving obstacle do not count:
+/// the navigator considers the obstacle itself.
 pub(super) fn hidden_people(
     space: &VisibleSpace<'_>,
     room: &FreeSpace,
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_hides_in_the_walls_of_a_roadway_or_where_the_robot_looks_in() {
+    fn occlusion_ignores_roadway_walls_and_visible_places() {
         assert_eq!(people(false, 3.0), []);
         assert_eq!(people(true, 7.0), []);
     }

@@ -89,7 +89,7 @@ impl PassiveSafety<'_> {
         twist == Twist::STOP
     }
 
-    /// Farthest that an obstacle at a speed, m/s, gets within a time, seconds.
+    /// Longest distance, metres, of an obstacle at a speed, m/s, within a time, seconds.
     fn reach_m(&self, speed: f64, time_s: f64) -> f64 {
         let gained = self.top_speed - speed;
         if gained <= 0.0 || self.acceleration <= 0.0 {

@@ -1,8 +1,8 @@
 //! Scan health: in which directions the lidar measures, judged by the map.
 //!
 //! A lidar behind a covered window reports no return in any direction, as one in a wide hall does. The map tells the two apart:
-//! where it shows a surface well within range, a beam without a return contradicts it. A single such beam means little (glass,
-//! a black surface, a wall that is gone), most beams of a sector in several scans mean that the lidar does not see there.
+//! where it shows a surface well within range, a beam without a return contradicts it. A single such beam is no evidence (glass,
+//! a black surface, a removed wall). Most beams of a sector in several scans show that the lidar does not see there.
 
 use core::f64::consts::TAU;
 
@@ -43,7 +43,7 @@ struct Coverage {
 }
 
 impl Coverage {
-    /// Whether the scan contradicts the map, or `None` where it has no say.
+    /// Whether the scan contradicts the map, or `None` without enough evidence.
     fn is_dark(&self) -> Option<bool> {
         if self.expected < MIN_EXPECTED {
             // Returns from obstacles that are not in the map show that the lidar sees.
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn glass_and_dropouts_are_no_blindness() {
+    fn glass_and_dropouts_do_not_count_as_blindness() {
         let room = room(8.0);
         // Every second beam, and a pane of 15 degrees.
         let patchy = scan(|direction| (direction * 180.0) as i32 % 2 == 0, f64::NAN);

@@ -37,15 +37,15 @@ settings! {
         pub identify_motion: bool = true;
         /// Time from a command to its effect that is assumed until the drive has shown it: about a second after the start.
         pub unidentified_delay_s: f64 = 0.3, ["s", 0 to 2];
-        /// Speed of a walking person (ISO 13855): one who is hidden behind a corner may come out at this speed, and one who
-        /// stands may reach it.
+        /// Speed of a walking person (ISO 13855). A person behind a corner may come out at this speed, and a standing person
+        /// may reach it.
         pub pedestrian_speed: f64 = 1.6, ["m/s", 0 to 10000];
-        /// Acceleration of a person, or of another moving obstacle, who starts or speeds up.
+        /// Acceleration of a person or another moving obstacle.
         pub pedestrian_acceleration: f64 = 1.0, ["m/s^2", 0 to 10000];
-        /// The robot drives at least this fast past places where somebody may be hidden.
+        /// The robot drives at least this fast past places that may hide a person.
         pub occlusion_min_speed: f64 = 0.3, ["m/s", above 0 to 10000];
         /// Whether the robot may reverse, evade and escape into space that its lidar does not see: only for a robot without a
-        /// view to the back where nobody can be behind it.
+        /// view to the back in a place without people.
         pub may_enter_unseen: bool = false;
         /// Distance that the robot keeps to static obstacles, on top of the margin for the map's resolution.
         pub safety_margin_m: f64 = 0.05, ["m", 0 to 10000];
@@ -90,7 +90,7 @@ settings! {
         /// Time from the request for a plan until the robot follows it; planning runs on its own thread.
         pub planning_budget_s: f64 = 0.1, ["s", 0 to 10000];
         /// Whether the control loop waits for a plan that takes longer than that. A simulated run is then the same at
-        /// each repetition. A real robot never waits, whatever this says, and takes the plan when it is ready.
+        /// each repetition. A real robot ignores this setting: it never waits, and takes the plan when it is ready.
         pub wait_for_plans: bool = true;
         /// Longest duration of a decision, such as 0.05; a later decision is not sent. Without a value no decision of a
         /// simulated robot is late, and a run is the same at each repetition; a real robot has one control period.
@@ -137,7 +137,7 @@ settings! {
         pub passive_safety: bool = true;
         /// The lidar is compared with the map: the robot stands where it is blind, and keeps out of blind sectors.
         pub scan_health: bool = true;
-        /// The robot slows down where somebody may come out of a place that it cannot see.
+        /// The robot slows down where a person may come out of a place that it cannot see.
         pub occlusion_speed: bool = true;
         /// The robot rotates in place towards its path, evades moving obstacles, and escapes where it is stuck.
         pub recovery: bool = true;

@@ -75,7 +75,7 @@ pub(super) struct Measured<'a> {
 /// The robot and the moving obstacles at the time when a command sent now takes effect.
 ///
 /// A decision for the present pose would brake too late by the distance driven until then. The prediction starts at the time of
-/// the measurement, not of the tick: the age of the measurement is part of the way.
+/// the measurement, not of the tick, so it covers the age of the measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PredictedState {
     /// Time of the observation, seconds.
@@ -89,7 +89,7 @@ pub(super) struct PredictedState {
 }
 
 impl PredictedState {
-    /// Predicts from the measurement, the tracked obstacles of the tick, and the commands, of which each takes effect after a
+    /// Predicts from the measurement, the tracked obstacles of the tick, and the commands. Each command takes effect after a
     /// delay, seconds.
     pub fn new(
         measured: &Measured<'_>,
@@ -156,7 +156,7 @@ pub(super) struct State<'a> {
     pub inflated: InflatedBodies,
     /// What the latest scan shows.
     pub visible: VisibleSpace<'a>,
-    /// Where the map has room for a person; `None` where hidden people do not matter.
+    /// Where the map has room for a person; `None` if hidden people are not considered.
     pub standing_room: Option<&'a FreeSpace>,
     pub goal: &'a Goal,
     pub route: &'a Route,

@@ -8,9 +8,9 @@ use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::Scan;
 use crate::robot::Footprint;
 
-/// A place is seen where the beams beside it go at least this far, metres less than its distance: noise and pose error.
+/// A place is seen where the adjacent beams reach its distance less this tolerance, metres: noise and pose error.
 const NEARER_M: f64 = 0.1;
-/// Half the width of a seen place, metres, and the least half angle of the beams beside it, in angles between two beams.
+/// Half the width of a seen place, metres, and the least half angle of its adjacent beams, in angles between two beams.
 const HALF_WIDTH_M: f64 = 0.05;
 const MIN_HALF_BEAMS: f64 = 1.5;
 /// Points checked on the outline of each disc of the footprint.
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn robot_sees_its_way_ahead_and_not_behind() {
+    fn front_lidar_sees_the_space_ahead_and_not_behind() {
         let (scan, health) = (scan(), ScanHealth::default());
         let space = VisibleSpace { pose: Pose::default(), scan: &scan, health: &health };
         let footprint = Footprint::round(0.4).expect("a valid radius");

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::settings::{choices, setting_schema, settings};
 
-/// Whether the simulated robot is as the navigator believes.
+/// Whether the simulated robot agrees with the navigator's model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

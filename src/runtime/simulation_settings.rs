@@ -29,10 +29,10 @@ settings! {
         /// Age of scan, odometry and fixes when the control loop gets them. Default 0. A real base takes 0.01 to 0.05 s, a
         /// lidar driver 0.05 to 0.15 s.
         pub sensing_delay_s: f64 = 0.0, ["s", 0 to 0.8];
-        /// Whether their stamps tell when they were measured. Without it they look as new as their arrival.
+        /// Whether their stamps are the times of measurement. Otherwise the stamps are the times of arrival.
         pub stamps_sensing_delay: bool = true;
-        /// `agreeing`: the simulated robot is as this file describes it. `disagreeing`: each mission draws what its robot
-        /// really is from `plant_ranges`, by its seed; the navigator is not told.
+        /// `agreeing`: the simulated robot is as this file describes it. `disagreeing`: the seed of each mission draws
+        /// the true robot from `plant_ranges`; the navigator keeps the values of this file.
         pub plant: PlantKind = PlantKind::default();
         /// Ranges from which a disagreeing plant is drawn.
         pub plant_ranges: PlantRanges = PlantRanges::default();
@@ -47,7 +47,7 @@ pub enum WrongPlanner {
     /// The navigator's commands are executed.
     #[default]
     Off,
-    /// At full speed towards people and walls.
+    /// Full speed towards people and walls.
     Obstacles,
     /// A random command, kept for a while.
     Random,

@@ -249,7 +249,7 @@ impl Slope {
     }
 }
 
-/// The way of the odometry from the base to the control loop.
+/// The transport of the odometry from the base to the control loop.
 #[derive(Clone, Debug, Default)]
 struct OdometryDelivery {
     delay_s: f64,

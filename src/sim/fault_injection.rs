@@ -48,7 +48,7 @@ pub enum FaultInjection {
         /// End, seconds; infinite for the rest of the drive.
         to_s: f64,
     },
-    /// The odometry changes in one way.
+    /// The odometry is wrong.
     Odometry {
         /// Begin, seconds.
         from_s: f64,
@@ -83,7 +83,7 @@ pub(super) struct FaultyOdometry {
 }
 
 impl FaultyOdometry {
-    /// Returns what the base reports that measured this at `odometry_s`, seconds, and the time stamp of that report.
+    /// Returns the report of a base that measured this at `odometry_s`, seconds, and the time stamp of the report.
     pub fn reported(
         &mut self,
         faults: &[FaultInjection],
@@ -185,7 +185,7 @@ pub(super) fn degraded_range(
 pub(super) struct FrozenLidar(Option<LidarData>);
 
 impl FrozenLidar {
-    /// Returns what a lidar sends that measured this at a time, seconds.
+    /// Returns the revolution that a lidar sends when it measured this at a time, seconds.
     pub fn sent(
         &mut self,
         faults: &[FaultInjection],

@@ -21,7 +21,7 @@ pub(super) struct Gait {
 }
 
 impl Gait {
-    /// Legs of this diameter, metres, of a person who has walked a distance, metres.
+    /// Legs of a diameter, metres, after a walked distance, metres.
     pub const fn new(leg_diameter_m: f64, walked_m: f64) -> Self {
         Self {
             leg_radius_m: leg_diameter_m / 2.0,
@@ -41,7 +41,7 @@ impl Gait {
         }
     }
 
-    /// The legs of a person with this centre and body radius, metres, who walks at a velocity.
+    /// The legs of a person at this centre, with a body radius, metres, and a walking velocity.
     ///
     /// One foot stands on the ground while the body passes over it; the other swings forward at twice the speed. Both legs stay
     /// within the body's disc.

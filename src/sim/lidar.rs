@@ -120,8 +120,8 @@ impl Lidar {
         range: f64,
         rng: &mut Pcg64Mcg,
     ) -> f64 {
-        let beside = pose.yaw + angle + self.angle_increment() / 2.0;
-        let (other, _) = self.first_hit(world, &pose.position(), beside);
+        let half_step_further = pose.yaw + angle + self.angle_increment() / 2.0;
+        let (other, _) = self.first_hit(world, &pose.position(), half_step_further);
         let is_edge = range.is_finite() && (other - range).abs() > EDGE_M && other.is_finite();
         if is_edge { range + (other - range) * rng.random::<f64>() } else { range }
     }

@@ -126,7 +126,7 @@ impl<'a> SimulatedRobot<'a> {
         let Simulation { mission, seed, .. } = simulation;
         let limits = config.robot.limits;
         let mut protection = config.protective_layer(config.local.control_period_s)?;
-        // Nobody has to be asked before a simulated robot moves.
+        // A simulated robot needs no operator.
         protection.arm();
         let plant = draw_plant(&config.simulation, *seed);
         let known = || mission.map.obstacles(config.unknown);
@@ -187,7 +187,7 @@ impl<'a> SimulatedRobot<'a> {
 }
 
 impl SimulatedRobot<'_> {
-    /// Moves the obstacles while the robot drives to a pose, and measures the gaps on the way. The robot's path within the
+    /// Moves the obstacles while the robot drives to a pose, and measures the gaps during the motion. The robot's path within the
     /// period is an arc: an acceleration of 1 m/s^2 moves it along that by 1.3 mm at most.
     fn move_others(&mut self, to: &Pose, period_s: f64) {
         self.least_gap_m = f64::INFINITY;

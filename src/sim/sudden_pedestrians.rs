@@ -1,4 +1,4 @@
-//! Pedestrians who start to walk when the robot is near: standing ones, and ones who step out from behind something.
+//! Pedestrians that start to walk when the robot is near: some stand in sight, others step out from a hidden place.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -15,12 +15,12 @@ use crate::map::{FreeSpace, ObstacleGrid};
 /// Smallest distance of the meeting place from either end along the path, metres: the robot cannot park at an end that is
 /// never clear.
 const FROM_ENDS_M: f64 = 5.0;
-/// Length of the walk from its start to the path, metres, of a standing pedestrian, and of one who steps out.
+/// Length of the walk from its start to the path, metres, of a standing pedestrian, and of one that steps out.
 const STANDING_M: core::ops::RangeInclusive<f64> = 0.8..=2.5;
 const HIDDEN_M: core::ops::RangeInclusive<f64> = 2.0..=6.0;
 /// Length of the walk beyond the path, metres.
 const BEYOND_M: f64 = 2.5;
-/// A pedestrian who steps out is hidden at this distance from the path, metres, from the robot at that distance before the
+/// A pedestrian that steps out is hidden at this distance from the path, metres, from the robot at that distance before the
 /// meeting place.
 const UNSEEN_M: f64 = 1.2;
 const UNSEEN_FROM_M: f64 = 2.0;
@@ -41,7 +41,7 @@ pub enum Surprise {
 }
 
 impl PedestrianSpawner {
-    /// Spawns pedestrians who stand until the robot comes near, and walk across its path so that they meet. Where no walk is
+    /// Spawns pedestrians that stand until the robot comes near, and walk across its path so that they meet. Where no walk is
     /// found for all of them, there are fewer.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Planners that are wrong on purpose: they test whether the protective layer holds without a planner's care.
+//! Planners that are wrong on purpose: they test the protective layer without a correct planner.
 
 use core::f64::consts::PI;
 use std::collections::VecDeque;
@@ -14,7 +14,7 @@ use crate::robot::Limits;
 /// Age of the commands that are repeated, seconds.
 const OLD_S: f64 = 10.0;
 
-/// Distance within which a person is driven at, metres.
+/// Distance within which it drives at a person, metres.
 const PERSON_M: f64 = 6.0;
 
 /// Longest time of a direction, and of a random command, seconds.

@@ -1,11 +1,11 @@
-//! Limits the speed by what can be seen: somebody may come out of each place that the scan does not show.
+//! Limits the speed by the visible space: a person may come out of each place that the scan does not show.
 
 use super::super::Fault;
 use super::super::occlusion::hidden_people;
 use super::super::state::State;
 use super::{Behaviour, Proposal};
 
-/// Slows down so that the robot stands before somebody who comes out of a hidden place can reach it.
+/// Slows down so that the robot stands before a person from a hidden place can reach it.
 #[derive(Debug, Default)]
 pub(super) struct OcclusionSpeed;
 

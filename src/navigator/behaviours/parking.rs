@@ -1,8 +1,8 @@
 //! Drives to a position and a yaw to the centimetre, on a base that does not execute small commands.
 //!
 //! The robot turns towards the position, drives straight to it, forwards or backwards, and turns to the yaw. Every command is
-//! zero or above the least speed that moves the base. The robot begins to brake where braking ends at the goal. What is then
-//! left is corrected from standstill by short motions of fixed length: a base that answers late cannot make them overshoot.
+//! zero or above the least speed that moves the base. The robot begins to brake where braking ends at the goal. Short
+//! motions of fixed length from standstill correct the rest: a base with latency cannot overshoot them.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -190,7 +190,7 @@ impl Parking {
         let error = libm::atan2(sign * to_goal.y, sign * to_goal.x);
         let aim_from = if self.is_aiming { AIM_UNTIL } else { AIM_FROM };
         let is_moving = motion.twist.linear.abs() >= STANDING;
-        // A moving robot that is beside its goal stops first: from there it need not turn far.
+        // A moving robot with the goal to its side stops first: from there it need not turn far.
         let is_beside = error.abs() > FRAC_PI_2 || to_goal.to_vector().norm() < context.least_speed;
         if is_moving && is_beside && error.abs() > AIM_FROM {
             return self.stop(None);
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn parking_reaches_position_and_yaw_from_all_directions_whatever_the_deadband() {
+    fn parking_reaches_position_and_yaw_from_all_directions_at_each_deadband() {
         let mut slowest_s: f64 = 0.0;
         for (least, deadband, late_ticks) in
             [(-0.3, 0.0, 1), (-0.3, DEADBAND, 1), (0.0, DEADBAND, 1), (-0.3, DEADBAND, 2)]
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn base_that_needs_more_than_the_least_speed_is_learned() {
+    fn parking_learns_the_least_speed_of_the_base() {
         let base = Base { limits: Limits::default(), deadband: 0.15, late_ticks: 1 };
         let goal = Goal { position: Point::new(0.0, 0.0), yaw: Some(0.05) };
         let (end, _, took_s) = park(&base, Pose::default(), goal);

@@ -91,7 +91,7 @@ impl PlaybackRecorder {
         self.faults.record(self.ticks, event);
         let tick = self.ticks;
         self.ticks += 1;
-        // The last tick of a drive shows how it ended: it is kept until the next one comes.
+        // The last tick of a drive shows its end, so the newest tick is always kept.
         if self.is_extra {
             self.frames.pop();
         }

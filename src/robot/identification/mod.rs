@@ -9,7 +9,7 @@
 //! stamp of the measurement. A lag of the motors counts as latency. Where the stamp is the true time of the measurement, this is
 //! the latency of the actuation alone. Where a stamp hides an age of the measurement, the latency includes that age. In both
 //! cases the state at the time when a command takes effect is the measured state, advanced by the present age of its stamp plus
-//! the identified latency: what the stamp does not tell, the latency does.
+//! the identified latency: the latency covers an age that the stamp hides.
 
 mod speed_response;
 mod turn_response;
@@ -43,7 +43,7 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// What is known of a base's response.
+/// The identified response of a base to commands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MotionEstimate {

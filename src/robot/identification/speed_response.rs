@@ -25,7 +25,7 @@ const MODELS: usize = SHARES * SHARES;
 /// Measurements count while the commands of the last moments differ by more than this, m/s. At a constant speed all delays
 /// explain them alike.
 const MIN_SPREAD: f64 = 0.03;
-/// A measurement farther than this from every model says nothing about the base's response, m/s.
+/// A measurement farther than this from every model does not count, m/s: the base does not follow the commands.
 const MAX_RESIDUAL: f64 = 0.1;
 /// Smallest standard deviation of a measurement from the true model, m/s: encoder resolution, ground, and the form of the
 /// response.

@@ -39,7 +39,7 @@ enum LinkPose {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FramePose {
     pub pose: Pose,
-    /// Time of the oldest dynamic transform on the way, seconds; infinite if all are static.
+    /// Time of the oldest dynamic transform between the two frames, seconds; infinite if all are static.
     pub time_s: f64,
 }
 

@@ -16,7 +16,7 @@ use std::env;
 /// Mutations of each corpus, unless the variable `INBYE_MUTATIONS` says how many: some seconds in all.
 const MUTATIONS: usize = 20_000;
 
-/// Targets whose body takes some ten milliseconds, because a robot drives, and the share of the mutations that they get.
+/// Targets with an input time of about ten milliseconds, because a robot drives, and their share of the mutations.
 const SLOW: [&str; 1] = ["node_conversation"];
 const SLOW_SHARE: usize = 50;
 

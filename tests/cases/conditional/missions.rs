@@ -40,7 +40,7 @@ pub fn trials() -> Vec<Trial> {
     trials
 }
 
-/// Tests of behaviour that the safety work has broken and that is not yet mended: next to a wall no sample is admissible.
+/// Known failures: next to a wall no sample is admissible.
 const OPEN: [&str; 1] = ["robot leaves a start within the margins"];
 
 fn trial(&(name, test): &Test) -> Trial {

@@ -51,7 +51,7 @@ fn drives_to_goal(facts: &Value) -> Result<(), Failed> {
     // 65 arcs of 10 pieces with two ends each.
     holds(shown.contains("[\"arcs\",5,1300]"), "arcs are shown", facts)?;
     holds(shown.contains("[\"chosen\",4,11]"), "the chosen arc is shown", facts)?;
-    // One may be on its way between the two processes of the node.
+    // One may be in the pipe between the two processes of the node.
     holds(number(facts, "commands_after_end") <= 1.0, "no command after the goal", facts)?;
     holds(facts["stats"]["reached"] == 1, "the goal is counted", facts)?;
     ends_cleanly(facts)

@@ -60,7 +60,7 @@ fn disagreeing_plant_is_drawn_within_its_ranges_by_the_seed() {
             [drawn.pedestrians.min_speed, drawn.pedestrians.max_speed],
             ranges.pedestrian_speed_m_s
         );
-        assert_eq!(dynamics.slip.calibrated_width_ratio, 1.455, "the controller is not told");
+        assert_eq!(dynamics.slip.calibrated_width_ratio, 1.455, "the controller keeps its value");
         totals.push(dynamics.command_delay_s + drawn.sensing_delay_s);
     }
     totals.sort_by(f64::total_cmp);
@@ -90,7 +90,7 @@ fn braking_distance_follows_the_braking_ratio() {
 }
 
 #[test]
-fn slope_lengthens_the_way_down_and_slides_the_base_down() {
+fn slope_shortens_the_drive_uphill_lengthens_it_downhill_and_slides_the_base_sideways() {
     let end = |yaw: f64, slope_rad: f64| {
         let dynamics = DriveDynamics::ideal().slope_rad(slope_rad).uphill_rad(0.0);
         let mut base = base(dynamics, Pose::new(0.0, 0.0, yaw));

@@ -40,7 +40,7 @@ struct Inbox {
 /// is the time by the wall clock.
 ///
 /// # Errors
-/// When DDS cannot start. The control process is told the reason.
+/// When DDS cannot start. The control process gets the reason.
 pub fn run_bridge(
     settings: &DdsSettings,
     input: impl Read + Send + 'static,
@@ -52,7 +52,7 @@ pub fn run_bridge(
     let mut dds = match DdsNode::open(settings) {
         Ok(dds) => dds,
         Err(error) => {
-            // Without a reader nobody needs the reason.
+            // Without a reader the reason is not needed.
             let _ = write_frame(&mut output, &FromNetwork::Failed(error.to_string()));
             return Err(error);
         }

@@ -85,7 +85,7 @@ impl NetworkLink {
         self.process.is_some() && self.frame_s.is_some()
     }
 
-    /// Why DDS did not start, if the network process said so.
+    /// Why DDS did not start, if the network process sent the reason.
     #[must_use]
     pub fn failure(&self) -> Option<&str> {
         self.failure.as_deref()

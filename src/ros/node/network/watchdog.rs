@@ -7,7 +7,7 @@ const ZERO_INTERVAL_S: f64 = 0.05;
 
 /// Decides when the network process publishes a zero of its own.
 ///
-/// Without a command so far the robot is not this node's to stop: the watchdog stays silent.
+/// Before the first command this node does not control the robot: the watchdog stays silent.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CommandWatchdog {
     /// Time of the last frame, and of the last zero, seconds.
@@ -23,7 +23,7 @@ impl CommandWatchdog {
         self.zero_s = None;
     }
 
-    /// A command was published; `is_zero` tells whether it was zero velocity.
+    /// A command was published; `is_zero`: whether it was zero velocity.
     pub const fn on_command(&mut self, is_zero: bool) {
         self.is_moving = !is_zero;
     }
