@@ -2,8 +2,8 @@
 
 use super::Tilt;
 
-/// Time over which the gyro is trusted against the accelerometer, seconds: longer than a base accelerates at its limit, and
-/// shorter than the drift of a gyro takes to matter.
+/// Time constant between gyro and accelerometer, seconds: longer than a base accelerates at its limit, and short against the
+/// drift of a gyro.
 const TRUST_S: f64 = 0.5;
 
 /// Longest time over which rates are integrated, seconds. After a longer gap the accelerometer decides alone.

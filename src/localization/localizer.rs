@@ -33,8 +33,8 @@ const REJECTIONS_BEFORE: u32 = 2;
 const STANDING_M: f64 = 0.05;
 const STANDING_RAD: f64 = 0.03;
 
-/// Motion by odometry since the last accepted revolution from which a scan that still matches there shows a robot that does not
-/// move, metres and radians; and how near to that pose it matches.
+/// Motion by odometry since the last accepted revolution, metres and radians. A scan that still matches there, within the
+/// second value, then shows a robot that does not move.
 const MOVED_M: f64 = 0.18;
 const MOVED_RAD: f64 = 0.18;
 const SAME_M: f64 = 0.1;

@@ -1,8 +1,8 @@
 //! Relocalisation: a search of the whole map for the one place at which a revolution matches it.
 //!
-//! The search covers the whole map, because a robot that was carried may be anywhere: a place near the last pose may agree with
-//! most beams by chance, and only the comparison with all other places shows that it is not the true one. It is spread over
-//! many revolutions, so that each costs a bounded time; the robot stands meanwhile.
+//! The search covers the whole map, because a robot that was carried may be anywhere. A place near the last pose may agree with
+//! most beams by chance; only the comparison with all other places excludes it. The search is spread over many revolutions, so
+//! that each costs a bounded time. The robot stands meanwhile.
 
 use core::f64::consts::TAU;
 

@@ -20,7 +20,7 @@ const MIN_MOVING_MARGIN_M: f64 = 0.05;
 ///
 /// The field has lower bounds of the true distances, and the padding contains all that the engines may overlook
 /// ([`clearance_error_m`]). So a trajectory that is clear for the inflated footprint keeps `static_margin_m` between the true
-/// body and the square of every occupied cell, along the whole true arc and at every resolution of the map.
+/// body and the square of every occupied cell. This holds along the whole true arc, at every resolution of the map.
 pub(super) struct InflatedBodies {
     pub footprint: Footprint,
     pub moving: Vec<MovingDisc>,

@@ -44,8 +44,8 @@ settings! {
         pub pedestrian_acceleration: f64 = 1.0, ["m/s^2", 0 to 10000];
         /// The robot drives at least this fast past places that may hide a person.
         pub occlusion_min_speed: f64 = 0.3, ["m/s", above 0 to 10000];
-        /// Whether the robot may reverse, evade and escape into space that its lidar does not see: only for a robot without a
-        /// view to the back in a place without people.
+        /// Whether the robot may reverse, evade and escape into space that its lidar does not see. Only for a robot without a
+        /// view to the back, in a place without people.
         pub may_enter_unseen: bool = false;
         /// Distance that the robot keeps to static obstacles, on top of the margin for the map's resolution.
         pub safety_margin_m: f64 = 0.05, ["m", 0 to 10000];

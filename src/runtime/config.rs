@@ -19,8 +19,8 @@ settings! {
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct RobotConfig {
-        /// Shape of the robot in its own frame, metres: the corners `[x, y]` of its body as in Nav2, which discs then cover; or 1 to
-        /// 8 discs, each with its centre ahead `x` and to the left `y`, and a `radius` above zero; or a table of both, `body` and
+        /// Shape of the robot in its own frame, metres: the corners `[x, y]` of its body as in Nav2, which discs then cover. Or 1 to
+        /// 8 discs, each with its centre ahead `x` and to the left `y`, and a `radius` above zero. Or a table of both, `body` and
         /// `discs`, where the discs must cover the body. Contact is judged by the body.
         pub footprint: Footprint = default_footprint();
         /// Distance between the tracks' centre lines.

@@ -324,8 +324,8 @@ impl ProtectiveLayer {
         }
     }
 
-    /// The nearest return that a stopping motion of a command would touch: of a base that moves as it was commanded, of one that
-    /// is faster or slower to follow, or of one that keeps its measured motion.
+    /// The nearest return that a stopping motion of a command would touch. The base may move as commanded, follow faster or
+    /// slower, or keep its measured motion.
     fn first_touched(&self, situation: &Situation<'_>, command: &Twist) -> Option<RawPoint> {
         let clearance = Clearance {
             margin_m: self.settings.margin_m,

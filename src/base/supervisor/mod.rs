@@ -5,10 +5,10 @@
 //!
 //! - The base receives a command at a fixed rate. A target is valid for 0.3 s from its time stamp; after that the base is braked
 //!   to a standstill. The age of the target decides, not the liveness of the planner's thread.
-//! - After a gap, zero commands go first: at least 0.1 s of them, and until there is a target whose time stamp is later than the
-//!   end of the gap. The motion then ramps up from the measured speed. A gap is a pause of the sender or its process, of the
-//!   base's reports, or of the connection, longer than 0.2 s; a stop of the base by its own watchdog; a latched stop; and the
-//!   time in which the operator forbids motion.
+//! - After a gap, zero commands go first: for at least 0.1 s, and until a target has a time stamp after the end of the gap.
+//!   The motion then ramps up from the measured speed. A gap is a pause of more than 0.2 s of the sender or its process, the
+//!   base's reports, or the connection. A stop by the base's own watchdog, a latched stop, and a time without the operator's
+//!   permission are gaps too.
 //! - A target that is not finite, older than the previous one or too far ahead is rejected and counted.
 //! - With [`BaseSupervisor::protect`], raw scans limit every target ([`ProtectiveLayer`](super::ProtectiveLayer)): nothing moves
 //!   before it is armed, and the operator's stop is zero with the next command, with or without a valid target.
