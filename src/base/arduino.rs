@@ -156,7 +156,7 @@ impl ArduinoSession {
 
     fn take_counts(&mut self, counts: [u32; 2], now_s: f64) {
         let counts = self.core.settings.track_counts(counts);
-        let Some(speeds) = self.core.encoder_speed.update(counts, now_s) else {
+        let Some(speeds) = self.core.encoder_speed.update_on_arrival(counts, now_s) else {
             return;
         };
         let feedback = Feedback {

@@ -17,8 +17,15 @@ const JITTER_S: f64 = 0.05;
 /// Number of consecutive rejected readings that agree with one another after which the counter itself has jumped.
 const CONSISTENT_READINGS: u32 = 3;
 
-/// Time, seconds, and counts of both tracks.
-type Reading = (f64, PerTrack<u32>);
+/// Counts of both tracks.
+#[derive(Clone, Copy, Debug)]
+struct Reading {
+    counts: PerTrack<u32>,
+    /// Time of the reading, seconds.
+    time_s: f64,
+    /// Time at which it was made at the earliest, seconds.
+    earliest_s: f64,
+}
 
 /// Derives speeds from recent readings of both encoders.
 #[derive(Clone, Debug)]
@@ -28,6 +35,8 @@ pub(super) struct EncoderSpeed {
     readings: VecDeque<Reading>,
     /// The last reading, if it was rejected, and the number of consecutive rejected readings that agree with it, including it.
     rejected: Option<(Reading, u32)>,
+    /// Arrival of the last answer, seconds; none for a base with a clock of its own.
+    arrived_s: Option<f64>,
     rejections: u64,
     has_jumped: bool,
 }
@@ -39,16 +48,34 @@ impl EncoderSpeed {
             max_speed_m_s: max_plausible_speed(settings),
             readings: VecDeque::new(),
             rejected: None,
+            arrived_s: None,
             rejections: 0,
             has_jumped: false,
         }
     }
 
-    /// Takes the counts of both tracks at a time in seconds and returns their speeds. Returns none if no track can have run that
-    /// far since the last reading, or if time ran backwards. The third consecutive rejected reading that agrees with the others
-    /// restarts the measurement and sets [`Faults::ENCODER`].
+    /// Takes the counts of both tracks at a time by the base's clock, seconds, and returns their speeds. Returns none if no track
+    /// can have run that far since the last reading, or if time ran backwards. The third consecutive rejected reading that agrees
+    /// with the others restarts the measurement and sets [`Faults::ENCODER`].
     pub(super) fn update(&mut self, counts: PerTrack<u32>, time_s: f64) -> Option<TrackSpeeds> {
-        let reading = (time_s, counts);
+        self.take(Reading { counts, time_s, earliest_s: time_s })
+    }
+
+    /// As [`Self::update`], for an answer of a base without a clock, with its time of arrival, seconds.
+    ///
+    /// An answer may wait in a buffer, or for a busy host, and the next one then arrives right after it. The base made it after the
+    /// previous answer, since one request is outstanding at a time.
+    pub(super) fn update_on_arrival(
+        &mut self,
+        counts: PerTrack<u32>,
+        arrived_s: f64,
+    ) -> Option<TrackSpeeds> {
+        let earliest_s = self.arrived_s.replace(arrived_s).unwrap_or(arrived_s);
+        self.take(Reading { counts, time_s: arrived_s, earliest_s })
+    }
+
+    fn take(&mut self, reading: Reading) -> Option<TrackSpeeds> {
+        let Reading { counts, time_s, .. } = reading;
         if self.readings.back().is_some_and(|last| !self.is_plausible(last, &reading)) {
             self.rejections += 1;
             let consistent = match &self.rejected {
@@ -65,26 +92,27 @@ impl EncoderSpeed {
         self.rejected = None;
         // A base's clock may stand still, or a report come twice. Only one reading per time is kept, or readings would never
         // leave the window.
-        if self.readings.len() > 1 && self.readings.back().is_some_and(|last| last.0 == time_s) {
+        if self.readings.len() > 1 && self.readings.back().is_some_and(|last| last.time_s == time_s)
+        {
             self.readings.pop_back();
         }
         self.readings.push_back(reading);
-        while self.readings.len() > 2 && time_s - self.readings[1].0 >= WINDOW_S {
+        while self.readings.len() > 2 && time_s - self.readings[1].time_s >= WINDOW_S {
             self.readings.pop_front();
         }
-        let (first_s, first) = self.readings[0];
-        let elapsed_s = time_s - first_s;
+        let first = self.readings[0];
+        let elapsed_s = time_s - first.time_s;
         if elapsed_s <= 0.0 {
             return Some(TrackSpeeds::default());
         }
-        let travelled_m = travel_m(&first, &counts, &self.ticks_per_m);
+        let travelled_m = travel_m(&first.counts, &counts, &self.ticks_per_m);
         Some(travelled_m.map(|travelled_m| travelled_m / elapsed_s))
     }
 
     /// Whether the tracks can have run from one reading to the next.
     fn is_plausible(&self, before: &Reading, now: &Reading) -> bool {
-        let travelled_m = travel_m(&before.1, &now.1, &self.ticks_per_m);
-        is_plausible_travel(&travelled_m, now.0 - before.0, self.max_speed_m_s)
+        let travelled_m = travel_m(&before.counts, &now.counts, &self.ticks_per_m);
+        is_plausible_travel(&travelled_m, now.time_s - before.earliest_s, self.max_speed_m_s)
     }
 
     /// Number of rejected readings.
@@ -142,5 +170,27 @@ mod tests {
             assert!(speed.update(PerTrack::both(100 * tick), 0.02 * f64::from(tick)).is_some());
         }
         assert!(speed.readings.len() <= 7, "{}", speed.readings.len());
+    }
+
+    /// A base at 1 m/s is asked every 20 ms. The answers wait for a host that is busy for 0.3 s, and arrive together.
+    #[test]
+    fn answers_that_arrive_together_are_no_fault() {
+        let mut speed = encoder_speed();
+        let counts = |measured_s: f64| PerTrack::both((10_000.0 * measured_s) as u32);
+        for step in 0..10 {
+            let now_s = 0.02 * f64::from(step);
+            assert!(speed.update_on_arrival(counts(now_s), now_s).is_some());
+        }
+        for (measured_s, arrived_s) in [(0.20, 0.50), (0.50, 0.51), (0.52, 0.53), (0.54, 0.55)] {
+            let speeds = speed.update_on_arrival(counts(measured_s), arrived_s).expect("plausible");
+            assert!((0.0..1.5).contains(&speeds.left), "{speeds:?}");
+        }
+        assert_eq!((speed.rejected(), speed.faults()), (0, Faults::NONE));
+        // A counter that has jumped is still a fault.
+        let jumped = (1..=3).map(|step| {
+            speed.update_on_arrival(PerTrack::both(0), 0.55 + 0.02 * f64::from(step)).is_some()
+        });
+        assert_eq!(jumped.collect::<Vec<_>>(), [false, false, true]);
+        assert_eq!(speed.faults(), Faults::ENCODER);
     }
 }

@@ -7,6 +7,7 @@ use std::thread::{self, available_parallelism};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use inbye::base::BaseSupervisor;
 use inbye::local::{
     Engine, EngineChoice, EngineError, SelectedEngine, open_all_engines, open_engine,
     open_with_fallback,
@@ -18,8 +19,12 @@ use super::output;
 /// Exit status after a second Ctrl-C, as shells define it.
 const INTERRUPTED: i32 = 130;
 
-/// Time for a base supervisor to send its zero commands: its thread sees the flag within 20 ms and takes at most 0.2 s.
-const STOP_TIME: Duration = Duration::from_millis(250);
+/// Longest time for a base to get its zero commands after a second signal. Its sender takes at most 0.25 s, and longer only on a
+/// busy machine.
+const STOP_TIME: Duration = Duration::from_secs(3);
+
+/// Time between two checks whether every base has got them.
+const STOP_POLL: Duration = Duration::from_millis(5);
 
 /// Returns a clock in seconds since this call. Library code gets it as a parameter.
 pub fn wall_clock() -> impl FnMut() -> f64 {
@@ -33,7 +38,10 @@ pub fn interrupt_flag() -> anyhow::Result<Arc<AtomicBool>> {
     let is_set = Arc::clone(&flag);
     let handler = move || {
         if is_set.swap(true, Ordering::Relaxed) {
-            thread::sleep(STOP_TIME);
+            let latest = Instant::now() + STOP_TIME;
+            while BaseSupervisor::running() > 0 && Instant::now() < latest {
+                thread::sleep(STOP_POLL);
+            }
             exit(INTERRUPTED);
         }
     };

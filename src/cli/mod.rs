@@ -4,6 +4,7 @@ mod arguments;
 mod base;
 mod base_calibrate;
 mod base_emulate;
+mod child_process;
 mod config;
 mod config_command;
 mod demo;

@@ -2,19 +2,22 @@
 
 use std::env;
 use std::fs;
-use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use inbye::base::{InjectedFault, Protocol};
 use inbye::experiment::FaultRow;
-use serde_json::Value;
+
+use super::child_process::{ChildProcess, program};
 
 /// Begin of each fault, seconds after the base is switched on: the robot has its cruising speed.
 const AT_S: f64 = 9.0;
 /// Longest drive, seconds.
 const TIME_LIMIT_S: u32 = 60;
+/// Longest time until a process has started or has ended, and that of a whole drive with its start.
+const ANSWER_TIME: Duration = Duration::from_secs(20);
+const DRIVE_TIME: Duration = Duration::from_secs(TIME_LIMIT_S as u64 + 60);
 /// Least distance that the robot drives before and after the fault, metres.
 const MIN_TRAVEL_M: f64 = 1.5;
 /// Side of a cell of the map, metres.
@@ -118,19 +121,30 @@ impl Drop for Roadway {
 }
 
 impl SerialCase {
-    /// Drives along the roadway with this fault.
-    pub fn drive(&self, roadway: &Roadway) -> anyhow::Result<FaultRow> {
+    /// Drives along the roadway with this fault. A drive that cannot be made has failed, with the reason.
+    pub fn drive(&self, roadway: &Roadway) -> FaultRow {
+        let mut row = FaultRow::new(self.name, self.protocol.name());
+        row.runs = 1;
+        if let Err(error) = self.drive_into(&mut row, roadway) {
+            (row.passed, row.reason) = (false, Some(format!("{error:#}")));
+        }
+        row
+    }
+
+    fn drive_into(&self, row: &mut FaultRow, roadway: &Roadway) -> anyhow::Result<()> {
         let protocol = self.protocol.name();
         let mut base = program("base emulate");
         base.args(["--protocol", protocol, "--start", START, "--json"]);
         base.args(["--resolution", &RESOLUTION_M.to_string()]);
         base.arg("--lidar-map").arg(roadway.map());
+        // It ends by itself if this process is killed.
+        base.args(["--for", &(DRIVE_TIME + ANSWER_TIME).as_secs().to_string()]);
         match self.fault {
             Some(fault) => base.args(["--fault", &format!("{fault}@{AT_S}")]),
             None => base.args(["--lidar-until", &AT_S.to_string()]),
         };
-        let mut base = Running::start(&mut base)?;
-        let ports = base.line()?;
+        let mut base = ChildProcess::start(&mut base)?;
+        let ports = base.line(ANSWER_TIME)?;
         let port = |name: &str| ports[name].as_str().unwrap_or_default().to_owned();
         let mut drive = program("drive");
         drive.arg("--map").arg(roadway.map()).args(["--resolution", &RESOLUTION_M.to_string()]);
@@ -138,80 +152,32 @@ impl SerialCase {
         drive.args(["--port", &port("port"), "--protocol", protocol]);
         drive.args(["--lidar", &port("lidar"), "--json", "--arm"]);
         drive.args(["--time-limit", &TIME_LIMIT_S.to_string()]);
-        let driven = Running::start(&mut drive)?.line()?;
+        let driven = ChildProcess::start(&mut drive)?.line(DRIVE_TIME)?;
         base.interrupt()?;
-        let machine = base.line()?;
+        let machine = base.line(ANSWER_TIME)?;
         let number =
             |name: &str| machine[name].as_f64().with_context(|| format!("base emulate: no {name}"));
         let (stood_s, gap_m) = ((number("last_motion_s")? - AT_S).max(0.0), number("min_gap_m")?);
         let reason = driven["fault"].as_str().map(str::to_owned);
         let touched = gap_m <= 0.0;
         // A robot that did not drive proves nothing.
-        let has_driven = number("travelled_m")? >= MIN_TRAVEL_M;
+        let travelled_m = number("travelled_m")?;
+        let has_driven = travelled_m >= MIN_TRAVEL_M;
         let (limit_s, passed) = match self.required {
             Required::Stands(limit_s) => (Some(limit_s), stood_s <= limit_s && !touched),
             Required::NoContact => (None, !touched),
             Required::Reported => (None, reason.is_some()),
         };
-        let passed = passed && has_driven;
-        let mut row = FaultRow::new(self.name, protocol);
-        row.runs = 1;
         row.stood_s = limit_s.map(|_| stood_s);
         row.limit_s = limit_s;
         row.min_gap_m = Some(gap_m);
         row.contacts_robot = usize::from(touched);
-        row.passed = passed;
-        row.reason = reason;
-        Ok(row)
-    }
-}
-
-/// A command of this program.
-fn program(command: &str) -> Command {
-    let mut program = Command::new(env::current_exe().unwrap_or_else(|_| "inbye".into()));
-    program.args(command.split(' '));
-    program.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    program
-}
-
-/// A process with lines of JSON on its standard output; killed when dropped.
-struct Running {
-    process: Child,
-    lines: BufReader<std::process::ChildStdout>,
-}
-
-impl Running {
-    fn start(command: &mut Command) -> anyhow::Result<Self> {
-        let mut process = command.spawn().context("this program cannot be started again")?;
-        let stdout = process.stdout.take().context("a process without standard output")?;
-        Ok(Self { process, lines: BufReader::new(stdout) })
-    }
-
-    /// Waits for the next object.
-    fn line(&mut self) -> anyhow::Result<Value> {
-        let mut line = String::new();
-        if self.lines.read_line(&mut line)? == 0 {
-            let mut message = String::new();
-            if let Some(mut errors) = self.process.stderr.take() {
-                errors.read_to_string(&mut message)?;
-            }
-            bail!("a process of the drive ended: {}", message.trim());
-        }
-        Ok(serde_json::from_str(&line)?)
-    }
-
-    /// Asks the process to end.
-    fn interrupt(&self) -> anyhow::Result<()> {
-        let id = self.process.id().to_string();
-        let status = Command::new("kill").args(["-s", "INT", &id]).status();
-        status.context("kill: cannot be run")?;
+        row.passed = passed && has_driven;
+        row.reason = if has_driven {
+            reason
+        } else {
+            Some(format!("the robot drove {travelled_m:.2} m only"))
+        };
         Ok(())
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }

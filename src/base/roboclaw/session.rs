@@ -127,7 +127,7 @@ impl RoboClawSession {
         let [first, second, first_speed, second_speed, status, decivolts] = self.answers;
         let counts = self.core.settings.track_counts([first, second]);
         // The controller's speeds are more accurate, but implausible counts invalidate the whole answer.
-        if self.core.encoder_speed.update(counts, now_s).is_none() {
+        if self.core.encoder_speed.update_on_arrival(counts, now_s).is_none() {
             return;
         }
         let speeds = [first_speed, second_speed].map(|speed| f64::from(speed as i32));

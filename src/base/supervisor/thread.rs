@@ -1,6 +1,6 @@
 //! The thread that owns the connection to the base.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -61,6 +61,9 @@ pub struct SupervisorStatus {
     pub is_running: bool,
 }
 
+/// Number of sending threads of this process.
+static SENDERS: AtomicUsize = AtomicUsize::new(0);
+
 /// Sends the current target to a base at a fixed rate, with the guarantees of [its module](super).
 ///
 /// Dropping it stops the base with three or more zero commands and waits for them: about 0.2 s in the worst case.
@@ -114,6 +117,7 @@ impl BaseSupervisor {
             connection,
             shared: Arc::clone(&shared),
             shutdown: Arc::clone(&shutdown),
+            _sender: CountedSender::new(),
         };
         let thread = thread::Builder::new()
             .name("base supervisor".to_owned())
@@ -129,6 +133,13 @@ impl BaseSupervisor {
     #[must_use]
     pub fn now_s(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
+    }
+
+    /// Number of bases of this process that have not got their last zero commands. A process that is asked to end waits until it is
+    /// zero.
+    #[must_use]
+    pub fn running() -> usize {
+        SENDERS.load(Ordering::SeqCst)
     }
 
     /// Replaces the target motion; `stamp_s` is its time stamp by [`Self::now_s`]. Does no I/O.
@@ -201,6 +212,24 @@ struct SendLoop {
     connection: Connection,
     shared: Arc<Mutex<SharedState>>,
     shutdown: Arc<AtomicBool>,
+    /// Dropped last: after the zero commands of the connection.
+    _sender: CountedSender,
+}
+
+/// Counts a sending thread while it exists.
+struct CountedSender;
+
+impl CountedSender {
+    fn new() -> Self {
+        SENDERS.fetch_add(1, Ordering::SeqCst);
+        Self
+    }
+}
+
+impl Drop for CountedSender {
+    fn drop(&mut self) {
+        SENDERS.fetch_sub(1, Ordering::SeqCst);
+    }
 }
 
 impl SendLoop {
