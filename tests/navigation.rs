@@ -10,6 +10,7 @@ mod cases {
         mod observations;
         mod odometry;
         mod robot;
+        mod slow_planner;
         mod surroundings;
         mod tracking;
     }

@@ -24,7 +24,7 @@ pub fn messages(data: &[u8]) {
     let Some((kind, bytes)) = data.split_first() else {
         return;
     };
-    match kind % 9 {
+    match kind % 11 {
         0 => message::<msg::OccupancyGrid>(bytes),
         1 => message::<msg::LaserScan>(bytes),
         2 => message::<msg::Odometry>(bytes),
@@ -33,6 +33,8 @@ pub fn messages(data: &[u8]) {
         5 => message::<msg::Path>(bytes),
         6 => message::<msg::MarkerArray>(bytes),
         7 => message::<msg::TwistStamped>(bytes),
+        8 => message::<msg::Bool>(bytes),
+        9 => message::<msg::DiagnosticArray>(bytes),
         _ => to_network(bytes),
     }
 }
@@ -64,7 +66,9 @@ pub fn conversation(data: &[u8]) {
     settings.config.local.vx_samples = 3;
     settings.config.local.vtheta_samples = 5;
     let limits = settings.config.robot.limits;
-    let mut core = NodeCore::new(settings, Box::new(CpuEngine::single_threaded()));
+    let engine = Box::new(CpuEngine::single_threaded());
+    let mut core = NodeCore::new(settings, engine).expect("valid settings");
+    core.operator().arm();
     let (mut now_s, mut ticks, mut notices) = (START_S, 0, 0);
     while ticks < MOST_TICKS {
         let mut ahead = rest;

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, ensure};
-use inbye::base::{OperatorState, OperatorSwitch};
+use inbye::base::OperatorSwitch;
 use serde_json::json;
 
 use super::output;
@@ -127,12 +127,7 @@ fn answer(stream: &TcpStream, switch: &OperatorSwitch) {
         (Some("GET"), Some("/status")) => "200 OK",
         _ => "404 Not Found",
     };
-    let state = match switch.state() {
-        OperatorState::NotArmed => "not_armed",
-        OperatorState::Armed => "armed",
-        OperatorState::Stopped => "stopped",
-    };
-    let body = json!({ "state": state }).to_string();
+    let body = json!({ "state": switch.state().name() }).to_string();
     let length = body.len();
     let mut stream = stream;
     // A client that has gone needs no answer.

@@ -1,13 +1,12 @@
 //! The topics of a recording and the ROS messages of a tick.
 
-use core::fmt::Display;
-
 use super::tick;
 use crate::geometry::Pose;
 use crate::map::{OccupancyGrid, Scan};
 use crate::navigator::{Decision, Mode, Navigator};
+use crate::ros::convert::key_value;
 use crate::ros::msg::{
-    self, DiagnosticArray, DiagnosticStatus, Header, KeyValue, LaserScan, MapMetaData, Message,
+    self, DiagnosticArray, DiagnosticStatus, Header, LaserScan, MapMetaData, Message,
     TFMessage, Time, TransformStamped,
 };
 use crate::runtime::OdometryReading;
@@ -223,8 +222,4 @@ pub fn diagnostics(
             values,
         }],
     }
-}
-
-fn key_value(key: &str, value: impl Display) -> KeyValue {
-    KeyValue { key: key.to_owned(), value: value.to_string() }
 }

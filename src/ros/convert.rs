@@ -1,7 +1,9 @@
 //! Conversions to ROS messages: geometry, paths, and markers of a local decision for `RViz` and Foxglove.
 
+use core::fmt::Display;
+
 use super::msg::{
-    ColorRGBA, Duration, Header, Marker, MarkerArray, Path, Point, Pose, PoseStamped, Quaternion,
+    ColorRGBA, Duration, Header, KeyValue, Marker, MarkerArray, Path, Point, Pose, PoseStamped, Quaternion,
     Time, Transform, Twist, TwistStamped, Vector3,
 };
 use crate::geometry::{self, bearing};
@@ -14,6 +16,12 @@ const NANOSECONDS: u64 = 1_000_000_000;
 #[must_use]
 pub(crate) fn nanoseconds(time_s: f64) -> u64 {
     (time_s * NANOSECONDS as f64).round() as u64
+}
+
+/// A named value of a diagnostic status.
+#[must_use]
+pub(crate) fn key_value(key: &str, value: impl Display) -> KeyValue {
+    KeyValue { key: key.to_owned(), value: value.to_string() }
 }
 
 impl Time {

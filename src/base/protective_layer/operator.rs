@@ -18,6 +18,18 @@ pub enum OperatorState {
     Stopped,
 }
 
+impl OperatorState {
+    /// Name of the state, as in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NotArmed => "not_armed",
+            Self::Armed => "armed",
+            Self::Stopped => "stopped",
+        }
+    }
+}
+
 /// The operator's switch. Clones share its state, so that a key, a signal handler or a server can use it on any thread.
 #[derive(Clone, Debug, Default)]
 pub struct OperatorSwitch(Arc<AtomicU8>);

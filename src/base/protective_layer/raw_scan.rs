@@ -77,8 +77,9 @@ impl MeasuredMotion {
         let pose = self.pose_at(stamp_s);
         if let Some((before_s, before)) = self.newest {
             let elapsed_s = (stamp_s - before_s).clamp(0.0, EXTRAPOLATED_S);
-            self.travelled_m += before.linear.abs() * elapsed_s;
-            self.turned_rad += before.angular.abs() * elapsed_s;
+            // What only one of two reports shows is braking or an old report: a base that stands since must not count as moving.
+            self.travelled_m += before.linear.abs().min(twist.linear.abs()) * elapsed_s;
+            self.turned_rad += before.angular.abs().min(twist.angular.abs()) * elapsed_s;
         }
         self.newest = Some((stamp_s, *twist));
         self.poses.record(stamp_s, &pose);

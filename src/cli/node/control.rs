@@ -17,7 +17,7 @@ use serde_json::json;
 use super::NodeArguments;
 use super::network_process::{dds_settings, now};
 use crate::cli::machine::{interrupt_flag, wall_clock};
-use crate::cli::{config, output};
+use crate::cli::{config, operator, output};
 
 /// Interval at which the node takes messages.
 const POLL_INTERVAL: Duration = Duration::from_millis(4);
@@ -39,9 +39,10 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let mut node_settings = NodeSettings::default();
     node_settings.config = config;
     node_settings.odom_is_map = arguments.odom_is_map;
-    let mut core = NodeCore::new(node_settings, engine);
+    let mut core = NodeCore::new(node_settings, engine)?;
     let DdsSettings { namespace, domain, .. } = &settings;
     output::note(format!("node {namespace}/inbye in domain {domain}"));
+    operator::serve(&core.operator(), arguments.arm, arguments.operator_port)?;
     let (mut due_s, mut late_ticks) = (0.0, 0_u64);
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();
@@ -131,7 +132,7 @@ fn receive(core: &mut NodeCore, events: LinkEvents) {
 }
 
 fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
-    let Outgoing { command, path, markers, notices, .. } = outgoing;
+    let Outgoing { command, path, markers, diagnostics, notices, .. } = outgoing;
     notices.into_iter().for_each(output::note);
     if !link.is_up() {
         return;
@@ -145,6 +146,9 @@ fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
     }
     if let Some(markers) = markers {
         link.send(ToNetwork::Markers(markers));
+    }
+    if let Some(diagnostics) = diagnostics {
+        link.send(ToNetwork::Diagnostics(diagnostics));
     }
 }
 
@@ -180,7 +184,12 @@ fn report(core: &NodeCore, link: &NetworkLink, late_ticks: u64, json: bool) -> a
     if network.network_restarts > 0 {
         lines.push(format!("the network process was restarted {} times", network.network_restarts));
     }
-    for (what, counts) in [("received", &stats.received), ("rejected", &stats.rejected)] {
+    let counters = [
+        ("received", &stats.received),
+        ("rejected", &stats.rejected),
+        ("protection", &stats.protective_actions),
+    ];
+    for (what, counts) in counters {
         let counts = counts.iter().map(|(topic, count)| format!("{topic} {count}"));
         let counts: Vec<String> = counts.collect();
         if !counts.is_empty() {

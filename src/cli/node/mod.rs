@@ -9,10 +9,14 @@ use super::arguments::{EngineArguments, duration};
 /// `inbye node`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye node --config robot.toml --namespace /rover --for 60\n\n\
+    after_help = "Example:\n  inbye node --config robot.toml --namespace /rover --arm --for 60\n\n\
     Subscriptions, with the names and types of ROS 2: map (OccupancyGrid, latched), scan (LaserScan), odom (Odometry), goal_pose \
-    (PoseStamped, in the map's frame), tf and tf_static. Publications: cmd_vel (Twist, or TwistStamped with --stamped), plan \
-    (Path, latched), local_markers (MarkerArray). All names are within the namespace, tf too.\n\
+    (PoseStamped, in the map's frame), tf and tf_static, inbye/arm and inbye/stop (Bool). Publications: cmd_vel (Twist, or \
+    TwistStamped with --stamped), plan (Path, latched), local_markers (MarkerArray), diagnostics (DiagnosticArray). All names are \
+    within the namespace, tf too.\n\
+    The robot moves only while it is armed: by --arm, the typed word `arm`, POST /arm on --operator-port, or true on inbye/arm. A \
+    goal never arms it. Enter, POST /stop, or true on inbye/stop stops it until it is armed again. Every velocity passes the \
+    protective layer ([collision_monitor] in the settings), which limits it by the raw scan.\n\
     The robot's pose is the odometry's pose, transformed to the map's frame by tf. With --odom-is-map, or if both frames have the \
     same name, it needs no tf. The lidar's pose on the robot comes from tf at the scan's stamp; a scan from a frame that tf does not \
     know is rejected. The stamps of scan and odometry compensate the motion during a scan.\n\
@@ -46,6 +50,13 @@ pub struct NodeArguments {
     /// Treat the odometry frame as the map frame.
     #[arg(long)]
     pub odom_is_map: bool,
+    /// Arm the robot at once. Without it, the robot moves after the word `arm` in the terminal, a request to --operator-port, or a
+    /// message on `inbye/arm`.
+    #[arg(long)]
+    pub arm: bool,
+    /// Serve the operator on this port of localhost: POST /arm, POST /stop, GET /status.
+    #[arg(long, value_name = "N")]
+    pub operator_port: Option<u16>,
     /// Duration of the run, seconds [default: until Ctrl-C].
     #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
     pub for_s: Option<f64>,

@@ -2,6 +2,7 @@
 //!
 //! The dynamic window evaluates where a trajectory ends after seconds; to stand at a station the distance itself counts.
 
+use super::super::route::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
 use super::parking::{AIM_FROM, Motion, Parking};
@@ -14,10 +15,17 @@ const LEAVES_GOAL: f64 = 2.0;
 const HORIZON_S: f64 = 1.0;
 const STEP_S: f64 = 0.1;
 
+/// Time for which parking may be blocked beyond the goal's tolerance, seconds. Then the robot drives nearer by its path.
+const BLOCKED_S: f64 = 1.0;
+
 /// Parks at the goal.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GoalHandling {
     parking: Parking,
+    blocked: ConditionTimer,
+    /// Parking was blocked: the straight line to the goal keeps less than the margin, or the clearance of a cell that it crosses
+    /// is rounded so. The robot parks again only within the goal's tolerance.
+    was_blocked: bool,
 }
 
 impl Behaviour for GoalHandling {
@@ -57,9 +65,16 @@ impl Behaviour for GoalHandling {
             return stand(Mode::Arrived, Override::Never);
         };
         let command = moving_or_zero(&wanted, state);
+        let is_clear = is_clear(&command, state);
+        let is_beyond_tolerance =
+            (goal.position - now.pose.position()).norm() > settings.xy_goal_tolerance;
+        let blocked_s = self.blocked.update(now.time_s, !is_clear && is_beyond_tolerance);
+        if blocked_s >= BLOCKED_S {
+            *self = Self { was_blocked: true, ..Self::default() };
+            return Ok(None);
+        }
         let standing = state.stand(Mode::Parking);
-        let decision =
-            if is_clear(&command, state) { Decision { command, ..standing } } else { standing };
+        let decision = if is_clear { Decision { command, ..standing } } else { standing };
         Ok(Some(Proposal::Decide(decision, Override::ByEvasion)))
     }
 }
@@ -71,8 +86,8 @@ impl GoalHandling {
         let away_m = (pose.position() - goal.position).norm();
         let tolerance_m = state.settings.xy_goal_tolerance;
         let near_m = if self.parking.has_begun() { LEAVES_GOAL * tolerance_m } else { tolerance_m };
-        away_m <= near_m
-            || can_begin(pose, goal, state.settings) && state.is_straight_clear_to(&goal.position)
+        let may_begin = !self.was_blocked && can_begin(pose, goal, state.settings);
+        away_m <= near_m || may_begin && state.is_straight_clear_to(&goal.position)
     }
 }
 

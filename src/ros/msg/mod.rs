@@ -313,6 +313,13 @@ messages! {
 }
 
 messages! {
+    /// A truth value.
+    #[derive(Copy, Default, Eq)]
+    std_msgs / Bool {
+        /// The value.
+        data: bool,
+    }
+
     /// A colour with opacity, each 0 to 1.
     #[derive(Copy, Default)]
     std_msgs / ColorRGBA {

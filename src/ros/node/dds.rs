@@ -91,9 +91,12 @@ pub struct DdsNode {
     goal: Input<msg::PoseStamped>,
     transforms: Input<msg::TFMessage>,
     static_transforms: Input<msg::TFMessage>,
+    arm: Input<msg::Bool>,
+    stop: Input<msg::Bool>,
     command: CommandPublisher,
     path: Publisher<msg::Path>,
     markers: Publisher<msg::MarkerArray>,
+    diagnostics: Publisher<msg::DiagnosticArray>,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -152,6 +155,9 @@ impl DdsNode {
             goal: builder.input("goal_pose", reliable(1))?,
             transforms: builder.input("tf", reliable(TRANSFORM_DEPTH))?,
             static_transforms: builder.input("tf_static", latched(TRANSFORM_DEPTH))?,
+            // Not latched: a message from before the start of the node must not arm the robot.
+            arm: builder.input("inbye/arm", reliable(1))?,
+            stop: builder.input("inbye/stop", reliable(1))?,
             command: if settings.stamped {
                 CommandPublisher::Stamped(builder.publisher("cmd_vel", reliable(1))?)
             } else {
@@ -159,6 +165,7 @@ impl DdsNode {
             },
             path: builder.publisher("plan", latched(1))?,
             markers: builder.publisher("local_markers", reliable(1))?,
+            diagnostics: builder.publisher("diagnostics", reliable(1))?,
             unsent: 0,
             _node: node,
         })
@@ -173,6 +180,9 @@ impl DdsNode {
         self.odometry.take(|message| IncomingMessage::Odometry(Box::new(message)), &mut all);
         self.scan.take(IncomingMessage::Scan, &mut all);
         self.goal.take(IncomingMessage::Goal, &mut all);
+        // Of both at once, the stop counts.
+        self.arm.take(IncomingMessage::Arm, &mut all);
+        self.stop.take(IncomingMessage::Stop, &mut all);
         all
     }
 
@@ -186,6 +196,7 @@ impl DdsNode {
             },
             ToNetwork::Path(path) => self.path.publish(path).is_ok(),
             ToNetwork::Markers(markers) => self.markers.publish(markers).is_ok(),
+            ToNetwork::Diagnostics(diagnostics) => self.diagnostics.publish(diagnostics).is_ok(),
         };
         self.unsent += u64::from(!is_sent);
     }
@@ -231,8 +242,12 @@ impl EndpointBuilder<'_> {
     }
 }
 
+/// The full name of a topic. The part of its name before a slash belongs to the namespace.
 fn topic_name(namespace: &str, name: &str) -> Result<Name, NodeError> {
-    Name::new(namespace, name).map_err(|error| bad_namespace(namespace, &error))
+    let (inner, base) = name.rsplit_once('/').unwrap_or(("", name));
+    let separator = if inner.is_empty() || namespace.ends_with('/') { "" } else { "/" };
+    let full = format!("{namespace}{separator}{inner}");
+    Name::new(&full, base).map_err(|error| bad_namespace(namespace, &error))
 }
 
 fn bad_namespace(namespace: &str, error: &NameError) -> NodeError {

@@ -28,6 +28,10 @@ pub enum IncomingMessage {
     Odometry(Box<msg::Odometry>),
     /// On `goal_pose`.
     Goal(msg::PoseStamped),
+    /// On `inbye/arm`: true arms the robot, false disarms it.
+    Arm(msg::Bool),
+    /// On `inbye/stop`: true stops the robot until it is armed again; false changes nothing.
+    Stop(msg::Bool),
     /// On `tf`.
     Transforms(msg::TFMessage),
     /// On `tf_static`.
@@ -51,6 +55,8 @@ impl IncomingMessage {
             ("scan", msg::LaserScan::NAME),
             ("odom", msg::Odometry::NAME),
             ("goal_pose", msg::PoseStamped::NAME),
+            ("inbye/arm", msg::Bool::NAME),
+            ("inbye/stop", msg::Bool::NAME),
             ("tf", msg::TFMessage::NAME),
             ("tf_static", msg::TFMessage::NAME),
         ];
@@ -65,6 +71,8 @@ impl IncomingMessage {
             Self::Scan(_) => "scan",
             Self::Odometry(_) => "odom",
             Self::Goal(_) => "goal_pose",
+            Self::Arm(_) => "inbye/arm",
+            Self::Stop(_) => "inbye/stop",
             Self::Transforms(_) => "tf",
             Self::StaticTransforms(_) => "tf_static",
             Self::Undecodable { topic, .. } => topic,

@@ -5,9 +5,9 @@ use super::frames::{FramePose, Frames};
 use super::incoming::{MapInput, OdometryInput, frame_name};
 use super::notices::{MessageError, MissingInput};
 use super::scan::{deskew, laser_scan, timed_scan, to_robot_frame};
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::localization::PoseHistory;
-use crate::map::{Scan, ScanChange, TimedScan};
+use crate::map::{Beam, Scan, ScanChange, TimedScan};
 use crate::navigator::Observation;
 use crate::ros::msg::{LaserScan, Odometry, Time};
 
@@ -134,6 +134,45 @@ impl LatestInputs {
         }
     }
 
+    /// The newest scan as measured, in the robot's frame at the time of each beam, with times by the node's clock; none while tf
+    /// does not give the lidar's recent pose.
+    pub fn raw_scan(&self, now_s: f64, limits: &AgeLimits) -> Option<TimedScan> {
+        let (scan, odometry) = (self.scan.as_ref()?, self.odometry.as_ref()?);
+        let timed = scan.timed.as_ref()?;
+        let mount = self.mount(now_s, scan, &odometry.base_frame, limits).ok()?;
+        let later_s = scan.end_s - self.scan_delay.ahead_s() - timed.end_s()?;
+        let in_robot_frame = |beam: &Beam| {
+            let beam = beam.from_mount(&mount);
+            Beam { time_s: beam.time_s + later_s, ..beam }
+        };
+        Some(TimedScan {
+            beams: timed.beams.iter().map(in_robot_frame).collect(),
+            range_max: timed.range_max + mount.position().to_vector().norm(),
+        })
+    }
+
+    /// The newest measured motion and its time by the node's clock, seconds.
+    pub fn motion(&self) -> Option<(Twist, f64)> {
+        let odometry = self.odometry.as_ref()?;
+        Some((odometry.twist, odometry.stamp.seconds() - self.odometry_delay.ahead_s()))
+    }
+
+    /// The lidar's pose on the robot.
+    fn mount(
+        &self,
+        now_s: f64,
+        scan: &ScanInput,
+        base_frame: &str,
+        limits: &AgeLimits,
+    ) -> Result<Pose, MissingInput> {
+        let mount = self.frames.pose_in(base_frame, &scan.frame, scan.stamp.seconds());
+        let mount = mount.ok_or_else(|| MissingInput::LidarMount {
+            frame: scan.frame.clone(),
+            base_frame: base_frame.to_owned(),
+        })?;
+        fresh(now_s, &mount, limits, &scan.frame, base_frame)
+    }
+
     /// The observation at a time. Odometry and dynamic transforms that are too old by their stamps are missing; the navigator
     /// checks the scan's age.
     pub fn observation(
@@ -159,12 +198,7 @@ impl LatestInputs {
             (fresh(now_s, &found, limits, &odometry.frame, &map.frame)?, found.time_s.min(now_s))
         };
         let scan = self.scan.as_ref().ok_or(MissingInput::Scan)?;
-        let mount = self.frames.pose_in(&odometry.base_frame, &scan.frame, scan.stamp.seconds());
-        let mount = mount.ok_or_else(|| MissingInput::LidarMount {
-            frame: scan.frame.clone(),
-            base_frame: odometry.base_frame.clone(),
-        })?;
-        let mount = fresh(now_s, &mount, limits, &scan.frame, &odometry.base_frame)?;
+        let mount = self.mount(now_s, scan, &odometry.base_frame, limits)?;
         Ok(Observation {
             time_s: now_s,
             pose: frame.transform_pose(&odometry.pose),
@@ -223,7 +257,7 @@ fn has_moved(from: &Pose, to: &Pose) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Point, Twist};
+    use crate::geometry::Point;
     use crate::map::{GridFrame, OccupancyGrid};
     use crate::ros::msg::{self, Header, TFMessage, Transform, TransformStamped};
 
@@ -265,8 +299,8 @@ mod tests {
         }
     }
 
-    /// The largest distance of the scan's points from the wall, metres, 0.15 s after the start of the revolution.
-    fn error_m(mount: &Pose, message: &LaserScan) -> f64 {
+    /// The inputs of a moving robot 0.15 s after the start of a revolution.
+    fn inputs(mount: &Pose, message: &LaserScan) -> LatestInputs {
         let frame = GridFrame::new(1, 1, 1.0, Pose::default()).expect("a frame");
         let mut inputs = LatestInputs {
             map: Some(MapInput {
@@ -294,11 +328,43 @@ mod tests {
         }
         let now_s = START_S + 0.15;
         inputs.set_scan(now_s, message, &LIMITS).expect("valid");
+        inputs
+    }
+
+    /// The largest distance of the scan's points from the wall, metres.
+    fn error_m(mount: &Pose, message: &LaserScan) -> f64 {
+        let (inputs, now_s) = (inputs(mount, message), START_S + 0.15);
         let observation = inputs.observation(now_s, &LIMITS, false).expect("all inputs");
         let hits: Vec<Point> = observation.scan.hits(&observation.pose).collect();
         assert!(hits.len() > BEAMS / 2, "{}", hits.len());
         let errors = hits.iter().map(|hit| (hit.to_vector().norm() - RADIUS_M).abs());
         errors.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn raw_scan_has_each_beam_in_the_robots_frame_at_its_time() {
+        for mount in [Pose::default(), Pose::new(0.3, -0.1, 1.0)] {
+            for clockwise in [false, true] {
+                let mut message = revolution(&mount, clockwise);
+                let raw = inputs(&mount, &message).raw_scan(START_S + 0.15, &LIMITS);
+                let raw = raw.expect("a scan and the lidar's pose");
+                assert_eq!(raw.beams.len(), BEAMS);
+                for beam in &raw.beams {
+                    let (sin, cos) = libm::sincos(beam.angle);
+                    let point = Point::new(beam.range * cos, beam.range * sin);
+                    let hit = pose_at(beam.time_s).transform(&point);
+                    let error_m = (hit.to_vector().norm() - RADIUS_M).abs();
+                    assert!(error_m < 1e-4, "{mount:?}, clockwise {clockwise}: {error_m}");
+                }
+                // A driver that stamps the end of a revolution: no beam is later than the arrival.
+                message.header = header("laser", START_S + 0.1);
+                let raw = inputs(&mount, &message).raw_scan(START_S + 0.15, &LIMITS);
+                let (first, end_s) = raw.map(|raw| (raw.beams[0], raw.end_s())).expect("a scan");
+                let times_s = (first.time_s - START_S, end_s.expect("beams") - START_S);
+                assert!((times_s.0 - 0.05).abs() < 1e-3, "{times_s:?}");
+                assert!((times_s.1 - 0.15).abs() < 1e-6, "{times_s:?}");
+            }
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ mod map_update;
 pub mod network;
 mod node_core;
 mod notices;
+mod protection;
 mod scan;
 
 pub use incoming::IncomingMessage;

@@ -7,6 +7,8 @@ use super::incoming::{self, IncomingMessage, MapInput};
 use super::latest_inputs::{AgeLimits, LatestInputs};
 use super::map_update::MapUpdate;
 use super::notices::{MessageError, NodeStats, Notices};
+use super::protection::Protection;
+use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Detail, Engine, EngineError, Evaluation, QuantizedProblem};
 use crate::map::GridFrame;
@@ -14,6 +16,7 @@ use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Waypoints};
 use crate::ros::convert::{self, SAMPLING, markers};
 use crate::ros::msg::{self, Duration, Header, Time};
 use crate::runtime::Config;
+use crate::settings::SettingError;
 
 /// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
 const STOP_S: f64 = 1.0;
@@ -50,6 +53,8 @@ pub struct Outgoing {
     pub path: Option<msg::Path>,
     /// For `local_markers`.
     pub markers: Option<msg::MarkerArray>,
+    /// For `diagnostics`: what the protective layer and the operator's switch do.
+    pub diagnostics: Option<msg::DiagnosticArray>,
     /// New notices for the user, a line each.
     pub notices: Vec<String>,
 }
@@ -58,8 +63,9 @@ pub struct Outgoing {
 ///
 /// Without a goal it publishes nothing. With a goal it publishes a velocity at each tick. It brakes to zero while an input is
 /// missing or too old, and publishes zero for a second after the goal is reached or aborted. After a new goal it first stops
-/// and then plans; on a changed map it drives on. Times are seconds since 1970 by the node's clock. Ages are those of the stamps: the clocks of the
-/// senders must agree with it.
+/// and then plans; on a changed map it drives on. Every velocity passes the protective layer, which gets the raw scans. The
+/// robot moves only while [`NodeCore::operator`] is armed; a goal never arms it. Times are seconds since 1970 by the node's
+/// clock. Ages are those of the stamps: the clocks of the senders must agree with it.
 pub struct NodeCore {
     settings: NodeSettings,
     engine: SharedEngine,
@@ -68,6 +74,7 @@ pub struct NodeCore {
     goal: Option<(String, Goal)>,
     navigator: Option<Navigator>,
     map_update: MapUpdate,
+    protection: Protection,
     published_plans: usize,
     ended_s: Option<f64>,
     hold: Hold,
@@ -92,11 +99,17 @@ enum Hold {
 }
 
 impl NodeCore {
-    /// A node without inputs.
-    #[must_use]
-    pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Self {
+    /// A node without inputs, and a robot that is not armed.
+    ///
+    /// # Errors
+    /// A setting of the protective layer or a limit out of range.
+    pub fn new(
+        mut settings: NodeSettings,
+        engine: Box<dyn Engine>,
+    ) -> Result<Self, SettingError> {
         settings.config = settings.config.in_real_time();
-        Self {
+        Ok(Self {
+            protection: Protection::new(&settings.config)?,
             settings,
             engine: Arc::new(Mutex::new(engine)),
             inputs: LatestInputs::default(),
@@ -112,7 +125,13 @@ impl NodeCore {
             command: Twist::STOP,
             notices: Notices::default(),
             stats: NodeStats::default(),
-        }
+        })
+    }
+
+    /// The operator's switch. It arms and stops the robot from any thread.
+    #[must_use]
+    pub fn operator(&self) -> OperatorSwitch {
+        self.protection.operator()
     }
 
     /// The counters.
@@ -164,12 +183,23 @@ impl NodeCore {
         match message {
             IncomingMessage::Map(map) => self.set_map(now_s, MapInput::new(map)?),
             IncomingMessage::Scan(scan) => {
-                self.inputs.set_scan(now_s, scan, &self.age_limits())?;
+                let limits = self.age_limits();
+                self.inputs.set_scan(now_s, scan, &limits)?;
+                if let Some(scan) = self.inputs.raw_scan(now_s, &limits) {
+                    self.protection.update_scan(&scan);
+                }
             }
             IncomingMessage::Odometry(odometry) => {
                 self.inputs.set_odometry(now_s, odometry, &self.age_limits())?;
+                if let Some((measured, stamp_s)) = self.inputs.motion() {
+                    self.protection.update_motion(&measured, stamp_s);
+                }
             }
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
+            IncomingMessage::Arm(msg::Bool { data: true }) => self.operator().arm(),
+            IncomingMessage::Arm(msg::Bool { data: false }) => self.operator().disarm(),
+            IncomingMessage::Stop(msg::Bool { data: true }) => self.operator().stop(),
+            IncomingMessage::Stop(msg::Bool { data: false }) => {}
             IncomingMessage::Transforms(transforms) => {
                 self.inputs.frames.update(now_s, transforms, false)?;
             }
@@ -253,15 +283,19 @@ impl NodeCore {
         }
         if self.goal.is_some() {
             let decision = self.decide(now_s, clock);
-            self.command = match &decision {
-                Some(decision) => decision.command,
-                None => self.brake(),
-            };
-            self.stats.commands += 1;
+            let wanted =
+                decision.as_ref().map_or_else(|| self.brake(), |decision| decision.command);
+            self.command = self.protection.command(&wanted, &self.command, now_s);
+            self.stats.count_command(self.protection.action());
             outgoing.command = Some(self.command);
             self.add_plan_and_markers(now_s, decision.as_ref(), &mut outgoing);
             self.drop_ended_goal(now_s);
+        } else {
+            self.protection.idle();
         }
+        self.notices.operator(self.protection.state());
+        self.notices.protective_action(now_s, self.protection.action());
+        outgoing.diagnostics = self.protection.diagnostics(now_s);
         outgoing.notices = self.notices.take();
         outgoing
     }
@@ -314,6 +348,11 @@ impl NodeCore {
         };
         self.notices.missing(None);
         if self.is_held(now_s) {
+            return None;
+        }
+        if self.protection.state() != OperatorState::Armed {
+            // Until it is armed, the robot may be carried away: a new navigator plans from there.
+            self.navigator = None;
             return None;
         }
         self.update_map();

@@ -6,9 +6,13 @@ use std::mem::{Discriminant, discriminant, take};
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::base::{OperatorState, ProtectiveAction};
 use crate::map::MapError;
 use crate::navigator::{Mode, Navigator};
 use crate::settings::SettingError;
+
+/// Time without a protective action after which the same action is reported again, seconds.
+const QUIET_S: f64 = 1.0;
 
 /// Why a message is rejected. A rejected message changes nothing.
 #[derive(Debug, Error)]
@@ -108,6 +112,8 @@ pub struct NodeStats {
     pub aborted: u64,
     /// Published velocities.
     pub commands: u64,
+    /// Ticks in which the protective layer changed the velocity, by the name of its action.
+    pub protective_actions: BTreeMap<&'static str, u64>,
     /// Least time from stamp to arrival over the last 10 s by topic, seconds: transport, and the offset between the clocks.
     pub least_delay_s: BTreeMap<&'static str, f64>,
 }
@@ -116,6 +122,13 @@ impl NodeStats {
     pub(super) fn count_message(&mut self, topic: &'static str, is_accepted: bool) {
         let counts = if is_accepted { &mut self.received } else { &mut self.rejected };
         *counts.entry(topic).or_default() += 1;
+    }
+
+    pub(super) fn count_command(&mut self, action: &ProtectiveAction) {
+        self.commands += 1;
+        if !action.passes() {
+            *self.protective_actions.entry(action.name()).or_default() += 1;
+        }
     }
 }
 
@@ -127,6 +140,10 @@ pub struct Notices {
     missing: Option<MissingInput>,
     late_topics: BTreeSet<&'static str>,
     had_sensor_fault: bool,
+    operator: Option<OperatorState>,
+    /// Protective actions since the layer was last quiet, and the time of the last one, seconds.
+    actions: BTreeSet<&'static str>,
+    acted_s: f64,
 }
 
 impl Notices {
@@ -166,6 +183,37 @@ impl Notices {
                 "messages on {topic} are {least_delay_s:.2} s old when they arrive, the limit is {limit_s} s: the sender is slow, or \
                  its clock is behind; synchronise the clocks with chrony or NTP"
             ));
+        }
+    }
+
+    /// Reports the operator's switch at its first state and at each change.
+    pub fn operator(&mut self, state: OperatorState) {
+        if self.operator.replace(state) == Some(state) {
+            return;
+        }
+        self.push(match state {
+            OperatorState::NotArmed => "not armed: the robot stands until an operator arms it",
+            OperatorState::Armed => "armed: the robot drives to its goals",
+            OperatorState::Stopped => {
+                "stopped by the operator: the robot stands until it is armed again"
+            }
+        });
+    }
+
+    /// Reports what the protective layer does to a command: each kind of action once until the layer is quiet. The operator's
+    /// switch has notices of its own.
+    pub fn protective_action(&mut self, now_s: f64, action: &ProtectiveAction) {
+        if matches!(action, ProtectiveAction::NotArmed | ProtectiveAction::OperatorStop) {
+            return;
+        }
+        if !action.passes() {
+            self.acted_s = now_s;
+            if self.actions.insert(action.name()) {
+                self.push(format!("protection: {}: {action}", action.name()));
+            }
+        } else if !self.actions.is_empty() && !(0.0..=QUIET_S).contains(&(now_s - self.acted_s)) {
+            self.actions.clear();
+            self.push(format!("protection: {}: {action}", action.name()));
         }
     }
 

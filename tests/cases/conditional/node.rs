@@ -24,7 +24,7 @@ const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
-    let scenarios: [(&'static str, Check); 7] = [
+    let scenarios: [(&'static str, Check); 8] = [
         ("drives_to_goal", drives_to_goal),
         ("late_joiner", late_joiner),
         ("missing_inputs", missing_inputs),
@@ -32,6 +32,7 @@ pub fn trials() -> Vec<Trial> {
         ("endless_heartbeat", endless_heartbeat),
         ("network_process_hangs", network_process_hangs),
         ("control_process_dies", control_process_dies),
+        ("arming", arming),
     ];
     let trial = |(name, check): (&'static str, Check)| {
         Trial::ignorable_test(name, move || with_peer(name, check))
@@ -149,6 +150,30 @@ fn control_process_dies(facts: &Value) -> Result<(), Failed> {
     holds(facts["resumed_s"].is_number(), "the robot continues", facts)?;
     holds(facts["orphans"] == serde_json::json!([]), "no process is left", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)
+}
+
+/// A goal does not arm the robot. A message on `inbye/arm` or a request on the operator's port does, and a stop by either is zero at
+/// once and stays.
+fn arming(facts: &Value) -> Result<(), Failed> {
+    holds(number(facts, "unarmed_commands") > 10.0, "zeros are published", facts)?;
+    holds(facts["unarmed_m"] == 0.0, "the robot stands until it is armed", facts)?;
+    for means in ["message", "request"] {
+        holds(facts[format!("{means}_armed_s")].is_number(), "the robot drives", facts)?;
+        // One control period; the rest is for busy cores.
+        let stopped_s = number(facts, &format!("{means}_stopped_s"));
+        holds(stopped_s < 2.0, "zero is commanded", facts)?;
+        let crept_m = number(facts, &format!("{means}_crept_m"));
+        holds(crept_m == 0.0, "a new goal does not arm it", facts)?;
+    }
+    let states = serde_json::json!(["not_armed", "stopped", "stopped", "armed"]);
+    holds(facts["states"] == states, "the port answers with the state", facts)?;
+    let operators = serde_json::json!(["armed", "not_armed", "stopped"]);
+    holds(facts["operators"] == operators, "diagnostics have the state", facts)?;
+    let notices = facts["notices"].to_string();
+    holds(notices.contains("not armed: the robot stands"), "a notice has the state", facts)?;
+    holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
+    ends_cleanly(facts)
 }
 
 fn ends_cleanly(facts: &Value) -> Result<(), Failed> {

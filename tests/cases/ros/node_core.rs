@@ -2,6 +2,7 @@
 
 mod ages;
 mod messages;
+mod protection;
 mod robot;
 mod transport;
 

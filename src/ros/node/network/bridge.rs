@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::frame::{FromNetwork, ToNetwork, read_frame, write_frame};
 use super::watchdog::CommandWatchdog;
-use crate::ros::msg::{MarkerArray, Path, Time, Twist, TwistStamped};
+use crate::ros::msg::{DiagnosticArray, MarkerArray, Path, Time, Twist, TwistStamped};
 use crate::ros::node::dds::{DdsNode, DdsSettings, NodeError};
 
 /// Interval at which messages are taken on both sides.
@@ -29,6 +29,7 @@ struct Inbox {
     command: Option<TwistStamped>,
     path: Option<Path>,
     markers: Option<MarkerArray>,
+    diagnostics: Option<DiagnosticArray>,
     has_frame: bool,
     is_closed: bool,
 }
@@ -68,7 +69,7 @@ pub fn run_bridge(
     let mut alive_s = f64::NEG_INFINITY;
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();
-        let Inbox { command, path, markers, has_frame, is_closed } = take(&inbox);
+        let Inbox { command, path, markers, diagnostics, has_frame, is_closed } = take(&inbox);
         if has_frame {
             watchdog.on_frame(now_s);
         }
@@ -79,6 +80,8 @@ pub fn run_bridge(
         }
         path.into_iter().for_each(|path| dds.publish(ToNetwork::Path(path)));
         markers.into_iter().for_each(|markers| dds.publish(ToNetwork::Markers(markers)));
+        let diagnostics = diagnostics.map(ToNetwork::Diagnostics);
+        diagnostics.into_iter().for_each(|diagnostics| dds.publish(diagnostics));
         if is_closed {
             break;
         }
@@ -153,6 +156,7 @@ fn read_all(input: impl Read, inbox: &Mutex<Inbox>) {
             ToNetwork::Command(command) => inbox.command = Some(command),
             ToNetwork::Path(path) => inbox.path = Some(path),
             ToNetwork::Markers(markers) => inbox.markers = Some(markers),
+            ToNetwork::Diagnostics(diagnostics) => inbox.diagnostics = Some(diagnostics),
         }
     }
     lock(inbox).is_closed = true;

@@ -39,6 +39,8 @@ pub enum ToNetwork {
     Path(msg::Path),
     /// For `local_markers`.
     Markers(msg::MarkerArray),
+    /// For `diagnostics`.
+    Diagnostics(msg::DiagnosticArray),
 }
 
 /// A type of frames.
@@ -55,7 +57,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 => Some(MAX_LARGE),
-            0 | 1 | 3..=8 => Some(MAX_SMALL),
+            0 | 1 | 3..=10 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -75,6 +77,8 @@ impl Frame for FromNetwork {
                     let (key, value) = ((*topic).to_owned(), reason.clone());
                     (8, KeyValue { key, value }.to_cdr())
                 }
+                IncomingMessage::Arm(message) => (9, message.to_cdr()),
+                IncomingMessage::Stop(message) => (10, message.to_cdr()),
             },
         }
     }
@@ -97,6 +101,8 @@ impl Frame for FromNetwork {
                 let (topic, expected) = IncomingMessage::topic_and_type(&key)?;
                 IncomingMessage::Undecodable { topic, expected, reason }
             }
+            9 => IncomingMessage::Arm(Message::from_cdr(payload)?),
+            10 => IncomingMessage::Stop(Message::from_cdr(payload)?),
             _ => return None,
         };
         Some(Self::Message(message))
@@ -106,7 +112,7 @@ impl Frame for FromNetwork {
 impl Frame for ToNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
-            0 | 1 => Some(MAX_SMALL),
+            0 | 1 | 4 => Some(MAX_SMALL),
             2 | 3 => Some(MAX_LARGE),
             _ => None,
         }
@@ -118,6 +124,7 @@ impl Frame for ToNetwork {
             Self::Command(message) => (1, message.to_cdr()),
             Self::Path(message) => (2, message.to_cdr()),
             Self::Markers(message) => (3, message.to_cdr()),
+            Self::Diagnostics(message) => (4, message.to_cdr()),
         }
     }
 
@@ -127,6 +134,7 @@ impl Frame for ToNetwork {
             1 => Message::from_cdr(payload).map(Self::Command),
             2 => Message::from_cdr(payload).map(Self::Path),
             3 => Message::from_cdr(payload).map(Self::Markers),
+            4 => Message::from_cdr(payload).map(Self::Diagnostics),
             _ => None,
         }
     }
@@ -193,6 +201,8 @@ mod tests {
             FromNetwork::Message(IncomingMessage::Odometry(Box::default())),
             FromNetwork::Message(IncomingMessage::Transforms(msg::TFMessage::default())),
             FromNetwork::Message(IncomingMessage::Undecodable { topic, expected, reason }),
+            FromNetwork::Message(IncomingMessage::Arm(msg::Bool { data: true })),
+            FromNetwork::Message(IncomingMessage::Stop(msg::Bool { data: true })),
         ];
         let mut bytes = Vec::new();
         for frame in &frames {

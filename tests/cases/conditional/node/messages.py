@@ -93,6 +93,32 @@ class TransformStamped(IdlStruct, typename=ros("geometry_msgs", "TransformStampe
 
 
 @dataclass
+class Bool(IdlStruct, typename=ros("std_msgs", "Bool")):
+    data: bool
+
+
+@dataclass
+class KeyValue(IdlStruct, typename=ros("diagnostic_msgs", "KeyValue")):
+    key: str
+    value: str
+
+
+@dataclass
+class DiagnosticStatus(IdlStruct, typename=ros("diagnostic_msgs", "DiagnosticStatus")):
+    level: uint8
+    name: str
+    message: str
+    hardware_id: str
+    values: sequence[KeyValue]
+
+
+@dataclass
+class DiagnosticArray(IdlStruct, typename=ros("diagnostic_msgs", "DiagnosticArray")):
+    header: Header
+    status: sequence[DiagnosticStatus]
+
+
+@dataclass
 class TFMessage(IdlStruct, typename=ros("tf2_msgs", "TFMessage")):
     transforms: sequence[TransformStamped]
 

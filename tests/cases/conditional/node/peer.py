@@ -16,6 +16,7 @@ import sys
 import tempfile
 import threading
 import time
+import urllib.request
 
 os.environ["CYCLONEDDS_URI"] = (
     "<CycloneDDS><Domain><General>"
@@ -214,15 +215,15 @@ class Robot:
 
 
 class Program:
-    """`inbye node`."""
+    """`inbye node`, armed at its start unless `arm` is false."""
 
-    def __init__(self, program, *arguments):
+    def __init__(self, program, *arguments, arm=True):
         self.settings = tempfile.NamedTemporaryFile("w", suffix=".toml")
         self.settings.write(SETTINGS)
         self.settings.flush()
         self.child = subprocess.Popen(
             [program, "node", "--json", "--engine", "cpu", "--threads", "1",
-             "--config", self.settings.name, *arguments],
+             "--config", self.settings.name, *(["--arm"] if arm else []), *arguments],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )
 
@@ -451,6 +452,53 @@ def control_process_dies(program):
     robot.until(lambda: not any(os.path.exists(f"/proc/{child}") for child in network), 10.0)
     facts["orphans"] = [child for child in network if os.path.exists(f"/proc/{child}")]
     return {**facts, "contacts": robot.contacts}
+
+
+OPERATOR_PORT = 8765
+
+
+def request(method, path):
+    """The operator's state by the answer to a request."""
+    url = f"http://127.0.0.1:{OPERATOR_PORT}{path}"
+    with urllib.request.urlopen(urllib.request.Request(url, method=method), timeout=5) as answer:
+        return json.load(answer)["state"]
+
+
+def arming(program):
+    """A goal does not arm the robot; a message and a request arm it and stop it."""
+    robot = Robot()
+    robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0))
+    node = Program(program, "--operator-port", str(OPERATOR_PORT), arm=False)
+    arm, stop = (robot.writer(f"inbye/{name}", m.Bool, RELIABLE) for name in ("arm", "stop"))
+    every = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepAll)
+    diagnostics = robot.reader("diagnostics", m.DiagnosticArray, every)
+    robot.until(lambda: False, 2.0)
+    robot.send_goal(*GOAL)
+    robot.until(lambda: False, 3.0)
+    facts = {"unarmed_commands": len(robot.commands), "unarmed_m": robot.away_m(2.5, 2.0)}
+    states = [request("GET", "/status")]
+    means = {
+        "message": (lambda: arm.write(m.Bool(True)), lambda: stop.write(m.Bool(True))),
+        "request": (lambda: request("POST", "/arm"), lambda: request("POST", "/stop")),
+    }
+    for name, (arms, stops) in means.items():
+        arms()
+        facts[f"{name}_armed_s"] = robot.until(lambda: robot.v > 0.3, 20.0)
+        stops()
+        facts[f"{name}_stopped_s"] = robot.until(robot.is_commanded_to_stop, 10.0)
+        stood_at = (robot.x, robot.y)
+        robot.send_goal(*GOAL)
+        robot.until(lambda: False, 1.5)
+        facts[f"{name}_crept_m"] = distance(stood_at, (robot.x, robot.y))
+        states.append(request("GET", "/status"))
+    states.append(request("POST", "/arm"))
+    facts["took_s"] = robot.until(lambda: robot.stands_near(*GOAL[:2]), 90.0)
+    shown = [one for array in diagnostics.take(N=1000) for one in array.status]
+    operators = [value.value for one in shown for value in one.values if value.key == "operator"]
+    return {
+        **facts, "states": states, "operators": sorted(set(operators)), "contacts": robot.contacts, **node.end(),
+    }
 
 
 if __name__ == "__main__":

@@ -86,16 +86,29 @@ pub struct Robot {
     pub commands: Vec<Option<Twist>>,
     pub paths: Vec<msg::Path>,
     pub markers: Vec<msg::MarkerArray>,
+    pub diagnostics: Vec<msg::DiagnosticArray>,
     world: World,
     twist: Twist,
 }
 
 impl Robot {
+    /// A robot that an operator has armed.
     pub fn new(odom_is_map: bool) -> Self {
+        let robot = Self::unarmed(odom_is_map);
+        robot.core.operator().arm();
+        robot
+    }
+
+    pub fn unarmed(odom_is_map: bool) -> Self {
         let mut settings = NodeSettings::default();
         settings.odom_is_map = odom_is_map;
+        Self::with_settings(settings)
+    }
+
+    pub fn with_settings(settings: NodeSettings) -> Self {
+        let engine = Box::new(CpuEngine::single_threaded());
         Self {
-            core: NodeCore::new(settings, Box::new(CpuEngine::single_threaded())),
+            core: NodeCore::new(settings, engine).expect("valid settings"),
             pose: Pose::new(2.0, 1.5, 0.0),
             now_s: 100.0,
             has_scan: true,
@@ -111,18 +124,23 @@ impl Robot {
             commands: Vec::new(),
             paths: Vec::new(),
             markers: Vec::new(),
+            diagnostics: Vec::new(),
             world: World::new(grid(29).obstacles(UnknownPolicy::Blocked)),
             twist: Twist::STOP,
         }
     }
 
-    /// A robot with map, goal and the lidar's place.
+    /// An armed robot with map, goal and the lidar's place.
     pub fn ready() -> Self {
-        let mut robot = Self::new(false);
-        robot.publish_mount();
-        robot.receive(&IncomingMessage::Map(map(&grid(29))));
-        robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
-        robot
+        Self::new(false).with_goal()
+    }
+
+    /// The robot with map, goal and the lidar's place.
+    pub fn with_goal(mut self) -> Self {
+        self.publish_mount();
+        self.receive(&IncomingMessage::Map(map(&grid(29))));
+        self.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
+        self
     }
 
     /// Publishes the lidar's pose on the robot.
@@ -148,8 +166,9 @@ impl Robot {
         if self.has_scan {
             self.receive(&IncomingMessage::Scan(self.scan()));
         }
-        let Outgoing { command, path, markers, notices, .. } =
+        let Outgoing { command, path, markers, diagnostics, notices, .. } =
             self.core.tick(self.now_s, &mut || 0.0);
+        self.diagnostics.extend(diagnostics);
         self.notices.extend(notices);
         self.paths.extend(path);
         self.markers.extend(markers);
