@@ -33,9 +33,9 @@ pub fn messages(data: &[u8]) {
         5 => message::<msg::Path>(bytes),
         6 => message::<msg::MarkerArray>(bytes),
         7 => message::<msg::TwistStamped>(bytes),
-        8 => message::<msg::Bool>(bytes),
-        9 => message::<msg::DiagnosticArray>(bytes),
-        _ => to_network(bytes),
+        8 => to_network(bytes),
+        9 => message::<msg::Bool>(bytes),
+        _ => message::<msg::DiagnosticArray>(bytes),
     }
 }
 

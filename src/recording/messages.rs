@@ -6,8 +6,8 @@ use crate::map::{OccupancyGrid, Scan};
 use crate::navigator::{Decision, Mode, Navigator};
 use crate::ros::convert::key_value;
 use crate::ros::msg::{
-    self, DiagnosticArray, DiagnosticStatus, Header, LaserScan, MapMetaData, Message,
-    TFMessage, Time, TransformStamped,
+    self, DiagnosticArray, DiagnosticStatus, Header, LaserScan, MapMetaData, Message, TFMessage,
+    Time, TransformStamped,
 };
 use crate::runtime::OdometryReading;
 

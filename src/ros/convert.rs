@@ -3,8 +3,8 @@
 use core::fmt::Display;
 
 use super::msg::{
-    ColorRGBA, Duration, Header, KeyValue, Marker, MarkerArray, Path, Point, Pose, PoseStamped, Quaternion,
-    Time, Transform, Twist, TwistStamped, Vector3,
+    ColorRGBA, Duration, Header, KeyValue, Marker, MarkerArray, Path, Point, Pose, PoseStamped,
+    Quaternion, Time, Transform, Twist, TwistStamped, Vector3,
 };
 use crate::geometry::{self, bearing};
 use crate::local::{Sampling, TrajectoryFan};

@@ -103,10 +103,7 @@ impl NodeCore {
     ///
     /// # Errors
     /// A setting of the protective layer or a limit out of range.
-    pub fn new(
-        mut settings: NodeSettings,
-        engine: Box<dyn Engine>,
-    ) -> Result<Self, SettingError> {
+    pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Result<Self, SettingError> {
         settings.config = settings.config.in_real_time();
         Ok(Self {
             protection: Protection::new(&settings.config)?,

@@ -26,8 +26,7 @@ fn hall(is_open: bool) -> OccupancyGrid {
     let frame = GridFrame::new(COLUMNS, ROWS, RESOLUTION_M, Pose::default()).expect("a valid size");
     let is_solid = |index: i32| {
         let (column, row) = (index % COLUMNS, index / COLUMNS);
-        let is_border =
-            column == 0 || row == 0 || column == COLUMNS - 1 || row == ROWS - 1;
+        let is_border = column == 0 || row == 0 || column == COLUMNS - 1 || row == ROWS - 1;
         let is_wall = WALL.contains(&column) && !(is_open && DOOR.contains(&row));
         is_border || is_wall
     };
