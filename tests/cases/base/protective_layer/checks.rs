@@ -140,6 +140,19 @@ fn identical_scans_stop_a_base_that_moves_and_only_that() {
 }
 
 #[test]
+fn identical_scans_of_a_base_that_stands_since_they_began_do_not_stop_it() {
+    let mut layer = layer(CollisionMonitorSettings::default());
+    for tick in 0..20 {
+        let now_s = f64::from(tick) * 0.1;
+        // The base stops at once after the first report; a lidar without noise then repeats its scan.
+        layer.update_motion(if tick == 0 { &FULL } else { &Twist::STOP }, now_s);
+        layer.update_scan(&scan(now_s, wall_ahead(9.0)), now_s);
+    }
+    let (_, action) = layer.limit(&FULL, &Twist::STOP, 1.9);
+    assert!(action.passes(), "{action}");
+}
+
+#[test]
 fn frozen_lidar_is_released_by_a_new_scan() {
     let mut layer = layer(CollisionMonitorSettings::default());
     for tick in 0..8 {
