@@ -14,8 +14,8 @@ use inbye::ros::node::network::{LinkEvents, NetworkLink, ToNetwork};
 use inbye::ros::node::{NodeCore, NodeSettings, Outgoing};
 use serde_json::json;
 
-use super::NodeArguments;
 use super::network_process::{dds_settings, now};
+use super::{NodeArguments, OperatorArguments};
 use crate::cli::machine::{interrupt_flag, wall_clock};
 use crate::cli::{config, operator, output};
 
@@ -42,7 +42,8 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let mut core = NodeCore::new(node_settings, engine)?;
     let DdsSettings { namespace, domain, .. } = &settings;
     output::note(format!("node {namespace}/inbye in domain {domain}"));
-    operator::serve(&core.operator(), arguments.arm, arguments.operator_port)?;
+    let OperatorArguments { arm, operator_port } = arguments.operator;
+    operator::serve(&core.operator(), arm, operator_port)?;
     let (mut due_s, mut late_ticks) = (0.0, 0_u64);
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();

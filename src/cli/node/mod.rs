@@ -50,6 +50,19 @@ pub struct NodeArguments {
     /// Treat the odometry frame as the map frame.
     #[arg(long)]
     pub odom_is_map: bool,
+    #[command(flatten)]
+    pub operator: OperatorArguments,
+    /// Duration of the run, seconds [default: until Ctrl-C].
+    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
+    pub for_s: Option<f64>,
+    /// Run as the network process of a node, within this memory, MiB.
+    #[arg(long, hide = true, value_name = "MIB")]
+    pub network_memory_mib: Option<u64>,
+}
+
+/// The operator of a node.
+#[derive(Debug, Args)]
+pub struct OperatorArguments {
     /// Arm the robot at once. Without it, the robot moves after the word `arm` in the terminal, a request to --operator-port, or a
     /// message on `inbye/arm`.
     #[arg(long)]
@@ -57,12 +70,6 @@ pub struct NodeArguments {
     /// Serve the operator on this port of localhost: POST /arm, POST /stop, GET /status.
     #[arg(long, value_name = "N")]
     pub operator_port: Option<u16>,
-    /// Duration of the run, seconds [default: until Ctrl-C].
-    #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
-    pub for_s: Option<f64>,
-    /// Run as the network process of a node, within this memory, MiB.
-    #[arg(long, hide = true, value_name = "MIB")]
-    pub network_memory_mib: Option<u64>,
 }
 
 #[cfg(not(feature = "ros2"))]

@@ -13,15 +13,15 @@ use inbye::runtime::{Config, GroundTruth, Mission, Observer, Robot, SensorData, 
 use inbye::sim::{SimBase, Simulation};
 
 const RESOLUTION_M: f64 = 0.05;
-const COLUMNS: i32 = 1600;
-const ROWS: i32 = 800;
+const COLUMNS: i32 = 1200;
+const ROWS: i32 = 600;
 /// Columns of the wall between the robot's hall and its goal, and rows of the door in it.
-const WALL: core::ops::Range<i32> = 1520..1524;
-const DOOR: core::ops::Range<i32> = 380..420;
+const WALL: core::ops::Range<i32> = 1120..1124;
+const DOOR: core::ops::Range<i32> = 280..320;
 /// Share of the search that no tick may take.
 const SHARE: f64 = 0.25;
 
-/// A hall of 76 by 40 m, and a room behind a door.
+/// A hall of 56 by 30 m, and a room behind a door.
 fn hall(is_open: bool) -> OccupancyGrid {
     let frame = GridFrame::new(COLUMNS, ROWS, RESOLUTION_M, Pose::default()).expect("a valid size");
     let is_solid = |index: i32| {
@@ -55,8 +55,8 @@ impl Robot for RealTimeBase {
     }
 }
 
-const START: Pose = Pose { x: 71.0, y: 20.0, yaw: 0.0 };
-const GOAL: Point = Point { x: 78.5, y: 20.0 };
+const START: Pose = Pose { x: 51.0, y: 15.0, yaw: 0.0 };
+const GOAL: Point = Point { x: 58.5, y: 15.0 };
 
 /// Duration of the search for a way around the closed door, seconds. There is none, so that it visits the whole hall.
 fn search_s(config: &Config, closed: &ObstacleGrid) -> f64 {
