@@ -141,8 +141,8 @@ impl ConfigBuilder {
         })
     }
 
-    /// Shortens the lookahead of a slow robot to the distance that it drives within the horizon: the arcs of its dynamic window
-    /// are no longer, and a target far beyond them can lie behind an obstacle that they must go round.
+    /// Shortens the lookahead of a slow robot to the distance that it drives within the horizon, the length of the arcs of its
+    /// dynamic window. A target far beyond them can lie behind an obstacle that they must avoid.
     fn derive_lookahead(&mut self) {
         let number = |key: &str| self.settings.get(key)?.value.as_float();
         let horizon = self.settings.get("local.sim_time_s").and_then(|time| time.sources.last());

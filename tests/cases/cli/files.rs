@@ -13,6 +13,16 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 
 const DRIVE: &str = "drive --map mine.yaml --start 5,5 --goal 7,5";
 
+/// The message of a command that refuses its arguments within the time.
+#[track_caller]
+fn refusal_in_time(place: &Workplace, arguments: &str) -> String {
+    let run = place.command().args(arguments.split(' ')).timeout(TIMEOUT).output();
+    let run = run.expect("the program starts");
+    let message = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(2), "{arguments}: {message}");
+    message
+}
+
 #[test]
 fn endless_text_files_are_rejected() {
     let place = Workplace::new();
@@ -25,10 +35,7 @@ fn endless_text_files_are_rejected() {
         "sweep /dev/zero --list",
         "bench draw /dev/zero --svg a.svg",
     ] {
-        let run = place.command().args(arguments.split(' ')).timeout(TIMEOUT).output();
-        let run = run.expect("the program starts");
-        let message = String::from_utf8_lossy(&run.stderr).into_owned();
-        assert_eq!(run.status.code(), Some(2), "{arguments}: {message}");
+        let message = refusal_in_time(&place, arguments);
         assert!(message.contains("bytes"), "{arguments}: {message}");
     }
 }
@@ -40,10 +47,7 @@ fn pipe_without_writer_is_no_map() {
     assert!(made.success());
     let yaml = fs::read_to_string(place.path("mine.yaml")).expect("the map is there");
     place.write("pipe.yaml", yaml.replace("mine.png", "mine.pgm"));
-    let arguments = ["plan", "--map", "pipe.yaml", "--start", "5,5", "--goal", "7,5"];
-    let run = place.command().args(arguments).timeout(TIMEOUT).output().expect("it starts");
-    let message = String::from_utf8_lossy(&run.stderr).into_owned();
-    assert_eq!(run.status.code(), Some(2), "{message}");
+    let message = refusal_in_time(&place, "plan --map pipe.yaml --start 5,5 --goal 7,5");
     assert!(message.contains("no regular file"), "{message}");
 }
 

@@ -178,6 +178,13 @@ fn assert_restarts_from(speeds: &[f64], measured: f64) {
     assert_eq!(speeds.last(), Some(&0.6), "{speeds:?}");
 }
 
+/// The base follows commands again: it restarts from zero.
+#[track_caller]
+fn assert_restarts_from_standstill(harness: &mut Harness) {
+    harness.follows = true;
+    assert_restarts_from(&speeds_while_driving(harness, 1.0), 0.0);
+}
+
 /// The process was stopped for 2 s. The watchdog has stopped the base meanwhile.
 #[test]
 fn base_stands_after_pause_of_process_and_restarts_for_newer_target() {
@@ -237,9 +244,7 @@ fn late_reports_brake_base_and_restart_it() {
     harness.report.twist = Twist::STOP;
     harness.follows = false;
     harness.cycle();
-    harness.follows = true;
-    let speeds = speeds_while_driving(&mut harness, 1.0);
-    assert_restarts_from(&speeds, 0.0);
+    assert_restarts_from_standstill(&mut harness);
 }
 
 /// The line lost the host's commands, and the base has stopped by itself.
@@ -251,9 +256,7 @@ fn base_stopped_by_its_watchdog_restarts_from_zero() {
     harness.follows = false;
     harness.cycle();
     harness.report.faults = Faults::NONE;
-    harness.follows = true;
-    let speeds = speeds_while_driving(&mut harness, 1.0);
-    assert_restarts_from(&speeds, 0.0);
+    assert_restarts_from_standstill(&mut harness);
 }
 
 #[test]

@@ -308,13 +308,7 @@ def distance(one, other):
 
 def missing_inputs(program):
     """Scans stop during the drive and return; then odometry."""
-    robot = Robot()
-    robot.publish_map()
-    robot.publish_frames((0.0, 0.0, 0.0))
-    node = Program(program)
-    robot.until(lambda: False, 2.0)
-    robot.send_goal(*GOAL)
-    facts = {"started_s": robot.until(lambda: robot.v > 0.3, 20.0)}
+    robot, node, facts = driving(program)
     for input in ("scan", "odometry"):
         setattr(robot, f"has_{input}", False)
         facts[f"{input}_speed"] = robot.v
