@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::Args;
 use inbye::experiment::{
-    Cell, Comparison, Grid, RunRow, Setup, Share, SoakSummary, compare_digests, run_cell,
-    spread_evenly,
+    Cell, Comparison, Grid, IdentifiedMotion, RunRow, Setup, Share, SoakSummary, Spread,
+    compare_digests, run_cell, spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
 use inbye::report::{BenchReport, PlaybackRecorder};
@@ -197,6 +197,12 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
             error.mean_m, error.mean_yaw_rad, error.p95_m, error.p95_yaw_rad
         ));
     }
+    lines.push(format!(
+        "protection   acted in {} missions, in {:.1} % of all ticks",
+        summary.protected_missions,
+        100.0 * summary.protected_share
+    ));
+    lines.extend(summary.identified.as_ref().map(identified_text));
     if summary.digests_compared > 0 {
         let (equal, compared) = (summary.digests_equal, summary.digests_compared);
         lines.push(format!("traces       {equal} of {compared} equal on another engine"));
@@ -210,6 +216,22 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
         format!("DIFFERS: {world}, seed {seed}: {first} gave {expected}, {engine} gave {found}")
     }));
     lines
+}
+
+/// The identified response of the bases.
+fn identified_text(identified: &IdentifiedMotion) -> String {
+    let spread = |Spread { least, mean, largest, .. }: &Spread, unit: &str| {
+        format!("{least:.2} to {largest:.2}{unit}, mean {mean:.2}{unit}")
+    };
+    let turn = identified.turn_ratio.as_ref();
+    let turn = turn.map_or_else(String::new, |ratio| format!("; turn ratio {}", spread(ratio, "")));
+    format!(
+        "identified   latency in {} missions, {}, below the drawn delay in {}; braking {}{turn}",
+        identified.missions,
+        spread(&identified.delay_s, " s"),
+        identified.underestimated_delays,
+        spread(&identified.braking_m_s2, " m/s^2"),
+    )
 }
 
 /// A share with its interval.

@@ -48,6 +48,9 @@ pub use records::{Record, read_record};
 pub use results::{CellFile, Manifest, Merged, merge};
 pub use row::{ContactCause, RunOutcome, RunRow};
 pub use run::{Run, open_engine, run_cell};
-pub use soak::{Comparison, FinalError, Share, SoakSummary, compare_digests, spread_evenly};
+pub use soak::{
+    Comparison, FinalError, IdentifiedMotion, Share, SoakSummary, Spread, compare_digests,
+    spread_evenly,
+};
 pub use workers::{run_in_order, run_jobs};
 pub use world::{World, WorldSimulation};

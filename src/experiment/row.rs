@@ -8,6 +8,7 @@ use super::paper_drives::Deviation;
 use super::{LocalizationCase, TrafficKind, WorldKind};
 use crate::bench::columns::{column_values, columns};
 use crate::bench::{Columns, Latencies, LatencySummary};
+use crate::robot::MotionEstimate;
 use crate::runtime::{Config, MissionResult, PlantKind, PoseSource, TraceRow};
 use crate::sim::{Simulation, draw_plant};
 
@@ -166,6 +167,25 @@ columns! {
         pub waited_share: Option<f64> => 3,
         /// The longest time in which it stood, seconds.
         pub longest_wait_s: Option<f64> => 1,
+        /// Number of ticks in which the protective layer changed the command.
+        pub protected_ticks: Option<u64>,
+        /// Latency that the drive identified, from a command to its measured effect, seconds. This and the next columns are
+        /// none where the drive did not identify it.
+        pub identified_delay_s: Option<f64> => 3,
+        /// Lower end of its interval, seconds.
+        pub identified_delay_low_s: Option<f64> => 3,
+        /// Upper end of its interval, seconds.
+        pub identified_delay_high_s: Option<f64> => 3,
+        /// Identified acceleration, m/s^2: the limit, unless the base accelerates less.
+        pub identified_acceleration_m_s2: Option<f64> => 2,
+        /// Identified deceleration, m/s^2, positive: the limit, unless the base brakes less.
+        pub identified_braking_m_s2: Option<f64> => 2,
+        /// Identified ratio of the measured to the commanded turn rate.
+        pub turn_ratio: Option<f64> => 3,
+        /// Lower end of its interval.
+        pub turn_ratio_low: Option<f64> => 3,
+        /// Upper end of its interval.
+        pub turn_ratio_high: Option<f64> => 3,
         /// The case of the localization experiment; none elsewhere.
         pub case: Option<LocalizationCase>,
         /// Share of each track's speed that is lost to slip. This and the next columns are none unless the pose comes from scans.
@@ -319,6 +339,23 @@ impl RunRow {
         self.waited_share = Some(waited_share);
         self.longest_wait_s = Some(longest_wait_s);
         self.trace_digest = Some(trace.digest());
+        self.protected_ticks = Some(result.protective_actions.values().sum());
+        self.fill_identified(&result.motion);
+    }
+
+    /// Fills in the response of the base as the drive identified it.
+    fn fill_identified(&mut self, motion: &MotionEstimate) {
+        let Some(delay_s) = motion.delay_s else {
+            return;
+        };
+        self.identified_delay_s = Some(delay_s.value);
+        self.identified_delay_low_s = Some(delay_s.low);
+        self.identified_delay_high_s = Some(delay_s.high);
+        self.identified_acceleration_m_s2 = Some(motion.acceleration_m_s2);
+        self.identified_braking_m_s2 = Some(motion.braking_m_s2);
+        self.turn_ratio = motion.turn_ratio.map(|ratio| ratio.value);
+        self.turn_ratio_low = motion.turn_ratio.map(|ratio| ratio.low);
+        self.turn_ratio_high = motion.turn_ratio.map(|ratio| ratio.high);
     }
 
     /// Fills in what the simulated robot of the seed truly is.

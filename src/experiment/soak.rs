@@ -37,6 +37,12 @@ pub struct SoakSummary {
     pub traffic: Vec<Group>,
     /// Agreeing and disagreeing plants.
     pub plants: Vec<Group>,
+    /// Response of the bases as the missions identified it; none without any.
+    pub identified: Option<IdentifiedMotion>,
+    /// Number of missions in which the protective layer changed a command.
+    pub protected_missions: usize,
+    /// Share of all ticks in which it did.
+    pub protected_share: f64,
     /// Number of missions driven again on another engine.
     pub digests_compared: usize,
     /// Number of those with the same trace, to the last bit.
@@ -60,6 +66,63 @@ impl Share {
     #[must_use]
     pub fn new(count: usize, of: usize) -> Self {
         Self { count, of, interval_95: wilson_interval(count, of) }
+    }
+}
+
+/// Response of the bases as the missions identified it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct IdentifiedMotion {
+    /// Number of missions with an identified latency.
+    pub missions: usize,
+    /// Number of those whose interval of the latency ends below the drawn delay of commands.
+    pub underestimated_delays: usize,
+    /// Latency, seconds.
+    pub delay_s: Spread,
+    /// Deceleration, m/s^2.
+    pub braking_m_s2: Spread,
+    /// Measured over commanded turn rate; none where no mission identified it.
+    pub turn_ratio: Option<Spread>,
+}
+
+/// Least, mean and largest value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Spread {
+    /// The least value.
+    pub least: f64,
+    /// The mean.
+    pub mean: f64,
+    /// The largest value.
+    pub largest: f64,
+}
+
+impl Spread {
+    /// The spread of some values; none without any.
+    fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Self> {
+        Some(Self {
+            least: values.clone().reduce(f64::min)?,
+            mean: mean(values.clone())?,
+            largest: values.reduce(f64::max)?,
+        })
+    }
+}
+
+impl IdentifiedMotion {
+    fn of(rows: &[RunRow]) -> Option<Self> {
+        let spread =
+            |figure: fn(&RunRow) -> Option<f64>| Spread::of(rows.iter().filter_map(figure));
+        let is_below = |row: &&RunRow| {
+            let ends = row.identified_delay_high_s.zip(row.command_delay_s);
+            ends.is_some_and(|(high_s, true_s)| high_s < true_s)
+        };
+        Some(Self {
+            missions: rows.iter().filter(|row| row.identified_delay_s.is_some()).count(),
+            underestimated_delays: rows.iter().filter(is_below).count(),
+            delay_s: spread(|row| row.identified_delay_s)?,
+            braking_m_s2: spread(|row| row.identified_braking_m_s2)?,
+            turn_ratio: spread(|row| row.turn_ratio),
+        })
     }
 }
 
@@ -88,6 +151,8 @@ impl SoakSummary {
         let all = Group::of("all", &rows.iter().collect::<Vec<_>>());
         let heedless = || rows.iter().filter(|row| row.traffic == Some(TrafficKind::NonYielding));
         let caused = |row: &&RunRow| row.contact_cause == Some(ContactCause::Other);
+        let protected = || rows.iter().filter_map(|row| row.protected_ticks);
+        let ticks = rows.iter().map(|row| row.ticks).sum::<usize>().max(1);
         Self {
             reached: Share::new(all.reached, all.runs),
             contacts_robot: Share::new(all.contacts_robot, all.runs),
@@ -101,6 +166,9 @@ impl SoakSummary {
             worlds: groups_by(rows, |row| row.world.clone()),
             traffic: groups_by(rows, |row| row.traffic.map_or("-", TrafficKind::name).to_owned()),
             plants: groups_by(rows, |row| plant_name(row).to_owned()),
+            identified: IdentifiedMotion::of(rows),
+            protected_missions: protected().filter(|ticks| *ticks > 0).count(),
+            protected_share: protected().sum::<u64>() as f64 / ticks as f64,
             digests_compared: comparisons.len(),
             digests_equal: comparisons.iter().filter(|one| one.equal).count(),
         }

@@ -1,15 +1,16 @@
 //! The topics of a recording and the ROS messages of a tick.
 
 use super::tick;
+use crate::base::ProtectiveAction;
 use crate::geometry::Pose;
 use crate::map::{OccupancyGrid, Scan};
-use crate::navigator::{Decision, Mode, Navigator};
+use crate::navigator::Mode;
 use crate::ros::convert::key_value;
 use crate::ros::msg::{
     self, DiagnosticArray, DiagnosticStatus, Header, LaserScan, MapMetaData, Message, TFMessage,
     Time, TransformStamped,
 };
-use crate::runtime::OdometryReading;
+use crate::runtime::{OdometryReading, TickEvent};
 
 /// A topic of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +30,7 @@ pub enum Topic {
     Transforms,
     /// The dynamic window and the moving obstacles of each tick.
     Markers,
-    /// Latency, mode and counters of each tick.
+    /// Latency, mode, counters and the action of the protective layer of each tick.
     Diagnostics,
     /// Observation and decision of each tick to the bit.
     Tick,
@@ -167,14 +168,29 @@ pub fn transforms(time_s: f64, estimate: &Pose, odometry: &Pose) -> TFMessage {
     }
 }
 
+/// The state of the navigator and of the protective layer at a tick.
+pub fn diagnostics(event: &TickEvent<'_>, engine: &str) -> DiagnosticArray {
+    DiagnosticArray {
+        header: header(event.observation.time_s, ""),
+        status: vec![decision_status(event, engine), protection_status(event.protective_action)],
+    }
+}
+
+/// What the protective layer of the sender does to the command: its action, and the reason as the message.
+fn protection_status(action: &ProtectiveAction) -> DiagnosticStatus {
+    let level = if action.passes() { DiagnosticStatus::OK } else { DiagnosticStatus::WARN };
+    DiagnosticStatus {
+        level,
+        name: "inbye: protective layer".to_owned(),
+        message: action.to_string(),
+        hardware_id: String::new(),
+        values: vec![key_value("action", action.name())],
+    }
+}
+
 /// Latency, mode and counters of a decision and its navigator.
-pub fn diagnostics(
-    time_s: f64,
-    decision: &Decision,
-    took_s: f64,
-    navigator: &Navigator,
-    engine: &str,
-) -> DiagnosticArray {
+fn decision_status(event: &TickEvent<'_>, engine: &str) -> DiagnosticStatus {
+    let TickEvent { decision, took_s, navigator, .. } = *event;
     let mode = decision.mode;
     let (level, message) = match (navigator.fault(), mode) {
         (Some(fault), _) => (DiagnosticStatus::ERROR, fault.to_string()),
@@ -201,8 +217,14 @@ pub fn diagnostics(
     values.push(key_value("delay_identified", motion.delay_s.is_some()));
     values.push(key_value("acceleration_m_s2", motion.acceleration_m_s2));
     values.push(key_value("braking_m_s2", motion.braking_m_s2));
+    if let Some(delay_s) = motion.delay_s {
+        values.push(key_value("delay_low_s", delay_s.low));
+        values.push(key_value("delay_high_s", delay_s.high));
+    }
     if let Some(ratio) = motion.turn_ratio {
         values.push(key_value("turn_ratio", ratio.value));
+        values.push(key_value("turn_ratio_low", ratio.low));
+        values.push(key_value("turn_ratio_high", ratio.high));
     }
     if let Some(stats) = navigator.deadline_stats() {
         values.push(key_value("deadline_ms", stats.deadline_s * 1e3));
@@ -212,14 +234,11 @@ pub fn diagnostics(
         values.push(key_value("gpu_failures", incidents.failures.values().sum::<u64>()));
         values.push(key_value("cpu_ticks", incidents.on_cpu));
     }
-    DiagnosticArray {
-        header: header(time_s, ""),
-        status: vec![DiagnosticStatus {
-            level,
-            name: "inbye: decision".to_owned(),
-            message,
-            hardware_id: engine.to_owned(),
-            values,
-        }],
+    DiagnosticStatus {
+        level,
+        name: "inbye: decision".to_owned(),
+        message,
+        hardware_id: engine.to_owned(),
+        values,
     }
 }

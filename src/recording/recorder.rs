@@ -172,7 +172,7 @@ impl Recorder {
         let markers = markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);
         let stamp = Time::from_seconds(time_s);
         let command = TwistStamped::new(&decision.command, stamp, BASE_FRAME);
-        let diagnostics = messages::diagnostics(time_s, decision, took_s, navigator, &self.engine);
+        let diagnostics = messages::diagnostics(event, &self.engine);
         let tick = RecordedTick {
             tick: self.ticks,
             observation: observation.clone(),

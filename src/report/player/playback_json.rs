@@ -49,7 +49,8 @@ pub(super) fn playback_json(
         "footprint": footprint,
         "paths": paths,
         "modes": changes(modes),
-        "faults": playback.faults.json(playback.stride),
+        "faults": playback.faults.list.json(playback.stride),
+        "protection": playback.protection.json(playback.stride),
         "deadline_ms": mission.control_period_s() * 1e3,
         "lidar": {
             "beams": beams,

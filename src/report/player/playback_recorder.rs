@@ -1,6 +1,7 @@
 //! Records the data of each tick for the player while the robot drives.
 
 use super::FaultList;
+use super::protection::ProtectionEvents;
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::{SampleStatus, Sampling, TrajectoryFan, WinnerSi};
 use crate::map::{MovingDisc, Scan};
@@ -32,6 +33,8 @@ pub struct PlaybackRecorder {
     pub(super) frames: Vec<Frame>,
     /// The faults of all ticks.
     pub(super) faults: FaultList,
+    /// The actions of the protective layer of all ticks.
+    pub(super) protection: ProtectionEvents,
     /// Ticks for each recorded frame.
     pub(super) stride: usize,
     /// The last frame, if it is the latest tick and not a multiple of the stride.
@@ -78,6 +81,7 @@ impl Default for PlaybackRecorder {
         Self {
             frames: Vec::new(),
             faults: FaultList::default(),
+            protection: ProtectionEvents::default(),
             stride: 1,
             is_extra: false,
             ticks: 0,
@@ -89,6 +93,7 @@ impl PlaybackRecorder {
     /// Records the next tick of the run.
     pub fn record(&mut self, event: &TickEvent<'_>) {
         self.faults.record(self.ticks, event);
+        self.protection.record(self.ticks, event);
         let tick = self.ticks;
         self.ticks += 1;
         // The last tick of a drive shows its end, so the newest tick is always kept.

@@ -13,7 +13,7 @@ function startPlayer(figure) {
   const slider = figure.querySelector("input[type=range]");
   const playButton = figure.querySelector("[data-action=play]");
   const speed = figure.querySelector("[data-action=speed]");
-  const faultButtons = [...figure.querySelectorAll(".faults [data-frame]")];
+  const eventButtons = [...figure.querySelectorAll(".events [data-frame]")];
   const mapImage = loadMapImage(figure.closest("section"));
   const lastFrame = playback.frames - 1;
   let frame = 0, isPlaying = false, lastUpdate = 0, pendingTime = 0, colours = {}, curveImage = null;
@@ -239,7 +239,7 @@ function startPlayer(figure) {
 
   // The curves are drawn once for each size and theme; the line at the current frame is drawn over them.
   function drawTimeline() {
-    const { context, width, height } = prepare(timeline, 144);
+    const { context, width, height } = prepare(timeline, 144 + PROTECTION_LANE);
     const size = width + " " + window.devicePixelRatio;
     if (!curveImage || curveImage.size !== size) {
       curveImage = { size, image: drawCurves(timeline.width, timeline.height, width, height) };
@@ -254,14 +254,18 @@ function startPlayer(figure) {
   // Height of the lane with the faults, below the curves.
   const FAULT_LANE = 12;
 
+  // Height of the lane of the protective layer above it: its title and its bars.
+  const PROTECTION_LANE = 28;
+
   const frameToX = (width) => (index) => 4 + (width - 8) * (lastFrame > 0 ? index / lastFrame : 0);
 
   function drawCurves(pixelWidth, pixelHeight, width, height) {
     const image = document.createElement("canvas");
     [image.width, image.height] = [pixelWidth, pixelHeight];
-    const context = image.getContext("2d"), toX = frameToX(width), rowHeight = (height - FAULT_LANE) / 3;
+    const context = image.getContext("2d"), toX = frameToX(width), rowHeight = (height - FAULT_LANE - PROTECTION_LANE) / 3;
     context.scale(pixelWidth / width, pixelHeight / height);
     drawFaults(context, toX, height);
+    drawProtection(context, toX, height - FAULT_LANE);
     const rows = [
       ["speed, m/s", [[data.commanded_speed, colours.command], [data.speed, colours.robot]], null],
       ["gap, m", [[data.gap, colours.gap]], 3],
@@ -304,9 +308,25 @@ function startPlayer(figure) {
     }
   }
 
-  function faultsAt(index) {
-    const spans = playback.faults.spans.filter(([from, to]) => from <= index && index <= to);
-    return spans.map(([, , text]) => playback.faults.texts[text]);
+  // Draws a bar for each action of the protective layer above a height: a high one for a stop, a low one for a reduced command.
+  function drawProtection(context, toX, bottom) {
+    const { title, stops, reductions } = playback.protection;
+    context.fillStyle = colours.latency;
+    for (const [events, height] of [[reductions, 5], [stops, 11]]) {
+      for (const [from, to] of events.spans) {
+        const left = toX(from), width = Math.max(1.5, toX(to) - left);
+        context.fillRect(left - 0.5, bottom - 2 - height, width, height);
+      }
+    }
+    context.fillStyle = colours.muted;
+    context.font = "11px system-ui, sans-serif";
+    context.fillText(title, 6, bottom - PROTECTION_LANE + 12);
+  }
+
+  // The texts of the events at a frame.
+  function textsAt(events, index) {
+    const spans = events.spans.filter(([from, to]) => from <= index && index <= to);
+    return spans.map(([, , text]) => events.texts[text]);
   }
 
   function modeAt(index) {
@@ -319,10 +339,13 @@ function startPlayer(figure) {
     // Zero has no minus sign.
     const number = (value, digits) => (Math.abs(value) < 0.5 * 10 ** -digits ? 0 : value).toFixed(digits);
     const fixed = (name, digits) => Number.isFinite(data[name][frame]) ? number(data[name][frame], digits) : "–";
-    const faults = faultsAt(frame);
+    const faults = textsAt(playback.faults, frame);
+    const { stops, reductions } = playback.protection;
+    const actions = [...textsAt(stops, frame), ...textsAt(reductions, frame)];
     const isLate = data.decision_time[frame] > playback.deadline_ms;
     const readings = {
-      time: fixed("time", 2), mode: modeAt(frame), fault: faults.join("; ") || "none", speed: fixed("speed", 2),
+      time: fixed("time", 2), mode: modeAt(frame), fault: faults.join("; ") || "none",
+      protection: actions.join("; ") || "no action", speed: fixed("speed", 2),
       turn_rate: fixed("turn_rate", 2), gap: fixed("gap", 3),
       command: fixed("commanded_speed", 2) + " m/s, " + fixed("commanded_turn_rate", 2) + " rad/s",
       decision_time: fixed("decision_time", 2) + (isLate ? " LATE" : ""),
@@ -333,9 +356,9 @@ function startPlayer(figure) {
     };
     for (const [name, text] of Object.entries(readings)) figure.querySelector("[data-reading=" + name + "]").textContent = text;
     figure.querySelector("[data-reading=fault]").classList.toggle("is-fault", faults.length > 0);
-    for (const button of faultButtons) button.setAttribute("aria-current", Number(button.dataset.frame) === frame);
+    for (const button of eventButtons) button.setAttribute("aria-current", Number(button.dataset.frame) === frame);
     slider.value = frame;
-    slider.setAttribute("aria-valuetext", [readings.time + " s", readings.mode, ...faults].join(", "));
+    slider.setAttribute("aria-valuetext", [readings.time + " s", readings.mode, ...faults, ...actions].join(", "));
   }
 
   function show(index) {
@@ -376,7 +399,7 @@ function startPlayer(figure) {
   figure.querySelector("[data-action=back]").addEventListener("click", () => stopAt(frame - 1));
   figure.querySelector("[data-action=forward]").addEventListener("click", () => stopAt(frame + 1));
   slider.addEventListener("input", () => stopAt(Number(slider.value)));
-  for (const button of faultButtons) button.addEventListener("click", () => stopAt(Number(button.dataset.frame)));
+  for (const button of eventButtons) button.addEventListener("click", () => stopAt(Number(button.dataset.frame)));
   for (const layer of figure.querySelectorAll("[data-layer]")) layer.addEventListener("change", draw);
   const keyActions = {
     " ": () => setPlaying(!isPlaying), ArrowLeft: () => stopAt(frame - 1), ArrowRight: () => stopAt(frame + 1),

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::support::browser::program::{BrowserTest, Program};
 use page::{Look, look_at};
-use runs::{Run, faulty_run, long_run, short_run};
+use runs::{Run, faulty_run, long_run, protected_run, short_run};
 
 const IN_BROWSER: [(&str, BrowserTest); 5] = [
     ("player_plays_steps_and_shows_the_trace", plays),
@@ -24,6 +24,10 @@ pub fn trials() -> Vec<Trial> {
     let mut trials = crate::support::browser::program::trials(&IN_BROWSER);
     trials.push(Trial::test("pages_of_ten_minutes_and_of_an_hour_are_small", || {
         sizes();
+        Ok(())
+    }));
+    trials.push(Trial::test("page_lists_and_counts_the_actions_of_the_protective_layer", || {
+        protective_actions();
         Ok(())
     }));
     trials.push(Trial::test("same_run_gives_the_same_page", || {
@@ -174,6 +178,29 @@ fn several(program: &Program) -> Result<(), Failed> {
     assert_eq!(seen.findings["players_that_show"], json!(2));
     assert_eq!(seen.console, [""; 0]);
     Ok(())
+}
+
+/// The lists have the ticks of the result, and the script gets their spans.
+fn protective_actions() {
+    let run = protected_run();
+    let ticks = &run.result.protective_actions;
+    let is_reduction =
+        |name: &str| ["approach", "slow", "escape", "blind_sector"].contains(&name);
+    let sum = |reductions: bool| -> u64 {
+        let counted = ticks.iter().filter(|(name, _)| is_reduction(name) == reductions);
+        counted.map(|(_, count)| count).sum()
+    };
+    assert!(sum(true) > 0 && sum(false) > 0, "{ticks:?}");
+    let page = run.page();
+    for (title, count) in [("Stops", sum(false)), ("Reduced commands", sum(true))] {
+        let summary = format!("<summary>{title} of the protective layer: {count} ticks</summary>");
+        assert!(page.contains(&summary), "{summary}");
+    }
+    assert!(page.contains("</b> stop: a return at ("), "the reason of a stop");
+    let title = ticks.iter().map(|(name, count)| format!("{} {count}", name.replace('_', " ")));
+    let title = title.collect::<Vec<_>>().join(", ");
+    assert!(page.contains(&format!("\"title\":\"protective layer: {title} ticks\"")), "{title}");
+    assert!(short_run().page().contains("Stops of the protective layer: 0 ticks"));
 }
 
 fn sizes() {

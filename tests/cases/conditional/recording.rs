@@ -9,6 +9,7 @@ mod agreement;
 mod disks;
 mod drives;
 mod metadata;
+mod protection;
 mod python;
 mod rewritten;
 
@@ -22,7 +23,8 @@ pub fn trials() -> Vec<Trial> {
             Ok(())
         })
     };
-    let tests = [agreement::TESTS, disks::TESTS, metadata::TESTS, rewritten::TESTS];
+    let tests =
+        [agreement::TESTS, disks::TESTS, metadata::TESTS, protection::TESTS, rewritten::TESTS];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.extend(python::trials());
     trials.extend(crate::support::adapters::trials(&agreement::GPU_TESTS));

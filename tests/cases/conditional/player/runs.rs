@@ -7,7 +7,7 @@ use inbye::local::{CpuEngine, Engine};
 use inbye::navigator::Goal;
 use inbye::report::{MissionView, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult, Observer};
-use inbye::sim::{MovingObstacles, Simulation, crossing};
+use inbye::sim::{MovingObstacles, Simulation, WrongPlanner, crossing};
 
 use super::faulty::{FaultyBase, ObservedFaults, failing_engine};
 
@@ -29,6 +29,13 @@ pub fn short_run() -> Run {
 /// A mission back and forth, with a number of ticks.
 pub fn long_run(ticks: usize) -> Run {
     run(back_and_forth(ticks), &Config::default(), engine(), None)
+}
+
+/// A planner that drives at walls under the protective layer, for a while.
+pub fn protected_run() -> Run {
+    let mut config = Config::default();
+    config.simulation.wrong_planner = WrongPlanner::Obstacles;
+    run(back_and_forth(150), &config, engine(), None)
 }
 
 /// The mission back and forth, with many faults.
