@@ -71,7 +71,7 @@ impl HardwareArguments {
             "--port {port}: without a lidar the robot sees nothing real: add --lidar P, or --simulated-senses for a base \
             that drives nowhere, such as on a test stand"
         );
-        operator::require_way_to_arm(self.arm, self.operator_port)?;
+        operator::require_arming(self.arm, self.operator_port)?;
         let protocol = self.protocol.unwrap_or_default();
         let line = base::load_line(port, protocol, self.base_config.as_deref())?;
         line.warning().iter().for_each(output::warn);

@@ -24,7 +24,7 @@ const DISCARD_TIME: Duration = Duration::from_millis(300);
 const RETRY_TIME: Duration = Duration::from_millis(200);
 
 /// Refuses a drive without any means to arm the robot.
-pub fn require_way_to_arm(armed: bool, port: Option<u16>) -> anyhow::Result<()> {
+pub fn require_arming(armed: bool, port: Option<u16>) -> anyhow::Result<()> {
     ensure!(
         armed || port.is_some() || io::stdin().is_terminal(),
         "--port: nothing moves before an operator arms the robot: add --arm, or --operator-port N, or run it in a terminal"
