@@ -149,6 +149,15 @@ columns! {
         pub ghosts: Option<f64>,
         /// Fraction of the beams at edges with a range in between.
         pub mixed_pixels: Option<f64>,
+        /// Time for which a sector of the lidar was blind, seconds; this and the next columns are none for a lidar that
+        /// always saw.
+        pub blind_time_s: Option<f64>,
+        /// Start of that time, seconds.
+        pub blind_start_s: Option<f64>,
+        /// Middle of the blind sector in the robot's frame, radians.
+        pub blind_direction_rad: Option<f64>,
+        /// Width of the blind sector, radians.
+        pub blind_width_rad: Option<f64>,
         /// Diameter of the pedestrians' legs, metres.
         pub leg_diameter_m: Option<f64>,
         /// Number of global plans.
@@ -380,6 +389,12 @@ impl RunRow {
         self.ghosts = Some(drawn.lidar.ghosts);
         self.mixed_pixels = Some(drawn.lidar.mixed_pixels);
         self.leg_diameter_m = Some(drawn.pedestrians.leg_diameter_m);
+        if drawn.lidar.blind_time_s > 0.0 {
+            self.blind_time_s = Some(drawn.lidar.blind_time_s);
+            self.blind_start_s = Some(drawn.lidar.blind_start_s);
+            self.blind_direction_rad = Some(drawn.lidar.blind_direction_rad);
+            self.blind_width_rad = Some(drawn.lidar.blind_width_rad);
+        }
     }
 
     /// Fills in the times of the ticks.

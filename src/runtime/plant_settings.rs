@@ -48,6 +48,14 @@ settings! {
         pub ghosts: [f64; 2] = [0.0, 0.002], ["", 0 to 1];
         /// Fraction of the beams at edges with a range in between.
         pub mixed_pixels: [f64; 2] = [0.0, 0.5], ["", 0 to 1];
+        /// Share of the missions in which a sector of the lidar, in a random direction, sees no surface for a while.
+        pub blind_share: f64 = 0.25, ["", 0 to 1];
+        /// Start of that time.
+        pub blind_start_s: [f64; 2] = [5.0, 40.0], ["s", 0 to 3600];
+        /// Its duration.
+        pub blind_time_s: [f64; 2] = [1.0, 8.0], ["s", 0 to 3600];
+        /// Width of the sector; 1.57 rad are 90 degrees.
+        pub blind_width_rad: [f64; 2] = [0.35, 1.57], ["rad", 0 to 6.3];
         /// Speeds of pedestrians: 1.6 m/s is the approach speed of ISO 13855.
         pub pedestrian_speed_m_s: [f64; 2] = [0.5, 1.6], ["m/s", above 0 to 1000];
         /// Diameter of pedestrians' legs at the height of the lidar. IEC 61496-3 tests the detection of legs with 0.07 m.

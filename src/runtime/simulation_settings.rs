@@ -87,6 +87,14 @@ settings! {
         /// Fraction of the beams at edges that return a range between the near and the far surface, as a spot that lies on
         /// both. Default 0.
         pub mixed_pixels: f64 = 0.0, ["", 0 to 1];
+        /// Time for which a sector of the lidar sees no surface, as behind dust or mud. Default 0: never.
+        pub blind_time_s: f64 = 0.0, ["s", 0 to 3600];
+        /// Start of that time.
+        pub blind_start_s: f64 = 0.0, ["s", 0 to 3600];
+        /// Middle of the blind sector in the robot's frame, counter-clockwise from ahead.
+        pub blind_direction_rad: f64 = 0.0, ["rad", -7 to 7];
+        /// Width of the blind sector.
+        pub blind_width_rad: f64 = 0.0, ["rad", 0 to 6.3];
         /// Duration of a revolution, in which the beams are measured one after the other while the robot moves. Default 0: all
         /// beams at once. Planar lidars commonly take 0.1 s.
         pub sweep_s: f64 = 0.0, ["s", 0 to 0.5];

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use crate::geometry::Pose;
-use crate::runtime::{LidarData, OdometryReading};
+use crate::runtime::{Lidar, LidarData, OdometryReading};
 
 /// A fault that happens to the simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +57,19 @@ pub enum FaultInjection {
         /// The change.
         change: OdometryChange,
     },
+}
+
+impl FaultInjection {
+    /// The partial blindness of a lidar by its settings; none for a lidar that always sees.
+    pub(super) fn blind_sector(lidar: &Lidar) -> Option<Self> {
+        let half_rad = lidar.blind_width_rad / 2.0;
+        (lidar.blind_time_s > 0.0).then_some(Self::LidarSectorOccluded {
+            from_s: lidar.blind_start_s,
+            to_s: lidar.blind_start_s + lidar.blind_time_s,
+            from_rad: lidar.blind_direction_rad - half_rad,
+            width_rad: lidar.blind_width_rad,
+        })
+    }
 }
 
 /// A change of the odometry by a fault.

@@ -1,5 +1,7 @@
 //! The simulated robot of a mission, as it truly is.
 
+use core::f64::consts::PI;
+
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
@@ -28,7 +30,7 @@ pub fn draw_plant(settings: &SimulationSettings, seed: u64) -> SimulationSetting
     dynamics.deadband_m_s = uniform(&mut rng, ranges.deadband_m_s);
     dynamics.slip.width_ratio = uniform(&mut rng, ranges.width_ratio);
     dynamics.slope_rad = uniform(&mut rng, ranges.slope_rad);
-    dynamics.uphill_rad = uniform(&mut rng, [-core::f64::consts::PI, core::f64::consts::PI]);
+    dynamics.uphill_rad = uniform(&mut rng, [-PI, PI]);
     let noise = uniform(&mut rng, ranges.noise_ratio);
     drawn.odometry = noisier(&settings.odometry, noise);
     drawn.fixes.sigma_m *= noise;
@@ -42,6 +44,17 @@ pub fn draw_plant(settings: &SimulationSettings, seed: u64) -> SimulationSetting
     let [slowest, fastest] = ranges.pedestrian_speed_m_s;
     let pedestrians = settings.pedestrians.min_speed(slowest).max_speed(fastest);
     drawn.pedestrians = pedestrians.leg_diameter_m(uniform(&mut rng, ranges.leg_diameter_m));
+    let is_blind = rng.random::<f64>() < ranges.blind_share;
+    let start_s = uniform(&mut rng, ranges.blind_start_s);
+    let time_s = uniform(&mut rng, ranges.blind_time_s);
+    let direction_rad = uniform(&mut rng, [-PI, PI]);
+    let width_rad = uniform(&mut rng, ranges.blind_width_rad);
+    if is_blind {
+        drawn.lidar.blind_start_s = start_s;
+        drawn.lidar.blind_time_s = time_s;
+        drawn.lidar.blind_direction_rad = direction_rad;
+        drawn.lidar.blind_width_rad = width_rad;
+    }
     drawn
 }
 

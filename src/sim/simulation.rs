@@ -90,12 +90,13 @@ const MEASURED_GAP_M: f64 = 0.1;
 
 /// A base in a simulated world, with a simulated lidar and simulated positioning.
 struct SimulatedRobot<'a> {
-    simulation: &'a Simulation,
     config: &'a Config,
     base: &'a mut dyn Robot,
     world: World,
     /// The simulated robot and its world as they truly are.
     plant: SimulationSettings,
+    /// The faults of the simulation and of the plant.
+    faults: Vec<FaultInjection>,
     past: PastObstacles,
     moving_obstacles: MovingObstacles,
     kidnapping: Kidnapping,
@@ -129,6 +130,8 @@ impl<'a> SimulatedRobot<'a> {
         // A simulated robot needs no operator.
         protection.arm();
         let plant = draw_plant(&config.simulation, *seed);
+        let blind_sector = FaultInjection::blind_sector(&plant.lidar);
+        let faults = simulation.faults.iter().copied().chain(blind_sector).collect();
         let known = || mission.map.obstacles(config.unknown);
         let truth = simulation.truth.clone().unwrap_or_else(known);
         let positioning = match config.pose_source {
@@ -138,11 +141,11 @@ impl<'a> SimulatedRobot<'a> {
             PoseSource::Scans => None,
         };
         Ok(Self {
-            simulation,
             config,
             base,
             world: World::new(truth),
             plant,
+            faults,
             past: PastObstacles::default(),
             moving_obstacles: simulation.moving_obstacles.clone(),
             kidnapping: Kidnapping::default(),
@@ -164,7 +167,7 @@ impl<'a> SimulatedRobot<'a> {
     /// Scans as of a time, seconds, with that time or the present one as its stamp.
     fn scan(&mut self, measured_s: f64, stamp_s: f64) -> LidarData {
         let lidar = &self.plant.lidar;
-        let faults = &self.simulation.faults;
+        let faults = &self.faults;
         let true_poses = &self.true_poses;
         let pose_at = |time_s: f64| true_poses.at(time_s).unwrap_or_default();
         if lidar.sweep_s > 0.0 {
@@ -249,14 +252,14 @@ impl Robot for SimulatedRobot<'_> {
             Some(truth) => (truth.pose, truth.twist),
             None => (sensed.odometry.pose, sensed.odometry.twist),
         };
-        let faults = &self.simulation.faults;
+        let faults = &self.faults;
         let (odometry, odometry_s) =
             self.faulty_odometry.reported(faults, time_s, sensed.odometry, sensed.odometry_s);
-        self.pose = self.kidnapping.pose(&self.simulation.faults, time_s, &own);
+        self.pose = self.kidnapping.pose(&self.faults, time_s, &own);
         self.twist = twist;
         self.true_poses.record(time_s, &self.pose);
         let measured = self.scan(measured_s, stamp_s);
-        let lidar = self.frozen_lidar.sent(&self.simulation.faults, time_s, measured);
+        let lidar = self.frozen_lidar.sent(&self.faults, time_s, measured);
         self.inform_protection(&odometry.twist, odometry_s, &lidar);
         let then = self.true_poses.at(measured_s).unwrap_or(self.pose);
         let positioning = self.positioning.as_mut();

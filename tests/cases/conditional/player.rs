@@ -184,8 +184,7 @@ fn several(program: &Program) -> Result<(), Failed> {
 fn protective_actions() {
     let run = protected_run();
     let ticks = &run.result.protective_actions;
-    let is_reduction =
-        |name: &str| ["approach", "slow", "escape", "blind_sector"].contains(&name);
+    let is_reduction = |name: &str| ["approach", "slow", "escape", "blind_sector"].contains(&name);
     let sum = |reductions: bool| -> u64 {
         let counted = ticks.iter().filter(|(name, _)| is_reduction(name) == reductions);
         counted.map(|(_, count)| count).sum()

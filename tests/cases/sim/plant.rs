@@ -1,16 +1,19 @@
 //! A simulated robot that differs from the navigator's model: drawn values, delays, slopes, dust, and legs.
 
 use core::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use inbye::bench::wilson_interval;
-use inbye::geometry::{Point, Pose, Twist};
+use inbye::geometry::{Point, Pose, Twist, wrap_angle};
 use inbye::global::Path;
+use inbye::local::CpuEngine;
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid, UnknownPolicy};
+use inbye::navigator::Goal;
 use inbye::robot::{Footprint, Limits, TrackedDrive};
-use inbye::runtime::{Config, PlantKind, Robot, SimulationSettings};
+use inbye::runtime::{Config, Mission, Observer, PlantKind, Robot, SimulationSettings, TickEvent};
 use inbye::sim::{
-    DriveDynamics, Lidar, MovingObstacle, OdometryNoise, PedestrianSettings, SimBase, Surprise,
-    World, crossing, draw_plant,
+    DriveDynamics, Lidar, MovingObstacle, OdometryNoise, PedestrianSettings, SimBase, Simulation,
+    Surprise, World, crossing, draw_plant,
 };
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -37,6 +40,7 @@ fn disagreeing_plant_is_drawn_within_its_ranges_by_the_seed() {
     settings.plant = PlantKind::Disagreeing;
     let ranges = settings.plant_ranges;
     let mut totals: Vec<f64> = Vec::new();
+    let mut blind = 0;
     for seed in 0..500 {
         let drawn = draw_plant(&settings, seed);
         assert_eq!(drawn, draw_plant(&settings, seed));
@@ -61,8 +65,22 @@ fn disagreeing_plant_is_drawn_within_its_ranges_by_the_seed() {
             ranges.pedestrian_speed_m_s
         );
         assert_eq!(dynamics.slip.calibrated_width_ratio, 1.455, "the controller keeps its value");
+        let lidar = &drawn.lidar;
+        if lidar.blind_time_s > 0.0 {
+            blind += 1;
+            for (value, [least, largest]) in [
+                (lidar.blind_start_s, ranges.blind_start_s),
+                (lidar.blind_time_s, ranges.blind_time_s),
+                (lidar.blind_width_rad, ranges.blind_width_rad),
+            ] {
+                assert!((least..=largest).contains(&value), "{value} of {least}");
+            }
+        } else {
+            assert_eq!(lidar.blind_width_rad, 0.0, "seed {seed}");
+        }
         totals.push(dynamics.command_delay_s + drawn.sensing_delay_s);
     }
+    assert!((100..150).contains(&blind), "{blind} of 500 lidars have a blind sector");
     totals.sort_by(f64::total_cmp);
     assert!(totals[0] < 0.08 && totals[499] > 0.27, "{} to {}", totals[0], totals[499]);
 }
@@ -114,6 +132,44 @@ fn motor_stands_still_within_its_deadband() {
     assert_eq!(slow.pose().x, 0.0);
     drive(&mut slow, Twist::new(0.03, 0.0), 20);
     assert!(slow.pose().x > 0.05);
+}
+
+#[test]
+fn blind_sector_of_the_plant_returns_nothing_for_its_time() {
+    let mut config = Config::default();
+    let lidar = &mut config.simulation.lidar;
+    (lidar.range_max_m, lidar.dropout) = (30.0, 0.0);
+    (lidar.blind_start_s, lidar.blind_time_s) = (1.0, 2.0);
+    (lidar.blind_direction_rad, lidar.blind_width_rad) = (FRAC_PI_2, 1.0);
+    let scene = crossing();
+    let goal = Goal { position: scene.goal, yaw: None };
+    let mut simulation = Simulation::new(Mission::new(Arc::new(scene.map), scene.start, goal));
+    simulation.mission.time_limit_s = 5.0;
+    // Shares of the beams without a return within the sector and outside it, by time.
+    let mut shares: Vec<(f64, [f64; 2])> = Vec::new();
+    let mut on_tick = |event: &TickEvent<'_>| {
+        let (scan, mut counts) = (&event.observation.scan, [[0.0, 0.0]; 2]);
+        for (beam, range) in scan.ranges.iter().enumerate() {
+            let off = wrap_angle(scan.angle(beam) - FRAC_PI_2).abs();
+            let count = &mut counts[usize::from(off >= 0.5)];
+            count[0] += f64::from(!range.is_finite());
+            count[1] += 1.0;
+        }
+        shares.push((event.row.time_s, counts.map(|[none, all]| none / all)));
+    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
+    let engine = Box::new(CpuEngine::single_threaded());
+    simulation.run(&config, engine, &mut observer).expect("a mission that can start");
+    assert!(shares.len() > 40, "{} ticks", shares.len());
+    for (time_s, [within, outside]) in shares {
+        // The times of ticks do not add up exactly.
+        if (1.05..2.95).contains(&time_s) {
+            assert_eq!(within, 1.0, "{time_s} s");
+        } else if !(0.95..3.05).contains(&time_s) {
+            assert!(within < 0.5, "{within} at {time_s} s");
+        }
+        assert!(outside < 0.5, "{outside} at {time_s} s");
+    }
 }
 
 /// Odometry of a base that drives for a second, tick by tick: forward position and stamp.
