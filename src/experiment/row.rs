@@ -433,3 +433,27 @@ pub(super) fn fault_name(sentence: &str) -> String {
     let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_uppercase() || c == '_');
     if is_name { name } else { "FAULT" }.to_owned()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::{Interval, Limits, MotionIdentifier};
+
+    #[test]
+    fn row_has_the_identified_response_only_where_the_latency_is_known() {
+        let mut motion = *MotionIdentifier::new(&Limits::default(), 0.3).estimate();
+        motion.turn_ratio = Some(Interval { value: 0.8, low: 0.7, high: 0.9 });
+        let mut row = RunRow::default();
+        row.fill_identified(&motion);
+        assert_eq!(row, RunRow::default());
+        motion.delay_s = Some(Interval { value: 0.1, low: 0.05, high: 0.15 });
+        motion.braking_m_s2 = 0.75;
+        row.fill_identified(&motion);
+        let delays =
+            [row.identified_delay_s, row.identified_delay_low_s, row.identified_delay_high_s];
+        assert_eq!(delays, [Some(0.1), Some(0.05), Some(0.15)]);
+        assert_eq!(row.identified_braking_m_s2, Some(0.75));
+        let ratios = [row.turn_ratio, row.turn_ratio_low, row.turn_ratio_high];
+        assert_eq!(ratios, [Some(0.8), Some(0.7), Some(0.9)]);
+    }
+}

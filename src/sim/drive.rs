@@ -254,7 +254,7 @@ impl Slope {
 struct OdometryDelivery {
     delay_s: f64,
     stamps_delay: bool,
-    /// Readings under way, each with the time until it arrives, seconds; the oldest first.
+    /// Readings in transport, each with the time until it arrives, seconds; the oldest first.
     under_way: VecDeque<(f64, OdometryReading)>,
     delivered: Option<OdometryReading>,
 }

@@ -2,8 +2,9 @@
 
 use core::f64::consts::TAU;
 
+use super::Lidar;
 use crate::geometry::Pose;
-use crate::runtime::{Lidar, LidarData, OdometryReading};
+use crate::runtime::{LidarData, OdometryReading};
 
 /// A fault that happens to the simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
