@@ -181,7 +181,7 @@ fn protection_status(action: &ProtectiveAction) -> DiagnosticStatus {
     let level = if action.passes() { DiagnosticStatus::OK } else { DiagnosticStatus::WARN };
     DiagnosticStatus {
         level,
-        name: "inbye: protective layer".to_owned(),
+        name: "inbye: protection".to_owned(),
         message: action.to_string(),
         hardware_id: String::new(),
         values: vec![key_value("action", action.name())],

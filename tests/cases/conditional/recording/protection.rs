@@ -40,7 +40,7 @@ fn diagnostics_hold_each_action() {
     let mut ticks: BTreeMap<&str, u64> = BTreeMap::new();
     for message in &messages {
         let names = message.status.iter().map(|status| status.name.as_str());
-        assert_eq!(names.collect::<Vec<_>>(), ["inbye: decision", "inbye: protective layer"]);
+        assert_eq!(names.collect::<Vec<_>>(), ["inbye: decision", "inbye: protection"]);
         let status = &message.status[1];
         let action = &status.values[0];
         assert_eq!(action.key, "action");
