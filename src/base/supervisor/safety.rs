@@ -15,20 +15,17 @@ use crate::robot::{Mixer, TrackSpeeds};
 /// Longest ramp of one step, seconds: speeds must not jump after a late cycle.
 const MAX_STEP_S: f64 = 0.1;
 
-/// Time of zero commands after a gap, seconds: what the port buffered meanwhile is read, and two new reports of the slowest
-/// controller arrive.
+/// Time of zero commands after a gap, seconds: the port's buffer is read, and two reports of the slowest controller arrive.
 const RESTART_S: f64 = 0.1;
 
 /// Lag of a track behind its command, seconds. A base that follows with a greater lag brakes from its measured speed.
 const LAG_S: f64 = 0.2;
 
-/// Time for which a base must stand before a stop is released, seconds, and its largest turn rate meanwhile, rad/s. A single
-/// report of zero may be the reversal of a swing.
+/// Standstill before a release, seconds, and its largest turn rate, rad/s. A single report of zero may be a swing's reversal.
 const STILL_S: f64 = 0.3;
 const STILL_RAD_S: f64 = 0.1;
 
-/// Time after a release in which the base may still report its stop, seconds: the command has to arrive, and the next report
-/// to return.
+/// Time after a release in which the base may still report its stop, seconds: command and report take time.
 const RELEASE_GRACE_S: f64 = 0.5;
 
 /// Least time between two reports of a base, seconds.
