@@ -29,7 +29,7 @@ fn value<'a>(status: &'a DiagnosticStatus, key: &str) -> &'a str {
 #[test]
 fn goal_does_not_arm_the_robot_and_an_arm_message_does() {
     let mut robot = Robot::unarmed(false).with_goal();
-    (0..200).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+    (0..120).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
     assert_eq!(robot.core.operator().state(), OperatorState::NotArmed);
     assert!(robot.paths.is_empty(), "{}", robot.paths.len());
     let not_armed = robot.notices.iter().filter(|notice| notice.contains("not armed"));
@@ -38,14 +38,14 @@ fn goal_does_not_arm_the_robot_and_an_arm_message_does() {
     assert_eq!((shown.level, shown.message.as_str()), (DiagnosticStatus::WARN, "not armed"));
     assert_eq!((value(shown, "operator"), value(shown, "action")), ("not_armed", "not_armed"));
     // Once a second, and not at each tick.
-    assert!((19..=22).contains(&robot.diagnostics.len()), "{}", robot.diagnostics.len());
+    assert!((11..=14).contains(&robot.diagnostics.len()), "{}", robot.diagnostics.len());
     for message in [arm(false), stop(false), IncomingMessage::Goal(goal(GOAL.0, GOAL.1))] {
         robot.receive(&message);
         assert_eq!(robot.step(), Some(Twist::STOP), "{message:?}");
     }
     robot.receive(&arm(true));
     robot.until(600, |robot| robot.has_notice("reached the goal"));
-    assert_eq!(robot.core.stats().protective_actions["not_armed"], 203);
+    assert_eq!(robot.core.stats().protective_actions["not_armed"], 123);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn stop_is_zero_at_the_next_tick_and_stays_until_the_robot_is_armed_again() {
         } else {
             robot.core.operator().stop();
         }
-        let steps = 300;
+        let steps = 120;
         (0..steps).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
         assert_eq!(value(status(&robot), "operator"), "stopped");
         // Neither a new goal nor the end of the stop message arms it, and a stop is no longer a mere disarming.
@@ -91,7 +91,7 @@ fn stop_is_zero_at_the_next_tick_and_stays_until_the_robot_is_armed_again() {
             before = robot.speed();
         }
         robot.until(600, |robot| robot.has_notice("reached the goal"));
-        assert_eq!(robot.core.stats().protective_actions["operator_stop"], 303);
+        assert_eq!(robot.core.stats().protective_actions["operator_stop"], 123);
         let stopped = robot.notices.iter().filter(|notice| notice.contains("stopped by the"));
         assert_eq!(stopped.count(), 1);
     }
