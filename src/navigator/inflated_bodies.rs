@@ -7,10 +7,14 @@ use crate::local::{ClearanceField, LocalSettings, clearance_error_m};
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 
-/// A robot within a margin keeps this much less than its present distance, metres, so that standing is admissible.
-const SLACK_M: f64 = 0.002;
-/// The robot overshoots a margin by less than this, metres. An obstacle deeper within the margin came there by itself.
+/// A robot within a margin keeps this much less than its present distance, metres: enough to leave the margin slowly. It may
+/// drive at the speed from which it stops within this distance.
+const SLACK_M: f64 = 0.005;
+/// The robot overshoots a margin to a moving obstacle by less than this, metres. An obstacle deeper within the margin came
+/// there by itself.
 const OVERSHOOT_M: f64 = 0.03;
+/// Least radius of an obstacle, metres.
+const MIN_RADIUS_M: f64 = 0.002;
 /// The robot always keeps this distance to static obstacles, metres, or the safety margin if that is less.
 const MIN_STATIC_MARGIN_M: f64 = 0.02;
 /// The robot always keeps this distance to moving obstacles, metres.
@@ -49,24 +53,18 @@ impl InflatedBodies {
         let wanted_m = settings.safety_margin_m;
         let min_static_margin_m = MIN_STATIC_MARGIN_M.min(wanted_m);
         let static_m = field.clearance_m(&footprint, pose).unwrap_or(0.0) - error_m;
-        let mut within_a_margin = static_m < wanted_m - OVERSHOOT_M;
-        let static_margin_m = if within_a_margin {
-            reduced_margin_m(wanted_m, static_m, min_static_margin_m)
-        } else {
-            wanted_m
-        };
+        let mut within_a_margin = static_m < wanted_m;
+        let static_margin_m = reduced_margin_m(wanted_m, static_m, min_static_margin_m);
         let padding_m = static_margin_m + error_m;
         let inflate = |disc: &MovingDisc| {
             let gap_m = footprint.gap_to_moving_m(pose, disc);
             let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
             within_a_margin |= came_close;
-            let kept_m = if came_close {
-                reduced_margin_m(settings.passing_margin_m, gap_m, MIN_MOVING_MARGIN_M)
-            } else {
-                settings.moving_margin_m
-            };
+            let margin_m =
+                if came_close { settings.passing_margin_m } else { settings.moving_margin_m };
+            let kept_m = reduced_margin_m(margin_m, gap_m, MIN_MOVING_MARGIN_M);
             // The footprint's own padding counts towards the gap.
-            MovingDisc { radius: (disc.radius + (kept_m - padding_m)).max(SLACK_M), ..*disc }
+            MovingDisc { radius: (disc.radius + (kept_m - padding_m)).max(MIN_RADIUS_M), ..*disc }
         };
         Self {
             moving: now.moving.iter().map(inflate).collect(),
@@ -117,7 +115,14 @@ mod tests {
     }
 
     fn standing_at(pose: Pose, twist: Twist) -> PredictedState {
-        PredictedState { time_s: 0.0, pose, twist, moving: Vec::new() }
+        PredictedState {
+            time_s: 0.0,
+            pose,
+            twist,
+            moving: Vec::new(),
+            may_come: Vec::new(),
+            since_scan_s: 0.0,
+        }
     }
 
     impl Case {

@@ -16,10 +16,10 @@ use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
     ObstacleModel, Route, RoutePlanner, Waypoints,
 };
-use crate::geometry::Twist;
+use crate::geometry::{Point, Twist};
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
-use crate::map::{FreeSpace, ObstacleGrid};
+use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::{Limits, MotionEstimate, MotionIdentifier};
 
 /// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
@@ -222,7 +222,7 @@ impl Navigator {
         self.nominal.clamp(&Twist::new(wanted.linear, wanted.angular / ratio))
     }
 
-    /// Remembers what was sent at a time, and what the robot drives by that.
+    /// Remembers a command that was sent at a time, and what the robot drives by it.
     fn set_sent(&mut self, time_s: f64, command: &Twist) {
         self.sent = time_s.is_finite().then_some((time_s, *command));
         self.last_command = Twist::new(command.linear, command.angular * self.turn_ratio());
@@ -250,12 +250,19 @@ impl Navigator {
         self.identifier.estimate().safe_delay_s.max(stated_s)
     }
 
-    /// Compares the commands so far with the measured motion.
-    fn identify(&mut self, observation: &Observation) {
-        if let Some((sent_s, command)) = self.sent.take() {
+    /// Remembers what was sent since the last tick.
+    fn record_sent(&mut self, observation: &Observation) {
+        if let Some((sent_s, decided)) = self.sent {
+            let command = observation.sent.filter(Twist::is_finite).unwrap_or(decided);
+            self.set_sent(sent_s, &command);
+            self.sent = None;
             self.in_flight.record(sent_s, &self.last_command);
             self.identifier.command(sent_s, &command);
         }
+    }
+
+    /// Compares the commands so far with the measured motion.
+    fn identify(&mut self, observation: &Observation) {
         if self.settings.identify_motion {
             self.identifier.observe(observation.odometry_s, &observation.twist);
             let ratio = self.turn_ratio().min(1.0);
@@ -270,7 +277,7 @@ impl Navigator {
     }
 
     fn decide(&mut self, observation: &Observation) -> Decision {
-        self.identify(observation);
+        self.record_sent(observation);
         let limits = &self.robot.limits;
         let known = self.obstacles.known();
         let validated =
@@ -279,19 +286,32 @@ impl Navigator {
             Ok(has_new_scan) => has_new_scan,
             Err(fault) => return self.brake_without_observation(fault),
         };
+        self.identify(observation);
         let Observation { time_s, pose, twist, odometry_s, scan, scan_s, .. } = observation;
         if has_new_scan && !self.is_over() {
             let masked = self.validator.health.masked(scan);
             self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
         }
         let delay_s = self.delay_s();
-        let now = PredictedState::new(
+        let mut now = PredictedState::new(
             &Measured { time_s: *time_s, odometry_s: *odometry_s, scan_s: *scan_s, pose, twist },
             self.obstacles.moving(),
             &self.in_flight,
             &self.robot.limits,
             delay_s,
         );
+        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, .. } = self.settings;
+        for disc in now.moving.iter_mut().chain(&mut now.may_come) {
+            disc.radius = disc.radius.max(pedestrian_radius_m);
+        }
+        let person = |place: Point| MovingDisc {
+            x: place.x,
+            y: place.y,
+            radius: pedestrian_radius_m,
+            vx: pedestrian_speed,
+            vy: 0.0,
+        };
+        now.may_come.extend(self.obstacles.entered().map(person));
         if self.is_over() {
             return self.brake_from(&now.twist);
         }
@@ -299,7 +319,7 @@ impl Navigator {
             self.leave_waypoint(now.time_s);
             return self.brake_from(&now.twist);
         }
-        match self.drive(&now, observation, delay_s) {
+        match self.drive(&now, observation) {
             Ok(decision) => {
                 self.mode = decision.mode;
                 decision
@@ -365,7 +385,6 @@ impl Navigator {
         &mut self,
         now: &PredictedState,
         observation: &Observation,
-        delay_s: f64,
     ) -> Result<Decision, Fault> {
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
@@ -407,7 +426,6 @@ impl Navigator {
             is_at_goal: false,
             stuck_s: 0.0,
             speed_limit: f64::INFINITY,
-            delay_s,
         };
         state.follow(&self.route);
         state.is_at_goal = self.behaviours.is_at_goal(&state);

@@ -62,6 +62,9 @@ pub struct Observation {
     /// Time of the latest scan whose measured ranges differ from those of the scan before, seconds, by the clock of `scan_s`:
     /// see [`ScanChange`](crate::map::ScanChange).
     pub scan_changed_s: f64,
+    /// The command that the sender sent since the last tick, after its protective layer; `None` where that is unknown: the
+    /// navigator then assumes its own.
+    pub sent: Option<Twist>,
 }
 
 impl Observation {
@@ -74,6 +77,7 @@ impl Observation {
             && self.scan_changed_s.is_finite()
             && self.pose.is_finite()
             && self.twist.is_finite()
+            && self.sent.as_ref().is_none_or(Twist::is_finite)
             && self.scan.is_valid()
     }
 }

@@ -89,6 +89,11 @@ impl ObstacleModel {
         self.tracker.as_ref().map_or(&[], |tracker| &tracker.moving)
     }
 
+    /// Places that something entered a moment ago, and that is not tracked.
+    pub(super) fn entered(&self) -> impl Iterator<Item = Point> + '_ {
+        self.tracker.iter().flat_map(Tracker::entered)
+    }
+
     /// The obstacles of the map.
     pub(super) const fn known(&self) -> &ObstacleGrid {
         &self.map.known

@@ -9,11 +9,10 @@ use crate::geometry::{Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
 
-/// Time until the scans show that a tracked obstacle turned, seconds. The tracker needs about half a second to establish a
-/// motion, and most of that to establish a change.
-pub(super) const TRACKING_S: f64 = 0.4;
+/// Lag of the tracked velocity, seconds: an obstacle that speeds up is faster than tracked by what it gains in this time.
+const TRACKING_S: f64 = 0.4;
 /// Distance to a standing robot at which an obstacle may arrive, metres.
-const MIN_GAP_M: f64 = 0.05;
+const MIN_GAP_M: f64 = 0.15;
 /// Time step of the prediction, seconds.
 const STEP_S: f64 = 0.1;
 /// Bisection steps in the range of speeds: the result is good to a hundredth of it.
@@ -26,7 +25,7 @@ pub(super) struct PassiveSafety<'a> {
     pub obstacles: &'a [MovingDisc],
     pub footprint: &'a Footprint,
     pub limits: &'a Limits,
-    /// Time until the robot brakes for one that comes, seconds.
+    /// Time for which the robot keeps its command until it brakes for one that comes, seconds.
     pub reaction_s: f64,
     /// Acceleration of the obstacles, m/s^2, up to a speed, m/s.
     pub acceleration: f64,
@@ -58,10 +57,12 @@ impl PassiveSafety<'_> {
     pub fn stops_in_time(&self, wanted: &Twist) -> bool {
         let now = self.now;
         let at_first_m: Vec<f64> = self.gaps_m(&now.pose).collect();
+        // Since the scan an obstacle may have moved otherwise than predicted.
+        let head_start_s = now.since_scan_s;
         let is_safe_at = |pose: &Pose, time_s: f64| {
             let near = self.obstacles.iter().zip(&at_first_m).zip(self.gaps_m(pose));
             near.into_iter().all(|((disc, &at_first_m), gap_m)| {
-                let reach_m = self.reach_m(libm::hypot(disc.vx, disc.vy), time_s);
+                let reach_m = self.reach_m(libm::hypot(disc.vx, disc.vy), head_start_s + time_s);
                 gap_m >= at_first_m || gap_m - reach_m >= MIN_GAP_M
             })
         };
@@ -91,6 +92,7 @@ impl PassiveSafety<'_> {
 
     /// Longest distance, metres, of an obstacle at a speed, m/s, within a time, seconds.
     fn reach_m(&self, speed: f64, time_s: f64) -> f64 {
+        let speed = speed.max(self.top_speed.min(speed + self.acceleration * TRACKING_S));
         let gained = self.top_speed - speed;
         if gained <= 0.0 || self.acceleration <= 0.0 {
             return speed * time_s;
@@ -109,7 +111,7 @@ impl PassiveSafety<'_> {
 mod tests {
     use super::*;
 
-    const DELAY_S: f64 = 0.1;
+    const REACTION_S: f64 = 0.5;
 
     fn at(x: f64, y: f64, vx: f64) -> PredictedState {
         let disc = MovingDisc { x, y, radius: 0.3, vx, vy: 0.0 };
@@ -118,6 +120,8 @@ mod tests {
             pose: Pose::default(),
             twist: Twist::STOP,
             moving: vec![disc],
+            may_come: vec![disc],
+            since_scan_s: 0.0,
         }
     }
 
@@ -132,7 +136,7 @@ mod tests {
             obstacles: &now.moving,
             footprint,
             limits,
-            reaction_s: DELAY_S + TRACKING_S,
+            reaction_s: REACTION_S,
             acceleration: 0.0,
             top_speed: 0.0,
         }
@@ -148,9 +152,9 @@ mod tests {
     fn fastest_speed_and_approach_use_up_the_gap() {
         for (x, vx) in [(1.2, 0.0), (1.6, 0.75), (3.0, -0.5), (4.0, 1.5)] {
             let speed = fastest(&at(x, 0.0, vx), 2.0);
-            let stopping_s = DELAY_S + TRACKING_S + speed;
+            let stopping_s = REACTION_S + speed;
             // The robot gains its speed within the first step, at half of it on average.
-            let driven_m = speed * (DELAY_S + TRACKING_S - STEP_S / 2.0) + speed * speed / 2.0;
+            let driven_m = speed * (REACTION_S - STEP_S / 2.0) + speed * speed / 2.0;
             let used_m = driven_m + libm::fabs(vx) * stopping_s;
             let had_m = x - 0.6 - MIN_GAP_M;
             // Bisection and steps leave a part of the gap, and never exceed it.
@@ -203,9 +207,9 @@ mod tests {
         let standing = safety(&now, &footprint, &limits);
         let person = PassiveSafety { acceleration: 1.0, top_speed: 1.6, ..standing };
         assert!(person.fastest(1.0) < 0.5, "{}", person.fastest(1.0));
-        // 1.6 m/s after 1.6 s and 1.28 m.
-        assert!((person.reach_m(0.0, 1.0) - 0.5).abs() < 1e-12);
-        assert!((person.reach_m(0.0, 2.6) - 2.88).abs() < 1e-12);
+        // It may walk at 0.4 m/s already; 1.6 m/s after another 1.2 s.
+        assert!((person.reach_m(0.0, 1.0) - 0.9).abs() < 1e-12);
+        assert!((person.reach_m(0.0, 2.6) - 3.44).abs() < 1e-12);
         assert_eq!(person.reach_m(2.0, 1.5), 3.0);
         // Farther away there is time to stop.
         let far = at(3.0, 2.5, 0.0);

@@ -40,6 +40,8 @@ settings! {
         /// Speed of a walking person (ISO 13855). A person behind a corner may come out at this speed, and a standing person
         /// may reach it.
         pub pedestrian_speed: f64 = 1.6, ["m/s", 0 to 10000];
+        /// Least assumed radius of a moving obstacle: a lidar at the height of shins sees only the legs of a person.
+        pub pedestrian_radius_m: f64 = 0.3, ["m", 0 to 10];
         /// Acceleration of a person or another moving obstacle.
         pub pedestrian_acceleration: f64 = 1.0, ["m/s^2", 0 to 10000];
         /// The robot drives at least this fast past places that may hide a person.

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
-use super::passive_safety::{PassiveSafety, TRACKING_S};
+use super::passive_safety::PassiveSafety;
 use super::visible_space::VisibleSpace;
 use super::{Decision, Goal, Mode, NavigatorSettings, Route};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
@@ -22,6 +22,10 @@ pub(super) const MAX_BRAKING_STEPS: u32 = 1000;
 /// The lidar must see this far in the direction of motion, metres, as far as a robot gets there within a time, seconds.
 const PROBED_M: f64 = 0.15;
 const MAX_PROBED_S: f64 = 1.0;
+
+/// The robot keeps its command for this many periods until it brakes for what a scan shows: the next scan may just have missed
+/// it.
+const SCANS_TO_REACT: f64 = 2.0;
 
 /// What the navigator knows of the robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,6 +90,10 @@ pub(super) struct PredictedState {
     pub twist: Twist,
     /// Predicted moving obstacles.
     pub moving: Vec<MovingDisc>,
+    /// These, and people who entered free ground and are not tracked.
+    pub may_come: Vec<MovingDisc>,
+    /// Time from the scan to the effect of the command, seconds.
+    pub since_scan_s: f64,
 }
 
 impl PredictedState {
@@ -113,8 +121,8 @@ impl PredictedState {
         let left_s = (time_s + delay_s - at_s).max(0.0);
         (pose, twist) = limits.advance(&pose, &twist, &active, left_s);
         let since_scan_s = delay_s + (time_s - scan_s).clamp(0.0, OLDEST_SCAN_S);
-        let moving = moving.iter().map(|disc| disc.after(since_scan_s)).collect();
-        Self { time_s, pose, twist, moving }
+        let moving: Vec<_> = moving.iter().map(|disc| disc.after(since_scan_s)).collect();
+        Self { time_s, pose, twist, may_come: moving.clone(), moving, since_scan_s }
     }
 }
 
@@ -174,8 +182,6 @@ pub(super) struct State<'a> {
     pub stuck_s: f64,
     /// Highest forward speed that the behaviours with higher priority allow, m/s.
     pub speed_limit: f64,
-    /// Time from a command to its effect, seconds.
-    pub delay_s: f64,
 }
 
 impl<'a> State<'a> {
@@ -203,22 +209,18 @@ impl<'a> State<'a> {
     /// The check for passive safety; `None` where that feature is off.
     pub fn passive_safety(&self) -> Option<PassiveSafety<'_>> {
         let is_on = self.settings.features.passive_safety;
-        is_on.then(|| self.safety_from(&self.now.moving, TRACKING_S))
+        is_on.then(|| self.safety_from(&self.now.may_come))
     }
 
-    /// The check for obstacles that are noticed to come after a time, seconds.
-    pub fn safety_from<'b>(
-        &'b self,
-        obstacles: &'b [MovingDisc],
-        noticing_s: f64,
-    ) -> PassiveSafety<'b> {
+    /// The check for obstacles that the next scan shows.
+    pub fn safety_from<'b>(&'b self, obstacles: &'b [MovingDisc]) -> PassiveSafety<'b> {
         let settings = self.settings;
         PassiveSafety {
             now: self.now,
             obstacles,
             footprint: &self.robot.footprint,
             limits: &self.robot.limits,
-            reaction_s: self.delay_s + self.period_s + noticing_s,
+            reaction_s: SCANS_TO_REACT * self.period_s,
             acceleration: settings.pedestrian_acceleration,
             top_speed: settings.pedestrian_speed,
         }

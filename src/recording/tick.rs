@@ -78,6 +78,10 @@ mod message {
             pose_s: f64,
             /// Time of the latest scan that differed from the one before.
             scan_changed_s: f64,
+            /// The command that was sent last; NaN where that is unknown.
+            sent_linear: f64,
+            /// The command that was sent last; NaN where that is unknown.
+            sent_angular: f64,
             /// Estimated pose.
             x: f64,
             /// Estimated pose.
@@ -152,7 +156,8 @@ impl RecordedTick {
     pub(super) fn to_cdr(&self) -> Vec<u8> {
         let Observation { time_s, pose, pose_s, lost, twist, odometry_s, scan, .. } =
             &self.observation;
-        let Observation { scan_s, scan_changed_s, .. } = &self.observation;
+        let Observation { scan_s, scan_changed_s, sent, .. } = &self.observation;
+        let sent = sent.unwrap_or(Twist::new(f64::NAN, f64::NAN));
         let decision = &self.decision;
         let counts = decision.counts.unwrap_or_default();
         let message = message::Tick {
@@ -163,6 +168,8 @@ impl RecordedTick {
             odometry_s: *odometry_s,
             pose_s: *pose_s,
             scan_changed_s: *scan_changed_s,
+            sent_linear: sent.linear,
+            sent_angular: sent.angular,
             x: pose.x,
             y: pose.y,
             yaw: pose.yaw,
@@ -204,6 +211,7 @@ impl RecordedTick {
             cannot_stop: message.cannot_stop,
             outside: message.outside,
         };
+        let sent = Twist::new(message.sent_linear, message.sent_angular);
         Some(Self {
             tick: message.tick,
             observation: Observation {
@@ -221,6 +229,7 @@ impl RecordedTick {
                 },
                 scan_s: message.scan_s,
                 scan_changed_s: message.scan_changed_s,
+                sent: sent.is_finite().then_some(sent),
             },
             decision: Decision {
                 command: Twist::new(message.command_linear, message.command_angular),
@@ -271,6 +280,7 @@ mod tests {
                 },
                 scan_s: 12.25,
                 scan_changed_s: 12.15,
+                sent: Some(Twist::new(0.35, -0.45)),
             },
             decision: Decision {
                 command: Twist::new(0.6, 0.7),

@@ -173,6 +173,7 @@ impl<'a> ControlLoop<'a> {
             scan,
             scan_s,
             scan_changed_s: self.scan_changed_s,
+            sent: sensed.sent,
         };
         (observation, odometry)
     }

@@ -345,6 +345,7 @@ impl Robot for HardwareRobot {
             odometry_s: time_s - age_s,
             lidar: lidar.map(|lidar| LidarData::TimedScan(lidar.newest(time_s, now_s))),
             pose: None,
+            sent: Some(status.sent),
         }
     }
 

@@ -36,6 +36,8 @@ pub struct SensorData {
     pub lidar: Option<LidarData>,
     /// Pose in the map by the robot's own positioning; none for a robot without one.
     pub pose: Option<Pose>,
+    /// The command that the sender sent last, after its protective layer; none where that is unknown.
+    pub sent: Option<Twist>,
 }
 
 /// True state of a robot and its surroundings, for a robot in a known world.

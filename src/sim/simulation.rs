@@ -268,6 +268,7 @@ impl Robot for SimulatedRobot<'_> {
             odometry_s,
             lidar: Some(lidar),
             pose: positioning.map(|it| it.pose(measured_s, &odometry.pose, &then)),
+            sent: sensed.sent.or(Some(self.sent)),
         }
     }
 

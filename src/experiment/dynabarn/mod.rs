@@ -53,6 +53,8 @@ pub fn dynabarn_config() -> Config {
             // Small, since it excludes samples; the clearance weight gives more distance.
             moving_margin_m: 0.15,
             passing_margin_m: 0.05,
+            // Cylinders show their whole radius.
+            pedestrian_radius_m: 0.0,
             // A slow robot next to a cylinder at 1.9 m/s is hit.
             passing_speed: MAX_SPEED,
             comfort_margin_m: 0.3,

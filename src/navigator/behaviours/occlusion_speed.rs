@@ -17,9 +17,7 @@ impl Behaviour for OcclusionSpeed {
         let settings = state.settings;
         let moving = &state.now.moving;
         let people = hidden_people(&state.visible, room, moving, settings.pedestrian_speed);
-        // The next scan shows them: that needs no tracking.
-        let safety = state.safety_from(&people, state.period_s);
-        let fastest = safety.fastest(state.robot.limits.max_vel_x);
+        let fastest = state.safety_from(&people).fastest(state.robot.limits.max_vel_x);
         Ok(Some(Proposal::SpeedLimit(fastest.max(settings.occlusion_min_speed))))
     }
 }

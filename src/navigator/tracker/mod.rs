@@ -6,7 +6,9 @@
 //! Corners that come into view, walls behind a doorway and posts that merge into one do neither.
 
 mod cluster;
+mod entered;
 mod filter;
+mod standing;
 mod track;
 
 use nalgebra::Matrix2;
@@ -16,7 +18,9 @@ use super::scan_visibility::{History, free_margin_m, proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Return, ScanReturns};
+use entered::EnteredPlaces;
 use filter::Fit;
+use standing::StandingPeople;
 use track::Track;
 
 /// Returns from beyond this distance do not count, metres: a person has no three beams of 1 degree there.
@@ -34,6 +38,8 @@ const FIRST_GATE_M: f64 = 0.35;
 const SUDDEN_M2: f64 = 0.1 * 0.1;
 /// Returns within this distance of the outline of an expected disc belong to it, metres.
 const OWN_M: f64 = 0.15;
+/// Returns on free ground within this distance of a moving disc belong to it, metres.
+const ENTERED_M: f64 = 0.4;
 /// Largest number of points of a cluster that are checked for free ground.
 const MAX_CHECKED: usize = 24;
 /// Two scans further apart than this say nothing about motion, seconds.
@@ -56,10 +62,12 @@ pub(super) struct Tracker {
     last_s: Option<f64>,
     tracks: Vec<Track>,
     history: History,
-    /// Obstacles that move, or moved until a moment ago, in the map frame at the time of the last scan.
+    /// Obstacles that move or moved, and have not left their place since, in the map frame at the time of the last scan.
     pub moving: Vec<MovingDisc>,
+    standing: StandingPeople,
     /// Discs that a moving obstacle covered, and the begin of its track, seconds.
     pub swept: Vec<(MovingDisc, f64)>,
+    entered: EnteredPlaces,
     returns: Vec<Return>,
     runs: Vec<(usize, usize)>,
     clusters: Vec<Cluster>,
@@ -82,6 +90,8 @@ impl Tracker {
         if !(0.0..=LONGEST_GAP_S).contains(&gap_s) {
             self.tracks.clear();
             self.history.clear();
+            self.entered.clear();
+            self.standing.clear();
         } else if gap_s > 0.0 {
             for track in &mut self.tracks {
                 track.predict(gap_s);
@@ -91,6 +101,7 @@ impl Tracker {
         self.history.select(time_s);
         self.swept.clear();
         self.collect(pose, scan, origin);
+        self.entered.update(time_s, &self.returns, |point| self.history.was_free(point));
         let returns = ScanReturns { pose, scan, returns: &self.returns };
         returns.find_clusters(&mut self.runs, &mut self.clusters);
         self.associate(pose, scan);
@@ -103,6 +114,16 @@ impl Tracker {
             self.moving.push(track.disc());
             self.swept.push((track.disc(), track.born_s));
         }
+        self.standing.update(&self.clusters, &self.returns, &self.moving);
+        self.moving.extend_from_slice(self.standing.discs());
+    }
+
+    /// Places that something entered within the last half second, and that no disc of [`Self::moving`] explains.
+    pub fn entered(&self) -> impl Iterator<Item = Point> + '_ {
+        let is_tracked = |place: &Point| {
+            self.moving.iter().any(|disc| (disc.center() - place).norm() < disc.radius + ENTERED_M)
+        };
+        self.entered.centers().filter(move |place| !is_tracked(place))
     }
 
     /// The returns of the last scan that the map does not explain, up to a distance.
@@ -216,8 +237,8 @@ impl Tracker {
     fn drop_lost(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let robot = pose.position();
         let mut number = 0;
-        let pairs = &self.pairs;
-        self.tracks.retain(|track| {
+        let Self { pairs, standing, tracks, .. } = self;
+        tracks.retain(|track| {
             let is_updated = pairs.iter().any(|pair| pair.track == number);
             number += 1;
             if is_updated {
@@ -227,7 +248,11 @@ impl Tracker {
             let half_angle = libm::atan2(track.radius.radius_m / 2.0, distance);
             let seen = seen_to_m(pose, scan, bearing(&robot, &track.center()), half_angle);
             let is_gone = seen.is_some_and(|seen| seen > distance);
-            !track.is_over(time_s, is_gone)
+            let is_over = track.is_over(time_s, is_gone);
+            if is_over && track.is_moving && track.is_leg() {
+                standing.add(&track.disc());
+            }
+            !is_over
         });
     }
 

@@ -47,6 +47,8 @@ const SEEMS_FOR_S: f64 = 0.09;
 /// A stopped object stays a disc for this long before it becomes marks, seconds, unless it moved for less than the second time:
 /// that was an error.
 const STANDS_FOR_S: f64 = 2.0;
+/// An object with a smaller radius may be a leg, metres: it stays a disc as long as it is seen.
+const LEG_RADIUS_M: f64 = 0.2;
 const WALKED_FOR_S: f64 = 0.5;
 /// A track ends after this long without an update, seconds: where a scan saw its place free, where it never moved, and where it
 /// moved and is hidden.
@@ -250,6 +252,11 @@ impl Track {
         first.is_some_and(is_at_velocity) || self.places.front().is_some_and(is_at_velocity)
     }
 
+    /// Whether it is as narrow as a leg.
+    pub fn is_leg(&self) -> bool {
+        self.radius.radius_m < LEG_RADIUS_M
+    }
+
     fn update_standing(&mut self, time_s: f64, speed: f64) {
         if speed > STANDING {
             self.stands_since_s = None;
@@ -260,7 +267,8 @@ impl Track {
         }
         let since_s = *self.stands_since_s.get_or_insert(time_s);
         let has_walked = since_s - self.moves_since_s > WALKED_FOR_S;
-        if !has_walked || time_s - since_s > STANDS_FOR_S {
+        // A person who stands is wider than the legs that a scan shows.
+        if !has_walked || !self.is_leg() && time_s - since_s > STANDS_FOR_S {
             self.settle();
         }
     }

@@ -209,6 +209,7 @@ impl LatestInputs {
             scan: self.current_scan(scan, &mount),
             scan_s: scan.end_s - self.scan_delay.ahead_s(),
             scan_changed_s: scan.changed_s - self.scan_delay.ahead_s(),
+            sent: None,
         })
     }
 }

@@ -40,13 +40,9 @@ pub fn trials() -> Vec<Trial> {
     trials
 }
 
-/// Known failures: next to a wall no sample is admissible.
-const OPEN: [&str; 1] = ["robot leaves a start within the margins"];
-
 fn trial(&(name, test): &Test) -> Trial {
-    let trial = Trial::test(name, move || {
+    Trial::test(name, move || {
         test();
         Ok(())
-    });
-    trial.with_ignored_flag(OPEN.contains(&name))
+    })
 }

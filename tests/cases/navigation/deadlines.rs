@@ -177,6 +177,7 @@ fn after(navigator: &mut Navigator, shares: impl IntoIterator<Item = f64>) -> (u
         scan: Scan::default(),
         scan_s: 0.0,
         scan_changed_s: 0.0,
+        sent: None,
     };
     for share in shares {
         let mut readings_s = [0.0, share].into_iter();

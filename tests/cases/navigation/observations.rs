@@ -31,6 +31,7 @@ fn observation(time_s: f64, twist: Twist) -> Observation {
         scan: Scan::from_measurements(BEAMS, 12.0, all_around),
         scan_s: time_s,
         scan_changed_s: time_s,
+        sent: None,
     }
 }
 

@@ -63,6 +63,7 @@ impl Script {
                 scan: empty_scan(),
                 scan_s: 0.0,
                 scan_changed_s: 0.0,
+                sent: None,
             },
             config,
         }
