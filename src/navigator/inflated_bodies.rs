@@ -17,7 +17,7 @@ const OVERSHOOT_M: f64 = 0.03;
 const MIN_RADIUS_M: f64 = 0.002;
 /// The robot always keeps this distance to static obstacles, metres, or the safety margin if that is less.
 const MIN_STATIC_MARGIN_M: f64 = 0.02;
-/// The robot always keeps this distance to moving obstacles, metres.
+/// Without passive safety, the robot always keeps this distance to moving obstacles, metres.
 const MIN_MOVING_MARGIN_M: f64 = 0.05;
 
 /// Footprint and moving obstacles, inflated: bodies that just touch in the planner are a margin apart in reality.
@@ -56,13 +56,16 @@ impl InflatedBodies {
         let mut within_a_margin = static_m < wanted_m;
         let static_margin_m = reduced_margin_m(wanted_m, static_m, min_static_margin_m);
         let padding_m = static_margin_m + error_m;
+        // Passive safety lets the robot come no nearer to a person next to it, but it must be able to drive away.
+        let is_passive = settings.features.passive_safety;
+        let min_moving_margin_m = if is_passive { f64::NEG_INFINITY } else { MIN_MOVING_MARGIN_M };
         let inflate = |disc: &MovingDisc| {
             let gap_m = footprint.gap_to_moving_m(pose, disc);
             let came_close = gap_m < settings.moving_margin_m - OVERSHOOT_M;
             within_a_margin |= came_close;
             let margin_m =
                 if came_close { settings.passing_margin_m } else { settings.moving_margin_m };
-            let kept_m = reduced_margin_m(margin_m, gap_m, MIN_MOVING_MARGIN_M);
+            let kept_m = reduced_margin_m(margin_m, gap_m, min_moving_margin_m);
             // The footprint's own padding counts towards the gap.
             MovingDisc { radius: (disc.radius + (kept_m - padding_m)).max(MIN_RADIUS_M), ..*disc }
         };

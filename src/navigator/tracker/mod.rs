@@ -118,12 +118,16 @@ impl Tracker {
         self.moving.extend_from_slice(self.standing.discs());
     }
 
-    /// Places that something entered within the last half second, and that no disc of [`Self::moving`] explains.
+    /// Places that something entered within the last half second. A tracked disc that is wider than a leg explains them: the
+    /// velocity of a leg is not that of its person.
     pub fn entered(&self) -> impl Iterator<Item = Point> + '_ {
-        let is_tracked = |place: &Point| {
-            self.moving.iter().any(|disc| (disc.center() - place).norm() < disc.radius + ENTERED_M)
+        let explains = |track: &Track, place: &Point| {
+            let within_m = track.radius.radius_m + ENTERED_M;
+            track.is_moving && !track.is_leg() && (track.center() - place).norm() < within_m
         };
-        self.entered.centers().filter(move |place| !is_tracked(place))
+        let is_explained =
+            move |place: &Point| self.tracks.iter().any(|track| explains(track, place));
+        self.entered.centers().filter(move |place| !is_explained(place))
     }
 
     /// The returns of the last scan that the map does not explain, up to a distance.

@@ -4,11 +4,9 @@ use super::cluster::{Cluster, Return};
 use crate::geometry::Point;
 use crate::map::MovingDisc;
 
-/// A leg is at most this wide, metres, and has at least this many returns.
-const LEG_WIDTH_M: f64 = 0.11;
-const LEG_RETURNS: usize = 2;
-/// Distance between the legs of a person, metres.
-const LEGS_APART_M: core::ops::RangeInclusive<f64> = 0.08..=0.6;
+/// Two legs next to each other are at most this wide, metres, and have at least this many returns.
+const LEGS_WIDTH_M: f64 = 0.22;
+const LEGS_RETURNS: usize = 3;
 /// Unexplained returns within this distance of a place show that a person is still there, metres.
 const STILL_THERE_M: f64 = 0.3;
 /// A moving disc within this distance of a place is that person, metres.
@@ -16,8 +14,8 @@ const SAME_M: f64 = 0.5;
 /// Largest number of places.
 const MAX_PLACES: usize = 16;
 
-/// The last places of lost tracks that moved, and pairs of legs that never moved. A place is kept as long as a scan shows
-/// something unexplained there.
+/// The last places of lost tracks that moved, and what is as narrow as legs: a post may be a person. A place is kept as long as
+/// a scan shows something unexplained there.
 #[derive(Debug, Default)]
 pub(super) struct StandingPeople(Vec<MovingDisc>);
 
@@ -36,24 +34,11 @@ impl StandingPeople {
 
     /// Updates the places with the clusters and returns of a scan, and with what moves.
     pub fn update(&mut self, clusters: &[Cluster], returns: &[Return], moving: &[MovingDisc]) {
-        let legs: Vec<Point> = clusters
-            .iter()
-            .filter(|cluster| {
-                cluster.count >= LEG_RETURNS
-                    && cluster.length_m <= LEG_WIDTH_M
-                    && cluster.own_edges == [true, true]
-            })
-            .map(|cluster| returns[(cluster.first + cluster.count / 2) % returns.len()].point)
-            .collect();
-        for (index, one) in legs.iter().enumerate() {
-            for other in &legs[index + 1..] {
-                if LEGS_APART_M.contains(&(other - one).norm()) {
-                    let Point { x, y } = *one + (other - one) * 0.5;
-                    let person = MovingDisc { x, y, radius: LEG_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
-                    if !self.0.iter().any(|known| is_near(known, &person.center(), SAME_M)) {
-                        self.add(&person);
-                    }
-                }
+        for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster)) {
+            let Point { x, y } = returns[(cluster.first + cluster.count / 2) % returns.len()].point;
+            let person = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
+            if !self.0.iter().any(|known| is_near(known, &person.center(), SAME_M)) {
+                self.add(&person);
             }
         }
         self.0.retain(|place| {
@@ -68,6 +53,14 @@ impl StandingPeople {
     }
 }
 
+/// Whether a cluster is as narrow as legs, and alone.
+fn may_be_legs(cluster: &Cluster) -> bool {
+    cluster.count >= LEGS_RETURNS
+        && cluster.length_m <= LEGS_WIDTH_M
+        && cluster.own_edges == [true, true]
+        && cluster.joins == [false, false]
+}
+
 fn is_near(disc: &MovingDisc, point: &Point, within_m: f64) -> bool {
     (disc.center() - point).norm() < within_m
 }
@@ -76,25 +69,25 @@ fn is_near(disc: &MovingDisc, point: &Point, within_m: f64) -> bool {
 mod tests {
     use super::*;
 
-    /// Returns of legs at places, two for each leg.
-    fn scan(legs: &[(f64, f64)]) -> (Vec<Cluster>, Vec<Return>) {
+    /// Objects at places, of this width with three returns each.
+    fn scan(places: &[(f64, f64)], width_m: f64) -> (Vec<Cluster>, Vec<Return>) {
         let (mut clusters, mut returns) = (Vec::new(), Vec::new());
-        for &(x, y) in legs {
+        for &(x, y) in places {
             clusters.push(Cluster {
                 first: returns.len(),
-                count: 2,
+                count: 3,
                 near_m: 1.0,
                 right: 0.0,
                 spread: 0.1,
                 own_edges: [true, true],
                 joins: [false, false],
-                length_m: 0.06,
+                length_m: width_m,
             });
-            for offset_m in [-0.03, 0.03] {
+            for offset_m in [-0.5, 0.0, 0.5] {
                 returns.push(Return {
                     beam: returns.len(),
                     range_m: 1.0,
-                    point: Point::new(x, y + offset_m),
+                    point: Point::new(x, y + offset_m * width_m),
                     is_candidate: true,
                     owner: None,
                 });
@@ -104,18 +97,20 @@ mod tests {
     }
 
     #[test]
-    fn two_legs_are_a_person_until_they_are_gone() {
+    fn two_legs_are_one_person_until_they_are_gone() {
         let mut standing = StandingPeople::default();
-        let (clusters, returns) = scan(&[(1.0, 0.0), (1.0, 0.3), (4.0, 0.0)]);
+        let (clusters, returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
         standing.update(&clusters, &returns, &[]);
-        assert_eq!(standing.discs().len(), 1, "one post is no person");
-        assert!((standing.discs()[0].center() - Point::new(1.0, 0.18)).norm() < 0.05);
-        // One leg hides the other.
-        let (clusters, returns) = scan(&[(1.0, 0.0)]);
-        standing.update(&clusters, &returns, &[]);
+        assert_eq!(standing.discs().len(), 1);
+        assert_eq!(standing.discs()[0].center(), Point::new(1.0, 0.0));
+        // One leg hides the other, and shows too little to be new.
+        standing.update(&[], &returns[..1], &[]);
         assert_eq!(standing.discs().len(), 1);
         standing.update(&[], &[], &[]);
         assert_eq!(standing.discs().len(), 0);
+        let (clusters, returns) = scan(&[(1.0, 0.0)], 0.4);
+        standing.update(&clusters, &returns, &[]);
+        assert_eq!(standing.discs().len(), 0, "a box");
     }
 
     #[test]
@@ -123,7 +118,7 @@ mod tests {
         let mut standing = StandingPeople::default();
         let disc = MovingDisc { x: 1.0, y: 0.0, radius: 0.1, vx: 0.5, vy: 0.0 };
         standing.add(&disc);
-        let (clusters, returns) = scan(&[(1.2, 0.0)]);
+        let (clusters, returns) = scan(&[(1.2, 0.0)], 0.06);
         standing.update(&clusters, &returns, &[]);
         assert_eq!(standing.discs(), [MovingDisc { vx: 0.0, ..disc }]);
         standing.update(&clusters, &returns, &[MovingDisc { x: 1.3, ..disc }]);
