@@ -34,6 +34,10 @@ impl Behaviour for PathFollowing {
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
+        // The speed limit holds for the present turn rate. Next to a person the chosen one counts too.
+        let is_safe =
+            |command: &Twist| !state.inflated.within_a_margin || state.is_safe_towards(command);
+        let command = command.filter(is_safe);
         // Next to an obstacle the robot may only creep, unless it first rotates towards a free path.
         let creeps = state.now.twist.linear.abs() < CREEPING
             && command.is_none_or(|command| command.linear.abs() < CREEPING);

@@ -1,14 +1,14 @@
 //! People who stand: what a scan shows of them is too little for a track.
 
 use super::cluster::{Cluster, Return};
-use crate::geometry::Point;
+use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
 /// Two legs next to each other are at most this wide, metres, and have at least this many returns.
 const LEGS_WIDTH_M: f64 = 0.22;
 const LEGS_RETURNS: usize = 3;
 /// Unexplained returns within this distance of a place show that a person is still there, metres.
-const STILL_THERE_M: f64 = 0.3;
+const STILL_THERE_M: f64 = 0.4;
 /// A moving disc within this distance of a place is that person, metres.
 const SAME_M: f64 = 0.5;
 /// Largest number of places.
@@ -41,9 +41,15 @@ impl StandingPeople {
                 self.add(&person);
             }
         }
-        self.0.retain(|place| {
-            returns.iter().any(|one| is_near(place, &one.point, STILL_THERE_M))
-                && !moving.iter().any(|other| is_near(place, &other.center(), SAME_M))
+        self.0.retain_mut(|place| {
+            let near = returns.iter().filter(|one| is_near(place, &one.point, STILL_THERE_M));
+            let (count, sum) = near.fold((0_u32, Vector::ZERO), |(count, sum), one| {
+                (count + 1, sum + (one.point - place.center()))
+            });
+            // The middle between the legs.
+            let shift = sum / f64::from(count.max(1));
+            (place.x, place.y) = (place.x + shift.x, place.y + shift.y);
+            count > 0 && !moving.iter().any(|other| is_near(place, &other.center(), SAME_M))
         });
     }
 
@@ -102,7 +108,8 @@ mod tests {
         let (clusters, returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
         standing.update(&clusters, &returns, &[]);
         assert_eq!(standing.discs().len(), 1);
-        assert_eq!(standing.discs()[0].center(), Point::new(1.0, 0.0));
+        let center = standing.discs()[0].center();
+        assert!((center - Point::new(1.0, 0.15)).norm() < 1e-9, "{center:?}");
         // One leg hides the other, and shows too little to be new.
         standing.update(&[], &returns[..1], &[]);
         assert_eq!(standing.discs().len(), 1);
@@ -120,7 +127,9 @@ mod tests {
         standing.add(&disc);
         let (clusters, returns) = scan(&[(1.2, 0.0)], 0.06);
         standing.update(&clusters, &returns, &[]);
-        assert_eq!(standing.discs(), [MovingDisc { vx: 0.0, ..disc }]);
+        let place = standing.discs()[0];
+        assert_eq!((place.vx, place.radius), (0.0, 0.1));
+        assert!((place.x - 1.2).abs() < 1e-9, "{place:?}");
         standing.update(&clusters, &returns, &[MovingDisc { x: 1.3, ..disc }]);
         assert_eq!(standing.discs(), []);
     }
