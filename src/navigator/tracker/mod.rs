@@ -108,14 +108,15 @@ impl Tracker {
         self.update_tracks((time_s, gap_s), pose, scan);
         self.drop_lost(time_s, pose, scan);
         self.start_tracks(time_s, pose, scan);
-        self.history.push(time_s, pose, scan);
         self.moving.clear();
         for track in self.tracks.iter().filter(|track| track.is_moving) {
             self.moving.push(track.disc());
             self.swept.push((track.disc(), track.born_s));
         }
-        self.standing.update(&self.clusters, &self.returns, &self.moving);
+        let was_free = |point: &Point| self.history.was_free(point);
+        self.standing.update(&self.clusters, &self.returns, &self.moving, was_free);
         self.moving.extend_from_slice(self.standing.discs());
+        self.history.push(time_s, pose, scan);
     }
 
     /// Places that something entered within the last half second. A tracked disc that is wider than a leg explains them: the

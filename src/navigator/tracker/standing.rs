@@ -5,7 +5,7 @@ use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
 /// Two legs next to each other are at most this wide, metres, and have at least this many returns.
-const LEGS_WIDTH_M: f64 = 0.22;
+const LEGS_WIDTH_M: f64 = 0.3;
 const LEGS_RETURNS: usize = 3;
 /// Unexplained returns within this distance of a place show that a person is still there, metres.
 const STILL_THERE_M: f64 = 0.4;
@@ -14,8 +14,8 @@ const SAME_M: f64 = 0.5;
 /// Largest number of places.
 const MAX_PLACES: usize = 16;
 
-/// The last places of lost tracks that moved, and what is as narrow as legs: a post may be a person. A place is kept as long as
-/// a scan shows something unexplained there.
+/// The last places of lost tracks that moved, and of legs that came to ground that was free. A place is kept as long as a scan
+/// shows something unexplained there.
 #[derive(Debug, Default)]
 pub(super) struct StandingPeople(Vec<MovingDisc>);
 
@@ -32,9 +32,20 @@ impl StandingPeople {
         self.0.clear();
     }
 
-    /// Updates the places with the clusters and returns of a scan, and with what moves.
-    pub fn update(&mut self, clusters: &[Cluster], returns: &[Return], moving: &[MovingDisc]) {
-        for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster)) {
+    /// Updates the places with the clusters and returns of a scan, and with what moves; `was_free` returns whether an earlier
+    /// scan saw through a point.
+    pub fn update(
+        &mut self,
+        clusters: &[Cluster],
+        returns: &[Return],
+        moving: &[MovingDisc],
+        was_free: impl Fn(&Point) -> bool,
+    ) {
+        let came = |cluster: &Cluster| {
+            let free = cluster.points(returns, 1).filter(|point| was_free(point)).count();
+            2 * free > cluster.count
+        };
+        for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster) && came(cluster)) {
             let Point { x, y } = returns[(cluster.first + cluster.count / 2) % returns.len()].point;
             let person = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
             if !self.0.iter().any(|known| is_near(known, &person.center(), SAME_M)) {
@@ -106,17 +117,20 @@ mod tests {
     fn two_legs_are_one_person_until_they_are_gone() {
         let mut standing = StandingPeople::default();
         let (clusters, returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
-        standing.update(&clusters, &returns, &[]);
+        standing.update(&clusters, &returns, &[], |_| true);
         assert_eq!(standing.discs().len(), 1);
         let center = standing.discs()[0].center();
         assert!((center - Point::new(1.0, 0.15)).norm() < 1e-9, "{center:?}");
         // One leg hides the other, and shows too little to be new.
-        standing.update(&[], &returns[..1], &[]);
+        standing.update(&[], &returns[..1], &[], |_| true);
         assert_eq!(standing.discs().len(), 1);
-        standing.update(&[], &[], &[]);
+        standing.update(&[], &[], &[], |_| true);
         assert_eq!(standing.discs().len(), 0);
+        let (clusters, returns) = scan(&[(1.0, 0.0)], 0.06);
+        standing.update(&clusters, &returns, &[], |_| false);
+        assert_eq!(standing.discs().len(), 0, "a post");
         let (clusters, returns) = scan(&[(1.0, 0.0)], 0.4);
-        standing.update(&clusters, &returns, &[]);
+        standing.update(&clusters, &returns, &[], |_| true);
         assert_eq!(standing.discs().len(), 0, "a box");
     }
 
@@ -126,11 +140,11 @@ mod tests {
         let disc = MovingDisc { x: 1.0, y: 0.0, radius: 0.1, vx: 0.5, vy: 0.0 };
         standing.add(&disc);
         let (clusters, returns) = scan(&[(1.2, 0.0)], 0.06);
-        standing.update(&clusters, &returns, &[]);
+        standing.update(&clusters, &returns, &[], |_| true);
         let place = standing.discs()[0];
         assert_eq!((place.vx, place.radius), (0.0, 0.1));
         assert!((place.x - 1.2).abs() < 1e-9, "{place:?}");
-        standing.update(&clusters, &returns, &[MovingDisc { x: 1.3, ..disc }]);
+        standing.update(&clusters, &returns, &[MovingDisc { x: 1.3, ..disc }], |_| true);
         assert_eq!(standing.discs(), []);
     }
 }
