@@ -12,7 +12,7 @@ use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::{Detail, Engine, EngineError, Evaluation, QuantizedProblem};
 use crate::map::GridFrame;
-use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Waypoints};
+use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Observation, Waypoints};
 use crate::ros::convert::{self, SAMPLING, markers};
 use crate::ros::msg::{self, Duration, Header, Time};
 use crate::runtime::Config;
@@ -337,7 +337,7 @@ impl NodeCore {
         let limits = self.age_limits();
         let observation = self.inputs.observation(now_s, &limits, self.settings.odom_is_map);
         let observation = match observation {
-            Ok(observation) => observation,
+            Ok(observation) => Observation { sent: Some(self.command), ..observation },
             Err(missing) => {
                 self.notices.missing(Some(missing));
                 return None;
