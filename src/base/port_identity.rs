@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use serialport::SerialPortType;
+use serialport::{SerialPortType, UsbPortInfo};
 
 use super::BaseError;
 
@@ -76,6 +76,20 @@ struct UsbDevice {
     interface: String,
 }
 
+impl UsbDevice {
+    /// A device as the system lists it, in a socket and with an interface. Some devices have an empty serial number.
+    fn new(usb: UsbPortInfo, (socket, interface): (String, String)) -> Self {
+        Self {
+            vendor: usb.vid,
+            product: usb.pid,
+            name: usb.product.unwrap_or_default(),
+            serial_number: usb.serial_number.filter(|number| !number.is_empty()),
+            socket,
+            interface,
+        }
+    }
+}
+
 impl PortIdentity {
     /// The device that a port leads to now; none if there is none, or if the system does not tell.
     fn of(port: &str) -> Option<Self> {
@@ -134,15 +148,7 @@ fn usb_device(path: &Path) -> Option<UsbDevice> {
     let SerialPortType::UsbPort(usb) = port.port_type else {
         return None;
     };
-    let (socket, interface) = socket(path).unwrap_or_default();
-    Some(UsbDevice {
-        vendor: usb.vid,
-        product: usb.pid,
-        name: usb.product.unwrap_or_default(),
-        serial_number: usb.serial_number.filter(|number| !number.is_empty()),
-        socket,
-        interface,
-    })
+    Some(UsbDevice::new(usb, socket(path).unwrap_or_default()))
 }
 
 /// Socket and interface of a USB port by Linux's device tree, which names the interface of a device `SOCKET:INTERFACE`.
@@ -198,5 +204,90 @@ mod tests {
         let node = PortIdentity::Node { number: 1, entry: 2, created: None };
         assert!(!one.is_same(&node) && node.is_same(&node.clone()));
         assert_eq!(one.to_string(), "the USB device 1a86:7523 `USB Serial` with serial number A1");
+    }
+
+    #[test]
+    fn usb_device_of_another_kind_or_interface_is_another_device() {
+        let with = |change: fn(&mut UsbDevice)| {
+            let PortIdentity::Usb(mut device) = usb(Some("A1"), "1-1.2") else {
+                panic!("a USB device");
+            };
+            change(&mut device);
+            PortIdentity::Usb(device)
+        };
+        let one = with(|_| {});
+        assert!(!one.is_same(&with(|device| device.vendor = 1)));
+        assert!(!one.is_same(&with(|device| device.product = 1)));
+        assert!(!one.is_same(&with(|device| device.interface = "1.1".to_owned())));
+    }
+
+    #[test]
+    fn empty_serial_number_is_none() {
+        let listed = |serial_number: &str| UsbPortInfo {
+            vid: 0x1A86,
+            pid: 0x7523,
+            serial_number: Some(serial_number.to_owned()),
+            manufacturer: None,
+            product: None,
+        };
+        let device = |number| UsbDevice::new(listed(number), (String::new(), String::new()));
+        assert_eq!(device("").serial_number, None);
+        assert_eq!(device("A1").serial_number, Some("A1".to_owned()));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pseudo_terminal_is_known_by_its_creation_to_the_nanosecond() {
+        use serialport::{SerialPort, TTYPort};
+        use std::os::unix::fs::MetadataExt;
+        let (_device, port) = TTYPort::pair().expect("pseudo-terminals");
+        let name = port.name().expect("a name");
+        let found = PortIdentity::of(&name).expect("a terminal");
+        assert!(found.is_same(&PortIdentity::of(&name).expect("the same terminal")));
+        let PortIdentity::Node { number, entry, created: Some((seconds, nanoseconds)) } = found
+        else {
+            panic!("{found:?}");
+        };
+        let metadata = std::fs::metadata(&name).expect("the terminal");
+        assert_eq!((metadata.ctime(), metadata.ctime_nsec()), (seconds, nanoseconds));
+        let later = PortIdentity::Node { number, entry, created: Some((seconds, nanoseconds + 1)) };
+        assert!(!found.is_same(&later));
+        // Another entry has no such time: it may be touched.
+        let file = PortIdentity::of("/dev/null").expect("a device");
+        assert!(matches!(file, PortIdentity::Node { created: None, .. }), "{file:?}");
+    }
+
+    /// A name that leads to another terminal, before it is opened and while it is opened.
+    #[cfg(unix)]
+    #[test]
+    fn name_that_leads_to_another_device_is_refused_before_and_after_opening() {
+        use serialport::{SerialPort, TTYPort};
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().expect("a place for temporary files");
+        let link = folder.path().join("base");
+        let terminals = [(), ()].map(|()| TTYPort::pair().expect("pseudo-terminals"));
+        let [one, other] = terminals.each_ref().map(|(_, port)| port.name().expect("a name"));
+        let lead = |target: &str| {
+            let _ = std::fs::remove_file(&link);
+            symlink(target, &link).expect("a link");
+        };
+        lead(&one);
+        let mut port = SamePort::new(link.to_str().expect("text").to_owned());
+        port.open(|_| Ok(())).expect("the first device");
+        port.open(|_| Ok(())).expect("the same device");
+        let while_opening = port.open(|_| {
+            lead(&other);
+            Ok(())
+        });
+        assert!(matches!(while_opening, Err(BaseError::OtherDevice { .. })), "{while_opening:?}");
+        let mut is_opened = false;
+        let before = port.open(|_| {
+            is_opened = true;
+            Ok(())
+        });
+        assert!(matches!(before, Err(BaseError::OtherDevice { .. })), "{before:?}");
+        assert!(!is_opened, "the other device was opened");
+        lead(&one);
+        port.open(|_| Ok(())).expect("the first device still counts");
     }
 }

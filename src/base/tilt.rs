@@ -91,4 +91,45 @@ mod tests {
         let tipped = run([0.0, 0.0, 9.8], [0.0, 2.0, 0.0], 4);
         assert!(tipped.pitch > 0.25, "{tipped:?}");
     }
+
+    /// The tilt after an update at a time, from a level base at the time zero.
+    fn after(acceleration: [f64; 3], gyro: [f64; 3], now_s: f64) -> Tilt {
+        let mut filter = TiltFilter::default();
+        filter.update([0.0, 0.0, 9.8], [0.0; 3], 0.0);
+        filter.update(acceleration, gyro, now_s).expect("a tilt")
+    }
+
+    #[test]
+    fn each_gyro_axis_turns_its_own_angle() {
+        let level = [0.0, 0.0, 9.8];
+        // 1 rad/s for 0.1 s, of which the accelerometer takes back a sixth.
+        let rolled = after(level, [1.0, 0.0, 0.0], 0.1);
+        assert!((rolled.roll - 0.1 * 5.0 / 6.0).abs() < 1e-12 && rolled.pitch == 0.0, "{rolled:?}");
+        let pitched = after(level, [0.0, -1.0, 0.0], 0.1);
+        assert!((pitched.pitch + 0.1 * 5.0 / 6.0).abs() < 1e-12 && pitched.roll == 0.0);
+    }
+
+    #[test]
+    fn accelerometer_decides_alone_after_a_gap_and_a_backward_clock() {
+        // Nose down by 30 degrees.
+        let down = [-4.9, 0.0, 8.49];
+        let steps = [(0.49, false), (0.51, true), (-0.1, true)];
+        for (now_s, is_gap) in steps {
+            let tilt = after(down, [0.0; 3], now_s);
+            assert_eq!((tilt.pitch - 0.524).abs() < 1e-3, is_gap, "{now_s} s: {tilt:?}");
+        }
+        // A report without gravity forgets the tilt before it.
+        let mut filter = TiltFilter::default();
+        filter.update([0.0, 0.0, 9.8], [0.0; 3], 0.0);
+        assert_eq!(filter.update([0.0; 3], [0.0; 3], 0.1), None);
+        let tilt = filter.update(down, [0.0; 3], 0.2).expect("a tilt");
+        assert!((tilt.pitch - 0.524).abs() < 1e-3, "{tilt:?}");
+    }
+
+    #[test]
+    fn acceleration_below_half_of_gravity_is_no_measurement() {
+        let of = |z| TiltFilter::default().update([0.0, 0.0, z], [0.0; 3], 0.0);
+        assert_eq!((of(4.8), of(5.0)), (None, Some(Tilt::default())));
+        assert_eq!(TiltFilter::default().update([f64::INFINITY, 0.0, 9.8], [0.0; 3], 0.0), None);
+    }
 }

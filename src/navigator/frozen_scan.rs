@@ -42,3 +42,63 @@ impl FrozenScan {
         self.repeats >= MIN_REPEATS && (self.moved_m >= MOVED_M || self.turned_rad >= TURNED_RAD)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Pose, Twist};
+    use crate::map::Scan;
+
+    /// The first of the ticks, which are 0.1 s apart, at which the lidar counts as frozen. Each tick has the time of the latest
+    /// change of a scan, and whether its scan is new.
+    fn frozen_at(twist: Twist, tick: impl Fn(u32) -> (f64, bool)) -> Option<u32> {
+        let mut check = FrozenScan::default();
+        (0..100).find(|&number| {
+            let time_s = f64::from(number) * 0.1;
+            let (scan_changed_s, is_new) = tick(number);
+            let seen = Observation {
+                time_s,
+                pose: Pose::default(),
+                pose_s: time_s,
+                lost: None,
+                twist,
+                odometry_s: time_s,
+                scan: Scan {
+                    angle_min: 0.0,
+                    angle_increment: 0.1,
+                    range_max: 9.0,
+                    ranges: vec![1.0; 60],
+                },
+                scan_s: time_s,
+                scan_changed_s,
+                sent: None,
+            };
+            check.update(&seen, is_new)
+        })
+    }
+
+    #[test]
+    fn lidar_is_frozen_after_three_repeats_and_a_tenth_of_a_metre_or_radian() {
+        let same = |_| (0.0, true);
+        for fast in [1.0, -1.0] {
+            assert_eq!(frozen_at(Twist::new(fast, 0.0), same), Some(3));
+            assert_eq!(frozen_at(Twist::new(0.0, fast), same), Some(3));
+        }
+        // 0.1 m and 0.1 rad after 0.5 s.
+        assert_eq!(frozen_at(Twist::new(0.2001, 0.0), same), Some(5));
+        assert_eq!(frozen_at(Twist::new(0.0, -0.2001), same), Some(5));
+        assert_eq!(frozen_at(Twist::STOP, same), None);
+        // A tick without a new scan is no repeat.
+        assert_eq!(frozen_at(Twist::new(1.0, 0.0), |tick| (0.0, tick % 2 == 0)), Some(6));
+    }
+
+    #[test]
+    fn change_of_a_scan_restarts_the_count() {
+        let fast = Twist::new(1.0, 0.0);
+        // A source corrects its clock by 0.04 s; a change by more is a new scan, also to an earlier time.
+        assert_eq!(frozen_at(fast, |tick| (0.04 * f64::from(tick % 2), true)), Some(3));
+        for change_s in [0.06, -0.06] {
+            assert_eq!(frozen_at(fast, |tick| (change_s * f64::from(tick), true)), None);
+        }
+    }
+}

@@ -288,4 +288,63 @@ mod tests {
             assert!(count > 0, "at {resolution_m} m, {wide} cells");
         }
     }
+
+    /// A robot in the open, with walls 5 m away.
+    fn in_the_open(moving: Vec<MovingDisc>) -> (InflatedBodies, ClearanceField, f64) {
+        let frame = GridFrame::new(201, 201, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        (0..201).for_each(|row| obstacles.set(Cell::new(200, row), true));
+        let field = ClearanceField::of_areas(&obstacles, 1).expect("a field");
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let now = PredictedState { moving, ..standing_at(Pose::default(), Twist::STOP) };
+        let (settings, local) = (NavigatorSettings::default(), LocalSettings::default());
+        let error_m = clearance_error_m(&robot.footprint, &robot.limits, &local, field.unit_m());
+        (InflatedBodies::new(&robot, &settings, &local, &field, &now), field, error_m)
+    }
+
+    #[test]
+    fn moving_obstacles_keep_their_margin_or_what_is_left_of_it() {
+        let settings = NavigatorSettings::default();
+        let (margin_m, passing_m) = (settings.moving_margin_m, settings.passing_margin_m);
+        for (gap_m, kept_m) in [
+            (margin_m + 0.5, margin_m),
+            (margin_m - 0.025, margin_m - 0.03),
+            (margin_m - 0.035, passing_m.min(margin_m - 0.04)),
+            (0.06, passing_m.min(0.055)),
+            (0.01, 0.005),
+        ] {
+            let disc = MovingDisc { x: 0.6 + gap_m, y: 0.0, radius: 0.3, vx: 0.0, vy: 0.0 };
+            let (inflated, _, _) = in_the_open(vec![disc]);
+            let left_m = inflated.footprint.gap_to_moving_m(&Pose::default(), &inflated.moving[0]);
+            assert!((left_m - (gap_m - kept_m)).abs() < 1e-9, "{gap_m}: {left_m}");
+            assert_eq!(inflated.within_a_margin, gap_m < margin_m - OVERSHOOT_M, "{gap_m}");
+        }
+    }
+
+    #[test]
+    fn later_poses_are_compared_with_moving_obstacles_of_their_time() {
+        let disc = MovingDisc { x: 3.0, y: 0.0, radius: 0.3, vx: -1.0, vy: 0.0 };
+        let (inflated, _, _) = in_the_open(vec![disc]);
+        let clear =
+            |x: f64, time_s: f64| inflated.is_clear_of_moving(&Pose::new(x, 0.0, 0.0), time_s);
+        assert!(clear(0.0, 0.0) && !clear(3.0, 0.0));
+        assert!(!clear(0.0, 3.0) && clear(3.0, 3.0));
+        let reach_m = 0.6 + NavigatorSettings::default().moving_margin_m;
+        assert!(clear(3.0 - reach_m - 0.01, 0.0) && !clear(3.0 - reach_m + 0.01, 0.0));
+    }
+
+    #[test]
+    fn pose_is_clear_of_static_obstacles_from_the_least_margin() {
+        let (inflated, field, error_m) = in_the_open(Vec::new());
+        assert!(!inflated.within_a_margin);
+        // The wall begins at 5 m.
+        let clear = |gap_m: f64| {
+            inflated.is_clear_of_static(&field, &Pose::new(5.0 - 0.3 - gap_m, 0.0, 0.0))
+        };
+        assert!(!clear(MIN_STATIC_MARGIN_M - 0.001));
+        assert!(clear(MIN_STATIC_MARGIN_M + error_m + field.unit_m() + 0.05));
+        // Beyond the map nothing is certain.
+        assert!(!inflated.is_clear_of_static(&field, &Pose::new(50.0, 0.0, 0.0)));
+    }
 }

@@ -363,3 +363,6 @@ impl ObservationValidator {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

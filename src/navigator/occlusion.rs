@@ -155,4 +155,111 @@ mod tests {
         assert_eq!(people(false, 3.0), []);
         assert_eq!(people(true, 7.0), []);
     }
+
+    /// People by a scan with a range for each whole degree of -180 to 179, from the middle of a free map of 20 m. The robot
+    /// looks along y; the map is blocked where this holds, by distances ahead and to the left.
+    fn found(
+        range: impl Fn(i32) -> f64,
+        is_blocked: impl Fn(f64, f64) -> bool,
+        moving: &[MovingDisc],
+    ) -> Vec<MovingDisc> {
+        let frame = GridFrame::new(200, 200, 0.1, Pose::default()).expect("a valid size");
+        let pose = Pose::new(10.0, 10.0, 1.5);
+        let blocked = (0..frame.len()).map(|index| {
+            let own = pose.inverse_transform(&frame.center_of(frame.cell_at(index)));
+            is_blocked(own.x, own.y)
+        });
+        let obstacles = ObstacleGrid::new(frame, blocked.collect());
+        let scan = Scan {
+            angle_min: -core::f64::consts::PI,
+            angle_increment: TAU / 360.0,
+            range_max: 9.0,
+            ranges: (-180..180).map(range).collect(),
+        };
+        let (room, health) = (FreeSpace::new(&obstacles, PERSON_RADIUS_M), ScanHealth::default());
+        let space = VisibleSpace { pose, scan: &scan, health: &health };
+        hidden_people(&space, &room, moving, 1.6)
+    }
+
+    const FREE: fn(f64, f64) -> bool = |_, _| false;
+
+    /// A surface to the right of the heading, and one behind it everywhere else ahead.
+    fn edge(near_m: f64, far_m: f64) -> impl Fn(i32) -> f64 {
+        move |degree| {
+            if (-60..0).contains(&degree) {
+                near_m
+            } else if degree < 60 {
+                far_m
+            } else {
+                near_m
+            }
+        }
+    }
+
+    /// The edge at the heading of those that `edge` has.
+    fn ahead(people: &[MovingDisc]) -> Vec<MovingDisc> {
+        let pose = Pose::new(10.0, 10.0, 1.5);
+        let own = |person: &&MovingDisc| pose.inverse_transform(&person.center());
+        people
+            .iter()
+            .filter(|person| own(person).x > 1.0 && own(person).y.abs() < 0.6)
+            .copied()
+            .collect()
+    }
+
+    #[test]
+    fn jump_of_a_person_s_width_hides_somebody_with_a_speed() {
+        assert_eq!(ahead(&found(edge(3.0, 3.4), FREE, &[])), []);
+        let people = ahead(&found(edge(3.0, 3.6), FREE, &[]));
+        assert_eq!(people.len(), 1, "{people:?}");
+        assert_eq!((people[0].vx, people[0].radius), (1.6, PERSON_RADIUS_M));
+        let away_m = (people[0].center() - Point::new(10.0, 10.0)).norm();
+        assert!((away_m - 3.31).abs() < 0.02, "{away_m}");
+        // On either side of the nearer surface, and not in front of it.
+        let mirrored = |degree: i32| edge(3.0, 3.6)(-1 - degree);
+        assert_eq!(ahead(&found(mirrored, FREE, &[])).len(), 1);
+        // Only 0.6 m are in the shadow of a surface 0.6 m nearer.
+        assert_eq!(ahead(&found(edge(3.0, 3.6), |x, _| x < 3.3, &[])), []);
+        assert_eq!(ahead(&found(edge(3.0, 6.0), |_, _| true, &[])), [], "no room in the map");
+    }
+
+    #[test]
+    fn far_edges_and_edges_of_moving_obstacles_hide_nobody() {
+        assert_eq!(ahead(&found(edge(4.9, 8.0), FREE, &[])).len(), 1);
+        assert_eq!(ahead(&found(edge(5.1, 8.0), FREE, &[])), []);
+        let place = Pose::new(10.0, 10.0, 1.5).transform(&Point::new(3.0, -0.2));
+        let walker = MovingDisc { x: place.x, y: place.y, radius: 0.2, vx: 1.0, vy: 0.0 };
+        assert_eq!(ahead(&found(edge(3.0, 6.0), FREE, &[walker])), []);
+        let elsewhere = MovingDisc { x: place.x + 1.0, ..walker };
+        assert_eq!(ahead(&found(edge(3.0, 6.0), FREE, &[elsewhere])).len(), 1);
+        // Behind the robot.
+        let behind = |degree: i32| if degree < -150 { 3.0 } else { 6.0 };
+        assert_eq!(found(behind, FREE, &[]), []);
+    }
+
+    #[test]
+    fn gap_between_beams_and_a_thin_post_hide_nobody() {
+        let with_gap = |beams: i32| {
+            move |degree: i32| {
+                if (0..beams).contains(&degree) { f64::NAN } else { edge(3.0, 6.0)(degree) }
+            }
+        };
+        assert_eq!(ahead(&found(with_gap(2), FREE, &[])).len(), 1);
+        assert_eq!(ahead(&found(with_gap(3), FREE, &[])), []);
+        let post = |degree: i32| if degree == 0 { 3.0 } else { 6.0 };
+        assert_eq!(found(post, FREE, &[]), []);
+    }
+
+    #[test]
+    fn nearest_hidden_place_comes_first() {
+        let two = |degree: i32| match degree {
+            -60..-20 => 4.0,
+            20..60 => 2.0,
+            _ => 7.0,
+        };
+        let people = found(two, FREE, &[]);
+        let away: Vec<f64> =
+            people.iter().map(|one| (one.center() - Point::new(10.0, 10.0)).norm()).collect();
+        assert!(away.len() >= 3 && away.is_sorted() && away[0] < 2.5, "{away:?}");
+    }
 }

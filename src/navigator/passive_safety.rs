@@ -232,4 +232,17 @@ mod tests {
         let far = PassiveSafety { now: &far, obstacles: &far.moving, ..person };
         assert_eq!(far.fastest(1.0), 1.0);
     }
+
+    /// A post that the robot passes at 2 cm, or at 15 cm, before it brakes.
+    #[test]
+    fn obstacle_that_is_passed_during_the_reaction_counts() {
+        let footprint = Footprint::round(0.3).expect("a valid radius");
+        let limits =
+            Limits { max_vel_x: 2.0, acc_lim_x: 100.0, decel_lim_x: -100.0, ..Limits::default() };
+        for (y, expected) in [(0.62, false), (0.75, true)] {
+            let now = PredictedState { twist: Twist::new(2.0, 0.0), ..at(0.5, y, 0.0) };
+            let stops = safety(&now, &footprint, &limits).stops_in_time(&Twist::new(2.0, 0.0));
+            assert_eq!(stops, expected, "{y} m");
+        }
+    }
 }

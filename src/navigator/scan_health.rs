@@ -192,7 +192,7 @@ fn range_on_map(known: &ObstacleGrid, pose: &Pose, direction: f64, within_m: f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::GridFrame;
+    use crate::map::{Cell, GridFrame};
 
     /// A room of 8 by 8 m, or a hall of 40 by 40 m, with the robot in its middle.
     fn room(side_m: f64) -> ObstacleGrid {
@@ -281,5 +281,115 @@ mod tests {
         assert_eq!(after(9, &patchy, &room).blind_sectors(), 0);
         let pane = scan(|direction| !(0.0..0.26).contains(&direction), f64::INFINITY);
         assert_eq!(after(9, &pane, &room).blind_sectors(), 0);
+    }
+
+    #[test]
+    fn few_and_near_expected_returns_show_no_blindness() {
+        let nothing = scan(|_| false, f64::INFINITY);
+        // A post of 0.4 m in a hall: two beams of a sector.
+        let mut hall = room(40.0);
+        for row in 198..202 {
+            hall.set(Cell::new(230, row), true);
+        }
+        assert_eq!(after(9, &nothing, &hall).blind_sectors(), 0);
+        // Walls that the robot touches.
+        let narrow = after(9, &nothing, &room(0.6));
+        assert_eq!((narrow.blind_sectors(), narrow.fault()), (0, None));
+        // Walls beyond half of the range.
+        let wide = after(9, &nothing, &room(13.0));
+        assert_eq!((wide.blind_sectors(), wide.fault()), (0, None));
+    }
+
+    #[test]
+    fn returns_in_a_hall_end_the_blindness_of_a_room() {
+        let mut health = after(2, &scan(|_| false, f64::NAN), &room(8.0));
+        assert_eq!(health.fault(), Some(ObservationFault::LidarBlind));
+        let hall = room(40.0);
+        health.update(&Pose::default(), &scan(|_| false, f64::NAN), &hall);
+        assert!(health.is_suspect(), "a hall shows nothing");
+        health.update(&Pose::default(), &scan(|_| true, f64::NAN), &hall);
+        assert!(!health.is_suspect());
+        assert_eq!(health.fault(), None);
+    }
+
+    /// Blindness on the left of a robot that looks along y.
+    #[test]
+    fn blocked_cells_turn_with_the_robot() {
+        let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
+        let pose = Pose::new(0.0, 0.0, 1.57);
+        let mut health = ScanHealth::default();
+        for _ in 0..3 {
+            health.update(&pose, &left, &room(8.0));
+        }
+        let mut grid = room(8.0);
+        health.block_unseen(&mut grid, &pose, 1.0);
+        let blocked = |x: f64, y: f64| {
+            grid.frame().cell_of(&Point::new(x, y)).is_some_and(|cell| grid.is_blocked(cell))
+        };
+        assert!(blocked(-1.5, 0.0) && !blocked(1.5, 0.0));
+        assert!(!blocked(0.0, 1.5) && !blocked(0.0, -1.5) && !blocked(-0.8, 0.0));
+    }
+
+    /// Four fifths of a sector's beams, and nine tenths of all.
+    #[test]
+    fn shares_of_missing_returns_decide() {
+        let room = room(8.0);
+        let share = |lost: i32| {
+            scan(move |direction| (direction.to_degrees() + 720.0) as i32 % 20 >= lost, f64::NAN)
+        };
+        assert!(after(9, &share(8), &room).fault().is_none());
+        assert!(!after(9, &share(14), &room).is_suspect());
+        assert_eq!(after(9, &share(20), &room).fault(), Some(ObservationFault::LidarBlind));
+        // The third dark scan makes a sector blind.
+        let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
+        assert_eq!(after(2, &left, &room).blind_sectors(), 0);
+        assert!(after(3, &left, &room).blind_sectors() > 0);
+        // Ahead counts to both sides of the heading.
+        for middle in [0.75, -0.75] {
+            let covered = scan(move |direction| (direction - middle).abs() > 0.3, f64::INFINITY);
+            let fault = after(3, &covered, &room).fault();
+            assert_eq!(fault, Some(ObservationFault::LidarPartlyBlind), "{middle}");
+        }
+    }
+
+    /// A sector that the map does not judge keeps what is known of it.
+    #[test]
+    fn sector_stays_blind_until_returns_are_seen() {
+        let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
+        let mut health = after(3, &left, &room(8.0));
+        let blind = health.blind_sectors();
+        health.update(&Pose::default(), &left, &room(40.0));
+        assert_eq!(health.blind_sectors(), blind);
+        // Returns from what is not in the map show that the lidar sees.
+        health.update(&Pose::default(), &scan(|_| true, f64::NAN), &room(40.0));
+        assert_eq!(health.blind_sectors(), 0);
+    }
+
+    /// A wall along one side of a map whose columns lie along the world's y axis.
+    #[test]
+    fn expected_surfaces_turn_with_robot_and_map() {
+        let origin = Pose::new(6.0, -6.0, core::f64::consts::FRAC_PI_2);
+        let frame = GridFrame::new(120, 120, 0.1, origin).expect("a valid size");
+        let mut known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        (0..120).for_each(|row| known.set(Cell::new(100, row), true));
+        // The wall is at y = 4 m.
+        let nothing = scan(|_| false, f64::NAN);
+        for (yaw, left) in [(0.0, 1.57), (1.57, 0.0), (3.0, -1.43)] {
+            let mut health = ScanHealth::default();
+            for _ in 0..3 {
+                health.update(&Pose::new(0.0, 0.0, yaw), &nothing, &known);
+            }
+            assert!(health.is_blind_towards(left) && !health.is_blind_towards(left + 3.0), "{yaw}");
+        }
+    }
+
+    #[test]
+    fn returns_of_a_blind_sector_are_not_masked() {
+        let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
+        let health = after(3, &left, &room(8.0));
+        let mut seen = left;
+        seen.ranges[270] = 2.0;
+        let masked = health.masked(&seen).expect("a blind sector");
+        assert!(masked.ranges[270] == 2.0 && masked.ranges[272].is_nan());
     }
 }

@@ -98,6 +98,7 @@ impl VisibleSpace<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::{GridFrame, ObstacleGrid};
 
     /// A front lidar of 270 degrees with a post ahead on the left.
     fn scan() -> Scan {
@@ -136,5 +137,72 @@ mod tests {
         let footprint = Footprint::round(0.4).expect("a valid radius");
         let sees = |x: f64| space.sees_way(&footprint, &Pose::default(), &Pose::new(x, 0.0, 0.0));
         assert!(sees(1.0) && sees(0.01) && sees(-0.02) && !sees(-0.3));
+    }
+
+    #[test]
+    fn blind_sectors_and_empty_scans_show_nothing() {
+        let frame = GridFrame::new(80, 80, 0.1, Pose::new(-4.0, -4.0, 0.0)).expect("a size");
+        let wall = |index: usize| {
+            let at = frame.cell_at(index);
+            [at.column, at.row].iter().any(|&at| at == 0 || at == 79)
+        };
+        let known = ObstacleGrid::new(frame, (0..frame.len()).map(wall).collect());
+        let mut scan = Scan { ranges: vec![4.0; 541], ..scan() };
+        for beam in 0..541 {
+            if (scan.angle(beam) - 1.57).abs() < 0.5 {
+                scan.ranges[beam] = f64::INFINITY;
+            }
+        }
+        let mut health = ScanHealth::default();
+        let sees = |health: &ScanHealth, scan: &Scan, x: f64, y: f64| {
+            VisibleSpace { pose: Pose::default(), scan, health }.sees(&Point::new(x, y))
+        };
+        assert!(sees(&health, &scan, 0.0, 2.0), "far away in the open");
+        (0..3).for_each(|_| health.update(&Pose::default(), &scan, &known));
+        assert!(!sees(&health, &scan, 0.0, 2.0) && sees(&health, &scan, 2.0, 0.0));
+        let empty = Scan { ranges: Vec::new(), ..scan };
+        for step in 0..40 {
+            let (sin, cos) = libm::sincos(0.157 * f64::from(step));
+            assert!(!sees(&ScanHealth::default(), &empty, cos, sin), "{step}");
+        }
+    }
+
+    /// The post covers 0.2 rad at 2 m.
+    #[test]
+    fn disc_is_hidden_only_behind_a_nearer_surface_that_covers_it() {
+        let (mut scan, health) = (scan(), ScanHealth::default());
+        let pose = Pose::new(1.0, 2.0, 0.3);
+        let hides = |scan: &Scan, range: f64, direction: f64, radius_m: f64| {
+            let (sin, cos) = libm::sincos(direction);
+            let place = pose.transform(&Point::new(range * cos, range * sin));
+            VisibleSpace { pose, scan, health: &health }.hides(&place, radius_m)
+        };
+        assert!(hides(&scan, 2.5, 0.5, 0.2) && !hides(&scan, 1.9, 0.5, 0.2));
+        assert!(!hides(&scan, 2.5, 0.5, 0.4) && !hides(&scan, 2.5, 0.0, 0.2));
+        // A beam without a measurement shows nobody behind the post.
+        let (first, step) = (scan.angle_min, scan.angle_increment);
+        scan.ranges[((0.5 - first) / step) as usize] = f64::NAN;
+        assert!(hides(&scan, 2.5, 0.5, 0.2));
+    }
+
+    #[test]
+    fn place_is_seen_up_to_a_tenth_of_a_metre_beyond_its_range() {
+        let (scan, health) = (Scan { ranges: vec![3.0; 541], ..scan() }, ScanHealth::default());
+        let space = VisibleSpace { pose: Pose::default(), scan: &scan, health: &health };
+        assert!(space.sees(&Point::new(3.08, 0.0)) && !space.sees(&Point::new(3.12, 0.0)));
+    }
+
+    #[test]
+    fn place_is_seen_by_half_of_its_beams_also_where_a_full_turn_closes() {
+        let (scan, health) = (scan(), ScanHealth::default());
+        let sees = |scan: &Scan, range: f64, direction: f64| {
+            let (sin, cos) = libm::sincos(direction);
+            let space = VisibleSpace { pose: Pose::default(), scan, health: &health };
+            space.sees(&Point::new(range * cos, range * sin))
+        };
+        assert!(!sees(&scan, 2.5, 0.412) && sees(&scan, 2.5, 0.38));
+        let turn =
+            Scan { angle_min: 0.0, angle_increment: TAU / 360.0, ranges: vec![9.0; 360], ..scan };
+        assert!(sees(&turn, 2.0, 0.0) && sees(&turn, 2.0, -0.01) && sees(&turn, 2.0, 0.01));
     }
 }

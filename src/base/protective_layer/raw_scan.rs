@@ -348,3 +348,42 @@ fn with_neighbours(seen: [bool; SECTORS]) -> [bool; SECTORS] {
             .any(|step| seen[(sector + SECTORS + step - SEEN_NEIGHBOURS) % SECTORS])
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::Beam;
+
+    #[test]
+    fn remembered_scans_are_bounded_in_time() {
+        let mut scans = RawScans::new();
+        let at = |scans: &mut RawScans, time_s: f64| {
+            let beams = vec![Beam { angle: 0.0, range: 1.0, time_s }];
+            scans.update_scan(&TimedScan { beams, range_max: 9.0 }, time_s);
+        };
+        for tick in 0..200 {
+            at(&mut scans, 100.0 + 0.1 * f64::from(tick));
+        }
+        assert!((11..=13).contains(&scans.earlier.len()), "{}", scans.earlier.len());
+        // A clock that runs backwards makes them useless.
+        at(&mut scans, 10.0);
+        assert_eq!(scans.earlier.len(), 1);
+    }
+
+    #[test]
+    fn measured_motion_is_extrapolated_over_at_most_half_a_second() {
+        let mut scans = RawScans::new();
+        scans.update_motion(&Twist::new(1.0, 0.0), 10.0);
+        for (time_s, x_m) in [(10.3, 0.3), (12.0, 0.5)] {
+            assert!((scans.motion.pose_at(time_s).x - x_m).abs() < 1e-9, "{time_s} s");
+        }
+        // What is not finite is no motion.
+        scans.update_motion(&Twist::new(f64::NAN, 0.0), 10.1);
+        scans.update_motion(&Twist::STOP, f64::INFINITY);
+        assert_eq!(scans.measured(), Some((10.0, Twist::new(1.0, 0.0))));
+        scans.update_motion(&Twist::new(-1.0, -2.0), 10.2);
+        scans.update_motion(&Twist::new(-1.0, -2.0), 10.3);
+        assert!((scans.motion.travelled_m - 0.3).abs() < 1e-9);
+        assert!((scans.motion.turned_rad - 0.2).abs() < 1e-9);
+    }
+}

@@ -139,7 +139,38 @@ impl Backoff {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::{Arc, Mutex};
+
     use super::*;
+
+    /// A base whose reports fail once it moves.
+    struct Failing(Arc<Mutex<Vec<Twist>>>);
+
+    impl Base for Failing {
+        fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
+            self.0.lock().expect("not poisoned").push(*command);
+            Ok(())
+        }
+
+        fn feedback(&mut self) -> Result<Feedback, BaseError> {
+            Err(BaseError::Disconnected { port: "memory".to_owned() })
+        }
+    }
+
+    #[test]
+    fn failed_connection_is_closed_with_at_least_three_zeros() {
+        let sent = Arc::new(Mutex::new(Vec::new()));
+        let line = Arc::clone(&sent);
+        let open: OpenBase = Box::new(move || Ok(Box::new(Failing(Arc::clone(&line)))));
+        let settings = SupervisorSettings::default();
+        let mut connection = Connection::new(open, &settings).expect("a connection");
+        let forward = Twist::new(0.5, 0.0);
+        let lost = connection.exchange(OutgoingCommand::Drive(forward), 1.0);
+        assert!(matches!(lost, Exchange::Lost(_)), "{lost:?}");
+        let commands = sent.lock().expect("not poisoned").clone();
+        assert_eq!(commands[0], forward);
+        assert!(commands.len() >= 4 && commands[1..].iter().all(|twist| *twist == Twist::STOP));
+    }
 
     #[test]
     fn backoff_doubles_to_its_maximum_and_resets_on_success() {

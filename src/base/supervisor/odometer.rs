@@ -147,4 +147,21 @@ mod tests {
         odometer.update(&feedback, 0.8);
         assert!((odometer.pose().x - 0.2).abs() < 1e-12, "{odometer:?}");
     }
+
+    #[test]
+    fn odometer_integrates_a_speed_over_at_most_half_a_second() {
+        let after = |elapsed_s: f64, linear: f64| {
+            let mut odometer = Odometer::new(&BaseSettings::default());
+            let feedback = Feedback { twist: Twist::new(linear, 0.0), ..Feedback::default() };
+            odometer.update(&feedback, 10.0);
+            odometer.update(&feedback, 10.0 + elapsed_s);
+            (odometer.pose().x, odometer.travelled_m())
+        };
+        for (elapsed_s, expected_m) in [(0.4, 0.4), (3.0, 0.5), (-1.0, 0.0)] {
+            let (x_m, travelled_m) = after(elapsed_s, 1.0);
+            assert!((x_m - expected_m).abs() < 1e-9 && (travelled_m - expected_m).abs() < 1e-9);
+        }
+        assert_eq!(after(0.4, f64::NAN), (0.0, 0.0));
+        assert_eq!(after(0.4, f64::INFINITY), (0.0, 0.0));
+    }
 }

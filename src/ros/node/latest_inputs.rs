@@ -256,6 +256,9 @@ fn has_moved(from: &Pose, to: &Pose) -> bool {
 }
 
 #[cfg(test)]
+mod ages;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Point;

@@ -2,4 +2,5 @@
 
 mod checks;
 mod drives;
+mod limits;
 mod zones;

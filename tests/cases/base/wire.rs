@@ -14,6 +14,7 @@ mod property;
 mod protection;
 mod roboclaw_status;
 mod safety;
+mod safety_limits;
 mod sessions;
 mod settings;
 mod simulated_link;

@@ -73,3 +73,39 @@ fn zone_out_of_range_is_refused_by_name() {
     let two = "polygons = [{ name = \"a\", action_type = \"stop\", points = [[0, 0], [1, 0]] }]";
     assert!(zones(two).expect_err("two corners").contains("number of points"));
 }
+
+#[test]
+fn zones_are_bounded_in_number() {
+    let zones = |count| Polygons::new(vec![zone("action_type = \"stop\""); count]);
+    assert!(zones(32).is_ok());
+    assert!(zones(33).is_err_and(|error| error.to_string().contains("number of zones")));
+}
+
+#[test]
+fn limit_acts_on_turns_and_on_motion_backwards() {
+    let polygons = |more: &str| Polygons::new(vec![zone(more)]).expect("a zone");
+    let zone = "action_type = \"limit\", linear_limit = 0.1, angular_limit = 0.1";
+    for (target, factor) in [
+        (Twist::new(0.05, 0.2), 0.5),
+        (Twist::new(0.05, -0.2), 0.5),
+        (Twist::new(-0.2, 0.05), 0.5),
+        (Twist::new(0.1, 0.1), 1.0),
+    ] {
+        let mut layer = layer(CollisionMonitorSettings::default().polygons(polygons(zone)));
+        layer.update_scan(&scan(0.0, disc(Point::new(1.3, 0.0), 0.1)), 0.0);
+        let (command, _) = layer.limit(&target, &Twist::STOP, 0.0);
+        assert!((command.linear - factor * target.linear).abs() < 1e-12, "{command:?}");
+        assert!((command.angular - factor * target.angular).abs() < 1e-12, "{command:?}");
+    }
+}
+
+#[test]
+fn triangle_contains_its_middle_and_not_its_surroundings() {
+    let text =
+        "polygons = [{ name = \"a\", action_type = \"stop\", points = [[0, 0], [2, 0], [0, 2]] }]";
+    let zones = zones(text).expect("a zone");
+    let contains = |x: f64, y: f64| zones.zones()[0].contains(&Point::new(x, y));
+    assert!(
+        contains(0.5, 0.5) && !contains(1.5, 1.5) && !contains(-0.5, 0.5) && !contains(0.5, -0.5)
+    );
+}

@@ -279,3 +279,19 @@ fn faults_display_every_name_and_keep_every_bit() {
         assert_eq!(Faults::from_bits(fault.bits()), fault);
     }
 }
+
+/// 0.2 s is permitted; a delay above it is a fault when it lasts.
+#[test]
+fn delayed_commands_are_a_fault_from_their_limit() {
+    for (delay_s, expected) in [(0.19, false), (0.21, true)] {
+        let settings = FaultDetectorSettings::default();
+        let mut detector = FaultDetector::new(&BaseSettings::default(), settings).expect("valid");
+        let feedback = Feedback { command_delay_s: Some(delay_s), ..Feedback::default() };
+        let found = (0..60).find_map(|sample| {
+            let now_s = PERIOD_S * f64::from(sample);
+            detector.update(&BaseSample { now_s, sent: Twist::STOP, feedback }).copied()
+        });
+        let is_found = matches!(found, Some(StopCause::CommandDelay { .. }));
+        assert_eq!(is_found, expected, "{delay_s} s: {found:?}");
+    }
+}

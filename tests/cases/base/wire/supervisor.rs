@@ -7,10 +7,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use inbye::base::{
-    Base, BaseError, BaseSettings, BaseSupervisor, DriveStatus, Feedback, OpenBase,
-    SupervisorSettings, SupervisorStatus,
+    Base, BaseError, BaseSettings, BaseSupervisor, CollisionMonitorSettings, DriveStatus, Feedback,
+    OpenBase, ProtectiveAction, ProtectiveLayer, ScanSource, SupervisorSettings, SupervisorStatus,
 };
 use inbye::geometry::Twist;
+use inbye::map::{Beam, TimedScan};
+use inbye::robot::{Footprint, Limits};
 
 /// Generous enough for a busy machine.
 const TIMEOUT: Duration = Duration::from_secs(20);
@@ -232,4 +234,35 @@ fn panicking_supervisor_thread_leaves_zeros() {
     drive_until(&supervisor, |status| !status.is_running);
     drop(supervisor);
     assert_eq!(base.last(3), [Twist::STOP; 3]);
+}
+
+/// Raw scans reach the protective layer by the supervisor's own thread.
+#[test]
+fn base_drives_only_with_scans_of_its_lidar() {
+    for has_scans in [true, false] {
+        let base = TestBase::new();
+        let supervisor = base.supervisor();
+        let body = Footprint::round(0.3).expect("a radius");
+        let monitor = CollisionMonitorSettings::default().source_timeout(10.0);
+        let layer = ProtectiveLayer::new(monitor, body, Limits::default(), 0.02);
+        let mut layer = layer.expect("valid settings");
+        layer.arm();
+        let scans: ScanSource = Box::new(move |now_s| {
+            let beam = |index: i32| {
+                // Every scan differs from the one before.
+                let range = 8.0 + 0.1 * now_s.fract();
+                Beam { angle: f64::from(index).to_radians(), range, time_s: now_s }
+            };
+            let beams = (0..360).map(beam).collect();
+            has_scans.then_some(TimedScan { beams, range_max: 12.0 })
+        });
+        supervisor.protect(layer, Some(scans));
+        if has_scans {
+            drive_until(&supervisor, is_fast);
+        } else {
+            let no_scan = DriveStatus::Protected(ProtectiveAction::NoScan);
+            drive_until(&supervisor, |status| status.drive_status == no_scan);
+            assert_eq!(base.last(1), [Twist::STOP]);
+        }
+    }
 }
