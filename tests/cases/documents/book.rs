@@ -112,3 +112,53 @@ fn readme_is_short() {
     let lines = text(&root().join("README.md")).lines().count();
     assert!(lines <= 150, "README.md has {lines} lines, more than 150");
 }
+
+/// All Rust files below a folder of the repository, each with its text.
+fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
+    let entries = fs::read_dir(folder).expect("a source folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    paths
+        .flat_map(|path| match path.extension() {
+            _ if path.is_dir() => sources(&path),
+            Some(extension) if extension == "rs" => vec![(path.clone(), text(&path))],
+            _ => Vec::new(),
+        })
+        .collect()
+}
+
+/// Whether a name of a test is in the sources: `function`, `start_of_a_function_*`, `module::in_a_folder` or `module::*`.
+fn names_a_test(name: &str, sources: &[(PathBuf, String)]) -> bool {
+    if let Some((module, last)) = name.rsplit_once("::") {
+        let module = if last == "*" { module } else { name };
+        let file = format!("{}.rs", module.replace("::", "/"));
+        return sources
+            .iter()
+            .any(|(path, text)| path.ends_with(&file) && text.contains("#[test]"));
+    }
+    let start = match name.strip_suffix('*') {
+        Some(start) => format!("fn {start}"),
+        None => format!("fn {name}("),
+    };
+    sources.iter().any(|(_, text)| text.contains(&start))
+}
+
+/// The names in the last column of a table below a heading.
+fn last_column<'a>(page: &'a str, heading: &str) -> Vec<&'a str> {
+    let section = page.split("\n## ").find(|section| section.starts_with(heading));
+    let rows = section.expect("the section").lines().filter(|line| line.starts_with('|'));
+    let cells = rows.skip(2).filter_map(|row| row.trim_end_matches('|').rsplit('|').next());
+    cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect()
+}
+
+#[test]
+fn tests_of_the_safety_page_exist() {
+    let sources: Vec<_> =
+        ["src", "tests"].iter().flat_map(|folder| sources(&root().join(folder))).collect();
+    let hazards = text(&root().join("docs/src/safety.md"));
+    let mutants = text(&root().join("docs/src/mutants.md"));
+    let names = [last_column(&hazards, "Hazards"), last_column(&mutants, "Checks")].concat();
+    assert!(names.len() > 50, "{names:?}");
+    let missing: Vec<_> = names.iter().filter(|name| !names_a_test(name, &sources)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+    assert!(!names_a_test("no_such_test", &sources) && !names_a_test("no_module::*", &sources));
+}
