@@ -99,7 +99,8 @@ def check_odometry(odometry, transforms, tick):
 
 
 def check_diagnostics(diagnostics, tick):
-    (status,) = diagnostics.status
+    status, protection = diagnostics.status
+    assert protection.name == "inbye: protection"
     values = {pair.key: pair.value for pair in status.values}
     assert values["mode"] == MODES[tick.mode]
     for name in ("admissible", "collision", "cannot_stop", "outside", "plans"):

@@ -23,6 +23,8 @@ const WAITING_PATIENCES: f64 = 4.0;
 const WAITING_M: f64 = 2.0;
 /// A robot below this speed that does not rotate is held up, m/s.
 const CREEPING: f64 = 0.05;
+/// A robot below this turn rate does not rotate, rad/s.
+const TURNING: f64 = 0.05;
 /// Time and time step of the prediction, seconds.
 const HORIZON_S: f64 = 1.5;
 const STEP_S: f64 = 0.1;
@@ -74,8 +76,13 @@ impl Escape {
     pub fn observe(&mut self, state: &State<'_>, decision: &Decision) {
         match decision.mode {
             Mode::Escaping => self.breadcrumbs.forget_near(&state.now.pose.position()),
-            Mode::Rotating => self.held_up = ConditionTimer::default(),
-            Mode::Driving | Mode::Blocked if state.settings.features.recovery => self.drove(state),
+            Mode::Rotating if state.measured.angular.abs() >= TURNING => {
+                self.held_up = ConditionTimer::default();
+            }
+            // The protective layer may forbid a rotation.
+            Mode::Driving | Mode::Blocked | Mode::Rotating if state.settings.features.recovery => {
+                self.drove(state)
+            }
             _ => {}
         }
     }

@@ -114,8 +114,8 @@ impl Tracker {
             self.swept.push((track.disc(), track.born_s));
         }
         let was_free = |point: &Point| self.history.was_free(point);
-        self.standing.update(&self.clusters, &self.returns, &self.moving, was_free);
-        self.moving.extend_from_slice(self.standing.discs());
+        self.standing.update(time_s, &self.clusters, &self.returns, &self.moving, was_free);
+        self.moving.extend(self.standing.discs());
         self.history.push(time_s, pose, scan);
     }
 
@@ -255,7 +255,7 @@ impl Tracker {
             let is_gone = seen.is_some_and(|seen| seen > distance);
             let is_over = track.is_over(time_s, is_gone);
             if is_over && track.is_moving && track.is_leg() {
-                standing.add(&track.disc());
+                standing.add(time_s, &track.disc());
             }
             !is_over
         });

@@ -11,19 +11,37 @@ const LEGS_RETURNS: usize = 3;
 const STILL_THERE_M: f64 = 0.4;
 /// A moving disc within this distance of a place is that person, metres.
 const SAME_M: f64 = 0.5;
+/// Legs count as a person after this many scans, each within this time of the one before, seconds: by an error of the pose a
+/// post may seem to stand on free ground for one scan.
+const MIN_SIGHTINGS: u32 = 3;
+const SIGHTED_S: f64 = 0.25;
 /// Largest number of places.
 const MAX_PLACES: usize = 16;
+
+/// A place with its evidence.
+#[derive(Debug)]
+struct Place {
+    disc: MovingDisc,
+    sightings: u32,
+    /// Time of the last sighting, seconds.
+    seen_s: f64,
+}
 
 /// The last places of lost tracks that moved, and of legs that came to ground that was free. A place is kept as long as a scan
 /// shows something unexplained there.
 #[derive(Debug, Default)]
-pub(super) struct StandingPeople(Vec<MovingDisc>);
+pub(super) struct StandingPeople(Vec<Place>);
 
 impl StandingPeople {
-    /// Adds the place of a lost track.
-    pub fn add(&mut self, disc: &MovingDisc) {
+    /// Adds the place of a track that was lost at a time, seconds.
+    pub fn add(&mut self, time_s: f64, disc: &MovingDisc) {
+        let disc = MovingDisc { vx: 0.0, vy: 0.0, ..*disc };
+        self.push(Place { disc, sightings: MIN_SIGHTINGS, seen_s: time_s });
+    }
+
+    fn push(&mut self, place: Place) {
         if self.0.len() < MAX_PLACES {
-            self.0.push(MovingDisc { vx: 0.0, vy: 0.0, ..*disc });
+            self.0.push(place);
         }
     }
 
@@ -32,10 +50,11 @@ impl StandingPeople {
         self.0.clear();
     }
 
-    /// Updates the places with the clusters and returns of a scan, and with what moves; `was_free` returns whether an earlier
+    /// Updates the places with the clusters and returns of a scan at a time, seconds, and with what moves; `was_free` returns whether an earlier
     /// scan saw through a point.
     pub fn update(
         &mut self,
+        time_s: f64,
         clusters: &[Cluster],
         returns: &[Return],
         moving: &[MovingDisc],
@@ -47,12 +66,21 @@ impl StandingPeople {
         };
         for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster) && came(cluster)) {
             let Point { x, y } = returns[(cluster.first + cluster.count / 2) % returns.len()].point;
-            let person = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
-            if !self.0.iter().any(|known| is_near(known, &person.center(), SAME_M)) {
-                self.add(&person);
+            let legs = Point::new(x, y);
+            if let Some(known) = self.0.iter_mut().find(|it| is_near(&it.disc, &legs, SAME_M)) {
+                known.sightings += u32::from(known.seen_s < time_s);
+                known.seen_s = time_s;
+            } else {
+                let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
+                self.push(Place { disc, sightings: 1, seen_s: time_s });
             }
         }
         self.0.retain_mut(|place| {
+            let is_recent = (0.0..=SIGHTED_S).contains(&(time_s - place.seen_s));
+            if place.sightings < MIN_SIGHTINGS && !is_recent {
+                return false;
+            }
+            let place = &mut place.disc;
             let near = returns.iter().filter(|one| is_near(place, &one.point, STILL_THERE_M));
             let (count, sum) = near.fold((0_u32, Vector::ZERO), |(count, sum), one| {
                 (count + 1, sum + (one.point - place.center()))
@@ -64,9 +92,9 @@ impl StandingPeople {
         });
     }
 
-    /// The places.
-    pub fn discs(&self) -> &[MovingDisc] {
-        &self.0
+    /// The places where a person stands.
+    pub fn discs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
+        self.0.iter().filter(|place| place.sightings >= MIN_SIGHTINGS).map(|place| place.disc)
     }
 }
 
@@ -116,35 +144,48 @@ mod tests {
     #[test]
     fn two_legs_are_one_person_until_they_are_gone() {
         let mut standing = StandingPeople::default();
+        let count = |standing: &StandingPeople| standing.discs().count();
         let (clusters, returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
-        standing.update(&clusters, &returns, &[], |_| true);
-        assert_eq!(standing.discs().len(), 1);
-        let center = standing.discs()[0].center();
-        assert!((center - Point::new(1.0, 0.15)).norm() < 1e-9, "{center:?}");
+        for (time_s, people) in [(0.0, 0), (0.1, 0), (0.2, 1)] {
+            standing.update(time_s, &clusters, &returns, &[], |_| true);
+            assert_eq!(count(&standing), people, "at {time_s} s");
+        }
+        let center = standing.discs().next().map(|disc| disc.center());
+        assert!(center.is_some_and(|at| (at - Point::new(1.0, 0.15)).norm() < 1e-9), "{center:?}");
         // One leg hides the other, and shows too little to be new.
-        standing.update(&[], &returns[..1], &[], |_| true);
-        assert_eq!(standing.discs().len(), 1);
-        standing.update(&[], &[], &[], |_| true);
-        assert_eq!(standing.discs().len(), 0);
-        let (clusters, returns) = scan(&[(1.0, 0.0)], 0.06);
-        standing.update(&clusters, &returns, &[], |_| false);
-        assert_eq!(standing.discs().len(), 0, "a post");
-        let (clusters, returns) = scan(&[(1.0, 0.0)], 0.4);
-        standing.update(&clusters, &returns, &[], |_| true);
-        assert_eq!(standing.discs().len(), 0, "a box");
+        standing.update(5.0, &[], &returns[..1], &[], |_| true);
+        assert_eq!(count(&standing), 1);
+        standing.update(5.1, &[], &[], &[], |_| true);
+        assert_eq!(count(&standing), 0);
+    }
+
+    #[test]
+    fn posts_and_boxes_are_no_people() {
+        for (width_m, was_free, period_s) in
+            [(0.06, false, 0.1), (0.4, true, 0.1), (0.06, true, 0.5)]
+        {
+            let mut standing = StandingPeople::default();
+            let (clusters, returns) = scan(&[(1.0, 0.0)], width_m);
+            for tick in 0..5 {
+                let time_s = f64::from(tick) * period_s;
+                standing.update(time_s, &clusters, &returns, &[], |_| was_free);
+            }
+            assert_eq!(standing.discs().count(), 0, "{width_m} {was_free} {period_s}");
+        }
     }
 
     #[test]
     fn place_of_a_lost_track_is_kept_until_it_moves_again() {
         let mut standing = StandingPeople::default();
         let disc = MovingDisc { x: 1.0, y: 0.0, radius: 0.1, vx: 0.5, vy: 0.0 };
-        standing.add(&disc);
+        standing.add(0.0, &disc);
         let (clusters, returns) = scan(&[(1.2, 0.0)], 0.06);
-        standing.update(&clusters, &returns, &[], |_| true);
-        let place = standing.discs()[0];
+        standing.update(0.1, &clusters, &returns, &[], |_| true);
+        let place = standing.discs().next().expect("a place");
         assert_eq!((place.vx, place.radius), (0.0, 0.1));
         assert!((place.x - 1.2).abs() < 1e-9, "{place:?}");
-        standing.update(&clusters, &returns, &[MovingDisc { x: 1.3, ..disc }], |_| true);
-        assert_eq!(standing.discs(), []);
+        let moving = [MovingDisc { x: 1.3, ..disc }];
+        standing.update(0.2, &clusters, &returns, &moving, |_| true);
+        assert_eq!(standing.discs().count(), 0);
     }
 }

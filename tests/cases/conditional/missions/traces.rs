@@ -20,7 +20,7 @@ pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
 
 /// Digest of the short drive below. It changes only with a change to planning, navigation or simulation that is meant to
 /// change decisions.
-const GOLDEN: &str = "7972e3d397161d4258c9bcebb0f39596bf272d75680b264b4b34a377d1e15c4d";
+const GOLDEN: &str = "11e8aa805bfb4ee3dda1c61dade64e1b5dcfef8f8d4e32b270b0ef2b96bc128c";
 
 /// A short drive with a rotation, an unmapped wall, a crossing pedestrian, and a goal with a yaw.
 fn short_drive() -> Simulation {

@@ -255,8 +255,15 @@ def drives_to_goal(program):
         return robot.stands_near(*GOAL[:2])
 
     took_s = robot.until(stands, 90.0, mount=mount)
-    # Zero velocity for a second, then silence: another may drive.
-    robot.until(lambda: False, 2.5, mount=mount)
+    # Zero velocity for a second, then silence: another may drive. The robot may correct its place before.
+    newest = [len(robot.commands), time.monotonic()]
+
+    def is_silent():
+        if len(robot.commands) != newest[0]:
+            newest[:] = len(robot.commands), time.monotonic()
+        return time.monotonic() - newest[1] > 1.0
+
+    robot.until(is_silent, 30.0, mount=mount)
     count = len(robot.commands)
     robot.until(lambda: False, 1.0, mount=mount)
     error = (robot.yaw - GOAL[2] + math.pi) % (2 * math.pi) - math.pi

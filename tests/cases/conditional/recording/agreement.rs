@@ -71,9 +71,9 @@ fn replay_repeats_late_decisions() {
     assert!(difference.is_some_and(|difference| difference.tick >= first as u64));
 }
 
-/// Offset of the commanded speed in a tick, after the ranges at offset 132.
+/// Offset of the commanded speed in a tick, after the ranges at offset 148.
 fn command_at(beams: usize) -> usize {
-    132 + 8 * beams
+    148 + 8 * beams
 }
 
 fn replay_reports_flipped_bit() {
@@ -111,7 +111,7 @@ fn replay_of_changed_observation_differs() {
     let (simulation, config) = tour();
     let (_, file) = record(&simulation, &config);
     // The exponent of x: the pose jumps, and the robot brakes.
-    let copy = altered(&file, "/inbye/tick", 9, |message| message[66] ^= 0x10);
+    let copy = altered(&file, "/inbye/tick", 9, |message| message[82] ^= 0x10);
     let replay = replay_on(&copy, cpu(1));
     let difference = replay.first_difference.expect("the pose jumps");
     assert_eq!(difference.tick, 9, "{difference:?}");
