@@ -81,7 +81,7 @@ impl Escape {
             }
             // The protective layer may forbid a rotation.
             Mode::Driving | Mode::Blocked | Mode::Rotating if state.settings.features.recovery => {
-                self.drove(state)
+                self.drove(state);
             }
             _ => {}
         }
