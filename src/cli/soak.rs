@@ -28,7 +28,7 @@ const TICKS: &str = "ticks.jsonl";
 /// `inbye bench soak`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench soak --missions 3 --longest 12 --threads 1 --record soak.csv\n\n\
+    after_help = "Example:\n  inbye bench soak --missions 3 --seed 3 --longest 12 --threads 1 --record soak.csv\n\n\
     Map and seed determine a mission: start and goal in connected free space, yaws, up to --people moving obstacles. Of six \
     missions with people, two have people that walk across or along the path and yield. One each has people that do not \
     yield, appear, start to walk, or step out of a crossing when the robot is near. Maps take turns.\n\

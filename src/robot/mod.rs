@@ -13,11 +13,14 @@ mod polygon;
 mod tracks;
 
 pub use footprint::{Disc, Footprint};
+#[cfg(feature = "ros")]
+pub(crate) use identification::MAX_RATE;
+pub(crate) use identification::is_plausible;
 pub use identification::{Interval, MotionEstimate, MotionIdentifier};
-pub(crate) use identification::{MAX_RATE, is_plausible};
 pub use limits::Limits;
 pub use mixer::{Mixer, TrackLimits};
 pub use polygon::Polygon;
+#[cfg(feature = "sim")]
 pub(crate) use polygon::segment_to_unit_square;
 pub use tracks::{PerTrack, Side, TrackOdometry, TrackSpeeds, TrackedDrive, travel_m};
 
