@@ -60,6 +60,8 @@ impl StandingPeople {
         moving: &[MovingDisc],
         was_free: impl Fn(&Point) -> bool,
     ) {
+        let is_recent = |place: &Place| (0.0..=SIGHTED_S).contains(&(time_s - place.seen_s));
+        self.0.retain(|place| place.sightings >= MIN_SIGHTINGS || is_recent(place));
         let came = |cluster: &Cluster| {
             let free = cluster.points(returns, 1).filter(|point| was_free(point)).count();
             2 * free > cluster.count
@@ -76,10 +78,6 @@ impl StandingPeople {
             }
         }
         self.0.retain_mut(|place| {
-            let is_recent = (0.0..=SIGHTED_S).contains(&(time_s - place.seen_s));
-            if place.sightings < MIN_SIGHTINGS && !is_recent {
-                return false;
-            }
             let place = &mut place.disc;
             let near = returns.iter().filter(|one| is_near(place, &one.point, STILL_THERE_M));
             let (count, sum) = near.fold((0_u32, Vector::ZERO), |(count, sum), one| {
