@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn each_gyro_axis_turns_its_own_angle() {
         let level = [0.0, 0.0, 9.8];
-        // 1 rad/s for 0.1 s, of which the accelerometer takes back a sixth.
+        // 1 rad/s for 0.1 s; the accelerometer takes back a sixth.
         let rolled = after(level, [1.0, 0.0, 0.0], 0.1);
         assert!((rolled.roll - 0.1 * 5.0 / 6.0).abs() < 1e-12 && rolled.pitch == 0.0, "{rolled:?}");
         let pitched = after(level, [0.0, -1.0, 0.0], 0.1);

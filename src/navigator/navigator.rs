@@ -7,6 +7,7 @@ use super::deadline::Deadline;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
 use super::occlusion::PERSON_RADIUS_M;
+use super::passive_safety::obstacle_that_may_come;
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
 use super::state::{CommandsInFlight, Measured, PredictedState, RobotModel, State, brake};
@@ -16,7 +17,7 @@ use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
     ObstacleModel, Route, RoutePlanner, Waypoints,
 };
-use crate::geometry::{Point, Twist};
+use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
@@ -292,25 +293,20 @@ impl Navigator {
             let masked = self.validator.health.masked(scan);
             self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
         }
-        let delay_s = self.delay_s();
+        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, .. } = self.settings;
+        let with_body = |disc: &MovingDisc| MovingDisc {
+            radius: disc.radius.max(pedestrian_radius_m),
+            ..*disc
+        };
+        let moving: Vec<MovingDisc> = self.obstacles.moving().iter().map(with_body).collect();
         let mut now = PredictedState::new(
             &Measured { time_s: *time_s, odometry_s: *odometry_s, scan_s: *scan_s, pose, twist },
-            self.obstacles.moving(),
+            &moving,
             &self.in_flight,
             &self.robot.limits,
-            delay_s,
+            self.delay_s(),
         );
-        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, .. } = self.settings;
-        for disc in now.moving.iter_mut().chain(&mut now.may_come) {
-            disc.radius = disc.radius.max(pedestrian_radius_m);
-        }
-        let person = |place: Point| MovingDisc {
-            x: place.x,
-            y: place.y,
-            radius: pedestrian_radius_m,
-            vx: pedestrian_speed,
-            vy: 0.0,
-        };
+        let person = |place| obstacle_that_may_come(place, pedestrian_radius_m, pedestrian_speed);
         now.may_come.extend(self.obstacles.entered().map(person));
         if self.is_over() {
             return self.brake_from(&now.twist);

@@ -1,5 +1,6 @@
 //! Places where a person may be hidden: behind the range edges of the scan, where the map has room for a person.
 
+use super::passive_safety::obstacle_that_may_come;
 use super::visible_space::VisibleSpace;
 use crate::geometry::{Point, Vector};
 use crate::map::{FreeSpace, MovingDisc};
@@ -59,14 +60,8 @@ pub(super) fn hidden_people(
     }
     places.sort_by(|one, other| one.0.total_cmp(&other.0));
     places.truncate(MAX_PLACES);
-    let person = |&(_, place): &(f64, Point)| MovingDisc {
-        x: place.x,
-        y: place.y,
-        radius: PERSON_RADIUS_M,
-        vx: speed,
-        vy: 0.0,
-    };
-    places.iter().map(person).collect()
+    let person = |(_, place): (f64, Point)| obstacle_that_may_come(place, PERSON_RADIUS_M, speed);
+    places.into_iter().map(person).collect()
 }
 
 /// The nearest place behind an edge where a person is out of sight and the map is free, with its distance, metres.

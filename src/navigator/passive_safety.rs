@@ -1,11 +1,12 @@
 //! Passive safety: how fast to drive near moving obstacles, which may turn.
 //!
-//! A moving obstacle may change its direction at any time, and speeds up as a walking person does. The robot stops before an obstacle can reach a
-//! part of it that the robot's own motion brings nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe vehicle navigation
-//! in dynamic urban scenarios, 2009). This prevents no contact with an obstacle that comes from behind, or at a standing robot.
+//! A moving obstacle may change its direction at any time, and speeds up as a walking person does. The robot stops before an
+//! obstacle can reach a part of it that the robot's own motion brings nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe
+//! vehicle navigation in dynamic urban scenarios, 2009). This prevents no contact with an obstacle that comes from behind, or at
+//! a standing robot.
 
 use super::state::{MAX_BRAKING_STEPS, PredictedState};
-use crate::geometry::{Pose, Twist};
+use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
 
@@ -19,6 +20,11 @@ const SLOW: f64 = 0.15;
 const STEP_S: f64 = 0.1;
 /// Bisection steps in the range of speeds: the result is good to a hundredth of it.
 const BISECTIONS: u32 = 7;
+
+/// An obstacle at a place that may come at a speed, m/s. Its direction does not matter: the check takes it as unknown.
+pub(super) const fn obstacle_that_may_come(place: Point, radius_m: f64, speed: f64) -> MovingDisc {
+    MovingDisc { x: place.x, y: place.y, radius: radius_m, vx: speed, vy: 0.0 }
+}
 
 /// What the check depends on.
 pub(super) struct PassiveSafety<'a> {

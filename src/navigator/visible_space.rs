@@ -179,7 +179,7 @@ mod tests {
         };
         assert!(hides(&scan, 2.5, 0.5, 0.2) && !hides(&scan, 1.9, 0.5, 0.2));
         assert!(!hides(&scan, 2.5, 0.5, 0.4) && !hides(&scan, 2.5, 0.0, 0.2));
-        // A beam without a measurement shows nobody behind the post.
+        // A beam without a measurement does not show what is behind the post.
         let (first, step) = (scan.angle_min, scan.angle_increment);
         scan.ranges[((0.5 - first) / step) as usize] = f64::NAN;
         assert!(hides(&scan, 2.5, 0.5, 0.2));

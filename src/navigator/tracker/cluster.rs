@@ -17,6 +17,8 @@ pub(super) struct Return {
     pub is_candidate: bool,
     /// Index of the track on whose expected disc it falls.
     pub owner: Option<usize>,
+    /// Whether it is a candidate on ground that an earlier scan saw through.
+    pub was_free: bool,
 }
 
 /// Consecutive returns of one object.
@@ -193,14 +195,14 @@ pub(super) struct Radius {
 }
 
 impl Cluster {
-    /// Every n-th point, where n is the stride.
-    pub fn points<'a>(
+    /// Every n-th return, where n is the stride.
+    pub fn returns<'a>(
         &self,
         returns: &'a [Return],
         stride: usize,
-    ) -> impl Iterator<Item = &'a Point> + use<'a> {
+    ) -> impl Iterator<Item = &'a Return> + use<'a> {
         let indices = (self.first..self.first + self.count).step_by(stride);
-        indices.map(|index| &returns[index % returns.len()].point)
+        indices.map(|index| &returns[index % returns.len()])
     }
 
     /// The first, middle and last point.
@@ -248,7 +250,7 @@ impl Cluster {
         for _ in 0..STEPS {
             let mut normal = across * across.transpose() * lateral;
             let mut wanted = across * (-across.dot(&(center - robot).to_column()) * lateral);
-            for point in self.points(returns, 1) {
+            for Return { point, .. } in self.returns(returns, 1) {
                 let outward = center - point;
                 let apart = outward.norm().max(1e-6);
                 let outward = (outward / apart).to_column();

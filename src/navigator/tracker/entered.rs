@@ -23,12 +23,11 @@ pub(super) struct EnteredPlaces {
 }
 
 impl EnteredPlaces {
-    /// Updates the places with the unexplained returns of a scan at a time, seconds, in the order of their beams; `was_free`
-    /// returns whether an earlier scan saw through a point.
-    pub fn update(&mut self, time_s: f64, returns: &[Return], was_free: impl Fn(&Point) -> bool) {
+    /// Updates the places with the unexplained returns of a scan at a time, seconds, in the order of their beams.
+    pub fn update(&mut self, time_s: f64, returns: &[Return]) {
         self.places.retain(|(seen_s, _)| (0.0..=KEPT_S).contains(&(time_s - seen_s)));
         let mut groups: Vec<(usize, Point)> = Vec::new();
-        for one in returns.iter().filter(|one| one.is_candidate && was_free(&one.point)) {
+        for one in returns.iter().filter(|one| one.was_free) {
             let near =
                 |(_, center): &&mut (usize, Point)| (one.point - *center).norm() < TOGETHER_M;
             match groups.iter_mut().find(near) {
@@ -64,13 +63,14 @@ impl EnteredPlaces {
 mod tests {
     use super::*;
 
-    fn returns(points: &[(f64, f64)]) -> Vec<Return> {
+    fn returns(points: &[(f64, f64)], was_free: bool) -> Vec<Return> {
         let one = |(beam, &(x, y)): (usize, &(f64, f64))| Return {
             beam,
             range_m: 1.0,
             point: Point::new(x, y),
             is_candidate: true,
             owner: None,
+            was_free,
         };
         points.iter().enumerate().map(one).collect()
     }
@@ -78,17 +78,17 @@ mod tests {
     #[test]
     fn two_legs_on_free_ground_are_one_place_for_half_a_second() {
         let mut entered = EnteredPlaces::default();
-        let legs = returns(&[(2.0, 0.1), (2.2, -0.1), (5.0, 5.0)]);
-        entered.update(0.0, &legs, |_| true);
+        let legs = [(2.0, 0.1), (2.2, -0.1), (5.0, 5.0)];
+        entered.update(0.0, &returns(&legs, true));
         let centers: Vec<Point> = entered.centers().collect();
         assert_eq!(centers.len(), 1, "dust has one return: {centers:?}");
         assert!((centers[0] - Point::new(2.1, 0.0)).norm() < 1e-9, "{centers:?}");
         // One leg hides the other, then both stand.
-        entered.update(0.1, &returns(&[(1.9, 0.0)]), |_| true);
+        entered.update(0.1, &returns(&[(1.9, 0.0)], true));
         assert_eq!(entered.centers().next(), Some(Point::new(1.9, 0.0)));
-        entered.update(0.5, &legs, |_| false);
+        entered.update(0.5, &returns(&legs, false));
         assert_eq!(entered.centers().count(), 1);
-        entered.update(0.7, &legs, |_| false);
+        entered.update(0.7, &returns(&legs, false));
         assert_eq!(entered.centers().count(), 0);
     }
 }

@@ -101,7 +101,7 @@ impl Tracker {
         self.history.select(time_s);
         self.swept.clear();
         self.collect(pose, scan, origin);
-        self.entered.update(time_s, &self.returns, |point| self.history.was_free(point));
+        self.entered.update(time_s, &self.returns);
         let returns = ScanReturns { pose, scan, returns: &self.returns };
         returns.find_clusters(&mut self.runs, &mut self.clusters);
         self.associate(pose, scan);
@@ -113,8 +113,7 @@ impl Tracker {
             self.moving.push(track.disc());
             self.swept.push((track.disc(), track.born_s));
         }
-        let was_free = |point: &Point| self.history.was_free(point);
-        self.standing.update(time_s, &self.clusters, &self.returns, &self.moving, was_free);
+        self.standing.update(time_s, &self.clusters, &self.returns, &self.moving);
         self.moving.extend(self.standing.discs());
         self.history.push(time_s, pose, scan);
     }
@@ -149,12 +148,14 @@ impl Tracker {
                 continue;
             }
             let owner = nearest(&self.tracks, &point);
+            let is_candidate = origin == ReturnOrigin::New || owner.is_some();
             self.returns.push(Return {
                 beam,
                 range_m,
                 point,
-                is_candidate: origin == ReturnOrigin::New || owner.is_some(),
+                is_candidate,
                 owner,
+                was_free: is_candidate && self.history.was_free(&point),
             });
         }
     }
@@ -218,10 +219,8 @@ impl Tracker {
             let stands_alone = cluster.joins == [false, false];
             let evidence = if stands_alone && track.seems_moving() {
                 let stride = cluster.count.div_ceil(MAX_CHECKED);
-                let entered = cluster
-                    .points(&self.returns, stride)
-                    .filter(|point| self.history.was_free(point))
-                    .count();
+                let members = cluster.returns(&self.returns, stride);
+                let entered = members.filter(|one| one.was_free).count();
                 let left = track
                     .earlier_points(time_s)
                     .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))

@@ -50,29 +50,27 @@ impl StandingPeople {
         self.0.clear();
     }
 
-    /// Updates the places with the clusters and returns of a scan at a time, seconds, and with what moves; `was_free` returns whether an earlier
-    /// scan saw through a point.
+    /// Updates the places with the clusters and returns of a scan at a time, seconds, and with what moves.
     pub fn update(
         &mut self,
         time_s: f64,
         clusters: &[Cluster],
         returns: &[Return],
         moving: &[MovingDisc],
-        was_free: impl Fn(&Point) -> bool,
     ) {
         let is_recent = |place: &Place| (0.0..=SIGHTED_S).contains(&(time_s - place.seen_s));
         self.0.retain(|place| place.sightings >= MIN_SIGHTINGS || is_recent(place));
         let came = |cluster: &Cluster| {
-            let free = cluster.points(returns, 1).filter(|point| was_free(point)).count();
+            let free = cluster.returns(returns, 1).filter(|one| one.was_free).count();
             2 * free > cluster.count
         };
         for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster) && came(cluster)) {
-            let Point { x, y } = returns[(cluster.first + cluster.count / 2) % returns.len()].point;
-            let legs = Point::new(x, y);
+            let [_, legs, _] = cluster.sample(returns);
             if let Some(known) = self.0.iter_mut().find(|it| is_near(&it.disc, &legs, SAME_M)) {
                 known.sightings += u32::from(known.seen_s < time_s);
                 known.seen_s = time_s;
             } else {
+                let Point { x, y } = legs;
                 let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
                 self.push(Place { disc, sightings: 1, seen_s: time_s });
             }
@@ -112,7 +110,7 @@ fn is_near(disc: &MovingDisc, point: &Point, within_m: f64) -> bool {
 mod tests {
     use super::*;
 
-    /// Objects at places, of this width with three returns each.
+    /// Objects on ground that was free, at places, of this width with three returns each.
     fn scan(places: &[(f64, f64)], width_m: f64) -> (Vec<Cluster>, Vec<Return>) {
         let (mut clusters, mut returns) = (Vec::new(), Vec::new());
         for &(x, y) in places {
@@ -133,6 +131,7 @@ mod tests {
                     point: Point::new(x, y + offset_m * width_m),
                     is_candidate: true,
                     owner: None,
+                    was_free: true,
                 });
             }
         }
@@ -145,15 +144,15 @@ mod tests {
         let count = |standing: &StandingPeople| standing.discs().count();
         let (clusters, returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
         for (time_s, people) in [(0.0, 0), (0.1, 0), (0.2, 1)] {
-            standing.update(time_s, &clusters, &returns, &[], |_| true);
+            standing.update(time_s, &clusters, &returns, &[]);
             assert_eq!(count(&standing), people, "at {time_s} s");
         }
         let center = standing.discs().next().map(|disc| disc.center());
         assert!(center.is_some_and(|at| (at - Point::new(1.0, 0.15)).norm() < 1e-9), "{center:?}");
         // One leg hides the other, and shows too little to be new.
-        standing.update(5.0, &[], &returns[..1], &[], |_| true);
+        standing.update(5.0, &[], &returns[..1], &[]);
         assert_eq!(count(&standing), 1);
-        standing.update(5.1, &[], &[], &[], |_| true);
+        standing.update(5.1, &[], &[], &[]);
         assert_eq!(count(&standing), 0);
     }
 
@@ -163,10 +162,11 @@ mod tests {
             [(0.06, false, 0.1), (0.4, true, 0.1), (0.06, true, 0.5)]
         {
             let mut standing = StandingPeople::default();
-            let (clusters, returns) = scan(&[(1.0, 0.0)], width_m);
+            let (clusters, mut returns) = scan(&[(1.0, 0.0)], width_m);
+            returns.iter_mut().for_each(|one| one.was_free = was_free);
             for tick in 0..5 {
                 let time_s = f64::from(tick) * period_s;
-                standing.update(time_s, &clusters, &returns, &[], |_| was_free);
+                standing.update(time_s, &clusters, &returns, &[]);
             }
             assert_eq!(standing.discs().count(), 0, "{width_m} {was_free} {period_s}");
         }
@@ -178,12 +178,12 @@ mod tests {
         let disc = MovingDisc { x: 1.0, y: 0.0, radius: 0.1, vx: 0.5, vy: 0.0 };
         standing.add(0.0, &disc);
         let (clusters, returns) = scan(&[(1.2, 0.0)], 0.06);
-        standing.update(0.1, &clusters, &returns, &[], |_| true);
+        standing.update(0.1, &clusters, &returns, &[]);
         let place = standing.discs().next().expect("a place");
         assert_eq!((place.vx, place.radius), (0.0, 0.1));
         assert!((place.x - 1.2).abs() < 1e-9, "{place:?}");
         let moving = [MovingDisc { x: 1.3, ..disc }];
-        standing.update(0.2, &clusters, &returns, &moving, |_| true);
+        standing.update(0.2, &clusters, &returns, &moving);
         assert_eq!(standing.discs().count(), 0);
     }
 }

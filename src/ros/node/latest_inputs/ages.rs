@@ -43,7 +43,7 @@ fn scan(stamp_s: f64) -> LaserScan {
     }
 }
 
-/// Inputs of which each arrived at the start with a stamp of then, but for a stamp that is ahead of it by a time, seconds.
+/// Inputs that all arrived at the start. The stamps of odometry and scan are ahead of it by these times, seconds.
 fn arrived(odometry_ahead_s: f64, scan_ahead_s: f64) -> LatestInputs {
     let frame = GridFrame::new(1, 1, 1.0, Pose::default()).expect("a frame");
     let grid = OccupancyGrid::new(frame, vec![0]);
