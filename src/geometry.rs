@@ -294,6 +294,14 @@ impl Twist {
         Self { linear, angular }
     }
 
+    /// The twist half-way between this one and another.
+    pub(crate) const fn mean(&self, other: &Self) -> Self {
+        Self {
+            linear: f64::midpoint(self.linear, other.linear),
+            angular: f64::midpoint(self.angular, other.angular),
+        }
+    }
+
     /// Whether both rates are finite.
     #[must_use]
     pub const fn is_finite(&self) -> bool {

@@ -95,10 +95,10 @@ impl Beam {
     }
 }
 
-/// The beams of one lidar revolution in the order of measurement, each with its own time.
+/// The beams of one lidar revolution, each with its own time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TimedScan {
-    /// The beams, with non-decreasing times.
+    /// The beams, in the order of measurement where the lidar keeps it.
     pub beams: Vec<Beam>,
     /// Largest range of the sensor, metres.
     pub range_max: f64,
@@ -120,10 +120,10 @@ impl TimedScan {
         }
     }
 
-    /// Time of the last beam, seconds; none without beams.
+    /// Time of the newest beam, seconds, in any order of the beams; none without beams.
     #[must_use]
     pub fn end_s(&self) -> Option<f64> {
-        self.beams.last().map(|beam| beam.time_s)
+        self.beams.iter().map(|beam| beam.time_s).reduce(f64::max)
     }
 
     /// Whether every beam has a finite direction and time.

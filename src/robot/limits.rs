@@ -84,16 +84,12 @@ impl Limits {
         time_s: f64,
     ) -> (Pose, Twist) {
         let then = self.reachable(twist, target, time_s);
-        (pose.after(&mean(twist, &then), time_s), then)
+        (pose.after(&twist.mean(&then), time_s), then)
     }
 
     /// Pose and twist after a time, seconds, of braking as in [`Self::brake`].
     pub(crate) fn advance_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
         let then = self.brake(twist, time_s);
-        (pose.after(&mean(twist, &then), time_s), then)
+        (pose.after(&twist.mean(&then), time_s), then)
     }
-}
-
-fn mean(one: &Twist, other: &Twist) -> Twist {
-    Twist::new(f64::midpoint(one.linear, other.linear), f64::midpoint(one.angular, other.angular))
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
-use crate::geometry::{Point, nearest_on_segment};
+use crate::geometry::{Point, Vector, nearest_on_segment};
 
 /// Largest absolute coordinate of a corner, metres.
 const MAX_COORDINATE_M: f64 = 100.0;
@@ -95,6 +95,48 @@ impl Polygon {
         (point - self.nearest_on_outline(point)).norm()
     }
 
+    /// Signed distance from a point to the outline, in the unit of the corners: negative inside.
+    #[must_use]
+    pub fn signed_distance(&self, point: &Point) -> f64 {
+        let distance = (point - self.nearest_on_outline(point)).norm();
+        if self.contains(point) { -distance } else { distance }
+    }
+
+    /// Signed distance to a segment, in the unit of the corners: that of its nearer end where an end is inside, zero where the
+    /// segment only crosses the outline.
+    #[must_use]
+    pub fn signed_distance_to_segment(&self, from: &Point, to: &Point) -> f64 {
+        let nearer_end = self.signed_distance(from).min(self.signed_distance(to));
+        if nearer_end <= 0.0 {
+            return nearer_end;
+        }
+        let to_edge = |(start, end): (&Point, &Point)| {
+            if segments_cross(from, to, start, end) {
+                return 0.0;
+            }
+            // Two segments that do not cross are nearest at an end of one of them. The ends of the given one are compared above.
+            let corner_to_segment = (start - nearest_on_segment(from, to, start)).norm();
+            corner_to_segment.min(nearer_end)
+        };
+        self.edges().map(to_edge).fold(nearer_end, f64::min)
+    }
+
+    /// Distance along a ray from a point to the farthest place of the outline, in the unit of the corners; zero where the ray
+    /// does not meet it. `direction` has the length one.
+    #[must_use]
+    pub(crate) fn farthest_along(&self, from: &Point, direction: &Vector) -> f64 {
+        let along = |(start, end): (&Point, &Point)| {
+            let (to_start, to_end) = (start - from, end - from);
+            let (side, other) = (direction.perp(&to_start), direction.perp(&to_end));
+            if side * other > 0.0 {
+                return 0.0;
+            }
+            let (near, far) = (direction.dot(&to_start), direction.dot(&to_end));
+            if side == other { near.max(far) } else { near + (far - near) * side / (side - other) }
+        };
+        self.edges().map(along).fold(0.0, f64::max)
+    }
+
     /// Distance to a closed unit square, given by its lower left corner, in the unit of the corners; zero where they overlap.
     #[must_use]
     pub fn distance_to_unit_square(&self, corner: &Point) -> f64 {
@@ -110,6 +152,15 @@ impl Polygon {
         let twice = |(from, to): (&Point, &Point)| from.to_vector().perp(&to.to_vector());
         self.edges().map(twice).sum::<f64>().abs() / 2.0
     }
+}
+
+/// Whether two segments cross: each has its ends on different sides of the other.
+fn segments_cross(from: &Point, to: &Point, start: &Point, end: &Point) -> bool {
+    let separates = |from: &Point, to: &Point, one: &Point, other: &Point| {
+        let along = to - from;
+        (along.perp(&(one - from)) > 0.0) != (along.perp(&(other - from)) > 0.0)
+    };
+    separates(from, to, start, end) && separates(start, end, from, to)
 }
 
 /// Squared distance between a segment and a closed unit square, given by its lower left corner; zero where they touch.
@@ -161,5 +212,64 @@ impl TryFrom<Vec<Point>> for Polygon {
 impl From<Polygon> for Vec<Point> {
     fn from(polygon: Polygon) -> Self {
         polygon.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of 2 m with a notch from the right to its middle.
+    fn notched() -> Polygon {
+        let corners = [
+            (-1.0, -1.0),
+            (1.0, -1.0),
+            (1.0, -0.2),
+            (0.0, 0.0),
+            (1.0, 0.2),
+            (1.0, 1.0),
+            (-1.0, 1.0),
+        ];
+        Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a polygon")
+    }
+
+    #[test]
+    fn signed_distance_is_negative_inside() {
+        let shape = notched();
+        for (x, y, expected) in
+            [(0.0, 1.5, 0.5), (-0.7, 0.0, -0.3), (2.0, 2.0, 2_f64.sqrt()), (0.0, 0.0, 0.0)]
+        {
+            let distance = shape.signed_distance(&Point::new(x, y));
+            assert!((distance - expected).abs() < 1e-12, "{distance} at {x}, {y}");
+        }
+        assert!(shape.signed_distance(&Point::new(0.9, 0.0)) > 0.0, "in the notch");
+    }
+
+    #[test]
+    fn segment_is_as_near_as_its_nearest_point_and_crosses_at_zero() {
+        let shape = notched();
+        let distance = |from: (f64, f64), to: (f64, f64)| {
+            shape.signed_distance_to_segment(&Point::new(from.0, from.1), &Point::new(to.0, to.1))
+        };
+        // Past a corner, with both ends farther away than the corner.
+        let past = distance((0.5, 2.0), (2.0, 0.5));
+        assert!((past - 0.5 / 2_f64.sqrt()).abs() < 1e-12, "{past}");
+        // Through the whole shape within one step, and into it.
+        assert_eq!(distance((-2.0, 0.5), (2.0, 0.5)), 0.0);
+        assert!((distance((-2.0, 0.0), (-0.6, 0.0)) + 0.4).abs() < 1e-12);
+        // A segment that is a point.
+        assert!((distance((0.0, 1.5), (0.0, 1.5)) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn ray_ends_at_the_farthest_place_of_the_outline() {
+        let shape = notched();
+        let along =
+            |x: f64, y: f64| shape.farthest_along(&Point::new(-0.5, 0.0), &Vector::new(x, y));
+        assert!((along(1.0, 0.0) - 0.5).abs() < 1e-12, "the notch");
+        assert!((along(-1.0, 0.0) - 0.5).abs() < 1e-12);
+        assert!((along(0.8, 0.6) - 5.0 / 3.0).abs() < 1e-12, "{}", along(0.8, 0.6));
+        let outside = shape.farthest_along(&Point::new(3.0, 0.0), &Vector::new(1.0, 0.0));
+        assert_eq!(outside, 0.0);
     }
 }

@@ -158,9 +158,8 @@ impl Config {
     /// # Errors
     /// Names the first setting out of range.
     pub fn protective_layer(&self, period_s: f64) -> Result<ProtectiveLayer, SettingError> {
-        let body = self.robot.footprint.clone();
-        let settings = self.collision_monitor.clone();
-        ProtectiveLayer::new(settings, body, self.robot.limits, period_s)
+        let RobotConfig { footprint, limits, .. } = &self.robot;
+        ProtectiveLayer::new(self.collision_monitor.clone(), footprint, *limits, period_s)
     }
 
     /// The configuration for a robot in real time: the control loop never waits for a plan, and a decision has a deadline, one

@@ -59,6 +59,14 @@ pub enum ProtectiveAction {
         /// The first return that the motion touches.
         y: f64,
     },
+    /// The robot is slower: its stopping motion is longer than the layer looks ahead.
+    #[error("the base would not stand within {within_s:.1} s: {factor:.2} of the command")]
+    NoStandstill {
+        /// Factor of the command; zero for a stop.
+        factor: f64,
+        /// Length of the motion that was checked, seconds.
+        within_s: f64,
+    },
     /// The robot is slower: a return lies near its stopping motion.
     #[error("slow: at most {limit:.2} m/s, a return at ({x:.2}, {y:.2}) m")]
     Slow {
@@ -118,6 +126,7 @@ impl ProtectiveAction {
             Self::FrozenScan { .. } => "frozen_scan",
             Self::Stop { .. } => "stop",
             Self::Approach { .. } => "approach",
+            Self::NoStandstill { .. } => "no_standstill",
             Self::Slow { .. } => "slow",
             Self::Escape { .. } => "escape",
             Self::BlindSector { .. } => "blind_sector",

@@ -13,11 +13,14 @@
 //! The layer takes time as a parameter and does no I/O.
 
 mod action;
+mod body;
 mod operator;
 mod polygon;
+mod ramp;
 mod raw_scan;
 mod settings;
 mod stopping_motion;
+mod thinning;
 
 pub use action::ProtectiveAction;
 pub use operator::{OperatorState, OperatorSwitch};
@@ -28,10 +31,12 @@ use std::collections::VecDeque;
 
 use crate::geometry::{Point, Twist};
 use crate::map::TimedScan;
-use crate::robot::{Footprint, Limits, MotionIdentifier};
+use crate::robot::{Footprint, Limits, MotionIdentifier, TrackLimits, TrackedDrive};
 use crate::settings::SettingError;
-use raw_scan::{RawPoint, RawScans};
-use stopping_motion::{Clearance, MotionModel, StoppingMotion};
+use body::Body;
+use ramp::Ramp;
+use raw_scan::{RawPoint, RawScans, is_obstacle};
+use stopping_motion::{Clearance, MotionModel, Obstruction, StoppingMotion};
 
 /// Factor of a command below which the robot stands.
 const MIN_FACTOR: f64 = 0.05;
@@ -52,8 +57,9 @@ const MIN_DECELERATION: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub struct ProtectiveLayer {
     settings: CollisionMonitorSettings,
-    body: Footprint,
-    limits: Limits,
+    body: Body,
+    /// How the sender changes its commands.
+    ramp: Ramp,
     /// Latency and braking as this layer identifies them.
     identifier: MotionIdentifier,
     /// Delay, seconds, and deceleration, m/s^2, that are known otherwise.
@@ -76,7 +82,7 @@ impl ProtectiveLayer {
     /// A setting or a limit out of range.
     pub fn new(
         settings: CollisionMonitorSettings,
-        body: Footprint,
+        footprint: &Footprint,
         limits: Limits,
         period_s: f64,
     ) -> Result<Self, SettingError> {
@@ -86,8 +92,8 @@ impl ProtectiveLayer {
             identifier: MotionIdentifier::new(&limits, settings.stopping_delay_s),
             known_stopping: None,
             settings,
-            body,
-            limits,
+            body: Body::new(footprint),
+            ramp: Ramp::Twist(limits),
             period_s: period_s.clamp(0.0, 1.0),
             sent: VecDeque::new(),
             last_s: f64::NEG_INFINITY,
@@ -105,8 +111,16 @@ impl ProtectiveLayer {
         self
     }
 
-    /// Takes a raw scan, in the robot's frame at the time of each beam, and the time of its last beam. The same scan may come
-    /// again; an invalid one is ignored, and the last one ages.
+    /// The same layer for a sender that ramps the speed of each track, and not forward speed and turn rate apart.
+    #[must_use]
+    pub fn with_tracks(mut self, drive: TrackedDrive, limits: TrackLimits) -> Self {
+        self.ramp = Ramp::Tracks { drive, limits };
+        self
+    }
+
+    /// Takes a raw scan, in the robot's frame at the time of each beam, and the time of its newest beam. The beams may be in any
+    /// order. The same scan may come again. An invalid one is ignored, and the last one ages: one with a direction or a time that
+    /// is not finite, more than 65,536 beams, or a beam that is newer than the scan or over a second older.
     pub fn update_scan(&mut self, scan: &TimedScan, stamp_s: f64) {
         self.scans.update_scan(scan, stamp_s);
     }
@@ -174,9 +188,9 @@ impl ProtectiveLayer {
     #[must_use]
     pub fn ramp(&self, command: &Twist, sent: &Twist) -> Twist {
         if *command == Twist::STOP {
-            self.limits.brake(sent, self.period_s)
+            self.ramp.brake(sent, self.period_s)
         } else {
-            self.limits.reachable(sent, command, self.period_s)
+            self.ramp.towards(sent, command, self.period_s)
         }
     }
 
@@ -263,14 +277,9 @@ impl ProtectiveLayer {
     }
 
     fn limit_by_polygons(&self, points: &[RawPoint], limited: &mut Limited) {
-        let zones = self.settings.polygons.zones();
-        if zones.is_empty() {
-            return;
-        }
-        let places: Vec<Point> = points.iter().map(|point| point.place).collect();
-        for zone in zones {
+        for zone in self.settings.polygons.zones() {
             let step_s = self.settings.simulation_time_step;
-            let factor = zone.factor(&places, &limited.command, step_s);
+            let factor = zone.factor(points, &limited.command, step_s);
             limited.scale(factor, || ProtectiveAction::Zone { name: zone.name.clone(), factor });
         }
     }
@@ -278,10 +287,9 @@ impl ProtectiveLayer {
     /// Slows a robot with returns in its body. Whether it moves away from them is checked as for every motion.
     fn limit_by_body(&self, points: &[RawPoint], limited: &mut Limited) {
         let within = points.iter().filter(|point| point.gap_m <= 0.0);
-        let depths: Vec<f64> = within.map(|point| -point.gap_m).collect();
-        if depths.len() >= self.settings.min_points {
+        if is_obstacle(within.clone(), self.settings.min_points) {
             let limit = self.settings.escape_speed;
-            let depth_m = depths.iter().copied().fold(0.0, f64::max);
+            let depth_m = within.map(|point| -point.gap_m).fold(0.0, f64::max);
             let factor = self.factor_to(limit, &limited.command);
             limited.scale(factor, || ProtectiveAction::Escape { limit, depth_m });
         }
@@ -307,26 +315,33 @@ impl ProtectiveLayer {
         if wanted == Twist::STOP {
             return;
         }
-        let touched = |factor: f64| self.first_touched(situation, &scaled(&wanted, factor));
-        let Some(first) = touched(1.0) else {
+        let obstruction = |factor: f64| self.obstruction(situation, &scaled(&wanted, factor));
+        let Some(first) = obstruction(1.0) else {
             return;
         };
         let (mut free, mut blocked) = (0.0, 1.0);
         for _ in 0..BISECTIONS {
             let middle = f64::midpoint(free, blocked);
-            if touched(middle).is_some() { blocked = middle } else { free = middle }
+            if obstruction(middle).is_some() { blocked = middle } else { free = middle }
         }
-        let Point { x, y } = first.place;
-        if free < MIN_FACTOR {
-            limited.scale(0.0, || ProtectiveAction::Stop { x, y, gap_m: first.gap_m });
-        } else {
-            limited.scale(free, || ProtectiveAction::Approach { factor: free, x, y });
-        }
+        let factor = if free < MIN_FACTOR { 0.0 } else { free };
+        limited.scale(factor, || match first {
+            Obstruction::NoStandstill(within_s) => {
+                ProtectiveAction::NoStandstill { factor, within_s }
+            }
+            Obstruction::Return(RawPoint { place: Point { x, y }, gap_m, .. }) => {
+                if factor == 0.0 {
+                    ProtectiveAction::Stop { x, y, gap_m }
+                } else {
+                    ProtectiveAction::Approach { factor, x, y }
+                }
+            }
+        });
     }
 
-    /// The nearest return that a stopping motion of a command would touch. The base may move as commanded, follow faster or
-    /// slower, or keep its measured motion.
-    fn first_touched(&self, situation: &Situation<'_>, command: &Twist) -> Option<RawPoint> {
+    /// What forbids the stopping motion of a command. The base may move as commanded, follow faster or slower, or keep its
+    /// measured motion.
+    fn obstruction(&self, situation: &Situation<'_>, command: &Twist) -> Option<Obstruction> {
         let clearance = Clearance {
             margin_m: self.settings.margin_m,
             min_points: self.settings.min_points,
@@ -334,10 +349,9 @@ impl ProtectiveLayer {
             age_s: situation.age_s,
         };
         let commanded = self.commanded_motion(situation, command);
-        let touched = commanded.first_touched(situation.points, &clearance);
-        touched.or_else(|| {
+        commanded.obstruction(situation.points, &clearance).or_else(|| {
             let mut others = self.other_motions(situation, command);
-            others.find_map(|motion| motion.first_touched(situation.points, &clearance))
+            others.find_map(|motion| motion.obstruction(situation.points, &clearance))
         })
     }
 
@@ -389,15 +403,8 @@ impl ProtectiveLayer {
 
     fn model(&self) -> MotionModel {
         let (delay_s, deceleration_m_s2) = self.stopping();
-        // A turn brakes with the same share of its set deceleration.
-        let share = deceleration_m_s2 / -self.limits.decel_lim_x;
-        let limits = Limits {
-            decel_lim_x: -deceleration_m_s2,
-            decel_lim_theta: self.limits.decel_lim_theta * share,
-            ..self.limits
-        };
         MotionModel {
-            limits,
+            ramp: self.ramp.braking_with(deceleration_m_s2),
             delay_s,
             hold_s: self.period_s.max(self.settings.time_before_collision),
             step_s: self.settings.simulation_time_step,
@@ -406,8 +413,7 @@ impl ProtectiveLayer {
 
     /// Factor with which a command moves every point of the body at most at a speed, m/s; at most 1.
     fn factor_to(&self, speed: f64, command: &Twist) -> f64 {
-        let fastest =
-            command.linear.abs() + command.angular.abs() * self.body.circumscribed_radius_m();
+        let fastest = command.linear.abs() + command.angular.abs() * self.body.radius_m;
         if fastest > speed { speed / fastest } else { 1.0 }
     }
 }

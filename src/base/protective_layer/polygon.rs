@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use thiserror::Error;
 
+use super::raw_scan::{RawPoint, is_obstacle};
 use crate::geometry::{Point, Pose, Twist};
 use crate::settings::setting_schema;
 
@@ -143,16 +144,15 @@ impl ZonePolygon {
         })
     }
 
-    /// Whether enough points lie in the zone of a robot at a pose.
-    fn acts(&self, points: &[Point], pose: &Pose) -> bool {
-        let inside = points.iter().filter(|point| self.contains(&pose.inverse_transform(point)));
-        inside.take(self.min_points).count() >= self.min_points
+    /// Whether enough returns lie in the zone of a robot at a pose.
+    fn acts(&self, points: &[RawPoint], pose: &Pose) -> bool {
+        let inside = |point: &&RawPoint| self.contains(&pose.inverse_transform(&point.place));
+        is_obstacle(points.iter().filter(inside), self.min_points)
     }
 
-    /// Factor of a command, 0 to 1, with which the zone permits it; 1 if the zone does not act. The points are in the robot's
-    /// frame; `step_s` is the step of the simulated motion, seconds.
-    #[must_use]
-    pub fn factor(&self, points: &[Point], command: &Twist, step_s: f64) -> f64 {
+    /// Factor of a command, 0 to 1, with which the zone permits it; 1 if the zone does not act. `step_s` is the step of the
+    /// simulated motion, seconds.
+    pub(super) fn factor(&self, points: &[RawPoint], command: &Twist, step_s: f64) -> f64 {
         if !self.enabled {
             return 1.0;
         }
@@ -173,7 +173,7 @@ impl ZonePolygon {
     }
 
     /// Time for which a command keeps the zone clear, seconds; infinite beyond `time_before_collision`.
-    fn time_to_collision(&self, points: &[Point], command: &Twist, step_s: f64) -> f64 {
+    fn time_to_collision(&self, points: &[RawPoint], command: &Twist, step_s: f64) -> f64 {
         let steps = (self.time_before_collision / step_s).ceil() as usize;
         (0..=steps)
             .map(|step| step as f64 * step_s)

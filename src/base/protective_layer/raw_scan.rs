@@ -3,10 +3,11 @@
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
+use super::body::Body;
+use super::thinning::{is_return, thinned};
 use crate::geometry::{Point, Pose, Twist, wrap_angle};
 use crate::localization::PoseHistory;
-use crate::map::TimedScan;
-use crate::robot::Footprint;
+use crate::map::{Beam, TimedScan};
 
 /// Sectors of a turn for which it is known whether the lidar measures there.
 const SECTORS: usize = 36;
@@ -49,6 +50,12 @@ const MOVED_FROZEN_RAD: f64 = 0.05;
 /// Most beams of a scan.
 const MAX_BEAMS: usize = 65_536;
 
+/// Longest time of a scan, seconds: a beam that is older shows another place than the robot's surroundings.
+const MAX_SCAN_S: f64 = 1.0;
+
+/// Rounding of a time, seconds.
+const ROUNDING_S: f64 = 1e-6;
+
 /// A return in the robot's present frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RawPoint {
@@ -57,6 +64,21 @@ pub(super) struct RawPoint {
     pub moves: bool,
     /// Distance from the body, metres; negative within it.
     pub gap_m: f64,
+    /// Number of returns that this one stands for.
+    pub beams: usize,
+}
+
+/// Whether some points stand for enough returns to be an obstacle, and not dust.
+pub(super) fn is_obstacle<'a>(
+    points: impl Iterator<Item = &'a RawPoint>,
+    min_points: usize,
+) -> bool {
+    let mut count = 0;
+    let mut counts = points.map(|point| {
+        count += point.beams;
+        count
+    });
+    counts.any(|count| count >= min_points)
 }
 
 /// Poses of the base by its measured motion. The frame is arbitrary: that of the first report.
@@ -151,13 +173,22 @@ impl SeenSpace {
     }
 }
 
+/// A return of the newest scan.
+#[derive(Clone, Copy, Debug)]
+struct Return {
+    /// Its place in the frame of the measured motion.
+    place: Point,
+    moves: bool,
+    /// Number of returns that this one stands for.
+    beams: usize,
+}
+
 /// The newest scan.
 #[derive(Clone, Debug)]
 struct NewestScan {
     stamp_s: f64,
     pose: Pose,
-    /// Returns in the frame of the measured motion, and whether each moved.
-    returns: Vec<(Point, bool)>,
+    returns: Vec<Return>,
     /// Share of all beams with a return.
     return_share: f64,
     /// Whether each sector is seen.
@@ -205,29 +236,28 @@ impl RawScans {
         self.motion.newest
     }
 
-    /// Takes a scan at its time, seconds. The same scan may come again; an invalid one is ignored, and the last one ages.
+    /// Takes a scan and the time of its newest beam, seconds. The same scan may come again; an invalid one is ignored, and the
+    /// last one ages.
     pub fn update_scan(&mut self, scan: &TimedScan, stamp_s: f64) {
-        let is_usable = scan.is_valid()
-            && stamp_s.is_finite()
-            && !scan.beams.is_empty()
-            && scan.beams.len() <= MAX_BEAMS;
-        if !is_usable || self.newest.as_ref().is_some_and(|newest| newest.stamp_s == stamp_s) {
+        if !is_usable(scan, stamp_s)
+            || self.newest.as_ref().is_some_and(|newest| newest.stamp_s == stamp_s)
+        {
             return;
         }
         let ranges: Vec<f64> = scan.beams.iter().map(|beam| beam.range).collect();
         self.count_repetition(&ranges);
         let pose = self.motion.pose_at(stamp_s);
-        let within = |range: f64| range > 0.0 && range <= scan.range_max;
         // Of the scans that are old enough, the newest.
         let newest_of_age = |age_s: f64| {
             self.earlier.iter().rev().find(move |seen| stamp_s - seen.stamp_s >= age_s)
         };
         let references = FREE_AGES_S.map(newest_of_age);
-        let mut places = Vec::with_capacity(ranges.len());
         let mut free_m = vec![f64::INFINITY; BINS];
         let mut beams = [(0_u32, 0_u32); SECTORS];
+        let mut return_count = 0;
         for beam in &scan.beams {
-            let is_return = within(beam.range);
+            let is_return = is_return(beam, scan.range_max);
+            return_count += usize::from(is_return);
             let is_measured = is_return || beam.range == f64::INFINITY;
             if let Some((all, measured)) = beams.get_mut(bin_of(beam.angle, SECTORS)) {
                 *all += 1;
@@ -237,21 +267,26 @@ impl RawScans {
             if let Some(bin) = bin {
                 *bin = bin.min(beam.range.min(scan.range_max));
             }
-            if is_return {
-                let (sin, cos) = libm::sincos(beam.angle);
-                let at = self.motion.pose_at(beam.time_s);
-                let point = at.transform(&Point::new(beam.range * cos, beam.range * sin));
-                places.push(point);
-            }
         }
-        let seen = SeenSpace { stamp_s, pose, free_m, returns: places };
+        let place = |beam: &Beam| {
+            let (sin, cos) = libm::sincos(beam.angle);
+            let at = self.motion.pose_at(beam.time_s);
+            at.transform(&Point::new(beam.range * cos, beam.range * sin))
+        };
+        let kept = thinned(scan);
+        let returns = kept.iter().map(|(beam, _)| place(beam)).collect();
+        let seen = SeenSpace { stamp_s, pose, free_m, returns };
         let vanished_m = seen.vanished_m(references.iter().flatten().copied());
         let has_moved = |place: &Point| {
             references.iter().flatten().any(|earlier| earlier.contains(place, &pose))
                 || seen.is_behind(&vanished_m, place)
         };
-        let returns: Vec<(Point, bool)> =
-            seen.returns.iter().map(|place| (*place, has_moved(place))).collect();
+        let with_motion = |(place, (_, beams)): (&Point, &(Beam, usize))| Return {
+            place: *place,
+            moves: has_moved(place),
+            beams: *beams,
+        };
+        let returns: Vec<Return> = seen.returns.iter().zip(&kept).map(with_motion).collect();
         self.remember(seen);
         let is_seen = |(all, measured): (u32, u32)| {
             all > 0 && f64::from(measured) >= SEEN_SHARE * f64::from(all)
@@ -259,7 +294,7 @@ impl RawScans {
         self.newest = Some(NewestScan {
             stamp_s,
             pose,
-            return_share: returns.len() as f64 / ranges.len() as f64,
+            return_share: return_count as f64 / ranges.len() as f64,
             returns,
             seen: with_neighbours(beams.map(is_seen)),
             ranges,
@@ -310,14 +345,14 @@ impl RawScans {
     }
 
     /// The returns in the robot's present frame.
-    pub fn points(&self, body: &Footprint, now_s: f64) -> Vec<RawPoint> {
+    pub fn points(&self, body: &Body, now_s: f64) -> Vec<RawPoint> {
         let pose = self.motion.pose_at(now_s);
         let returns = self.newest.iter().flat_map(|newest| &newest.returns);
         returns
-            .map(|(point, moves)| {
-                let place = pose.inverse_transform(point);
-                let gap_m = body.gap_to_disc_m(&Pose::default(), &place, 0.0);
-                RawPoint { place, moves: *moves, gap_m }
+            .map(|seen| {
+                let place = pose.inverse_transform(&seen.place);
+                let gap_m = body.distance_m(&place);
+                RawPoint { place, moves: seen.moves, gap_m, beams: seen.beams }
             })
             .collect()
     }
@@ -335,8 +370,18 @@ impl RawScans {
     }
 }
 
+/// Whether a scan has beams that can be placed, and ends at a time, seconds.
+fn is_usable(scan: &TimedScan, stamp_s: f64) -> bool {
+    let is_current =
+        |beam: &Beam| (stamp_s - MAX_SCAN_S..=stamp_s + ROUNDING_S).contains(&beam.time_s);
+    stamp_s.is_finite()
+        && (1..=MAX_BEAMS).contains(&scan.beams.len())
+        && scan.is_valid()
+        && scan.beams.iter().all(is_current)
+}
+
 /// Index of a direction among equal parts of a turn.
-fn bin_of(direction: f64, bins: usize) -> usize {
+pub(super) fn bin_of(direction: f64, bins: usize) -> usize {
     let turn = direction.rem_euclid(TAU) / TAU;
     ((turn * bins as f64) as usize).min(bins - 1)
 }
@@ -352,7 +397,6 @@ fn with_neighbours(seen: [bool; SECTORS]) -> [bool; SECTORS] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::Beam;
 
     #[test]
     fn remembered_scans_are_bounded_in_time() {
@@ -365,8 +409,10 @@ mod tests {
             at(&mut scans, 100.0 + 0.1 * f64::from(tick));
         }
         assert!((11..=13).contains(&scans.earlier.len()), "{}", scans.earlier.len());
-        // A clock that runs backwards makes them useless.
+        // A clock that runs backwards makes them useless, and so does their age.
         at(&mut scans, 10.0);
+        assert_eq!(scans.earlier.len(), 1);
+        at(&mut scans, 10.0 + REMEMBERED_S);
         assert_eq!(scans.earlier.len(), 1);
     }
 
@@ -385,5 +431,9 @@ mod tests {
         scans.update_motion(&Twist::new(-1.0, -2.0), 10.3);
         assert!((scans.motion.travelled_m - 0.3).abs() < 1e-9);
         assert!((scans.motion.turned_rad - 0.2).abs() < 1e-9);
+        // After a long silence of the base only half a second counts.
+        scans.update_motion(&Twist::new(-1.0, -2.0), 15.3);
+        assert!((scans.motion.travelled_m - 0.8).abs() < 1e-9);
+        assert!((scans.motion.turned_rad - 1.2).abs() < 1e-9);
     }
 }

@@ -1,10 +1,11 @@
 //! The motion of the body from now to its standstill, and the returns that it would touch.
 
-use super::raw_scan::RawPoint;
-use crate::geometry::{Point, Pose, Twist, nearest_on_segment};
-use crate::robot::{Footprint, Limits};
+use super::body::{Body, Part};
+use super::ramp::Ramp;
+use super::raw_scan::{RawPoint, is_obstacle};
+use crate::geometry::{Point, Pose, Twist, Vector, wrap_angle};
 
-/// Most steps of a motion: a braking base stands long before.
+/// Most steps of a motion. A longer one is cut, and counts as touching.
 const MAX_STEPS: usize = 1000;
 
 /// Distance by which a return within the margin may seem to come nearer while the body slides past it, metres: the noise of
@@ -20,8 +21,8 @@ const ROUNDING_M: f64 = 1e-6;
 /// How the base follows a command.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionModel {
-    /// Accelerations; the deceleration is the identified one.
-    pub limits: Limits,
+    /// The ramp of the sender; the deceleration is at most the identified one.
+    pub ramp: Ramp,
     /// Time from a command to its effect, seconds.
     pub delay_s: f64,
     /// Time for which a command is kept before the base brakes, seconds.
@@ -33,18 +34,26 @@ pub(super) struct MotionModel {
 /// A pose of the stopping motion.
 #[derive(Clone, Copy, Debug)]
 struct Step {
-    pose: Pose,
+    position: Point,
+    /// Sine and cosine of the turn back to the body's frame.
+    turn_back: (f64, f64),
     end_s: f64,
+    /// No point of the body moves farther than this since the start, metres.
+    travel_m: f64,
+    /// Distance from a step's arc to its chord, as a share of the chord's length.
+    bulge_share: f64,
 }
 
 /// The stopping motion of the body, from now to its standstill, in its present frame.
 #[derive(Clone, Debug)]
 pub(super) struct StoppingMotion<'a> {
-    body: &'a Footprint,
-    /// The end of each step, seconds, and the centres of the discs at its start and at its end.
-    sweeps: Vec<(f64, Vec<(Point, Point)>)>,
+    body: &'a Body,
+    /// The poses, with the present one first.
+    steps: Vec<Step>,
     /// Radius around the origin that contains the whole motion, metres.
     reach_m: f64,
+    /// Whether the motion ends at a standstill; it is cut otherwise.
+    stands: bool,
 }
 
 /// Distances and counts of a check.
@@ -60,104 +69,165 @@ pub(super) struct Clearance {
     pub age_s: f64,
 }
 
+/// Why a motion is not permitted.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Obstruction {
+    /// The motion touches enough returns; this one is the nearest.
+    Return(RawPoint),
+    /// The base does not stand within this time, seconds.
+    NoStandstill(f64),
+}
+
 impl MotionModel {
     /// The motion of a body that moves with `start` and follows the commands that were sent already, each from its time of
     /// effect, seconds; then the command, then brakes.
     pub fn motion<'a>(
         &self,
-        body: &'a Footprint,
+        body: &'a Body,
         start: &Twist,
         sent: &[(f64, Twist)],
         command: &Twist,
     ) -> StoppingMotion<'a> {
-        let mut steps = vec![Step { pose: Pose::default(), end_s: 0.0 }];
+        let mut motion = StoppingMotion::new(body);
         let (mut pose, mut twist, mut time_s) = (Pose::default(), *start, 0.0);
         let in_force = |time_s: f64| {
             let newest = sent.iter().rev().find(|(from_s, _)| *from_s <= time_s);
             newest.map_or(*start, |(_, twist)| *twist)
         };
         let command_s = self.delay_s + self.hold_s;
-        while steps.len() < MAX_STEPS {
+        while !motion.stands && motion.steps.len() < MAX_STEPS {
             let is_delay = time_s < self.delay_s;
             let is_hold = time_s < command_s;
             let phase_end_s = if is_delay { self.delay_s } else { command_s };
             let step_s = if is_hold { self.step_s.min(phase_end_s - time_s) } else { self.step_s };
-            (pose, twist) = if is_delay {
-                self.limits.advance(&pose, &twist, &in_force(time_s), step_s)
+            let then = if is_delay {
+                self.ramp.towards(&twist, &in_force(time_s), step_s)
             } else if is_hold {
-                self.limits.advance(&pose, &twist, command, step_s)
+                self.ramp.towards(&twist, command, step_s)
             } else {
-                self.limits.advance_braking(&pose, &twist, step_s)
+                self.ramp.brake(&twist, step_s)
             };
+            let next = pose.after(&twist.mean(&then), step_s);
             // The end of a phase is exact: a rest of a step must not become a step of its own.
             time_s = if is_hold && step_s < self.step_s { phase_end_s } else { time_s + step_s };
-            steps.push(Step { pose, end_s: time_s });
-            if !is_hold && twist == Twist::STOP {
-                break;
-            }
+            motion.push(&pose, &next, time_s);
+            (pose, twist) = (next, then);
+            motion.stands = !is_hold && twist == Twist::STOP;
         }
-        StoppingMotion::new(body, &steps)
+        motion
+    }
+}
+
+impl Step {
+    /// A place in the frame of the body at this step.
+    fn local(&self, place: &Point) -> Point {
+        let Vector { x, y } = (place - self.position).rotated(self.turn_back);
+        Point::new(x, y)
     }
 }
 
 impl<'a> StoppingMotion<'a> {
-    fn new(body: &'a Footprint, steps: &[Step]) -> Self {
-        let centers = |step: &Step| body.at(&step.pose).map(|(center, _)| center).collect();
-        let mut from: Vec<Point> = steps.first().map(centers).unwrap_or_default();
-        let mut sweeps = Vec::with_capacity(steps.len());
-        for step in steps.iter().skip(1) {
-            let to: Vec<Point> = centers(step);
-            sweeps.push((step.end_s, from.iter().copied().zip(to.iter().copied()).collect()));
-            from = to;
-        }
-        let farthest = |pose: &Pose| pose.position().to_vector().norm();
-        let travel_m = steps.iter().map(|step| farthest(&step.pose)).fold(0.0, f64::max);
-        Self { body, sweeps, reach_m: travel_m + body.circumscribed_radius_m() }
+    /// A motion that has not begun.
+    fn new(body: &'a Body) -> Self {
+        let present = Step {
+            position: Point::default(),
+            turn_back: (0.0, 1.0),
+            end_s: 0.0,
+            travel_m: 0.0,
+            bulge_share: 0.0,
+        };
+        Self { body, steps: vec![present], reach_m: body.radius_m, stands: false }
     }
 
-    /// The nearest of enough returns that the motion would bring within the margin of the body; none if there are too few.
+    /// Adds the step from the last pose to the next one.
+    fn push(&mut self, last: &Pose, next: &Pose, end_s: f64) {
+        let position = next.position();
+        let turn = wrap_angle(next.yaw - last.yaw).abs();
+        let travel_m = (position - last.position()).norm() + turn * self.body.radius_m;
+        let (sin, cos) = libm::sincos(next.yaw);
+        self.steps.push(Step {
+            position,
+            turn_back: (-sin, cos),
+            end_s,
+            travel_m: self.steps.last().map_or(0.0, |step| step.travel_m) + travel_m,
+            bulge_share: turn / 8.0,
+        });
+        self.reach_m = self.reach_m.max(position.to_vector().norm() + self.body.radius_m);
+    }
+
+    /// The nearest of enough returns that the motion would bring within the margin of the body; none if there are too few and the
+    /// motion ends at a standstill.
     ///
     /// A return within the margin counts only if the body comes nearer to it than it slides past; a return within the body
     /// counts unless the body moves away from it.
-    pub fn first_touched(&self, points: &[RawPoint], clearance: &Clearance) -> Option<RawPoint> {
-        let end_s = self.sweeps.last().map_or(0.0, |(end_s, _)| *end_s);
+    pub fn obstruction(&self, points: &[RawPoint], clearance: &Clearance) -> Option<Obstruction> {
+        let end_s = self.steps.last().map_or(0.0, |step| step.end_s);
         let grown_m = clearance.approach_speed_m_s * (end_s + clearance.age_s);
         let touched = points.iter().filter(|point| {
             let far_m = self.reach_m + clearance.margin_m + if point.moves { grown_m } else { 0.0 };
             point.place.to_vector().norm_squared() <= far_m * far_m
-                && self.touches(point, clearance)
+                && self.touches(point, clearance, grown_m)
         });
         let mut count = 0;
         let mut nearest: Option<RawPoint> = None;
         for point in touched {
-            count += 1;
+            count += point.beams;
             if nearest.is_none_or(|before| point.gap_m < before.gap_m) {
                 nearest = Some(*point);
             }
         }
-        nearest.filter(|_| count >= clearance.min_points)
+        let nearest = nearest.filter(|_| count >= clearance.min_points).map(Obstruction::Return);
+        nearest.or_else(|| (!self.stands).then_some(Obstruction::NoStandstill(end_s)))
     }
 
-    fn touches(&self, point: &RawPoint, clearance: &Clearance) -> bool {
+    /// The steps in which a part of the body comes within a distance of a place, and more: each step as its two poses, and the
+    /// place in the frame of the body at both.
+    fn near_steps(
+        &self,
+        part: &Part,
+        place: &Point,
+        distance_m: f64,
+    ) -> impl Iterator<Item = ((&Step, &Step), (Point, Point))> {
+        let mut index = 0;
+        core::iter::from_fn(move || {
+            loop {
+                let (from, to) = (self.steps.get(index)?, self.steps.get(index + 1)?);
+                let local = from.local(place);
+                // A circle is a lower bound of the distance, and faster.
+                let circle_m = local.to_vector().norm() - self.body.radius_m;
+                let gap_m = if circle_m > distance_m { circle_m } else { part.distance_m(&local) };
+                // No part comes near before it has moved by the rest of the gap.
+                let until_m = from.travel_m + gap_m - distance_m;
+                if to.travel_m >= until_m {
+                    index += 1;
+                    return Some(((from, to), (local, to.local(place))));
+                }
+                let later = self.steps.get(index + 1..)?;
+                index += later.partition_point(|step| step.travel_m < until_m);
+            }
+        })
+    }
+
+    fn touches(&self, point: &RawPoint, clearance: &Clearance, grown_m: f64) -> bool {
         let margin_m = clearance.margin_m;
-        self.body.discs().iter().enumerate().any(|(index, disc)| {
-            let now = Point::new(disc.x, disc.y);
-            let gap_m = (point.place - now).norm() - disc.radius;
-            let radius_m = disc.radius + kept_m(gap_m, margin_m);
-            self.sweeps.iter().any(|(end_s, discs)| {
-                let Some((from, to)) = discs.get(index) else {
-                    return false;
-                };
-                let nearest = nearest_on_segment(from, to, &point.place);
-                let away_m = (point.place - nearest).norm();
-                if away_m < radius_m {
+        self.body.parts.iter().any(|part| {
+            let gap_m = part.distance_m(&point.place);
+            let kept_m = kept_m(gap_m, margin_m);
+            let near_m = if point.moves { margin_m + grown_m } else { kept_m };
+            let mut steps = self.near_steps(part, &point.place, near_m);
+            steps.any(|((_, step), (from, to))| {
+                let away_m = part.distance_to_segment_m(&from, &to);
+                // The chord of a turn must not seem to come nearer to a return that the body slides past.
+                let bulge_m =
+                    if gap_m <= margin_m { (to - from).norm() * step.bulge_share } else { 0.0 };
+                if away_m < kept_m - bulge_m {
                     return true;
                 }
                 // A moving return may reach the body at any motion of the robot. Only its motion against that of the body counts: the
                 // robot itself closes that gap.
-                let grown_m = clearance.approach_speed_m_s * (end_s + clearance.age_s);
-                let share = closing_share(from, to, &point.place);
-                point.moves && share > 0.0 && away_m < disc.radius + margin_m + grown_m * share
+                let grown_m = clearance.approach_speed_m_s * (step.end_s + clearance.age_s);
+                let share = if point.moves { part.closing_share(&from, &to) } else { 0.0 };
+                share > 0.0 && away_m < margin_m + grown_m * share
             })
         })
     }
@@ -177,29 +247,23 @@ impl<'a> StoppingMotion<'a> {
                 && !self.ends_nearer(point)
         });
         let near: Vec<&RawPoint> = near.take(min_points).collect();
-        near.first().filter(|_| near.len() >= min_points).map(|point| **point)
+        near.first().filter(|_| is_obstacle(near.iter().copied(), min_points)).map(|point| **point)
     }
 
     fn passes_within(&self, point: &RawPoint, distance_m: f64) -> bool {
-        self.sweeps.iter().any(|(_, discs)| {
-            discs.iter().zip(self.body.discs()).any(|((from, to), disc)| {
-                let comes_nearer = (to - from).dot(&(point.place - from)) > ROUNDING_M;
-                let nearest = nearest_on_segment(from, to, &point.place);
-                comes_nearer && (point.place - nearest).norm() < disc.radius + distance_m
+        self.body.parts.iter().any(|part| {
+            self.near_steps(part, &point.place, distance_m).any(|(_, (from, to))| {
+                part.closing_share(&from, &to) > 0.0
+                    && part.distance_to_segment_m(&from, &to) < distance_m
             })
         })
     }
 
     /// Whether the motion ends nearer to a return than it begins: then the return lies ahead.
     fn ends_nearer(&self, point: &RawPoint) -> bool {
-        let Some((_, discs)) = self.sweeps.last() else {
-            return false;
-        };
-        let pairs = discs.iter().zip(self.body.discs());
-        let end_m = pairs
-            .map(|((_, to), disc)| (point.place - *to).norm() - disc.radius)
-            .fold(f64::INFINITY, f64::min);
-        end_m < point.gap_m - SLIDE_M
+        self.steps.last().is_some_and(|step| {
+            self.body.distance_m(&step.local(&point.place)) < point.gap_m - SLIDE_M
+        })
     }
 
     /// The first of some directions from the origin, in radians, into which the motion brings the body beyond its present
@@ -207,28 +271,16 @@ impl<'a> StoppingMotion<'a> {
     pub fn first_entered(&self, mut directions: impl Iterator<Item = f64>) -> Option<f64> {
         directions.find(|direction| {
             let (sin, cos) = libm::sincos(*direction);
-            let extent = |center: &Point, radius: f64| {
-                let across = center.y * cos - center.x * sin;
-                let half = radius * radius - across * across;
-                if half < 0.0 { 0.0 } else { center.x * cos + center.y * sin + libm::sqrt(half) }
+            let ray = Vector::new(cos, sin);
+            let extent_m = |step: &Step| {
+                let from = step.local(&Point::default());
+                self.body.extent_m(&from, &ray.rotated(step.turn_back))
             };
-            let present = self.body.discs().iter();
-            let present = present
-                .map(|disc| extent(&Point::new(disc.x, disc.y), disc.radius))
-                .fold(0.0, f64::max);
-            self.sweeps.iter().any(|(_, discs)| {
-                let mut swept = discs.iter().zip(self.body.discs());
-                swept.any(|((_, to), disc)| extent(to, disc.radius) > present + SLIDE_M)
-            })
+            let (present, later) = self.steps.split_at(1);
+            let present_m = present.iter().map(extent_m).fold(0.0, f64::max);
+            later.iter().any(|step| extent_m(step) > present_m + SLIDE_M)
         })
     }
-}
-
-/// Share of a motion that closes the gap to a place: the cosine of the angle between both; zero where the gap grows.
-fn closing_share(from: &Point, to: &Point, place: &Point) -> f64 {
-    let (step, towards) = (to - from, place - from);
-    let closing = step.dot(&towards);
-    if closing > ROUNDING_M { closing / (step.norm() * towards.norm()) } else { 0.0 }
 }
 
 /// Distance that the body keeps to a return which is now at a gap from it, metres: the margin, or hardly less than

@@ -198,9 +198,9 @@ impl SafetyController {
         })
     }
 
-    /// From now on every target passes through this layer, armed or not.
+    /// From now on every target passes through this layer, armed or not. The layer takes over the ramp of the tracks.
     pub fn protect(&mut self, layer: ProtectiveLayer) {
-        self.protection = Some(layer);
+        self.protection = Some(layer.with_tracks(self.base.drive(), self.base.tracks));
     }
 
     /// Hands a raw scan to the protective layer, with the time of its last beam.

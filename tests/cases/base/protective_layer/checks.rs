@@ -18,7 +18,7 @@ pub fn limits() -> Limits {
 }
 
 pub fn layer(settings: CollisionMonitorSettings) -> ProtectiveLayer {
-    let mut layer = ProtectiveLayer::new(settings, body(), limits(), 0.1).expect("valid settings");
+    let mut layer = ProtectiveLayer::new(settings, &body(), limits(), 0.1).expect("valid settings");
     layer.arm();
     layer.set_stopping(0.2, 1.0);
     layer
@@ -73,7 +73,7 @@ const FULL: Twist = Twist::new(1.0, 0.0);
 #[test]
 fn nothing_moves_before_it_is_armed_and_after_the_operator_stops() {
     let mut layer =
-        ProtectiveLayer::new(CollisionMonitorSettings::default(), body(), limits(), 0.1)
+        ProtectiveLayer::new(CollisionMonitorSettings::default(), &body(), limits(), 0.1)
             .expect("valid settings");
     layer.update_scan(&scan(0.0, wall_ahead(8.0)), 0.0);
     assert_eq!(layer.limit(&FULL, &Twist::STOP, 0.0), (Twist::STOP, ProtectiveAction::NotArmed));

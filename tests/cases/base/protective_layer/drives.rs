@@ -95,7 +95,7 @@ impl Drive {
 
 fn protected(delay_s: f64, limits: &Limits) -> ProtectiveLayer {
     let settings = CollisionMonitorSettings::default();
-    let mut layer = ProtectiveLayer::new(settings, body(), *limits, PERIOD_S).expect("a layer");
+    let mut layer = ProtectiveLayer::new(settings, &body(), *limits, PERIOD_S).expect("a layer");
     layer.set_stopping(delay_s, -limits.decel_lim_x);
     layer.arm();
     layer

@@ -1,7 +1,10 @@
 //! Each limit of the layer, just below it and just above it.
 
+use core::f64::consts::{PI, TAU};
+
 use inbye::base::{CollisionMonitorSettings, ProtectiveAction, ProtectiveLayer};
 use inbye::geometry::{Point, Twist};
+use inbye::map::{Beam, TimedScan};
 
 use super::checks::{body, disc, layer, limits, scan, wall_ahead};
 
@@ -25,7 +28,7 @@ fn scan_is_blind_below_its_share_of_returns() {
         }
     };
     let action = |count| seeing(with_returns(count), FULL).limit(&FULL, &FULL, 0.0).1;
-    assert!(matches!(action(7.0), ProtectiveAction::BlindScan { .. }));
+    assert_eq!(action(7.0), ProtectiveAction::BlindScan { share: 7.0 / 360.0 });
     assert!(!matches!(action(8.0), ProtectiveAction::BlindScan { .. }));
 }
 
@@ -59,6 +62,14 @@ fn third_identical_scan_of_a_base_that_moves_is_frozen() {
         assert_eq!(is_frozen(3, measured), expected, "{measured:?}");
         assert!(!is_frozen(2, measured), "{measured:?}");
     }
+}
+
+/// A base that moves by twice the threshold between two scans: only the number of scans decides.
+#[test]
+fn same_scan_again_does_not_count_towards_a_frozen_lidar() {
+    let fast = Twist::new(1.0, 0.0);
+    assert!(!matches!(after_identical(2, fast), ProtectiveAction::FrozenScan { .. }));
+    assert_eq!(after_identical(3, fast), ProtectiveAction::FrozenScan { scans: 3 });
 }
 
 /// A base at 1 m/s whose last commands were to creep: it may keep its speed until the next command takes effect.
@@ -168,7 +179,7 @@ fn stopping_distance_is_the_sum_of_its_parts() {
 #[test]
 fn delay_counts_as_stated_until_it_is_identified() {
     let settings = CollisionMonitorSettings::default().stopping_delay_s(0.7);
-    let layer = ProtectiveLayer::new(settings, body(), limits(), 0.1).expect("valid settings");
+    let layer = ProtectiveLayer::new(settings, &body(), limits(), 0.1).expect("valid settings");
     let (delay_s, _) = layer.stopping();
     assert!(delay_s >= 0.7, "{delay_s}");
 }
@@ -216,6 +227,34 @@ fn single_return_in_the_slow_zone_is_dust() {
     assert!(matches!(action(2.0), ProtectiveAction::Slow { .. }), "{}", action(2.0));
 }
 
+/// A scan of 65,536 beams, nearer in the first of those within a hundredth of a radian of straight ahead.
+fn dense(near: usize) -> TimedScan {
+    let beams: i32 = 65_536;
+    let first = (0..beams).find(|index| f64::from(*index) / f64::from(beams) * TAU - PI > 0.0);
+    let first = first.expect("a beam ahead");
+    let beam = |index: i32| {
+        let angle = f64::from(index) / f64::from(beams) * TAU - PI;
+        let is_near = (first..first + near as i32).contains(&index);
+        Beam { angle, range: if is_near { 0.6 } else { 9.0 }, time_s: 0.0 }
+    };
+    TimedScan { beams: (0..beams).map(beam).collect(), range_max: 10.0 }
+}
+
+#[test]
+fn few_near_beams_of_a_dense_scan_stop_the_robot() {
+    let command = |near, min_points| {
+        let mut layer = layer(CollisionMonitorSettings::default().min_points(min_points));
+        layer.update_motion(&FULL, 0.0);
+        layer.update_scan(&dense(near), 0.0);
+        layer.limit(&FULL, &FULL, 0.0).0
+    };
+    // A single one of 65,536 beams, where one return counts; the other 44 beams of its direction end 8 m behind it.
+    assert_eq!(command(1, 1), Twist::STOP);
+    // Dust, and what is no dust, by the number of returns and not of directions.
+    assert_eq!((command(1, 2), command(2, 2)), (FULL, Twist::STOP));
+    assert_eq!((command(19, 20), command(20, 20)), (FULL, Twist::STOP));
+}
+
 #[test]
 fn scan_with_too_many_beams_is_ignored() {
     for (count, is_used) in [(65_536, true), (65_537, false)] {
@@ -257,6 +296,70 @@ fn beams_are_placed_at_the_pose_of_their_time() {
     };
     assert!(action(0.0).passes());
     assert!(!action(0.2).passes());
+}
+
+/// The order of the beams does not matter: each has its own time, and the newest one is that of the scan.
+#[test]
+fn beams_may_come_in_any_order() {
+    let action = |shuffle: &dyn Fn(&mut Vec<Beam>)| {
+        let mut layer = layer(CollisionMonitorSettings::default());
+        layer.update_motion(&FULL, -0.3);
+        layer.update_motion(&FULL, 0.0);
+        let mut seen = scan(0.0, wall_ahead(1.15));
+        let count = seen.beams.len() as f64;
+        for (index, beam) in seen.beams.iter_mut().enumerate() {
+            beam.time_s = -0.1 * (1.0 - (index + 1) as f64 / count);
+        }
+        shuffle(&mut seen.beams);
+        let end_s = seen.end_s().expect("beams");
+        assert_eq!(end_s, 0.0);
+        layer.update_scan(&seen, end_s);
+        layer.limit(&FULL, &FULL, 0.25)
+    };
+    let in_order = action(&|_| ());
+    assert!(matches!(
+        in_order.1,
+        ProtectiveAction::Stop { .. } | ProtectiveAction::Approach { .. }
+    ));
+    for shuffle in [
+        &(|beams: &mut Vec<Beam>| beams.reverse()) as &dyn Fn(&mut Vec<Beam>),
+        &|beams| beams.rotate_left(100),
+        &|beams| beams.sort_by_key(|beam| (beam.angle * 1e4) as i64 % 17),
+    ] {
+        assert_eq!(action(shuffle), in_order);
+    }
+}
+
+#[test]
+fn scan_with_a_beam_from_another_time_is_ignored() {
+    for (beam_s, is_used) in [(-0.99, true), (-1.01, false), (0.0, true), (0.01, false)] {
+        let mut layer = layer(CollisionMonitorSettings::default());
+        let mut seen = scan(0.0, wall_ahead(8.0));
+        seen.beams[100].time_s = beam_s;
+        layer.update_scan(&seen, 0.0);
+        let action = layer.limit(&Twist::STOP, &Twist::STOP, 0.0).1;
+        assert_eq!(action != ProtectiveAction::NoScan, is_used, "{beam_s} s");
+    }
+}
+
+/// From 1 m/s at 0.05 m/s^2 a base stands after 20 s and 10 m. Steps of 5 ms cover the first 5 s.
+#[test]
+fn stop_that_is_longer_than_the_layer_looks_ahead_is_not_permitted() {
+    let action = |step_s: f64, target: Twist| {
+        let settings = CollisionMonitorSettings::default().simulation_time_step(step_s);
+        let mut layer = layer(settings);
+        layer.set_stopping(0.2, 0.05);
+        layer.update_motion(&target, 0.0);
+        layer.update_scan(&scan(0.0, wall_ahead(9.0)), 0.0);
+        layer.limit(&target, &target, 0.0)
+    };
+    let (command, cut) = action(0.005, FULL);
+    assert!(matches!(cut, ProtectiveAction::NoStandstill { .. }), "{cut}");
+    assert_eq!(command, Twist::STOP, "its measured motion is as long");
+    // The whole motion, and a slow one, which ends within that time.
+    let (_, whole) = action(0.05, FULL);
+    assert!(matches!(whole, ProtectiveAction::Stop { .. }), "{whole}");
+    assert!(action(0.005, Twist::new(0.2, 0.0)).1.passes());
 }
 
 /// A person who approaches at 0.3 m/s comes 0.03 m nearer between two scans, which is as much as noise.
@@ -305,6 +408,57 @@ fn command_in_force_lasts_until_the_next_takes_effect() {
     (0..16).for_each(|cycle| _ = passes(0.02 * f64::from(cycle), FULL));
     assert!(!passes(0.32, Twist::STOP) && !passes(0.48, Twist::STOP));
     assert!(passes(0.54, Twist::STOP));
+}
+
+/// The last command before a stop is in force for the whole delay: 0.2 m at 1 m/s.
+#[test]
+fn stop_that_was_just_sent_takes_effect_after_the_delay() {
+    let creep = Twist::new(0.1, 0.0);
+    let passes = |at_m: f64| {
+        let mut layer = layer(CollisionMonitorSettings::default().slow_margin_m(0.0));
+        let mut passes = |now_s: f64, sent: Twist| {
+            layer.update_scan(&scan(now_s, wall_ahead(at_m + 0.001 * now_s)), now_s);
+            layer.limit(&creep, &sent, now_s).1.passes()
+        };
+        (0..16).for_each(|cycle| _ = passes(0.02 * f64::from(cycle), FULL));
+        passes(0.32, Twist::STOP)
+    };
+    // 0.43 m of body and margin, and 0.5 m of braking.
+    assert!(!passes(1.02) && !passes(1.08) && passes(1.3));
+}
+
+/// A walker comes nearer by 1.6 m/s since the scan.
+#[test]
+fn older_scan_of_a_walker_reduces_the_command_more() {
+    let command = |age_s: f64| {
+        let mut layer = layer(CollisionMonitorSettings::default());
+        for (stamp_s, at_m) in [(0.0, 3.6), (0.5, 3.0)] {
+            layer.update_motion(&Twist::STOP, stamp_s);
+            layer.update_scan(&scan(stamp_s, disc(Point::new(at_m, 0.0), 0.3)), stamp_s);
+        }
+        layer.update_motion(&Twist::STOP, 0.5 + age_s);
+        layer.limit(&FULL, &FULL, 0.5 + age_s).0.linear
+    };
+    let (fresh, older, old) = (command(0.0), command(0.14), command(0.28));
+    assert!(fresh > older + 0.05 && older > old + 0.05, "{fresh} {older} {old}");
+}
+
+/// The robot turned left by 0.75 rad since its scan: what was ahead is to its right.
+#[test]
+fn blind_direction_turns_with_the_robot() {
+    let blind_ahead = |angle: f64| if angle.abs() < 0.5 { f64::NAN } else { 9.0 };
+    let action = |target: Twist| {
+        let mut layer = layer(CollisionMonitorSettings::default().slow_margin_m(0.0));
+        layer.update_motion(&Twist::new(0.0, 3.0), 0.0);
+        layer.update_scan(&scan(0.0, blind_ahead), 0.0);
+        layer.update_motion(&Twist::STOP, 0.25);
+        layer.limit(&target, &target, 0.25).1
+    };
+    let to_the_right = action(Twist::new(0.8, -1.0));
+    let ProtectiveAction::BlindSector { direction_rad, .. } = to_the_right else {
+        panic!("{to_the_right}")
+    };
+    assert!((direction_rad + 0.75).abs() < 0.2, "{direction_rad}");
 }
 
 #[test]
@@ -394,7 +548,8 @@ fn ranges_of_zero_and_beyond_the_lidar_s_are_no_returns() {
 #[test]
 fn layer_identifies_weak_brakes_by_itself() {
     let settings = CollisionMonitorSettings::default();
-    let mut layer = ProtectiveLayer::new(settings, body(), limits(), 0.02).expect("valid settings");
+    let mut layer =
+        ProtectiveLayer::new(settings, &body(), limits(), 0.02).expect("valid settings");
     let stated = -limits().decel_lim_x;
     let mut line = std::collections::VecDeque::from([0.0; 5]);
     let (mut speed, mut sent): (f64, f64) = (0.0, 0.0);

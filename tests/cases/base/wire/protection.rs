@@ -24,10 +24,9 @@ struct Robot {
 }
 
 impl Robot {
-    fn new(wall_m: f64) -> Self {
-        let settings = SupervisorSettings::default();
-        let controller =
-            SafetyController::new(&BaseSettings::default(), settings).expect("valid settings");
+    fn new(wall_m: f64, base: &BaseSettings) -> Self {
+        let controller = SafetyController::new(base, SupervisorSettings::default());
+        let controller = controller.expect("valid settings");
         Self { controller, now_s: 10.0, twist: Twist::STOP, wall_m }
     }
 
@@ -74,10 +73,14 @@ const AHEAD: Twist = Twist::new(0.8, 0.0);
 
 /// The switch of a robot's layer, and the robot.
 fn with_switch(wall_m: f64) -> (Robot, OperatorSwitch) {
-    let mut robot = Robot::new(wall_m);
+    with_base(wall_m, &BaseSettings::default())
+}
+
+fn with_base(wall_m: f64, base: &BaseSettings) -> (Robot, OperatorSwitch) {
+    let mut robot = Robot::new(wall_m, base);
     let body = Footprint::round(0.3).expect("a radius");
     let monitor = CollisionMonitorSettings::default();
-    let layer = ProtectiveLayer::new(monitor, body, Limits::default(), PERIOD_S);
+    let layer = ProtectiveLayer::new(monitor, &body, Limits::default(), PERIOD_S);
     let layer = layer.expect("valid settings");
     let switch = layer.operator();
     robot.controller.protect(layer);
@@ -111,6 +114,18 @@ fn base_stops_before_a_wall_that_the_planner_drives_at() {
     let (mut robot, switch) = with_switch(4.0);
     switch.arm();
     robot.cycles(1000, true);
+    assert_eq!(robot.twist, Twist::STOP);
+    assert!((0.3..0.5).contains(&robot.wall_m), "{} m", robot.wall_m);
+}
+
+/// The sender brakes the tracks at 0.4 m/s^2, and the robot's own limits say 1.0 m/s^2: the weaker counts.
+#[test]
+fn base_with_weak_brakes_of_its_tracks_stops_before_a_wall() {
+    let mut base = BaseSettings::default();
+    base.tracks.decel_lim_track = -0.4;
+    let (mut robot, switch) = with_base(4.0, &base);
+    switch.arm();
+    robot.cycles(1500, true);
     assert_eq!(robot.twist, Twist::STOP);
     assert!((0.3..0.5).contains(&robot.wall_m), "{} m", robot.wall_m);
 }

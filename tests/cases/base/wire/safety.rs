@@ -367,7 +367,7 @@ fn armed() -> (Harness, OperatorSwitch) {
     let mut harness = Harness::new();
     let body = Footprint::round(0.3).expect("a radius");
     let monitor = CollisionMonitorSettings::default();
-    let layer = ProtectiveLayer::new(monitor, body, Limits::default(), PERIOD_S);
+    let layer = ProtectiveLayer::new(monitor, &body, Limits::default(), PERIOD_S);
     let layer = layer.expect("valid settings").without_lidar();
     let switch = layer.operator();
     harness.controller.protect(layer);

@@ -244,7 +244,7 @@ fn base_drives_only_with_scans_of_its_lidar() {
         let supervisor = base.supervisor();
         let body = Footprint::round(0.3).expect("a radius");
         let monitor = CollisionMonitorSettings::default().source_timeout(10.0);
-        let layer = ProtectiveLayer::new(monitor, body, Limits::default(), 0.02);
+        let layer = ProtectiveLayer::new(monitor, &body, Limits::default(), 0.02);
         let mut layer = layer.expect("valid settings");
         layer.arm();
         let scans: ScanSource = Box::new(move |now_s| {

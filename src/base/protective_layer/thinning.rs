@@ -1,0 +1,81 @@
+//! Bounds the work for a scan of very many beams.
+
+use super::raw_scan::bin_of;
+use crate::map::{Beam, TimedScan};
+
+/// Directions of a turn, each a quarter of a degree wide: a centimetre at 2.3 m.
+const DIRECTIONS: usize = 1440;
+
+/// Depth within which the returns of a direction count as one obstacle, metres.
+const DEPTH_M: f64 = 0.1;
+
+/// Whether a beam has a return.
+pub(super) fn is_return(beam: &Beam, range_max_m: f64) -> bool {
+    beam.range > 0.0 && beam.range <= range_max_m
+}
+
+/// The returns that the layer checks, each with the number of returns that it stands for. A scan of at most 1440 beams keeps all.
+/// A larger one keeps the nearest in each direction, which stands for those within 0.1 m behind it: nothing in front of an
+/// obstacle is lost, and what is hidden by it in a single direction does not count.
+pub(super) fn thinned(scan: &TimedScan) -> Vec<(Beam, usize)> {
+    let returns = scan.beams.iter().filter(|beam| is_return(beam, scan.range_max));
+    if scan.beams.len() <= DIRECTIONS {
+        return returns.map(|beam| (*beam, 1)).collect();
+    }
+    let mut nearest: Vec<Option<(Beam, usize)>> = vec![None; DIRECTIONS];
+    for beam in returns.clone() {
+        if let Some(direction) = nearest.get_mut(bin_of(beam.angle, DIRECTIONS))
+            && direction.is_none_or(|(before, _)| beam.range < before.range)
+        {
+            *direction = Some((*beam, 0));
+        }
+    }
+    for beam in returns {
+        if let Some(Some((first, count))) = nearest.get_mut(bin_of(beam.angle, DIRECTIONS))
+            && beam.range <= first.range + DEPTH_M
+        {
+            *count += 1;
+        }
+    }
+    nearest.into_iter().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::TAU;
+
+    use super::*;
+
+    fn scan(beams: usize, range: impl Fn(usize) -> f64) -> TimedScan {
+        let beam = |index: usize| Beam {
+            angle: index as f64 / beams as f64 * TAU,
+            range: range(index),
+            time_s: 0.0,
+        };
+        TimedScan { beams: (0..beams).map(beam).collect(), range_max: 10.0 }
+    }
+
+    #[test]
+    fn usual_scan_keeps_every_return() {
+        let kept = thinned(&scan(1440, |index| if index % 2 == 0 { 5.0 } else { f64::INFINITY }));
+        assert_eq!(kept.len(), 720);
+        assert!(kept.iter().all(|(_, count)| *count == 1));
+    }
+
+    #[test]
+    fn dense_scan_keeps_the_nearest_return_of_each_direction() {
+        // Direction 10 has the beams from 455.1 to 500.6.
+        let range = |index: usize| match index {
+            470 => 0.5,
+            480 | 490 => 0.59,
+            _ => 5.0,
+        };
+        let kept = thinned(&scan(65_536, range));
+        assert_eq!(kept.len(), 1440);
+        let near: Vec<_> = kept.iter().filter(|(beam, _)| beam.range < 1.0).collect();
+        let [(beam, count)] = near[..] else { panic!("{near:?}") };
+        assert_eq!((beam.range, *count), (0.5, 3));
+        let all: usize = kept.iter().map(|(_, count)| count).sum();
+        assert_eq!(all, 65_536 - 45 + 3, "what stands 4 m behind does not count");
+    }
+}
