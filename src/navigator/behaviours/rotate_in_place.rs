@@ -79,10 +79,9 @@ fn decision(state: &State<'_>, angle: f64) -> Decision {
 
 /// The rotation to the local target that touches nothing, radians: the shorter one, else the longer one.
 fn clear_rotation(state: &State<'_>) -> Option<f64> {
-    // The protective layer checks the discs too: it would forbid a rotation for which only the body has room.
-    let footprint = &state.robot.footprint.without_body();
+    let footprint = &state.robot.footprint;
     let pose = state.now.pose;
-    let reach_m = footprint.circumscribed_radius_m() + MIN_GAP_M;
+    let reach_m = footprint.body_radius_m() + MIN_GAP_M;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
     let is_clear = |angle: &f64| {
         let takes_s = angle.abs() / state.robot.limits.max_vel_theta;
