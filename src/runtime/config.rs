@@ -145,6 +145,14 @@ settings! {
     }
     heading "Settings with their defaults: leave out every key that keeps its default. SI units; x forward, y left, yaw \
         counter-clockwise."
+    rule |config| {
+        // Where the layer keeps more than the navigator, it stops the robot on paths that the navigator takes for free.
+        let (navigator, layer) = (&config.navigator, &config.collision_monitor);
+        let is_valid = !layer.enabled || navigator.safety_margin_m >= layer.margin_m;
+        let expected = "at least that of the protective layer, margin_m in [collision_monitor]";
+        require(is_valid, "safety_margin_m", navigator.safety_margin_m, expected)
+            .map_err(|error| error.in_table("navigator"))
+    }
 }
 
 /// Returns the keys of earlier versions of this file and of the base's, each with its present name.

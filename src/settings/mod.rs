@@ -398,13 +398,13 @@ macro_rules! settings {
                     )?;
                 )?)+
                 $(
-                    let $this = self;
-                    $rule?;
-                )?
-                $(
                     $crate::settings::Setting::check_table(&self.$key)
                         .map_err(|error| error.in_table(stringify!($key)))?;
                 )+
+                $(
+                    let $this = self;
+                    $rule?;
+                )?
                 Ok(())
             }
         }

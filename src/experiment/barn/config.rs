@@ -2,6 +2,7 @@
 
 use core::f64::consts::PI;
 
+use crate::base::CollisionMonitorSettings;
 use crate::local::{LocalSettings, Stopping, Weights};
 use crate::navigator::{NavigatorFeatures, NavigatorSettings};
 use crate::robot::{Disc, Footprint, Limits};
@@ -84,6 +85,11 @@ pub fn barn_config(max_speed: f64) -> Config {
             // Giving up early gains nothing, but no run that was stuck for this long got free again.
             movement_time_allowance: 60.0,
             ..NavigatorSettings::default()
+        },
+        // At most the navigator's margin.
+        collision_monitor: CollisionMonitorSettings {
+            margin_m: 0.01,
+            ..CollisionMonitorSettings::default()
         },
         ..Config::default()
     }
