@@ -75,14 +75,13 @@ impl HardwareArguments {
         let protocol = self.protocol.unwrap_or_default();
         let line = base::load_line(port, protocol, self.base_config.as_deref())?;
         line.warning().iter().for_each(output::warn);
-        let mut robot = line.connect(start, interrupt_flag()?).context("--port")?;
-        if let Some(port) = &self.lidar {
-            let reader = connect_lidar(port, line.config.lidar).context("--lidar")?;
-            robot = robot.with_lidar(reader);
-        }
+        let base = line.connect(interrupt_flag()?).context("--port")?;
+        let lidar = self.lidar.as_ref().map(|port| connect_lidar(port, line.config.lidar));
+        let lidar = lidar.transpose().context("--lidar")?;
         let layer = config.protective_layer(line.config.supervisor.period_s())?;
-        operator::serve(&layer.operator(), self.arm, self.operator_port)?;
-        robot.protect(layer);
+        let switch = layer.operator();
+        let robot = HardwareRobot::new(base, lidar, layer, start);
+        operator::serve(&switch, self.arm, self.operator_port)?;
         Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot }))
     }
 }

@@ -12,7 +12,7 @@ use super::{LidarData, OdometryReading, Robot, SensorData};
 use crate::base::ld19::{LidarReader, LidarSettings, LidarStatus, OpenLidar};
 use crate::base::{
     BaseConfig, BaseError, BaseSupervisor, DriveStatus, OpenBase, ProtectiveAction,
-    ProtectiveLayer, Protocol, SupervisorStatus,
+    ProtectiveLayer, Protocol, ScanSource, SupervisorStatus,
 };
 use crate::geometry::{Pose, Twist};
 use crate::map::TimedScan;
@@ -134,18 +134,14 @@ impl SerialLine {
         }
     }
 
-    /// Starts the supervisor and waits for the base; returns a robot without a lidar, at a pose of the map.
+    /// Starts the supervisor as [`Self::supervise`], and waits for the base as [`Self::await_report`].
     ///
     /// # Errors
-    /// As [`SerialLine::supervise`] and [`SerialLine::await_report`].
-    pub fn connect(
-        &self,
-        start: Pose,
-        end: Arc<AtomicBool>,
-    ) -> Result<HardwareRobot, HardwareError> {
+    /// Those of both.
+    pub fn connect(&self, end: Arc<AtomicBool>) -> Result<BaseSupervisor, HardwareError> {
         let supervisor = self.supervise(end)?;
         self.await_report(&supervisor)?;
-        Ok(HardwareRobot::new(supervisor, start))
+        Ok(supervisor)
     }
 
     #[cfg(feature = "serial")]
@@ -238,12 +234,26 @@ struct Lidar {
 }
 
 impl HardwareRobot {
-    /// Creates a robot that stands at a pose of the map.
+    /// Creates a robot that stands at a pose of the map. Its lidar is at its origin.
+    ///
+    /// Every command passes the protective layer, which gets the raw scans of the lidar on the thread that sends. Nothing moves
+    /// before the layer is armed. Without a lidar only its switch acts.
     #[must_use]
-    pub const fn new(base: BaseSupervisor, start: Pose) -> Self {
+    pub fn new(
+        base: BaseSupervisor,
+        lidar: Option<LidarReader>,
+        layer: ProtectiveLayer,
+        start: Pose,
+    ) -> Self {
+        let reader = lidar.map(Arc::new);
+        match &reader {
+            Some(reader) => base.protect(layer, Some(newest_revolution(reader))),
+            None => base.protect(layer.without_lidar(), None),
+        }
+        let newest = (0, TimedScan::default());
         Self {
             base,
-            lidar: None,
+            lidar: reader.map(|reader| Lidar { reader, newest, began_s: None }),
             start,
             origin: None,
             observed_s: 0.0,
@@ -251,37 +261,6 @@ impl HardwareRobot {
             late_ticks: 0,
             last_report_s: 0.0,
         }
-    }
-
-    /// Adds a lidar at the origin of the robot.
-    #[must_use]
-    pub fn with_lidar(self, reader: LidarReader) -> Self {
-        let reader = Arc::new(reader);
-        let lidar = Some(Lidar { reader, newest: (0, TimedScan::default()), began_s: None });
-        Self { lidar, ..self }
-    }
-
-    /// Passes every command through a protective layer, which gets the raw scans of the lidar on the thread that sends. Without
-    /// a lidar only its switch acts. Add the lidar first.
-    pub fn protect(&mut self, layer: ProtectiveLayer) {
-        let Some(lidar) = &self.lidar else {
-            self.base.protect(layer.without_lidar(), None);
-            return;
-        };
-        let reader = Arc::clone(&lidar.reader);
-        let mut revolutions = 0;
-        let newest = move |now_s: f64| {
-            let status = reader.status();
-            if status.revolutions == revolutions {
-                return None;
-            }
-            revolutions = status.revolutions;
-            let mut sweep = TimedScan::clone(status.scan.as_ref()?);
-            let ahead_s = now_s - reader.now_s();
-            sweep.beams.iter_mut().for_each(|beam| beam.time_s += ahead_s);
-            Some(sweep)
-        };
-        self.base.protect(layer, Some(Box::new(newest)));
     }
 
     /// The base's status.
@@ -308,6 +287,23 @@ impl HardwareRobot {
             self.start.transform_pose(&origin.inverse_transform_pose(&status.pose))
         })
     }
+}
+
+/// The revolutions of a lidar for the protective layer, each once, by the clock of the base.
+fn newest_revolution(reader: &Arc<LidarReader>) -> ScanSource {
+    let reader = Arc::clone(reader);
+    let mut revolutions = 0;
+    Box::new(move |now_s: f64| {
+        let status = reader.status();
+        if status.revolutions == revolutions {
+            return None;
+        }
+        revolutions = status.revolutions;
+        let mut sweep = TimedScan::clone(status.scan.as_ref()?);
+        let ahead_s = now_s - reader.now_s();
+        sweep.beams.iter_mut().for_each(|beam| beam.time_s += ahead_s);
+        Some(sweep)
+    })
 }
 
 impl Lidar {
