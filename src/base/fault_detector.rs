@@ -54,10 +54,10 @@ settings! {
         /// Time of commanded motion after which a track that stands is stuck. Default 1 s: motors with a lag of 0.2 s
         /// have long moved, and blocked motors have not yet burnt out. A base whose tracks both stand ignores its commands after
         /// 0.7 of this time.
-        pub stuck_s: f64 = 1.0, ["s", above 0];
+        pub stuck_s: f64 = 1.0, ["s", above 0 to 5];
         /// Time after which a track that runs against its command is reversed. Default 0.5 s: commands are ramped, so
         /// that tracks follow them within a lag or two.
-        pub reversed_s: f64 = 0.5, ["s", above 0];
+        pub reversed_s: f64 = 0.5, ["s", above 0 to 5];
         /// Speed by which a runaway track exceeds every recent command. Default 0.15 m/s: more than a good speed
         /// control overshoots.
         pub runaway_margin_m_s: f64 = 0.15, ["m/s", above 0];

@@ -77,8 +77,6 @@ pub struct Feedback {
     pub age_s: f64,
     /// Whether a report that may be damaged shows disabled motors. The next report confirms or refutes it.
     pub is_stop_suspected: bool,
-    /// Acceleration along x, y and z of the base's frame with that of gravity, m/s^2, if the base has an accelerometer.
-    pub acceleration_m_s2: Option<[f64; 3]>,
     /// Tilt against the horizontal, if the base measures it.
     pub tilt: Option<Tilt>,
     /// Bumpers that are pressed; none for a base without bumpers.

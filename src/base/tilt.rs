@@ -1,6 +1,7 @@
 //! Tilt of a base by its accelerometer and gyro.
 
 use super::Tilt;
+use crate::geometry::wrap_angle;
 
 /// Time constant between gyro and accelerometer, seconds: longer than a base accelerates at its limit, and short against the
 /// drift of a gyro.
@@ -41,7 +42,7 @@ impl TiltFilter {
                 let share = time_s / (TRUST_S + time_s);
                 let blend = |last: f64, rate: f64, by_gravity: f64| {
                     let turned = last + rate * time_s;
-                    turned + share * (by_gravity - turned)
+                    wrap_angle(turned + share * wrap_angle(by_gravity - turned))
                 };
                 Tilt {
                     roll: blend(last.roll, gyro[0], by_gravity.roll),
@@ -107,6 +108,21 @@ mod tests {
         assert!((rolled.roll - 0.1 * 5.0 / 6.0).abs() < 1e-12 && rolled.pitch == 0.0, "{rolled:?}");
         let pitched = after(level, [0.0, -1.0, 0.0], 0.1);
         assert!((pitched.pitch + 0.1 * 5.0 / 6.0).abs() < 1e-12 && pitched.roll == 0.0);
+    }
+
+    /// A base on its back whose roll is measured as just below pi, then as just above minus pi.
+    #[test]
+    fn tilt_of_a_base_on_its_back_does_not_swing_through_level() {
+        let on_its_back = |y: f64| [0.0, y, -9.8];
+        let mut filter = TiltFilter::default();
+        for (cycle, y) in [0.1, -0.1, 0.1, -0.1].into_iter().enumerate() {
+            let now_s = 0.1 * cycle as f64;
+            let tilt = filter.update(on_its_back(y), [0.0; 3], now_s).expect("a tilt");
+            assert!(tilt.roll.abs() > 3.1, "{now_s} s: {tilt:?}");
+        }
+        // A roll by the gyro beyond pi goes on from minus pi.
+        let rolled = filter.update(on_its_back(0.0), [4.0, 0.0, 0.0], 0.4).expect("a tilt");
+        assert!((-3.0..-2.6).contains(&rolled.roll), "{rolled:?}");
     }
 
     #[test]

@@ -137,7 +137,6 @@ impl From<Report> for Feedback {
             emergency_stop: report.motors_disabled,
             battery_v: Some(report.battery_v),
             yaw_rate: Some(report.gyro[2]),
-            acceleration_m_s2: (report.acceleration != [0.0; 3]).then_some(report.acceleration),
             ..Self::default()
         }
     }

@@ -45,8 +45,7 @@ impl Polygon {
     /// # Errors
     /// As [`Self::new`].
     pub fn rectangle(length_m: f64, width_m: f64) -> Result<Self, RobotError> {
-        let (x, y) = (length_m / 2.0, width_m / 2.0);
-        Self::new([(x, y), (x, -y), (-x, -y), (-x, y)].map(|(x, y)| Point::new(x, y)).to_vec())
+        Self::new(rectangle_corners(length_m, width_m))
     }
 
     /// The corners, at least three.
@@ -199,6 +198,18 @@ fn meets_unit_square(from: &Point, to: &Point, corner: &Point) -> bool {
         last = last.min(enters.max(leaves));
     }
     first <= last
+}
+
+fn rectangle_corners(length: f64, width: f64) -> Vec<Point> {
+    let (x, y) = (length / 2.0, width / 2.0);
+    [(x, y), (x, -y), (-x, -y), (-x, y)].map(|(x, y)| Point::new(x, y)).to_vec()
+}
+
+impl Default for Polygon {
+    /// The body of a small tracked base: 0.7 by 0.5 m.
+    fn default() -> Self {
+        Self(rectangle_corners(0.7, 0.5))
+    }
 }
 
 impl TryFrom<Vec<Point>> for Polygon {

@@ -22,7 +22,7 @@ settings! {
         /// Shape of the robot in its own frame, metres: the corners `[x, y]` of its body as in Nav2, which discs then cover. Or 1 to
         /// 8 discs, each with its centre ahead `x` and to the left `y`, and a `radius` above zero. Or a table of both, `body` and
         /// `discs`, where the discs must cover the body. Contact is judged by the body.
-        pub footprint: Footprint = default_footprint();
+        pub footprint: Footprint = Footprint::covering(Polygon::default());
         /// Distance between the tracks' centre lines.
         pub track_width_m: f64 = 0.45, ["m", above 0];
         /// Speeds and accelerations.
@@ -32,11 +32,6 @@ settings! {
         let discs = robot.footprint.discs().len();
         require(discs <= MAX_DISCS, "number of footprint discs", discs as f64, "1 to 8")
     }
-}
-
-/// A tracked base of 0.7 by 0.5 m.
-fn default_footprint() -> Footprint {
-    Footprint::covering(Polygon::rectangle(0.7, 0.5).expect("a rectangle with an area"))
 }
 
 impl RobotConfig {

@@ -51,7 +51,7 @@ settings! {
         /// Longest time between two cycles of the sender, or between two reports of the base. Default 0.2 s: four reports of
         /// the slowest controller, and less than any base's watchdog. After a longer gap the base stands, and moves again
         /// from its measured speed, for a target that is newer than the gap.
-        pub max_gap_s: f64 = 0.2, ["s", above 0];
+        pub max_gap_s: f64 = 0.2, ["s", above 0 to 5];
         /// Pause after the first failure of the connection. Default 0.1 s.
         pub reconnect_min_s: f64 = 0.1, ["s", above 0];
         /// Longest pause between attempts to reconnect, at least `reconnect_min_s`. Default 5 s.

@@ -237,7 +237,6 @@ mod serial {
             emergency_stop: false,
             battery_v: Some(24.0),
             yaw_rate: Some(-375.0 * 0.000_266_44),
-            acceleration_m_s2: Some([0.0, 0.0, 16_384.0 / 1671.84]),
             tilt: Some(Tilt::default()),
             ..Feedback::default()
         };

@@ -1,6 +1,6 @@
 //! Settings out of range are rejected by name.
 
-use inbye::base::{BaseSettings, SupervisorSettings};
+use inbye::base::{BaseSettings, FaultDetectorSettings, SupervisorSettings};
 use inbye::robot::PerTrack;
 
 #[test]
@@ -19,6 +19,13 @@ fn base_settings_reject_bad_values_by_name() {
     }
 }
 
+/// Settings of a supervisor with another fault detector.
+fn with_detector(
+    change: impl Fn(FaultDetectorSettings) -> FaultDetectorSettings,
+) -> SupervisorSettings {
+    SupervisorSettings::default().fault_detector(change(FaultDetectorSettings::default()))
+}
+
 #[test]
 fn supervisor_settings_reject_bad_values_by_name() {
     let valid = SupervisorSettings::default();
@@ -27,6 +34,10 @@ fn supervisor_settings_reject_bad_values_by_name() {
         (valid.rate_hz(1.0), "rate_hz is 1"),
         (valid.target_timeout_s(f64::NAN), "target_timeout_s is NaN"),
         (valid.reconnect_max_s(0.01), "reconnect_max_s is 0.01"),
+        // Longer times than the detector remembers would never be reached.
+        (valid.max_gap_s(5.1), "max_gap_s is 5.1: it must be above zero and at most 5"),
+        (with_detector(|detector| detector.stuck_s(5.1)), "[fault_detector] stuck_s is 5.1"),
+        (with_detector(|detector| detector.reversed_s(6.0)), "[fault_detector] reversed_s is 6"),
     ] {
         let message = settings.validate().unwrap_err().to_string();
         assert!(message.starts_with(words), "{message}");
