@@ -25,6 +25,7 @@ mod missions;
 mod movingai;
 mod node;
 mod operator;
+mod operator_port;
 pub mod output;
 mod own_file;
 mod paper;
@@ -168,6 +169,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         arguments.report.is_none(),
         "--report before a command belongs to the demo: write it after the command, if that command has a report"
     );
+    let has_operator = match command {
+        Command::Drive(command) => command.hardware.port.is_some(),
+        Command::Node(_) => true,
+        _ => false,
+    };
+    if has_operator {
+        operator::hold_stop_signal()?;
+    }
     match command {
         Command::Plan(command) => plan::run(command, json),
         Command::Drive(command) => drive::run(command, json),

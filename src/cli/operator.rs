@@ -1,27 +1,27 @@
-//! The operator of a real drive: arms and stops it by the terminal, and on localhost.
+//! The operator of a real drive: arms and stops it by the terminal and on localhost, and stops it by a signal.
 
-use std::io::{self, IsTerminal, Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::io::{self, IsTerminal};
+use std::net::{Ipv4Addr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, ensure};
 use inbye::base::OperatorSwitch;
-use serde_json::json;
+#[cfg(unix)]
+use nix::sys::signal::{SigSet, Signal};
 
-use super::output;
-
-/// Longest head of a request, bytes, and its longest time.
-const MAX_HEAD: usize = 4096;
-const REQUEST_TIME: Duration = Duration::from_millis(500);
+use super::{operator_port, output};
 
 /// Time before the prompt in which lines that were typed already are read and dropped.
 const DISCARD_TIME: Duration = Duration::from_millis(300);
 
 /// Time to the next attempt after the end of the terminal's input, or while the program is in the background.
 const RETRY_TIME: Duration = Duration::from_millis(200);
+
+/// The note of a stop.
+const STOPPED: &str = "stopped by the operator: type arm and press Enter to arm the robot again";
 
 /// Refuses a drive without any means to arm the robot.
 pub fn require_arming(armed: bool, port: Option<u16>) -> anyhow::Result<()> {
@@ -32,15 +32,22 @@ pub fn require_arming(armed: bool, port: Option<u16>) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Keeps SIGUSR1 pending until [`serve`] takes it: it would end the program otherwise. Call it before any thread starts.
+pub fn hold_stop_signal() -> anyhow::Result<()> {
+    #[cfg(unix)]
+    (SigSet::empty() | Signal::SIGUSR1).thread_block().context("cannot hold SIGUSR1")?;
+    Ok(())
+}
+
 /// Arms the robot if requested, and connects the operator to the switch. Enter in the terminal stops the robot, the word `arm`
-/// arms it; a port of localhost takes requests.
+/// arms it; a port of localhost takes requests; SIGUSR1 stops it.
 pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow::Result<()> {
     if let Some(port) = port {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))
             .with_context(|| format!("--operator-port {port}"))?;
         let switch = switch.clone();
         thread::Builder::new().name("operator".to_owned()).spawn(move || {
-            listener.incoming().flatten().for_each(|stream| answer(&stream, &switch));
+            operator_port::serve(&listener, &switch);
         })?;
     }
     if io::stdin().is_terminal() {
@@ -58,7 +65,25 @@ pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow:
     if armed {
         switch.arm();
     }
+    // A signal that came before is newer than the arming.
+    #[cfg(unix)]
+    {
+        let switch = switch.clone();
+        thread::Builder::new()
+            .name("stop signal".to_owned())
+            .spawn(move || obey_signals(&switch))?;
+    }
     Ok(())
+}
+
+/// Stops the robot at each SIGUSR1.
+#[cfg(unix)]
+fn obey_signals(switch: &OperatorSwitch) {
+    let signals = SigSet::empty() | Signal::SIGUSR1;
+    while signals.wait().is_ok() {
+        switch.stop();
+        output::note(STOPPED);
+    }
 }
 
 /// The terminal of the operator.
@@ -73,11 +98,8 @@ impl Terminal {
     fn run(self) {
         // With the signal blocked, a read in the background is an error; else it would suspend the program, and the base with it.
         #[cfg(unix)]
-        {
-            use nix::sys::signal::{SigSet, Signal};
-            if (SigSet::empty() | Signal::SIGTTIN).thread_block().is_err() {
-                return;
-            }
+        if (SigSet::empty() | Signal::SIGTTIN).thread_block().is_err() {
+            return;
         }
         let mut line = String::new();
         loop {
@@ -102,57 +124,8 @@ fn obey(line: &str, switch: &OperatorSwitch) -> &'static str {
         "armed: press Enter to stop the robot"
     } else {
         switch.stop();
-        "stopped by the operator: type arm and press Enter to arm the robot again"
+        STOPPED
     }
-}
-
-/// Answers one request. A client that is slow or sends too much is dropped.
-fn answer(stream: &TcpStream, switch: &OperatorSwitch) {
-    let Some(head) = read_head(stream) else {
-        return;
-    };
-    // A page of another site in a browser must not arm a robot.
-    let is_foreign = head.to_ascii_lowercase().contains("\norigin:");
-    let mut words = head.split_whitespace();
-    let status = match (words.next(), words.next()) {
-        (Some("POST"), Some("/stop")) => {
-            switch.stop();
-            "200 OK"
-        }
-        (Some("POST"), Some("/arm")) if is_foreign => "403 Forbidden",
-        (Some("POST"), Some("/arm")) => {
-            switch.arm();
-            "200 OK"
-        }
-        (Some("GET"), Some("/status")) => "200 OK",
-        _ => "404 Not Found",
-    };
-    let body = json!({ "state": switch.state().name() }).to_string();
-    let length = body.len();
-    let mut stream = stream;
-    // A client that has gone needs no answer.
-    let _ = write!(
-        stream,
-        "HTTP/1.1 {status}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{body}"
-    );
-}
-
-/// Reads the head of a request; none if it does not come whole in time.
-fn read_head(mut stream: &TcpStream) -> Option<String> {
-    let end = Instant::now() + REQUEST_TIME;
-    let mut head = Vec::new();
-    let mut bytes = [0; 512];
-    while !head.windows(4).any(|end| end == b"\r\n\r\n") {
-        let left = end.checked_duration_since(Instant::now()).filter(|left| !left.is_zero())?;
-        stream.set_read_timeout(Some(left)).ok()?;
-        let count = stream.read(&mut bytes).ok().filter(|count| *count > 0)?;
-        head.extend_from_slice(bytes.get(..count)?);
-        if head.len() > MAX_HEAD {
-            return None;
-        }
-    }
-    stream.set_write_timeout(Some(REQUEST_TIME)).ok()?;
-    String::from_utf8(head).ok()
 }
 
 #[cfg(test)]

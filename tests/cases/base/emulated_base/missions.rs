@@ -1,6 +1,8 @@
 //! `inbye drive --port`: a mission in a simulated world with a base in another process.
 
 use std::fs;
+use std::thread;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -52,6 +54,26 @@ fn completes(protocol: &'static str) {
     let x_m = 1.2 + pose[0].as_f64().expect("a number");
     let y_m = 2.0 + pose[1].as_f64().expect("a number");
     assert!(libm::hypot(x_m - 4.8, y_m - 2.0) < 0.5, "{driven} {summary}");
+}
+
+/// The drive of five seconds stands for eight after the signal, and goes on to wait for its operator.
+#[test]
+fn signal_stops_a_drive_until_it_is_armed_again() {
+    let room = room();
+    let base = Emulated::start("native", "");
+    let mut host = base.host(&drive(&room, "--time-limit 120"));
+    host.await_note("engine");
+    thread::sleep(Duration::from_secs(2));
+    host.signal("USR1");
+    host.await_note("stopped by the operator");
+    thread::sleep(Duration::from_secs(8));
+    host.signal("INT");
+    let ended = host.wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    let (driven, summary) = (ended.object(), base.end());
+    assert_eq!(driven["reached"], json!(false), "{driven}");
+    assert_eq!(summary["linear"], json!(0.0), "{summary}");
+    assert!(number(&summary, "travelled_m") < 3.0, "{summary}");
 }
 
 #[test]
@@ -122,7 +144,7 @@ fn signal_ends_mission_and_stops_base() {
     let base = Emulated::start("native", "");
     let mut host = base.host(&drive(&room, ""));
     host.await_note("engine: ");
-    std::thread::sleep(std::time::Duration::from_secs(1));
+    thread::sleep(Duration::from_secs(1));
     host.signal("INT");
     let ended = host.wait();
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
