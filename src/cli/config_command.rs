@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{Context, anyhow};
 use clap::{Args, Subcommand};
 use inbye::base::BaseConfig;
 use inbye::ros::nav2::{Import, Nav2Error, import};
@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::files::Output;
 use super::input_file::read_text;
-use super::{config, output};
+use super::{config, output, own_file};
 
 /// `inbye config`.
 #[derive(Debug, Args)]
@@ -113,15 +113,15 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
 /// Imports a Nav2 file.
 fn import_nav2(arguments: &ImportArguments, json: bool) -> anyhow::Result<()> {
     let file = &arguments.file;
-    ensure!(
-        arguments.output.is_none() || arguments.output != arguments.base_output,
-        "--output and --base-output: they must be two files"
-    );
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let imported = import(&text, arguments.namespace.as_deref());
     let imported = imported.map_err(with_flag).with_context(place)?;
-    // Files are overwritten only after a successful import.
+    // Files are overwritten only after a successful import, and neither of them if both are one.
+    let names = [("--output", &arguments.output), ("--base-output", &arguments.base_output)];
+    for (flag, name) in names.iter().filter_map(|(flag, name)| Some((flag, name.as_ref()?))) {
+        own_file::reserve(flag, name)?;
+    }
     let written = Output::create("--output", arguments.output.as_deref(), &["toml"])?;
     let base_written =
         Output::create("--base-output", arguments.base_output.as_deref(), &["toml"])?;

@@ -1,6 +1,7 @@
 //! Output files of flags, and the folder of `--report`. They are created before the work starts, so that a wrong name fails
 //! early.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::Path;
@@ -9,10 +10,14 @@ use anyhow::{Context, bail};
 use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, ReportFile, bench_files};
 
+use super::own_file::LEADING_COLUMNS;
 use super::{machine, output, own_file};
 
 /// Extensions of a file of rows.
 const ROWS: [&str; 2] = ["csv", "json"];
+
+/// The page of a report.
+const PAGE: &str = "index.html";
 
 /// The output file of a flag; nothing is written without the flag.
 pub struct Output<'a> {
@@ -94,6 +99,7 @@ impl<'a> ReportFolder<'a> {
             fs::create_dir_all(name).with_context(|| {
                 format!("--report {}: cannot be a folder: choose another name", name.display())
             })?;
+            own_file::reserve("--report", &name.join(PAGE))?;
         }
         Ok(Self(name))
     }
@@ -105,7 +111,7 @@ impl<'a> ReportFolder<'a> {
         };
         let files = files();
         for file in &files {
-            let columns: Vec<&str> = first_column(file).into_iter().collect();
+            let columns = leading_columns(file);
             let mut created = own_file::create("--report", &folder.join(&file.name), &columns)?;
             created
                 .write_all(file.text.as_bytes())
@@ -119,7 +125,7 @@ impl<'a> ReportFolder<'a> {
 
     /// Writes a page as `index.html`.
     pub fn write_page(self, page: impl FnOnce() -> String) -> anyhow::Result<()> {
-        self.write(|| vec![ReportFile { name: "index.html".to_owned(), text: page() }])
+        self.write(|| vec![ReportFile { name: PAGE.to_owned(), text: page() }])
     }
 
     /// Writes the report of a benchmark that this command ran on this machine.
@@ -131,12 +137,20 @@ impl<'a> ReportFolder<'a> {
     }
 }
 
-/// The first column of a file of rows, or the first key of an object; none of a page or a picture.
-fn first_column(file: &ReportFile) -> Option<&str> {
-    match Path::new(&file.name).extension()?.to_str()? {
-        "csv" => file.text.split(',').next(),
-        "json" => file.text.split('"').nth(1),
-        _ => None,
+/// The leading columns of a file of rows, or keys of an object; none of a page or a picture.
+fn leading_columns(file: &ReportFile) -> Vec<&str> {
+    let extension = Path::new(&file.name).extension().and_then(OsStr::to_str);
+    let lines = || file.text.lines();
+    match extension {
+        Some("csv") => lines().flat_map(|line| line.split(',')).take(LEADING_COLUMNS).collect(),
+        Some("json") => {
+            let indent = |line: &str| line.len() - line.trim_start().len();
+            let is_key = |line: &&str| line.trim_start().starts_with('"');
+            let of_first = lines().find(is_key).map(indent);
+            let keys = lines().filter(is_key).filter(|line| Some(indent(line)) == of_first);
+            keys.filter_map(|line| line.split('"').nth(1)).take(LEADING_COLUMNS).collect()
+        }
+        _ => Vec::new(),
     }
 }
 

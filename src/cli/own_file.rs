@@ -1,13 +1,13 @@
-//! Which existing files an output may replace: only those that this program wrote.
+//! Which existing files an output may replace: only those that this program wrote, and none that another flag of this command
+//! writes.
 
-use std::fs::{File, OpenOptions};
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail, ensure};
-
-/// The name of this program in its files.
-const NAME: &[u8] = b"inbye";
 
 /// Bytes of a file's start, or end, that are looked at.
 const HEAD_BYTES: u64 = 4096;
@@ -15,21 +15,69 @@ const HEAD_BYTES: u64 = 4096;
 /// Start of a Parquet file, which names its writer at its end.
 const PARQUET: &[u8] = b"PAR1";
 
-/// Starts of the files that this program writes and that do not name it.
-const STARTS: [&[u8]; 4] = [
+/// The writer in a Parquet file, and in the header of a recording.
+const NAME: &[u8] = b"inbye";
+
+/// Kinds of files that this program writes: how they begin, and what their first bytes contain.
+const KINDS: [(&[u8], &[u8]); 8] = [
     // A report page.
-    b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none';",
-    b"<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=",
+    (
+        b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none';",
+        b"<meta name=\"generator\" content=\"inbye\">",
+    ),
+    (b"<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=", b""),
     // A tick of a drive.
-    b"{\"time_s\":",
-    b"{\n  \"cells\":",
+    (b"{\"time_s\":", b",\"local_target\":"),
+    (b"{\n  \"cells\":", b""),
+    // A recording.
+    (b"\x89MCAP0\r\n", NAME),
+    // A picture.
+    (b"\x89PNG\r\n\x1a\n", b"Software\0inbye"),
+    // Imported settings.
+    (b"# Imported from ", b"`inbye config import-nav2`"),
+    // A manual page.
+    (b".ie \\n(.g ", b"\n.TH inbye"),
 ];
+
+/// Leading columns by which rows are recognised. They stay the same from version to version.
+pub const LEADING_COLUMNS: usize = 3;
+
+/// The files of this command, each with its flag.
+static OUTPUTS: Mutex<Vec<(String, PathBuf)>> = Mutex::new(Vec::new());
+
+/// Reserves a file for a flag, before it is created.
+///
+/// # Errors
+/// Another flag writes the same file.
+pub fn reserve(flag: &str, name: &Path) -> anyhow::Result<()> {
+    let file = identity(name);
+    let mut outputs = OUTPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    match outputs.iter().find(|(_, known)| *known == file) {
+        Some((other, _)) if other != flag => {
+            bail!("{flag} {}: {other} writes this file: choose another name", name.display())
+        }
+        Some(_) => {}
+        None => outputs.push((flag.to_owned(), file)),
+    }
+    Ok(())
+}
+
+/// The path of a file without links; the file itself need not exist.
+fn identity(name: &Path) -> PathBuf {
+    let folder = || {
+        let parent = name.parent().filter(|parent| *parent != Path::new(""));
+        let folder = fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()?;
+        Some(folder.join(name.file_name().unwrap_or(OsStr::new(""))))
+    };
+    fs::canonicalize(name).ok().or_else(folder).unwrap_or_else(|| name.to_owned())
+}
 
 /// Creates the file of a flag, or empties one that this program wrote. `columns` are those of its rows, if it has rows.
 ///
 /// # Errors
-/// The file cannot be written, or it exists and has other content.
+/// The file cannot be written, it exists and has other content, or another flag writes it.
 pub fn create(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
+    reserve(flag, name)?;
     let place = || format!("{flag} {}", name.display());
     let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(name);
     let mut file = opened.with_context(|| {
@@ -67,19 +115,31 @@ fn is_own(file: &mut File, columns: &[&str]) -> io::Result<bool> {
 
 /// Whether a file of this program begins so.
 fn is_own_head(head: &[u8], columns: &[&str]) -> bool {
-    if STARTS.iter().any(|start| head.starts_with(start)) || contains(head, NAME) {
-        return true;
-    }
-    // Rows of this or an earlier version: the first columns stay the same.
-    columns.first().is_some_and(|first| {
-        let rows = format!("[\n  {{\n    \"{first}\":");
-        let starts = [format!("{first},"), format!("{{\n  \"{first}\":"), rows];
-        starts.iter().any(|start| head.starts_with(start.as_bytes())) || head == b"[]\n"
-    })
+    let is_kind = |(start, part): &(&[u8], &[u8])| head.starts_with(start) && contains(head, part);
+    KINDS.iter().any(is_kind) || is_rows(head, columns)
+}
+
+/// Whether rows of these columns begin so, of this or an earlier version: as CSV, as a list of objects, or as one object.
+fn is_rows(head: &[u8], columns: &[&str]) -> bool {
+    let columns = columns.get(..LEADING_COLUMNS.min(columns.len())).unwrap_or_default();
+    let Some(first) = columns.first() else {
+        return false;
+    };
+    let is_csv = || {
+        let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
+        let names = line.split(|byte| *byte == b',').map(<[u8]>::trim_ascii);
+        names.take(columns.len()).eq(columns.iter().map(|column| column.as_bytes()))
+    };
+    let is_json = |start: &str, indent: &str| {
+        let key = |column: &str| format!("\n{indent}\"{column}\":");
+        head.starts_with((start.to_owned() + &key(first)).as_bytes())
+            && columns.iter().all(|column| contains(head, key(column).as_bytes()))
+    };
+    is_csv() || is_json("{", "  ") || is_json("[\n  {", "    ") || head == b"[]\n"
 }
 
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
-    bytes.windows(part.len()).any(|window| window == part)
+    part.is_empty() || bytes.windows(part.len()).any(|window| window == part)
 }
 
 #[cfg(test)]
@@ -88,14 +148,48 @@ mod tests {
 
     #[test]
     fn only_files_of_this_program_are_own() {
-        let columns = ["key", "world"];
-        for own in
-            ["key,world,seed\n", "[\n  {\n    \"key\": \"a\"", "{\"time_s\":0.0}", "# by inbye"]
-        {
+        let columns = ["key", "world", "seed", "plan"];
+        for own in [
+            "key,world,seed\n",
+            "key,world,seed,plan,new\r\n",
+            "[\n  {\n    \"key\": \"a\",\n    \"world\": 1,\n    \"seed\": 1",
+            "{\n  \"key\": \"a\",\n  \"world\": 1,\n  \"seed\": 1",
+            "{\"time_s\":0.0,\"pose\":[0,0,0],\"local_target\":[1,1]}",
+            "# Imported from a.yaml by `inbye config import-nav2`; all other",
+        ] {
             assert!(is_own_head(own.as_bytes(), &columns), "{own}");
         }
-        for other in ["name,key\n", "image: map.pgm\n", "{}", "P5\n", "keyboard,x"] {
+        for other in [
+            "name,key\n",
+            "key,value\n",
+            "key,world\n",
+            "{\n  \"key\": \"a\",\n  \"place\": 1",
+            "image: map.pgm\n",
+            "{}",
+            "P5\n",
+            "keyboard,world,seed",
+            // Files of others that name the program.
+            "# Settings for inbye\n[navigator]\n",
+            "<p>inbye</p>",
+            "{\"time_s\":0.0,\"program\":\"inbye\"}",
+        ] {
             assert!(!is_own_head(other.as_bytes(), &columns), "{other}");
         }
+        assert!(!is_own_head(b"key,world,seed\n", &[]), "no rows are expected");
+    }
+
+    #[test]
+    fn two_flags_cannot_write_one_file() {
+        let folder = tempfile::tempdir().expect("a place for temporary files");
+        let name = folder.path().join("a.svg");
+        create("--svg", &name, &[]).expect("a new file");
+        create("--svg", &name, &[]).expect("its own file");
+        let same = folder.path().join(".").join("a.svg");
+        let error = create("--chart", &same, &[]).expect_err("taken").to_string();
+        assert!(error.contains("--chart") && error.contains("--svg writes this file"), "{error}");
+        // A file that does not exist yet is known by its folder.
+        reserve("--report", &folder.path().join("index.html")).expect("free");
+        assert!(create("--record", &folder.path().join("index.html"), &[]).is_err());
+        create("--record", &folder.path().join("other.html"), &[]).expect("free");
     }
 }

@@ -176,7 +176,7 @@ fn unusable_nav2_files_are_rejected() {
         ("robots.yaml --namespace three", "`three`; `one`, `two`"),
         ("nav2_params.yaml --output out.yaml", "--output out.yaml; .toml"),
         ("nav2_params.yaml --output gone/out.toml", "--output gone/out.toml; folder that exists"),
-        ("nav2_params.yaml --output o.toml --base-output o.toml", "two files"),
+        ("nav2_params.yaml --output o.toml --base-output o.toml", "--output writes this file"),
     ] {
         let refusal = place.refusal(&format!("config import-nav2 {arguments}"));
         for word in words.split("; ") {

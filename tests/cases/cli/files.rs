@@ -86,6 +86,56 @@ fn outputs_replace_only_own_files() {
 }
 
 #[test]
+fn two_flags_cannot_name_one_file() {
+    let place = Workplace::new();
+    let nav2 = "controller_server:\n  ros__parameters:\n    controller_frequency: 10.0\n";
+    place.write("nav2.yaml", nav2);
+    place.write("mine.toml", "# Imported from a.yaml by `inbye config import-nav2`; mine\n");
+    let before = fs::read(place.path("mine.toml")).expect("the file");
+    place.write("pages/notes.txt", "mine");
+    for (arguments, flags) in [
+        (
+            "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0 --record a.csv \
+             --record-quality ./a.csv"
+                .to_owned(),
+            ["--record-quality ./a.csv", "--record writes this file"],
+        ),
+        (
+            format!("{DRIVE} --report pages --record pages/index.html"),
+            ["--re", "writes this file"],
+        ),
+        (
+            "config import-nav2 nav2.yaml --output mine.toml --base-output mine.toml".to_owned(),
+            ["--base-output mine.toml", "--output writes this file"],
+        ),
+    ] {
+        let refusal = place.refusal(&arguments);
+        for flag in flags {
+            assert!(refusal.contains(flag), "{arguments}: {refusal}");
+        }
+    }
+    assert_eq!(fs::read(place.path("mine.toml")).expect("the file"), before, "it is not emptied");
+}
+
+#[test]
+fn file_that_only_names_this_program_is_not_replaced() {
+    let place = Workplace::new();
+    for (name, text, output) in [
+        (
+            "notes.jsonl",
+            "# Settings for inbye\n[navigator]\n",
+            format!("{DRIVE} --record notes.jsonl"),
+        ),
+        ("rows.csv", "kind,value\n1,2\n", "bench soak --missions 1 --record rows.csv".to_owned()),
+    ] {
+        place.write(name, text);
+        let refusal = place.refusal(&output);
+        assert!(refusal.contains("was not written by this command"), "{refusal}");
+        assert_eq!(fs::read_to_string(place.path(name)).expect("still there"), text);
+    }
+}
+
+#[test]
 fn names_that_are_not_utf8_are_written_and_read() {
     let place = Workplace::new();
     let name = OsStr::from_bytes(b"run-\xff.mcap");
