@@ -5,6 +5,7 @@ mod emulator;
 mod encoder_speed;
 mod fault_detector;
 mod goldens;
+mod harness;
 mod ld19;
 mod mixer;
 mod own_protocol;

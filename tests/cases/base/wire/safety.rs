@@ -3,83 +3,13 @@
 mod restarts;
 
 use inbye::base::{
-    BaseError, BaseSettings, Bumper, CollisionMonitorSettings, CommandRejected, DriveStatus,
-    Faults, Feedback, OperatorSwitch, OutgoingCommand, ProtectiveAction, ProtectiveLayer,
-    SafetyController, StopCause, SupervisorSettings, Tilt,
+    BaseError, Bumper, CollisionMonitorSettings, CommandRejected, DriveStatus, Faults, Feedback,
+    OperatorSwitch, OutgoingCommand, ProtectiveAction, ProtectiveLayer, StopCause, Tilt,
 };
 use inbye::geometry::Twist;
 use inbye::robot::{Footprint, Limits};
 
-const PERIOD_S: f64 = 0.02;
-const AHEAD: Twist = Twist::new(0.6, 0.0);
-
-/// A controller, a base that follows its commands, and a clock.
-struct Harness {
-    controller: SafetyController,
-    now_s: f64,
-    /// The base's feedback except its motion.
-    report: Feedback,
-    follows: bool,
-    commands: Vec<OutgoingCommand>,
-}
-
-impl Harness {
-    /// Starts after the first report of a base that stands.
-    fn new() -> Self {
-        let mut harness = Self::without_feedback();
-        harness.cycle();
-        harness
-    }
-
-    fn without_feedback() -> Self {
-        let settings = SupervisorSettings::default();
-        Self {
-            controller: SafetyController::new(&BaseSettings::default(), settings)
-                .expect("valid settings"),
-            now_s: 100.0,
-            report: Feedback::default(),
-            follows: true,
-            commands: Vec::new(),
-        }
-    }
-
-    fn next_command(&mut self) -> OutgoingCommand {
-        self.now_s += PERIOD_S;
-        let command = self.controller.next_command(self.now_s);
-        self.commands.push(command);
-        command
-    }
-
-    fn cycle(&mut self) -> OutgoingCommand {
-        let command = self.next_command();
-        let motion = match command {
-            OutgoingCommand::Drive(twist) if self.follows => twist,
-            OutgoingCommand::Drive(_) => self.report.twist,
-            OutgoingCommand::EngageStop | OutgoingCommand::ReleaseStop => Twist::STOP,
-        };
-        let feedback = Feedback { twist: motion, ..self.report };
-        self.controller.on_feedback(&feedback, self.now_s);
-        command
-    }
-
-    fn cycles(&mut self, time_s: f64) {
-        for _ in 0..(time_s / PERIOD_S).round() as usize {
-            self.cycle();
-        }
-    }
-
-    /// Sets a target ten times per second.
-    fn drive(&mut self, twist: Twist, time_s: f64) {
-        for _ in 0..(time_s / 0.1).round() as usize {
-            self.controller.set_target(&twist, self.now_s, self.now_s).expect("a valid target");
-            self.cycles(0.1);
-        }
-    }
-
-    fn speed(&self) -> f64 {
-        self.controller.sent().linear
-    }
-}
+use super::harness::{AHEAD, Harness, PERIOD_S};
 
 #[test]
 fn target_is_ramped_up_and_followed() {
