@@ -289,5 +289,14 @@ mod tests {
         assert!(!is_opened, "the other device was opened");
         lead(&one);
         port.open(|_| Ok(())).expect("the first device still counts");
+        // Also after its name was gone for a moment while it was opened.
+        let vanished = port.open(|_| {
+            std::fs::remove_file(&link).expect("a link");
+            Ok(())
+        });
+        vanished.expect("the first device");
+        lead(&other);
+        let another = port.open(|_| Ok(()));
+        assert!(matches!(another, Err(BaseError::OtherDevice { .. })), "{another:?}");
     }
 }

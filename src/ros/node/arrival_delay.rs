@@ -68,6 +68,23 @@ mod tests {
     }
 
     #[test]
+    fn slow_transport_is_no_clock_that_is_ahead() {
+        let mut delay = ArrivalDelay::default();
+        delay.record(100.04, 100.0);
+        assert!((delay.least_s().expect("a message") - 0.04).abs() < 1e-9);
+        assert_eq!(delay.ahead_s(), 0.0);
+    }
+
+    /// Delays from before the node's own clock was set back do not count.
+    #[test]
+    fn delays_from_the_future_are_forgotten() {
+        let mut delay = ArrivalDelay::default();
+        delay.record(100.01, 100.0);
+        delay.record(50.04, 50.0);
+        assert!((delay.least_s().expect("a message") - 0.04).abs() < 1e-9);
+    }
+
+    #[test]
     fn clock_ahead_shows_as_negative_delay_and_memory_is_bounded() {
         let mut delay = ArrivalDelay::default();
         for tick in 0..10_000 {

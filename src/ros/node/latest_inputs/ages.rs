@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::map::{GridFrame, OccupancyGrid};
-use crate::ros::msg::{Header, TFMessage, Transform, TransformStamped};
+use crate::ros::msg::{self, Header, TFMessage, Transform, TransformStamped};
 
 const START_S: f64 = 100.0;
 const LIMITS: AgeLimits = AgeLimits { odometry_s: 0.3, transform_s: 0.3, clock_ahead_s: 0.1 };
@@ -95,6 +95,33 @@ fn input_from_a_clock_ahead_is_as_old_as_its_arrival() {
         assert!((stamp_s - START_S).abs() < 1e-6, "{stamp_s}");
     }
     assert_eq!(at(0.31).err(), Some(MissingInput::RecentOdometry));
+}
+
+#[test]
+fn raw_scan_and_motion_of_a_clock_ahead_are_as_old_as_their_arrival() {
+    let inputs = arrived(0.09, 0.08);
+    let raw = inputs.raw_scan(START_S, &LIMITS).expect("a scan");
+    let end_s = raw.end_s().expect("beams");
+    assert!((end_s - START_S).abs() < 1e-6, "{end_s}");
+    let (_, motion_s) = inputs.motion().expect("odometry");
+    assert!((motion_s - START_S).abs() < 1e-6, "{motion_s}");
+}
+
+/// A pose in another frame is no motion: the beams of a scan between both are not moved by it.
+#[test]
+fn odometry_in_another_frame_does_not_continue_the_motion() {
+    let mut inputs = arrived(0.0, -0.5);
+    let mut elsewhere = odometry(START_S + 0.1);
+    elsewhere.header.frame_id = "other".to_owned();
+    elsewhere.pose.pose = msg::Pose::from(&Pose::new(10.0, 0.0, 0.0));
+    inputs.set_odometry(START_S + 0.1, &elsewhere, &LIMITS).expect("valid");
+    let mut message = scan(START_S + 0.02);
+    message.time_increment = 0.06 / BEAMS as f32;
+    inputs.set_scan(START_S + 0.1, &message, &LIMITS).expect("valid");
+    let seen = inputs.observation(START_S + 0.1, &LIMITS, true).expect("fresh");
+    let ranges = seen.scan.ranges.iter().filter(|range| range.is_finite());
+    let farthest_m = ranges.copied().fold(0.0, f64::max);
+    assert!((farthest_m - 5.0).abs() < 1e-6, "{farthest_m}");
 }
 
 #[test]

@@ -55,6 +55,21 @@ fn approach_keeps_the_time_before_a_collision() {
     assert_eq!(layer.limit(&back, &Twist::STOP, 0.0).0, back);
 }
 
+/// A turn on the spot swings the end of a long zone at a pillar to its left.
+#[test]
+fn approach_counts_the_turn_of_a_command() {
+    let text = "polygons = [{ name = \"arm\", action_type = \"approach\", min_points = 1, \
+        points = [[1.0, 0.1], [1.0, -0.1], [0.5, -0.1], [0.5, 0.1]], time_before_collision = 6.0 }]";
+    let mut layer =
+        layer(CollisionMonitorSettings::default().polygons(zones(text).expect("a zone")));
+    layer.update_scan(&scan(0.0, disc(Point::new(0.0, 0.8), 0.1)), 0.0);
+    let turn = |rate: f64| Twist::new(0.0, rate);
+    // 1.3 rad to go at 0.4 rad/s: 3.3 s of 6 s.
+    let (command, action) = layer.limit(&turn(0.4), &Twist::STOP, 0.0);
+    assert!((command.angular - 0.22).abs() < 0.02, "{command:?} {action}");
+    assert_eq!(layer.limit(&turn(-0.4), &Twist::STOP, 0.0).0, turn(-0.4));
+}
+
 #[test]
 fn zone_out_of_range_is_refused_by_name() {
     for (more, expected) in [
