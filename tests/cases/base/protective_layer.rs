@@ -4,4 +4,5 @@ mod body;
 mod checks;
 mod drives;
 mod limits;
+mod scans;
 mod zones;
