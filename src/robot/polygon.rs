@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
-use crate::geometry::{Point, Vector, nearest_on_segment};
+use crate::geometry::{Point, nearest_on_segment};
 
 /// Largest absolute coordinate of a corner, metres.
 const MAX_COORDINATE_M: f64 = 100.0;
@@ -118,22 +118,6 @@ impl Polygon {
             corner_to_segment.min(nearer_end)
         };
         self.edges().map(to_edge).fold(nearer_end, f64::min)
-    }
-
-    /// Distance along a ray from a point to the farthest place of the outline, in the unit of the corners; zero where the ray
-    /// does not meet it. `direction` has the length one.
-    #[must_use]
-    pub(crate) fn farthest_along(&self, from: &Point, direction: &Vector) -> f64 {
-        let along = |(start, end): (&Point, &Point)| {
-            let (to_start, to_end) = (start - from, end - from);
-            let (side, other) = (direction.perp(&to_start), direction.perp(&to_end));
-            if side * other > 0.0 {
-                return 0.0;
-            }
-            let (near, far) = (direction.dot(&to_start), direction.dot(&to_end));
-            if side == other { near.max(far) } else { near + (far - near) * side / (side - other) }
-        };
-        self.edges().map(along).fold(0.0, f64::max)
     }
 
     /// Distance to a closed unit square, given by its lower left corner, in the unit of the corners; zero where they overlap.
@@ -270,17 +254,5 @@ mod tests {
         assert!((distance((-2.0, 0.0), (-0.6, 0.0)) + 0.4).abs() < 1e-12);
         // A segment that is a point.
         assert!((distance((0.0, 1.5), (0.0, 1.5)) - 0.5).abs() < 1e-12);
-    }
-
-    #[test]
-    fn ray_ends_at_the_farthest_place_of_the_outline() {
-        let shape = notched();
-        let along =
-            |x: f64, y: f64| shape.farthest_along(&Point::new(-0.5, 0.0), &Vector::new(x, y));
-        assert!((along(1.0, 0.0) - 0.5).abs() < 1e-12, "the notch");
-        assert!((along(-1.0, 0.0) - 0.5).abs() < 1e-12);
-        assert!((along(0.8, 0.6) - 5.0 / 3.0).abs() < 1e-12, "{}", along(0.8, 0.6));
-        let outside = shape.farthest_along(&Point::new(3.0, 0.0), &Vector::new(1.0, 0.0));
-        assert_eq!(outside, 0.0);
     }
 }

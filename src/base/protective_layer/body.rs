@@ -82,11 +82,52 @@ impl Part {
                 let half = disc.radius * disc.radius - across * across;
                 if half < 0.0 { 0.0 } else { direction.dot(&to_center) + libm::sqrt(half) }
             }
-            Self::Polygon(polygon) => polygon.farthest_along(from, direction),
+            Self::Polygon(polygon) => farthest_along(polygon, from, direction),
         }
     }
 }
 
 const fn center(disc: &Disc) -> Point {
     Point::new(disc.x, disc.y)
+}
+
+/// Distance along a ray from a point to the farthest place of a polygon's outline; zero where the ray does not meet it.
+fn farthest_along(polygon: &Polygon, from: &Point, direction: &Vector) -> f64 {
+    let along = |(start, end): (&Point, &Point)| {
+        let (to_start, to_end) = (start - from, end - from);
+        let (side, other) = (direction.perp(&to_start), direction.perp(&to_end));
+        if side * other > 0.0 {
+            return 0.0;
+        }
+        let (near, far) = (direction.dot(&to_start), direction.dot(&to_end));
+        if side == other { near.max(far) } else { near + (far - near) * side / (side - other) }
+    };
+    polygon.edges().map(along).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of 2 m with a notch from the right to its middle.
+    #[test]
+    fn ray_ends_at_the_farthest_place_of_the_outline() {
+        let corners = [
+            (-1.0, -1.0),
+            (1.0, -1.0),
+            (1.0, -0.2),
+            (0.0, 0.0),
+            (1.0, 0.2),
+            (1.0, 1.0),
+            (-1.0, 1.0),
+        ];
+        let corners = corners.map(|(x, y)| Point::new(x, y)).to_vec();
+        let part = Part::Polygon(Polygon::new(corners).expect("a polygon"));
+        let along = |x: f64, y: f64| part.extent_m(&Point::new(-0.5, 0.0), &Vector::new(x, y));
+        assert!((along(1.0, 0.0) - 0.5).abs() < 1e-12, "the notch");
+        assert!((along(-1.0, 0.0) - 0.5).abs() < 1e-12);
+        assert!((along(0.8, 0.6) - 5.0 / 3.0).abs() < 1e-12, "{}", along(0.8, 0.6));
+        let outside = part.extent_m(&Point::new(3.0, 0.0), &Vector::new(1.0, 0.0));
+        assert_eq!(outside, 0.0);
+    }
 }
