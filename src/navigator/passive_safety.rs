@@ -1,9 +1,8 @@
 //! Passive safety: how fast to drive near moving obstacles, which may turn.
 //!
 //! A moving obstacle may change its direction at any time, and speeds up as a walking person does. The robot stops before an
-//! obstacle can reach a part of it that the robot's own motion brings nearer (Macek, Vasquez, Fraichard, Siegwart: Towards safe
-//! vehicle navigation in dynamic urban scenarios, 2009). This prevents no contact with an obstacle that comes from behind, or at
-//! a standing robot.
+//! obstacle can reach a part of its outline that its own motion moves outward (Macek, Vasquez, Fraichard, Siegwart: Towards safe
+//! vehicle navigation in dynamic urban scenarios, 2009). This prevents no contact with another part, or with a standing robot.
 
 use super::state::{MAX_BRAKING_STEPS, PredictedState};
 use crate::geometry::{Point, Pose, Twist};
@@ -61,23 +60,21 @@ impl PassiveSafety<'_> {
     }
 
     /// Whether the robot stops in time if it drives towards a velocity until it notices a turn, and then brakes: before an
-    /// obstacle can reach a part of it that came nearer by the robot's own motion.
+    /// obstacle can reach a part of its outline that moves outward.
     pub fn stops_in_time(&self, wanted: &Twist) -> bool {
         let now = self.now;
-        let at_first_m: Vec<f64> = self.gaps_m(&now.pose).collect();
         // Since the scan an obstacle may have moved otherwise than predicted.
         let head_start_s = now.since_scan_s;
         let is_slow = self.is_slow(&now.twist) && self.is_slow(wanted);
-        let is_safe_at = |pose: &Pose, time_s: f64| {
-            let near = self.obstacles.iter().zip(&at_first_m).zip(self.gaps_m(pose));
-            near.into_iter().all(|((disc, &at_first_m), gap_m)| {
+        let is_safe_at = |pose: &Pose, twist: &Twist, time_s: f64| {
+            self.obstacles.iter().all(|disc| {
+                let gap_m = self.footprint.leading_gap_m(pose, twist, disc);
                 let speed = libm::hypot(disc.vx, disc.vy);
-                let reach_m = if is_slow && speed == 0.0 {
-                    0.0
-                } else {
-                    self.reach_m(speed, head_start_s + time_s)
-                };
-                gap_m >= at_first_m || gap_m - reach_m >= MIN_GAP_M
+                if is_slow && speed == 0.0 {
+                    let first_m = self.footprint.leading_gap_m(&now.pose, twist, disc);
+                    return gap_m >= first_m.min(MIN_GAP_M);
+                }
+                gap_m - self.reach_m(speed, head_start_s + time_s) >= MIN_GAP_M
             })
         };
         let reaction_s = self.reaction_s;
@@ -86,7 +83,7 @@ impl PassiveSafety<'_> {
         for step in 1..=steps {
             let step_s = reaction_s / f64::from(steps);
             (pose, twist) = self.limits.advance(&pose, &twist, wanted, step_s);
-            if !is_safe_at(&pose, f64::from(step) * step_s) {
+            if !is_safe_at(&pose, &twist, f64::from(step) * step_s) {
                 return false;
             }
         }
@@ -95,9 +92,10 @@ impl PassiveSafety<'_> {
             if twist == Twist::STOP {
                 return true;
             }
+            let before = twist;
             (pose, twist) = self.limits.advance_braking(&pose, &twist, STEP_S);
             time_s += STEP_S;
-            if !is_safe_at(&pose, time_s) {
+            if !is_safe_at(&pose, &before, time_s) {
                 return false;
             }
         }
@@ -121,10 +119,6 @@ impl PassiveSafety<'_> {
         let speeding_s = time_s.min(gained / self.acceleration);
         let gained_m = self.acceleration * speeding_s * (time_s - speeding_s / 2.0);
         speed * time_s + gained_m
-    }
-
-    fn gaps_m(&self, pose: &Pose) -> impl Iterator<Item = f64> {
-        self.obstacles.iter().map(|disc| self.footprint.gap_to_moving_m(pose, disc))
     }
 }
 
@@ -187,12 +181,16 @@ mod tests {
     }
 
     #[test]
-    fn fastest_slows_down_for_an_obstacle_ahead_and_not_for_one_behind() {
-        assert_eq!(fastest(&at(-0.7, 0.0, 1.0), 1.0), 1.0);
+    fn fastest_slows_down_for_an_obstacle_that_may_come_in_front() {
+        // It may pass the robot from behind, or from the side.
+        assert_eq!(fastest(&at(-3.0, 0.0, 1.0), 1.0), 1.0);
+        assert!(fastest(&at(-1.2, 0.0, 1.5), 1.0) < 0.1);
         assert_eq!(fastest(&at(0.5, 3.0, -1.0), 1.0), 1.0);
         let crossing = fastest(&at(0.6, 1.2, -0.7), 1.0);
         assert!((0.05..0.7).contains(&crossing), "{crossing}");
-        assert!(fastest(&at(0.7, 0.0, -1.0), 1.0) < 0.02);
+        let next_to_it = fastest(&at(0.0, 1.0, 0.7), 1.0);
+        assert!((0.05..0.7).contains(&next_to_it), "{next_to_it}");
+        assert!(fastest(&at(0.7, 0.0, -1.0), 1.0) < 0.05);
         // An obstacle that stands next to the path does not approach.
         assert_eq!(fastest(&at(0.6, 0.8, 0.0), 1.0), 1.0);
     }

@@ -27,6 +27,13 @@ const MAX_PROBED_S: f64 = 1.0;
 /// it.
 const SCANS_TO_REACT: f64 = 2.0;
 
+/// A robot that waits for people has this many times the patience, and waits for people within this distance, metres.
+pub(super) const WAITING_PATIENCES: f64 = 4.0;
+const WAITING_M: f64 = 2.0;
+
+/// Tried shares of a wanted velocity, of which the first that keeps passive safety is driven.
+const SAFE_SHARES: [f64; 6] = [1.0, 0.8, 0.6, 0.4, 0.2, 0.1];
+
 /// What the navigator knows of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
@@ -206,6 +213,12 @@ impl<'a> State<'a> {
         limits.reachable(&self.now.twist, wanted, self.period_s)
     }
 
+    /// Whether a person is near enough to hold the robot up.
+    pub fn waits_for_people(&self) -> bool {
+        let gap_m = |disc: &MovingDisc| self.robot.footprint.gap_to_moving_m(&self.now.pose, disc);
+        self.now.may_come.iter().any(|disc| gap_m(disc) < WAITING_M)
+    }
+
     /// The check for passive safety; `None` where that feature is off.
     pub fn passive_safety(&self) -> Option<PassiveSafety<'_>> {
         let is_on = self.settings.features.passive_safety;
@@ -232,9 +245,12 @@ impl<'a> State<'a> {
         self.passive_safety().is_none_or(|safety| safety.stops_in_time(&next))
     }
 
-    /// As [`Self::towards`], or braking where that would break passive safety.
+    /// As [`Self::towards`], but slower on the same arc where that would break passive safety; braking where no speed is safe.
     pub fn safe_towards(&self, wanted: &Twist) -> Twist {
-        if self.is_safe_towards(wanted) { self.towards(wanted) } else { self.brake() }
+        let slower = |share: f64| Twist::new(share * wanted.linear, share * wanted.angular);
+        let mut tried = SAFE_SHARES.map(slower).into_iter();
+        let safe = tried.find(|slower| self.is_safe_towards(slower));
+        safe.map_or_else(|| self.brake(), |safe| self.towards(&safe))
     }
 
     /// Whether the lidar sees all that the robot newly enters if it drives towards a velocity and brakes from the next decision

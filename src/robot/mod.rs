@@ -7,6 +7,7 @@ use crate::settings::SettingError;
 mod disc_cover;
 mod footprint;
 mod identification;
+mod leading_outline;
 mod limits;
 mod mixer;
 mod polygon;

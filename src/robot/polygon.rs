@@ -32,7 +32,7 @@ impl Polygon {
             "a coordinate is not finite or beyond 100 m"
         } else {
             let polygon = Self(corners);
-            if polygon.area_m2() >= MIN_AREA_M2 {
+            if polygon.signed_area_m2().abs() >= MIN_AREA_M2 {
                 return Ok(polygon);
             }
             "its corners enclose no area"
@@ -131,9 +131,15 @@ impl Polygon {
         if squared > 0.0 && self.contains(corner) { 0.0 } else { squared.sqrt() }
     }
 
-    fn area_m2(&self) -> f64 {
+    /// Whether the corners follow each other counter-clockwise.
+    pub(super) fn is_counter_clockwise(&self) -> bool {
+        self.signed_area_m2() > 0.0
+    }
+
+    /// The area; below zero where the corners follow each other clockwise.
+    fn signed_area_m2(&self) -> f64 {
         let twice = |(from, to): (&Point, &Point)| from.to_vector().perp(&to.to_vector());
-        self.edges().map(twice).sum::<f64>().abs() / 2.0
+        self.edges().map(twice).sum::<f64>() / 2.0
     }
 }
 

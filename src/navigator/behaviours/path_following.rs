@@ -34,10 +34,11 @@ impl Behaviour for PathFollowing {
             weights: self.planner.settings().weights,
         };
         let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
-        // The speed limit holds for the present turn rate. Next to a person the chosen one counts too.
-        let is_safe =
-            |command: &Twist| !state.inflated.within_a_margin || state.is_safe_towards(command);
-        let command = command.filter(is_safe);
+        // The speed limit holds for the present turn rate, not for the chosen one.
+        let safe = |command: Twist| {
+            if state.is_safe_towards(&command) { command } else { state.safe_towards(&command) }
+        };
+        let command = command.map(safe);
         // Next to an obstacle the robot may only creep, unless it first rotates towards a free path.
         let creeps = state.now.twist.linear.abs() < CREEPING
             && command.is_none_or(|command| command.linear.abs() < CREEPING);
