@@ -10,14 +10,16 @@ use super::occlusion::PERSON_RADIUS_M;
 use super::passive_safety::obstacle_that_may_come;
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
-use super::state::{CommandsInFlight, Measured, PredictedState, RobotModel, State, brake};
+use super::state::{
+    CommandsInFlight, Measured, PredictedState, RobotModel, State, WAITING_PATIENCES, brake,
+};
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
     ObstacleModel, Route, RoutePlanner, Waypoints,
 };
-use crate::geometry::Twist;
+use crate::geometry::{Point, Twist};
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
@@ -307,7 +309,9 @@ impl Navigator {
             self.delay_s(),
         );
         let person = |place| obstacle_that_may_come(place, pedestrian_radius_m, pedestrian_speed);
-        now.may_come.extend(self.obstacles.entered().map(person));
+        // Dust may return a beam within the robot itself.
+        let is_outside = |place: &Point| self.robot.footprint.gap_to_disc_m(pose, place, 0.0) > 0.0;
+        now.may_come.extend(self.obstacles.entered().filter(is_outside).map(person));
         if self.is_over() {
             return self.brake_from(&now.twist);
         }
@@ -429,7 +433,11 @@ impl Navigator {
             let left_m = state.route.left_m();
             let radius_m = self.settings.required_movement_radius;
             let stuck_s = self.progress.stuck_s(now.time_s, left_m, radius_m);
-            if stuck_s > self.settings.movement_time_allowance {
+            if state.waits_for_people() {
+                self.progress.waited_s += self.period_s;
+            }
+            let spared_s = self.progress.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
+            if stuck_s - spared_s > self.settings.movement_time_allowance {
                 return Err(self.why_stuck(stuck_s));
             }
             state.stuck_s = stuck_s;

@@ -117,6 +117,8 @@ impl Route {
 pub(super) struct ProgressChecker {
     least_left_m: Option<f64>,
     since_s: f64,
+    /// Time since then for which the robot waited for people, seconds.
+    pub waited_s: f64,
 }
 
 impl ProgressChecker {
@@ -130,6 +132,7 @@ impl ProgressChecker {
         if self.least_left_m.is_none_or(|least| left_m <= least - radius_m) {
             self.least_left_m = Some(left_m);
             self.since_s = now_s;
+            self.waited_s = 0.0;
         }
         now_s - self.since_s
     }

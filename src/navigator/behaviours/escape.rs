@@ -7,20 +7,16 @@
 
 use super::super::exact_clearance::ExactClearance;
 use super::super::route::ConditionTimer;
-use super::super::state::State;
+use super::super::state::{State, WAITING_PATIENCES};
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal, forward_escape};
 use crate::geometry::{Point, Pose, Twist};
-use crate::map::MovingDisc;
 
 /// Duration of the first attempt, seconds. Each further one lasts twice as long, up to this many doublings.
 const FIRST_ATTEMPT_S: f64 = 2.0;
 const MAX_DOUBLINGS: u32 = 3;
 /// A robot without progress for this many times the patience escapes too, even if it moves.
 const WIGGLING_PATIENCES: f64 = 3.0;
-/// A robot that waits for a person has this many times the patience, and waits for people within this distance, metres.
-const WAITING_PATIENCES: f64 = 4.0;
-const WAITING_M: f64 = 2.0;
 /// A robot below this speed that does not rotate is held up, m/s.
 const CREEPING: f64 = 0.05;
 /// A robot below this turn rate does not rotate, rad/s.
@@ -91,7 +87,7 @@ impl Escape {
     fn drove(&mut self, state: &State<'_>) {
         let (now, stuck_s) = (state.now, state.stuck_s);
         let mut patience_s = state.settings.stuck_patience_s;
-        if is_waiting(state) {
+        if state.waits_for_people() {
             patience_s *= WAITING_PATIENCES;
         }
         self.breadcrumbs.push(&now.pose.position());
@@ -113,13 +109,6 @@ impl Escape {
         // The path found after the attempt gets its chance before the next one.
         self.next_s = Some(until_s + 2.0 * patience_s);
     }
-}
-
-/// Whether a person is near enough to hold the robot up.
-fn is_waiting(state: &State<'_>) -> bool {
-    let footprint = &state.robot.footprint;
-    let gap_m = |disc: &MovingDisc| footprint.gap_to_moving_m(&state.now.pose, disc);
-    state.now.may_come.iter().any(|disc| gap_m(disc) < WAITING_M)
 }
 
 /// Places that the robot passed, oldest first.
