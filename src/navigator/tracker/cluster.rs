@@ -17,8 +17,29 @@ pub(super) struct Return {
     pub is_candidate: bool,
     /// Index of the track on whose expected disc it falls.
     pub owner: Option<usize>,
+    /// Whether that track moves.
+    pub is_tracked: bool,
     /// Whether it is a candidate on ground that an earlier scan saw through.
     pub was_free: bool,
+    /// Whether it belongs to a person who stands.
+    pub is_of_standing: bool,
+}
+
+#[cfg(test)]
+impl Return {
+    /// A return from ground that was free, 1 m away, which may belong to a new object.
+    pub const fn candidate(point: Point) -> Self {
+        Self {
+            beam: 0,
+            range_m: 1.0,
+            point,
+            is_candidate: true,
+            owner: None,
+            is_tracked: false,
+            was_free: true,
+            is_of_standing: false,
+        }
+    }
 }
 
 /// Consecutive returns of one object.

@@ -12,20 +12,30 @@ const TOGETHER_M: f64 = 0.6;
 const MIN_RETURNS: usize = 2;
 /// A person may stand or hide one leg behind the other for this long, seconds.
 const KEPT_S: f64 = 0.5;
+/// What stays within this distance, metres, for this long, seconds, has come and stands.
+const STAYS_M: f64 = 0.2;
+const STAYS_S: f64 = 0.5;
 /// Largest number of places.
 const MAX_PLACES: usize = 16;
 
 /// Places that something entered.
 #[derive(Debug, Default)]
-pub(super) struct EnteredPlaces {
-    /// Each with the time of the last scan that showed it, seconds.
-    places: Vec<(f64, Point)>,
+pub(super) struct EnteredPlaces(Vec<Place>);
+
+#[derive(Debug)]
+struct Place {
+    center: Point,
+    /// Time of the last scan that showed it, seconds.
+    seen_s: f64,
+    /// Where it has stayed, since a time, seconds.
+    stays_at: Point,
+    stays_since_s: f64,
 }
 
 impl EnteredPlaces {
     /// Updates the places with the unexplained returns of a scan at a time, seconds, in the order of their beams.
     pub fn update(&mut self, time_s: f64, returns: &[Return]) {
-        self.places.retain(|(seen_s, _)| (0.0..=KEPT_S).contains(&(time_s - seen_s)));
+        self.0.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
         let mut groups: Vec<(usize, Point)> = Vec::new();
         for one in returns.iter().filter(|one| one.was_free) {
             let near =
@@ -39,23 +49,38 @@ impl EnteredPlaces {
             }
         }
         for (count, center) in groups {
-            let known = self.places.iter().position(|(_, at)| (center - at).norm() < TOGETHER_M);
-            if let Some(known) = known {
-                self.places[known] = (time_s, center);
-            } else if count >= MIN_RETURNS && self.places.len() < MAX_PLACES {
-                self.places.push((time_s, center));
+            let known = self.0.iter_mut().find(|place| (center - place.center).norm() < TOGETHER_M);
+            if let Some(place) = known {
+                (place.center, place.seen_s) = (center, time_s);
+                if (center - place.stays_at).norm() > STAYS_M {
+                    (place.stays_at, place.stays_since_s) = (center, time_s);
+                }
+            } else if count >= MIN_RETURNS && self.0.len() < MAX_PLACES {
+                let (stays_at, stays_since_s) = (center, time_s);
+                self.0.push(Place { center, seen_s: time_s, stays_at, stays_since_s });
             }
         }
     }
 
     /// Forgets all places.
     pub fn clear(&mut self) {
-        self.places.clear();
+        self.0.clear();
     }
 
-    /// The places.
-    pub fn centers(&self) -> impl Iterator<Item = Point> + '_ {
-        self.places.iter().map(|(_, center)| *center)
+    /// The places of what walks, or came a moment ago.
+    pub fn walking(&self) -> impl Iterator<Item = Point> + '_ {
+        self.0.iter().filter(|place| !place.stands()).map(|place| place.center)
+    }
+
+    /// The places of what came and stands.
+    pub fn standing(&self) -> impl Iterator<Item = Point> + '_ {
+        self.0.iter().filter(|place| place.stands()).map(|place| place.center)
+    }
+}
+
+impl Place {
+    fn stands(&self) -> bool {
+        self.seen_s - self.stays_since_s >= STAYS_S
     }
 }
 
@@ -64,15 +89,8 @@ mod tests {
     use super::*;
 
     fn returns(points: &[(f64, f64)], was_free: bool) -> Vec<Return> {
-        let one = |(beam, &(x, y)): (usize, &(f64, f64))| Return {
-            beam,
-            range_m: 1.0,
-            point: Point::new(x, y),
-            is_candidate: true,
-            owner: None,
-            was_free,
-        };
-        points.iter().enumerate().map(one).collect()
+        let at = |&(x, y): &(f64, f64)| Return { was_free, ..Return::candidate(Point::new(x, y)) };
+        points.iter().map(at).collect()
     }
 
     #[test]
@@ -80,15 +98,33 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         let legs = [(2.0, 0.1), (2.2, -0.1), (5.0, 5.0)];
         entered.update(0.0, &returns(&legs, true));
-        let centers: Vec<Point> = entered.centers().collect();
+        let centers: Vec<Point> = entered.walking().collect();
         assert_eq!(centers.len(), 1, "dust has one return: {centers:?}");
         assert!((centers[0] - Point::new(2.1, 0.0)).norm() < 1e-9, "{centers:?}");
         // One leg hides the other, then both stand.
         entered.update(0.1, &returns(&[(1.9, 0.0)], true));
-        assert_eq!(entered.centers().next(), Some(Point::new(1.9, 0.0)));
+        assert_eq!(entered.walking().next(), Some(Point::new(1.9, 0.0)));
         entered.update(0.5, &returns(&legs, false));
-        assert_eq!(entered.centers().count(), 1);
+        assert_eq!(entered.walking().count(), 1);
         entered.update(0.7, &returns(&legs, false));
-        assert_eq!(entered.centers().count(), 0);
+        assert_eq!(entered.walking().count(), 0);
+    }
+
+    /// Two legs that come, stand for a second, and go on.
+    #[test]
+    fn what_stays_for_half_a_second_stands_until_it_leaves() {
+        let mut entered = EnteredPlaces::default();
+        let mut at = |time_s: f64, x: f64| {
+            entered.update(time_s, &returns(&[(x, 0.1), (x, -0.1)], true));
+            (entered.walking().count(), entered.standing().count())
+        };
+        for tick in 0..10 {
+            let walks = at(f64::from(tick) * 0.1, 3.0 - 0.15 * f64::from(tick));
+            assert_eq!(walks, (1, 0), "walking at 1.5 m/s");
+        }
+        assert_eq!(at(1.2, 1.65), (1, 0));
+        assert_eq!(at(1.5, 1.67), (0, 1));
+        assert_eq!(at(2.0, 1.62), (0, 1));
+        assert_eq!(at(2.1, 1.3), (1, 0), "it goes on");
     }
 }

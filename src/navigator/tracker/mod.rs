@@ -113,7 +113,11 @@ impl Tracker {
             self.moving.push(track.disc());
             self.swept.push((track.disc(), track.born_s));
         }
-        self.standing.update(time_s, &self.clusters, &self.returns, &self.moving);
+        for place in self.entered.standing() {
+            self.standing.add(time_s, &place);
+        }
+        let is_free = |point: &Point| proves_free(pose, scan, point, free_margin_m(0.0));
+        self.standing.update(time_s, &self.clusters, &mut self.returns, is_free);
         self.moving.extend(self.standing.discs());
         self.history.push(time_s, pose, scan);
     }
@@ -127,12 +131,12 @@ impl Tracker {
         };
         let is_explained =
             move |place: &Point| self.tracks.iter().any(|track| explains(track, place));
-        self.entered.centers().filter(move |place| !is_explained(place))
+        self.entered.walking().filter(move |place| !is_explained(place))
     }
 
-    /// The returns of the last scan that the map does not explain, up to a distance.
+    /// The returns of the last scan, up to a distance, that neither the map nor a person who stands explains.
     pub fn points(&self) -> impl Iterator<Item = Point> + '_ {
-        self.returns.iter().map(|one| one.point)
+        self.returns.iter().filter(|one| !one.is_of_standing).map(|one| one.point)
     }
 
     fn collect(&mut self, pose: &Pose, scan: &Scan, origin: impl Fn(&Point) -> ReturnOrigin) {
@@ -155,7 +159,9 @@ impl Tracker {
                 point,
                 is_candidate,
                 owner,
+                is_tracked: owner.is_some_and(|owner| self.tracks[owner].is_moving),
                 was_free: is_candidate && self.history.was_free(&point),
+                is_of_standing: false,
             });
         }
     }
@@ -229,10 +235,14 @@ impl Tracker {
             } else {
                 0
             };
+            let was_moving = track.is_moving;
             if track.update_motion(time_s, evidence) {
                 let since_s = track.born_s;
                 let discs = track.earlier_discs().map(|disc| (disc, since_s));
                 self.swept.extend(discs);
+            }
+            if was_moving && !track.is_moving && track.is_leg() {
+                self.standing.add(time_s, &track.center());
             }
         }
     }
@@ -254,7 +264,7 @@ impl Tracker {
             let is_gone = seen.is_some_and(|seen| seen > distance);
             let is_over = track.is_over(time_s, is_gone);
             if is_over && track.is_moving && track.is_leg() {
-                standing.add(time_s, &track.disc());
+                standing.add(time_s, &track.center());
             }
             !is_over
         });

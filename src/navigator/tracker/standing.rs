@@ -7,14 +7,14 @@ use crate::map::MovingDisc;
 /// Two legs next to each other are at most this wide, metres, and have at least this many returns.
 const LEGS_WIDTH_M: f64 = 0.3;
 const LEGS_RETURNS: usize = 3;
-/// Unexplained returns within this distance of a place show that a person is still there, metres.
-const STILL_THERE_M: f64 = 0.4;
-/// A moving disc within this distance of a place is that person, metres.
-const SAME_M: f64 = 0.5;
+/// New returns within this distance of a place are legs of the person there, metres.
+const LEGS_REACH_M: f64 = 0.4;
 /// Legs count as a person after this many scans, each within this time of the one before, seconds: by an error of the pose a
 /// post may seem to stand on free ground for one scan.
 const MIN_SIGHTINGS: u32 = 3;
 const SIGHTED_S: f64 = 0.25;
+/// A person who is hidden stays for this long, seconds.
+const HIDDEN_FOR_S: f64 = 5.0;
 /// Largest number of places.
 const MAX_PLACES: usize = 16;
 
@@ -23,24 +23,34 @@ const MAX_PLACES: usize = 16;
 struct Place {
     disc: MovingDisc,
     sightings: u32,
-    /// Time of the last sighting, seconds.
+    /// Time of the last sighting that counts, and of the last scan that showed anything there, seconds.
     seen_s: f64,
+    shown_s: f64,
 }
 
-/// The last places of lost tracks that moved, and of legs that came to ground that was free. A place is kept as long as a scan
-/// shows something unexplained there.
+/// The last places of leg tracks that moved, and of what came to ground that was free. A place is kept as long as scans show
+/// something there that is new and does not belong to a moving track, or cannot see it.
 #[derive(Debug, Default)]
 pub(super) struct StandingPeople(Vec<Place>);
 
 impl StandingPeople {
-    /// Adds the place of a track that was lost at a time, seconds.
-    pub fn add(&mut self, time_s: f64, disc: &MovingDisc) {
-        let disc = MovingDisc { vx: 0.0, vy: 0.0, ..*disc };
-        self.push(Place { disc, sightings: MIN_SIGHTINGS, seen_s: time_s });
+    /// Adds the place of a person who is known to stand there since a time, seconds.
+    pub fn add(&mut self, time_s: f64, &Point { x, y }: &Point) {
+        let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
+        self.sight(Place { disc, sightings: MIN_SIGHTINGS, seen_s: time_s, shown_s: time_s });
     }
 
-    fn push(&mut self, place: Place) {
-        if self.0.len() < MAX_PLACES {
+    /// Adds a sighting to the place of the same person, or as a new place.
+    fn sight(&mut self, place: Place) {
+        let center = place.disc.center();
+        if let Some(known) =
+            self.0.iter_mut().find(|known| is_near(&known.disc, &center, LEGS_REACH_M))
+        {
+            if known.seen_s < place.seen_s {
+                known.sightings += place.sightings;
+                known.seen_s = place.seen_s;
+            }
+        } else if self.0.len() < MAX_PLACES {
             self.0.push(place);
         }
     }
@@ -50,13 +60,14 @@ impl StandingPeople {
         self.0.clear();
     }
 
-    /// Updates the places with the clusters and returns of a scan at a time, seconds, and with what moves.
+    /// Updates the places with the clusters and returns of a scan at a time, seconds; `is_free` returns whether the scan saw
+    /// through a point.
     pub fn update(
         &mut self,
         time_s: f64,
         clusters: &[Cluster],
-        returns: &[Return],
-        moving: &[MovingDisc],
+        returns: &mut [Return],
+        is_free: impl Fn(&Point) -> bool,
     ) {
         let is_recent = |place: &Place| (0.0..=SIGHTED_S).contains(&(time_s - place.seen_s));
         self.0.retain(|place| place.sightings >= MIN_SIGHTINGS || is_recent(place));
@@ -65,26 +76,38 @@ impl StandingPeople {
             2 * free > cluster.count
         };
         for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster) && came(cluster)) {
-            let [_, legs, _] = cluster.sample(returns);
-            if let Some(known) = self.0.iter_mut().find(|it| is_near(&it.disc, &legs, SAME_M)) {
-                known.sightings += u32::from(known.seen_s < time_s);
-                known.seen_s = time_s;
-            } else {
-                let Point { x, y } = legs;
-                let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
-                self.push(Place { disc, sightings: 1, seen_s: time_s });
+            let [_, Point { x, y }, _] = cluster.sample(returns);
+            let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
+            self.sight(Place { disc, sightings: 1, seen_s: time_s, shown_s: time_s });
+        }
+        let mut shown = vec![(0_u32, Vector::ZERO); self.0.len()];
+        for one in returns.iter_mut().filter(|one| one.is_candidate && !one.is_tracked) {
+            let away = |place: &Place| one.point - place.disc.center();
+            let squared = |place: &Place| away(place).norm_squared();
+            let nearest = self
+                .0
+                .iter()
+                .enumerate()
+                .min_by(|(_, one), (_, other)| squared(one).total_cmp(&squared(other)));
+            if let Some((number, place)) = nearest
+                && squared(place) < LEGS_REACH_M * LEGS_REACH_M
+            {
+                let (count, sum) = shown[number];
+                shown[number] = (count + 1, sum + away(place));
+                one.is_of_standing = true;
             }
         }
-        self.0.retain_mut(|place| {
-            let place = &mut place.disc;
-            let near = returns.iter().filter(|one| is_near(place, &one.point, STILL_THERE_M));
-            let (count, sum) = near.fold((0_u32, Vector::ZERO), |(count, sum), one| {
-                (count + 1, sum + (one.point - place.center()))
-            });
+        let mut shown = shown.into_iter();
+        self.0.retain_mut(|Place { disc, shown_s, .. }| {
+            let (count, sum) = shown.next().unwrap_or_default();
+            if count == 0 {
+                return time_s - *shown_s <= HIDDEN_FOR_S && !is_free(&disc.center());
+            }
             // The middle between the legs.
-            let shift = sum / f64::from(count.max(1));
-            (place.x, place.y) = (place.x + shift.x, place.y + shift.y);
-            count > 0 && !moving.iter().any(|other| is_near(place, &other.center(), SAME_M))
+            let shift = sum / f64::from(count);
+            (disc.x, disc.y) = (disc.x + shift.x, disc.y + shift.y);
+            *shown_s = time_s;
+            true
         });
     }
 
@@ -124,36 +147,49 @@ mod tests {
                 joins: [false, false],
                 length_m: width_m,
             });
-            for offset_m in [-0.5, 0.0, 0.5] {
-                returns.push(Return {
-                    beam: returns.len(),
-                    range_m: 1.0,
-                    point: Point::new(x, y + offset_m * width_m),
-                    is_candidate: true,
-                    owner: None,
-                    was_free: true,
-                });
-            }
+            let at = |offset_m| Point::new(x, y + offset_m * width_m);
+            returns.extend([-0.5, 0.0, 0.5].map(|offset_m| Return::candidate(at(offset_m))));
         }
         (clusters, returns)
+    }
+
+    fn count(standing: &StandingPeople) -> usize {
+        standing.discs().count()
     }
 
     #[test]
     fn two_legs_are_one_person_until_they_are_gone() {
         let mut standing = StandingPeople::default();
-        let count = |standing: &StandingPeople| standing.discs().count();
-        let (clusters, returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
+        let (clusters, mut returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
         for (time_s, people) in [(0.0, 0), (0.1, 0), (0.2, 1)] {
-            standing.update(time_s, &clusters, &returns, &[]);
+            standing.update(time_s, &clusters, &mut returns, |_| true);
             assert_eq!(count(&standing), people, "at {time_s} s");
         }
+        assert!(returns.iter().all(|one| one.is_of_standing), "{returns:?}");
         let center = standing.discs().next().map(|disc| disc.center());
         assert!(center.is_some_and(|at| (at - Point::new(1.0, 0.15)).norm() < 1e-9), "{center:?}");
         // One leg hides the other, and shows too little to be new.
-        standing.update(5.0, &[], &returns[..1], &[]);
+        standing.update(5.0, &[], &mut returns[..1], |_| true);
         assert_eq!(count(&standing), 1);
-        standing.update(5.1, &[], &[], &[]);
+        // An obstacle that was there before shows nobody.
+        returns[0].is_candidate = false;
+        standing.update(5.1, &[], &mut returns[..1], |_| true);
         assert_eq!(count(&standing), 0);
+    }
+
+    #[test]
+    fn two_people_next_to_each_other_keep_their_own_legs() {
+        let mut standing = StandingPeople::default();
+        let people = [(1.0, 0.0), (1.0, 0.5)];
+        for (x, y) in people {
+            standing.add(0.0, &Point::new(x, y));
+        }
+        standing.add(0.1, &Point::new(1.0, 0.1));
+        let (clusters, mut returns) = scan(&people, 0.06);
+        standing.update(0.1, &clusters, &mut returns, |_| true);
+        let found: Vec<f64> = standing.discs().map(|disc| disc.y).collect();
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(found[0].abs() < 1e-9 && (found[1] - 0.5).abs() < 1e-9, "{found:?}");
     }
 
     #[test]
@@ -165,25 +201,28 @@ mod tests {
             let (clusters, mut returns) = scan(&[(1.0, 0.0)], width_m);
             returns.iter_mut().for_each(|one| one.was_free = was_free);
             for tick in 0..5 {
-                let time_s = f64::from(tick) * period_s;
-                standing.update(time_s, &clusters, &returns, &[]);
+                standing.update(f64::from(tick) * period_s, &clusters, &mut returns, |_| true);
             }
-            assert_eq!(standing.discs().count(), 0, "{width_m} {was_free} {period_s}");
+            assert_eq!(count(&standing), 0, "{width_m} {was_free} {period_s}");
         }
     }
 
     #[test]
-    fn place_of_a_lost_track_is_kept_until_it_moves_again() {
+    fn place_is_kept_until_a_track_moves_there() {
         let mut standing = StandingPeople::default();
-        let disc = MovingDisc { x: 1.0, y: 0.0, radius: 0.1, vx: 0.5, vy: 0.0 };
-        standing.add(0.0, &disc);
-        let (clusters, returns) = scan(&[(1.2, 0.0)], 0.06);
-        standing.update(0.1, &clusters, &returns, &[]);
+        standing.add(0.0, &Point::new(1.0, 0.0));
+        let (clusters, mut returns) = scan(&[(1.2, 0.0)], 0.06);
+        standing.update(0.1, &clusters, &mut returns, |_| true);
         let place = standing.discs().next().expect("a place");
-        assert_eq!((place.vx, place.radius), (0.0, 0.1));
-        assert!((place.x - 1.2).abs() < 1e-9, "{place:?}");
-        let moving = [MovingDisc { x: 1.3, ..disc }];
-        standing.update(0.2, &clusters, &returns, &moving);
-        assert_eq!(standing.discs().count(), 0);
+        assert!((place.x - 1.2).abs() < 1e-9 && place.vx == 0.0, "{place:?}");
+        // A walker passes in front; the person goes; a person is hidden.
+        returns.iter_mut().for_each(|one| one.is_tracked = true);
+        standing.update(0.2, &clusters, &mut returns, |_| false);
+        assert_eq!(count(&standing), 1);
+        standing.update(0.3, &clusters, &mut returns, |_| true);
+        assert_eq!(count(&standing), 0);
+        standing.add(1.0, &Point::new(1.0, 0.0));
+        standing.update(1.0 + HIDDEN_FOR_S + 0.1, &[], &mut [], |_| false);
+        assert_eq!(count(&standing), 0);
     }
 }
