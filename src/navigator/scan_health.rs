@@ -7,19 +7,24 @@
 use core::f64::consts::TAU;
 
 use super::ObservationFault;
+use super::scan_visibility::is_full_turn;
 use crate::geometry::{Point, Pose, Vector, bearing, wrap_angle};
 use crate::map::{GridRay, ObstacleGrid, Scan};
 
 /// Sectors around the robot; the first is centred ahead.
 pub(super) const SECTORS: usize = 16;
 /// Beams that are compared with the map in each sector.
-const RAYS: usize = 6;
+const RAYS: usize = 12;
 /// The map must show a surface within this share of the lidar's range: far and grazed surfaces return little.
 const SURE_RANGE_SHARE: f64 = 0.5;
 /// Nearer surfaces do not count, metres: a small error of the pose puts the robot onto them.
 const MIN_RANGE_M: f64 = 0.3;
 /// A sector is judged by at least this many beams that the map expects to return.
-const MIN_EXPECTED: u32 = 4;
+const MIN_EXPECTED: u32 = 6;
+/// The end of a roadway is out of range. A gap there, neighbouring beams without a return, is dark if it hides the walls too: this
+/// many beams. It is open if the walls are seen from this share of the sure range on.
+const MIN_EXPECTED_IN_GAP: usize = 6;
+const OPEN_SHARE: f64 = 0.5;
 /// The lidar as a whole is judged by at least this many.
 const MIN_EXPECTED_IN_ALL: u32 = 12;
 /// Share of the expected beams without a return from which a sector is dark, and the whole lidar.
@@ -40,11 +45,20 @@ struct Coverage {
     /// Beams that end on a surface of the map within the sure range, and those of them without a return.
     expected: u32,
     missing: u32,
+    /// Beams in dark gaps, and in open ones.
+    in_dark_gaps: u32,
+    in_open_gaps: u32,
 }
 
 impl Coverage {
     /// Whether the scan contradicts the map, or `None` without enough evidence.
     fn is_dark(&self) -> Option<bool> {
+        if 2 * self.in_dark_gaps > self.beams {
+            return Some(true);
+        }
+        if 2 * self.in_open_gaps > self.beams {
+            return Some(false);
+        }
         if self.expected < MIN_EXPECTED {
             // Returns from obstacles that are not in the map show that the lidar sees.
             return (2 * self.returns >= self.beams && self.returns > 0).then_some(false);
@@ -153,27 +167,67 @@ fn is_return(scan: &Scan, range: f64) -> bool {
     (0.0..=scan.range_max).contains(&range)
 }
 
+/// A beam that is compared with the map.
+#[derive(Clone, Copy, Debug)]
+struct Ray {
+    sector: usize,
+    returns: bool,
+    is_expected: bool,
+    /// Whether it shows a surface where the map does, so far away that the surfaces next to it may be out of range.
+    is_far: bool,
+}
+
 /// Compares evenly chosen beams of a scan with the map.
 fn coverage(pose: &Pose, scan: &Scan, known: &ObstacleGrid) -> [Coverage; SECTORS] {
-    let mut sectors = [Coverage::default(); SECTORS];
     let beams = scan.ranges.len();
     let turn = beams as f64 * scan.angle_increment / TAU;
-    let rays = ((turn * (SECTORS * RAYS) as f64) as usize).clamp(1, SECTORS * RAYS).min(beams);
+    let count = ((turn * (SECTORS * RAYS) as f64) as usize).clamp(1, SECTORS * RAYS).min(beams);
     let sure_m = SURE_RANGE_SHARE * scan.range_max;
-    for ray in 0..rays {
-        let beam = ray * beams / rays;
-        let direction = scan.angle(beam);
-        let sector = &mut sectors[sector_of(direction)];
-        let returns = is_return(scan, scan.ranges[beam]);
+    let compare = |ray: usize| {
+        let beam = ray * beams / count;
+        let (direction, range_m) = (scan.angle(beam), scan.ranges[beam]);
+        let on_map_m = range_on_map(known, pose, direction, sure_m);
+        let returns = is_return(scan, range_m);
+        let is_expected = on_map_m.is_some_and(|on_map_m| on_map_m >= MIN_RANGE_M);
+        let is_on_map = is_expected || range_m > sure_m;
+        let is_far = returns && is_on_map && range_m >= OPEN_SHARE * sure_m;
+        Ray { sector: sector_of(direction), returns, is_expected, is_far }
+    };
+    let rays: Vec<Ray> = (0..count).map(compare).collect();
+    let mut sectors = [Coverage::default(); SECTORS];
+    for ray in &rays {
+        let sector = &mut sectors[ray.sector];
         sector.beams += 1;
-        sector.returns += u32::from(returns);
-        let range_m = range_on_map(known, pose, direction, sure_m);
-        if range_m.is_some_and(|range_m| range_m >= MIN_RANGE_M) {
-            sector.expected += 1;
-            sector.missing += u32::from(!returns);
-        }
+        sector.returns += u32::from(ray.returns);
+        sector.expected += u32::from(ray.is_expected);
+        sector.missing += u32::from(ray.is_expected && !ray.returns);
+    }
+    if is_full_turn(scan) {
+        judge_gaps(&rays, &mut sectors);
     }
     sectors
+}
+
+/// Counts the rays in dark and open gaps of a full turn. Gaps of half a turn and more are left to the sectors.
+fn judge_gaps(rays: &[Ray], sectors: &mut [Coverage; SECTORS]) {
+    let count = rays.len();
+    let at = |place: usize| &rays[place % count];
+    // The gap after each ray with a return.
+    for before in (0..count).filter(|&before| at(before).returns) {
+        let length = (1..count).take_while(|&step| !at(before + step).returns).count();
+        let gap = before + 1..before + 1 + length;
+        let expected = gap.clone().filter(|&place| at(place).is_expected).count();
+        if 2 * length >= count || expected == length {
+            continue;
+        }
+        let is_dark = expected >= MIN_EXPECTED_IN_GAP;
+        let is_open = expected <= 1 && at(before).is_far && at(gap.end).is_far;
+        for place in gap {
+            let sector = &mut sectors[at(place).sector];
+            sector.in_dark_gaps += u32::from(is_dark);
+            sector.in_open_gaps += u32::from(is_open);
+        }
+    }
 }
 
 /// Distance to the first obstacle of the map in a direction of the robot's frame, metres; `None` where there is none within a
@@ -298,6 +352,27 @@ mod tests {
         // Walls beyond half of the range.
         let wide = after(9, &nothing, &room(13.0));
         assert_eq!((wide.blind_sectors(), wide.fault()), (0, None));
+    }
+
+    /// A roadway along x, 3 m wide, whose ends are out of range.
+    #[test]
+    fn gap_that_hides_the_edges_of_a_long_roadway_is_blind() {
+        let frame = GridFrame::new(400, 50, 0.1, Pose::new(-20.0, -2.5, 0.0)).expect("a size");
+        let is_wall = |index: usize| !(10..40).contains(&frame.cell_at(index).row);
+        let roadway = ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect());
+        // The walls are more than 6 m away within 0.25 rad of the axis.
+        for (half_width, blind) in [(0.25, 0), (0.3, 0), (0.5, 3)] {
+            let covered = scan(
+                |direction| {
+                    let to_axis = direction.abs().min(core::f64::consts::PI - direction.abs());
+                    direction.abs() > half_width && to_axis > 0.12
+                },
+                f64::INFINITY,
+            );
+            let health = after(DARK_SCANS, &covered, &roadway);
+            assert_eq!(health.blind_sectors(), blind, "{half_width} rad");
+            assert_eq!(health.fault().is_some(), blind > 0);
+        }
     }
 
     #[test]
