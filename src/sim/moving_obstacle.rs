@@ -211,6 +211,14 @@ impl MovingObstacle {
 
     /// Advances by a time, seconds, with the robot at a pose.
     pub(super) fn step(&mut self, time_s: f64, robot: &Pose, footprint: &Footprint) {
+        let walked = self.walk(time_s, robot, footprint);
+        if let Some(gait) = &mut self.gait {
+            gait.step(&walked.unwrap_or(Vector::ZERO), time_s);
+        }
+    }
+
+    /// Advances the motion; returns the velocity of an obstacle that moves.
+    fn walk(&mut self, time_s: f64, robot: &Pose, footprint: &Footprint) -> Option<Vector> {
         let gap = |center| footprint.gap_to_disc_m(robot, &center, self.radius_m);
         if let Some(appears) = self.appears {
             self.waited_s += time_s;
@@ -225,11 +233,11 @@ impl MovingObstacle {
             if is_time && !(self.yields && gap(start) < YIELD_GAP_M) {
                 self.appears = None;
             }
-            return;
+            return None;
         }
         if let Some(StartTrigger { place, distance_m }) = self.starts {
             if (place - robot.position()).norm() > distance_m {
-                return;
+                return None;
             }
             self.starts = None;
         }
@@ -237,19 +245,17 @@ impl MovingObstacle {
             let ahead = gap(self.motion.after(time_s).0);
             if ahead < YIELD_GAP_M && ahead < gap(self.motion.after(0.0).0) {
                 self.yield_to_robot(time_s);
-                return;
+                return None;
             }
         }
         self.held_s = 0.0;
         let velocity = self.motion.after(0.0).1;
-        if let Some(gait) = &mut self.gait {
-            gait.walk(&velocity, time_s);
-        }
         match &mut self.motion {
             Motion::Patrol(walk) => walk.step(time_s),
             Motion::TimedPath(path, now_s) => *now_s = path.within_period(*now_s + time_s),
             Motion::RandomWaypoint(motion) => motion.step(time_s),
         }
+        Some(velocity)
     }
 
     fn yield_to_robot(&mut self, time_s: f64) {
