@@ -120,6 +120,27 @@ impl ScanReturns<'_> {
         }
     }
 
+    /// The middle returns of objects that stand alone, are at most this wide, metres, and have at least this many returns;
+    /// settled marks too.
+    pub fn narrow_objects(&self, widest_m: f64, min_returns: usize) -> Vec<Point> {
+        let mut found = Vec::new();
+        let mut first = 0;
+        for end in 1..=self.returns.len() {
+            if end < self.returns.len() && self.belong_together(end - 1, end) {
+                continue;
+            }
+            let object = &self.returns[first..end];
+            let (right, left) = (&object[0], &object[object.len() - 1]);
+            let is_alone = is_edge(self.scan, right, false) && is_edge(self.scan, left, true);
+            let width_m = (left.point - right.point).norm();
+            if is_alone && width_m <= widest_m && object.len() >= min_returns {
+                found.push(object[object.len() / 2].point);
+            }
+            first = end;
+        }
+        found
+    }
+
     /// The return at an index, which may continue at the beginning of the list.
     const fn at(&self, index: usize) -> &Return {
         &self.returns[index % self.returns.len()]

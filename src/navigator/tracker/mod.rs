@@ -104,6 +104,8 @@ impl Tracker {
         self.entered.update(time_s, &self.returns);
         let returns = ScanReturns { pose, scan, returns: &self.returns };
         returns.find_clusters(&mut self.runs, &mut self.clusters);
+        let narrow = returns.narrow_objects(standing::LEG_WIDTH_M, standing::LEGS_RETURNS);
+        self.standing.sight_pairs(time_s, &narrow);
         self.associate(pose, scan);
         self.update_tracks((time_s, gap_s), pose, scan);
         self.drop_lost(time_s, pose, scan);

@@ -6,7 +6,7 @@ use crate::map::MovingDisc;
 
 /// Two legs next to each other are at most this wide, metres, and have at least this many returns.
 const LEGS_WIDTH_M: f64 = 0.3;
-const LEGS_RETURNS: usize = 3;
+pub(super) const LEGS_RETURNS: usize = 3;
 /// New returns within this distance of a place are legs of the person there, metres.
 const LEGS_REACH_M: f64 = 0.4;
 /// Legs count as a person after this many scans, each within this time of the one before, seconds: by an error of the pose a
@@ -15,6 +15,10 @@ const MIN_SIGHTINGS: u32 = 3;
 const SIGHTED_S: f64 = 0.25;
 /// A person who is hidden stays for this long, seconds.
 const HIDDEN_FOR_S: f64 = 5.0;
+/// Two objects as narrow as a leg and at most this far apart may be a person who has stood there all the time, metres. A robot
+/// fits between no such pair.
+pub(super) const LEG_WIDTH_M: f64 = 0.2;
+const PAIR_M: f64 = 0.45;
 /// Largest number of places.
 const MAX_PLACES: usize = 16;
 
@@ -26,6 +30,15 @@ struct Place {
     /// Time of the last sighting that counts, and of the last scan that showed anything there, seconds.
     seen_s: f64,
     shown_s: f64,
+    /// Whether it is known as a pair of legs only: these are marks too, because posts look the same.
+    is_pair: bool,
+}
+
+impl Place {
+    fn new(time_s: f64, &Point { x, y }: &Point, sightings: u32) -> Self {
+        let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
+        Self { disc, sightings, seen_s: time_s, shown_s: time_s, is_pair: false }
+    }
 }
 
 /// The last places of leg tracks that moved, and of what came to ground that was free. A place is kept as long as scans show
@@ -35,9 +48,18 @@ pub(super) struct StandingPeople(Vec<Place>);
 
 impl StandingPeople {
     /// Adds the place of a person who is known to stand there since a time, seconds.
-    pub fn add(&mut self, time_s: f64, &Point { x, y }: &Point) {
-        let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
-        self.sight(Place { disc, sightings: MIN_SIGHTINGS, seen_s: time_s, shown_s: time_s });
+    pub fn add(&mut self, time_s: f64, place: &Point) {
+        self.sight(Place::new(time_s, place, MIN_SIGHTINGS));
+    }
+
+    /// Adds the pairs of legs among the narrow objects of a scan at a time, seconds.
+    pub fn sight_pairs(&mut self, time_s: f64, narrow: &[Point]) {
+        for (number, one) in narrow.iter().enumerate() {
+            for other in narrow[..number].iter().filter(|other| (**other - one).norm() <= PAIR_M) {
+                let middle = *one + (*other - one) * 0.5;
+                self.sight(Place { is_pair: true, ..Place::new(time_s, &middle, 1) });
+            }
+        }
     }
 
     /// Adds a sighting to the place of the same person, or as a new place.
@@ -76,12 +98,11 @@ impl StandingPeople {
             2 * free > cluster.count
         };
         for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster) && came(cluster)) {
-            let [_, Point { x, y }, _] = cluster.sample(returns);
-            let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
-            self.sight(Place { disc, sightings: 1, seen_s: time_s, shown_s: time_s });
+            let [_, legs, _] = cluster.sample(returns);
+            self.sight(Place::new(time_s, &legs, 1));
         }
         let mut shown = vec![(0_u32, Vector::ZERO); self.0.len()];
-        for one in returns.iter_mut().filter(|one| one.is_candidate && !one.is_tracked) {
+        for one in returns.iter_mut().filter(|one| !one.is_tracked) {
             let away = |place: &Place| one.point - place.disc.center();
             let squared = |place: &Place| away(place).norm_squared();
             let nearest = self
@@ -91,10 +112,11 @@ impl StandingPeople {
                 .min_by(|(_, one), (_, other)| squared(one).total_cmp(&squared(other)));
             if let Some((number, place)) = nearest
                 && squared(place) < LEGS_REACH_M * LEGS_REACH_M
+                && (one.is_candidate || place.is_pair)
             {
                 let (count, sum) = shown[number];
                 shown[number] = (count + 1, sum + away(place));
-                one.is_of_standing = true;
+                one.is_of_standing = !place.is_pair;
             }
         }
         let mut shown = shown.into_iter();
@@ -190,6 +212,25 @@ mod tests {
         let found: Vec<f64> = standing.discs().map(|disc| disc.y).collect();
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].abs() < 1e-9 && (found[1] - 0.5).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn pair_of_legs_that_was_there_all_the_time_is_a_person_and_a_mark() {
+        for (apart_m, people) in [(0.3, 1), (0.6, 0)] {
+            let mut standing = StandingPeople::default();
+            let (clusters, mut returns) = scan(&[(1.0, 0.0), (1.0, apart_m)], 0.06);
+            for one in &mut returns {
+                (one.is_candidate, one.was_free) = (false, false);
+            }
+            let legs = [Point::new(1.0, 0.0), Point::new(1.0, apart_m)];
+            for tick in 0..5 {
+                let time_s = f64::from(tick) * 0.1;
+                standing.sight_pairs(time_s, &legs);
+                standing.update(time_s, &clusters, &mut returns, |_| true);
+            }
+            assert_eq!(count(&standing), people, "{apart_m} m");
+            assert!(returns.iter().all(|one| !one.is_of_standing), "{returns:?}");
+        }
     }
 
     #[test]
