@@ -12,14 +12,11 @@ impl Footprint {
     /// no part does. The robot causes no contact with an obstacle that touches another part.
     pub(crate) fn leading_gap_m(&self, pose: &Pose, twist: &Twist, obstacle: &MovingDisc) -> f64 {
         let center = pose.inverse_transform(&obstacle.center());
-        let distance_m = match self.body() {
-            Some(body) => polygon_distance_m(body, twist, &center),
-            None => {
-                let distances_m =
-                    self.discs().iter().map(|disc| disc_distance_m(disc, twist, &center));
-                distances_m.fold(f64::INFINITY, f64::min)
-            }
-        };
+        let to_disc_m = |disc: &Disc| disc_distance_m(disc, twist, &center);
+        let distance_m = self.body().map_or_else(
+            || self.discs().iter().map(to_disc_m).fold(f64::INFINITY, f64::min),
+            |body| polygon_distance_m(body, twist, &center),
+        );
         distance_m - obstacle.radius
     }
 }

@@ -7,6 +7,14 @@ use super::filter::Fit;
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::Scan;
 
+/// A track that owns a return.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Owner {
+    /// Index of the track.
+    pub track: usize,
+    pub is_moving: bool,
+}
+
 /// A return that the map does not explain.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Return {
@@ -15,10 +23,8 @@ pub(super) struct Return {
     pub point: Point,
     /// Whether it may belong to a new or moving object.
     pub is_candidate: bool,
-    /// Index of the track on whose expected disc it falls.
-    pub owner: Option<usize>,
-    /// Whether that track moves.
-    pub is_tracked: bool,
+    /// The track on whose expected disc it falls.
+    pub owner: Option<Owner>,
     /// Whether it is a candidate on ground that an earlier scan saw through.
     pub was_free: bool,
     /// Whether it belongs to a person who stands.
@@ -35,7 +41,6 @@ impl Return {
             point,
             is_candidate: true,
             owner: None,
-            is_tracked: false,
             was_free: true,
             is_of_standing: false,
         }

@@ -17,7 +17,7 @@ use super::obstacle_model::ReturnOrigin;
 use super::scan_visibility::{History, free_margin_m, proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
-use cluster::{Cluster, LONGEST_M, Return, ScanReturns};
+use cluster::{Cluster, LONGEST_M, Owner, Return, ScanReturns};
 use entered::EnteredPlaces;
 use filter::Fit;
 use standing::StandingPeople;
@@ -153,7 +153,7 @@ impl Tracker {
             if origin == ReturnOrigin::Mapped {
                 continue;
             }
-            let owner = nearest(&self.tracks, &point);
+            let owner = owner(&self.tracks, &point);
             let is_candidate = origin == ReturnOrigin::New || owner.is_some();
             self.returns.push(Return {
                 beam,
@@ -161,7 +161,6 @@ impl Tracker {
                 point,
                 is_candidate,
                 owner,
-                is_tracked: owner.is_some_and(|owner| self.tracks[owner].is_moving),
                 was_free: is_candidate && self.history.was_free(&point),
                 is_of_standing: false,
             });
@@ -291,7 +290,7 @@ impl Tracker {
 }
 
 /// The moving track whose expected disc covers a point: the nearest one if several do.
-fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
+fn owner(tracks: &[Track], point: &Point) -> Option<Owner> {
     tracks
         .iter()
         .enumerate()
@@ -300,5 +299,5 @@ fn nearest(tracks: &[Track], point: &Point) -> Option<usize> {
             (track.claims_returns() && beyond_m < OWN_M).then_some((number, beyond_m))
         })
         .min_by(|one, other| one.1.total_cmp(&other.1))
-        .map(|(number, _)| number)
+        .map(|(track, _)| Owner { track, is_moving: tracks[track].is_moving })
 }

@@ -102,7 +102,7 @@ impl StandingPeople {
             self.sight(Place::new(time_s, &legs, 1));
         }
         let mut shown = vec![(0_u32, Vector::ZERO); self.0.len()];
-        for one in returns.iter_mut().filter(|one| !one.is_tracked) {
+        for one in returns.iter_mut().filter(|one| !is_tracked(one)) {
             let away = |place: &Place| one.point - place.disc.center();
             let squared = |place: &Place| away(place).norm_squared();
             let nearest = self
@@ -147,12 +147,17 @@ fn may_be_legs(cluster: &Cluster) -> bool {
         && cluster.joins == [false, false]
 }
 
+fn is_tracked(one: &Return) -> bool {
+    one.owner.is_some_and(|owner| owner.is_moving)
+}
+
 fn is_near(disc: &MovingDisc, point: &Point, within_m: f64) -> bool {
     (disc.center() - point).norm() < within_m
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::cluster::Owner;
     use super::*;
 
     /// Objects on ground that was free, at places, of this width with three returns each.
@@ -257,7 +262,8 @@ mod tests {
         let place = standing.discs().next().expect("a place");
         assert!((place.x - 1.2).abs() < 1e-9 && place.vx == 0.0, "{place:?}");
         // A walker passes in front; the person goes; a person is hidden.
-        returns.iter_mut().for_each(|one| one.is_tracked = true);
+        let owner = Some(Owner { track: 0, is_moving: true });
+        returns.iter_mut().for_each(|one| one.owner = owner);
         standing.update(0.2, &clusters, &mut returns, |_| false);
         assert_eq!(count(&standing), 1);
         standing.update(0.3, &clusters, &mut returns, |_| true);
