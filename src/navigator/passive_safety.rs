@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(fastest(&at(0.5, 3.0, -1.0), 1.0), 1.0);
         let crossing = fastest(&at(0.6, 1.2, -0.7), 1.0);
         assert!((0.05..0.7).contains(&crossing), "{crossing}");
-        let next_to_it = fastest(&at(0.0, 1.0, 0.7), 1.0);
+        let next_to_it = fastest(&at(0.0, 1.3, 0.7), 1.0);
         assert!((0.05..0.7).contains(&next_to_it), "{next_to_it}");
         assert!(fastest(&at(0.7, 0.0, -1.0), 1.0) < 0.05);
         // An obstacle that stands next to the path does not approach.
