@@ -52,8 +52,9 @@ fn help_examples_run() {
         place.write(&format!("{map}.scen"), "version 1\n0 mine.map 3 1 0 0 2 0 2\n");
     }
     place.write("nav2_params.yaml", super::config::NAV2);
-    // As if `config` had written it: another example replaces it.
-    place.write("mine.toml", "# inbye config\n[local]\nvx_samples = 8\n");
+    // As if the import had written it: another example replaces it.
+    let header = "# Imported from a.yaml by `inbye config import-nav2`; all other settings have their defaults.";
+    place.write("mine.toml", &format!("{header}\n[local]\nvx_samples = 8\n"));
     place.write("sweep.toml", "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n");
     super::barn::write_worlds(&place);
     super::dynabarn::write_worlds(&place);
