@@ -19,7 +19,7 @@ use super::{
     DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
     ObstacleModel, Route, RoutePlanner, Waypoints,
 };
-use crate::geometry::{Point, Twist};
+use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
@@ -300,7 +300,10 @@ impl Navigator {
             radius: disc.radius.max(pedestrian_radius_m),
             ..*disc
         };
-        let moving: Vec<MovingDisc> = self.obstacles.moving().iter().map(with_body).collect();
+        let mut moving: Vec<MovingDisc> = self.obstacles.moving().iter().map(with_body).collect();
+        if self.settings.features.passive_safety {
+            moving.extend(self.obstacles.pairs_of_legs().map(|disc| with_body(&disc)));
+        }
         let mut now = PredictedState::new(
             &Measured { time_s: *time_s, odometry_s: *odometry_s, scan_s: *scan_s, pose, twist },
             &moving,
@@ -308,10 +311,13 @@ impl Navigator {
             &self.robot.limits,
             self.delay_s(),
         );
-        let person = |place| obstacle_that_may_come(place, pedestrian_radius_m, pedestrian_speed);
-        // Dust may return a beam within the robot itself.
-        let is_outside = |place: &Point| self.robot.footprint.gap_to_disc_m(pose, place, 0.0) > 0.0;
-        now.may_come.extend(self.obstacles.entered().filter(is_outside).map(person));
+        for (place, stands) in self.obstacles.entered() {
+            // Dust may return a beam within the robot itself.
+            if self.robot.footprint.gap_to_disc_m(pose, &place, 0.0) > 0.0 {
+                let speed = if stands { 0.0 } else { pedestrian_speed };
+                now.may_come.push(obstacle_that_may_come(place, pedestrian_radius_m, speed));
+            }
+        }
         if self.is_over() {
             return self.brake_from(&now.twist);
         }

@@ -89,9 +89,14 @@ impl ObstacleModel {
         self.tracker.as_ref().map_or(&[], |tracker| &tracker.moving)
     }
 
-    /// Places that something entered a moment ago, and that is not tracked.
-    pub(super) fn entered(&self) -> impl Iterator<Item = Point> + '_ {
+    /// Places that something entered a moment ago, and that is not tracked; each with whether it has stood there since.
+    pub(super) fn entered(&self) -> impl Iterator<Item = (Point, bool)> + '_ {
         self.tracker.iter().flat_map(Tracker::entered)
+    }
+
+    /// Pairs of narrow objects, which may be people who have stood there all the time. They are marked too.
+    pub(super) fn pairs_of_legs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
+        self.tracker.iter().flat_map(Tracker::pairs_of_legs)
     }
 
     /// The obstacles of the map.

