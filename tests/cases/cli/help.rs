@@ -54,7 +54,7 @@ fn help_examples_run() {
     place.write("nav2_params.yaml", super::config::NAV2);
     // As if the import had written it: another example replaces it.
     let header = "# Imported from a.yaml by `inbye config import-nav2`; all other settings have their defaults.";
-    place.write("mine.toml", &format!("{header}\n[local]\nvx_samples = 8\n"));
+    place.write("mine.toml", format!("{header}\n[local]\nvx_samples = 8\n"));
     place.write("sweep.toml", "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n");
     super::barn::write_worlds(&place);
     super::dynabarn::write_worlds(&place);
