@@ -39,7 +39,6 @@ pub use grid::{Grid, Setup, sampling_setups};
 pub use group::{Group, faults, groups};
 pub use localization::{LocalizationCase, LocalizationSite, localization_config};
 pub use missions::TrafficKind;
-pub use outcome::{Contact, TouchedBody, contact};
 #[cfg(feature = "parquet")]
 pub use parquet::parquet_bytes;
 pub use plan::{Changes, Plan, PlanRoute, PlanWorlds, SamplingGrid, WorldKind};

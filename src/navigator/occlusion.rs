@@ -256,5 +256,8 @@ mod tests {
         let away: Vec<f64> =
             people.iter().map(|one| (one.center() - Point::new(10.0, 10.0)).norm()).collect();
         assert!(away.len() >= 3 && away.is_sorted() && away[0] < 2.5, "{away:?}");
+        // Surfaces of 4 degrees with as much between them: more edges ahead than places are kept.
+        let many = |degree: i32| if degree.rem_euclid(14) < 9 { 4.5 } else { 8.0 };
+        assert_eq!(found(many, FREE, &[]).len(), MAX_PLACES);
     }
 }

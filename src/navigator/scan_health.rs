@@ -373,6 +373,15 @@ mod tests {
             assert_eq!(health.blind_sectors(), blind, "{half_width} rad");
             assert_eq!(health.fault().is_some(), blind > 0);
         }
+        // The open end of the roadway shows that the lidar sees again.
+        let open = |direction: f64| {
+            let to_axis = direction.abs().min(core::f64::consts::PI - direction.abs());
+            to_axis > 0.25
+        };
+        let mut health = after(DARK_SCANS, &scan(|_| false, f64::INFINITY), &room(8.0));
+        assert!(health.is_blind_towards(0.0));
+        health.update(&Pose::default(), &scan(open, f64::INFINITY), &roadway);
+        assert!(!health.is_blind_towards(0.0));
     }
 
     #[test]
@@ -403,6 +412,17 @@ mod tests {
         };
         assert!(blocked(-1.5, 0.0) && !blocked(1.5, 0.0));
         assert!(!blocked(0.0, 1.5) && !blocked(0.0, -1.5) && !blocked(-0.8, 0.0));
+    }
+
+    #[test]
+    fn single_blind_scans_with_good_ones_between_do_not_add_up() {
+        let (room, mut health) = (room(8.0), ScanHealth::default());
+        for _ in 0..3 {
+            health.update(&Pose::default(), &scan(|_| false, f64::NAN), &room);
+            assert!(health.is_suspect() && health.fault().is_none());
+            health.update(&Pose::default(), &scan(|_| true, f64::NAN), &room);
+            assert!(!health.is_suspect());
+        }
     }
 
     /// Four fifths of a sector's beams, and nine tenths of all.

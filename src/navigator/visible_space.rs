@@ -204,5 +204,34 @@ mod tests {
         let turn =
             Scan { angle_min: 0.0, angle_increment: TAU / 360.0, ranges: vec![9.0; 360], ..scan };
         assert!(sees(&turn, 2.0, 0.0) && sees(&turn, 2.0, -0.01) && sees(&turn, 2.0, 0.01));
+        // A disc there is hidden by the beams on both sides.
+        let space = VisibleSpace { pose: Pose::default(), scan: &turn, health: &health };
+        assert!(
+            space.hides(&Point::new(9.5, 0.0), 0.3) && !space.hides(&Point::new(8.5, 0.0), 0.3)
+        );
+    }
+
+    #[test]
+    fn beams_without_a_measurement_count_as_seen_through() {
+        let (scan, health) =
+            (Scan { ranges: vec![f64::NAN; 541], ..scan() }, ScanHealth::default());
+        let space = VisibleSpace { pose: Pose::default(), scan: &scan, health: &health };
+        assert!(space.sees(&Point::new(3.0, 0.0)));
+    }
+
+    /// Beams of 10 degrees, and a far place in the middle between two of them.
+    #[test]
+    fn place_between_two_beams_is_judged_by_both() {
+        let turn = Scan {
+            angle_min: 0.0,
+            angle_increment: TAU / 36.0,
+            range_max: 10.0,
+            ranges: vec![3.0; 36],
+        };
+        let health = ScanHealth::default();
+        let space = VisibleSpace { pose: Pose::default(), scan: &turn, health: &health };
+        let (sin, cos) = libm::sincos(TAU / 72.0);
+        let at = |range: f64| space.sees(&Point::new(range * cos, range * sin));
+        assert!(at(2.0) && !at(4.0));
     }
 }

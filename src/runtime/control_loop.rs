@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
 use super::{
-    Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot, Trace,
-    TraceRow,
+    Config, Contact, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot,
+    Trace, TraceRow,
 };
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
@@ -32,6 +32,7 @@ pub(super) struct ControlLoop<'a> {
     trace: Trace,
     decision_s: Vec<f64>,
     stop_errors: Vec<StopError>,
+    contact: Option<Contact>,
     protective_actions: BTreeMap<&'static str, u64>,
     engine: String,
 }
@@ -69,6 +70,7 @@ impl<'a> ControlLoop<'a> {
             trace: Trace { moving_radii, ..Trace::default() },
             decision_s: Vec::new(),
             stop_errors: Vec::new(),
+            contact: None,
             protective_actions: BTreeMap::new(),
             engine,
         })
@@ -106,8 +108,10 @@ impl<'a> ControlLoop<'a> {
             pose: observation.pose,
             twist: odometry.twist,
             gap_m: None,
+            contact: None,
             moving: Vec::new(),
         });
+        self.contact = self.contact.or(truth.contact);
         self.record_stop(decision.mode, &truth.pose);
         let counts = decision.counts.unwrap_or_default();
         let row = TraceRow {
@@ -223,6 +227,7 @@ impl<'a> ControlLoop<'a> {
         let error = StopError::of(&pose, &self.mission.goal);
         MissionResult {
             reached: last.is_some_and(|row| row.mode == Mode::Arrived || self.is_done(&row.pose)),
+            contact: self.contact,
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
             travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),

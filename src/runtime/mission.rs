@@ -1,7 +1,7 @@
 //! A mission, the events of its ticks and their faults, and its result.
 
 use super::control_loop::ControlLoop;
-use super::{Config, OdometryReading, Robot, Trace, TraceRow};
+use super::{Config, Contact, OdometryReading, Robot, Trace, TraceRow};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
@@ -60,6 +60,8 @@ pub struct MissionResult {
     pub reached: bool,
     /// Whether the robot touched anything.
     pub collided: bool,
+    /// The contact, in a simulated world.
+    pub contact: Option<Contact>,
     /// Time of the mission, seconds.
     pub time_s: f64,
     /// Distance travelled, metres.

@@ -1,6 +1,7 @@
 //! The control loop of a robot on a mission: configuration, the interface of a robot, ticks, and the trace of a drive.
 
 mod config;
+mod contact;
 mod control_loop;
 pub mod hardware;
 mod mission;
@@ -11,6 +12,7 @@ pub(crate) mod simulation_settings;
 mod trace;
 
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
+pub use contact::{Contact, TouchedBody};
 pub use mission::{
     FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
 };

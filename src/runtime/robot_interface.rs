@@ -2,6 +2,7 @@
 
 use core::ops::ControlFlow;
 
+use super::Contact;
 use crate::base::ProtectiveAction;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::{Scan, TimedScan};
@@ -50,6 +51,8 @@ pub struct GroundTruth {
     pub twist: Twist,
     /// Smallest gap between the footprint and anything solid, metres. None: the control loop measures the gap on the map.
     pub gap_m: Option<f64>,
+    /// The contact since the last sensing, or at this one.
+    pub contact: Option<Contact>,
     /// Centre of each moving obstacle; none for one that has not yet appeared.
     pub moving: Vec<Option<Point>>,
 }

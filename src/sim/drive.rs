@@ -295,7 +295,13 @@ impl Robot for SimBase {
     }
 
     fn ground_truth(&self) -> Option<GroundTruth> {
-        Some(GroundTruth { pose: self.pose, twist: self.twist(), gap_m: None, moving: Vec::new() })
+        Some(GroundTruth {
+            pose: self.pose,
+            twist: self.twist(),
+            gap_m: None,
+            contact: None,
+            moving: Vec::new(),
+        })
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {

@@ -11,14 +11,14 @@ use super::past_obstacles::PastObstacles;
 use super::wrong_planner::WrongCommands;
 use super::{FaultInjection, MovingObstacles, SimBase, SimError, draw_plant};
 use crate::base::{ProtectiveAction, ProtectiveLayer};
-use crate::geometry::{Pose, Twist};
+use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::local::Engine;
 use crate::localization::PoseHistory;
 use crate::map::{MovingDisc, ObstacleGrid, TimedScan};
 use crate::robot::Footprint;
 use crate::runtime::{
-    Config, GroundTruth, LidarData, Mission, MissionResult, Observer, ObstacleGap, PoseSource,
-    Robot, SensorData, SimulationSettings, run_mission,
+    Config, Contact, GroundTruth, LidarData, Mission, MissionResult, Observer, ObstacleGap,
+    PoseSource, Robot, SensorData, SimulationSettings, TouchedBody, run_mission,
 };
 
 /// A mission and its world.
@@ -107,6 +107,8 @@ struct SimulatedRobot<'a> {
     twist: Twist,
     /// Smallest gap since then, where it was below [`MEASURED_GAP_M`], metres.
     least_gap_m: f64,
+    /// The first contact since then.
+    contact: Option<Contact>,
     /// Recent true poses.
     true_poses: PoseHistory,
     lidar_rng: Pcg64Mcg,
@@ -154,6 +156,7 @@ impl<'a> SimulatedRobot<'a> {
             pose: mission.start,
             twist: Twist::STOP,
             least_gap_m: f64::INFINITY,
+            contact: None,
             true_poses: PoseHistory::new(),
             lidar_rng: Pcg64Mcg::seed_from_u64(*seed),
             wrong_commands: WrongCommands::new(config.simulation.wrong_planner, limits, *seed),
@@ -193,17 +196,38 @@ impl SimulatedRobot<'_> {
     /// Moves the obstacles while the robot drives to a pose, and measures the gaps during the motion. The robot's path within the
     /// period is an arc: an acceleration of 1 m/s^2 moves it along that by 1.3 mm at most.
     fn move_others(&mut self, to: &Pose, period_s: f64) {
-        self.least_gap_m = f64::INFINITY;
+        (self.least_gap_m, self.contact) = (f64::INFINITY, None);
         let footprint = &self.config.robot.footprint;
         let steps = (period_s / CONTACT_STEP_S).round().max(1.0);
+        // The mean motion of the period, and the motion before it: a robot that brakes has closed the gap earlier.
+        let twists = [self.twist, mean_twist(&self.pose, to, period_s)];
         for step in 1..=steps as u32 {
-            let pose = self.pose.interpolate(to, f64::from(step) / steps);
+            let share = f64::from(step) / steps;
+            let pose = self.pose.interpolate(to, share);
             self.moving_obstacles.step(period_s / steps, &pose, footprint);
             self.world.moving = self.moving_obstacles.discs();
             if self.world.lower_gap_m(footprint, &pose) < MEASURED_GAP_M {
-                self.least_gap_m = self.least_gap_m.min(self.world.gap_m(footprint, &pose));
+                let gap_m = self.world.gap_m(footprint, &pose);
+                self.least_gap_m = self.least_gap_m.min(gap_m);
+                if gap_m <= 0.0 && self.contact.is_none() {
+                    let time_s = self.time_s + share * period_s;
+                    self.contact = Some(self.contact_at(time_s, &pose, &twists));
+                }
             }
         }
+    }
+
+    /// The contact of the robot at a pose at which it touches something, given its motions in the present period.
+    fn contact_at(&self, time_s: f64, pose: &Pose, twists: &[Twist]) -> Contact {
+        let footprint = &self.config.robot.footprint;
+        let mut contact = self.world.contact(footprint, time_s, pose, twists);
+        if let TouchedBody::Moving { index, .. } = &mut contact.body {
+            // The world counts the obstacles that have appeared.
+            let states = self.moving_obstacles.states();
+            let mut present = states.iter().enumerate().filter(|(_, state)| state.is_some());
+            *index = present.nth(*index).map_or(*index, |(index, _)| index);
+        }
+        contact
     }
 
     /// The command that the sender lets through.
@@ -275,10 +299,13 @@ impl Robot for SimulatedRobot<'_> {
     fn ground_truth(&self) -> Option<GroundTruth> {
         let footprint = &self.config.robot.footprint;
         let places = self.moving_obstacles.states();
+        let gap_m = self.world.gap_m(footprint, &self.pose);
+        let at_present = || self.contact_at(self.time_s, &self.pose, &[self.twist]);
         Some(GroundTruth {
             pose: self.pose,
             twist: self.twist,
-            gap_m: Some(self.world.gap_m(footprint, &self.pose).min(self.least_gap_m)),
+            gap_m: Some(gap_m.min(self.least_gap_m)),
+            contact: self.contact.or_else(|| (gap_m <= 0.0).then(at_present)),
             moving: places.iter().map(|place| place.as_ref().map(MovingDisc::center)).collect(),
         })
     }
@@ -310,6 +337,12 @@ impl Robot for SimulatedRobot<'_> {
     fn fault(&self) -> Option<String> {
         self.base.fault()
     }
+}
+
+/// The mean motion from one pose to another within a time, seconds.
+fn mean_twist(from: &Pose, to: &Pose, time_s: f64) -> Twist {
+    let moved = from.inverse_transform(&to.position());
+    Twist::new(moved.x / time_s, wrap_angle(to.yaw - from.yaw) / time_s)
 }
 
 /// Everything that the robot can touch. All gaps are in metres, exact to rounding; at or below zero there is contact.
@@ -352,6 +385,33 @@ impl World {
     #[must_use]
     pub fn gap_to_static_m(&self, footprint: &Footprint, pose: &Pose) -> f64 {
         self.obstacles.gap_m(footprint, pose)
+    }
+
+    /// The contact at a time, seconds, of a robot at a pose, by the nearest body. The robot closes the gap at the highest speed
+    /// of these motions. A moving body has its index in `moving`.
+    #[must_use]
+    pub fn contact(
+        &self,
+        footprint: &Footprint,
+        time_s: f64,
+        pose: &Pose,
+        twists: &[Twist],
+    ) -> Contact {
+        let gap_m = |disc: &MovingDisc| footprint.gap_to_disc_m(pose, &disc.center(), disc.radius);
+        let by_gap = self.moving.iter().enumerate().map(|(index, disc)| (gap_m(disc), index, disc));
+        let nearest = by_gap.min_by(|one, other| one.0.total_cmp(&other.0));
+        let to_static_m = self.gap_to_static_m(footprint, pose);
+        let touched = |(_, index, disc): (f64, usize, &MovingDisc)| {
+            let closing = |twist| footprint.closing_speed_m_s(pose, twist, &disc.center());
+            TouchedBody::Moving {
+                index,
+                speed_m_s: libm::hypot(disc.vx, disc.vy),
+                closing_m_s: twists.iter().map(closing).fold(f64::NEG_INFINITY, f64::max),
+            }
+        };
+        let nearest = nearest.filter(|nearest| nearest.0 < to_static_m);
+        let body = nearest.map_or(TouchedBody::Static, touched);
+        Contact { time_s, pose: *pose, body }
     }
 
     /// The smallest gap between the body and the moving obstacles; infinite without any.

@@ -32,8 +32,8 @@ const HINDSIGHT_S: f64 = 2.5;
 const CLEAR_AFTER_S: f64 = 1.0;
 /// Closing speed above which the robot caused the contact, m/s.
 const CLOSING_M_S: f64 = 0.05;
-/// A gap up to this counts as the contact, metres: the robot's motion between two ticks is interpolated.
-pub(super) const CONTACT_TOLERANCE_M: f64 = 0.002;
+/// A gap up to this counts as the contact, metres: the simulation rounds the times of its steps.
+const CONTACT_TOLERANCE_M: f64 = 0.002;
 /// Number of speeds and of turn rates tried, each from the lowest to the highest.
 const TRIED: u32 = 15;
 /// Time between two gap checks, seconds: 4 cm for a robot and a cylinder at 2 m/s each.

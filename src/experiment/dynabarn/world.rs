@@ -6,15 +6,13 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use super::contact_attribution::CONTACT_TOLERANCE_M;
 use super::{ContactAttribution, State};
-use crate::experiment::outcome::nearest_instant;
 use crate::experiment::plan_worlds::select_worlds;
 use crate::experiment::{ContactCause, ExperimentError};
 use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
 use crate::navigator::Goal;
-use crate::runtime::{Config, Mission, MissionResult, TraceRow};
+use crate::runtime::{Config, Contact, Mission, MissionResult, TraceRow};
 use crate::sim::{MovingObstacle, MovingObstacles, Simulation, TimedPath};
 
 /// The goal is reached when the true pose is this close to it, metres: the rule of the BARN Challenge.
@@ -227,33 +225,18 @@ impl DynaBarnWorld {
     ) -> Option<ContactCause> {
         let rows = &result.trace.rows;
         let last = rows.last().filter(|_| result.collided)?;
-        let footprint = &config.robot.footprint;
         let attribution = ContactAttribution {
-            footprint,
+            footprint: &config.robot.footprint,
             limits: &config.robot.limits,
             moving: &|time_s| self.moving(time_s),
         };
         let states: Vec<State> = rows.iter().map(state).collect();
-        let earlier = rows.len().checked_sub(2).map(|index| &rows[index]);
-        let time_at = |share: f64| {
-            earlier.map_or(last.time_s, |row| row.time_s + (last.time_s - row.time_s) * share)
+        let cause = |Contact { time_s, pose, .. }| {
+            let contact = State { time_s, pose, ..state(last) };
+            let before = ContactAttribution::before(&states, &contact)?;
+            Some(attribution.cause(before, &contact))
         };
-        let gap_m = |pose: &Pose, time_s: f64| {
-            let gaps_m = self.moving(time_s);
-            gaps_m
-                .iter()
-                .map(|disc| footprint.gap_to_moving_m(pose, disc))
-                .fold(f64::INFINITY, f64::min)
-        };
-        let (pose, share) =
-            nearest_instant(last, earlier, |pose, share| gap_m(pose, time_at(share)));
-        let contact = State { time_s: time_at(share), pose, ..state(last) };
-        let before = ContactAttribution::before(&states, &contact);
-        let touched = gap_m(&pose, contact.time_s) <= CONTACT_TOLERANCE_M;
-        Some(match before.filter(|_| touched) {
-            Some(before) => attribution.cause(before, &contact),
-            None => ContactCause::Robot,
-        })
+        Some(result.contact.and_then(cause).unwrap_or(ContactCause::Robot))
     }
 
     /// The true positions of the cylinders at a time, seconds.
