@@ -33,8 +33,7 @@ pub(super) fn outcome(simulation: &Simulation, config: &Config, result: &Mission
     let mode = earlier.last().map_or(last.mode, |row| row.mode);
     let mode = serde_json::to_value(mode).unwrap_or_default();
     let mode = mode.as_str().unwrap_or_default().replace('_', " ");
-    let known = || simulation.mission.map.obstacles(config.unknown);
-    let world = World::new(simulation.truth.clone().unwrap_or_else(known));
+    let world = World::new(simulation.true_obstacles(config));
     let gaps = gaps(last, result, config, &world);
     let reason = format!("{why}; {mode} {}, {gaps}", place(&last.pose));
     (outcome, None, Some(reason))

@@ -149,6 +149,8 @@ columns! {
         pub ghosts: Option<f64>,
         /// Fraction of the beams at edges with a range in between.
         pub mixed_pixels: Option<f64>,
+        /// Largest distance of a wall from where the map shows it, metres.
+        pub map_error_m: Option<f64>,
         /// Time for which a sector of the lidar was blind, seconds; this and the next columns are none for a lidar that
         /// always saw.
         pub blind_time_s: Option<f64>,
@@ -388,6 +390,7 @@ impl RunRow {
         self.range_sigma_m = Some(drawn.lidar.range_sigma_m);
         self.ghosts = Some(drawn.lidar.ghosts);
         self.mixed_pixels = Some(drawn.lidar.mixed_pixels);
+        self.map_error_m = Some(drawn.map_error_m);
         self.leg_diameter_m = Some(drawn.pedestrians.leg_diameter_m);
         if drawn.lidar.blind_time_s > 0.0 {
             self.blind_time_s = Some(drawn.lidar.blind_time_s);

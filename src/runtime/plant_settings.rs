@@ -48,6 +48,8 @@ settings! {
         pub ghosts: [f64; 2] = [0.0, 0.002], ["", 0 to 1];
         /// Fraction of the beams at edges with a range in between.
         pub mixed_pixels: [f64; 2] = [0.0, 0.5], ["", 0 to 1];
+        /// Error of the map: see `simulation.map_error_m`.
+        pub map_error_m: [f64; 2] = [0.0, 0.05], ["m", 0 to 1];
         /// Share of the missions in which a sector of the lidar, in a random direction, sees no surface for a while.
         pub blind_share: f64 = 0.25, ["", 0 to 1];
         /// Start of that time.

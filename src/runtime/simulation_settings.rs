@@ -26,6 +26,9 @@ settings! {
         /// `obstacles` (drives at walls and people), `random`, `old` (commands of ten seconds ago), or `mixed` (one of these
         /// by the seed).
         pub wrong_planner: WrongPlanner = WrongPlanner::default();
+        /// Error of the map: walls of the world are up to this far from where the map shows them, displaced smoothly. Default 0:
+        /// the map is true.
+        pub map_error_m: f64 = 0.0, ["m", 0 to 1];
         /// Age of scan, odometry and fixes when the control loop gets them. Default 0. A real base takes 0.01 to 0.05 s, a
         /// lidar driver 0.05 to 0.15 s.
         pub sensing_delay_s: f64 = 0.0, ["s", 0 to 0.8];

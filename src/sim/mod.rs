@@ -17,6 +17,7 @@ mod scenes;
 mod simulation;
 mod sudden_pedestrians;
 mod timed_path;
+mod warped_map;
 mod wrong_planner;
 
 pub use crate::runtime::simulation_settings::{
@@ -32,6 +33,7 @@ pub(crate) use moving_obstacles::YIELD_TIMEOUT_S;
 pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M};
 pub use pedestrian_spawner::PedestrianSpawner;
 pub use plant::draw_plant;
+pub(crate) use route_sampler::is_in_sight;
 pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
 pub use simulation::{Simulation, World};
 pub use sudden_pedestrians::Surprise;
@@ -53,6 +55,7 @@ enum RngStream {
     Obstacles = 0xa54f_f53a_5f1d_36f1,
     WrongPlanner = 0x510e_527f_ade6_82d1,
     Plant = 0x9b05_688c_2b3e_6c1f,
+    Map = 0x1f83_d9ab_fb41_bd6b,
 }
 
 /// Returns the generator of a stream.

@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::error::{above_zero, at_least_zero};
 use super::gait::Gait;
-use super::route_sampler::roaming_route;
+use super::route_sampler::{is_in_sight, roaming_route};
 use super::{RngStream, SimError, TimedPath, YIELD_GAP_M, YIELD_TIMEOUT_S, generator};
 use crate::geometry::{Point, Pose, Vector};
 use crate::global::Path;
@@ -35,6 +35,8 @@ pub struct MovingObstacle {
     yields: bool,
     /// None after it has appeared.
     appears: Option<SpawnTrigger>,
+    /// What a lidar sees through: the obstacle appears only where the robot cannot see its start. None: anywhere.
+    seen_over: Option<Arc<FreeSpace>>,
     /// Time since the start while it has not appeared, seconds.
     waited_s: f64,
     /// Time for which it has yielded, seconds; zero while it moves.
@@ -115,6 +117,7 @@ impl MovingObstacle {
             radius_m,
             yields,
             appears: None,
+            seen_over: None,
             waited_s: 0.0,
             held_s: 0.0,
             gait: None,
@@ -146,6 +149,13 @@ impl MovingObstacle {
             }
         }
         Ok(Self { appears: Some(appears), ..self })
+    }
+
+    /// Lets the obstacle appear only while the robot's origin cannot see its start over this space. Nothing comes into being in
+    /// front of a robot.
+    #[must_use]
+    pub(crate) fn out_of_sight_over(self, transparent: Arc<FreeSpace>) -> Self {
+        Self { seen_over: Some(transparent), ..self }
     }
 
     /// Gives the obstacle two legs of a diameter, metres, which a lidar sees instead of its disc. They walk within the disc and
@@ -230,7 +240,9 @@ impl MovingObstacle {
                     (start - robot.position()).norm() <= distance_m
                 }
             };
-            if is_time && !(self.yields && gap(start) < YIELD_GAP_M) {
+            let is_seen = |over: &Arc<FreeSpace>| is_in_sight(over, &robot.position(), &start);
+            let is_hidden = !self.seen_over.as_ref().is_some_and(is_seen);
+            if is_time && is_hidden && !(self.yields && gap(start) < YIELD_GAP_M) {
                 self.appears = None;
             }
             return None;
@@ -391,5 +403,33 @@ impl RandomWaypoint {
             self.route = Path::new(walk);
             self.along_m = 0.0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{Cell, GridFrame};
+
+    /// A wall with a door, and an obstacle that waits behind the wall.
+    #[test]
+    fn obstacle_out_of_sight_appears_behind_a_wall_only() {
+        let frame = GridFrame::new(60, 60, 0.1, Pose::default()).expect("a valid size");
+        let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        (0..60).filter(|row| !(25..35).contains(row)).for_each(|row| {
+            ground.set(Cell::new(30, row), true);
+        });
+        let transparent = Arc::new(FreeSpace::new(&ground, 0.0));
+        let waits = MovingObstacle::patrol(0.3, 0.0, vec![Point::new(4.0, 1.0)]).expect("valid");
+        let waits = waits.spawned_by(SpawnTrigger::WithinDistance(4.0)).expect("valid");
+        let mut waits = waits.out_of_sight_over(transparent);
+        let footprint = Footprint::round(0.3).expect("a valid radius");
+        let mut appears_for = |x: f64, y: f64| {
+            waits.step(0.1, &Pose::new(x, y, 0.0), &footprint);
+            waits.disc().is_some()
+        };
+        assert!(!appears_for(2.0, 5.0), "through the door, in sight");
+        assert!(!appears_for(0.1, 4.0), "too far away");
+        assert!(appears_for(2.0, 1.0), "behind the wall");
     }
 }

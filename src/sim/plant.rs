@@ -49,6 +49,7 @@ pub fn draw_plant(settings: &SimulationSettings, seed: u64) -> SimulationSetting
     let time_s = uniform(&mut rng, ranges.blind_time_s);
     let direction_rad = uniform(&mut rng, [-PI, PI]);
     let width_rad = uniform(&mut rng, ranges.blind_width_rad);
+    drawn.map_error_m = uniform(&mut rng, ranges.map_error_m);
     if is_blind {
         drawn.lidar.blind_start_s = start_s;
         drawn.lidar.blind_time_s = time_s;

@@ -168,7 +168,7 @@ fn prune_corners(free: &FreeSpace, cells: &[Cell]) -> Vec<Cell> {
 }
 
 /// Whether a straight line between two points, the first one free, passes only free cells.
-pub(super) fn is_in_sight(free: &FreeSpace, from: &Point, to: &Point) -> bool {
+pub(crate) fn is_in_sight(free: &FreeSpace, from: &Point, to: &Point) -> bool {
     let frame = free.frame();
     let (from, to) = (frame.to_cell_units(from), frame.to_cell_units(to));
     let length = (to - from).norm();

@@ -8,6 +8,7 @@ use rand_pcg::Pcg64Mcg;
 use super::fault_injection::{FaultyOdometry, FrozenLidar, Kidnapping, degraded_range};
 use super::fixes::SimulatedPositioning;
 use super::past_obstacles::PastObstacles;
+use super::warped_map::warped;
 use super::wrong_planner::WrongCommands;
 use super::{FaultInjection, MovingObstacles, SimBase, SimError, draw_plant};
 use crate::base::{ProtectiveAction, ProtectiveLayer};
@@ -47,6 +48,15 @@ impl Simulation {
             faults: Vec::new(),
             seed: 0,
         }
+    }
+
+    /// The true static obstacles: those of [`Self::truth`] or of the map, with the error of the map.
+    #[must_use]
+    pub fn true_obstacles(&self, config: &Config) -> ObstacleGrid {
+        let error_m = draw_plant(&config.simulation, self.seed).map_error_m;
+        let known = || self.mission.map.obstacles(config.unknown);
+        let truth = self.truth.clone().unwrap_or_else(known);
+        if error_m > 0.0 { warped(&truth, error_m, self.seed) } else { truth }
     }
 
     /// Runs the mission with a simulated base.
@@ -134,8 +144,6 @@ impl<'a> SimulatedRobot<'a> {
         let plant = draw_plant(&config.simulation, *seed);
         let blind_sector = FaultInjection::blind_sector(&plant.lidar);
         let faults = simulation.faults.iter().copied().chain(blind_sector).collect();
-        let known = || mission.map.obstacles(config.unknown);
-        let truth = simulation.truth.clone().unwrap_or_else(known);
         let positioning = match config.pose_source {
             PoseSource::Fixes => {
                 Some(SimulatedPositioning::new(plant.fixes, mission.start, *seed)?)
@@ -145,7 +153,7 @@ impl<'a> SimulatedRobot<'a> {
         Ok(Self {
             config,
             base,
-            world: World::new(truth),
+            world: World::new(simulation.true_obstacles(config)),
             plant,
             faults,
             past: PastObstacles::default(),

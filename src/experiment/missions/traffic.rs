@@ -1,6 +1,7 @@
 //! Moving obstacles of a mission.
 
 use core::ops::RangeInclusive;
+use std::sync::Arc;
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -9,9 +10,10 @@ use serde::{Deserialize, Serialize};
 use super::Rules;
 use crate::geometry::Point;
 use crate::global::Path;
-use crate::map::ObstacleGrid;
+use crate::map::{FreeSpace, ObstacleGrid};
 use crate::sim::{
     MovingObstacle, MovingObstacles, PedestrianSettings, PedestrianSpawner, SpawnTrigger, Surprise,
+    is_in_sight,
 };
 
 /// The kind of moving obstacles of a mission.
@@ -25,7 +27,8 @@ pub enum TrafficKind {
     Yielding,
     /// They cross or follow the path and ignore the robot.
     NonYielding,
-    /// They appear when the robot is near, then wander around the path and stop for the robot.
+    /// They appear out of the robot's sight when it is near, or are there from the start. They wander around the path and stop for
+    /// the robot.
     Appearing,
     /// They stand next to the path and walk across it when the robot is near; they stop for the robot.
     Starting,
@@ -57,8 +60,8 @@ const KINDS: [TrafficKind; 6] = [
     TrafficKind::Starting,
     TrafficKind::SteppingOut,
 ];
-/// Distance of the robot's origin at which an obstacle appears, metres: from just outside the robot's margins to the range
-/// that it sees ahead.
+/// Distance of the robot's origin at which an obstacle appears, metres. Where a robot on the path sees its place from there, it
+/// is present from the start: no person comes into being in front of a lidar.
 const APPEARS_WITHIN_M: RangeInclusive<f64> = 2.0..=5.0;
 /// Largest distance of its random waypoints from its start, metres.
 const WANDER_M: f64 = 3.0;
@@ -118,15 +121,24 @@ fn appearing(
     if stretch.is_empty() {
         return MovingObstacles::default();
     }
+    let transparent = Arc::new(FreeSpace::new(ground, 0.0));
     let mut moving = Vec::with_capacity(count);
     for _ in 0..count {
-        let place = path.point_at(rng.random_range(stretch.clone()));
+        let arc_m = rng.random_range(stretch.clone());
+        let place = path.point_at(arc_m);
         let speed = rng.random_range(people.min_speed..=people.max_speed);
-        let appears = SpawnTrigger::WithinDistance(rng.random_range(APPEARS_WITHIN_M));
+        let within_m = rng.random_range(APPEARS_WITHIN_M);
         let seed = rng.random();
         let one =
             MovingObstacle::random_waypoint(people.radius_m, speed, place, WANDER_M, ground, seed);
-        let one = one.and_then(|one| one.spawned_by(appears));
+        let is_hidden = !is_in_sight(&transparent, &path.point_at(arc_m - within_m), &place);
+        let one = one.and_then(|one| {
+            if !is_hidden {
+                return Ok(one);
+            }
+            let one = one.spawned_by(SpawnTrigger::WithinDistance(within_m))?;
+            Ok(one.out_of_sight_over(Arc::clone(&transparent)))
+        });
         // A point without room for a random route gets no obstacle.
         moving.extend(one.and_then(|one| one.with_legs(people.leg_diameter_m, 0.0)).ok());
     }

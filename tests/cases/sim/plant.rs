@@ -57,6 +57,7 @@ fn disagreeing_plant_is_drawn_within_its_ranges_by_the_seed() {
             (dynamics.slope_rad, ranges.slope_rad),
             (drawn.lidar.range_sigma_m / settings.lidar.range_sigma_m, ranges.noise_ratio),
             (drawn.pedestrians.leg_diameter_m, ranges.leg_diameter_m),
+            (drawn.map_error_m, ranges.map_error_m),
         ] {
             assert!((least - 1e-9..=largest + 1e-9).contains(&value), "{value} of {least}");
         }
@@ -83,6 +84,23 @@ fn disagreeing_plant_is_drawn_within_its_ranges_by_the_seed() {
     assert!((100..150).contains(&blind), "{blind} of 500 lidars have a blind sector");
     totals.sort_by(f64::total_cmp);
     assert!(totals[0] < 0.08 && totals[499] > 0.27, "{} to {}", totals[0], totals[499]);
+}
+
+#[test]
+fn walls_of_the_world_differ_from_the_map_by_its_error() {
+    let mission = Simulation::new(Mission::new(
+        Arc::new(crossing().map),
+        crossing().start,
+        Goal { position: crossing().goal, yaw: None },
+    ));
+    let mut config = Config::default();
+    let map = mission.mission.map.obstacles(config.unknown);
+    assert_eq!(mission.true_obstacles(&config), map);
+    config.simulation.map_error_m = 0.1;
+    let world = mission.true_obstacles(&config);
+    assert_ne!(world, map);
+    let other = Simulation { seed: 1, ..mission.clone() };
+    assert_ne!(other.true_obstacles(&config), world, "another seed is another world");
 }
 
 #[test]
