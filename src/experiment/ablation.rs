@@ -22,6 +22,7 @@ const NONE: NavigatorFeatures = NavigatorFeatures {
     tracking: false,
     replanning: false,
     passive_safety: false,
+    pairs_of_legs: false,
     scan_health: false,
     occlusion_speed: false,
     recovery: false,
@@ -43,6 +44,7 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
     let replanning = NavigatorFeatures { replanning: true, ..tracking };
     let passive_safety = NavigatorFeatures {
         passive_safety: true,
+        pairs_of_legs: true,
         scan_health: true,
         occlusion_speed: true,
         ..replanning

@@ -295,13 +295,14 @@ impl Navigator {
             let masked = self.validator.health.masked(scan);
             self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
         }
-        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, .. } = self.settings;
+        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, features, .. } =
+            self.settings;
         let with_body = |disc: &MovingDisc| MovingDisc {
             radius: disc.radius.max(pedestrian_radius_m),
             ..*disc
         };
         let mut moving: Vec<MovingDisc> = self.obstacles.moving().iter().map(with_body).collect();
-        if self.settings.features.passive_safety {
+        if features.passive_safety && features.pairs_of_legs {
             moving.extend(self.obstacles.pairs_of_legs().map(|disc| with_body(&disc)));
         }
         let mut now = PredictedState::new(

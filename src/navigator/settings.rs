@@ -137,6 +137,9 @@ settings! {
         /// The robot can stop before a moving obstacle reaches it, even if that turns (passive safety). Off for a
         /// race among obstacles that ignore the robot, where standing does not help.
         pub passive_safety: bool = true;
+        /// For passive safety, a pair of narrow objects counts as a person who stands, even if it was there all the time. Off
+        /// where posts stand as close together as legs, and people do not.
+        pub pairs_of_legs: bool = true;
         /// The lidar is compared with the map: the robot stands where it is blind, and keeps out of blind sectors.
         pub scan_health: bool = true;
         /// The robot slows down where a person may come out of a place that it cannot see.

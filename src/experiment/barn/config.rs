@@ -76,7 +76,12 @@ pub fn barn_config(max_speed: f64) -> Config {
             comfort_margin_m: 0.15,
             // The laser does not see behind, and nothing moves there.
             may_enter_unseen: true,
-            features: NavigatorFeatures { occlusion_speed: false, ..NavigatorFeatures::default() },
+            // Its cylinders look like legs.
+            features: NavigatorFeatures {
+                occlusion_speed: false,
+                pairs_of_legs: false,
+                ..NavigatorFeatures::default()
+            },
             // Among cylinders each new detection matters at once.
             replan_period_s: 0.3,
             lookahead_m: 1.2,
