@@ -15,6 +15,11 @@ use crate::localization::{
 use crate::map::{ObstacleGrid, Scan, ScanChange, TimedScan};
 use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 
+/// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
+const BRAKING_S: f64 = 3.0;
+/// Speed and turn rate below which it stands, m/s and rad/s.
+const STANDING: f64 = 0.02;
+
 pub(super) struct ControlLoop<'a> {
     mission: &'a Mission,
     config: &'a Config,
@@ -27,6 +32,8 @@ pub(super) struct ControlLoop<'a> {
     scan_s: Option<f64>,
     scan_changed_s: f64,
     navigator: Navigator,
+    /// When the navigator gave up, seconds.
+    failed_s: Option<f64>,
     /// Gaps on the map, for a robot that does not know the true ones; prepared when first needed.
     map_gap: Option<ObstacleGap>,
     trace: Trace,
@@ -65,6 +72,7 @@ impl<'a> ControlLoop<'a> {
             scan_s: None,
             scan_changed_s: 0.0,
             navigator,
+            failed_s: None,
             map_gap: None,
             trace: Trace { moving_radii, ..Trace::default() },
             decision_s: Vec::new(),
@@ -79,7 +87,8 @@ impl<'a> ControlLoop<'a> {
         let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
         for tick in 0..ticks {
             let (row, has_stopped) = self.tick(tick as f64 * period_s, observer);
-            let is_over = matches!(row.mode, Mode::Arrived | Mode::Failed)
+            let is_over = row.mode == Mode::Arrived
+                || self.has_failed_and_stands(&row)
                 || row.gap_m <= 0.0
                 || has_stopped
                 || self.is_done(&row.pose);
@@ -89,6 +98,17 @@ impl<'a> ControlLoop<'a> {
             }
         }
         self.result()
+    }
+
+    /// Whether the navigator has given up and the robot stands. It may give up at speed: what happens until the robot stands
+    /// belongs to the mission.
+    fn has_failed_and_stands(&mut self, row: &TraceRow) -> bool {
+        if row.mode != Mode::Failed {
+            return false;
+        }
+        let failed_s = *self.failed_s.get_or_insert(row.time_s);
+        let stands = row.twist.linear.abs() < STANDING && row.twist.angular.abs() < STANDING;
+        stands || row.time_s - failed_s >= BRAKING_S
     }
 
     fn is_done(&self, pose: &Pose) -> bool {
