@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
 use super::{
-    Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot, Trace,
-    TraceRow,
+    Config, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot, SensorData,
+    Trace, TraceRow,
 };
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
@@ -171,7 +171,7 @@ impl<'a> ControlLoop<'a> {
         let odometry = sensed.odometry;
         self.odometry.record(sensed.odometry_s, &odometry.pose);
         let lidar = sensed.lidar.as_ref();
-        self.pose_estimator.update(sensed.odometry_s, &odometry.pose, sensed.pose, lidar);
+        self.pose_estimator.update(&sensed);
         self.note_scan_change(sensed.odometry_s, lidar);
         let (scan, scan_s) = match sensed.lidar {
             Some(LidarData::Scan(scan)) => (scan, sensed.odometry_s),
@@ -267,8 +267,8 @@ impl<'a> ControlLoop<'a> {
 
 /// The robot's pose in the map: from its own positioning, or from scans that are matched to the map.
 enum PoseEstimator {
-    /// The pose that the robot reported last.
-    Fixes(Pose),
+    /// The pose that the robot reported last, and the time of the measurement that corrected it, seconds, where that is known.
+    Fixes(Pose, Option<f64>),
     Scans {
         localizer: Box<Localizer>,
         /// End of the last revolution that was matched, seconds; the start of the mission before the first.
@@ -279,7 +279,7 @@ enum PoseEstimator {
 impl PoseEstimator {
     fn new(config: &Config, known: &ObstacleGrid, start: Pose) -> Result<Self, LocalizationError> {
         Ok(match config.pose_source {
-            PoseSource::Fixes => Self::Fixes(start),
+            PoseSource::Fixes => Self::Fixes(start, None),
             PoseSource::Scans => Self::Scans {
                 localizer: Box::new(Localizer::new(known, config.localization, &start)?),
                 matched_s: 0.0,
@@ -288,18 +288,16 @@ impl PoseEstimator {
     }
 
     /// Updates the estimate with one tick. Without positioning of its own, the robot's pose is that of its odometry.
-    fn update(
-        &mut self,
-        time_s: f64,
-        odometry: &Pose,
-        reported: Option<Pose>,
-        lidar: Option<&LidarData>,
-    ) {
+    fn update(&mut self, sensed: &SensorData) {
+        let (time_s, odometry) = (sensed.odometry_s, &sensed.odometry.pose);
         match self {
-            Self::Fixes(pose) => *pose = reported.unwrap_or(*odometry),
+            Self::Fixes(pose, corrected_s) => {
+                *pose = sensed.pose.unwrap_or(*odometry);
+                *corrected_s = sensed.pose_s;
+            }
             Self::Scans { localizer, matched_s } => {
                 localizer.predict(time_s, odometry);
-                match lidar {
+                match &sensed.lidar {
                     Some(LidarData::Scan(scan)) => {
                         localizer.update(&TimedScan::from_scan(scan, time_s, 0.0));
                         *matched_s = time_s;
@@ -319,16 +317,16 @@ impl PoseEstimator {
 
     fn pose(&self) -> Pose {
         match self {
-            Self::Fixes(pose) => *pose,
+            Self::Fixes(pose, _) => *pose,
             Self::Scans { localizer, .. } => *localizer.pose(),
         }
     }
 
     /// Time of the last measurement that corrected the pose, seconds, given that of the odometry: a positioning of the
-    /// robot's own is as old as its odometry.
-    const fn pose_s(&self, odometry_s: f64) -> f64 {
+    /// robot's own without times is as old as its odometry.
+    fn pose_s(&self, odometry_s: f64) -> f64 {
         match self {
-            Self::Fixes(_) => odometry_s,
+            Self::Fixes(_, corrected_s) => corrected_s.unwrap_or(odometry_s),
             Self::Scans { matched_s, .. } => *matched_s,
         }
     }
@@ -336,7 +334,7 @@ impl PoseEstimator {
     /// Learned scale of odometry's distances and turns.
     fn odometry_scale(&self) -> Option<(f64, f64)> {
         match self {
-            Self::Fixes(_) => None,
+            Self::Fixes(..) => None,
             Self::Scans { localizer, .. } => Some(localizer.odometry_scale()),
         }
     }
@@ -350,7 +348,7 @@ impl PoseEstimator {
     /// The localizer's own report.
     fn fix(&self) -> Option<&PoseEstimate> {
         match self {
-            Self::Fixes(_) => None,
+            Self::Fixes(..) => None,
             Self::Scans { localizer, .. } => Some(localizer.estimate()),
         }
     }

@@ -57,6 +57,8 @@ pub(super) struct SimulatedPositioning {
     source: FixSource,
     filter: PoseFilter,
     accuracy: PoseMeasurement,
+    /// Time of the last fix, seconds; none before the first.
+    fixed_s: Option<f64>,
 }
 
 impl SimulatedPositioning {
@@ -70,7 +72,13 @@ impl SimulatedPositioning {
             source: FixSource::new(fixes, seed)?,
             filter: PoseFilter::new(&accuracy),
             accuracy,
+            fixed_s: None,
         })
+    }
+
+    /// Time of the last fix, seconds; none before the first.
+    pub const fn fixed_s(&self) -> Option<f64> {
+        self.fixed_s
     }
 
     /// Returns the filtered pose at a time, seconds, that ascends from call to call.
@@ -92,6 +100,7 @@ impl SimulatedPositioning {
         self.filter.predict(odometry);
         let fix = self.source.fix(time_s, truth).filter(|_| has_fixes);
         if let Some(pose) = fix {
+            self.fixed_s = Some(time_s);
             self.filter.correct(&PoseMeasurement { pose, ..self.accuracy });
         }
         *self.filter.pose()

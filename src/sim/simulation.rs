@@ -264,12 +264,17 @@ impl Robot for SimulatedRobot<'_> {
         let lidar = self.faulty_lidar.sent(&self.faults, time_s, stamp_s, measured);
         self.inform_protection(&odometry.twist, odometry_s, &lidar);
         let then = self.true_poses.at(measured_s).unwrap_or(self.pose);
-        let positioning = self.positioning.as_mut();
+        let mut positioning = self.positioning.as_mut();
+        let faults = &self.faults;
+        let pose =
+            positioning.as_mut().map(|it| it.pose(faults, measured_s, &odometry.pose, &then));
+        let fixed_s = positioning.and_then(|it| it.fixed_s());
         SensorData {
             odometry,
             odometry_s,
             lidar: Some(lidar),
-            pose: positioning.map(|it| it.pose(&self.faults, measured_s, &odometry.pose, &then)),
+            pose,
+            pose_s: fixed_s.map(|fixed_s| fixed_s + stamp_s - measured_s),
             sent: sensed.sent.or(Some(self.sent)),
         }
     }

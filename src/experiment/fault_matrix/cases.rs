@@ -32,6 +32,8 @@ const KNOWN_AT_ONCE_S: f64 = 1.8;
 const OLD_STAMP_S: f64 = 1.5;
 /// The same for a fault that only a comparison of motions shows.
 const BY_COMPARISON_S: f64 = 3.0;
+/// The same for a pose that nothing corrects: it counts for a second.
+const NO_FIX_S: f64 = 2.8;
 
 type Preparation = fn(&mut Drive) -> Result<(), ExperimentError>;
 
@@ -189,7 +191,7 @@ const POSE: &[FaultCase] = &[
         drive.inject(FaultInjection::PoseFrozen { from_s: AT_S, to_s: f64::INFINITY });
         Ok(())
     }),
-    drives_on("positioning has no fixes", |drive| {
+    stands("positioning has no fixes", NO_FIX_S, |drive| {
         drive.inject(FaultInjection::NoFixes { from_s: AT_S, to_s: f64::INFINITY });
         Ok(())
     }),
@@ -237,7 +239,7 @@ const SURROUNDINGS: &[FaultCase] = &[
         trap(&mut drive.simulation, &drive.config)
     })
     .at_goal(),
-    drives_on("start is 2 cm from a wall", |drive| {
+    drives_on("start is nearer to a wall than a path may be", |drive| {
         start_near_wall(&mut drive.simulation, &drive.config);
         Ok(())
     })

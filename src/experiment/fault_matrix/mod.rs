@@ -45,16 +45,17 @@ impl FaultRow {
     }
 }
 
-/// Drives every case with these seeds. `progress` is called after each drive.
+/// Drives the named faults with these seeds. `progress` is called after each drive.
 ///
 /// # Errors
 /// [`ExperimentError`] when a drive cannot start.
 pub fn simulated_faults(
+    names: &[&str],
     seeds: &[u64],
     mut progress: impl FnMut(),
 ) -> Result<Vec<FaultRow>, ExperimentError> {
     let mut rows = Vec::new();
-    for case in cases() {
+    for case in cases().filter(|case| names.contains(&case.name)) {
         let mut row = FaultRow {
             limit_s: case.limit_s,
             passed: true,
@@ -69,8 +70,7 @@ pub fn simulated_faults(
     Ok(rows)
 }
 
-/// Number of drives for each seed.
-#[must_use]
-pub fn simulated_fault_count() -> usize {
-    cases().count()
+/// Names of all faults in simulation.
+pub fn simulated_fault_names() -> impl Iterator<Item = &'static str> {
+    cases().map(|case| case.name)
 }

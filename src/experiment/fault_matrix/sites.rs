@@ -21,8 +21,9 @@ const TIME_LIMIT_S: f64 = 240.0;
 const BODY_RADIUS_M: f64 = 0.3;
 /// Step of the search for a place with a gap, metres.
 const STEP_M: f64 = 0.005;
-/// Gap to the wall of a robot that starts within its margin, metres.
-const NEAR_WALL_M: f64 = 0.02;
+/// Gap to the wall of a robot that starts nearer to it than a path may be, metres. The planner refuses a start at which a disc
+/// of the footprint touches a wall.
+const NEAR_WALL_M: f64 = 0.15;
 
 /// Size of the hall, metres, and of its cells.
 const HALL_M: (f64, f64) = (20.0, 10.0);
@@ -44,7 +45,7 @@ pub(super) fn roadway_mission(seed: u64) -> Simulation {
     mission(scene.map, scene.start, scene.goal, seed)
 }
 
-/// The same, from a start at which the robot nearly touches a wall with its left side.
+/// The same, from a start with a wall next to the robot's left side.
 pub(super) fn start_near_wall(simulation: &mut Simulation, config: &Config) {
     let gap = ObstacleGap::new(simulation.mission.map.obstacles(config.unknown));
     let footprint = &config.robot.footprint;
