@@ -52,6 +52,10 @@ impl FaultCase {
         Self { end: End::Reason(text), ..self }
     }
 
+    const fn without_contact(self) -> Self {
+        Self { end: End::WithoutContact, ..self }
+    }
+
     const fn at_goal(self) -> Self {
         Self { end: End::AtGoal, ..self }
     }
@@ -269,20 +273,24 @@ const PLANNER: &[FaultCase] = &[
     drives_on("commands are 1000 m/s", |drive| {
         wrong_planner(drive, WrongPlanner::TooFast);
         Ok(())
-    }),
+    })
+    .without_contact(),
     drives_on("commands drive at walls", |drive| {
         wrong_planner(drive, WrongPlanner::Obstacles);
         Ok(())
-    }),
+    })
+    .without_contact(),
     drives_on("commands drive at a person", |drive| {
         wrong_planner(drive, WrongPlanner::Obstacles);
         drive.appearing.push((AHEAD_UNSEEN_M, 0.0));
         Ok(())
-    }),
+    })
+    .without_contact(),
     drives_on("commands are 10 s old", |drive| {
         wrong_planner(drive, WrongPlanner::Old);
         Ok(())
-    }),
+    })
+    .without_contact(),
     stands("engine gives no answer and has no fallback", KNOWN_AT_ONCE_S, |drive| {
         drive.engine = Some((EngineFault::NoAnswer(GpuFailureKind::DeviceLost), false));
         Ok(())
@@ -328,5 +336,5 @@ const PLANT: &[FaultCase] = &[
         drive.config.simulation.dynamics.deadband_m_s = 1.0;
         Ok(())
     })
-    .with_reason("FAILED_TO_MAKE_PROGRESS"),
+    .with_reason("90 s without"),
 ];

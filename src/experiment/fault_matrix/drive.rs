@@ -27,14 +27,16 @@ pub(super) struct FaultCase {
     pub prepare: fn(&mut Drive) -> Result<(), ExperimentError>,
 }
 
-/// How a drive must end. In any case the robot stands then, and has caused no contact.
-#[derive(Clone, Copy, Debug)]
+/// How a drive must end. In any case the robot has caused no contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
-    /// At the goal, or with a reason.
+    /// The robot may still move: the commands of a wrong planner do not end with the mission.
+    WithoutContact,
+    /// Standing at the goal, or with a reason.
     Any,
-    /// At the goal.
+    /// Standing at the goal.
     AtGoal,
-    /// With a reason that has this text.
+    /// Standing, with a reason that has this text.
     Reason(&'static str),
 }
 
@@ -114,7 +116,8 @@ impl FaultCase {
         let stood_s = (last_moving_s + drive.config.local.control_period_s - AT_S).max(0.0);
         let after = rows.iter().filter(|row| row.time_s >= AT_S);
         let gap_m = after.map(|row| row.gap_m).fold(f64::INFINITY, f64::min);
-        let stands_at_end = rows.last().is_none_or(|row| !drive.moves(row));
+        let stands_at_end =
+            self.end == End::WithoutContact || rows.last().is_none_or(|row| !drive.moves(row));
         let has_met_engine_fault = match drive.engine {
             Some((_, true)) => {
                 result.incidents.as_ref().is_some_and(|incidents| incidents.total_failures() > 0)
@@ -122,6 +125,7 @@ impl FaultCase {
             _ => true,
         };
         let ends_as_required = match self.end {
+            End::WithoutContact => true,
             End::Any => matches!(ended, RunOutcome::Reached | RunOutcome::Failed),
             End::AtGoal => ended == RunOutcome::Reached,
             End::Reason(text) => reason.as_ref().is_some_and(|reason| reason.contains(text)),
