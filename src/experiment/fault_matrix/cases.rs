@@ -34,6 +34,8 @@ const OLD_STAMP_S: f64 = 1.5;
 const BY_COMPARISON_S: f64 = 3.0;
 /// The same for a pose that nothing corrects: it counts for a second.
 const NO_FIX_S: f64 = 2.8;
+/// Time for which a wrong planner commands, seconds.
+const WRONG_PLANNER_S: f64 = 60.0;
 
 type Preparation = fn(&mut Drive) -> Result<(), ExperimentError>;
 
@@ -85,7 +87,9 @@ fn clock_jump(drive: &mut Drive, by_s: f64) {
     drive.inject(FaultInjection::ClockJump { from_s: AT_S, to_s: f64::INFINITY, by_s });
 }
 
+/// Nothing ends such a drive but its time.
 fn wrong_planner(drive: &mut Drive, planner: WrongPlanner) {
+    drive.simulation.mission.time_limit_s = AT_S + WRONG_PLANNER_S;
     drive.inject(FaultInjection::WrongPlanner { from_s: AT_S, to_s: f64::INFINITY, planner });
 }
 
