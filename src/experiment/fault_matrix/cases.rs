@@ -34,6 +34,9 @@ const OLD_STAMP_S: f64 = 1.5;
 const BY_COMPARISON_S: f64 = 3.0;
 /// The same for a pose that nothing corrects: it counts for a second.
 const NO_FIX_S: f64 = 2.8;
+/// The localizer knows within 3 s that the robot does not move. It finds the robot where it stands, so the robot tries again; the
+/// third loss at one place is final.
+const BOGGED_S: f64 = 9.0;
 /// Time for which a wrong planner commands, seconds.
 const WRONG_PLANNER_S: f64 = 60.0;
 
@@ -208,8 +211,7 @@ const POSE: &[FaultCase] = &[
         drive.inject(FaultInjection::Kidnapped { at_s: AT_S, to: ELSEWHERE });
         Ok(())
     }),
-    // The localizer compares three seconds of motion.
-    stands("belts spin and the robot stands", 5.0, |drive| {
+    stands("belts spin and the robot stands", BOGGED_S, |drive| {
         drive.config.pose_source = PoseSource::Scans;
         drive.stands_by_command = true;
         drive.inject(FaultInjection::Bogged { from_s: AT_S, to_s: f64::INFINITY });
