@@ -10,6 +10,7 @@ mod cases {
         mod cells;
         mod contact;
         mod density;
+        mod fault_matrix;
         mod movingai;
         mod paper;
         mod quality;

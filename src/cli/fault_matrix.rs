@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use inbye::bench::text_table;
 use inbye::experiment::{
-    ExperimentError, FaultRow, run_in_order, simulated_fault_count, simulated_faults,
+    ExperimentError, FaultRow, run_in_order, simulated_fault_names, simulated_faults,
 };
 use serde_json::json;
 
@@ -30,6 +30,9 @@ pub struct FaultsArguments {
     /// Drives of each fault in simulation, with consecutive seeds; 0 leaves them out.
     #[arg(long, default_value_t = 4, allow_negative_numbers = true, value_parser = whole::<u64>(0, 1000))]
     pub seeds: u64,
+    /// Only the faults in simulation whose name contains this text.
+    #[arg(long, value_name = "TEXT", default_value = "", hide_default_value = true)]
+    pub only: String,
     /// Drives on emulated serial lines at a time; 0 leaves them out.
     #[arg(long, default_value_t = 4, allow_negative_numbers = true, value_parser = whole::<usize>(0, 64))]
     pub serial: usize,
@@ -42,9 +45,13 @@ pub struct FaultsArguments {
 pub fn run(arguments: &FaultsArguments, json: bool) -> anyhow::Result<bool> {
     let record = Output::of_rows::<FaultRow>("--record", arguments.record.as_deref())?;
     let seeds: Vec<u64> = (1..=arguments.seeds).collect();
-    let bar = output::progress(simulated_fault_count() as u64 * arguments.seeds, "faults");
-    let mut rows =
-        if seeds.is_empty() { Vec::new() } else { simulated_faults(&seeds, || bar.inc(1))? };
+    let names: Vec<&str> = if seeds.is_empty() {
+        Vec::new()
+    } else {
+        simulated_fault_names().filter(|name| name.contains(&arguments.only)).collect()
+    };
+    let bar = output::progress(names.len() as u64 * arguments.seeds, "faults");
+    let mut rows = simulated_faults(&names, &seeds, || bar.inc(1))?;
     bar.finish_and_clear();
     if arguments.serial > 0 {
         let roadway = Roadway::write()?;

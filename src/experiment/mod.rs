@@ -34,7 +34,7 @@ mod world;
 pub use ablation::{ABLATION_VARIANTS, AblationVariant, ablation_groups};
 pub use cell::{Cell, FORMAT, Shard};
 pub use error::ExperimentError;
-pub use fault_matrix::{FaultRow, simulated_fault_count, simulated_faults};
+pub use fault_matrix::{FaultRow, simulated_fault_names, simulated_faults};
 pub use grid::{Grid, Setup, sampling_setups};
 pub use group::{Group, faults, groups};
 pub use localization::{LocalizationCase, LocalizationSite, localization_config};

@@ -2,6 +2,7 @@
 
 use super::{ContactCause, RunOutcome};
 use crate::geometry::Pose;
+use crate::navigator::Mode;
 use crate::robot::Footprint;
 use crate::runtime::{Config, Contact, MissionResult, TouchedBody, TraceRow};
 use crate::sim::{Simulation, World};
@@ -30,7 +31,8 @@ pub(super) fn outcome(simulation: &Simulation, config: &Config, result: &Mission
         None => (RunOutcome::Timeout, "the time was up".to_owned()),
     };
     // The last mode says only that the navigator gave up; the mode before is the reason.
-    let mode = earlier.last().map_or(last.mode, |row| row.mode);
+    let before = earlier.iter().rev().find(|row| row.mode != Mode::Failed);
+    let mode = before.map_or(last.mode, |row| row.mode);
     let mode = serde_json::to_value(mode).unwrap_or_default();
     let mode = mode.as_str().unwrap_or_default().replace('_', " ");
     let world = World::new(simulation.true_obstacles(config));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
 use super::{
     Config, Contact, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot,
-    Trace, TraceRow,
+    SensorData, Trace, TraceRow,
 };
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
@@ -14,6 +14,11 @@ use crate::localization::{
 };
 use crate::map::{ObstacleGrid, Scan, ScanChange, TimedScan};
 use crate::navigator::{Mode, Navigator, Observation, Waypoints};
+
+/// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
+const BRAKING_S: f64 = 3.0;
+/// Speed and turn rate below which it stands, m/s and rad/s.
+const STANDING: f64 = 0.02;
 
 pub(super) struct ControlLoop<'a> {
     mission: &'a Mission,
@@ -27,6 +32,8 @@ pub(super) struct ControlLoop<'a> {
     scan_s: Option<f64>,
     scan_changed_s: f64,
     navigator: Navigator,
+    /// When the navigator gave up, seconds.
+    failed_s: Option<f64>,
     /// Gaps on the map, for a robot that does not know the true ones; prepared when first needed.
     map_gap: Option<ObstacleGap>,
     trace: Trace,
@@ -66,6 +73,7 @@ impl<'a> ControlLoop<'a> {
             scan_s: None,
             scan_changed_s: 0.0,
             navigator,
+            failed_s: None,
             map_gap: None,
             trace: Trace { moving_radii, ..Trace::default() },
             decision_s: Vec::new(),
@@ -81,7 +89,8 @@ impl<'a> ControlLoop<'a> {
         let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
         for tick in 0..ticks {
             let (row, has_stopped) = self.tick(tick as f64 * period_s, observer);
-            let is_over = matches!(row.mode, Mode::Arrived | Mode::Failed)
+            let is_over = row.mode == Mode::Arrived
+                || self.has_failed_and_stands(&row)
                 || row.gap_m <= 0.0
                 || has_stopped
                 || self.is_done(&row.pose);
@@ -91,6 +100,17 @@ impl<'a> ControlLoop<'a> {
             }
         }
         self.result()
+    }
+
+    /// Whether the navigator has given up and the robot stands. It may give up at speed: what happens until the robot stands
+    /// belongs to the mission.
+    fn has_failed_and_stands(&mut self, row: &TraceRow) -> bool {
+        if row.mode != Mode::Failed {
+            return false;
+        }
+        let failed_s = *self.failed_s.get_or_insert(row.time_s);
+        let stands = row.twist.linear.abs() < STANDING && row.twist.angular.abs() < STANDING;
+        stands || row.time_s - failed_s >= BRAKING_S
     }
 
     fn is_done(&self, pose: &Pose) -> bool {
@@ -155,7 +175,7 @@ impl<'a> ControlLoop<'a> {
         let odometry = sensed.odometry;
         self.odometry.record(sensed.odometry_s, &odometry.pose);
         let lidar = sensed.lidar.as_ref();
-        self.pose_estimator.update(sensed.odometry_s, &odometry.pose, sensed.pose, lidar);
+        self.pose_estimator.update(&sensed);
         self.note_scan_change(sensed.odometry_s, lidar);
         let (scan, scan_s) = match sensed.lidar {
             Some(LidarData::Scan(scan)) => (scan, sensed.odometry_s),
@@ -252,8 +272,8 @@ impl<'a> ControlLoop<'a> {
 
 /// The robot's pose in the map: from its own positioning, or from scans that are matched to the map.
 enum PoseEstimator {
-    /// The pose that the robot reported last.
-    Fixes(Pose),
+    /// The pose that the robot reported last, and the time of the measurement that corrected it, seconds, where that is known.
+    Fixes(Pose, Option<f64>),
     Scans {
         localizer: Box<Localizer>,
         /// End of the last revolution that was matched, seconds; the start of the mission before the first.
@@ -264,7 +284,7 @@ enum PoseEstimator {
 impl PoseEstimator {
     fn new(config: &Config, known: &ObstacleGrid, start: Pose) -> Result<Self, LocalizationError> {
         Ok(match config.pose_source {
-            PoseSource::Fixes => Self::Fixes(start),
+            PoseSource::Fixes => Self::Fixes(start, None),
             PoseSource::Scans => Self::Scans {
                 localizer: Box::new(Localizer::new(known, config.localization, &start)?),
                 matched_s: 0.0,
@@ -273,18 +293,16 @@ impl PoseEstimator {
     }
 
     /// Updates the estimate with one tick. Without positioning of its own, the robot's pose is that of its odometry.
-    fn update(
-        &mut self,
-        time_s: f64,
-        odometry: &Pose,
-        reported: Option<Pose>,
-        lidar: Option<&LidarData>,
-    ) {
+    fn update(&mut self, sensed: &SensorData) {
+        let (time_s, odometry) = (sensed.odometry_s, &sensed.odometry.pose);
         match self {
-            Self::Fixes(pose) => *pose = reported.unwrap_or(*odometry),
+            Self::Fixes(pose, corrected_s) => {
+                *pose = sensed.pose.unwrap_or(*odometry);
+                *corrected_s = sensed.pose_s;
+            }
             Self::Scans { localizer, matched_s } => {
                 localizer.predict(time_s, odometry);
-                match lidar {
+                match &sensed.lidar {
                     Some(LidarData::Scan(scan)) => {
                         localizer.update(&TimedScan::from_scan(scan, time_s, 0.0));
                         *matched_s = time_s;
@@ -304,16 +322,16 @@ impl PoseEstimator {
 
     fn pose(&self) -> Pose {
         match self {
-            Self::Fixes(pose) => *pose,
+            Self::Fixes(pose, _) => *pose,
             Self::Scans { localizer, .. } => *localizer.pose(),
         }
     }
 
     /// Time of the last measurement that corrected the pose, seconds, given that of the odometry: a positioning of the
-    /// robot's own is as old as its odometry.
-    const fn pose_s(&self, odometry_s: f64) -> f64 {
+    /// robot's own without times is as old as its odometry.
+    fn pose_s(&self, odometry_s: f64) -> f64 {
         match self {
-            Self::Fixes(_) => odometry_s,
+            Self::Fixes(_, corrected_s) => corrected_s.unwrap_or(odometry_s),
             Self::Scans { matched_s, .. } => *matched_s,
         }
     }
@@ -321,7 +339,7 @@ impl PoseEstimator {
     /// Learned scale of odometry's distances and turns.
     fn odometry_scale(&self) -> Option<(f64, f64)> {
         match self {
-            Self::Fixes(_) => None,
+            Self::Fixes(..) => None,
             Self::Scans { localizer, .. } => Some(localizer.odometry_scale()),
         }
     }
@@ -335,7 +353,7 @@ impl PoseEstimator {
     /// The localizer's own report.
     fn fix(&self) -> Option<&PoseEstimate> {
         match self {
-            Self::Fixes(_) => None,
+            Self::Fixes(..) => None,
             Self::Scans { localizer, .. } => Some(localizer.estimate()),
         }
     }

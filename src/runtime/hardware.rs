@@ -341,6 +341,7 @@ impl Robot for HardwareRobot {
             odometry_s: time_s - age_s,
             lidar: lidar.map(|lidar| LidarData::TimedScan(lidar.newest(time_s, now_s))),
             pose: None,
+            pose_s: None,
             sent: Some(status.sent),
         }
     }

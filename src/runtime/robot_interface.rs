@@ -37,6 +37,9 @@ pub struct SensorData {
     pub lidar: Option<LidarData>,
     /// Pose in the map by the robot's own positioning; none for a robot without one.
     pub pose: Option<Pose>,
+    /// Time of the last measurement that corrected that pose, seconds, by the clock of the mission. None where it is unknown: the
+    /// pose is then as old as the odometry.
+    pub pose_s: Option<f64>,
     /// The command that the sender sent last, after its protective layer; none where that is unknown.
     pub sent: Option<Twist>,
 }

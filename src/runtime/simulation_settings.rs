@@ -23,8 +23,8 @@ settings! {
         /// Simulated pedestrians.
         pub pedestrians: PedestrianSettings = PedestrianSettings::default();
         /// A planner that is wrong on purpose and replaces the navigator's commands, to test the protective layer: `off`,
-        /// `obstacles` (drives at walls and people), `random`, `old` (commands of ten seconds ago), or `mixed` (one of these
-        /// by the seed).
+        /// `obstacles` (drives at walls and people), `random`, `old` (commands of ten seconds ago), `not_finite`, `too_fast`, or
+        /// `mixed` (one of the first three by the seed).
         pub wrong_planner: WrongPlanner = WrongPlanner::default();
         /// Error of the map: walls of the world are up to this far from where the map shows them, displaced smoothly. Default 0:
         /// the map is true.
@@ -56,7 +56,11 @@ pub enum WrongPlanner {
     Random,
     /// The navigator's command of ten seconds ago.
     Old,
-    /// One of the others, by the seed.
+    /// A command that is not a number.
+    NotFinite,
+    /// Straight ahead at a speed that no base reaches.
+    TooFast,
+    /// [`Self::Obstacles`], [`Self::Random`] or [`Self::Old`], by the seed.
     Mixed,
 }
 

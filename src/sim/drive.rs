@@ -291,7 +291,7 @@ impl Robot for SimBase {
         };
         let age_s = if *stamps_delay { *delay_s } else { 0.0 };
         let odometry_s = (time_s - age_s).max(0.0);
-        SensorData { odometry, odometry_s, lidar: None, pose: None, sent: None }
+        SensorData { odometry, odometry_s, lidar: None, pose: None, pose_s: None, sent: None }
     }
 
     fn ground_truth(&self) -> Option<GroundTruth> {

@@ -1,10 +1,8 @@
 //! Faults that are injected into a simulated drive.
 
-use core::f64::consts::TAU;
-
-use super::Lidar;
+use super::{Lidar, WrongPlanner};
 use crate::geometry::Pose;
-use crate::runtime::{LidarData, OdometryReading};
+use crate::runtime::OdometryReading;
 
 /// A fault that happens to the simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +47,54 @@ pub enum FaultInjection {
         /// End, seconds; infinite for the rest of the drive.
         to_s: f64,
     },
+    /// The revolutions of the lidar are wrong.
+    Lidar {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+        /// The change.
+        change: LidarChange,
+    },
+    /// The stamps of lidar and odometry are wrong, as after a jump of the sensors' clock.
+    ClockJump {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+        /// Stamp minus true time, seconds.
+        by_s: f64,
+    },
+    /// The belts turn and the robot stands.
+    Bogged {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+    },
+    /// The positioning gets no fixes: its pose follows the odometry alone.
+    NoFixes {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+    },
+    /// The positioning repeats its last pose.
+    PoseFrozen {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+    },
+    /// The commands of a wrong planner reach the sender instead of the navigator's.
+    WrongPlanner {
+        /// Begin, seconds.
+        from_s: f64,
+        /// End, seconds; infinite for the rest of the drive.
+        to_s: f64,
+        /// The planner.
+        planner: WrongPlanner,
+    },
     /// The odometry is wrong.
     Odometry {
         /// Begin, seconds.
@@ -71,6 +117,67 @@ impl FaultInjection {
             width_rad: lidar.blind_width_rad,
         })
     }
+}
+
+impl FaultInjection {
+    /// Begin of the fault, seconds.
+    #[must_use]
+    pub const fn from_s(&self) -> f64 {
+        self.period_s().0
+    }
+
+    /// Begin and end, seconds. A kidnapping is an event: its end is its begin.
+    const fn period_s(&self) -> (f64, f64) {
+        match *self {
+            Self::Kidnapped { at_s, .. } => (at_s, at_s),
+            Self::LidarOccluded { from_s, to_s }
+            | Self::LidarSectorOccluded { from_s, to_s, .. }
+            | Self::LidarFrozen { from_s, to_s }
+            | Self::LidarSilent { from_s, to_s }
+            | Self::Lidar { from_s, to_s, .. }
+            | Self::ClockJump { from_s, to_s, .. }
+            | Self::Bogged { from_s, to_s }
+            | Self::NoFixes { from_s, to_s }
+            | Self::PoseFrozen { from_s, to_s }
+            | Self::WrongPlanner { from_s, to_s, .. }
+            | Self::Odometry { from_s, to_s, .. } => (from_s, to_s),
+        }
+    }
+}
+
+/// The faults that are present at a time, seconds.
+pub(super) fn active_faults(
+    faults: &[FaultInjection],
+    time_s: f64,
+) -> impl Iterator<Item = &FaultInjection> {
+    faults.iter().filter(move |fault| {
+        let (from_s, to_s) = fault.period_s();
+        (from_s..to_s).contains(&time_s)
+    })
+}
+
+/// A change of the lidar's revolutions by a fault.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum LidarChange {
+    /// This share of the beams, drawn for each revolution, measures nothing.
+    Dropout(f64),
+    /// Every range has the wrong sign.
+    Negative,
+    /// A revolution has no beams.
+    Empty,
+    /// Only one of this many beams is sent, and the angle between two beams is as many times larger.
+    EveryNth(usize),
+    /// Every direction is multiplied by this: the driver has the wrong angle between two beams.
+    AngleScale(f64),
+    /// This share of the beams, drawn for each revolution, returns from dust at a random part of its range.
+    Ghosts(f64),
+    /// The revolutions arrive this late, seconds, and their stamps say so.
+    Late(f64),
+    /// The stamps lie this far in the future, seconds.
+    Ahead(f64),
+    /// No revolution arrives: the last one stays the newest.
+    Stopped,
 }
 
 /// A change of the odometry by a fault.
@@ -107,13 +214,15 @@ impl FaultyOdometry {
     ) -> (OdometryReading, f64) {
         let (mut reading, mut stamp_s) = (measured, odometry_s);
         let mut is_frozen = false;
-        for fault in faults {
-            let FaultInjection::Odometry { from_s, to_s, change } = fault else {
-                continue;
+        for fault in active_faults(faults, time_s) {
+            let change = match fault {
+                FaultInjection::Odometry { change, .. } => change,
+                FaultInjection::ClockJump { by_s, .. } => {
+                    stamp_s += by_s;
+                    continue;
+                }
+                _ => continue,
             };
-            if !(*from_s..*to_s).contains(&time_s) {
-                continue;
-            }
             match change {
                 OdometryChange::Frozen => {
                     is_frozen = true;
@@ -132,15 +241,17 @@ impl FaultyOdometry {
     }
 }
 
-/// Transforms a base's own pose into the map, after all kidnappings so far.
+/// Transforms a base's own pose into the map, after all kidnappings so far and while it is bogged.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Kidnapping {
+pub(super) struct Displacement {
     /// The pose of the base's own frame in the map.
     frame: Pose,
     until_s: f64,
+    /// The pose in the map at which the robot is bogged.
+    bogged: Option<Pose>,
 }
 
-impl Kidnapping {
+impl Displacement {
     /// Applies the faults up to a time, seconds, which must not descend from call to call; returns the pose in the map.
     pub fn pose(&mut self, faults: &[FaultInjection], time_s: f64, own: &Pose) -> Pose {
         for fault in faults {
@@ -151,77 +262,28 @@ impl Kidnapping {
             }
         }
         self.until_s = self.until_s.max(time_s);
-        self.pose_in_map(own)
+        let is_bogged = |fault: &FaultInjection| matches!(fault, FaultInjection::Bogged { .. });
+        let before = self.pose_in_map(own);
+        self.bogged = active_faults(faults, time_s).any(is_bogged).then_some(before);
+        if let Some(held) = self.bogged {
+            self.frame = held.frame_origin(own);
+        }
+        before
+    }
+
+    /// Whether the robot is bogged at the last of these times.
+    pub const fn is_bogged(&self) -> bool {
+        self.bogged.is_some()
     }
 
     /// The pose in the map after the faults that were applied so far.
     pub fn pose_in_map(&self, own: &Pose) -> Pose {
+        if let Some(held) = self.bogged {
+            return held;
+        }
         if self.frame == Pose::default() {
             return *own;
         }
         self.frame.transform_pose(own)
-    }
-}
-
-/// Returns a range that was measured at a time, seconds, in a direction of the robot's frame, radians, as the faults change
-/// it.
-pub(super) fn degraded_range(
-    faults: &[FaultInjection],
-    time_s: f64,
-    direction: f64,
-    range: f64,
-) -> f64 {
-    let mut range = range;
-    for fault in faults {
-        match fault {
-            FaultInjection::LidarOccluded { from_s, to_s }
-                if (*from_s..*to_s).contains(&time_s) =>
-            {
-                range = f64::INFINITY;
-            }
-            FaultInjection::LidarSectorOccluded { from_s, to_s, from_rad, width_rad }
-                if (*from_s..*to_s).contains(&time_s)
-                    && (direction - from_rad).rem_euclid(TAU) < *width_rad =>
-            {
-                range = f64::INFINITY;
-            }
-            FaultInjection::LidarSilent { from_s, to_s } if (*from_s..*to_s).contains(&time_s) => {
-                range = f64::NAN;
-            }
-            _ => {}
-        }
-    }
-    range
-}
-
-/// Repeats a revolution while the lidar is frozen.
-#[derive(Clone, Debug, Default)]
-pub(super) struct FrozenLidar(Option<LidarData>);
-
-impl FrozenLidar {
-    /// Returns the revolution that a lidar sends when it measured this at a time, seconds.
-    pub fn sent(
-        &mut self,
-        faults: &[FaultInjection],
-        time_s: f64,
-        measured: LidarData,
-    ) -> LidarData {
-        let is_frozen = faults.iter().any(|fault| match fault {
-            FaultInjection::LidarFrozen { from_s, to_s } => (*from_s..*to_s).contains(&time_s),
-            _ => false,
-        });
-        if !is_frozen {
-            self.0 = None;
-            return measured;
-        }
-        match (self.0.get_or_insert_with(|| measured.clone()), measured) {
-            (LidarData::TimedScan(kept), LidarData::TimedScan(mut sent)) => {
-                for (sent, kept) in sent.beams.iter_mut().zip(&kept.beams) {
-                    (sent.angle, sent.range) = (kept.angle, kept.range);
-                }
-                LidarData::TimedScan(sent)
-            }
-            (kept, _) => kept.clone(),
-        }
     }
 }

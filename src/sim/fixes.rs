@@ -3,7 +3,8 @@
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::{Fixes, RngStream, SimError, generator, normal};
+use super::fault_injection::active_faults;
+use super::{FaultInjection, Fixes, RngStream, SimError, generator, normal};
 use crate::geometry::{Pose, wrap_angle};
 use crate::localization::{PoseFilter, PoseMeasurement};
 
@@ -56,6 +57,8 @@ pub(super) struct SimulatedPositioning {
     source: FixSource,
     filter: PoseFilter,
     accuracy: PoseMeasurement,
+    /// Time of the last fix, seconds; none before the first.
+    fixed_s: Option<f64>,
 }
 
 impl SimulatedPositioning {
@@ -69,13 +72,35 @@ impl SimulatedPositioning {
             source: FixSource::new(fixes, seed)?,
             filter: PoseFilter::new(&accuracy),
             accuracy,
+            fixed_s: None,
         })
     }
 
+    /// Time of the last fix, seconds; none before the first.
+    pub const fn fixed_s(&self) -> Option<f64> {
+        self.fixed_s
+    }
+
     /// Returns the filtered pose at a time, seconds, that ascends from call to call.
-    pub fn pose(&mut self, time_s: f64, odometry: &Pose, truth: &Pose) -> Pose {
+    pub fn pose(
+        &mut self,
+        faults: &[FaultInjection],
+        time_s: f64,
+        odometry: &Pose,
+        truth: &Pose,
+    ) -> Pose {
+        let (mut is_frozen, mut has_fixes) = (false, true);
+        for fault in active_faults(faults, time_s) {
+            is_frozen |= matches!(fault, FaultInjection::PoseFrozen { .. });
+            has_fixes &= !matches!(fault, FaultInjection::NoFixes { .. });
+        }
+        if is_frozen {
+            return *self.filter.pose();
+        }
         self.filter.predict(odometry);
-        if let Some(pose) = self.source.fix(time_s, truth) {
+        let fix = self.source.fix(time_s, truth).filter(|_| has_fixes);
+        if let Some(pose) = fix {
+            self.fixed_s = Some(time_s);
             self.filter.correct(&PoseMeasurement { pose, ..self.accuracy });
         }
         *self.filter.pose()

@@ -3,6 +3,7 @@
 mod drive;
 mod error;
 mod fault_injection;
+mod faulty_lidar;
 mod fixes;
 mod gait;
 mod lidar;
@@ -25,7 +26,7 @@ pub use crate::runtime::simulation_settings::{
 };
 pub use drive::SimBase;
 pub use error::SimError;
-pub use fault_injection::{FaultInjection, OdometryChange};
+pub use fault_injection::{FaultInjection, LidarChange, OdometryChange};
 pub use fixes::FixSource;
 pub use lidar::{LidarReturn, RotatingLidar};
 pub use moving_obstacle::{MovingObstacle, SpawnTrigger};
@@ -55,7 +56,8 @@ enum RngStream {
     Obstacles = 0xa54f_f53a_5f1d_36f1,
     WrongPlanner = 0x510e_527f_ade6_82d1,
     Plant = 0x9b05_688c_2b3e_6c1f,
-    Map = 0x1f83_d9ab_fb41_bd6b,
+    Map = 0x5be0_cd19_137e_2179,
+    Lidar = 0x1f83_d9ab_fb41_bd6b,
 }
 
 /// Returns the generator of a stream.

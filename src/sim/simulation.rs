@@ -5,7 +5,8 @@ use core::ops::ControlFlow;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::fault_injection::{FaultyOdometry, FrozenLidar, Kidnapping, degraded_range};
+use super::fault_injection::{Displacement, FaultyOdometry};
+use super::faulty_lidar::{FaultyLidar, degraded_range};
 use super::fixes::SimulatedPositioning;
 use super::past_obstacles::PastObstacles;
 use super::warped_map::warped;
@@ -109,7 +110,7 @@ struct SimulatedRobot<'a> {
     faults: Vec<FaultInjection>,
     past: PastObstacles,
     moving_obstacles: MovingObstacles,
-    kidnapping: Kidnapping,
+    displacement: Displacement,
     faulty_odometry: FaultyOdometry,
     /// Time of the last sensing, seconds, and the truth then.
     time_s: f64,
@@ -126,7 +127,7 @@ struct SimulatedRobot<'a> {
     protection: ProtectiveLayer,
     /// The last command after protection.
     sent: Twist,
-    frozen_lidar: FrozenLidar,
+    faulty_lidar: FaultyLidar,
     positioning: Option<SimulatedPositioning>,
 }
 
@@ -158,7 +159,7 @@ impl<'a> SimulatedRobot<'a> {
             faults,
             past: PastObstacles::default(),
             moving_obstacles: simulation.moving_obstacles.clone(),
-            kidnapping: Kidnapping::default(),
+            displacement: Displacement::default(),
             faulty_odometry: FaultyOdometry::default(),
             time_s: 0.0,
             pose: mission.start,
@@ -170,7 +171,7 @@ impl<'a> SimulatedRobot<'a> {
             wrong_commands: WrongCommands::new(config.simulation.wrong_planner, limits, *seed),
             protection,
             sent: Twist::STOP,
-            frozen_lidar: FrozenLidar::default(),
+            faulty_lidar: FaultyLidar::new(*seed),
             positioning,
         })
     }
@@ -241,7 +242,8 @@ impl SimulatedRobot<'_> {
     /// The command that the sender lets through.
     fn protected(&mut self, command: &Twist) -> Twist {
         let people = &self.world.moving;
-        let command = self.wrong_commands.instead(command, self.time_s, &self.pose, people);
+        let faults = &self.faults;
+        let command = self.wrong_commands.instead(command, faults, self.time_s, &self.pose, people);
         let (limited, _) = self.protection.limit(&command, &self.sent, self.time_s);
         self.sent = if self.config.collision_monitor.enabled {
             self.protection.ramp(&limited, &self.sent)
@@ -287,19 +289,24 @@ impl Robot for SimulatedRobot<'_> {
         let faults = &self.faults;
         let (odometry, odometry_s) =
             self.faulty_odometry.reported(faults, time_s, sensed.odometry, sensed.odometry_s);
-        self.pose = self.kidnapping.pose(&self.faults, time_s, &own);
-        self.twist = twist;
+        self.pose = self.displacement.pose(&self.faults, time_s, &own);
+        self.twist = if self.displacement.is_bogged() { Twist::STOP } else { twist };
         self.true_poses.record(time_s, &self.pose);
         let measured = self.scan(measured_s, stamp_s);
-        let lidar = self.frozen_lidar.sent(&self.faults, time_s, measured);
+        let lidar = self.faulty_lidar.sent(&self.faults, time_s, stamp_s, measured);
         self.inform_protection(&odometry.twist, odometry_s, &lidar);
         let then = self.true_poses.at(measured_s).unwrap_or(self.pose);
-        let positioning = self.positioning.as_mut();
+        let mut positioning = self.positioning.as_mut();
+        let faults = &self.faults;
+        let pose =
+            positioning.as_mut().map(|it| it.pose(faults, measured_s, &odometry.pose, &then));
+        let fixed_s = positioning.and_then(|it| it.fixed_s());
         SensorData {
             odometry,
             odometry_s,
             lidar: Some(lidar),
-            pose: positioning.map(|it| it.pose(measured_s, &odometry.pose, &then)),
+            pose,
+            pose_s: fixed_s.map(|fixed_s| fixed_s + stamp_s - measured_s),
             sent: sensed.sent.or(Some(self.sent)),
         }
     }
@@ -333,7 +340,7 @@ impl Robot for SimulatedRobot<'_> {
             Some(truth) => truth.pose,
             None => self.base.sense(self.time_s + period_s).odometry.pose,
         };
-        let pose = self.kidnapping.pose_in_map(&own);
+        let pose = self.displacement.pose_in_map(&own);
         self.move_others(&pose, period_s);
         flow
     }

@@ -6,7 +6,8 @@ use std::collections::VecDeque;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::{RngStream, WrongPlanner, generator};
+use super::fault_injection::active_faults;
+use super::{FaultInjection, RngStream, WrongPlanner, generator};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use crate::map::MovingDisc;
 use crate::robot::Limits;
@@ -21,6 +22,9 @@ const PERSON_M: f64 = 6.0;
 const DIRECTION_S: f64 = 6.0;
 const RANDOM_S: f64 = 2.0;
 
+/// Speed that no base reaches, m/s.
+const TOO_FAST_M_S: f64 = 1e3;
+
 /// Angle off the heading within which it drives at full speed, radians.
 const AHEAD_RAD: f64 = 0.8;
 
@@ -28,6 +32,8 @@ const AHEAD_RAD: f64 = 0.8;
 #[derive(Clone, Debug)]
 pub(super) struct WrongCommands {
     kind: WrongPlanner,
+    /// What [`WrongPlanner::Mixed`] is with this seed.
+    mixed: WrongPlanner,
     limits: Limits,
     rng: Pcg64Mcg,
     /// The present direction in the map, radians, or random command, and its end.
@@ -40,14 +46,14 @@ pub(super) struct WrongCommands {
 
 impl WrongCommands {
     pub fn new(kind: WrongPlanner, limits: Limits, seed: u64) -> Self {
-        let kind = match (kind, seed % 3) {
-            (WrongPlanner::Mixed, 0) => WrongPlanner::Obstacles,
-            (WrongPlanner::Mixed, 1) => WrongPlanner::Random,
-            (WrongPlanner::Mixed, _) => WrongPlanner::Old,
-            (kind, _) => kind,
+        let mixed = match seed % 3 {
+            0 => WrongPlanner::Obstacles,
+            1 => WrongPlanner::Random,
+            _ => WrongPlanner::Old,
         };
         Self {
             kind,
+            mixed,
             limits,
             rng: generator(seed, RngStream::WrongPlanner),
             direction: 0.0,
@@ -57,19 +63,28 @@ impl WrongCommands {
         }
     }
 
-    /// The command instead of the planner's own, at a time, seconds, of a robot at a true pose among people.
+    /// The command instead of the planner's own, at a time, seconds, of a robot at a true pose among people. A wrong planner
+    /// among the faults comes before that of the settings.
     pub fn instead(
         &mut self,
         own: &Twist,
+        faults: &[FaultInjection],
         time_s: f64,
         pose: &Pose,
         people: &[MovingDisc],
     ) -> Twist {
-        match self.kind {
+        let injected = active_faults(faults, time_s).find_map(|fault| match fault {
+            FaultInjection::WrongPlanner { planner, .. } => Some(*planner),
+            _ => None,
+        });
+        let kind = injected.unwrap_or(self.kind);
+        match if kind == WrongPlanner::Mixed { self.mixed } else { kind } {
             WrongPlanner::Off | WrongPlanner::Mixed => *own,
             WrongPlanner::Obstacles => self.at_obstacles(time_s, pose, people),
             WrongPlanner::Random => self.random(time_s),
             WrongPlanner::Old => self.old(own, time_s),
+            WrongPlanner::NotFinite => Twist::new(f64::NAN, f64::INFINITY),
+            WrongPlanner::TooFast => Twist::new(TOO_FAST_M_S, 0.0),
         }
     }
 

@@ -239,7 +239,9 @@ impl ProtectiveLayer {
             sent: &self.pending(now_s),
             age_s: self.scans.age_s(now_s).unwrap_or_default().max(0.0),
         };
-        let mut limited = Limited { command: *target, action: ProtectiveAction::Pass };
+        // A factor of a command that no base follows is too coarse: the smallest one may be more than its largest speed.
+        let command = self.ramp.within_limits(target);
+        let mut limited = Limited { command, action: ProtectiveAction::Pass };
         self.limit_by_polygons(&points, &mut limited);
         self.limit_by_body(&points, &mut limited);
         self.limit_by_blindness(&situation, now_s, &mut limited);

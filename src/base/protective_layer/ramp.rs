@@ -24,6 +24,18 @@ impl Ramp {
         }
     }
 
+    /// The command that the base can follow: a faster one is that at its largest speeds.
+    pub fn within_limits(&self, command: &Twist) -> Twist {
+        match self {
+            Self::Twist(limits) => limits.clamp(command),
+            Self::Tracks { drive, limits } => {
+                let tracks = drive.tracks(command);
+                let scaled = limits.scale_to_max(&tracks);
+                if scaled == tracks { *command } else { drive.twist(&scaled) }
+            }
+        }
+    }
+
     /// The command after a time, seconds, of braking as hard as the limits allow.
     pub fn brake(&self, twist: &Twist, time_s: f64) -> Twist {
         match self {
@@ -58,6 +70,19 @@ mod tests {
     use crate::robot::Mixer;
 
     const DRIVE: TrackedDrive = TrackedDrive { track_width_m: 0.5 };
+
+    #[test]
+    fn only_a_command_beyond_the_limits_is_changed() {
+        let twist = Limits { min_vel_x: -0.3, ..Limits::default() };
+        let tracks = Ramp::Tracks { drive: DRIVE, limits: TrackLimits::default() };
+        for ramp in [Ramp::Twist(twist), tracks] {
+            for command in [Twist::STOP, Twist::new(0.3, 0.1), Twist::new(-0.1, -0.3)] {
+                assert_eq!(ramp.within_limits(&command), command);
+            }
+            let most = ramp.within_limits(&Twist::new(1e3, 0.0));
+            assert!((0.1..=2.0).contains(&most.linear) && most.angular == 0.0, "{most:?}");
+        }
+    }
 
     #[test]
     fn tracks_follow_the_ramp_of_the_mixer() {

@@ -30,15 +30,8 @@ pub(in crate::experiment) struct LocalizationMonitor {
 
 impl LocalizationMonitor {
     pub fn new(faults: &[FaultInjection]) -> Self {
-        let begin_s = |fault: &FaultInjection| match *fault {
-            FaultInjection::Kidnapped { at_s, .. } => at_s,
-            FaultInjection::LidarOccluded { from_s, .. }
-            | FaultInjection::LidarSectorOccluded { from_s, .. }
-            | FaultInjection::LidarFrozen { from_s, .. }
-            | FaultInjection::LidarSilent { from_s, .. }
-            | FaultInjection::Odometry { from_s, .. } => from_s,
-        };
-        let fault_s = faults.iter().map(begin_s).reduce(f64::min).unwrap_or_default();
+        let fault_s =
+            faults.iter().map(FaultInjection::from_s).reduce(f64::min).unwrap_or_default();
         Self { fault_s, ..Self::default() }
     }
 

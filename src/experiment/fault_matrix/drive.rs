@@ -1,0 +1,148 @@
+//! Drives one case of the fault matrix.
+
+use core::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::FaultRow;
+use super::faulty_engine::{EngineFault, faulty_engine};
+use super::sites::{AT_S, appear_around, roadway_mission};
+use crate::experiment::outcome::outcome;
+use crate::experiment::{ContactCause, ExperimentError, RunOutcome};
+use crate::local::{CpuEngine, Engine};
+use crate::runtime::{Config, MissionResult, Observer, TickEvent, TraceRow};
+use crate::sim::{FaultInjection, Simulation};
+
+/// Speed and turn rate below which a robot stands, m/s and rad/s.
+const STANDING: f64 = 0.02;
+
+/// A fault of the matrix.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FaultCase {
+    pub name: &'static str,
+    /// Time within which the robot must stand for good, seconds; none where it may drive on.
+    pub limit_s: Option<f64>,
+    pub end: End,
+    /// Changes an undisturbed drive through the roadways.
+    pub prepare: fn(&mut Drive) -> Result<(), ExperimentError>,
+}
+
+/// How a drive must end. In any case the robot has caused no contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum End {
+    /// The robot may still move: the commands of a wrong planner do not end with the mission.
+    WithoutContact,
+    /// Standing at the goal, or with a reason.
+    Any,
+    /// Standing at the goal.
+    AtGoal,
+    /// Standing, with a reason that has this text.
+    Reason(&'static str),
+}
+
+/// A drive with a fault.
+pub(super) struct Drive {
+    pub config: Config,
+    pub simulation: Simulation,
+    /// Duration of each decision from the fault on, seconds.
+    pub decision_s: f64,
+    /// The fault of the engine, and whether it has a CPU fallback.
+    pub engine: Option<(EngineFault, bool)>,
+    /// Gap, metres, and direction, radians, of each obstacle that appears around the robot.
+    pub appearing: Vec<(f64, f64)>,
+    /// Whether the robot stands where its commands do: the belts of a bogged robot may turn.
+    pub stands_by_command: bool,
+}
+
+impl Drive {
+    fn new(seed: u64) -> Self {
+        Self {
+            config: Config::default(),
+            simulation: roadway_mission(seed),
+            decision_s: 0.0,
+            engine: None,
+            appearing: Vec::new(),
+            stands_by_command: false,
+        }
+    }
+
+    pub fn inject(&mut self, fault: FaultInjection) {
+        self.simulation.faults.push(fault);
+    }
+
+    fn run(&self) -> Result<MissionResult, ExperimentError> {
+        let is_faulty = Arc::new(AtomicBool::new(false));
+        let engine: Box<dyn Engine> = match self.engine {
+            Some((fault, has_fallback)) => {
+                faulty_engine(fault, has_fallback, Arc::clone(&is_faulty))
+            }
+            None => Box::new(CpuEngine::single_threaded()),
+        };
+        let (time_s, mut now_s, mut is_end) = (Cell::new(0.0), 0.0, true);
+        // It is read at the begin and at the end of each decision.
+        let mut clock = || {
+            is_end = !is_end;
+            now_s += if is_end && time_s.get() >= AT_S { self.decision_s } else { 0.0 };
+            now_s
+        };
+        let mut on_tick = |event: &TickEvent<'_>| {
+            time_s.set(event.row.time_s);
+            is_faulty.store(event.row.time_s >= AT_S, Ordering::Relaxed);
+        };
+        let mut observer = Observer { clock: &mut clock, on_tick: &mut on_tick };
+        Ok(self.simulation.run(&self.config, engine, &mut observer)?)
+    }
+
+    fn moves(&self, row: &TraceRow) -> bool {
+        let twist = if self.stands_by_command { &row.command } else { &row.twist };
+        twist.linear.abs() >= STANDING || twist.angular.abs() >= STANDING
+    }
+}
+
+impl FaultCase {
+    /// Drives with a seed, and adds the drive to the row.
+    pub fn drive(&self, seed: u64, row: &mut FaultRow) -> Result<(), ExperimentError> {
+        let mut drive = Drive::new(seed);
+        (self.prepare)(&mut drive)?;
+        if !drive.appearing.is_empty() {
+            appear_around(&mut drive.simulation, &drive.config, &drive.appearing)?;
+        }
+        let result = drive.run()?;
+        let (ended, cause, reason) = outcome(&drive.simulation, &drive.config, &result);
+        let rows = &result.trace.rows;
+        let is_robot = ended == RunOutcome::Contact && cause == Some(ContactCause::Robot);
+        let last_moving_s =
+            rows.iter().rev().find(|row| drive.moves(row)).map_or(0.0, |row| row.time_s);
+        let stood_s = (last_moving_s + drive.config.local.control_period_s - AT_S).max(0.0);
+        let after = rows.iter().filter(|row| row.time_s >= AT_S);
+        let gap_m = after.map(|row| row.gap_m).fold(f64::INFINITY, f64::min);
+        let stands_at_end =
+            self.end == End::WithoutContact || rows.last().is_none_or(|row| !drive.moves(row));
+        let has_met_engine_fault = match drive.engine {
+            Some((_, true)) => {
+                result.incidents.as_ref().is_some_and(|incidents| incidents.total_failures() > 0)
+            }
+            _ => true,
+        };
+        let ends_as_required = match self.end {
+            End::WithoutContact => true,
+            End::Any => matches!(ended, RunOutcome::Reached | RunOutcome::Failed),
+            End::AtGoal => ended == RunOutcome::Reached,
+            End::Reason(text) => reason.as_ref().is_some_and(|reason| reason.contains(text)),
+        };
+        let is_in_time = self.limit_s.is_none_or(|limit_s| stood_s <= limit_s);
+        let has_passed =
+            !is_robot && stands_at_end && ends_as_required && is_in_time && has_met_engine_fault;
+        row.runs += 1;
+        row.contacts_robot += usize::from(is_robot);
+        if self.limit_s.is_some() {
+            row.stood_s = Some(row.stood_s.map_or(stood_s, |longest_s| longest_s.max(stood_s)));
+        }
+        row.min_gap_m = Some(row.min_gap_m.map_or(gap_m, |least_m| least_m.min(gap_m)));
+        if row.passed {
+            row.reason = reason.or(row.reason.take());
+        }
+        row.passed &= has_passed;
+        Ok(())
+    }
+}

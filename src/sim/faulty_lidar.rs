@@ -1,0 +1,198 @@
+//! The lidar of a simulated robot with injected faults.
+
+use core::f64::consts::TAU;
+use std::collections::VecDeque;
+
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+use super::fault_injection::active_faults;
+use super::{FaultInjection, LidarChange, RngStream, generator};
+use crate::map::TimedScan;
+use crate::runtime::LidarData;
+
+/// Returns a range that was measured at a time, seconds, in a direction of the robot's frame, radians, as the faults change
+/// it.
+pub(super) fn degraded_range(
+    faults: &[FaultInjection],
+    time_s: f64,
+    direction: f64,
+    range: f64,
+) -> f64 {
+    let mut range = range;
+    for fault in active_faults(faults, time_s) {
+        match fault {
+            FaultInjection::LidarOccluded { .. } => range = f64::INFINITY,
+            FaultInjection::LidarSectorOccluded { from_rad, width_rad, .. }
+                if (direction - from_rad).rem_euclid(TAU) < *width_rad =>
+            {
+                range = f64::INFINITY;
+            }
+            FaultInjection::LidarSilent { .. } => range = f64::NAN,
+            _ => {}
+        }
+    }
+    range
+}
+
+/// Changes the revolutions of a lidar by faults.
+#[derive(Clone, Debug)]
+pub(super) struct FaultyLidar {
+    rng: Pcg64Mcg,
+    /// The revolution at the begin of a freeze.
+    frozen: Option<LidarData>,
+    /// The last revolution before the lidar stopped, with its stamps.
+    last: Option<LidarData>,
+    /// Recent revolutions and their times, seconds; only for a lidar with late ones.
+    recent: VecDeque<(f64, LidarData)>,
+}
+
+impl FaultyLidar {
+    /// Creates a lidar whose random faults the seed determines.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            rng: generator(seed, RngStream::Lidar),
+            frozen: None,
+            last: None,
+            recent: VecDeque::new(),
+        }
+    }
+
+    /// Returns the revolution that a lidar sends when it measured this at a time, seconds; a scan without stamps is of the time
+    /// `stamp_s`.
+    pub fn sent(
+        &mut self,
+        faults: &[FaultInjection],
+        time_s: f64,
+        stamp_s: f64,
+        measured: LidarData,
+    ) -> LidarData {
+        let changes = |fault: &FaultInjection| match fault {
+            FaultInjection::Lidar { change, .. } => Some(*change),
+            _ => None,
+        };
+        let late_s = faults.iter().filter_map(changes).find_map(|change| match change {
+            LidarChange::Late(late_s) => Some(late_s),
+            _ => None,
+        });
+        if let Some(late_s) = late_s {
+            let stamped = LidarData::TimedScan(timed(measured.clone(), stamp_s));
+            self.remember(time_s, late_s, stamped);
+        }
+        let mut sent = measured;
+        let (mut is_frozen, mut is_stopped) = (false, false);
+        for fault in active_faults(faults, time_s) {
+            match fault {
+                FaultInjection::LidarFrozen { .. } => {
+                    is_frozen = true;
+                    sent = repeated(self.frozen.get_or_insert_with(|| sent.clone()), sent);
+                }
+                FaultInjection::ClockJump { by_s, .. } => shift_stamps(&mut sent, *by_s),
+                FaultInjection::Lidar { change: LidarChange::Stopped, .. } => {
+                    is_stopped = true;
+                    let last = || LidarData::TimedScan(timed(sent.clone(), stamp_s));
+                    sent = self.last.get_or_insert_with(last).clone();
+                }
+                FaultInjection::Lidar { change: LidarChange::Late(_), .. } => {
+                    sent = self.recent.front().map_or(sent, |(_, oldest)| oldest.clone());
+                }
+                FaultInjection::Lidar { change: LidarChange::Ahead(by_s), .. } => {
+                    sent = LidarData::TimedScan(timed(sent, stamp_s));
+                    shift_stamps(&mut sent, *by_s);
+                }
+                FaultInjection::Lidar { change, .. } => self.change(&mut sent, *change),
+                _ => {}
+            }
+        }
+        self.frozen = self.frozen.take().filter(|_| is_frozen);
+        self.last = self.last.take().filter(|_| is_stopped);
+        sent
+    }
+
+    /// Keeps the revolutions of a time, seconds; the first is the newest that is at least so old.
+    fn remember(&mut self, time_s: f64, late_s: f64, measured: LidarData) {
+        self.recent.push_back((time_s, measured));
+        while self.recent.get(1).is_some_and(|(next_s, _)| time_s - next_s >= late_s) {
+            self.recent.pop_front();
+        }
+    }
+
+    /// Changes the beams of a revolution.
+    fn change(&mut self, data: &mut LidarData, change: LidarChange) {
+        match change {
+            LidarChange::Dropout(share) => for_each_range(data, |range| {
+                if self.rng.random::<f64>() < share {
+                    *range = f64::NAN;
+                }
+            }),
+            LidarChange::Ghosts(share) => for_each_range(data, |range| {
+                let (is_dust, part) = (self.rng.random::<f64>() < share, self.rng.random::<f64>());
+                if is_dust && range.is_finite() {
+                    *range *= part;
+                }
+            }),
+            LidarChange::Negative => for_each_range(data, |range| *range = -*range),
+            LidarChange::Empty => match data {
+                LidarData::Scan(scan) => scan.ranges.clear(),
+                LidarData::TimedScan(scan) => scan.beams.clear(),
+            },
+            LidarChange::EveryNth(count) => match data {
+                LidarData::Scan(scan) => {
+                    scan.angle_increment *= count as f64;
+                    scan.ranges = scan.ranges.iter().step_by(count).copied().collect();
+                }
+                LidarData::TimedScan(scan) => {
+                    scan.beams = scan.beams.iter().step_by(count).copied().collect();
+                }
+            },
+            LidarChange::AngleScale(ratio) => match data {
+                LidarData::Scan(scan) => {
+                    scan.angle_min *= ratio;
+                    scan.angle_increment *= ratio;
+                }
+                LidarData::TimedScan(scan) => {
+                    scan.beams.iter_mut().for_each(|beam| beam.angle *= ratio);
+                }
+            },
+            // These replace the revolution or its stamps.
+            LidarChange::Late(_) | LidarChange::Ahead(_) | LidarChange::Stopped => {}
+        }
+    }
+}
+
+fn for_each_range(data: &mut LidarData, change: impl FnMut(&mut f64)) {
+    match data {
+        LidarData::Scan(scan) => scan.ranges.iter_mut().for_each(change),
+        LidarData::TimedScan(scan) => {
+            scan.beams.iter_mut().map(|beam| &mut beam.range).for_each(change);
+        }
+    }
+}
+
+/// The beams with their times; those of a scan without times have this one, seconds.
+fn timed(data: LidarData, stamp_s: f64) -> TimedScan {
+    match data {
+        LidarData::Scan(scan) => TimedScan::from_scan(&scan, stamp_s, 0.0),
+        LidarData::TimedScan(scan) => scan,
+    }
+}
+
+/// A scan without stamps has those of the odometry, which jump too.
+fn shift_stamps(data: &mut LidarData, by_s: f64) {
+    if let LidarData::TimedScan(scan) = data {
+        scan.beams.iter_mut().for_each(|beam| beam.time_s += by_s);
+    }
+}
+
+/// The ranges of a kept revolution with the stamps of a new one.
+fn repeated(kept: &LidarData, measured: LidarData) -> LidarData {
+    match (kept, measured) {
+        (LidarData::TimedScan(kept), LidarData::TimedScan(mut sent)) => {
+            for (sent, kept) in sent.beams.iter_mut().zip(&kept.beams) {
+                (sent.angle, sent.range) = (kept.angle, kept.range);
+            }
+            LidarData::TimedScan(sent)
+        }
+        (kept, _) => kept.clone(),
+    }
+}
