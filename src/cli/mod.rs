@@ -12,6 +12,9 @@ mod density;
 mod draw;
 mod drive;
 mod drive_text;
+mod emulated_person;
+#[cfg(all(unix, feature = "serial"))]
+mod emulated_surroundings;
 mod evaluate;
 mod fault_matrix;
 mod files;
@@ -35,6 +38,8 @@ mod plan_result;
 mod playground;
 mod problem_file;
 mod protection;
+#[cfg(all(unix, feature = "serial"))]
+mod pseudo_terminal;
 mod recording;
 mod replay;
 mod result_store;
