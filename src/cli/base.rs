@@ -102,7 +102,12 @@ pub struct EmulateArguments {
     pub start: Option<Place>,
     /// A person of 0.3 m radius who appears S seconds after power-on, GAP metres ahead of the robot and LEFT of its axis. With a
     /// SPEED the person walks across once, after WAIT seconds. Repeat --person for each.
-    #[arg(long, value_name = "GAP[,LEFT[,SPEED[,WAIT]]]@S", allow_hyphen_values = true, requires = "lidar_map")]
+    #[arg(
+        long,
+        value_name = "GAP[,LEFT[,SPEED[,WAIT]]]@S",
+        allow_hyphen_values = true,
+        requires = "lidar_map"
+    )]
     pub person: Vec<EmulatedPerson>,
     /// Place on that map to which the fault `carried` moves the robot.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "lidar_map")]

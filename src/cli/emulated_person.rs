@@ -72,9 +72,8 @@ impl FromStr for EmulatedPerson {
         let (place, from_s) = text.split_once('@').ok_or_else(error)?;
         let mut parts = place.split(',');
         let gap_m = number(parts.next().unwrap_or_default(), 0.0, FARTHEST_M)?;
-        let mut next = |least: f64, most: f64| {
-            parts.next().map_or(Ok(0.0), |text| number(text, least, most))
-        };
+        let mut next =
+            |least: f64, most: f64| parts.next().map_or(Ok(0.0), |text| number(text, least, most));
         let person = Self {
             gap_m,
             left_m: next(-FARTHEST_M, FARTHEST_M)?,

@@ -137,10 +137,16 @@ mod tests {
     #[test]
     fn late_packets_come_one_second_later_and_complete() {
         let lines = written(InjectedFault::LidarLate);
-        let times = |(now_s, line): &(f64, Vec<u8>)| Some((*now_s, Packet::decode(line.get(..PACKET_LENGTH)?)?.time_ms));
+        let times = |(now_s, line): &(f64, Vec<u8>)| {
+            Some((*now_s, Packet::decode(line.get(..PACKET_LENGTH)?)?.time_ms))
+        };
         let written: Vec<_> = lines.iter().filter_map(times).collect();
         assert_eq!(written[9], (0.45, 450));
-        assert!(written[10..].iter().all(|(now_s, ms)| (now_s - f64::from(*ms) / 1e3 - 1.0).abs() < 0.06));
+        assert!(
+            written[10..]
+                .iter()
+                .all(|(now_s, ms)| (now_s - f64::from(*ms) / 1e3 - 1.0).abs() < 0.06)
+        );
         assert!(written.len() < 25, "{written:?}");
     }
 

@@ -243,7 +243,11 @@ impl Emulator {
         let bias = if has(InjectedFault::GyroBiased) { GYRO_BIAS_RAD_S } else { 0.0 };
         MachineState {
             yaw_rate: machine.yaw_rate + bias,
-            battery_v: if has(InjectedFault::LowBattery) { LOW_BATTERY_V } else { machine.battery_v },
+            battery_v: if has(InjectedFault::LowBattery) {
+                LOW_BATTERY_V
+            } else {
+                machine.battery_v
+            },
             button_pressed: has(InjectedFault::Button)
                 || has(InjectedFault::StopGlitch) && !self.has_glitched,
             tilt: Tilt { roll, pitch: 0.0 },
