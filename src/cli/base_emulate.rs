@@ -24,8 +24,9 @@ mod on_pseudo_terminal {
 
     use super::EmulateArguments;
     use crate::cli::emulated_surroundings::EmulatedSurroundings;
+    use crate::cli::machine::interrupt_flag;
     use crate::cli::pseudo_terminal::PseudoTerminal;
-    use crate::cli::{config, machine, output};
+    use crate::cli::{config, output};
 
     /// Speed and turn rate below which the base stands, m/s and rad/s.
     const STANDING: f64 = 0.02;
@@ -33,12 +34,15 @@ mod on_pseudo_terminal {
     /// Shortest time in which a base stands, seconds: a reversal passes through zero.
     const STANDSTILL_S: f64 = 0.2;
 
+    /// Longest step, seconds: after a stall of this process the machine catches up in such steps, with its watchdog.
+    const MAX_STEP_S: f64 = 0.01;
+
     /// Emulates a base until the time is over or a signal arrives.
     pub fn run(arguments: &EmulateArguments, json: bool) -> anyhow::Result<bool> {
         let kind = &arguments.kind;
-        let mut emulator = emulator(arguments)?;
-        let mut surroundings = EmulatedSurroundings::open(arguments)?;
-        let end = machine::interrupt_flag()?;
+        let emulator = emulator(arguments)?;
+        let surroundings = EmulatedSurroundings::open(arguments)?;
+        let end = interrupt_flag()?;
         let mut pair = Some(PseudoTerminal::open()?);
         let port = pair.as_ref().map_or_else(String::new, |pair| pair.name.clone());
         // Bytes that hosts write to the device that has replaced the base.
@@ -55,17 +59,18 @@ mod on_pseudo_terminal {
             lidar_port.iter().for_each(output::line);
             output::note(format!("speaks {}; Ctrl-C ends it", kind.protocol));
         }
-        let mut motion = MotionLog::default();
+        let mut machine = Machine { emulator, surroundings, motion: MotionLog::default() };
         let started = Instant::now();
         let (mut bytes, mut line) = ([0; 512], Vec::new());
         loop {
             let now_s = started.elapsed().as_secs_f64();
             let over = arguments.for_s.is_some_and(|for_s| now_s >= for_s);
             if over || end.load(Ordering::Relaxed) {
-                motion.end(now_s);
+                machine.motion.end(now_s);
                 break;
             }
-            if replaced_bytes.is_none() && emulator.has(InjectedFault::PortReplaced, now_s) {
+            if replaced_bytes.is_none() && machine.emulator.has(InjectedFault::PortReplaced, now_s)
+            {
                 // The system gives the lowest free number, so usually the same name.
                 drop(pair.take());
                 replaced_bytes = Some(0);
@@ -75,24 +80,42 @@ mod on_pseudo_terminal {
                 none => none.insert(PseudoTerminal::open()?),
             };
             let count = pair.read(&mut bytes)?;
-            let now_s = started.elapsed().as_secs_f64();
             line.clear();
+            let now_s = started.elapsed().as_secs_f64();
+            while now_s - machine.motion.time_s > MAX_STEP_S {
+                machine.step(machine.motion.time_s + MAX_STEP_S, &mut line)?;
+            }
             if let Some(replaced_bytes) = &mut replaced_bytes {
                 *replaced_bytes += count;
-                emulator.step(now_s, &mut line);
+                machine.step(now_s, &mut line)?;
             } else {
-                emulator.receive(&bytes[..count], now_s);
-                emulator.step(now_s, &mut line);
+                machine.emulator.receive(&bytes[..count], now_s);
+                machine.step(now_s, &mut line)?;
                 pair.write(&line)?;
             }
-            let twist = emulator.twist();
-            motion.record(now_s, &twist);
-            if let Some(surroundings) = &mut surroundings {
-                surroundings.step(now_s, emulator.pose(), &twist)?;
+        }
+        print(&machine, replaced_bytes, json)?;
+        Ok(true)
+    }
+
+    /// An emulated base in its surroundings.
+    struct Machine {
+        emulator: Emulator,
+        surroundings: Option<EmulatedSurroundings>,
+        motion: MotionLog,
+    }
+
+    impl Machine {
+        /// Advances to a time, seconds, and appends the bytes that the base writes.
+        fn step(&mut self, now_s: f64, line: &mut Vec<u8>) -> anyhow::Result<()> {
+            self.emulator.step(now_s, line);
+            let twist = self.emulator.twist();
+            self.motion.record(now_s, &twist);
+            match &mut self.surroundings {
+                Some(surroundings) => surroundings.step(now_s, self.emulator.pose(), &twist),
+                None => Ok(()),
             }
         }
-        print(&emulator, surroundings.as_ref(), replaced_bytes, &motion, json)?;
-        Ok(true)
     }
 
     /// The base with its faults.
@@ -113,6 +136,7 @@ mod on_pseudo_terminal {
     /// When the base moved and when it stood, seconds.
     #[derive(Default)]
     struct MotionLog {
+        /// The present time.
         time_s: f64,
         last_motion_s: f64,
         /// Begin and end of each standstill.
@@ -125,6 +149,7 @@ mod on_pseudo_terminal {
                 self.end(now_s);
                 self.last_motion_s = now_s;
             }
+            self.time_s = now_s;
         }
 
         /// Ends a standstill, if there is one.
@@ -136,13 +161,9 @@ mod on_pseudo_terminal {
         }
     }
 
-    fn print(
-        emulator: &Emulator,
-        surroundings: Option<&EmulatedSurroundings>,
-        replaced_bytes: Option<usize>,
-        motion: &MotionLog,
-        json: bool,
-    ) -> anyhow::Result<()> {
+    fn print(machine: &Machine, replaced_bytes: Option<usize>, json: bool) -> anyhow::Result<()> {
+        let Machine { emulator, surroundings, motion } = machine;
+        let surroundings = surroundings.as_ref();
         let (stats, twist) = (emulator.command_stats(), emulator.twist());
         let (time_s, travelled_m) = (motion.time_s, emulator.travelled_m());
         let observed = surroundings.map(EmulatedSurroundings::observed);

@@ -182,7 +182,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         _ => false,
     };
     if has_operator {
-        operator::hold_stop_signal()?;
+        operator::catch_stop_signal()?;
     }
     match command {
         Command::Plan(command) => plan::run(command, json),

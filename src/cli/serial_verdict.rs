@@ -43,9 +43,11 @@ pub enum Required {
 /// A drive: what the emulated base measured, and what the process that drove it wrote.
 #[derive(Clone, Debug, Default)]
 pub struct SerialOutcome {
-    /// Time of the last motion after the fault, and of the first standstill, seconds; zero for a robot that stood before.
+    /// Time of the last motion after the fault, and of the first standstill, seconds.
     pub stood_s: f64,
     pub first_stood_s: Option<f64>,
+    /// Whether the robot stood already when the fault began.
+    pub stood_before: bool,
     /// Speed at the end, m/s.
     pub speed_m_s: f64,
     pub travelled_m: f64,
@@ -71,9 +73,11 @@ impl SerialOutcome {
         let standstills: Vec<(f64, f64)> =
             serde_json::from_value(base["standstills"].clone()).ok()?;
         let after = standstills.iter().find(|(_, to_s)| *to_s > at_s);
+        let stood_before = after.is_some_and(|(from_s, _)| *from_s < at_s);
         Some(Self {
             stood_s: (number("last_motion_s")? - at_s).max(0.0),
             first_stood_s: after.map(|(from_s, _)| (from_s - at_s).max(0.0)),
+            stood_before,
             speed_m_s: number("linear")?.abs(),
             travelled_m: number("travelled_m")?,
             min_gap_m: number("min_gap_m")?,
@@ -122,6 +126,10 @@ impl SerialOutcome {
     fn failure(&self, required: Required) -> Option<String> {
         if self.travelled_m < MIN_TRAVEL_M {
             return Some(format!("the robot drove {:.2} m only", self.travelled_m));
+        }
+        let is_ordinary = matches!(required, Required::Parks(_) | Required::Reaches);
+        if self.stood_before && !is_ordinary {
+            return Some("the robot stood before the fault".to_owned());
         }
         if self.robot_touched && !matches!(required, Required::Reported) {
             return Some("the robot caused a contact".to_owned());
@@ -241,6 +249,7 @@ mod tests {
         assert_eq!(with(|_| {}), []);
         assert_eq!(with(|outcome| outcome.travelled_m = 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(with(|outcome| outcome.robot_touched = true), [0, 1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(with(|outcome| outcome.stood_before = true), [0, 1, 2, 3, 4, 6, 8]);
         assert_eq!(with(|outcome| outcome.stood_s = 1.6), [0, 1]);
         assert_eq!(with(|outcome| outcome.speed_m_s = 0.1), [0, 1]);
         assert_eq!(with(|outcome| outcome.final_zeros = 2), [1]);
