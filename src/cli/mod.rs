@@ -12,6 +12,10 @@ mod density;
 mod draw;
 mod drive;
 mod drive_text;
+#[cfg_attr(
+    not(all(unix, feature = "serial")),
+    expect(dead_code, reason = "only an emulated base has people")
+)]
 mod emulated_person;
 #[cfg(all(unix, feature = "serial"))]
 mod emulated_surroundings;

@@ -53,7 +53,7 @@ pub fn catch_stop_signal() -> anyhow::Result<()> {
         let handler = SigHandler::Handler(on_signal);
         let action = SigAction::new(handler, SaFlags::SA_RESTART, SigSet::empty());
         // SAFETY: the handler only stores an atomic value, which is safe in a signal handler.
-        #[allow(unsafe_code)]
+        #[expect(unsafe_code, reason = "a handler of a signal")]
         unsafe { sigaction(Signal::SIGUSR1, &action) }.context("cannot catch SIGUSR1")?;
     }
     Ok(())
