@@ -9,8 +9,11 @@ use serialport::{ClearBuffer, SerialPort, TTYPort};
 /// Longest wait for received bytes.
 const READ_TIMEOUT: Duration = Duration::from_millis(4);
 
-/// Write timeout of a byte. After it no host reads.
+/// Write timeout. After it no host reads.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(1);
+
+/// Bytes that a host may leave unread: a little less than the system's buffer of 4096, and 0.2 s of a lidar.
+const MAX_UNREAD: usize = 3500;
 
 /// Both ends of a pseudo-terminal. The host's end stays open so that hosts can reconnect.
 pub struct PseudoTerminal {
@@ -46,17 +49,28 @@ impl PseudoTerminal {
         drop(self.host.try_clone_native());
     }
 
-    /// Writes one byte at a time, since there may be space for one only. If no host reads, the buffered bytes are outdated and
-    /// are dropped.
+    /// Writes bytes to the host. If no host reads, the buffered bytes are outdated and are dropped.
+    ///
+    /// A write blocks until there is space for all of it, so that the space is checked first. One write for all bytes keeps the host
+    /// from waking up for each of them.
     pub fn write(&mut self, bytes: &[u8]) -> anyhow::Result<()> {
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        if self.host.bytes_to_read()? as usize + bytes.len() > MAX_UNREAD {
+            return Ok(self.host.clear(ClearBuffer::Input)?);
+        }
         self.device.set_timeout(WRITE_TIMEOUT)?;
-        for byte in bytes {
-            match self.device.write(&[*byte]) {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            match self.device.write(rest) {
                 Err(error) if is_timeout(error.kind()) => {
                     return Ok(self.host.clear(ClearBuffer::Input)?);
                 }
-                written => written.context("the pseudo-terminal")?,
-            };
+                written => {
+                    rest = rest.get(written.context("the pseudo-terminal")?..).unwrap_or_default()
+                }
+            }
         }
         Ok(())
     }

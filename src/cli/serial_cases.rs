@@ -169,7 +169,7 @@ pub const CASES: [SerialCase; 51] = [
     case(
         "roadway is blocked 1.9 m ahead",
         Event::People(&["1.9,-1.5", "1.9,-0.9", "1.9,-0.3", "1.9,0.3", "1.9,0.9", "1.9,1.5"]),
-        Required::Pauses(3.0),
+        Required::NoContact,
     ),
     // The process of the drive, and its operator.
     case("drive is suspended for 2 s", Event::Suspended, Required::Restarts(1.3)),
