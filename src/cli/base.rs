@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{Place, duration, length, number, protocol, whole};
 use super::base_calibrate::CalibrateArguments;
+use super::emulated_person::EmulatedPerson;
 use super::machine::interrupt_flag;
 use super::{config, output};
 
@@ -74,13 +75,15 @@ pub struct KindArguments {
     after_help = "Example:\n  inbye base emulate --protocol roboclaw --fault stuck-left@0.5 --for 1 --json\n\n\
     The first line is the path of the port for the host, or with --json an object with `port` and `protocol`. At the end \
     (Ctrl-C, SIGTERM or --for) follows a summary: `commands` (accepted), `final_zero_commands` (consecutive zero commands at \
-    the end), `watchdog_stops`, `zero_commands_after_watchdog`, `travelled_m`, `pose`, `linear`, `angular`, \
-    `bytes_after_replacement`.\n\
-    With --lidar-map and --start the second line is the port of the lidar, `lidar` in the object, and `map_pose` in the summary \
-    is the pose on the map.\n\
-    Faults: stuck-left, stuck-right, runaway, reversed, ignored-commands, button, stop-glitch, bumper, cliff, tilt, bogged; \
-    silence, wedge, slow-reads, garbage, bit-flips, corrupt-reports, port-replaced; lidar-frozen, lidar-blind, \
-    lidar-sector-blind. NAME@2 from 2 s on, NAME@2..3.5 for 1.5 s. Unix only."
+    the end), `watchdog_stops`, `zero_commands_after_watchdog`, `travelled_m`, `pose`, `linear`, `angular`, `last_motion_s`, \
+    `standstills` (begin and end of each standstill of 0.2 s or more, seconds), `bytes_after_replacement`.\n\
+    With --lidar-map and --start the second line is the port of the lidar, `lidar` in the object. The summary then has `map_pose`, \
+    `min_gap_m`, `robot_touched`, `person_touched` (whose motion closed a gap) and `parking_from_s`.\n\
+    Faults of the base: stuck-left, stuck-right, runaway, reversed, ignored-commands, ignored-turns, late-motors, button, \
+    stop-glitch, bumper, cliff, tilt, bogged, encoder-stuck, gyro-biased, low-battery, reboot. Of the line: silence, wedge, \
+    slow-reads, garbage, bit-flips, corrupt-reports, line-cut, port-replaced. Of the lidar: lidar-frozen, lidar-blind, \
+    lidar-sector-blind, lidar-late, lidar-corrupt, lidar-bit-flips, lidar-stalled, lidar-silent. With --carry-to: carried. \
+    NAME@2 from 2 s on, NAME@2..3.5 for 1.5 s. Unix only."
 )]
 pub struct EmulateArguments {
     #[command(flatten)]
@@ -97,12 +100,36 @@ pub struct EmulateArguments {
     /// Start pose on that map.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "lidar_map")]
     pub start: Option<Place>,
+    /// A person of 0.3 m radius who appears S seconds after power-on, GAP metres ahead of the robot and LEFT of its axis. With a
+    /// SPEED the person walks across once, after WAIT seconds. Repeat --person for each.
+    #[arg(
+        long,
+        value_name = "GAP[,LEFT[,SPEED[,WAIT]]]@S",
+        allow_hyphen_values = true,
+        requires = "lidar_map"
+    )]
+    pub person: Vec<EmulatedPerson>,
+    /// Place on that map to which the fault `carried` moves the robot.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "lidar_map")]
+    pub carry_to: Option<Place>,
+    /// The drive's goal on that map: `parking_from_s` is the time at which the robot is first within 0.25 m of it.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "lidar_map")]
+    pub goal: Option<Place>,
     /// Unplug the lidar after this time, seconds.
     #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "lidar_map", value_parser = duration)]
     pub lidar_until: Option<f64>,
     /// Further lag of the motors, a time constant in seconds.
     #[arg(long, default_value_t = 0.0, value_name = "S", allow_negative_numbers = true, value_parser = motor_lag)]
     pub motor_lag: f64,
+    /// True effective track width over that of the settings: the base turns less than its tracks say.
+    #[arg(long, default_value_t = 1.0, value_name = "RATIO", allow_negative_numbers = true, value_parser = width_ratio)]
+    pub width_ratio: f64,
+    /// Mean share of the travel of each track that is lost on the ground. It varies by the seed.
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE", allow_negative_numbers = true, value_parser = slip)]
+    pub slip: f64,
+    /// Set speed of a track below which its motor stands, m/s.
+    #[arg(long, default_value_t = 0.0, value_name = "V", allow_negative_numbers = true, value_parser = deadband)]
+    pub deadband: f64,
     /// Seed of noise and faults.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: u64,
@@ -170,6 +197,18 @@ fn speed(text: &str) -> Result<f64, String> {
 
 fn motor_lag(text: &str) -> Result<f64, String> {
     number(text, |lag_s| (0.0..=10.0).contains(&lag_s), "seconds, 0 to 10")
+}
+
+fn width_ratio(text: &str) -> Result<f64, String> {
+    number(text, |ratio| (0.5..=5.0).contains(&ratio), "0.5 to 5")
+}
+
+fn slip(text: &str) -> Result<f64, String> {
+    number(text, |share| (0.0..=0.5).contains(&share), "0 to 0.5")
+}
+
+fn deadband(text: &str) -> Result<f64, String> {
+    number(text, |speed| (0.0..=1.0).contains(&speed), "m/s, 0 to 1")
 }
 
 /// Returns a base with the settings of a file, or with the default ones.

@@ -57,11 +57,12 @@ impl ChildProcess {
         }
     }
 
-    /// Asks the process to end.
-    pub fn interrupt(&self) -> anyhow::Result<()> {
+    /// Sends a signal by its name, such as INT. A process that has ended gets none.
+    pub fn signal(&self, name: &str) -> anyhow::Result<()> {
         let id = self.process.id().to_string();
-        let status = Command::new("kill").args(["-s", "INT", &id]).status();
-        status.context("kill: cannot be run")?;
+        // Without its message about a process that has ended.
+        let kill = Command::new("kill").args(["-s", name, &id]).stderr(Stdio::null()).status();
+        kill.context("kill: cannot be run")?;
         Ok(())
     }
 

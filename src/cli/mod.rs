@@ -12,6 +12,13 @@ mod density;
 mod draw;
 mod drive;
 mod drive_text;
+#[cfg_attr(
+    not(all(unix, feature = "serial")),
+    expect(dead_code, reason = "only an emulated base has people")
+)]
+mod emulated_person;
+#[cfg(all(unix, feature = "serial"))]
+mod emulated_surroundings;
 mod evaluate;
 mod fault_matrix;
 mod files;
@@ -35,11 +42,15 @@ mod plan_result;
 mod playground;
 mod problem_file;
 mod protection;
+#[cfg(all(unix, feature = "serial"))]
+mod pseudo_terminal;
 mod recording;
 mod replay;
 mod result_store;
 mod runs;
+mod serial_cases;
 mod serial_faults;
+mod serial_verdict;
 mod shell_integration;
 mod soak;
 mod sweep;
@@ -175,7 +186,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         _ => false,
     };
     if has_operator {
-        operator::hold_stop_signal()?;
+        operator::catch_stop_signal()?;
     }
     match command {
         Command::Plan(command) => plan::run(command, json),

@@ -10,7 +10,7 @@ use std::time::Duration;
 use anyhow::{Context, ensure};
 use inbye::base::OperatorSwitch;
 #[cfg(unix)]
-use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction};
 
 use super::{operator_port, output};
 
@@ -19,6 +19,10 @@ const DISCARD_TIME: Duration = Duration::from_millis(300);
 
 /// Time to the next attempt after the end of the terminal's input, or while the program is in the background.
 const RETRY_TIME: Duration = Duration::from_millis(200);
+
+/// Time between two looks for the stop signal: a fraction of the period of the commands.
+#[cfg(unix)]
+const SIGNAL_POLL: Duration = Duration::from_millis(5);
 
 /// The note of a stop.
 const STOPPED: &str = "stopped by the operator: type arm and press Enter to arm the robot again";
@@ -32,10 +36,26 @@ pub fn require_arming(armed: bool, port: Option<u16>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Keeps SIGUSR1 pending until [`serve`] takes it: it would end the program otherwise. Call it before any thread starts.
-pub fn hold_stop_signal() -> anyhow::Result<()> {
+/// Whether SIGUSR1 has come and the robot was not yet stopped for it.
+#[cfg(unix)]
+static STOP_SIGNAL: AtomicBool = AtomicBool::new(false);
+
+/// Catches SIGUSR1 for [`serve`]: it would end the program otherwise.
+///
+/// A handler, not a blocked signal: the serial ports wait with `ppoll` and an empty signal mask, so that a blocked signal would
+/// reach their threads and end the program.
+pub fn catch_stop_signal() -> anyhow::Result<()> {
     #[cfg(unix)]
-    (SigSet::empty() | Signal::SIGUSR1).thread_block().context("cannot hold SIGUSR1")?;
+    {
+        extern "C" fn on_signal(_: core::ffi::c_int) {
+            STOP_SIGNAL.store(true, Ordering::SeqCst);
+        }
+        let handler = SigHandler::Handler(on_signal);
+        let action = SigAction::new(handler, SaFlags::SA_RESTART, SigSet::empty());
+        // SAFETY: the handler only stores an atomic value, which is safe in a signal handler.
+        #[expect(unsafe_code, reason = "a handler of a signal")]
+        unsafe { sigaction(Signal::SIGUSR1, &action) }.context("cannot catch SIGUSR1")?;
+    }
     Ok(())
 }
 
@@ -78,11 +98,13 @@ pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow:
 
 /// Stops the robot at each SIGUSR1.
 #[cfg(unix)]
-fn obey_signals(switch: &OperatorSwitch) {
-    let signals = SigSet::empty() | Signal::SIGUSR1;
-    while signals.wait().is_ok() {
-        switch.stop();
-        output::note(STOPPED);
+fn obey_signals(switch: &OperatorSwitch) -> ! {
+    loop {
+        if STOP_SIGNAL.swap(false, Ordering::SeqCst) {
+            switch.stop();
+            output::note(STOPPED);
+        }
+        thread::sleep(SIGNAL_POLL);
     }
 }
 

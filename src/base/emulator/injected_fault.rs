@@ -47,19 +47,45 @@ pub enum InjectedFault {
     Bumper,
     /// A cliff sensor sees no ground.
     Cliff,
+    /// The encoder of the left track counts no more.
+    EncoderStuck,
+    /// The gyro reads 0.8 rad/s too much.
+    GyroBiased,
+    /// The battery reads 15 V.
+    LowBattery,
+    /// Both tracks get the mean of their set speeds: the base drives, but does not turn.
+    IgnoredTurns,
+    /// The motors follow their set speeds 0.3 s late. The base acknowledges commands at once.
+    LateMotors,
+    /// The controller has no power. It restarts when the fault ends.
+    Reboot,
+    /// No byte passes in either direction; the port stays open.
+    LineCut,
     /// Another device takes the name of the port. Only `base emulate` does this.
     PortReplaced,
+    /// The robot stands at another place of the world. Only `base emulate` does this.
+    Carried,
     /// The lidar repeats its last revolution with new time stamps.
     LidarFrozen,
     /// The lidar receives no echo.
     LidarBlind,
     /// The lidar receives no echo from 45 degrees to both sides of its front.
     LidarSectorBlind,
+    /// The lidar's packets arrive 1 s late.
+    LidarLate,
+    /// One bit of each packet of the lidar is flipped.
+    LidarCorrupt,
+    /// One of two hundred bytes of the lidar has one bit flipped.
+    LidarBitFlips,
+    /// The lidar's motor stands. It measures in one direction.
+    LidarStalled,
+    /// The lidar sends nothing; its port stays open.
+    LidarSilent,
 }
 
 impl InjectedFault {
     /// Every fault.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 34] = [
         Self::StuckLeft,
         Self::StuckRight,
         Self::Runaway,
@@ -77,10 +103,23 @@ impl InjectedFault {
         Self::Tilt,
         Self::Bumper,
         Self::Cliff,
+        Self::EncoderStuck,
+        Self::GyroBiased,
+        Self::LowBattery,
+        Self::IgnoredTurns,
+        Self::LateMotors,
+        Self::Reboot,
+        Self::LineCut,
         Self::PortReplaced,
+        Self::Carried,
         Self::LidarFrozen,
         Self::LidarBlind,
         Self::LidarSectorBlind,
+        Self::LidarLate,
+        Self::LidarCorrupt,
+        Self::LidarBitFlips,
+        Self::LidarStalled,
+        Self::LidarSilent,
     ];
 }
 

@@ -20,7 +20,7 @@ use super::{
     BaseError, BaseSettings, Bumper, CommandStats, DeviceProtocol, MachineState, Protocol, Tilt,
 };
 use crate::geometry::{Pose, Twist};
-use crate::robot::TrackSpeeds;
+use crate::robot::{PerTrack, TrackSpeeds};
 
 /// Delay of the host's bytes while reads are slow, seconds: longer than every timeout of a host.
 const SLOW_READ_S: f64 = 0.3;
@@ -40,9 +40,24 @@ const TILTED_ROLL: f64 = 0.6;
 /// Set speed below which a lagging motor stands, m/s.
 const STANDSTILL_M_S: f64 = 0.005;
 
+/// Error of a biased gyro, rad/s: twice the difference from the tracks that counts as slip.
+const GYRO_BIAS_RAD_S: f64 = 0.8;
+
+/// Voltage of a low battery.
+const LOW_BATTERY_V: f64 = 15.0;
+
+/// Delay of late motors, seconds.
+const LATE_MOTORS_S: f64 = 0.3;
+
 /// A base that was switched on at time zero and stands.
 pub struct Emulator {
+    protocol: Protocol,
+    /// The settings that the controller knows.
+    settings: BaseSettings,
     device: Box<dyn DeviceProtocol>,
+    /// Time at which the controller got power, and whether it has power.
+    powered_s: f64,
+    has_power: bool,
     plant: Plant,
     faults: Vec<ScheduledFault>,
     /// Delayed bytes of the host, each with the time to read them.
@@ -52,7 +67,10 @@ pub struct Emulator {
     /// Set speeds of the controller, and those that its motors follow.
     set: TrackSpeeds,
     lagged: TrackSpeeds,
+    /// Set speeds of the last [`LATE_MOTORS_S`], each with its time, while the motors are late.
+    late: VecDeque<(f64, TrackSpeeds)>,
     motor_lag_s: f64,
+    deadband_m_s: f64,
     /// Whether the present glitch was reported.
     has_glitched: bool,
 }
@@ -64,7 +82,11 @@ impl Emulator {
     /// Settings out of range.
     pub fn new(protocol: Protocol, settings: BaseSettings, seed: u64) -> Result<Self, BaseError> {
         Ok(Self {
+            protocol,
+            settings,
             device: protocol.device(settings)?,
+            powered_s: 0.0,
+            has_power: true,
             plant: Plant::new(settings, seed),
             faults: Vec::new(),
             delayed: VecDeque::new(),
@@ -73,7 +95,9 @@ impl Emulator {
             last_s: 0.0,
             set: TrackSpeeds::default(),
             lagged: TrackSpeeds::default(),
+            late: VecDeque::new(),
             motor_lag_s: 0.0,
+            deadband_m_s: 0.0,
             has_glitched: false,
         })
     }
@@ -86,6 +110,27 @@ impl Emulator {
         self
     }
 
+    /// Sets the true effective track width as a multiple of that in the settings, above zero.
+    #[must_use]
+    pub fn with_width_ratio(mut self, ratio: f64) -> Self {
+        self.plant.widen(ratio);
+        self
+    }
+
+    /// Sets the mean share of the travel of each track that is lost on the ground, 0 to below 1. It varies with the seed.
+    #[must_use]
+    pub const fn with_slip(mut self, share: f64) -> Self {
+        self.plant.slip(share);
+        self
+    }
+
+    /// Sets the set speed of a track below which its motor gets no voltage, m/s.
+    #[must_use]
+    pub const fn with_deadband(mut self, deadband_m_s: f64) -> Self {
+        self.deadband_m_s = deadband_m_s;
+        self
+    }
+
     /// Schedules a fault; any number may overlap.
     pub fn schedule(&mut self, fault: ScheduledFault) {
         self.faults.push(fault);
@@ -93,7 +138,9 @@ impl Emulator {
 
     /// Takes bytes of the host, in pieces of any size.
     pub fn receive(&mut self, bytes: &[u8], now_s: f64) {
-        if bytes.is_empty() || self.has(InjectedFault::Wedge, now_s) {
+        let is_deaf = |fault| self.has(fault, now_s);
+        let deaf = [InjectedFault::Wedge, InjectedFault::Reboot, InjectedFault::LineCut];
+        if bytes.is_empty() || deaf.into_iter().any(is_deaf) {
             return;
         }
         let mut bytes = bytes.to_vec();
@@ -103,7 +150,7 @@ impl Emulator {
             let due_s = now_s + if is_slow { SLOW_READ_S } else { 0.0 };
             self.delayed.push_back((due_s, bytes));
         } else {
-            self.device.receive(&bytes, now_s);
+            self.device.receive(&bytes, now_s - self.powered_s);
         }
     }
 
@@ -112,24 +159,27 @@ impl Emulator {
     pub fn step(&mut self, now_s: f64, line: &mut Vec<u8>) {
         while self.delayed.front().is_some_and(|(due_s, _)| *due_s <= now_s) {
             if let Some((_, bytes)) = self.delayed.pop_front() {
-                self.device.receive(&bytes, now_s);
+                self.device.receive(&bytes, now_s - self.powered_s);
             }
         }
         let elapsed_s = now_s - self.last_s;
         self.last_s = now_s;
         let faults: Vec<InjectedFault> = self.active(now_s).collect();
+        self.switch_power(!faults.contains(&InjectedFault::Reboot), now_s);
+        if !self.has_power {
+            self.run_plant(elapsed_s, &faults);
+            return;
+        }
         if faults.contains(&InjectedFault::Wedge) {
             self.run_plant(elapsed_s, &faults);
             return;
         }
         let noise = self.burst(elapsed_s, now_s);
-        self.device.receive(&noise, now_s);
+        self.device.receive(&noise, now_s - self.powered_s);
         let machine = self.machine();
         let mut output = Vec::new();
-        let set = self.device.step(now_s, &machine, &mut output);
-        if !faults.contains(&InjectedFault::IgnoredCommands) {
-            self.set = set;
-        }
+        let set = self.device.step(now_s - self.powered_s, &machine, &mut output);
+        self.set_speeds(set, now_s, &faults);
         self.run_plant(elapsed_s, &faults);
         let glitches = faults.contains(&InjectedFault::StopGlitch);
         self.has_glitched = glitches && (self.has_glitched || !output.is_empty());
@@ -140,8 +190,47 @@ impl Emulator {
         }
         output.extend(self.burst(elapsed_s, now_s));
         self.flip(&mut output, now_s);
-        if !self.has(InjectedFault::Silence, now_s) {
+        let is_mute = [InjectedFault::Silence, InjectedFault::LineCut];
+        if !is_mute.iter().any(|fault| faults.contains(fault)) {
             line.extend(output);
+        }
+    }
+
+    /// Switches the controller on or off. A controller that gets power has no command, no count and no stop.
+    fn switch_power(&mut self, is_on: bool, now_s: f64) {
+        if self.has_power && !is_on {
+            self.set = TrackSpeeds::default();
+            self.plant.reset_counters();
+        }
+        // The settings were valid before.
+        if !self.has_power
+            && is_on
+            && let Ok(device) = self.protocol.device(self.settings)
+        {
+            (self.device, self.powered_s) = (device, now_s);
+        }
+        self.has_power = is_on;
+    }
+
+    /// Takes the set speeds of the controller, as the active faults let the motors have them.
+    fn set_speeds(&mut self, set: TrackSpeeds, now_s: f64, faults: &[InjectedFault]) {
+        if faults.contains(&InjectedFault::IgnoredCommands) {
+            return;
+        }
+        let deadband = self.deadband_m_s;
+        let set = set.map(|speed| if speed.abs() < deadband { 0.0 } else { speed });
+        let is_late = faults.contains(&InjectedFault::LateMotors);
+        if is_late {
+            self.late.push_back((now_s, set));
+        } else {
+            self.late.clear();
+            self.set = set;
+        }
+        while self.late.front().is_some_and(|(since_s, _)| now_s - since_s >= LATE_MOTORS_S) {
+            self.set = self.late.pop_front().map_or(self.set, |(_, set)| set);
+        }
+        if faults.contains(&InjectedFault::IgnoredTurns) {
+            self.set = PerTrack::both(f64::midpoint(self.set.left, self.set.right));
         }
     }
 
@@ -150,13 +239,21 @@ impl Emulator {
     pub fn machine(&self) -> MachineState {
         let has = |fault| self.has(fault, self.last_s);
         let roll = if has(InjectedFault::Tilt) { TILTED_ROLL } else { 0.0 };
+        let machine = self.plant.machine();
+        let bias = if has(InjectedFault::GyroBiased) { GYRO_BIAS_RAD_S } else { 0.0 };
         MachineState {
+            yaw_rate: machine.yaw_rate + bias,
+            battery_v: if has(InjectedFault::LowBattery) {
+                LOW_BATTERY_V
+            } else {
+                machine.battery_v
+            },
             button_pressed: has(InjectedFault::Button)
                 || has(InjectedFault::StopGlitch) && !self.has_glitched,
             tilt: Tilt { roll, pitch: 0.0 },
             bumper: Bumper { left: has(InjectedFault::Bumper), right: false },
             cliff: has(InjectedFault::Cliff),
-            ..self.plant.machine()
+            ..machine
         }
     }
 
@@ -220,13 +317,17 @@ impl Emulator {
     }
 
     fn flip(&mut self, bytes: &mut [u8], now_s: f64) {
-        if !self.has(InjectedFault::BitFlips, now_s) {
-            return;
+        if self.has(InjectedFault::BitFlips, now_s) {
+            flip_bits(bytes, &mut self.rng);
         }
-        for byte in bytes {
-            if self.rng.random_range(0..BYTES_PER_FLIP) == 0 {
-                *byte ^= 1 << self.rng.random_range(0..8);
-            }
+    }
+}
+
+/// Flips one bit of one in [`BYTES_PER_FLIP`] bytes.
+fn flip_bits(bytes: &mut [u8], rng: &mut Pcg64Mcg) {
+    for byte in bytes {
+        if rng.random_range(0..BYTES_PER_FLIP) == 0 {
+            *byte ^= 1 << rng.random_range(0..8);
         }
     }
 }

@@ -11,7 +11,7 @@ use rand_pcg::Pcg64Mcg;
 use super::InjectedFault;
 use crate::base::{BaseSettings, MachineState};
 use crate::geometry::{Pose, Twist};
-use crate::robot::{PerTrack, TrackSpeeds};
+use crate::robot::{PerTrack, TrackSpeeds, TrackedDrive};
 
 /// Cycle time of the speed control, seconds: 100 Hz, typical for firmware.
 const CYCLE_S: f64 = 0.01;
@@ -33,15 +33,29 @@ const IDLE_A: f64 = 0.8;
 /// Standard deviation of the gyro's noise, rad/s: that of the simulated base.
 const GYRO_SIGMA: f64 = 8.7e-4;
 
+/// Spread of the slip of a track relative to its mean, and the time in which it changes, seconds.
+const SLIP_SPREAD: f64 = 0.5;
+const SLIP_CHANGE_S: f64 = 1.0;
+
 #[derive(Clone, Debug)]
 pub(super) struct Plant {
     settings: BaseSettings,
+    /// The kinematics on the ground: its width differs from that of the settings if they are not calibrated.
+    drive: TrackedDrive,
     motors: PerTrack<Motor>,
     controls: PerTrack<SpeedControl>,
     voltages: PerTrack<f64>,
     /// Distance of each track since the start, metres, and its count at the last cycle.
     travel_m: PerTrack<f64>,
     counted: PerTrack<i64>,
+    /// Counts when the counters were last zero.
+    zero_counts: PerTrack<i64>,
+    /// The count of the left track while its encoder is stuck.
+    stuck_count: Option<i64>,
+    /// Mean share of each track's travel that is lost on the ground, the deviation of each from it in spreads, and the speed that remains.
+    mean_slip: f64,
+    slip_deviations: PerTrack<f64>,
+    ground_shares: PerTrack<f64>,
     since_cycle_s: f64,
     battery_v: f64,
     drawn_as: f64,
@@ -58,11 +72,17 @@ impl Plant {
     pub(super) fn new(settings: BaseSettings, seed: u64) -> Self {
         Self {
             settings,
+            drive: settings.drive(),
             motors: PerTrack::default(),
             controls: PerTrack::default(),
             voltages: PerTrack::default(),
             travel_m: PerTrack::default(),
             counted: PerTrack::default(),
+            zero_counts: PerTrack::default(),
+            stuck_count: None,
+            mean_slip: 0.0,
+            slip_deviations: PerTrack::default(),
+            ground_shares: PerTrack::both(1.0),
             since_cycle_s: 0.0,
             battery_v: FULL_V,
             drawn_as: 0.0,
@@ -74,9 +94,29 @@ impl Plant {
         }
     }
 
+    /// Multiplies the effective track width on the ground.
+    pub(super) fn widen(&mut self, ratio: f64) {
+        self.drive.track_width_m *= ratio;
+    }
+
+    /// Sets the mean share of each track's travel that is lost on the ground.
+    pub(super) const fn slip(&mut self, share: f64) {
+        self.mean_slip = share;
+    }
+
+    /// Sets the encoder counters to zero, as a restart of the controller does.
+    pub(super) fn reset_counters(&mut self) {
+        self.zero_counts = self.absolute_counts();
+        self.counted = PerTrack::default();
+        self.controls = PerTrack::default();
+    }
+
     /// Advances by a time, seconds, with these set speeds of the tracks, m/s, and the active faults.
     pub(super) fn run(&mut self, time_s: f64, set: TrackSpeeds, faults: &[InjectedFault]) {
         self.is_bogged = faults.contains(&InjectedFault::Bogged);
+        self.stuck_count = faults
+            .contains(&InjectedFault::EncoderStuck)
+            .then(|| self.stuck_count.unwrap_or(self.counts().left));
         let mut left_s = time_s;
         while left_s > 0.0 {
             let step_s = left_s.min(STEP_S);
@@ -106,8 +146,26 @@ impl Plant {
             cycle(&mut self.controls.left, inputs.left),
             cycle(&mut self.controls.right, inputs.right),
         );
+        self.change_slip(cycle_s);
         let true_rate = self.twist().angular;
         self.yaw_rate = true_rate + GYRO_SIGMA * standard_normal(&mut self.rng);
+    }
+
+    /// Lets the slip of each track vary about its mean (Ornstein and Uhlenbeck, 1930).
+    fn change_slip(&mut self, time_s: f64) {
+        if self.mean_slip == 0.0 {
+            return;
+        }
+        let kept = libm::exp(-time_s / SLIP_CHANGE_S);
+        let mut next = |deviation: f64| {
+            kept * deviation + (1.0 - kept * kept).sqrt() * standard_normal(&mut self.rng)
+        };
+        let PerTrack { left, right } = self.slip_deviations;
+        self.slip_deviations = PerTrack::new(next(left), next(right));
+        let mean = self.mean_slip;
+        self.ground_shares = self
+            .slip_deviations
+            .map(|deviation| 1.0 - (mean * (1.0 + SLIP_SPREAD * deviation)).clamp(0.0, 1.0));
     }
 
     fn integrate(&mut self, time_s: f64, faults: &[InjectedFault]) {
@@ -119,7 +177,7 @@ impl Plant {
         if has(InjectedFault::Runaway) {
             volts.left = self.battery_v;
         }
-        if has(InjectedFault::Button) {
+        if has(InjectedFault::Button) || has(InjectedFault::Reboot) {
             volts = PerTrack::both(0.0);
         }
         let motors = &mut self.motors;
@@ -135,12 +193,20 @@ impl Plant {
         let step_m = self.motors.map(|motor| motor.speed() * time_s);
         self.travel_m = self.travel_m.zip(step_m, |travel_m, step_m| travel_m + step_m);
         if !self.is_bogged {
+            let step_m = step_m.zip(self.ground_shares, |step_m, share| step_m * share);
             self.travelled_m += (0.5 * (step_m.left + step_m.right)).abs();
-            self.pose = self.settings.drive().after(&self.pose, &step_m);
+            self.pose = self.drive.after(&self.pose, &step_m);
         }
     }
 
+    /// The counters of the encoders.
     fn counts(&self) -> PerTrack<i64> {
+        let counts = self.absolute_counts().zip(self.zero_counts, |count, zero| count - zero);
+        PerTrack { left: self.stuck_count.unwrap_or(counts.left), ..counts }
+    }
+
+    /// Counts since the machine was made.
+    fn absolute_counts(&self) -> PerTrack<i64> {
         self.travel_m
             .zip(self.settings.ticks_per_m, |travel_m, per_m| (travel_m * per_m).floor() as i64)
     }
@@ -165,7 +231,7 @@ impl Plant {
             return Twist::STOP;
         }
         let speeds = self.motors.map(|motor| motor.speed());
-        self.settings.drive().twist(&speeds)
+        self.drive.twist(&speeds.zip(self.ground_shares, |speed, share| speed * share))
     }
 
     pub(super) const fn travelled_m(&self) -> f64 {

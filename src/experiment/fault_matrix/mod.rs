@@ -24,12 +24,18 @@ columns! {
         pub runs: usize,
         /// Longest time from the fault until the robot stood for good, seconds; none where it may drive on.
         pub stood_s: Option<f64> => 2,
-        /// Time within which it must stand, seconds; none where it may drive on.
+        /// Time within which it must stand or park, seconds; none where it may drive on.
         pub limit_s: Option<f64> => 2,
         /// Least true gap to anything after the fault, metres; none where it was not measured.
         pub min_gap_m: Option<f64> => 3,
         /// Number of contacts that the robot caused.
         pub contacts_robot: usize,
+        /// True distance to the goal at the end, metres; none where the robot need not reach it.
+        pub final_error_m: Option<f64> => 4,
+        /// True difference to the yaw of the goal at the end, radians; none without one.
+        pub final_yaw_error_rad: Option<f64> => 4,
+        /// Time from the first pose near the goal to the end of a mission without a fault, seconds; none with one.
+        pub parking_s: Option<f64> => 1,
         /// Whether every drive met the requirement.
         pub passed: bool,
         /// The reason of the last drive that failed the requirement, else of the last that did not reach its goal.

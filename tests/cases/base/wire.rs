@@ -1,6 +1,7 @@
 //! Protocols and safety without a serial port: frames in damaged streams, sessions with simulated devices, ramps, the fault
 //! detector and the supervisor.
 
+mod emulated_machine;
 mod emulator;
 mod encoder_speed;
 mod fault_detector;

@@ -98,6 +98,41 @@ fn unplugged_lidar_stops_robot_with_cause() {
     assert!(x < 10.0, "{summary}");
 }
 
+/// The thread of the lidar waits for bytes nearly all the time, with every signal unblocked: the first of these signals ended the program.
+#[test]
+fn signals_stop_a_drive_with_a_lidar_and_do_not_end_it() {
+    let hall = hall();
+    let robot = robot(&hall, "");
+    let map = file(&hall, "hall.txt");
+    let lidar = robot.lidar.as_deref().expect("it has one");
+    let route = "--resolution 0.1 --start 1.6,2.5,0 --goal 11.5,4.5";
+    let host = format!("drive --map {map} {route} --engine cpu --threads 1 --arm --lidar {lidar}");
+    let mut host = robot.host(&host);
+    host.await_note("engine");
+    for _ in 0..10 {
+        host.signal("USR1");
+        host.await_note("stopped by the operator");
+    }
+    host.signal("INT");
+    let ended = host.wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    assert_eq!(ended.object()["base"]["interrupted"], json!(true), "{ended:?}");
+    assert_eq!(robot.end()["linear"], json!(0.0));
+}
+
+#[test]
+fn people_of_an_emulated_world_stop_a_robot_that_touches_none() {
+    let hall = hall();
+    // All across the hall.
+    let people = (-3..=3).map(|index| format!("--person 2,{}@6", f64::from(index) * 0.55));
+    let robot = robot(&hall, &people.collect::<Vec<_>>().join(" "));
+    drive(&hall, &robot, "--time-limit 12");
+    let summary = robot.end();
+    assert_eq!(summary["robot_touched"], json!(false), "{summary}");
+    let gap_m = summary["min_gap_m"].as_f64().expect("a number");
+    assert!(gap_m > 0.0 && gap_m < 2.0, "{summary}");
+}
+
 #[test]
 fn blind_or_frozen_lidar_stops_robot_with_cause() {
     for fault in ["lidar-blind", "lidar-frozen"] {

@@ -15,18 +15,18 @@ const STEPS_PER_COMMAND: usize = 10;
 const CURVE: Twist = Twist::new(0.4, 0.3);
 
 /// A session with ramps and fault detector, and an emulated base, without a line between them.
-struct Pair {
-    emulator: Emulator,
-    session: Box<dyn Session>,
+pub struct Pair {
+    pub emulator: Emulator,
+    pub session: Box<dyn Session>,
     mixer: Mixer,
     detector: FaultDetector,
     steps: usize,
-    cause: Option<(f64, StopCause)>,
+    pub cause: Option<(f64, StopCause)>,
     bytes: Vec<u8>,
 }
 
 impl Pair {
-    fn new(protocol: Protocol, seed: u64) -> Self {
+    pub fn new(protocol: Protocol, seed: u64) -> Self {
         let settings = BaseSettings::default();
         Self {
             emulator: Emulator::new(protocol, settings, seed).expect("valid settings"),
@@ -40,7 +40,7 @@ impl Pair {
         }
     }
 
-    fn with(protocol: Protocol, faults: &[ScheduledFault]) -> Self {
+    pub fn with(protocol: Protocol, faults: &[ScheduledFault]) -> Self {
         let mut pair = Self::new(protocol, 1);
         for fault in faults {
             pair.emulator.schedule(*fault);
@@ -53,7 +53,7 @@ impl Pair {
     }
 
     /// Commands a motion for a time, or zero after a fault was detected.
-    fn drive_for(&mut self, target: Twist, time_s: f64) {
+    pub fn drive_for(&mut self, target: Twist, time_s: f64) {
         for _ in 0..(time_s / STEP_S).round() as usize {
             if self.steps.is_multiple_of(STEPS_PER_COMMAND) {
                 let target = self.cause.map_or(target, |_| Twist::STOP);

@@ -1,0 +1,122 @@
+//! People next to an emulated robot, placed in its frame.
+
+use std::str::FromStr;
+
+use inbye::geometry::{Point, Pose};
+use inbye::robot::Footprint;
+use inbye::sim::{MovingObstacle, TimedPath};
+
+/// Radius of a person, metres.
+const RADIUS_M: f64 = 0.3;
+
+/// Step of the search for a place with a gap, metres.
+const STEP_M: f64 = 0.005;
+
+/// Largest distance of a person, metres, largest speed, m/s, and longest wait, seconds.
+const FARTHEST_M: f64 = 100.0;
+const FASTEST_M_S: f64 = 10.0;
+const LONGEST_S: f64 = 1e6;
+
+/// A person who appears ahead of the robot, and may walk across its way once. A person does not yield.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmulatedPerson {
+    /// Gap to the robot's outline in its direction of travel if the person stood on its axis, metres.
+    gap_m: f64,
+    /// Distance to the left of the robot's axis, metres.
+    left_m: f64,
+    /// Speed of the walk to the same distance on the other side, m/s, and the time until it starts, seconds.
+    speed_m_s: f64,
+    wait_s: f64,
+    /// Time at which the person appears, seconds since power-on.
+    pub from_s: f64,
+}
+
+impl EmulatedPerson {
+    /// The person at the time of the appearance, with the robot at a pose.
+    pub fn appear(&self, robot: &Pose, footprint: &Footprint) -> anyhow::Result<MovingObstacle> {
+        let gap_at = |ahead_m: f64| {
+            footprint.gap_to_disc_m(robot, &robot.transform(&Point::new(ahead_m, 0.0)), RADIUS_M)
+        };
+        let mut ahead_m = 0.0;
+        while gap_at(ahead_m) < self.gap_m {
+            ahead_m += STEP_M;
+        }
+        let at = |left_m: f64| robot.transform(&Point::new(ahead_m, left_m));
+        let mut keys = vec![(0.0, at(self.left_m))];
+        let walk_m = 2.0 * self.left_m.abs();
+        if self.speed_m_s > 0.0 && walk_m > 0.0 {
+            if self.wait_s > 0.0 {
+                keys.push((self.wait_s, at(self.left_m)));
+            }
+            keys.push((self.wait_s + walk_m / self.speed_m_s, at(-self.left_m)));
+        }
+        Ok(MovingObstacle::timed_path(RADIUS_M, TimedPath::new(&keys, None)?)?)
+    }
+}
+
+impl FromStr for EmulatedPerson {
+    type Err = String;
+
+    /// Parses `GAP[,LEFT[,SPEED[,WAIT]]]@S`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let error = || {
+            format!(
+                "`{}` is not a person: write GAP[,LEFT[,SPEED[,WAIT]]]@S in metres, m/s and seconds, such as 1.7@9 or 3,1.2,1.2@9",
+                text.escape_debug()
+            )
+        };
+        let number = |text: &str, least: f64, most: f64| {
+            let number = text.trim().parse().ok();
+            number.filter(|number: &f64| (least..=most).contains(number)).ok_or_else(error)
+        };
+        let (place, from_s) = text.split_once('@').ok_or_else(error)?;
+        let mut parts = place.split(',');
+        let gap_m = number(parts.next().unwrap_or_default(), 0.0, FARTHEST_M)?;
+        let mut next =
+            |least: f64, most: f64| parts.next().map_or(Ok(0.0), |text| number(text, least, most));
+        let person = Self {
+            gap_m,
+            left_m: next(-FARTHEST_M, FARTHEST_M)?,
+            speed_m_s: next(0.0, FASTEST_M_S)?,
+            wait_s: next(0.0, LONGEST_S)?,
+            from_s: number(from_s, 0.0, LONGEST_S)?,
+        };
+        if parts.next().is_some() { Err(error()) } else { Ok(person) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use inbye::runtime::Config;
+    use inbye::sim::MovingObstacles;
+
+    use super::*;
+
+    #[test]
+    fn person_appears_with_its_gap_and_walks_to_the_other_side() {
+        let footprint = Config::default().robot.footprint;
+        let robot = Pose::new(3.0, 2.0, core::f64::consts::FRAC_PI_2);
+        let stands: EmulatedPerson = "1.7@9".parse().expect("a person");
+        let disc = stands.appear(&robot, &footprint).expect("a path").disc().expect("present");
+        let gap_m = footprint.gap_to_moving_m(&robot, &disc);
+        assert!((1.7..1.71).contains(&gap_m) && disc.x == 3.0, "{gap_m}: {disc:?}");
+        let walks: EmulatedPerson = "3,1.2,0.8,1@9".parse().expect("a person");
+        let person = walks.appear(&robot, &footprint).expect("a path");
+        let mut people = MovingObstacles::new(vec![person]);
+        let mut x_after = |time_s: f64| {
+            people.step(time_s, &robot, &footprint);
+            people.discs()[0].x
+        };
+        assert!((x_after(0.9) - 1.8).abs() < 1e-9);
+        assert!((x_after(1.6) - 3.0).abs() < 1e-6);
+        assert!((x_after(5.0) - 4.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn person_with_wrong_numbers_is_rejected() {
+        for text in ["1.7", "@9", "x@9", "1.7@-1", "1,2,3,4,5@9", "-1@9", "1,0,-1@9", "nan@9"] {
+            let error = text.parse::<EmulatedPerson>().expect_err(text);
+            assert!(error.contains("is not a person"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! The surroundings of an emulated base: a world with people, an LD19 lidar, and the true gaps.
+
+use anyhow::Context;
+use inbye::base::{InjectedFault, LidarFaultInjector, ScheduledFault};
+use inbye::geometry::{Pose, Twist};
+use inbye::map::UnknownPolicy;
+use inbye::robot::Footprint;
+use inbye::runtime::Config;
+use inbye::sim::{Lidar, MovingObstacle, MovingObstacles, RotatingLidar, World};
+
+use super::arguments::Place;
+use super::base::EmulateArguments;
+use super::emulated_person::EmulatedPerson;
+use super::map_file;
+use super::pseudo_terminal::PseudoTerminal;
+
+/// Speeds above which a robot or a person closes a gap by its own motion, m/s.
+const CLOSING_M_S: f64 = 0.02;
+
+/// Distance to the goal within which a robot parks, metres: the navigator's default `xy_goal_tolerance`.
+const PARKING_M: f64 = 0.25;
+
+/// A robot's place in a world, and its lidar with its port.
+pub struct EmulatedSurroundings {
+    lidar: RotatingLidar,
+    /// The pose of the base's origin on the map.
+    origin: Pose,
+    /// Place to which the robot is carried; none after that.
+    carry_to: Option<Pose>,
+    people: Vec<EmulatedPerson>,
+    present: Vec<MovingObstacle>,
+    moving: MovingObstacles,
+    footprint: Footprint,
+    /// None after the lidar was unplugged.
+    pair: Option<PseudoTerminal>,
+    faults: Vec<ScheduledFault>,
+    injector: LidarFaultInjector,
+    until_s: f64,
+    goal: Option<Place>,
+    last_s: f64,
+    line: Vec<u8>,
+    observed: Observed,
+}
+
+/// What the surroundings have seen of the robot.
+#[derive(Clone, Copy, Debug)]
+pub struct Observed {
+    /// Least gap to anything solid, metres.
+    pub min_gap_m: f64,
+    /// Whether the robot's own motion closed a gap.
+    pub robot_touched: bool,
+    /// Whether the motion of a person closed a gap.
+    pub person_touched: bool,
+    /// Time at which the robot was first within 0.25 m of its goal, seconds.
+    pub parking_from_s: Option<f64>,
+}
+
+impl EmulatedSurroundings {
+    /// Opens the emulated lidar in its world, if requested.
+    pub fn open(arguments: &EmulateArguments) -> anyhow::Result<Option<Self>> {
+        let Some(file) = &arguments.lidar_map else {
+            return Ok(None);
+        };
+        let map = map_file::load(file, arguments.resolution)?;
+        let start = arguments.start.as_ref();
+        let start = start.context("--lidar-map needs --start: give the robot's pose on the map")?;
+        let world = World::new(map.obstacles(UnknownPolicy::Blocked));
+        let mut people = arguments.person.clone();
+        people.sort_by(|one, other| other.from_s.total_cmp(&one.from_s));
+        Ok(Some(Self {
+            lidar: RotatingLidar::new(Lidar::turning(), world, arguments.seed)?,
+            origin: start.pose(),
+            carry_to: arguments.carry_to.as_ref().map(Place::pose),
+            people,
+            present: Vec::new(),
+            moving: MovingObstacles::default(),
+            footprint: Config::default().robot.footprint,
+            pair: Some(PseudoTerminal::open()?),
+            faults: arguments.fault.clone(),
+            injector: LidarFaultInjector::new(&arguments.fault, arguments.seed),
+            until_s: arguments.lidar_until.unwrap_or(f64::INFINITY),
+            goal: arguments.goal,
+            last_s: 0.0,
+            line: Vec::new(),
+            observed: Observed {
+                min_gap_m: f64::INFINITY,
+                robot_touched: false,
+                person_touched: false,
+                parking_from_s: None,
+            },
+        }))
+    }
+
+    /// Path of the lidar's port.
+    pub fn port(&self) -> &str {
+        self.pair.as_ref().map_or("", |pair| &pair.name)
+    }
+
+    /// The pose on the map; `pose` is relative to the pose at power-on.
+    pub fn map_pose(&self, pose: &Pose) -> Pose {
+        self.origin.transform_pose(pose)
+    }
+
+    /// What was seen so far.
+    pub const fn observed(&self) -> &Observed {
+        &self.observed
+    }
+
+    /// Advances to a time, seconds, with the base's pose since power-on and its velocity.
+    pub fn step(&mut self, now_s: f64, pose: &Pose, twist: &Twist) -> anyhow::Result<()> {
+        self.carry(now_s, pose);
+        let map_pose = self.map_pose(pose);
+        self.move_people(now_s, &map_pose)?;
+        self.observe(now_s, &map_pose, twist);
+        self.line.clear();
+        self.lidar.step(now_s, &map_pose, &mut self.line);
+        self.injector.apply(now_s, &mut self.line);
+        if now_s >= self.until_s {
+            self.pair = None;
+        }
+        if let Some(pair) = &mut self.pair {
+            pair.release_exclusive_lock();
+            pair.write(&self.line)?;
+        }
+        Ok(())
+    }
+
+    /// Puts the robot at its other place at the time of that fault.
+    fn carry(&mut self, now_s: f64, pose: &Pose) {
+        let is_due = |scheduled: &ScheduledFault| {
+            scheduled.fault == InjectedFault::Carried && now_s >= scheduled.from_s
+        };
+        if self.faults.iter().any(is_due)
+            && let Some(place) = self.carry_to.take()
+        {
+            let at_power_on = pose.inverse_transform_pose(&Pose::default());
+            self.origin = place.transform_pose(&at_power_on);
+        }
+    }
+
+    fn move_people(&mut self, now_s: f64, robot: &Pose) -> anyhow::Result<()> {
+        self.moving.step(now_s - self.last_s, robot, &self.footprint);
+        self.last_s = now_s;
+        let mut is_new = false;
+        while let Some(person) = self.people.pop_if(|person| person.from_s <= now_s) {
+            self.present.push(person.appear(robot, &self.footprint)?);
+            is_new = true;
+        }
+        if is_new {
+            self.moving = MovingObstacles::new(self.present.clone());
+        }
+        self.lidar.world.moving = self.moving.discs();
+        Ok(())
+    }
+
+    fn observe(&mut self, now_s: f64, pose: &Pose, twist: &Twist) {
+        let (world, footprint, observed) = (&self.lidar.world, &self.footprint, &mut self.observed);
+        observed.min_gap_m = world.gap_m(footprint, pose).min(observed.min_gap_m);
+        observed.robot_touched |= world.gap_to_static_m(footprint, pose) <= 0.0;
+        for disc in &world.moving {
+            if footprint.gap_to_moving_m(pose, disc) > 0.0 {
+                continue;
+            }
+            let person_m_s = libm::hypot(disc.vx, disc.vy);
+            let robot_m_s = footprint.closing_speed_m_s(pose, twist, &disc.center());
+            let is_robot = robot_m_s > CLOSING_M_S;
+            observed.robot_touched |= is_robot;
+            observed.person_touched |= !is_robot && person_m_s > CLOSING_M_S;
+        }
+        let is_near = |goal: &Place| (goal.position - pose.position()).norm() <= PARKING_M;
+        if observed.parking_from_s.is_none() && self.goal.as_ref().is_some_and(is_near) {
+            observed.parking_from_s = Some(now_s);
+        }
+    }
+}
