@@ -25,6 +25,8 @@ const ANSWER_TIME: Duration = Duration::from_secs(20);
 const DRIVE_TIME: Duration = Duration::from_secs(TIME_LIMIT_S as u64 + 60);
 /// Time in which a base stops after the end of its drive: its watchdog's and that of braking.
 const STOP_TIME: Duration = Duration::from_millis(1500);
+/// Most drives of a case.
+const MAX_RUNS: usize = 3;
 /// Side of a cell of the map, metres.
 const RESOLUTION_M: f64 = 0.1;
 const START: &str = "1.5,2.0";
@@ -72,13 +74,24 @@ impl Drop for Roadway {
 }
 
 impl SerialCase {
-    /// Drives along the roadway with this case. A drive that cannot be made has failed, with the reason.
+    /// Drives along the roadway with this case. A drive that cannot be made has failed, with the reason. One in which the robot stood
+    /// before the fault shows nothing about it, and is repeated: a busy machine delays the scans until the robot is lost.
     pub fn drive(&self, roadway: &Roadway) -> FaultRow {
         let mut row = FaultRow::new(self.name, self.protocol.name());
-        row.runs = 1;
-        match self.outcome(roadway) {
-            Ok(outcome) => outcome.judge(self.required, &mut row),
-            Err(error) => (row.passed, row.reason) = (false, Some(format!("{error:#}"))),
+        for runs in 1..=MAX_RUNS {
+            row.runs = runs;
+            match self.outcome(roadway) {
+                Ok(outcome) => {
+                    outcome.judge(self.required, &mut row);
+                    if !outcome.stood_before {
+                        break;
+                    }
+                }
+                Err(error) => {
+                    (row.passed, row.reason) = (false, Some(format!("{error:#}")));
+                    break;
+                }
+            }
         }
         row
     }
@@ -109,6 +122,8 @@ impl SerialCase {
         let summary = base.line(ANSWER_TIME)?;
         let outcome = SerialOutcome::read(&summary, &driven, (AT_S, end_s));
         let mut outcome = outcome.context("base emulate: its summary is not complete")?;
+        // Without a fault the time of one means nothing.
+        outcome.stood_before &= !matches!(self.event, Event::None);
         let pose: Pose = serde_json::from_value(summary["map_pose"].clone())
             .context("base emulate: no map_pose")?;
         let goal: Place = self.goal.parse().map_err(anyhow::Error::msg)?;

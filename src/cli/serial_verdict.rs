@@ -9,6 +9,9 @@ const MIN_TRAVEL_M: f64 = 1.5;
 /// Speed below which a robot stands at the end, m/s.
 const STANDING_M_S: f64 = 0.02;
 
+/// Time by which the last motion may precede a fault that makes the robot stand at once, seconds.
+const SETTLED_S: f64 = 0.1;
+
 /// Zero commands at the end of a program.
 const FINAL_ZEROS: u64 = 3;
 
@@ -73,7 +76,7 @@ impl SerialOutcome {
         let standstills: Vec<(f64, f64)> =
             serde_json::from_value(base["standstills"].clone()).ok()?;
         let after = standstills.iter().find(|(_, to_s)| *to_s > at_s);
-        let stood_before = after.is_some_and(|(from_s, _)| *from_s < at_s);
+        let stood_before = after.is_some_and(|(from_s, _)| *from_s < at_s - SETTLED_S);
         Some(Self {
             stood_s: (number("last_motion_s")? - at_s).max(0.0),
             first_stood_s: after.map(|(from_s, _)| (from_s - at_s).max(0.0)),
@@ -127,8 +130,7 @@ impl SerialOutcome {
         if self.travelled_m < MIN_TRAVEL_M {
             return Some(format!("the robot drove {:.2} m only", self.travelled_m));
         }
-        let is_ordinary = matches!(required, Required::Parks(_) | Required::Reaches);
-        if self.stood_before && !is_ordinary {
+        if self.stood_before {
             return Some("the robot stood before the fault".to_owned());
         }
         if self.robot_touched && !matches!(required, Required::Reported) {
@@ -249,7 +251,7 @@ mod tests {
         assert!(with(|_| {}).is_empty());
         assert_eq!(with(|outcome| outcome.travelled_m = 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(with(|outcome| outcome.robot_touched = true), [0, 1, 2, 3, 4, 5, 6, 7]);
-        assert_eq!(with(|outcome| outcome.stood_before = true), [0, 1, 2, 3, 4, 6, 8]);
+        assert_eq!(with(|outcome| outcome.stood_before = true), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
         assert_eq!(with(|outcome| outcome.stood_s = 1.6), [0, 1]);
         assert_eq!(with(|outcome| outcome.speed_m_s = 0.1), [0, 1]);
         assert_eq!(with(|outcome| outcome.final_zeros = 2), [1]);
