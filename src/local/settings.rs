@@ -27,9 +27,9 @@ settings! {
         pub outside: Outside = Outside::default();
         /// Weights of the terms.
         pub weights: Weights = Weights::default();
-        /// Normalisation of the terms: `sum` divides each by its sum, `minmax` maps each to 0 at its minimum and 1 at
-        /// its maximum.
-        pub normalization: Normalization = Normalization::default();
+        /// Normalisation of the terms: `minmax` maps each to 0 at its minimum and 1 at its maximum, so that the weights mean the
+        /// same at every speed; `sum` divides each by its sum, as the paper.
+        pub normalization: Normalization = Normalization::MinMax;
         /// Distance within which a sample must be able to stop: `clearance`, the smallest along the trajectory, or
         /// `arc`, the arc before contact.
         pub stopping: Stopping = Stopping::default();

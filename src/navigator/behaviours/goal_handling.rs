@@ -2,6 +2,7 @@
 //!
 //! The dynamic window evaluates where a trajectory ends after seconds; to stand at a station the distance itself counts.
 
+use super::super::exact_clearance::ExactClearance;
 use super::super::route::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
@@ -23,8 +24,8 @@ const BLOCKED_S: f64 = 1.0;
 pub(super) struct GoalHandling {
     parking: Parking,
     blocked: ConditionTimer,
-    /// Parking was blocked: the straight line to the goal keeps less than the margin, or the clearance of a cell that it crosses
-    /// is rounded so. The robot parks again only within the goal's tolerance.
+    /// Parking was blocked: the straight line to the goal keeps less than the margin. The robot parks again only within the goal's
+    /// tolerance.
     was_blocked: bool,
 }
 
@@ -123,18 +124,23 @@ fn can_begin(pose: &Pose, goal: &Goal, settings: &NavigatorSettings) -> bool {
     to_goal.to_vector().norm() <= settings.parking_distance_m && off_nose.abs() <= AIM_FROM
 }
 
-/// Whether a robot that keeps a velocity keeps its margins within the horizon. One that is within the margin for static obstacles
-/// must only come no nearer to them.
+/// Whether the body of a robot that keeps a velocity keeps the safety margin within the horizon, by the exact distances to the
+/// occupied cells: the distance field is too coarse for a goal near a wall. One that is within the margin must only come no
+/// nearer.
 fn is_clear(command: &Twist, state: &State<'_>) -> bool {
+    if *command == Twist::STOP {
+        return true;
+    }
+    let (footprint, pose) = (&state.robot.footprint, &state.now.pose);
+    let margin_m = state.settings.safety_margin_m;
+    let reach_m = footprint.body_radius_m() + margin_m + command.linear.abs() * HORIZON_S;
+    let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
+    let kept_m = margin_m.min(clearance.gap_m(footprint, pose));
     let steps = (HORIZON_S / STEP_S) as u32;
-    let clearance_m = |there: &Pose| state.field.clearance_m(&state.inflated.footprint, there);
-    let here_m = clearance_m(&state.now.pose);
-    *command == Twist::STOP
-        || (1..=steps).all(|step| {
-            let time_s = f64::from(step) * STEP_S;
-            let there = state.now.pose.after(command, time_s);
-            let there_m = clearance_m(&there);
-            (there_m > Some(0.0) || there_m.is_some() && there_m >= here_m)
-                && state.inflated.is_clear_of_moving(&there, time_s)
-        })
+    (1..=steps).all(|step| {
+        let time_s = f64::from(step) * STEP_S;
+        let there = pose.after(command, time_s);
+        clearance.gap_m(footprint, &there) >= kept_m
+            && state.inflated.is_clear_of_moving(&there, time_s)
+    })
 }
