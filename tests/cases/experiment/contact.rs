@@ -13,7 +13,9 @@ fn world(moving: &[MovingDisc]) -> World {
     for column in 80..100 {
         (0..100).for_each(|row| ground.set(Cell::new(column, row), true));
     }
-    World { moving: moving.to_vec(), ..World::new(ground) }
+    let mut world = World::new(ground);
+    world.moving = moving.to_vec();
+    world
 }
 
 fn footprint() -> Footprint {
