@@ -103,14 +103,14 @@ fn late_motors_follow_after_their_delay() {
 
 #[test]
 fn base_without_power_stands_and_restarts_from_zero() {
-    let mut pair = with(InjectedFault::Reboot, 2.0, 3.0);
+    let mut pair = with(InjectedFault::Reboot, 2.0, 3.1);
     pair.drive_for(AHEAD, 2.0);
     let counts = |pair: &Pair| pair.session.latest().expect("feedback").feedback.encoder_counts;
     let before = counts(&pair).expect("counts").left;
     pair.drive_for(AHEAD, 1.0);
     assert_eq!(pair.emulator.twist(), Twist::STOP);
     let commands = pair.emulator.command_stats().commands;
-    pair.drive_for(AHEAD, 0.5);
+    pair.drive_for(AHEAD, 0.6);
     assert!(pair.emulator.command_stats().commands < commands, "a new controller");
     assert!(pair.emulator.twist().linear > 0.2, "it drives again");
     assert!(counts(&pair).expect("counts").left < before, "{before}");
