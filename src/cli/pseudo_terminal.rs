@@ -68,7 +68,8 @@ impl PseudoTerminal {
                     return Ok(self.host.clear(ClearBuffer::Input)?);
                 }
                 written => {
-                    rest = rest.get(written.context("the pseudo-terminal")?..).unwrap_or_default()
+                    let count = written.context("the pseudo-terminal")?;
+                    rest = rest.get(count..).unwrap_or_default();
                 }
             }
         }

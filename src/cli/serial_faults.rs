@@ -75,7 +75,7 @@ impl Drop for Roadway {
 
 impl SerialCase {
     /// Drives along the roadway with this case. A drive that cannot be made has failed, with the reason. One in which the robot stood
-    /// before the fault shows nothing about it, and is repeated: a busy machine delays the scans until the robot is lost.
+    /// before the fault, such as a lost one, shows nothing about the fault and is repeated. Missions without a fault are not.
     pub fn drive(&self, roadway: &Roadway) -> FaultRow {
         let mut row = FaultRow::new(self.name, self.protocol.name());
         for runs in 1..=MAX_RUNS {
