@@ -36,8 +36,10 @@ use crate::settings::SettingError;
 use body::Body;
 use ramp::Ramp;
 use raw_scan::{RawPoint, RawScans, is_obstacle};
-use stopping_motion::{Clearance, MotionModel, Obstruction, StoppingMotion};
+use stopping_motion::{Clearance, MotionModel, Obstruction, StoppingMotion, too_near_m};
 
+/// Time for which a body that was too near to something does not move at anything near, seconds: ten scans of a small lidar.
+const TOO_NEAR_FOR_S: f64 = 1.0;
 /// Factor of a command below which the robot stands.
 const MIN_FACTOR: f64 = 0.05;
 
@@ -69,6 +71,8 @@ pub struct ProtectiveLayer {
     sent: VecDeque<(f64, Twist)>,
     /// Time of the last call.
     last_s: f64,
+    /// When the body was too near to something last, seconds.
+    too_near_s: f64,
     scans: RawScans,
     requires_scan: bool,
     operator: OperatorSwitch,
@@ -97,6 +101,7 @@ impl ProtectiveLayer {
             period_s: period_s.clamp(0.0, 1.0),
             sent: VecDeque::new(),
             last_s: f64::NEG_INFINITY,
+            too_near_s: f64::NEG_INFINITY,
             scans: RawScans::new(),
             requires_scan: true,
             operator: OperatorSwitch::default(),
@@ -226,7 +231,7 @@ impl ProtectiveLayer {
         self.sent.iter().map(effect).collect()
     }
 
-    fn decide(&self, target: &Twist, now_s: f64) -> (Twist, ProtectiveAction) {
+    fn decide(&mut self, target: &Twist, now_s: f64) -> (Twist, ProtectiveAction) {
         if let Some(action) = self.full_stop(target, now_s) {
             return (Twist::STOP, action);
         }
@@ -234,6 +239,11 @@ impl ProtectiveLayer {
             return (*target, ProtectiveAction::Pass);
         }
         let points = self.scans.points(&self.body, now_s);
+        let near_m = too_near_m(self.settings.margin_m);
+        let near = points.iter().filter(|point| point.gap_m <= near_m);
+        if is_obstacle(near, self.settings.min_points) {
+            self.too_near_s = now_s;
+        }
         let situation = Situation {
             points: &points,
             sent: &self.pending(now_s),
@@ -349,6 +359,7 @@ impl ProtectiveLayer {
             min_points: self.settings.min_points,
             approach_speed_m_s: self.settings.approach_speed_m_s,
             age_s: situation.age_s,
+            was_too_near: (0.0..=TOO_NEAR_FOR_S).contains(&(self.last_s - self.too_near_s)),
         };
         let commanded = self.commanded_motion(situation, command);
         commanded.obstruction(situation.points, &clearance).or_else(|| {

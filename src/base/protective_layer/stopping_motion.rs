@@ -15,6 +15,9 @@ const SLIDE_M: f64 = 0.01;
 /// Share of the margin that a body keeps while it slides.
 const HARD_MARGIN_SHARE: f64 = 0.7;
 
+/// Least share of a motion that brings the body nearer to a return where the body moves at it, and not past it.
+const HEAD_ON_SHARE: f64 = 0.7;
+
 /// Rounding of a distance, metres.
 const ROUNDING_M: f64 = 1e-6;
 
@@ -67,6 +70,9 @@ pub(super) struct Clearance {
     pub approach_speed_m_s: f64,
     /// Age of the returns, seconds.
     pub age_s: f64,
+    /// Whether the body was too near to something a moment ago: it moves at nothing near then. The noise of the ranges would let it
+    /// creep nearer otherwise.
+    pub was_too_near: bool,
 }
 
 /// Why a motion is not permitted.
@@ -213,9 +219,17 @@ impl<'a> StoppingMotion<'a> {
         self.body.parts.iter().any(|part| {
             let gap_m = part.distance_m(&point.place);
             let kept_m = kept_m(gap_m, margin_m);
-            let near_m = if point.moves { margin_m + grown_m } else { kept_m };
+            let is_held = clearance.was_too_near && gap_m <= margin_m + SLIDE_M;
+            let near_m = match (point.moves, is_held) {
+                (true, _) => margin_m + grown_m,
+                (false, true) => margin_m + SLIDE_M,
+                (false, false) => kept_m,
+            };
             let mut steps = self.near_steps(part, &point.place, near_m);
             steps.any(|((_, step), (from, to))| {
+                if is_held && part.closing_share(&from, &to) > HEAD_ON_SHARE {
+                    return true;
+                }
                 let away_m = part.distance_to_segment_m(&from, &to);
                 // The chord of a turn must not seem to come nearer to a return that the body slides past.
                 let bulge_m =
@@ -283,10 +297,15 @@ impl<'a> StoppingMotion<'a> {
     }
 }
 
+/// Gap up to which the body is too near to a return, metres.
+pub(super) const fn too_near_m(margin_m: f64) -> f64 {
+    margin_m * HARD_MARGIN_SHARE
+}
+
 /// Distance that the body keeps to a return which is now at a gap from it, metres: the margin, or hardly less than
 /// the present gap where that is within the margin.
 fn kept_m(gap_m: f64, margin_m: f64) -> f64 {
-    let hard_m = margin_m * HARD_MARGIN_SHARE;
+    let hard_m = too_near_m(margin_m);
     if gap_m <= hard_m {
         return gap_m - ROUNDING_M;
     }

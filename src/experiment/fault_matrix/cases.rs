@@ -275,7 +275,8 @@ const PLANNER: &[FaultCase] = &[
     stands("commands are not finite", KNOWN_AT_ONCE_S, |drive| {
         wrong_planner(drive, WrongPlanner::NotFinite);
         Ok(())
-    }),
+    })
+    .without_contact(),
     drives_on("commands are 1000 m/s", |drive| {
         wrong_planner(drive, WrongPlanner::TooFast);
         Ok(())

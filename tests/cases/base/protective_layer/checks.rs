@@ -240,6 +240,24 @@ fn return_within_the_body_permits_only_slow_motion_away_from_it() {
     assert!(matches!(action, ProtectiveAction::Escape { .. }), "{action}");
 }
 
+/// The noise of the ranges must not let a robot creep at a wall that it may not come nearer to.
+#[test]
+fn robot_that_was_too_near_approaches_nothing_for_a_second() {
+    let mut layer = layer(CollisionMonitorSettings::default());
+    // The front of the body is at 0.4 m.
+    let mut permitted = |time_s: f64, gap_m: f64, speed: f64| {
+        layer.update_motion(&Twist::STOP, time_s);
+        layer.update_scan(&scan(time_s, wall_ahead(0.4 + gap_m)), time_s);
+        layer.limit(&Twist::new(speed, 0.0), &Twist::STOP, time_s).0.linear
+    };
+    assert!(permitted(0.0, 0.035, 0.05) > 0.0);
+    assert_eq!(permitted(0.1, 0.02, 0.05), 0.0);
+    assert_eq!(permitted(0.2, 0.035, 0.05), 0.0, "the wall did not move");
+    assert_eq!(permitted(1.0, 0.035, 0.05), 0.0);
+    assert!(permitted(1.0, 0.035, -0.05) < 0.0, "away from the wall");
+    assert!(permitted(1.2, 0.035, 0.05) > 0.0);
+}
+
 #[test]
 fn single_return_is_ignored_as_dust() {
     let dust = |angle: f64| if (0.0..0.0174).contains(&angle) { 0.6 } else { 9.0 };
