@@ -397,8 +397,7 @@ impl Localizer {
             self.estimate.status.lost_reason(),
             Some(LostReason::HighUncertainty | LostReason::Ambiguous)
         );
-        if !is_unconstrained && let Some(pose) = self.match_at_predicted_pose() {
-            self.ekf = self.ekf.reset_pose(pose, &self.settings);
+        if !is_unconstrained && self.is_at_predicted_pose() {
             self.search = None;
             self.confirmations = Some(0);
             return self.track();
@@ -430,22 +429,20 @@ impl Localizer {
         }
     }
 
-    /// The match at the predicted pose, where the scan matches so well that the robot is still there. A late revolution may have
-    /// moved the pose by more than the filter's variance says.
-    fn match_at_predicted_pose(&self) -> Option<Pose> {
-        let (position, yaw) = (SAME_SIGMA_M * SAME_SIGMA_M, SAME_SIGMA_RAD * SAME_SIGMA_RAD);
-        let displaced = Matrix3::from_diagonal(&Vector3::new(position, position, yaw));
-        let covariance = self.ekf.pose_covariance() + displaced;
-        let information = covariance.try_inverse()?;
+    /// Whether the scan matches at the predicted pose so well that the robot is still there.
+    fn is_at_predicted_pose(&self) -> bool {
+        let covariance = self.ekf.pose_covariance();
+        let Some(information) = covariance.try_inverse() else {
+            return false;
+        };
         let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
         let prior = self.ekf.pose;
         let matched = self.matcher().match_scan(&prior, &information, sigma_m);
         let correction = offset(&prior, &matched.pose);
         let agreement = self.matcher().agreement(&matched.pose);
-        let is_there = agreement.matching_fraction() >= SAME_PLACE_AGREEMENT
+        agreement.matching_fraction() >= SAME_PLACE_AGREEMENT
             && agreement.through_walls_fraction() <= self.settings.max_through_walls / 2.0
-            && (correction.transpose() * information * correction)[0] <= MAX_CORRECTION_SIGMAS2;
-        is_there.then_some(matched.pose)
+            && (correction.transpose() * information * correction)[0] <= MAX_CORRECTION_SIGMAS2
     }
 
     /// Converts the filter's pose and covariance to the map frame.
