@@ -20,7 +20,7 @@ const COLUMNS: &str = "fault place runs stood_s limit_s min_gap_m contacts_robot
 
 /// `inbye bench faults`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  inbye bench faults --seeds 1 --serial 0\n\n\
+#[command(after_help = "Example:\n  inbye bench faults --seeds 1 --serial 0 --only lidar\n\n\
     Each fault begins while the robot drives at speed. The robot must stand within the time of its row, or may drive on, and \
     must never cause a contact. `stood` is the longest time from the fault until the robot stood for good.\n\
     On the serial lines a base and its lidar are emulated in one process and driven by another, in real time. The emulated \
