@@ -170,7 +170,8 @@ impl<'a> StoppingMotion<'a> {
         let end_s = self.steps.last().map_or(0.0, |step| step.end_s);
         let grown_m = clearance.approach_speed_m_s * (end_s + clearance.age_s);
         let touched = points.iter().filter(|point| {
-            let far_m = self.reach_m + clearance.margin_m + if point.moves { grown_m } else { 0.0 };
+            let grown_m = if point.moves { grown_m } else { SLIDE_M };
+            let far_m = self.reach_m + clearance.margin_m + grown_m;
             point.place.to_vector().norm_squared() <= far_m * far_m
                 && self.touches(point, clearance, grown_m)
         });
