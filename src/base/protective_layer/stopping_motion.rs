@@ -170,8 +170,8 @@ impl<'a> StoppingMotion<'a> {
         let end_s = self.steps.last().map_or(0.0, |step| step.end_s);
         let grown_m = clearance.approach_speed_m_s * (end_s + clearance.age_s);
         let touched = points.iter().filter(|point| {
-            let grown_m = if point.moves { grown_m } else { SLIDE_M };
-            let far_m = self.reach_m + clearance.margin_m + grown_m;
+            let more_m = if point.moves { grown_m.max(SLIDE_M) } else { SLIDE_M };
+            let far_m = self.reach_m + clearance.margin_m + more_m;
             point.place.to_vector().norm_squared() <= far_m * far_m
                 && self.touches(point, clearance, grown_m)
         });
