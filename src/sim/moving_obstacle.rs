@@ -241,8 +241,8 @@ impl MovingObstacle {
                 }
             };
             let is_seen = |over: &Arc<FreeSpace>| is_in_sight(over, &robot.position(), &start);
-            let is_hidden = !self.seen_over.as_ref().is_some_and(is_seen);
-            if is_time && is_hidden && !(self.yields && gap(start) < YIELD_GAP_M) {
+            let is_hidden = || !self.seen_over.as_ref().is_some_and(is_seen);
+            if is_time && is_hidden() && !(self.yields && gap(start) < YIELD_GAP_M) {
                 self.appears = None;
             }
             return None;

@@ -40,6 +40,7 @@ use stopping_motion::{Clearance, MotionModel, Obstruction, StoppingMotion, too_n
 
 /// Time for which a body that was too near to something does not move at anything near, seconds: ten scans of a small lidar.
 const TOO_NEAR_FOR_S: f64 = 1.0;
+
 /// Factor of a command below which the robot stands.
 const MIN_FACTOR: f64 = 0.05;
 
