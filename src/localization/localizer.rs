@@ -43,6 +43,10 @@ const SAME_RAD: f64 = 0.08;
 const SAME_SIGMA_M: f64 = 0.03;
 const SAME_SIGMA_RAD: f64 = 0.03;
 
+/// A jump shows that the filter was too sure of the pose, unless the robot was found just before: standard deviations that are added, metres and radians.
+const JUMP_SIGMA_M: f64 = 0.03;
+const JUMP_SIGMA_RAD: f64 = 0.03;
+
 /// A robot that was found and lost this many times at the same place is not found again.
 const MAX_FOUND: u32 = 2;
 /// The same place, metres, and the distance driven on from it that makes earlier losses irrelevant, metres.
@@ -368,6 +372,9 @@ impl Localizer {
         self.confirmations = None;
         self.search = None;
         self.motion_check.clear();
+        if reason == LostReason::PoseJump && !self.is_unconfirmed() {
+            self.ekf.widen(JUMP_SIGMA_M, JUMP_SIGMA_RAD);
+        }
         let (pose, odometry) = (self.ekf.pose, self.odometry());
         let is_same_place = |found: &FoundPlace| distance_m(&found.pose, &pose) < SAME_PLACE_M;
         let mut reason = reason;

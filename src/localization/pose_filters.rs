@@ -89,6 +89,13 @@ impl PoseEkf {
         reset
     }
 
+    /// Adds to the variance of the pose: standard deviations in metres and radians.
+    pub fn widen(&mut self, sigma_m: f64, sigma_rad: f64) {
+        for (index, sigma) in [sigma_m, sigma_m, sigma_rad].into_iter().enumerate() {
+            self.covariance[(index, index)] += sigma * sigma;
+        }
+    }
+
     pub fn pose_covariance(&self) -> Matrix3<f64> {
         self.covariance.fixed_view::<3, 3>(0, 0).into_owned()
     }

@@ -463,6 +463,7 @@ impl Navigator {
             self.route = route;
         }
         let mut decision = decided?;
+        self.progress.count(decision.mode);
         if decision.mode == Mode::Arrived && self.waypoints.has_next() {
             self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
             decision.mode = Mode::AtWaypoint;
@@ -475,7 +476,7 @@ impl Navigator {
         if let Some(error) = &self.replanner.no_path {
             return Fault::Plan(error.clone());
         }
-        if matches!(self.mode, Mode::Blocked | Mode::Escaping) {
+        if self.progress.is_blocked() {
             return Fault::NoControl { stuck_s, left_m };
         }
         Fault::NoProgress { stuck_s, radius_m: self.settings.required_movement_radius, left_m }

@@ -1,6 +1,6 @@
 //! The path that the robot follows, the key node it drives to, and its progress.
 
-use super::{NavigatorFeatures, NavigatorSettings};
+use super::{Mode, NavigatorFeatures, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{Path, Plan};
 
@@ -119,6 +119,9 @@ pub(super) struct ProgressChecker {
     since_s: f64,
     /// Time since then for which the robot waited for people, seconds.
     pub waited_s: f64,
+    /// Decisions of the local planner since then: with an admissible velocity, and without.
+    pub admissible: u32,
+    pub blocked: u32,
 }
 
 impl ProgressChecker {
@@ -127,12 +130,24 @@ impl ProgressChecker {
         self.least_left_m = Some(left_m);
     }
 
+    /// Counts a decision.
+    pub const fn count(&mut self, mode: Mode) {
+        match mode {
+            Mode::Driving => self.admissible += 1,
+            Mode::Blocked => self.blocked += 1,
+            _ => {}
+        }
+    }
+
+    /// Whether most decisions since the last progress found no admissible velocity.
+    pub const fn is_blocked(&self) -> bool {
+        self.blocked > self.admissible
+    }
+
     /// Updates with the length of path left and returns the time since it last shrank by `radius_m`, seconds.
     pub fn stuck_s(&mut self, now_s: f64, left_m: f64, radius_m: f64) -> f64 {
         if self.least_left_m.is_none_or(|least| left_m <= least - radius_m) {
-            self.least_left_m = Some(left_m);
-            self.since_s = now_s;
-            self.waited_s = 0.0;
+            *self = Self { least_left_m: Some(left_m), since_s: now_s, ..Self::default() };
         }
         now_s - self.since_s
     }

@@ -31,6 +31,10 @@ const SCANS_TO_REACT: f64 = 2.0;
 pub(super) const WAITING_PATIENCES: f64 = 4.0;
 const WAITING_M: f64 = 2.0;
 
+/// A robot whose parts are all at most this fast creeps, m/s. Next to a person it stands instead: it gains nothing, and the
+/// person may come.
+const CREEP: f64 = 0.05;
+
 /// Tried shares of a wanted velocity, of which the first that keeps passive safety is driven.
 const SAFE_SHARES: [f64; 6] = [1.0, 0.8, 0.6, 0.4, 0.2, 0.1];
 
@@ -217,6 +221,18 @@ impl<'a> State<'a> {
     pub fn waits_for_people(&self) -> bool {
         let gap_m = |disc: &MovingDisc| self.robot.footprint.gap_to_moving_m(&self.now.pose, disc);
         self.now.may_come.iter().any(|disc| gap_m(disc) < WAITING_M)
+    }
+
+    /// Braking instead of a command that lets a robot creep next to a person. A robot that starts is as slow for a moment.
+    pub fn without_creep(&self, command: Twist) -> Twist {
+        let fastest_part = |twist: &Twist| {
+            let turning = twist.angular.abs() * self.robot.footprint.circumscribed_radius_m();
+            twist.linear.abs() + turning
+        };
+        let starts = fastest_part(&command) > fastest_part(&self.now.twist);
+        let creeps = fastest_part(&command) <= CREEP && !starts;
+        let is_on = self.settings.features.passive_safety;
+        if is_on && creeps && self.waits_for_people() { self.brake() } else { command }
     }
 
     /// The check for passive safety; `None` where that feature is off.

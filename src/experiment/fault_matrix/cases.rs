@@ -343,5 +343,5 @@ const PLANT: &[FaultCase] = &[
         drive.config.simulation.dynamics.deadband_m_s = 1.0;
         Ok(())
     })
-    .with_reason("90 s without"),
+    .with_reason("FAILED_TO_MAKE_PROGRESS"),
 ];

@@ -36,7 +36,8 @@ impl Behaviour for PathFollowing {
         let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
         // The speed limit holds for the present turn rate, not for the chosen one.
         let safe = |command: Twist| {
-            if state.is_safe_towards(&command) { command } else { state.safe_towards(&command) }
+            let is_safe = state.is_safe_towards(&command);
+            state.without_creep(if is_safe { command } else { state.safe_towards(&command) })
         };
         let command = command.map(safe);
         // Next to an obstacle the robot may only creep, unless it first rotates towards a free path.

@@ -202,6 +202,20 @@ fn occluded_lidar_relocalises_after_consecutive_matches() {
     );
 }
 
+/// A late revolution moves the pose by centimetres. Seen from its other end, the roadway looks the same.
+#[test]
+fn robot_off_by_centimetres_is_found_where_the_map_has_two_such_places() {
+    let truth = Pose::new(5.0, 7.5, 0.0);
+    let mut stage = Stage::new(ground(Pose::default(), &ROADWAY), &truth);
+    assert_eq!(stage.stand_still(&truth, 20).status, LocalizationStatus::Tracking);
+    let beside = Pose::new(5.1, 7.6, 0.0);
+    let estimate = stage.stand_still(&beside, 6);
+    assert_eq!(estimate.status.lost_reason(), Some(LostReason::PoseJump), "{estimate:?}");
+    let estimate = stage.stand_still(&beside, 15);
+    assert_eq!(estimate.status.lost_reason(), None, "{estimate:?}");
+    assert!(errors(&estimate, &beside).0 < 0.02, "{estimate:?}");
+}
+
 #[test]
 fn localizer_rejects_bad_settings_and_start() {
     let ground = ground(Pose::default(), &ROOM);
