@@ -15,16 +15,20 @@ fn main() -> ExitCode {
         // Help and version: clap prints them to standard output.
         Err(help) if !help.use_stderr() => help.exit(),
         Err(error) => {
-            cli::output::print_usage_error(&error);
+            let is_json = std::env::args_os().any(|argument| argument == "--json");
+            cli::output::print_usage_error(&error, is_json);
             return ExitCode::from(UNUSABLE);
         }
     };
+    if arguments.verbosity.verbose < 2 {
+        cli::vulkan_environment::silence_device_selection();
+    }
     arguments.verbosity.init_logging();
     match cli::run(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(error) => {
-            cli::output::print_error(&error);
+            cli::output::print_error(&error, arguments.json);
             ExitCode::from(UNUSABLE)
         }
     }

@@ -16,5 +16,6 @@ mod cases {
         mod reading;
         mod scan;
         mod scenarios;
+        mod shipped;
     }
 }

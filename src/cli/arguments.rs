@@ -1,5 +1,6 @@
 //! Arguments that several commands share, and parsers of argument values.
 
+use core::f64::consts::TAU;
 use std::ffi::OsStr;
 use std::str::FromStr;
 
@@ -10,8 +11,9 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::{Engine, EngineChoice};
 use inbye::map::UnknownPolicy;
 use inbye::runtime::{PlantKind, PoseSource};
+use inbye::sim::SCENE_NAMES;
 
-use super::machine;
+use super::{machine, output};
 
 /// The engine that decides in a closed loop.
 #[derive(Debug, Args)]
@@ -48,6 +50,21 @@ impl Place {
     /// Converts to a pose; the default yaw is 0.
     pub fn pose(&self) -> Pose {
         Pose::new(self.position.x, self.position.y, self.yaw.unwrap_or(0.0))
+    }
+}
+
+/// A yaw beyond a whole turn is probably in degrees.
+const WHOLE_TURN: f64 = TAU + 0.01;
+
+impl Place {
+    /// Warns of a yaw that is probably in degrees.
+    pub fn warn_of_degrees(&self, flag: &str) {
+        if let Some(yaw) = self.yaw.filter(|yaw| yaw.abs() > WHOLE_TURN) {
+            output::warn(format!(
+                "{flag}: a yaw of {yaw} rad is more than a turn: yaws are in radians; {yaw} degrees are {:.4} rad",
+                yaw.to_radians()
+            ));
+        }
     }
 }
 
@@ -134,6 +151,15 @@ pub fn unknown() -> KeywordParser<UnknownPolicy> {
         _ => Err(format!("`{text}` is neither blocked nor free")),
     };
     KeywordParser { keywords: vec!["blocked", "free"], parse }
+}
+
+/// Parses the name of a built-in scene.
+pub fn scene() -> KeywordParser<&'static str> {
+    let parse = |text: &str| {
+        let name = SCENE_NAMES.iter().find(|name| **name == text);
+        name.copied().ok_or_else(|| format!("`{text}` is none of {}", SCENE_NAMES.join(", ")))
+    };
+    KeywordParser { keywords: SCENE_NAMES.to_vec(), parse }
 }
 
 /// Parses the source of the pose.

@@ -53,7 +53,7 @@ mod on_pseudo_terminal {
             if let Some(lidar_port) = &lidar_port {
                 ports["lidar"] = json!(lidar_port);
             }
-            output::json(&ports)?;
+            output::print_json(&ports)?;
         } else {
             output::line(&port);
             lidar_port.iter().for_each(output::line);

@@ -35,6 +35,19 @@ pub fn changed(settings: Config, file: Option<&Path>) -> anyhow::Result<Config> 
         .with_context(|| file.display().to_string())
 }
 
+/// Returns settings with one changed: `key=value`, where the value is TOML or a bare word.
+pub fn with_change(settings: &Config, change: &str) -> anyhow::Result<Config> {
+    let place = || format!("--set {change}");
+    let (key, value) = change
+        .split_once('=')
+        .with_context(|| format!("{}: write KEY=VALUE, such as local.vx_samples=32", place()))?;
+    // A word without quotes is a text.
+    let is_toml = format!("value = {value}").parse::<Table>().is_ok();
+    let value = if is_toml { value.to_owned() } else { format!("{value:?}") };
+    let text = format!("{key} = {value}");
+    parse(&text, settings, |config: &Config| Ok(config.validate()?)).with_context(place)
+}
+
 fn read<T: Default + Serialize + DeserializeOwned>(
     flag: &str,
     file: Option<&Path>,

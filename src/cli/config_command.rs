@@ -98,7 +98,7 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
         let name = file.display().to_string();
         output::result(json, &json!({ "file": name, "ok": true }), [format!("{name}: ok")])?;
     } else if action.schema {
-        output::json(&if base { BaseConfig::schema() } else { Config::schema() })?;
+        output::print_json(&if base { BaseConfig::schema() } else { Config::schema() })?;
     } else {
         let (text, keys) = if base {
             (BaseConfig::documented(), BaseConfig::keys())
@@ -128,7 +128,7 @@ fn import_nav2(arguments: &ImportArguments, json: bool) -> anyhow::Result<()> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let heading = heading(&name);
     if json {
-        output::json(&imported)?;
+        output::print_json(&imported)?;
     } else {
         if !written.is_requested() {
             output::line(heading.clone() + &imported.config);

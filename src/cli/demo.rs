@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         drives.push(drive);
     }
     let mut all = machine::all_engines()?;
-    let bar = output::progress(CASES, "comparing engines");
+    let bar = output::progress(CASES, "comparing engines", "problems");
     let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
     bar.finish_and_clear();
     let agree = verification.agree();

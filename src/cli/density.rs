@@ -145,7 +145,7 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 /// Adds CPU engines of 2, 4, 8... threads, fewer than cores, after the single-threaded one.
-fn with_every_thread_count(
+pub fn with_every_thread_count(
     mut all: Vec<Box<dyn Engine>>,
     cores: usize,
 ) -> anyhow::Result<Vec<Box<dyn Engine>>> {
@@ -160,7 +160,7 @@ fn with_every_thread_count(
 /// Measures with a progress bar.
 pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Result<Density> {
     let cells = plan.samples.len() * all.len();
-    let bar = output::progress(cells as u64, "density");
+    let bar = output::progress(cells as u64, "density", "measurements");
     let density = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
     bar.finish_and_clear();
     Ok(density)
@@ -178,7 +178,7 @@ pub fn compare(
     if ticks == 0 || samples.is_empty() {
         return Ok(Vec::new());
     }
-    let bar = output::progress((ticks * WINDOWS_S.len()) as u64, "quality");
+    let bar = output::progress((ticks * WINDOWS_S.len()) as u64, "quality", "decisions");
     let (shapes, windows_s) = (SHAPES.to_vec(), WINDOWS_S.to_vec());
     let plan = QualityPlan { steps: plan.steps, densest, samples, shapes, windows_s, ticks };
     let mut engine = CpuEngine::with_threads(machine::cores())?;

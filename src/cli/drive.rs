@@ -1,16 +1,18 @@
 //! `inbye drive`.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow};
 use clap::Args;
+use inbye::geometry::Point;
 use inbye::global::PlanError;
 use inbye::local::{DecisionError, Engine};
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
-use inbye::report::PlaybackRecorder;
+use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::{
     Config, Mission, MissionError, MissionResult, Observer, PoseSource, TickEvent, run_mission,
 };
@@ -19,18 +21,18 @@ use serde_json::json;
 
 use super::arguments::{EngineArguments, Place, duration, number, whole};
 use super::drive_text::{self, DriveLog};
-use super::files::{ReportFolder, create_file};
+use super::files::{Output, ReportFolder, command_line, create_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive};
-use super::machine::wall_clock;
-use super::map_file::{self, MapArguments};
+use super::machine::{interrupt_flag, wall_clock};
+use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::recording::Recording;
 use super::{output, plan};
 
 /// `inbye drive`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 \
-    --seed 7 --report out\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n\n\
+    after_help = "Example:\n  inbye drive --scene mine --report out\n  inbye drive --scene mine --record run.mcap\n  \
+    inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 --seed 7\n\n\
     With --port the base is a real or emulated one on a serial line, in real time. With --lidar nothing is simulated: the pose \
     comes from the scans of an LD19 on the map. The robot stands while it is not localized or its lidar is silent, and gives up \
     with the reason if that lasts (exit status 1). With \
@@ -40,21 +42,17 @@ use super::{output, plan};
 pub struct DriveArguments {
     #[command(flatten)]
     pub map: MapArguments,
-    /// Start, metres and radians; the default yaw is 0.
-    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
-    pub start: Place,
-    /// Goal, metres, and optionally the final yaw, radians.
-    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
-    pub goal: Place,
+    #[command(flatten)]
+    pub ends: EndArguments,
     /// An intermediate stop, metres, and optionally its yaw, radians; repeat --via for each stop in order.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
-    /// Number of pedestrians, or a JSON or TOML file of moving obstacles.
-    #[arg(long, default_value = "0", value_name = "N or FILE", allow_negative_numbers = true)]
-    pub obstacles: Obstacles,
-    /// Seed of pedestrians and lidar noise.
-    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
-    pub seed: u64,
+    /// Number of pedestrians, or a JSON or TOML file of moving obstacles [default: 0, or those of the scene].
+    #[arg(long, value_name = "N or FILE", allow_negative_numbers = true)]
+    pub obstacles: Option<Obstacles>,
+    /// Seed of pedestrians and lidar noise [default: 0, or that of the scene].
+    #[arg(long, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
+    pub seed: Option<u64>,
     #[command(flatten)]
     pub engine: EngineArguments,
     /// Fail without a GPU; a software adapter counts if --engine names it. If the GPU is lost during the drive, the CPU takes over
@@ -73,6 +71,9 @@ pub struct DriveArguments {
     /// Write a report page into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Show the drive as an animation in this file, at most 240 frames.
+    #[arg(long, value_name = "FILE.gif")]
+    pub animation: Option<PathBuf>,
     /// Record the drive in this file: as ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay` if its name ends in .mcap,
     /// else every tick as a line of JSON. A full disk stops the recording, never the drive: then the exit status is 1, and
     /// `recording.stopped` gives the reason.
@@ -114,45 +115,50 @@ fn milliseconds(text: &str) -> Result<f64, String> {
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
-    let (map, mut config) = map_file::read(&arguments.map)?;
+    let MapInput { name: map_name, map, mut config, scene } = map_file::read(&arguments.map)?;
+    let (start, goal) = arguments.ends.resolve(scene.as_ref())?;
+    let seed = arguments.seed.or(scene.as_ref().map(|scene| scene.seed)).unwrap_or(0);
+    // A lidar measures the real surroundings: no scene's pedestrians are among them.
+    let pedestrians = scene.filter(|_| arguments.hardware.lidar.is_none());
+    let pedestrians = Obstacles::Count(pedestrians.map_or(0, |scene| scene.obstacles));
+    let obstacles = arguments.obstacles.clone().unwrap_or(pedestrians);
     if let Some(deadline_ms) = arguments.deadline {
         config.navigator.deadline_s = Some(deadline_ms / 1e3);
     }
     if arguments.hardware.lidar.is_some() {
         anyhow::ensure!(
-            matches!(arguments.obstacles, Obstacles::Count(0)),
+            matches!(obstacles, Obstacles::Count(0)),
             "--obstacles are simulated, but --lidar measures real ones: leave one of them out"
         );
         config.pose_source = PoseSource::Scans;
     }
-    let mut hardware = arguments.hardware.connect(arguments.start.pose(), &config)?;
+    let interrupt = interrupt_flag()?;
+    let mut hardware = arguments.hardware.connect(start.pose(), &config)?;
     if let Some(hardware) = &hardware {
         hardware.cap_speed(&mut config.robot.limits);
     }
-    let moving_obstacles = match moving_obstacles(arguments, &map, &config) {
+    let ends = (start.position, goal.position);
+    let moving_obstacles = match moving_obstacles(&obstacles, seed, &map, &config, ends) {
         Ok(moving_obstacles) => moving_obstacles,
-        Err(error) => return no_path_or(error, arguments, &map, &config, json),
+        Err(error) => return no_path_or(error, &map_name, &map, &config, json),
     };
-    // Created before the drive: a wrong name must not cost an hour of driving.
-    let record = arguments.record.as_deref();
-    let record_file = record.map(|name| create_file("--record", name)).transpose()?;
-    let report = ReportFolder::create(arguments.report.as_deref())?;
+    let files = DriveFiles::create(arguments)?;
     let stop = |place: &Place| Goal { position: place.position, yaw: place.yaw };
     let simulation = Simulation {
         moving_obstacles,
-        seed: arguments.seed,
+        seed,
         ..Simulation::new(Mission {
             via: arguments.via.iter().map(stop).collect(),
             time_limit_s: arguments.time_limit,
-            ..Mission::new(Arc::new(map), arguments.start.pose(), stop(&arguments.goal))
+            interrupt: Some(interrupt),
+            ..Mission::new(Arc::new(map), start.pose(), stop(&goal))
         })
     };
     let mission = &simulation.mission;
     let engine = arguments.engine.open(arguments.require_gpu)?;
-    // Frames cost time in every tick, so they are recorded for a report only.
-    let mut playback = arguments.report.as_ref().map(|_| PlaybackRecorder::default());
-    let mut recording = record_file
-        .zip(record)
+    let mut playback = files.playback();
+    let mut recording = files
+        .recording
         .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.is_some()));
     let driven = drive(
         &simulation,
@@ -167,9 +173,8 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let base = hardware.map(HardwareDrive::end);
     let result = match driven {
         Ok(result) => result,
-        Err(error) => return no_path_or(error, arguments, &mission.map, &config, json),
+        Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
     };
-    let map_name = arguments.map.map.display().to_string();
     if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
         // The source of the invalid setting.
         return Err(anyhow!(error.clone())).with_context(|| match &arguments.map.settings.config {
@@ -179,10 +184,17 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     }
     let recording = recording.map(|recording| recording.end(&result));
     if let Some(playback) = &playback {
-        let intro = arguments.hardware.description();
-        report.write_page(|| {
-            drive_text::page(&map_name, intro, mission, &config, &result, playback)
-        })?;
+        let (command, facts) = (&command_line(), &drive_text::facts(&result));
+        let view = MissionView {
+            title: &map_name,
+            command,
+            mission,
+            config: &config,
+            result: &result,
+            playback: Some(playback),
+            facts,
+        };
+        files.pictures.write(arguments.hardware.description(), view, playback)?;
     }
     let mut object = drive_text::object(&result);
     object["unknown"] = map_file::unknown_cells_json(&mission.map, config.unknown);
@@ -203,6 +215,69 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     Ok(result.reached && !result.collided && is_recorded)
 }
 
+/// The output files of a drive. They are created before it: a wrong name must not cost an hour of driving.
+struct DriveFiles<'a> {
+    recording: Option<(File, &'a Path)>,
+    pictures: Pictures<'a>,
+}
+
+impl<'a> DriveFiles<'a> {
+    fn create(arguments: &'a DriveArguments) -> anyhow::Result<Self> {
+        let name = arguments.record.as_deref();
+        let recording = name.map(|name| create_file("--record", name)).transpose()?.zip(name);
+        Ok(Self { recording, pictures: Pictures::create(arguments)? })
+    }
+
+    /// The recorder of what the pictures show. It costs time in every tick.
+    fn playback(&self) -> Option<PlaybackRecorder> {
+        self.pictures.are_requested.then(PlaybackRecorder::default)
+    }
+}
+
+/// The page and the animation of a drive.
+struct Pictures<'a> {
+    report: ReportFolder<'a>,
+    animation: Output<'a>,
+    are_requested: bool,
+}
+
+impl<'a> Pictures<'a> {
+    fn create(arguments: &'a DriveArguments) -> anyhow::Result<Self> {
+        let DriveArguments { report, animation, .. } = arguments;
+        anyhow::ensure!(cfg!(feature = "png") || animation.is_none(), WITHOUT_GIF);
+        Ok(Self {
+            are_requested: report.is_some() || animation.is_some(),
+            report: ReportFolder::create(report.as_deref())?,
+            animation: Output::create("--animation", animation.as_deref(), &["gif"])?,
+        })
+    }
+
+    fn write(
+        self,
+        intro: &str,
+        view: MissionView<'_>,
+        playback: &PlaybackRecorder,
+    ) -> anyhow::Result<()> {
+        if self.animation.is_requested() {
+            let bytes = gif(&view, playback)?;
+            self.animation.write(|| bytes)?;
+        }
+        self.report.write_page(|| drive_text::page(intro, view))
+    }
+}
+
+const WITHOUT_GIF: &str = "--animation: this build has no feature `png`: install it with `--features png`, or use --report";
+
+#[cfg(feature = "png")]
+fn gif(view: &MissionView<'_>, playback: &PlaybackRecorder) -> anyhow::Result<Vec<u8>> {
+    inbye::report::gif_animation(view, playback).context("--animation")
+}
+
+#[cfg(not(feature = "png"))]
+fn gif(_view: &MissionView<'_>, _playback: &PlaybackRecorder) -> anyhow::Result<Vec<u8>> {
+    anyhow::bail!(WITHOUT_GIF)
+}
+
 /// Runs a mission with the wall clock and a progress bar: on a real base if one is connected, else simulated.
 pub fn drive(
     simulation: &Simulation,
@@ -215,12 +290,11 @@ pub fn drive(
 ) -> Result<MissionResult, SimError> {
     let mission = &simulation.mission;
     let goal = mission.goal.position;
-    let whole_cm = |metres: f64| (metres * 100.0) as u64;
     let far_m = (goal - mission.start.position()).norm();
     if let Some(warning) = recording.as_ref().and_then(|it| it.warning()) {
         output::warn(warning);
     }
-    let bar = output::progress(whole_cm(far_m), what);
+    let bar = output::progress_m(far_m, what);
     let mut nearest_m = far_m;
     let mut log = output::is_verbose().then(DriveLog::default);
     let mut on_tick = |tick: &TickEvent<'_>| {
@@ -231,7 +305,7 @@ pub fn drive(
             log.update(tick);
         }
         nearest_m = nearest_m.min((goal - tick.row.pose.position()).norm());
-        bar.set_position(whole_cm(far_m - nearest_m));
+        bar.set_position(output::whole_cm(far_m - nearest_m));
         if let Some(warning) = recording.as_mut().and_then(|it| it.record(tick)) {
             bar.suspend(|| output::warn(warning));
         }
@@ -252,7 +326,7 @@ pub fn drive(
 /// Prints a missing path, which is an answer; every other planning error is unusable input.
 fn no_path_or(
     error: SimError,
-    arguments: &DriveArguments,
+    map_name: &str,
     map: &OccupancyGrid,
     config: &Config,
     json: bool,
@@ -262,7 +336,7 @@ fn no_path_or(
     };
     let reason = error.to_string();
     if !matches!(error, PlanError::NoValidPath { .. }) {
-        return Err(plan::unusable(&error, &reason, &arguments.map, map, config));
+        return Err(plan::unusable(&error, &reason, map_name, map, config));
     }
     let mut object = plan::no_path_json(&error);
     object["reached"] = json!(false);
@@ -274,18 +348,17 @@ fn no_path_or(
 
 /// Moving obstacles from a file, or a number of pedestrians along the robot's route.
 fn moving_obstacles(
-    arguments: &DriveArguments,
+    obstacles: &Obstacles,
+    seed: u64,
     map: &OccupancyGrid,
     config: &Config,
+    ends: (Point, Point),
 ) -> Result<MovingObstacles, SimError> {
-    let ends = (arguments.start.position, arguments.goal.position);
-    match &arguments.obstacles {
+    match obstacles {
         Obstacles::Count(count) => {
-            let spawner = config.simulation.pedestrians.spawner(*count, arguments.seed);
+            let spawner = config.simulation.pedestrians.spawner(*count, seed);
             spawner.spawn_on_route(map, config, ends)
         }
-        Obstacles::File(file) => {
-            MovingObstacles::read(file, &map.obstacles(config.unknown), arguments.seed)
-        }
+        Obstacles::File(file) => MovingObstacles::read(file, &map.obstacles(config.unknown), seed),
     }
 }

@@ -3,11 +3,10 @@
 use inbye::bench::Latencies;
 use inbye::local::{GpuFailureKind, Incidents, Sampling};
 use inbye::navigator::{DeadlineStats, Mode};
-use inbye::report::{MissionView, PlaybackRecorder, Report, html};
-use inbye::runtime::{Config, FaultEvents, Mission, MissionResult, StopError, TickEvent};
+use inbye::report::{MissionView, Report, html};
+use inbye::runtime::{EarlyEnd, FaultEvents, MissionResult, StopError, TickEvent};
 use serde_json::{Value, json};
 
-use super::files::command_line;
 use super::output;
 
 /// Introduction of a simulated drive's page.
@@ -46,6 +45,8 @@ pub fn object(result: &MissionResult) -> Value {
         "ticks": result.trace.rows.len(),
         "plans": result.plans.len(),
         "fault": result.fault.as_ref().map(ToString::to_string),
+        "why": result.why(),
+        "interrupted": result.early_end == Some(EarlyEnd::Interrupted),
         "trace_digest": result.trace.digest(),
         "gpu_losses": incidents.map(|incidents| &incidents.failures),
         "gpu_reopened": incidents.map(|incidents| incidents.reopened),
@@ -62,9 +63,9 @@ pub fn object(result: &MissionResult) -> Value {
 /// The result in one line.
 pub fn one_line(result: &MissionResult) -> String {
     let outcome = match (result.reached, result.collided) {
-        (_, true) => "hit an obstacle",
-        (true, false) => "reached the goal",
-        (false, false) => "did not reach the goal",
+        (_, true) => output::bad("hit an obstacle"),
+        (true, false) => output::good("reached the goal"),
+        (false, false) => output::bad("did not reach the goal"),
     };
     format!(
         "{outcome}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
@@ -79,7 +80,7 @@ pub fn one_line(result: &MissionResult) -> String {
 /// The result as lines of text.
 pub fn lines(result: &MissionResult) -> Vec<String> {
     let mut lines = vec![one_line(result)];
-    lines.extend(result.fault.iter().map(|fault| format!("why: {fault}")));
+    lines.extend(result.why().map(|why| format!("why          {why}")));
     let error = |name: &str, (x_m, y_m): (f64, f64), yaw_rad: Option<f64>| {
         let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));
         format!("{name:<12} x {x_m:+.3} m, y {y_m:+.3} m{yaw}")
@@ -223,23 +224,13 @@ pub fn facts(result: &MissionResult) -> Vec<(String, String)> {
         ("Global plans", result.plans.len().to_string()),
         ("Trace digest", result.trace.digest()),
     ];
-    facts.extend(result.fault.iter().map(|fault| ("Fault", fault.to_string())));
+    facts.extend(result.why().map(|why| ("Why not reached", why)));
     facts.push(("Response of the base", response(result)));
     facts.extend(incidents(result));
     facts.into_iter().map(|(name, fact)| (name.to_owned(), fact)).collect()
 }
 
-/// Returns the page of one drive of this command.
-pub fn page(
-    title: &str,
-    intro: &str,
-    mission: &Mission,
-    config: &Config,
-    result: &MissionResult,
-    playback: &PlaybackRecorder,
-) -> String {
-    let (command, facts) = (&command_line(), &facts(result));
-    let playback = Some(playback);
-    let drive = MissionView { title, command, mission, config, result, playback, facts };
+/// Returns the page of one drive.
+pub fn page(intro: &str, drive: MissionView<'_>) -> String {
     html(&Report { title: "inbye drive", intro, missions: vec![drive], ..Report::default() })
 }

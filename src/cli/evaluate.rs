@@ -56,7 +56,7 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
         if let Some(samples) = samples {
             object["samples"] = json!(samples);
         }
-        output::json(&object)?;
+        output::print_json(&object)?;
         return Ok(winner.is_some());
     }
     match &winner {

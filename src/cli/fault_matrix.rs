@@ -54,12 +54,12 @@ pub fn run(arguments: &FaultsArguments, json: bool) -> anyhow::Result<bool> {
     } else {
         simulated_fault_names().filter(|name| name.contains(&arguments.only)).collect()
     };
-    let bar = output::progress(names.len() as u64 * arguments.seeds, "faults");
+    let bar = output::progress(names.len() as u64 * arguments.seeds, "faults", "drives");
     let mut rows = simulated_faults(&names, &seeds, || bar.inc(1))?;
     bar.finish_and_clear();
     if arguments.serial > 0 {
         let roadway = Roadway::write()?;
-        let bar = output::progress(CASES.len() as u64, "serial lines");
+        let bar = output::progress(CASES.len() as u64, "serial lines", "cases");
         let drive = |case: &SerialCase| Ok::<_, ExperimentError>(case.drive(&roadway));
         rows.extend(run_in_order(&CASES, arguments.serial, drive, || bar.inc(1))?);
         bar.finish_and_clear();

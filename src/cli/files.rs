@@ -69,7 +69,9 @@ impl<'a> Output<'a> {
             return Ok(());
         };
         let written = file.write_all(content().as_ref());
-        written.with_context(|| format!("{} {}", self.flag, name.display()))
+        written.with_context(|| format!("{} {}", self.flag, name.display()))?;
+        output::note(format!("{}: {}", self.flag.trim_start_matches('-'), name.display()));
+        Ok(())
     }
 
     /// Writes rows, as JSON or CSV by the file's extension.
@@ -156,7 +158,16 @@ fn leading_columns(file: &ReportFile) -> Vec<&str> {
 
 /// The command line, with the program's name without its folder.
 pub fn command_line() -> String {
-    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();
     words.join(" ")
+}
+
+/// A word as a shell reads it.
+fn quoted(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "_./,:=@%+-".contains(letter);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
 }

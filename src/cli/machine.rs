@@ -1,8 +1,8 @@
 //! This machine: its engines, clock and signals; `inbye devices` lists them.
 
 use std::process::exit;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::{self, available_parallelism};
 use std::time::{Duration, Instant};
 
@@ -32,9 +32,20 @@ pub fn wall_clock() -> impl FnMut() -> f64 {
     move || started.elapsed().as_secs_f64()
 }
 
-/// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set. A second signal ends the process once a base has been stopped.
+/// Set by the handler of Ctrl-C.
+static INTERRUPT: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Whether Ctrl-C, SIGTERM or SIGHUP came since [`interrupt_flag`].
+pub fn is_interrupted() -> bool {
+    INTERRUPT.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
+}
+
+/// Returns the flag that Ctrl-C, SIGTERM and SIGHUP set. A second signal ends the process once a base has been stopped.
 pub fn interrupt_flag() -> anyhow::Result<Arc<AtomicBool>> {
-    let flag = Arc::new(AtomicBool::new(false));
+    if let Some(flag) = INTERRUPT.get() {
+        return Ok(Arc::clone(flag));
+    }
+    let flag = Arc::clone(INTERRUPT.get_or_init(Arc::default));
     let is_set = Arc::clone(&flag);
     let handler = move || {
         if is_set.swap(true, Ordering::Relaxed) {
@@ -125,27 +136,31 @@ pub fn devices(json: bool) -> anyhow::Result<bool> {
         lines.push(none.to_owned());
     }
     for adapter in &adapters {
-        let text = |key: &str| adapter[key].as_str().unwrap_or_default().to_owned();
-        let kind = if adapter["software"] == true { "software" } else { "hardware" };
-        let (name, backend, driver) = (text("name"), text("backend"), text("driver"));
-        lines.push(format!("GPU: {name} ({kind}, {backend}, {driver})"));
+        lines.push(format!("GPU: {}", adapter_text(adapter)));
     }
     let cpu = json!({ "cores": cores, "architecture": architecture, "features": features });
     output::result(json, &json!({ "adapters": adapters, "cpu": cpu }), lines)?;
     Ok(true)
 }
 
+/// Name, kind, backend and driver of an adapter.
+pub fn adapter_text(adapter: &Value) -> String {
+    let text = |key: &str| adapter[key].as_str().unwrap_or_default().to_owned();
+    let kind = if adapter["software"] == true { "software" } else { "hardware" };
+    format!("{} ({kind}, {}, {})", text("name"), text("backend"), text("driver"))
+}
+
 #[cfg(feature = "gpu")]
-fn adapters() -> Vec<Value> {
+pub fn adapters() -> Vec<Value> {
     inbye::local::adapters().iter().map(|adapter| json!(adapter.summary)).collect()
 }
 
 #[cfg(not(feature = "gpu"))]
-fn adapters() -> Vec<Value> {
+pub fn adapters() -> Vec<Value> {
     Vec::new()
 }
 
-fn cpu_features() -> Vec<&'static str> {
+pub fn cpu_features() -> Vec<&'static str> {
     #[cfg(target_arch = "x86_64")]
     let found = [
         ("sse4.1", is_x86_feature_detected!("sse4.1")),

@@ -3,26 +3,82 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use anyhow::{Context, bail};
 use clap::Args;
+use inbye::geometry::{Point, Pose};
 use inbye::map::{
     GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, load_with_warnings,
 };
 use inbye::runtime::Config;
+use inbye::sim::{Scene, scene as scene_of};
 use serde_json::{Value, json};
 
-use super::arguments::{length, unknown};
+use super::arguments::{Place, length, scene, unknown};
 use super::{config, output};
 
-/// A map and its settings.
+/// A map or a built-in scene, and its settings.
 #[derive(Debug, Args)]
 pub struct MapArguments {
     #[arg(
         long,
+        value_name = "FILE",
+        required_unless_present = "scene",
         help = "Map: a ROS map_server .yaml, a MovingAI .map, or rows of text (# wall, . free, ? unknown)"
     )]
-    pub map: PathBuf,
+    pub map: Option<PathBuf>,
+    /// Built-in scene instead of a map. Its start, goal, pedestrians and seed are the defaults.
+    #[arg(long, value_name = "NAME", conflicts_with = "map", value_parser = scene())]
+    pub scene: Option<&'static str>,
     #[command(flatten)]
     pub settings: MapSettings,
+}
+
+/// Start and goal of a command.
+#[derive(Debug, Args)]
+pub struct EndArguments {
+    /// Start, metres and radians; the default yaw is 0.
+    #[arg(
+        long,
+        value_name = "X,Y[,YAW]",
+        required_unless_present = "scene",
+        allow_hyphen_values = true
+    )]
+    pub start: Option<Place>,
+    /// Goal, metres, and optionally the final yaw, radians.
+    #[arg(
+        long,
+        value_name = "X,Y[,YAW]",
+        required_unless_present = "scene",
+        allow_hyphen_values = true
+    )]
+    pub goal: Option<Place>,
+}
+
+impl EndArguments {
+    /// Start and goal: as given, else those of the scene.
+    pub fn resolve(&self, scene: Option<&Scene>) -> anyhow::Result<(Place, Place)> {
+        let of_scene = scene.map(|scene| {
+            let Pose { x, y, yaw } = scene.start;
+            let start = Place { position: Point::new(x, y), yaw: Some(yaw) };
+            (start, Place { position: scene.goal, yaw: None })
+        });
+        let start = self.start.or(of_scene.map(|(start, _)| start));
+        let goal = self.goal.or(of_scene.map(|(_, goal)| goal));
+        for (flag, place) in [("--start", start), ("--goal", goal)] {
+            place.iter().for_each(|place| place.warn_of_degrees(flag));
+        }
+        start.zip(goal).context("--start and --goal are missing")
+    }
+}
+
+/// The map of a command with its configuration.
+pub struct MapInput {
+    /// The file as given, or the name of the scene.
+    pub name: String,
+    pub map: OccupancyGrid,
+    pub config: Config,
+    /// The scene of the map, if it is a built-in one.
+    pub scene: Option<Scene>,
 }
 
 /// The settings for a map.
@@ -37,33 +93,46 @@ pub struct MapSettings {
     /// Settings, TOML.
     #[arg(long)]
     pub config: Option<PathBuf>,
+    #[arg(
+        long = "set",
+        value_name = "KEY=VALUE",
+        help = "One setting, which overrides that of --config, such as local.vx_samples=32; repeat --set for more"
+    )]
+    pub changes: Vec<String>,
 }
 
 impl MapSettings {
     /// Loads the configuration.
     pub fn load(&self) -> anyhow::Result<Config> {
         let mut config = config::load("--config", self.config.as_deref())?;
+        for change in &self.changes {
+            config = config::with_change(&config, change)?;
+        }
         config.unknown = self.unknown.unwrap_or(config.unknown);
         Ok(config)
     }
 }
 
 /// Loads map and configuration.
-pub fn read(arguments: &MapArguments) -> anyhow::Result<(OccupancyGrid, Config)> {
-    let (file, settings) = (&arguments.map, &arguments.settings);
+pub fn read(arguments: &MapArguments) -> anyhow::Result<MapInput> {
+    let settings = &arguments.settings;
     let config = settings.load()?;
-    let map = load(file, settings.resolution)?;
+    let scene = arguments.scene.and_then(scene_of);
+    let (name, map) = match (&arguments.map, &scene) {
+        (Some(file), _) => (file.display().to_string(), load(file, settings.resolution)?),
+        (None, Some(scene)) => (format!("scene {}", scene.name), scene.map.clone()),
+        (None, None) => bail!("--map or --scene is missing"),
+    };
     if output::is_verbose() {
         let unknown = unknown_cells_text(&map, config.unknown);
         let unknown =
             unknown.map_or_else(|| "all known".to_owned(), |text| format!("unknown: {text}"));
         let GridFrame { width, height, resolution_m, .. } = map.frame();
         output::detail(format!(
-            "map: {}: {width} x {height} cells of {resolution_m} m; {unknown}",
-            file.display()
+            "map: {name}: {width} x {height} cells of {resolution_m} m; {unknown}",
         ));
     }
-    Ok((map, config))
+    Ok(MapInput { name, map, config, scene })
 }
 
 /// Loads a map of any format; `resolution_m` applies to a format without its own. Warnings go to standard error.

@@ -9,6 +9,7 @@ mod config;
 mod config_command;
 mod demo;
 mod density;
+mod doctor;
 mod draw;
 mod drive;
 mod drive_text;
@@ -57,6 +58,7 @@ mod sweep;
 mod sweep_merge;
 mod toml_merge;
 mod verify;
+pub mod vulkan_environment;
 mod worlds;
 
 use std::path::PathBuf;
@@ -77,7 +79,7 @@ const NO_JSON: &str = "--json: this command has no JSON output: leave the flag o
 #[command(version, about, long_about, max_term_width = 100)]
 #[command(
     after_help = "Example:\n  inbye                       run the demo, write inbye-report/index.html\n  \
-    inbye plan --map mine.yaml --start 10,5 --goal 80,40 --json\n\n\
+    inbye drive --scene mine     drive among pedestrians in a built-in mine\n\n\
     Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.\n\
     Output to a terminal is coloured unless NO_COLOR=1 is set. `inbye man` prints manual pages, `inbye completions` shell completions."
 )]
@@ -111,6 +113,8 @@ pub enum Command {
     /// List GPU adapters and CPU features.
     #[command(after_help = "Example:\n  inbye devices --json")]
     Devices,
+    /// Check this machine: GPU, serial ports, cores, and the engine and thread count to use.
+    Doctor(doctor::DoctorArguments),
     /// Print every setting with its default, check a configuration file, or import Nav2's.
     Config(config_command::ConfigArguments),
     /// Run benchmarks.
@@ -195,6 +199,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Command::Evaluate(command) => evaluate::run(command, json),
         Command::Verify(command) => verify::run(command, json),
         Command::Devices => machine::devices(json),
+        Command::Doctor(command) => doctor::run(command, json),
         Command::Config(command) => config_command::run(command, json),
         Command::Node(command) => node::run(command, json),
         Command::Playground(command) => playground::run(command, json),
@@ -208,18 +213,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
             BaseCommand::Monitor(command) => base::monitor(command, json),
             BaseCommand::Calibrate(command) => base_calibrate::run(command, json),
         },
-        Command::Bench(bench) => match &bench.command {
-            BenchCommand::Ablation(command) => missions::ablation(command, json),
-            BenchCommand::Barn(command) => worlds::barn(command, json),
-            BenchCommand::Density(command) => density::run(command, json),
-            BenchCommand::Draw(command) => draw::run(command, json),
-            BenchCommand::Dynabarn(command) => worlds::dynabarn(command, json),
-            BenchCommand::Faults(command) => fault_matrix::run(command, json),
-            BenchCommand::Localization(command) => localization::run(command, json),
-            BenchCommand::Movingai(command) => movingai::run(command, json),
-            BenchCommand::Paper(command) => paper::run(command, json),
-            BenchCommand::Protection(command) => protection::run(command, json),
-            BenchCommand::Soak(command) => soak::run(command, json),
-        },
+        Command::Bench(bench) => {
+            run_bench(bench, json).map(|done| done && !machine::is_interrupted())
+        }
+    }
+}
+
+fn run_bench(bench: &BenchArguments, json: bool) -> anyhow::Result<bool> {
+    match &bench.command {
+        BenchCommand::Ablation(command) => missions::ablation(command, json),
+        BenchCommand::Barn(command) => worlds::barn(command, json),
+        BenchCommand::Density(command) => density::run(command, json),
+        BenchCommand::Draw(command) => draw::run(command, json),
+        BenchCommand::Dynabarn(command) => worlds::dynabarn(command, json),
+        BenchCommand::Faults(command) => fault_matrix::run(command, json),
+        BenchCommand::Localization(command) => localization::run(command, json),
+        BenchCommand::Movingai(command) => movingai::run(command, json),
+        BenchCommand::Paper(command) => paper::run(command, json),
+        BenchCommand::Protection(command) => protection::run(command, json),
+        BenchCommand::Soak(command) => soak::run(command, json),
     }
 }

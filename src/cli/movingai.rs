@@ -66,7 +66,7 @@ pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
     let (maps, totals) = measure(&queries, &algorithms, arguments.passes)?;
     record.write_rows(&maps.iter().flat_map(|map| map.algorithms.clone()).collect::<Vec<_>>())?;
     if json && arguments.folder.is_none() {
-        output::json(&maps.first())?;
+        output::print_json(&maps.first())?;
     } else {
         let object = json!({ "maps": maps, "algorithms": totals, "skipped": skipped });
         output::result(json, &object, text(&maps, &totals))?;
@@ -106,7 +106,8 @@ fn measure(
     passes: usize,
 ) -> anyhow::Result<(Vec<MapRows>, Vec<AlgorithmRow>)> {
     let scenarios: usize = queries.iter().map(|map| map.scenarios.len()).sum();
-    let bar = output::progress((scenarios * algorithms.len() * passes) as u64, "");
+    let bar =
+        output::progress((scenarios * algorithms.len() * passes) as u64, "searching", "searches");
     let mut bench = Bench::new(algorithms, passes);
     let mut clock = wall_clock();
     let mut rows = Vec::new();

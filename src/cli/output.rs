@@ -1,6 +1,7 @@
 //! Printing: results to standard output, everything else to standard error, in colour on a terminal. A closed pipe, as after
 //! `head`, is no error: the rest is dropped.
 
+use std::fmt;
 use std::io::{self, ErrorKind, Write};
 use std::process::exit;
 use std::time::Duration;
@@ -9,12 +10,16 @@ use anstyle::{AnsiColor, Style};
 use clap::{ArgAction, Args};
 use env_logger::Builder;
 use env_logger::fmt::Formatter;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::style::ProgressTracker;
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use log::{Level, LevelFilter, Record};
 use serde::Serialize;
+use serde_json::json;
 
-/// Style of the word `error`.
+/// Style of the word `error`, and of a bad result.
 const ERROR: Style = AnsiColor::Red.on_default().bold();
+/// Style of a good result.
+const GOOD: Style = AnsiColor::Green.on_default().bold();
 
 /// Heading of the flags that every command has.
 pub(super) const GLOBAL_OPTIONS: &str = "Global options";
@@ -72,21 +77,22 @@ pub fn result(
     lines: impl IntoIterator<Item: AsRef<str>>,
 ) -> anyhow::Result<()> {
     if is_json {
-        return json(object);
+        return print_json(object);
     }
     lines.into_iter().for_each(line);
     Ok(())
 }
 
 /// Prints a result as one JSON object.
-pub fn json(object: &impl Serialize) -> anyhow::Result<()> {
+pub fn print_json(object: &impl Serialize) -> anyhow::Result<()> {
     line(serde_json::to_string(object)?);
     Ok(())
 }
 
 /// Prints a line of a result.
 pub fn line(text: impl AsRef<str>) {
-    let mut out = io::stdout().lock();
+    // Colours reach a terminal only.
+    let mut out = anstream::stdout().lock();
     let written = writeln!(out, "{}", text.as_ref()).and_then(|()| out.flush());
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
@@ -121,13 +127,25 @@ fn print_error_text(text: &str) {
     let _ = writeln!(anstream::stderr(), "{ERROR}error:{ERROR:#} {text}");
 }
 
-/// Prints an error and its causes on one line.
-pub fn print_error(error: &anyhow::Error) {
-    print_error_text(&in_one_line(&format!("{error:#}")));
+/// Prints an error and its causes on one line, and as JSON also on standard output.
+pub fn print_error(error: &anyhow::Error, is_json: bool) {
+    let message = in_one_line(&format!("{error:#}"));
+    print_error_text(&message);
+    if is_json {
+        let place = (error.chain().len() > 1).then(|| in_one_line(&error.to_string()));
+        json_error("unusable_input", &message, place.as_deref());
+    }
+}
+
+/// Prints an error as JSON: `place` is what the message begins with, `hint` what follows its last colon.
+fn json_error(code: &str, message: &str, place: Option<&str>) {
+    let hint = message.rsplit_once(": ").map(|(_, hint)| hint);
+    let error = json!({ "code": code, "message": message, "place": place, "hint": hint });
+    line(json!({ "error": error }).to_string());
 }
 
 /// Prints an error of the command line on one line.
-pub fn print_usage_error(error: &clap::Error) {
+pub fn print_usage_error(error: &clap::Error, is_json: bool) {
     let text = error.render().to_string();
     let mut paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
     let starts = |with: &str| paragraphs.iter().find(|paragraph| paragraph.starts_with(with));
@@ -142,20 +160,58 @@ pub fn print_usage_error(error: &clap::Error) {
     };
     let message = message.strip_prefix("error: ").unwrap_or(&message);
     print_error_text(&format!("{message}; see --help"));
+    if is_json {
+        json_error("usage", message, None);
+    }
 }
 
 fn in_one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Creates a progress bar on standard error; hidden without a terminal, with `--quiet`, and with `--verbose`, whose lines would
+/// Marks a good result, in green on a terminal.
+pub fn good(text: &str) -> String {
+    format!("{GOOD}{text}{GOOD:#}")
+}
+
+/// Marks a bad result, in red on a terminal.
+pub fn bad(text: &str) -> String {
+    format!("{ERROR}{text}{ERROR:#}")
+}
+
+/// Unit of a progress bar over a distance.
+pub fn whole_cm(metres: f64) -> u64 {
+    (metres * 100.0) as u64
+}
+
+/// Creates a progress bar over a distance, whose position is in whole centimetres.
+pub fn progress_m(metres: f64, what: &str) -> ProgressBar {
+    let metres_of = |cm: u64| cm as f64 / 100.0;
+    let done = move |state: &ProgressState, out: &mut dyn fmt::Write| {
+        let (done, all) = (metres_of(state.pos()), state.len().map_or(0.0, metres_of));
+        // A bar that cannot be written is no error.
+        let _ = write!(out, "{done:.1} of {all:.1} m");
+    };
+    bar(whole_cm(metres), what, done)
+}
+
+/// Creates a progress bar over this many steps, named in the plural; hidden without a terminal, with `--quiet`, and with `--verbose`, whose lines would
 /// mix with it.
-pub fn progress(steps: u64, what: &str) -> ProgressBar {
+pub fn progress(steps: u64, what: &str, unit: &'static str) -> ProgressBar {
+    let done = move |state: &ProgressState, out: &mut dyn fmt::Write| {
+        // A bar that cannot be written is no error.
+        let _ = write!(out, "{} of {} {unit}", state.pos(), state.len().unwrap_or_default());
+    };
+    bar(steps, what, done)
+}
+
+fn bar(steps: u64, what: &str, done: impl ProgressTracker + 'static) -> ProgressBar {
     if log::max_level() != LevelFilter::Info {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{msg:24} [{bar:40}] {pos}/{len} {elapsed}")
+    let style = ProgressStyle::with_template("{msg:24} [{bar:24}] {done}, {elapsed}, {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key("done", done)
         .progress_chars("=> ");
     let bar = ProgressBar::new(steps).with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));

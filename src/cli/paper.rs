@@ -61,7 +61,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
     let mine = mine(arguments, &config)?;
     let mine_repetitions = arguments.repetitions.div_ceil(MINE_SHARE);
     let steps = sites.len() * arguments.repetitions + mine.tasks.len() * mine_repetitions;
-    let bar = output::progress(steps as u64, "planning");
+    let bar = output::progress(steps as u64, "planning", "steps");
     let measured = |site: &Site, searches: &[Search], repetitions| {
         measure(site, searches, repetitions, &mut wall_clock(), || bar.inc(1))
     };

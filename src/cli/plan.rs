@@ -4,21 +4,23 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
+use inbye::geometry::Point;
 use inbye::global::PlanError;
-use inbye::map::{OccupancyGrid, UNKNOWN, UnknownPolicy};
+use inbye::map::{FreeSpace, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
 use super::arguments::{Place, distance};
-use super::map_file::{self, MapArguments};
+use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::output;
 use super::plan_drawing::Drawing;
-use super::plan_result::{self, LegFailure};
+use super::plan_result::{self, LegFailure, PlanTask};
 
 /// `inbye plan`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  inbye plan --map mine.yaml --start 10,5 --goal 80,40\n  \
-    inbye plan --map mine.yaml --start 10,5 --via 20,30 --via 60,50 --goal 80,40 --png tour.png\n\n\
+#[command(after_help = "Example:\n  inbye plan --scene mine\n  \
+    inbye plan --scene mine --start 10,5 --via 20,30 --via 60,31 --goal 80,40 --svg tour.svg\n  \
+    inbye plan --map mine.yaml --start 10,5 --goal 80,40\n\n\
     With --via all figures are those of the whole path, and `legs` has those of each leg. If the goal cannot be reached, \
     `nearest_reachable` is the reachable point nearest to it; --svg and --png show it.\n\
     `curvature` compares the smoothed path with the robot's limits: the share of the path that the base can follow at max_vel_x, \
@@ -26,12 +28,8 @@ use super::plan_result::{self, LegFailure};
 pub struct PlanArguments {
     #[command(flatten)]
     pub map: MapArguments,
-    /// Start, metres (and radians).
-    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
-    pub start: Place,
-    /// Goal, metres.
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
-    pub goal: Place,
+    #[command(flatten)]
+    pub ends: EndArguments,
     /// An intermediate stop, metres; repeat --via for each stop in the order of the visit.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub via: Vec<Place>,
@@ -48,32 +46,29 @@ pub struct PlanArguments {
 
 /// Finds a path. Returns false if there is none.
 pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
-    let (map, config) = map_file::read(&arguments.map)?;
+    let input = map_file::read(&arguments.map)?;
+    let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
+    let task = PlanTask { start, goal, via: &arguments.via, radius_m: arguments.radius };
+    let MapInput { map, config, .. } = &input;
     let drawing = Drawing::create(arguments)?;
-    let plan = plan_result::plan(arguments, &config, &map.obstacles(config.unknown));
-    drawing.write(arguments, &map, &plan)?;
+    let plan = plan_result::plan(&task, config, &map.obstacles(config.unknown));
+    drawing.write(&task, &input, &plan)?;
     if let Some(failure) = &plan.failure {
-        return no_path(failure, arguments, &map, &config, json);
+        return no_path(failure, &input, json);
     }
     let mut object = plan.object();
-    object["unknown"] = map_file::unknown_cells_json(&map, config.unknown);
-    let unknown = map_file::unknown_cells_text(&map, config.unknown);
+    object["unknown"] = map_file::unknown_cells_json(map, config.unknown);
+    let unknown = map_file::unknown_cells_text(map, config.unknown);
     let unknown = unknown.map(|text| format!("unknown   {text}"));
     output::result(json, &object, unknown.into_iter().chain(plan.lines()))?;
     Ok(true)
 }
 
 /// Prints that there is no path, which is an answer; an invalid start or goal is unusable input.
-fn no_path(
-    failure: &LegFailure,
-    arguments: &PlanArguments,
-    map: &OccupancyGrid,
-    config: &Config,
-    json: bool,
-) -> anyhow::Result<bool> {
+fn no_path(failure: &LegFailure, input: &MapInput, json: bool) -> anyhow::Result<bool> {
     let reason = failure.reason();
     if !matches!(failure.error, PlanError::NoValidPath { .. }) {
-        return Err(unusable(&failure.error, &reason, &arguments.map, map, config));
+        return Err(unusable(&failure.error, &reason, &input.name, &input.map, &input.config));
     }
     let mut object = no_path_json(&failure.error);
     object["reason"] = json!(reason);
@@ -99,11 +94,26 @@ pub fn no_path_json(error: &PlanError) -> Value {
     })
 }
 
+/// Whether an invalid start or goal is in free space if its coordinates are swapped.
+fn is_free_with_swapped_axes(error: &PlanError, map: &OccupancyGrid, config: &Config) -> bool {
+    let (PlanError::StartOccupied { place, .. }
+    | PlanError::GoalOccupied { place, .. }
+    | PlanError::StartOutsideMap { place, .. }
+    | PlanError::GoalOutsideMap { place, .. }) = error
+    else {
+        return false;
+    };
+    let radius_m = config.robot.footprint.circumscribed_radius_m();
+    let swapped = Point::new(place.y, place.x);
+    let space = FreeSpace::new(&map.obstacles(config.unknown), radius_m);
+    map.frame().cell_of(&swapped).is_some_and(|cell| space.is_free(cell))
+}
+
 /// The error for an invalid start or goal, with the name of the map.
 pub fn unusable(
     error: &PlanError,
     reason: &str,
-    arguments: &MapArguments,
+    map_name: &str,
     map: &OccupancyGrid,
     config: &Config,
 ) -> anyhow::Error {
@@ -117,8 +127,10 @@ pub fn unusable(
         && place.is_some_and(|cell| map.cells()[map.frame().index(cell)] == UNKNOWN);
     let hint = if unknown {
         "; this cell is unknown in the map: --unknown free counts unknown cells as free"
+    } else if is_free_with_swapped_axes(error, map, config) {
+        "; with x and y swapped it is free: write X,Y"
     } else {
         ""
     };
-    anyhow!("{}: {reason}{hint}", arguments.map.display())
+    anyhow!("{map_name}: {reason}{hint}")
 }

@@ -4,13 +4,13 @@ use std::path::Path as FilePath;
 
 use inbye::geometry::{Point, Pose, bearing};
 use inbye::global::PlanError;
-use inbye::map::OccupancyGrid;
 use inbye::report::{PathStages, PlanMetrics, PlanOutcome, PlanView, plan_svg};
 
 use super::arguments::Place;
 use super::files::Output;
+use super::map_file::MapInput;
 use super::plan::PlanArguments;
-use super::plan_result::{LegFailure, PlanResult};
+use super::plan_result::{LegFailure, PlanResult, PlanTask};
 
 /// Width of the picture, pixels: two per unit, which is sharp on a screen and in print.
 const PNG_WIDTH: u32 = 1440;
@@ -38,8 +38,8 @@ impl<'a> Drawing<'a> {
     /// Draws a plan, or the legs before its failure.
     pub fn write(
         self,
-        arguments: &PlanArguments,
-        map: &OccupancyGrid,
+        task: &PlanTask<'_>,
+        input: &MapInput,
         plan: &PlanResult,
     ) -> anyhow::Result<()> {
         if !self.svg.is_requested() && !self.png.is_requested() {
@@ -73,13 +73,13 @@ impl<'a> Drawing<'a> {
                 smoothed: plan.smoothed.points(),
             }
         };
-        let stops: Vec<Point> = arguments.via.iter().map(|via| via.position).collect();
+        let stops: Vec<Point> = task.via.iter().map(|via| via.position).collect();
         let svg = plan_svg(&PlanView {
-            title: &title(arguments),
-            map,
-            start: start(&arguments.start, stages.smoothed),
+            title: &title(task, &input.name),
+            map: &input.map,
+            start: start(&task.start, stages.smoothed),
             stops: &stops,
-            goal: arguments.goal.position,
+            goal: task.goal.position,
             stages,
             outcome,
         });
@@ -103,10 +103,10 @@ fn pixels(_svg: &str, _width_px: u32) -> anyhow::Result<Vec<u8>> {
 }
 
 /// The title: map, start and goal.
-fn title(arguments: &PlanArguments) -> String {
-    let map = &arguments.map.map;
-    let name = map.file_name().map_or(map.as_path(), FilePath::new);
-    let (start, goal) = (arguments.start.position, arguments.goal.position);
+fn title(task: &PlanTask<'_>, map: &str) -> String {
+    let map = FilePath::new(map);
+    let name = map.file_name().map_or(map, FilePath::new);
+    let (start, goal) = (task.start.position, task.goal.position);
     let place = |at: Point| format!("({:.1}, {:.1})", at.x, at.y);
     format!("{}: {} to {}", name.display(), place(start), place(goal))
 }

@@ -8,8 +8,8 @@ use inbye::map::{FreeSpace, ObstacleGrid};
 use inbye::runtime::{Config, RobotConfig};
 use serde_json::{Value, json};
 
+use super::arguments::Place;
 use super::machine::wall_clock;
-use super::plan::PlanArguments;
 
 /// The plan from one stop to the next.
 pub struct Leg {
@@ -63,10 +63,20 @@ pub struct PlanResult {
     is_optimal: bool,
 }
 
+/// What to plan.
+pub struct PlanTask<'a> {
+    pub start: Place,
+    pub goal: Place,
+    /// The intermediate stops.
+    pub via: &'a [Place],
+    /// Distance to keep from obstacles, metres; by default that of the robot.
+    pub radius_m: Option<f64>,
+}
+
 /// Plans all legs, up to the first failure.
-pub fn plan(arguments: &PlanArguments, config: &Config, obstacles: &ObstacleGrid) -> PlanResult {
-    let start = arguments.start.position;
-    let (legs, failure) = plan_legs(arguments, config, obstacles);
+pub fn plan(task: &PlanTask<'_>, config: &Config, obstacles: &ObstacleGrid) -> PlanResult {
+    let start = task.start.position;
+    let (legs, failure) = plan_legs(task, config, obstacles);
     let joined = |stage: fn(&Plan) -> &Path| {
         let points = legs.iter().flat_map(|leg| stage(&leg.plan).points());
         let points: Vec<Point> = points.copied().collect();
@@ -89,21 +99,21 @@ pub fn plan(arguments: &PlanArguments, config: &Config, obstacles: &ObstacleGrid
 }
 
 fn plan_legs(
-    arguments: &PlanArguments,
+    task: &PlanTask<'_>,
     config: &Config,
     obstacles: &ObstacleGrid,
 ) -> (Vec<Leg>, Option<LegFailure>) {
     let mut clock = wall_clock();
-    let mut planner = planner(arguments, config, obstacles, &mut clock);
-    let mut from = arguments.start.position;
+    let mut planner = planner(task, config, obstacles, &mut clock);
+    let mut from = task.start.position;
     let mut legs = Vec::new();
     let mut clearances = None;
-    for (index, stop) in arguments.via.iter().chain([&arguments.goal]).enumerate() {
+    for (index, stop) in task.via.iter().chain([&task.goal]).enumerate() {
         let to = stop.position;
         let plan = match planner(from, to) {
             Ok(plan) => plan,
             Err(error) => {
-                let count = arguments.via.len();
+                let count = task.via.len();
                 let via = (index < count).then_some(index + 1);
                 let name = via.map_or_else(|| "goal".to_owned(), |via| format!("via {via}"));
                 let stop = (count > 0).then_some(name);
@@ -120,12 +130,12 @@ fn plan_legs(
 
 /// Returns a function that plans one leg; all legs share its inflated maps.
 fn planner<'a>(
-    arguments: &PlanArguments,
+    task: &PlanTask<'_>,
     config: &'a Config,
     obstacles: &'a ObstacleGrid,
     clock: &'a mut dyn FnMut() -> f64,
 ) -> Box<dyn FnMut(Point, Point) -> Result<Plan, PlanError> + 'a> {
-    if let Some(radius_m) = arguments.radius {
+    if let Some(radius_m) = task.radius_m {
         let space = FreeSpace::new(obstacles, radius_m);
         let costs = config.global.costs(obstacles);
         let mut searcher = Searcher::default();

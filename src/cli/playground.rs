@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::whole;
+use super::arguments::{scene, whole};
 use super::map_file::MapSettings;
 
 /// `inbye playground`.
 #[derive(Debug, Args)]
 #[command(
     mut_arg("config", |config| config.help("Settings, TOML: the robot, and the initial sampling and weights")),
-    after_help = "Example:\n  inbye playground --port 8047\n  inbye playground --port 0 --map mine.yaml --json\n\n\
+    after_help = "Example:\n  inbye playground --port 8047\n  inbye playground --scene crossing --json\n\n\
     The first line is the address of the page, on this machine only. Drag the robot, the goal and the obstacles, or select their \
     handles with Tab and move them with the arrow keys. The browser takes the decision with the shaders of the GPU engine, and \
     the page shows whether its bits are those of the CPU engine. Without WebGPU, the page shows the CPU engine's decision.\n\
@@ -29,6 +29,9 @@ pub struct PlaygroundArguments {
         help = "Map to use instead of the built-in scenes: a ROS map_server .yaml, a MovingAI .map, or rows of text"
     )]
     pub map: Option<PathBuf>,
+    /// Only this built-in scene.
+    #[arg(long, value_name = "NAME", conflicts_with = "map", value_parser = scene())]
+    pub scene: Option<&'static str>,
     #[command(flatten)]
     pub settings: MapSettings,
 }
@@ -90,7 +93,9 @@ mod server {
 
     fn scenes(arguments: &PlaygroundArguments, config: &Config) -> anyhow::Result<Vec<Scene>> {
         let Some(file) = &arguments.map else {
-            return Ok(Scene::built_in(config)?);
+            let mut scenes = Scene::built_in(config)?;
+            scenes.retain(|scene| arguments.scene.is_none_or(|name| scene.name() == name));
+            return Ok(scenes);
         };
         let map = map_file::load(file, arguments.settings.resolution)?;
         let title = file.file_name().unwrap_or_default().to_string_lossy();

@@ -14,15 +14,13 @@ use super::output;
 
 /// `inbye replay`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  inbye drive --map mine.yaml --start 10,5 --goal 80,40 --record run.mcap\n  \
+#[command(after_help = "Example:\n  inbye drive --scene mine --record run.mcap\n  \
     inbye replay run.mcap --engine cpu --json\n\n\
     The navigator is created from the configuration, waypoints and map in the file and gets the recorded observations; every \
     number that it decides is compared with the recorded one. Decision times and the arrival of plans are repeated too, so a \
     drive with a deadline or on a real base (--port) replays as well.\n\
     `complete` is false for a file that was truncated or whose recording stopped: it is replayed up to its end.\n\
-    Exit status: 0 all bits agree; 1 they differ; 2 the file cannot be used."
-)]
+    Exit status: 0 all bits agree; 1 they differ; 2 the file cannot be used.")]
 pub struct ReplayArguments {
     /// The recording: a file of `inbye drive --record FILE.mcap`.
     #[arg(value_name = "FILE.mcap")]

@@ -14,7 +14,7 @@ use indicatif::ProgressBar;
 use super::arguments::whole;
 use super::files::Output;
 use super::latency_lock;
-use super::machine::{self, wall_clock};
+use super::machine::{self, interrupt_flag, is_interrupted, wall_clock};
 use super::output;
 use super::result_store::{self, ResultStore};
 
@@ -42,9 +42,24 @@ impl RunArguments {
     /// them.
     pub fn run(&self, grid: &Grid, sort: fn(&mut [RunRow])) -> anyhow::Result<Vec<RunRow>> {
         let record = Output::of_rows::<RunRow>("--record", self.record.as_deref())?;
+        interrupt_flag()?;
         let mut rows = run_grid(grid, self.out.as_deref(), self.jobs())?;
         sort(&mut rows);
         record.write_rows(&rows)?;
+        if is_interrupted() {
+            let kept = self.out.as_ref().map_or_else(
+                || {
+                    "they are not kept: --out DIR keeps them, and the same command then goes on"
+                        .to_owned()
+                },
+                |out| format!("they are kept in {}: the same command goes on", out.display()),
+            );
+            output::warn(format!(
+                "interrupted after {} of {} runs; {kept}",
+                rows.len(),
+                grid.distinct().len()
+            ));
+        }
         Ok(rows)
     }
 }
@@ -73,10 +88,11 @@ pub fn in_memory(
     run: impl Fn(&&Cell) -> anyhow::Result<CellFile> + Sync,
 ) -> anyhow::Result<Vec<RunRow>> {
     let cells = grid.distinct();
-    let bar = output::progress(cells.len() as u64, &grid.title);
+    let bar = output::progress(cells.len() as u64, &grid.title, "runs");
+    let run = |cell: &&Cell| (!is_interrupted()).then(|| run(cell)).transpose();
     let files = run_in_order(&cells, jobs, run, || bar.inc(1))?;
     bar.finish_and_clear();
-    let files = files.into_iter().map(|file| (PathBuf::new(), file));
+    let files = files.into_iter().flatten().map(|file| (PathBuf::new(), file));
     Ok(merge(&Manifest::of(grid), files.collect())?.rows)
 }
 
@@ -102,6 +118,8 @@ pub enum Done {
     },
     /// Another process runs it.
     Busy,
+    /// Ctrl-C came before it began.
+    Interrupted,
     /// This machine does not have its engine.
     NoEngine(String),
 }
@@ -120,7 +138,7 @@ impl Workers<'_> {
     /// Runs the cells that have no result, this many at a time, and then the latency cells, one at a time. Waits for cells
     /// that other processes run, and runs them here if that process ends without a result.
     pub fn run(&self, cells: &[&Cell], jobs: usize) -> anyhow::Result<Vec<(String, Done)>> {
-        let bar = output::progress(cells.len() as u64, self.title);
+        let bar = output::progress(cells.len() as u64, self.title, "runs");
         let (exclusive, shared): (Vec<&Cell>, Vec<&Cell>) =
             cells.iter().copied().partition(|cell| cell.row.latency);
         let mut done = self.pass(shared, jobs, &bar)?;
@@ -156,6 +174,9 @@ impl Workers<'_> {
 
     fn cell(&self, cell: &Cell, wait: bool) -> anyhow::Result<Done> {
         let store = self.store;
+        if is_interrupted() {
+            return Ok(Done::Interrupted);
+        }
         if store.has(&cell.row.key)? {
             return Ok(Done::Found);
         }

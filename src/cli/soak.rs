@@ -9,12 +9,12 @@ use inbye::experiment::{
     compare_digests, run_cell, spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
-use inbye::report::{BenchReport, PlaybackRecorder};
+use inbye::report::{BenchReport, MissionView, PlaybackRecorder};
 use inbye::runtime::{Config, Observer, PlantKind, PoseSource};
 use serde_json::json;
 
 use super::arguments::{engine, plants, pose_source, whole};
-use super::files::{ReportFolder, create_file};
+use super::files::{ReportFolder, command_line, create_file};
 use super::machine::{self, wall_clock};
 use super::missions::{MissionsArguments, share, sort};
 use super::runs::{group_table, in_memory, run_text, unreached};
@@ -255,9 +255,17 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     let run = world.drive(cell.row.seed, config, engine, &mut observer)?;
     if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
         let title = format!("{}, seed {}", world.name, cell.row.seed);
-        let (mission, intro) = (&drawn.simulation.mission, drive_text::SIMULATED);
-        report
-            .write_page(|| drive_text::page(&title, intro, mission, config, result, &playback))?;
+        let (command, facts) = (&command_line(), &drive_text::facts(result));
+        let view = MissionView {
+            title: &title,
+            command,
+            mission: &drawn.simulation.mission,
+            config,
+            result,
+            playback: Some(&playback),
+            facts,
+        };
+        report.write_page(|| drive_text::page(drive_text::SIMULATED, view))?;
         recording::write_ticks("--report", create_file("--report", &folder.join(TICKS))?, result)?;
     }
     output::result(json, &run.row, [run_text(&run.row)])?;

@@ -97,6 +97,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     let out = out.unwrap_or(Path::new(FOLDER));
     let folder = ResultStore::open(out, &manifest)?;
     let workers = Workers { store: &folder, machine: &machine, title: "cells of the sweep" };
+    machine::interrupt_flag()?;
     let done = workers.run(&cells, arguments.jobs.unwrap_or_else(machine::cores))?;
     let (mut found, mut driven, mut errors, mut left) = (0, 0, 0, Vec::new());
     for (key, done) in &done {
@@ -107,7 +108,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
                 errors += usize::from(*is_error);
             }
             Done::NoEngine(reason) => left.push(json!({ "key": key, "reason": reason })),
-            Done::Busy => {}
+            Done::Busy | Done::Interrupted => {}
         }
     }
     let count = cells.len();
@@ -118,7 +119,10 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
         lines.push(format!("{} cells are left: {reason}", left.len()));
     }
-    let is_done = left.is_empty();
+    if machine::is_interrupted() {
+        lines.push("interrupted: the same command goes on".to_owned());
+    }
+    let is_done = left.is_empty() && !machine::is_interrupted();
     let object = json!({
         "cells": count, "found": found, "driven": driven, "errors": errors, "left": left,
         "out": out.to_string_lossy(),
@@ -166,9 +170,9 @@ fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Re
         lines.push(line);
     }
     if json {
-        output::json(&json!({ "cells": lines }))?;
+        output::print_json(&json!({ "cells": lines }))?;
     } else {
-        lines.iter().try_for_each(output::json)?;
+        lines.iter().try_for_each(output::print_json)?;
     }
     Ok(true)
 }
@@ -185,7 +189,7 @@ fn print(cells: &[&Cell], machine: &str, json: bool) -> anyhow::Result<bool> {
         }
     }
     if json {
-        output::json(&json!({ "cells": files }))?;
+        output::print_json(&json!({ "cells": files }))?;
     }
     Ok(true)
 }

@@ -24,7 +24,7 @@ pub struct VerifyArguments {
 /// Compares all engines and CPU instruction sets on random problems. Returns false if a bit differs.
 pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
     let mut all = open_all_variants(machine::cores(), machine::note_skipped)?;
-    let bar = output::progress(arguments.cases, "verifying");
+    let bar = output::progress(arguments.cases, "verifying", "problems");
     let done = |done| bar.set_position(done);
     let result = verify(&mut all, arguments.cases, arguments.seed, done).context("verify")?;
     let golden = verify_golden(&mut all).context("verify")?;

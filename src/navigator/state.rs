@@ -229,7 +229,8 @@ impl<'a> State<'a> {
             let turning = twist.angular.abs() * self.robot.footprint.circumscribed_radius_m();
             twist.linear.abs() + turning
         };
-        let starts = fastest_part(&command) > fastest_part(&self.now.twist);
+        // A robot that still brakes does not start, although the prediction has it standing already.
+        let starts = fastest_part(&command) > fastest_part(self.measured);
         let creeps = fastest_part(&command) <= CREEP && !starts;
         let is_on = self.settings.features.passive_safety;
         if is_on && creeps && self.waits_for_people() { self.brake() } else { command }

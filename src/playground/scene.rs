@@ -10,7 +10,7 @@ use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use crate::robot::Footprint;
 use crate::runtime::Config;
-use crate::sim;
+use crate::sim::{self, SCENE_NAMES};
 
 /// Maximum number of cells: the field of such a map is well below the buffer size that every browser supports.
 const MAX_CELLS: usize = 1 << 24;
@@ -70,6 +70,7 @@ impl DecisionInput {
             "roadway" => ([9.6, 3.7, 0.0], [14.4, 4.0], [13.1, 4.6, -0.4, 0.0]),
             "crossing" => ([2.3, 8.7, 0.0], [7.4, 8.9], [4.9, 9.3, -0.3, -0.1]),
             "dead_end" => ([9.2, 7.3, 0.0], [13.2, 7.3], [12.0, 8.0, -0.4, -0.2]),
+            "mine" => ([49.0, 6.0, 0.0], [56.0, 6.2], [53.6, 6.8, -0.4, -0.1]),
             _ => return None,
         };
         let radius = 0.3;
@@ -97,7 +98,7 @@ impl Scene {
             let situation = DecisionInput::built_in(scene.name);
             Self::new(scene.name, scene.title, &scene.map, config, situation)
         };
-        sim::scenes().into_iter().map(scene).collect()
+        SCENE_NAMES.into_iter().filter_map(sim::scene).map(scene).collect()
     }
 
     /// A scene on a map of the user. The robot is where it has most clearance.

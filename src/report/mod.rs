@@ -4,10 +4,13 @@
 //! - [`bench_files`], [`bench_svg`]: a page and pictures of benchmarks and experiments.
 //! - [`paper_files`]: the page of the paper's experiments.
 //! - [`plan_svg`], [`drive_svg`]: one map as a picture.
+//! - `gif_animation`: a drive as an animation, with the feature `png`.
 //!
 //! All functions are pure: data in, text or pixels out, and the same data give the same bytes. A page needs no network. Its
 //! pictures are SVG, and each has a table of its data.
 
+#[cfg(feature = "png")]
+mod animation;
 mod bench_page;
 mod chart;
 mod figure;
@@ -30,6 +33,8 @@ mod sample_charts;
 mod svg;
 mod sweep_charts;
 
+#[cfg(feature = "png")]
+pub use animation::{AnimationError, gif_animation};
 pub use bench_page::{BenchReport, bench_files, bench_svg};
 pub use map::PathStages;
 pub use map_pictures::{DriveView, PlanMetrics, PlanOutcome, PlanView, drive_svg, plan_svg};

@@ -1,5 +1,7 @@
 //! A contact of the robot, as the simulation sees it at the instant when it begins.
 
+use core::fmt::{Display, Formatter, Result};
+
 use crate::geometry::Pose;
 
 /// Closing speed above which the robot's own motion closed the gap, m/s.
@@ -34,6 +36,20 @@ pub struct Contact {
     pub pose: Pose,
     /// The body that was touched; of several bodies, the one with the least gap.
     pub body: TouchedBody,
+}
+
+impl Display for Contact {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
+        match self.body {
+            TouchedBody::Moving { index, speed_m_s, closing_m_s } => write!(
+                formatter,
+                "touched moving obstacle {index}, closing in at {closing_m_s:.2} m/s, which moved at {speed_m_s:.2} m/s,"
+            ),
+            TouchedBody::Static => write!(formatter, "touched a static obstacle"),
+        }?;
+        let (Pose { x, y, yaw }, time_s) = (self.pose, self.time_s);
+        write!(formatter, " at ({x:.2}, {y:.2}, {yaw:.2}) after {time_s:.2} s")
+    }
 }
 
 impl Contact {

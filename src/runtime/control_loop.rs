@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::mission::{Mission, MissionError, MissionResult, Observer, StopError, TickEvent};
+use super::mission::{
+    EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
+};
 use super::{
     Config, Contact, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot,
     SensorData, Trace, TraceRow,
@@ -40,6 +42,7 @@ pub(super) struct ControlLoop<'a> {
     decision_s: Vec<f64>,
     stop_errors: Vec<StopError>,
     contact: Option<Contact>,
+    early_end: Option<EarlyEnd>,
     protective_actions: BTreeMap<&'static str, u64>,
     engine: String,
 }
@@ -79,6 +82,7 @@ impl<'a> ControlLoop<'a> {
             decision_s: Vec::new(),
             stop_errors: Vec::new(),
             contact: None,
+            early_end: None,
             protective_actions: BTreeMap::new(),
             engine,
         })
@@ -88,12 +92,17 @@ impl<'a> ControlLoop<'a> {
         let period_s = self.config.local.control_period_s;
         let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
         for tick in 0..ticks {
+            if self.mission.is_interrupted() {
+                self.early_end = Some(EarlyEnd::Interrupted);
+                break;
+            }
             let (row, has_stopped) = self.tick(tick as f64 * period_s, observer);
             let is_over = row.mode == Mode::Arrived
                 || self.has_failed_and_stands(&row)
                 || row.gap_m <= 0.0
                 || has_stopped
                 || self.is_done(&row.pose);
+            self.early_end = has_stopped.then_some(EarlyEnd::RobotStopped);
             self.trace.rows.push(row);
             if is_over {
                 break;
@@ -256,6 +265,7 @@ impl<'a> ControlLoop<'a> {
             final_yaw_error: error.yaw_rad,
             stop_errors: self.stop_errors,
             fault: self.navigator.fault().cloned(),
+            early_end: self.early_end,
             observation_faults: self.navigator.observation_faults().clone(),
             protective_actions: self.protective_actions,
             incidents: self.navigator.planner().incidents().cloned(),

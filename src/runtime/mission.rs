@@ -15,6 +15,7 @@ use crate::robot::MotionEstimate;
 use crate::settings::SettingError;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A start, stops and a goal on a map.
 #[derive(Clone, Debug)]
@@ -32,19 +33,53 @@ pub struct Mission {
     /// Distance to the goal, metres, at which it counts as reached even while the robot moves, as in the rules of some
     /// benchmarks. None: the robot has to stand at its goal.
     pub done_within_m: Option<f64>,
+    /// Ends the mission at the next tick once it is set, as a handler of Ctrl-C does.
+    pub interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl Mission {
     /// Creates a mission of at most an hour without stops before the goal.
     #[must_use]
     pub const fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
-        Self { map, start, via: Vec::new(), goal, time_limit_s: 3600.0, done_within_m: None }
+        Self {
+            map,
+            start,
+            via: Vec::new(),
+            goal,
+            time_limit_s: 3600.0,
+            done_within_m: None,
+            interrupt: None,
+        }
+    }
+
+    /// Whether the mission is to end now.
+    pub(super) fn is_interrupted(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     /// All stops in order, the goal last.
     #[must_use]
     pub fn stops(&self) -> Vec<Goal> {
         self.via.iter().chain([&self.goal]).copied().collect()
+    }
+}
+
+/// What ends a mission early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum EarlyEnd {
+    /// [`Mission::interrupt`] was set.
+    Interrupted,
+    /// The robot's base does not execute commands.
+    RobotStopped,
+}
+
+impl EarlyEnd {
+    const fn text(self) -> &'static str {
+        match self {
+            Self::Interrupted => "the drive was interrupted",
+            Self::RobotStopped => "the base does not execute commands",
+        }
     }
 }
 
@@ -78,6 +113,8 @@ pub struct MissionResult {
     pub decision_s: Vec<f64>,
     /// Why the navigator gave up, if it did.
     pub fault: Option<Fault>,
+    /// What ended the mission before the navigator did, other than its time limit and contact.
+    pub early_end: Option<EarlyEnd>,
     /// Name of the engine at the start.
     pub engine: String,
     /// Observations that the navigator rejected, counted by cause.
@@ -92,6 +129,32 @@ pub struct MissionResult {
     pub motion: MotionEstimate,
     /// Learned scale of odometry's distances and turns, for a pose from scans; below one for slipping tracks.
     pub odometry_scale: Option<(f64, f64)>,
+}
+
+impl MissionResult {
+    /// Why the goal was not reached, and the robot's last mode and pose; `None` for a goal that was reached without contact.
+    #[must_use]
+    pub fn why(&self) -> Option<String> {
+        if self.collided {
+            let contact = self.contact.as_ref().map(ToString::to_string);
+            return Some(contact.unwrap_or_else(|| "touched something".to_owned()));
+        }
+        if self.reached {
+            return None;
+        }
+        let why = match &self.fault {
+            Some(fault) => fault.to_string(),
+            None => self.early_end.map_or("the time was up", EarlyEnd::text).to_owned(),
+        };
+        let Some((last, earlier)) = self.trace.rows.split_last() else {
+            return Some(format!("{why} before the first tick"));
+        };
+        // The last mode says only that the navigator gave up; the mode before is the reason.
+        let before = earlier.iter().rev().find(|row| row.mode != Mode::Failed);
+        let mode = before.map_or(last.mode, |row| row.mode).as_str().replace('_', " ");
+        let Pose { x, y, yaw } = last.pose;
+        Some(format!("{why}; {mode} at ({x:.2}, {y:.2}, {yaw:.2})"))
+    }
 }
 
 /// Pose of the robot minus that of a stop.

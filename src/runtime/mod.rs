@@ -14,7 +14,8 @@ mod trace;
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
 pub use mission::{
-    FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, run_mission,
+    EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
+    run_mission,
 };
 pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};

@@ -35,7 +35,7 @@ pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M};
 pub use pedestrian_spawner::PedestrianSpawner;
 pub use plant::draw_plant;
 pub(crate) use route_sampler::is_in_sight;
-pub use scenes::{Scene, crossing, dead_end, roadway, scenes};
+pub use scenes::{SCENE_NAMES, Scene, crossing, dead_end, mine, roadway, scene, scenes};
 pub use simulation::{Simulation, World};
 pub use sudden_pedestrians::Surprise;
 pub use timed_path::TimedPath;

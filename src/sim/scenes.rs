@@ -3,7 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, PI};
 
 use crate::geometry::{Point, Pose, bearing, nearest_on_segment};
-use crate::map::{GridFrame, OccupancyGrid};
+use crate::map::{Cell, GridFrame, OccupancyGrid};
 
 /// A map with a start, a goal and a number of pedestrians.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +24,22 @@ pub struct Scene {
     pub seed: u64,
 }
 
-/// Returns all scenes, the main one first.
+/// The names of all scenes.
+pub const SCENE_NAMES: [&str; 4] = ["roadway", "crossing", "dead_end", "mine"];
+
+/// Returns the scene with a name; `None` for a name that is not in [`SCENE_NAMES`].
+#[must_use]
+pub fn scene(name: &str) -> Option<Scene> {
+    match name {
+        "roadway" => Some(roadway()),
+        "crossing" => Some(crossing()),
+        "dead_end" => Some(dead_end()),
+        "mine" => Some(mine()),
+        _ => None,
+    }
+}
+
+/// Returns the small scenes of the demo and the benchmarks, the main one first.
 #[must_use]
 pub fn scenes() -> Vec<Scene> {
     vec![roadway(), crossing(), dead_end()]
@@ -111,6 +126,52 @@ pub fn dead_end() -> Scene {
     }
 }
 
+/// Three long roadways with cross-cuts, some of them blocked: 90 by 46 m.
+#[must_use]
+pub fn mine() -> Scene {
+    let mut mine = MineMapBuilder::solid(90.0, 46.0, 4);
+    mine.roadway(4.0, &[[4.0, 5.0], [24.0, 4.4], [47.0, 6.2], [70.0, 5.0], [86.0, 5.8]]);
+    mine.roadway(3.6, &[[4.0, 22.0], [22.0, 23.2], [45.0, 21.6], [66.0, 23.4], [86.0, 22.4]]);
+    mine.roadway(3.8, &[[4.0, 40.0], [28.0, 41.0], [52.0, 39.2], [86.0, 40.4]]);
+    mine.roadway(3.0, &[[10.0, 5.0], [11.0, 14.0], [9.6, 22.0]]);
+    mine.roadway(2.8, &[[27.0, 5.0], [26.0, 13.0], [28.0, 22.6]]);
+    mine.roadway(3.0, &[[44.0, 6.0], [45.2, 14.0], [44.0, 22.0]]);
+    mine.roadway(2.7, &[[62.0, 5.4], [61.0, 14.0], [63.0, 23.0]]);
+    mine.roadway(3.0, &[[78.0, 5.4], [79.0, 14.0], [77.6, 22.4]]);
+    mine.roadway(3.0, &[[20.0, 23.0], [20.6, 31.0], [19.0, 40.6]]);
+    mine.roadway(2.8, &[[36.0, 22.4], [35.0, 31.0], [36.4, 40.4]]);
+    mine.roadway(2.8, &[[53.0, 22.2], [54.2, 31.0], [53.0, 39.4]]);
+    mine.roadway(3.0, &[[70.0, 23.0], [69.0, 31.0], [70.4, 39.8]]);
+    mine.roadway(2.7, &[[10.6, 14.0], [18.0, 13.4], [26.2, 13.4]]);
+    mine.roadway(2.7, &[[54.0, 31.0], [61.0, 31.8], [69.0, 31.0]]);
+    mine.machine([18.0, 3.4], 0.05, 2.6, 1.0);
+    mine.machine([37.0, 6.8], PI + 0.1, 2.4, 1.0);
+    mine.machine([54.0, 4.6], -0.05, 2.2, 0.9);
+    mine.machine([33.0, 23.4], 0.0, 2.2, 0.9);
+    mine.machine([59.0, 21.8], 0.1, 2.4, 0.9);
+    mine.machine([27.2, 39.6], 0.05, 2.6, 1.0);
+    mine.machine([62.0, 40.8], 0.0, 2.4, 0.9);
+    mine.machine([45.4, 13.0], FRAC_PI_2, 2.0, 2.6);
+    mine.machine([35.2, 31.4], FRAC_PI_2, 2.2, 2.6);
+    mine.heap([26.4, 10.0], 0.45);
+    mine.heap([61.4, 12.0], 0.4);
+    mine.heap([79.6, 16.0], 0.5);
+    mine.heap([19.6, 33.0], 0.45);
+    mine.heap([70.2, 34.6], 0.45);
+    mine.heap([76.0, 39.0], 0.5);
+    mine.props([8.0, 23.4], [14.0, 23.6], 1.5);
+    mine.props([80.0, 4.6], [84.0, 4.8], 1.0);
+    Scene {
+        name: "mine",
+        title: "Three long roadways with cross-cuts, some of them blocked",
+        map: mine.build(),
+        start: Pose::new(10.0, 5.0, 0.0),
+        goal: Point::new(80.0, 40.0),
+        obstacles: 5,
+        seed: 7,
+    }
+}
+
 /// Side of a cell, metres.
 const RESOLUTION_M: f64 = 0.05;
 
@@ -141,9 +202,11 @@ impl MineMapBuilder {
 
     /// Cuts a roadway along a polyline, with round ends and walls that are rough by at most 0.23 m.
     fn roadway(&mut self, width_m: f64, line: &[[f64; 2]]) {
+        let most_rough_m: f64 = ROUGHNESS_M.iter().map(|(_, height)| height).sum();
         for leg in line.windows(2) {
             let (from, to) = (Point::from(leg[0]), Point::from(leg[1]));
-            for index in 0..self.cells.len() {
+            let near_m = width_m / 2.0 + most_rough_m;
+            for index in self.cells_around(&from, &to, near_m) {
                 let center = self.frame.center_of(self.frame.cell_at(index));
                 let reach = width_m / 2.0 + self.roughness(&center);
                 if (center - nearest_on_segment(&from, &to, &center)).norm() < reach {
@@ -153,10 +216,23 @@ impl MineMapBuilder {
         }
     }
 
+    /// The cells of the box around a line with a margin, metres.
+    fn cells_around(&self, from: &Point, to: &Point, margin_m: f64) -> Vec<usize> {
+        let cells = |one: f64, other: f64, count: i32| {
+            let cell = |metres: f64| (metres / RESOLUTION_M).floor() as i32;
+            let (low, high) = (cell(one.min(other) - margin_m), cell(one.max(other) + margin_m));
+            low.max(0)..=high.min(count - 1)
+        };
+        let columns = cells(from.x, to.x, self.frame.width);
+        let rows = cells(from.y, to.y, self.frame.height);
+        let row = |y: i32| columns.clone().map(move |x| self.frame.index(Cell::new(x, y)));
+        rows.flat_map(row).collect()
+    }
+
     /// Adds a machine: a box with a heading, radians.
     fn machine(&mut self, center: [f64; 2], heading_rad: f64, length_m: f64, width_m: f64) {
         let place = Pose::new(center[0], center[1], heading_rad);
-        self.fill(|point| {
+        self.fill(&place.position(), libm::hypot(length_m, width_m), |point| {
             let own = place.inverse_transform(point);
             own.x.abs() <= length_m / 2.0 && own.y.abs() <= width_m / 2.0
         });
@@ -166,7 +242,7 @@ impl MineMapBuilder {
     fn heap(&mut self, center: [f64; 2], radius_m: f64) {
         let center = Point::from(center);
         let seed = self.seed;
-        self.fill(|point| {
+        self.fill(&center, 1.2 * radius_m, |point| {
             (point - center).norm() < radius_m + 0.2 * radius_m * noise(point, 0.25, seed ^ 1)
         });
     }
@@ -186,8 +262,9 @@ impl MineMapBuilder {
         OccupancyGrid::new(self.frame, self.cells)
     }
 
-    fn fill(&mut self, inside: impl Fn(&Point) -> bool) {
-        for index in 0..self.cells.len() {
+    /// Fills the cells whose centres are inside a shape, which lies within a distance of a point, metres.
+    fn fill(&mut self, center: &Point, within_m: f64, inside: impl Fn(&Point) -> bool) {
+        for index in self.cells_around(center, center, within_m) {
             if inside(&self.frame.center_of(self.frame.cell_at(index))) {
                 self.cells[index] = OCCUPIED;
             }

@@ -5,7 +5,7 @@
 
 mod event_list;
 mod playback_json;
-mod playback_recorder;
+pub(super) mod playback_recorder;
 mod protection;
 
 use event_list::EventList;

@@ -22,15 +22,15 @@ const NEAR_M: f64 = 12.0;
 /// Range bytes of a beam without a measurement, and of one without a return. Smaller bytes are fractions of the longest
 /// range.
 pub(super) const NO_MEASUREMENT: u8 = 255;
-const NO_RETURN: u8 = 254;
+pub(in crate::report) const NO_RETURN: u8 = 254;
 
 /// Least score byte. Smaller bytes say why a sample is not admissible.
-const MIN_SCORE: u8 = 8;
+pub(in crate::report) const MIN_SCORE: u8 = 8;
 
 /// Records the frames of one run for the playback in a report.
 #[derive(Clone, Debug)]
 pub struct PlaybackRecorder {
-    pub(super) frames: Vec<Frame>,
+    pub(in crate::report) frames: Vec<Frame>,
     /// The faults of all ticks.
     pub(super) faults: FaultList,
     /// The actions of the protective layer of all ticks.
@@ -44,35 +44,35 @@ pub struct PlaybackRecorder {
 
 /// One tick.
 #[derive(Clone, Debug)]
-pub(super) struct Frame {
-    pub(super) row: TraceRow,
+pub(in crate::report) struct Frame {
+    pub(in crate::report) row: TraceRow,
     pub(super) decision_ms: f64,
-    pub(super) scan: ThinnedScan,
-    pub(super) window: Option<Window>,
+    pub(in crate::report) scan: ThinnedScan,
+    pub(in crate::report) window: Option<Window>,
     /// The true moving obstacles near the robot.
-    pub(super) moving: Vec<MovingDisc>,
+    pub(in crate::report) moving: Vec<MovingDisc>,
 }
 
 /// A scan with fewer beams.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ThinnedScan {
-    pub(super) angle_min: f64,
-    pub(super) angle_increment: f64,
-    pub(super) range_max: f64,
-    pub(super) ranges: Vec<u8>,
+pub(in crate::report) struct ThinnedScan {
+    pub(in crate::report) angle_min: f64,
+    pub(in crate::report) angle_increment: f64,
+    pub(in crate::report) range_max: f64,
+    pub(in crate::report) ranges: Vec<u8>,
 }
 
 /// A dynamic window with fewer samples.
 #[derive(Clone, Debug)]
-pub(super) struct Window {
-    pub(super) start: Pose,
-    pub(super) horizon_s: f64,
+pub(in crate::report) struct Window {
+    pub(in crate::report) start: Pose,
+    pub(in crate::report) horizon_s: f64,
     /// Its least and greatest velocities: those of its first and last trajectory.
-    pub(super) ends: [Twist; 2],
-    pub(super) columns: usize,
+    pub(in crate::report) ends: [Twist; 2],
+    pub(in crate::report) columns: usize,
     /// A byte for each trajectory: see [`score_byte`] and [`status_byte`].
-    pub(super) scores: Vec<u8>,
-    pub(super) winner: Option<WinnerSi>,
+    pub(in crate::report) scores: Vec<u8>,
+    pub(in crate::report) winner: Option<WinnerSi>,
     pub(super) predicted: Vec<MovingDisc>,
 }
 

@@ -1,0 +1,170 @@
+//! `inbye doctor`: what this machine offers, and what to change.
+
+use std::fmt;
+
+use clap::Args;
+use inbye::bench::{DensityPlan, DensityRow};
+use inbye::local::{CpuEngine, EngineChoice, open_engine};
+use serde::Serialize;
+use serde_json::json;
+
+use super::{density, machine, output};
+
+/// `inbye doctor`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye doctor\n\n\
+    Takes a few seconds: the thread count follows from timed decisions. `inbye bench density` measures all engines.\n\
+    JSON fields: `checks` [{`name`,`ok`,`text`,`hint`}], `threads` (the fastest count for 1,024 samples).\n\
+    Exit status 1: something to change.")]
+pub struct DoctorArguments {
+    /// Seconds of decisions timed for each thread count.
+    #[arg(long, default_value_t = 0.3, allow_negative_numbers = true, value_parser = super::arguments::duration)]
+    pub seconds: f64,
+}
+
+/// Horizon and samples of the timed decisions: those of the default settings, and a dense window.
+const STEPS: u32 = 40;
+const SAMPLES: [usize; 2] = [1024, 65_536];
+
+/// One thing that was looked at.
+#[derive(Debug, Serialize)]
+struct Check {
+    name: &'static str,
+    /// Whether nothing is to change.
+    ok: bool,
+    text: String,
+    /// What to change.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hint: Option<String>,
+}
+
+impl Check {
+    fn good(name: &'static str, text: impl Into<String>) -> Self {
+        Self { name, ok: true, text: text.into(), hint: None }
+    }
+
+    fn bad(name: &'static str, text: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { name, ok: false, text: text.into(), hint: Some(hint.into()) }
+    }
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mark = if self.ok { output::good("ok") } else { output::bad("!!") };
+        write!(out, "{mark} {:<9} {}", self.name, self.text)?;
+        self.hint.iter().try_for_each(|hint| write!(out, "\n   {:<9} {hint}", ""))
+    }
+}
+
+/// Looks at this machine. Returns false if something is to change.
+pub fn run(arguments: &DoctorArguments, json: bool) -> anyhow::Result<bool> {
+    let (threads, fastest) = thread_counts(arguments.seconds)?;
+    let mut checks = vec![processor(), threads, gpu(), engine()];
+    checks.extend(serial_ports());
+    checks.push(features());
+    let object = json!({ "checks": checks, "threads": fastest });
+    output::result(json, &object, checks.iter().map(ToString::to_string))?;
+    Ok(checks.iter().all(|check| check.ok))
+}
+
+fn processor() -> Check {
+    let features = machine::cpu_features().join(" ");
+    Check::good("processor", format!("{}; {features}", machine::description()))
+}
+
+/// Times decisions by thread count. Returns the check, and the fastest count for the smaller number of samples.
+fn thread_counts(seconds: f64) -> anyhow::Result<(Check, usize)> {
+    let first = CpuEngine::single_threaded();
+    let cores = machine::cores();
+    let mut engines = density::with_every_thread_count(vec![Box::new(first)], cores)?;
+    if cores > 1 {
+        engines.push(Box::new(CpuEngine::with_threads(cores)?));
+    }
+    let plan = DensityPlan {
+        samples: SAMPLES.to_vec(),
+        ..DensityPlan::powers_of_four(STEPS, SAMPLES[0], SAMPLES[1], seconds)
+    };
+    let rows = density::measure(&mut engines, &plan)?.rows;
+    let of = |samples: usize| rows.iter().filter(move |row| row.samples == samples);
+    let least = |one: &&DensityRow, other: &&DensityRow| one.p50_ms.total_cmp(&other.p50_ms);
+    let fastest = |samples: usize| of(samples).min_by(least).map_or(1, |row| row.threads);
+    let times = SAMPLES.map(|samples| {
+        let times: Vec<String> =
+            of(samples).map(|row| format!("{:.3} ms with {}", row.p50_ms, row.threads)).collect();
+        format!("{samples} samples: {}", times.join(", "))
+    });
+    let text = format!("median decision of {}", times.join("; "));
+    let [few, many] = SAMPLES.map(fastest);
+    let check = if few == cores && many == cores {
+        Check::good("threads", text)
+    } else {
+        let advice = format!("fastest: --threads {few} for few samples, --threads {many} for many");
+        Check { hint: Some(advice), ..Check::good("threads", text) }
+    };
+    Ok((check, few))
+}
+
+fn gpu() -> Check {
+    let adapters = machine::adapters();
+    if adapters.is_empty() {
+        let cure = "Debian's mesa-vulkan-drivers and libvulkan1 have a software one; the CPU engine returns the same bits";
+        return Check { hint: Some(cure.to_owned()), ..Check::good("GPU", "no adapter found") };
+    }
+    let names: Vec<String> = adapters.iter().map(machine::adapter_text).collect();
+    Check::good("GPU", names.join("; "))
+}
+
+/// The engine that `--engine auto` takes.
+fn engine() -> Check {
+    match open_engine(&EngineChoice::Auto, machine::cores()) {
+        Ok(selected) => Check::good("auto", format!("--engine auto takes {}", selected.reason)),
+        Err(error) => Check::bad("auto", error.to_string(), "use --engine cpu"),
+    }
+}
+
+/// Serial ports that this user may not use. Nothing is opened: opening resets some boards.
+#[cfg(all(unix, feature = "serial"))]
+fn serial_ports() -> Vec<Check> {
+    use nix::unistd::{AccessFlags, access};
+
+    let ports = serialport::available_ports().unwrap_or_default();
+    let (open, closed): (Vec<String>, Vec<String>) = ports
+        .into_iter()
+        .map(|port| port.port_name)
+        .partition(|port| access(port.as_str(), AccessFlags::R_OK | AccessFlags::W_OK).is_ok());
+    let mut checks = Vec::new();
+    if !closed.is_empty() {
+        let cure = "join the group of the device, usually `sudo usermod -aG dialout $USER`, and log in again";
+        checks.push(Check::bad("serial", format!("no permission for {}", closed.join(", ")), cure));
+    }
+    if !open.is_empty() || closed.is_empty() {
+        let text = if open.is_empty() { "no port found".to_owned() } else { open.join(", ") };
+        checks.push(Check::good("serial", text));
+    }
+    checks
+}
+
+#[cfg(not(all(unix, feature = "serial")))]
+fn serial_ports() -> Vec<Check> {
+    Vec::new()
+}
+
+/// The optional parts of this build.
+fn features() -> Check {
+    let features = [
+        ("gpu", cfg!(feature = "gpu")),
+        ("serial", cfg!(feature = "serial")),
+        ("mcap", cfg!(feature = "mcap")),
+        ("png", cfg!(feature = "png")),
+        ("parquet", cfg!(feature = "parquet")),
+        ("playground", cfg!(feature = "playground")),
+        ("ros2", cfg!(feature = "ros2")),
+    ];
+    let names = |is_built: bool| {
+        let names = features.iter().filter(|(_, built)| *built == is_built);
+        names.map(|(name, _)| *name).collect::<Vec<_>>().join(" ")
+    };
+    let absent = names(false);
+    let absent = if absent.is_empty() { absent } else { format!("; not built: {absent}") };
+    Check::good("features", format!("{}{absent}", names(true)))
+}

@@ -1,0 +1,382 @@
+//! A drive as an animated GIF: the surroundings of the robot, its trajectories and its lidar, with a small map of the whole.
+//!
+//! The frames are drawn directly, because a picture as SVG for each of hundreds of frames would take minutes.
+
+use std::collections::HashMap;
+
+use color_quant::NeuQuant;
+use gif::{Encoder, EncodingError, Repeat};
+use resvg::tiny_skia::{
+    Color, FillRule, IntRect, LineCap, LineJoin, Paint, PathBuilder, Pixmap, PixmapPaint, Rect,
+    Stroke, Transform,
+};
+use thiserror::Error;
+
+use super::mission_page::MissionView;
+use super::player::PlaybackRecorder;
+use super::player::playback_recorder::{Frame, MIN_SCORE, NO_RETURN, Window};
+use super::png::{PngError, draw_svg};
+use crate::geometry::{Point, Pose, Twist};
+use crate::map::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
+
+/// Size of the picture, pixels.
+const WIDTH_PX: u32 = 640;
+const HEIGHT_PX: u32 = 400;
+/// Width of the shown surroundings, metres.
+const ACROSS_M: f64 = 14.0;
+/// Longer side of the small map, pixels, and its distance from the border.
+const MAP_PX: u32 = 176;
+const MAP_MARGIN_PX: u32 = 8;
+/// Time of a frame, hundredths of a second, and of the last one.
+const DELAY: u16 = 8;
+const LAST_DELAY: u16 = 200;
+/// Most frames: a longer drive is shown faster.
+const MAX_FRAMES: usize = 240;
+/// Frames from which the palette is chosen, and the share of their pixels: one in this many.
+const PALETTE_FRAMES: usize = 12;
+const NEU_QUANT_SHARE: i32 = 10;
+/// Colours of a GIF.
+const COLOURS: usize = 256;
+/// Points of a drawn trajectory.
+const ARC_PARTS: u32 = 12;
+
+/// The colours of the light theme of pages.
+const FREE: [u8; 3] = [0xff, 0xff, 0xff];
+const ROCK: [u8; 3] = [0x94, 0x94, 0x94];
+const UNKNOWN_GREY: [u8; 3] = [0xca, 0xca, 0xca];
+const OUTSIDE: [u8; 3] = [0xc9, 0xce, 0xd6];
+const INK: [u8; 3] = [0x1a, 0x1e, 0x24];
+const ROBOT: [u8; 3] = [0x00, 0x68, 0xa8];
+const COMMAND: [u8; 3] = [0xb8, 0x6e, 0x00];
+const PATH: [u8; 3] = [0x00, 0x80, 0x5e];
+const MOVING: [u8; 3] = [0xc2, 0x4a, 0x00];
+const RETURN: [u8; 3] = [0xb3, 0x26, 0x1e];
+/// From the least to the greatest score.
+const SCORES: [[u8; 3]; 4] =
+    [[0x8f, 0xd0, 0xf2], [0x3d, 0x9f, 0xd8], [0x00, 0x68, 0xa8], [0x04, 0x31, 0x5c]];
+
+/// A drive that cannot be shown as an animation.
+#[derive(Debug, Error)]
+pub enum AnimationError {
+    /// The drive has no tick.
+    #[error("the drive has no tick: nothing can be shown")]
+    Empty,
+    /// A frame cannot be drawn.
+    #[error(transparent)]
+    Picture(#[from] PngError),
+    /// The frames cannot be encoded.
+    #[error("the animation cannot be encoded: {0}")]
+    Encoding(#[from] EncodingError),
+}
+
+/// Returns a drive as a GIF file, 640 by 400 pixels and at most 240 frames, which repeats for ever.
+///
+/// # Errors
+/// Fails for a drive without ticks.
+pub fn gif_animation(
+    mission: &MissionView<'_>,
+    playback: &PlaybackRecorder,
+) -> Result<Vec<u8>, AnimationError> {
+    let all = &playback.frames;
+    let (Some(first), Some(last)) = (all.first(), all.last()) else {
+        return Err(AnimationError::Empty);
+    };
+    let stride = all.len().div_ceil(MAX_FRAMES);
+    let mut shown: Vec<usize> = (0..all.len()).step_by(stride).collect();
+    if shown.last() != Some(&(all.len() - 1)) {
+        shown.push(all.len() - 1);
+    }
+    let shown_s = shown.len() as f64 * f64::from(DELAY) / 100.0;
+    let speed_up = (last.row.time_s - first.row.time_s) / shown_s;
+    let scene = Scene::new(mission, playback, speed_up)?;
+    let every = shown.len().div_ceil(PALETTE_FRAMES);
+    let mut samples = Vec::new();
+    for &index in shown.iter().step_by(every) {
+        samples.extend_from_slice(scene.draw(index)?.data());
+    }
+    let palette = NeuQuant::new(NEU_QUANT_SHARE, COLOURS, &samples);
+    let mut nearest = HashMap::new();
+    let mut bytes = Vec::new();
+    let mut encoder =
+        Encoder::new(&mut bytes, WIDTH_PX as u16, HEIGHT_PX as u16, &palette.color_map_rgb())?;
+    encoder.set_repeat(Repeat::Infinite)?;
+    for &index in &shown {
+        let picture = scene.draw(index)?;
+        let (pixels, _) = picture.data().as_chunks::<4>();
+        let indices: Vec<u8> = pixels
+            .iter()
+            .map(|pixel| *nearest.entry(*pixel).or_insert_with(|| palette.index_of(pixel) as u8))
+            .collect();
+        let mut frame =
+            gif::Frame::from_indexed_pixels(WIDTH_PX as u16, HEIGHT_PX as u16, indices, None);
+        frame.delay = if index == all.len() - 1 { LAST_DELAY } else { DELAY };
+        encoder.write_frame(&frame)?;
+    }
+    drop(encoder);
+    Ok(bytes)
+}
+
+/// What all frames share.
+struct Scene<'a> {
+    mission: &'a MissionView<'a>,
+    frames: &'a [Frame],
+    /// Simulated over shown time.
+    speed_up: f64,
+    /// The whole map with the first path.
+    map: Pixmap,
+    /// Pixels of the small map for each metre.
+    map_scale: f64,
+}
+
+impl<'a> Scene<'a> {
+    fn new(
+        mission: &'a MissionView<'a>,
+        playback: &'a PlaybackRecorder,
+        speed_up: f64,
+    ) -> Result<Self, AnimationError> {
+        let grid = &mission.mission.map;
+        let frame = grid.frame();
+        let longer = f64::from(frame.width.max(frame.height));
+        let map_scale = f64::from(MAP_PX) / (longer * frame.resolution_m);
+        let side =
+            |cells: i32| (f64::from(cells) / longer * f64::from(MAP_PX)).ceil().max(1.0) as u32;
+        let mut map = new_pixmap(side(frame.width), side(frame.height))?;
+        let view = View::of_map(grid, map_scale, map.height());
+        view.fill_cells(grid, &mut map);
+        if let Some(path) = mission.result.trace.paths.first() {
+            view.line(&mut map, path, PATH, 2.0, 1.0);
+        }
+        Ok(Self { mission, frames: &playback.frames, speed_up, map, map_scale })
+    }
+
+    /// Draws a frame of the playback.
+    fn draw(&self, index: usize) -> Result<Pixmap, AnimationError> {
+        let frame = &self.frames[index];
+        let row = &frame.row;
+        let mut picture = new_pixmap(WIDTH_PX, HEIGHT_PX)?;
+        let view = View::around(&row.pose.position());
+        view.fill_cells(&self.mission.mission.map, &mut picture);
+        if let Some(path) = self.mission.result.trace.paths.get(row.path) {
+            view.line(&mut picture, path, PATH, 7.0, 0.4);
+        }
+        view.disc(&mut picture, &self.mission.mission.goal.position, 0.15, INK, 1.0);
+        view.disc(&mut picture, &row.local_target, 0.09, PATH, 1.0);
+        let track: Vec<Point> =
+            self.frames[..=index].iter().map(|frame| frame.row.pose.position()).collect();
+        view.line(&mut picture, &track, ROBOT, 2.0, 0.6);
+        view.lidar(&mut picture, frame);
+        for disc in &frame.moving {
+            view.disc(&mut picture, &disc.center(), disc.radius, MOVING, 0.75);
+        }
+        if let Some(window) = &frame.window {
+            view.trajectories(&mut picture, window);
+        }
+        let mut front_m: f64 = 0.0;
+        for disc in self.mission.config.robot.footprint.discs() {
+            let center = row.pose.transform(&Point::new(disc.x, disc.y));
+            view.disc(&mut picture, &center, disc.radius, ROBOT, 0.75);
+            front_m = front_m.max(disc.x + disc.radius);
+        }
+        let front = row.pose.transform(&Point::new(front_m, 0.0));
+        view.line(&mut picture, &[row.pose.position(), front], INK, 2.0, 1.0);
+        self.draw_map(&mut picture, &row.pose.position());
+        draw_svg(&self.label(frame), &mut picture)?;
+        Ok(picture)
+    }
+
+    /// Draws the small map into the lower right corner, with the robot.
+    fn draw_map(&self, picture: &mut Pixmap, robot: &Point) {
+        let left = (WIDTH_PX - MAP_MARGIN_PX - self.map.width()) as i32;
+        let top = (HEIGHT_PX - MAP_MARGIN_PX - self.map.height()) as i32;
+        let border =
+            IntRect::from_xywh(left - 1, top - 1, self.map.width() + 2, self.map.height() + 2);
+        if let Some(border) = border {
+            picture.fill_rect(border.to_rect(), &paint(INK, 1.0), Transform::identity(), None);
+        }
+        let pixels = self.map.as_ref();
+        picture.draw_pixmap(
+            left,
+            top,
+            pixels,
+            &PixmapPaint::default(),
+            Transform::identity(),
+            None,
+        );
+        let view = View::of_map(&self.mission.mission.map, self.map_scale, self.map.height());
+        let [x, y] = view.at(robot);
+        let dot = PathBuilder::from_circle(x + left as f32, y + top as f32, 4.0);
+        if let Some(dot) = dot {
+            let (paint, identity) = (paint(ROBOT, 1.0), Transform::identity());
+            picture.fill_path(&dot, &paint, FillRule::Winding, identity, None);
+        }
+    }
+
+    /// Time, speed and mode of a frame as SVG.
+    fn label(&self, frame: &Frame) -> String {
+        let row = &frame.row;
+        let mode = row.mode.as_str().replace('_', " ");
+        let text = format!(
+            "{:.1} s  ·  {:.2} m/s  ·  gap {:.2} m  ·  {mode}  ·  {:.0} x real time",
+            row.time_s, row.twist.linear, row.gap_m, self.speed_up
+        );
+        format!(
+            r##"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH_PX}" height="{HEIGHT_PX}"><rect width="{WIDTH_PX}" height="26" fill="#fff" fill-opacity="0.85"/><text x="10" y="18" font-size="14" fill="#1a1e24">{text}</text></svg>"##
+        )
+    }
+}
+
+/// A view of the world: the point at a corner or the centre, and pixels for each metre.
+struct View {
+    /// The point of the map frame at the pixel (0, 0).
+    top_left: Point,
+    scale: f64,
+}
+
+impl View {
+    fn around(center: &Point) -> Self {
+        let scale = f64::from(WIDTH_PX) / ACROSS_M;
+        let half_m = |side_px: u32| f64::from(side_px) / 2.0 / scale;
+        let top_left = Point::new(center.x - half_m(WIDTH_PX), center.y + half_m(HEIGHT_PX));
+        Self { top_left, scale }
+    }
+
+    /// The whole map in a picture of a height.
+    fn of_map(grid: &OccupancyGrid, scale: f64, height_px: u32) -> Self {
+        let origin = grid.frame().origin.position();
+        let top_left = Point::new(origin.x, origin.y + f64::from(height_px) / scale);
+        Self { top_left, scale }
+    }
+
+    /// The pixel of a point.
+    fn at(&self, point: &Point) -> [f32; 2] {
+        let offset = point - self.top_left;
+        [(offset.x * self.scale) as f32, (-offset.y * self.scale) as f32]
+    }
+
+    /// Fills a picture with the cells of a map.
+    fn fill_cells(&self, grid: &OccupancyGrid, picture: &mut Pixmap) {
+        let width = picture.width();
+        let (pixels, _) = picture.data_mut().as_chunks_mut::<4>();
+        for (number, pixel) in (0_u32..).zip(pixels) {
+            let (x, y) = (f64::from(number % width) + 0.5, f64::from(number / width) + 0.5);
+            let point =
+                Point::new(self.top_left.x + x / self.scale, self.top_left.y - y / self.scale);
+            let frame = grid.frame();
+            let [red, green, blue] = match frame.cell_of(&point) {
+                None => OUTSIDE,
+                Some(cell) => match grid.cells()[frame.index(cell)] {
+                    UNKNOWN => UNKNOWN_GREY,
+                    value if value >= OCCUPIED_THRESHOLD => ROCK,
+                    _ => FREE,
+                },
+            };
+            *pixel = [red, green, blue, u8::MAX];
+        }
+    }
+
+    fn line(
+        &self,
+        picture: &mut Pixmap,
+        points: &[Point],
+        colour: [u8; 3],
+        width: f32,
+        opacity: f32,
+    ) {
+        let mut path = PathBuilder::new();
+        for (index, point) in points.iter().filter(|point| point.is_finite()).enumerate() {
+            let [x, y] = self.at(point);
+            if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+        }
+        let Some(path) = path.finish() else {
+            return;
+        };
+        let stroke = Stroke {
+            width,
+            line_cap: LineCap::Round,
+            line_join: LineJoin::Round,
+            ..Stroke::default()
+        };
+        picture.stroke_path(&path, &paint(colour, opacity), &stroke, Transform::identity(), None);
+    }
+
+    fn disc(
+        &self,
+        picture: &mut Pixmap,
+        center: &Point,
+        radius_m: f64,
+        colour: [u8; 3],
+        opacity: f32,
+    ) {
+        let [x, y] = self.at(center);
+        if let Some(disc) = PathBuilder::from_circle(x, y, (radius_m * self.scale) as f32) {
+            let paint = paint(colour, opacity);
+            picture.fill_path(&disc, &paint, FillRule::Winding, Transform::identity(), None);
+        }
+    }
+
+    fn lidar(&self, picture: &mut Pixmap, frame: &Frame) {
+        let (scan, pose) = (&frame.scan, &frame.row.pose);
+        for (beam, &range) in scan.ranges.iter().enumerate() {
+            if range >= NO_RETURN {
+                continue;
+            }
+            let range_m = f64::from(range) / f64::from(NO_RETURN - 1) * scan.range_max;
+            let (sin, cos) = libm::sincos(scan.angle_min + beam as f64 * scan.angle_increment);
+            let [x, y] = self.at(&pose.transform(&Point::new(range_m * cos, range_m * sin)));
+            if let Some(dot) = Rect::from_xywh(x - 1.5, y - 1.5, 3.0, 3.0) {
+                picture.fill_rect(dot, &paint(RETURN, 1.0), Transform::identity(), None);
+            }
+        }
+    }
+
+    /// Draws the sampled trajectories by their score, the best last, and the chosen one.
+    fn trajectories(&self, picture: &mut Pixmap, window: &Window) {
+        let rows = window.scores.len() / window.columns.max(1);
+        let [low, high] = window.ends;
+        let between = |low: f64, high: f64, index: usize, count: usize| {
+            if count > 1 { low + (high - low) * index as f64 / (count - 1) as f64 } else { low }
+        };
+        let mut order: Vec<usize> = (0..window.scores.len()).collect();
+        order.sort_by_key(|&index| window.scores[index]);
+        for index in order {
+            let score = window.scores[index];
+            let linear = between(low.linear, high.linear, index % window.columns, window.columns);
+            let angular = between(low.angular, high.angular, index / window.columns, rows);
+            let points = arc(&window.start, &Twist::new(linear, angular), window.horizon_s);
+            if score < MIN_SCORE {
+                self.line(picture, &points, RETURN, 1.0, 0.2);
+            } else {
+                let step = usize::from(score - MIN_SCORE) * SCORES.len() / 256;
+                self.line(picture, &points, SCORES[step], 1.3, 0.9);
+            }
+        }
+        if let Some(winner) = &window.winner {
+            let points =
+                arc(&window.start, &Twist::new(winner.vx, winner.vtheta), window.horizon_s);
+            self.line(picture, &points, COMMAND, 4.0, 1.0);
+        }
+    }
+}
+
+/// The points of a trajectory at constant velocity.
+fn arc(start: &Pose, twist: &Twist, horizon_s: f64) -> Vec<Point> {
+    (0..=ARC_PARTS)
+        .map(|part| {
+            let time_s = horizon_s * f64::from(part) / f64::from(ARC_PARTS);
+            start.after(twist, time_s).position()
+        })
+        .collect()
+}
+
+fn paint([red, green, blue]: [u8; 3], opacity: f32) -> Paint<'static> {
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    let part = |byte: u8| f32::from(byte) / 255.0;
+    paint.set_color(
+        Color::from_rgba(part(red), part(green), part(blue), opacity).unwrap_or(Color::BLACK),
+    );
+    paint
+}
+
+fn new_pixmap(width_px: u32, height_px: u32) -> Result<Pixmap, PngError> {
+    Pixmap::new(width_px, height_px).ok_or_else(|| PngError::too_large(width_px, height_px))
+}
