@@ -9,8 +9,9 @@ use crate::map::{FreeSpace, MovingDisc};
 pub(super) const PERSON_RADIUS_M: f64 = 0.25;
 /// The range jumps by at least this where a person may stand behind the nearer surface, metres.
 const MIN_JUMP_M: f64 = 2.0 * PERSON_RADIUS_M;
-/// Checked distances behind the edge, metres.
-const BEHIND_M: [f64; 3] = [0.3, 0.6, 0.9];
+/// Checked distances behind the edge, metres. Where an opening begins, a wall leaves no room near its edge, and a person who
+/// comes out of it is deeper inside.
+const BEHIND_M: [f64; 6] = [0.3, 0.6, 0.9, 1.3, 1.8, 2.4];
 /// Places farther than this do not limit a robot of up to 1.5 m/s, metres.
 const FARTHEST_M: f64 = 5.0;
 /// Places behind the robot do not limit its forward speed, metres.

@@ -69,6 +69,9 @@ pub(super) const AGES_S: [f64; 4] = [0.25, 0.5, 1.0, 1.7];
 const FREE_MARGIN_M: f64 = 0.06;
 const DRIFT: f64 = 0.05;
 
+/// What hid a place was nearer by at least this, metres: an object does not hide its own side.
+const HIDING_M: f64 = 0.3;
+
 /// The margin for two scans this many seconds apart, metres.
 pub(super) fn free_margin_m(apart_s: f64) -> f64 {
     FREE_MARGIN_M + DRIFT * apart_s
@@ -115,6 +118,17 @@ impl History {
         self.selected.iter().any(|&(place, age_s)| {
             let TimedPoseScan { pose, scan, .. } = &self.scans[place];
             proves_free(pose, scan, point, free_margin_m(age_s))
+        })
+    }
+
+    /// Whether something much nearer hid a point in the latest selected scan.
+    pub fn was_hidden(&self, point: &Point) -> bool {
+        self.selected.first().is_some_and(|&(place, _)| {
+            let TimedPoseScan { pose, scan, .. } = &self.scans[place];
+            let robot = pose.position();
+            let farthest_m = (point - robot).norm() - HIDING_M;
+            seen_to_m(pose, scan, bearing(&robot, point), 0.0)
+                .is_some_and(|seen_m| seen_m < farthest_m)
         })
     }
 

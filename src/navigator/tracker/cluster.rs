@@ -27,6 +27,8 @@ pub(super) struct Return {
     pub owner: Option<Owner>,
     /// Whether it is a candidate on ground that an earlier scan saw through.
     pub was_free: bool,
+    /// Whether it is a candidate at a place that something nearer hid a moment ago.
+    pub was_hidden: bool,
     /// Whether it belongs to a person who stands.
     pub is_of_standing: bool,
 }
@@ -42,6 +44,7 @@ impl Return {
             is_candidate: true,
             owner: None,
             was_free: true,
+            was_hidden: false,
             is_of_standing: false,
         }
     }

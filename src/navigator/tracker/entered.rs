@@ -1,4 +1,5 @@
-//! Returns on ground that was free a moment before: whatever entered it moves, and may be a person.
+//! Returns on ground that was free a moment before: whatever entered it moves, and may be a person. The same holds for what
+//! comes into sight from behind something else, until it has stayed for half a second.
 //!
 //! A track needs about half a second to establish a motion, and the legs of a fast walker often never become one: each stands,
 //! then swings at twice the speed of the body. For the speed limit it suffices that something entered free ground.
@@ -37,7 +38,7 @@ impl EnteredPlaces {
     pub fn update(&mut self, time_s: f64, returns: &[Return]) {
         self.0.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
         let mut groups: Vec<(usize, Point)> = Vec::new();
-        for one in returns.iter().filter(|one| one.was_free) {
+        for one in returns.iter().filter(|one| one.was_free || one.was_hidden) {
             let near =
                 |(_, center): &&mut (usize, Point)| (one.point - *center).norm() < TOGETHER_M;
             match groups.iter_mut().find(near) {
@@ -80,6 +81,24 @@ mod tests {
     fn returns(points: &[(f64, f64)], was_free: bool) -> Vec<Return> {
         let at = |&(x, y): &(f64, f64)| Return { was_free, ..Return::candidate(Point::new(x, y)) };
         points.iter().map(at).collect()
+    }
+
+    /// A person comes around a corner, and a post that the corner hid comes into sight.
+    #[test]
+    fn what_comes_out_of_hiding_may_be_a_person_until_it_has_stayed() {
+        let mut entered = EnteredPlaces::default();
+        for tick in 0..=5 {
+            let posts = [(2.0, 1.0), (2.0, 1.1)];
+            let hidden: Vec<Return> = returns(&posts, false)
+                .into_iter()
+                .map(|one| Return { was_hidden: true, ..one })
+                .collect();
+            entered.update(f64::from(tick) * 0.1, &hidden);
+            let stands: Vec<bool> = entered.places().map(|(_, stands)| stands).collect();
+            assert_eq!(stands, [tick == 5], "after {tick} ticks");
+        }
+        entered.update(0.6, &returns(&[(2.0, 1.0), (2.0, 1.1)], false));
+        assert_eq!(entered.places().count(), 1, "seen a moment ago");
     }
 
     #[test]

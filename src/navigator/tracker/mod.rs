@@ -121,8 +121,8 @@ impl Tracker {
         self.history.push(time_s, pose, scan);
     }
 
-    /// Places that something entered within the last half second, each with whether it has stood there since. A tracked disc that is wider than a leg explains them: the
-    /// velocity of a leg is not that of its person.
+    /// Places that something entered, or where it came out of hiding, within the last half second, each with whether it has
+    /// stood there since. A tracked disc that is wider than a leg explains them: the velocity of a leg is not that of its person.
     pub fn entered(&self) -> impl Iterator<Item = (Point, bool)> + '_ {
         let explains = |track: &Track, place: &Point| {
             let within_m = track.radius.radius_m + ENTERED_M;
@@ -164,6 +164,7 @@ impl Tracker {
                 is_candidate,
                 owner,
                 was_free: is_candidate && self.history.was_free(&point),
+                was_hidden: is_candidate && self.history.was_hidden(&point),
                 is_of_standing: false,
             });
         }
