@@ -181,7 +181,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(playback) = &playback {
         let intro = arguments.hardware.description();
         report.write_page(|| {
-            drive_text::page(&map_name, intro, mission, &config, &result, playback)
+            drive_text::page(&map_name, intro, &simulation, &config, &result, playback)
         })?;
     }
     let mut object = drive_text::object(&result);

@@ -4,7 +4,8 @@ use inbye::bench::Latencies;
 use inbye::local::{GpuFailureKind, Incidents, Sampling};
 use inbye::navigator::{DeadlineStats, Mode};
 use inbye::report::{MissionView, PlaybackRecorder, Report, html};
-use inbye::runtime::{Config, FaultEvents, Mission, MissionResult, StopError, TickEvent};
+use inbye::runtime::{Config, FaultEvents, MissionResult, StopError, TickEvent};
+use inbye::sim::Simulation;
 use serde_json::{Value, json};
 
 use super::files::command_line;
@@ -233,13 +234,16 @@ pub fn facts(result: &MissionResult) -> Vec<(String, String)> {
 pub fn page(
     title: &str,
     intro: &str,
-    mission: &Mission,
+    simulation: &Simulation,
     config: &Config,
     result: &MissionResult,
     playback: &PlaybackRecorder,
 ) -> String {
-    let (command, facts) = (&command_line(), &facts(result));
-    let playback = Some(playback);
+    let command = &command_line();
+    let mut facts = facts(result);
+    facts.push(("Seed of the simulation".to_owned(), simulation.seed.to_string()));
+    let (mission, playback, facts) = (&simulation.mission, Some(playback), &facts);
     let drive = MissionView { title, command, mission, config, result, playback, facts };
-    html(&Report { title: "inbye drive", intro, missions: vec![drive], ..Report::default() })
+    let title = &format!("inbye drive: {title}");
+    html(&Report { title, intro, missions: vec![drive], ..Report::default() })
 }

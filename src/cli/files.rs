@@ -154,9 +154,19 @@ fn leading_columns(file: &ReportFile) -> Vec<&str> {
     }
 }
 
-/// The command line, with the program's name without its folder.
+/// The command line for a shell, with the program's name without its folder.
 pub fn command_line() -> String {
-    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();
     words.join(" ")
+}
+
+/// A word as a POSIX shell reads it.
+fn quoted(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "-_./,:=+@%".contains(letter);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }

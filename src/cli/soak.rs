@@ -255,9 +255,10 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     let run = world.drive(cell.row.seed, config, engine, &mut observer)?;
     if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
         let title = format!("{}, seed {}", world.name, cell.row.seed);
-        let (mission, intro) = (&drawn.simulation.mission, drive_text::SIMULATED);
-        report
-            .write_page(|| drive_text::page(&title, intro, mission, config, result, &playback))?;
+        let (simulation, intro) = (&drawn.simulation, drive_text::SIMULATED);
+        report.write_page(|| {
+            drive_text::page(&title, intro, simulation, config, result, &playback)
+        })?;
         recording::write_ticks("--report", create_file("--report", &folder.join(TICKS))?, result)?;
     }
     output::result(json, &run.row, [run_text(&run.row)])?;
