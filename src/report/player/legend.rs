@@ -22,15 +22,17 @@ pub(super) fn legend(mission: &MissionView<'_>, view: &Viewport) -> Markup {
     }
 }
 
+/// The classes of scores from the lowest to the highest, and the ends of their lines in the legend.
+const SCORES: [(&str, &str); 4] =
+    [("speed-0", "24 6"), ("speed-1", "25 2"), ("speed-2", "25 -2"), ("speed-3", "24 -6")];
+
 /// The layers: name in the script, and entry.
 fn layers() -> [(&'static str, LegendEntry); 8] {
     let lidar = html! {
         @for x in [4, 12, 20] { rect class="lidar-return" x=(x) y="5" width="4" height="4" {} }
     };
     let sampled = html! {
-        @for (class, line) in [("speed-0", "M1 7q12 0 24 6"), ("speed-1", "M1 7q12 0 25 2"), ("speed-2", "M1 7q12 0 25 -2"), ("speed-3", "M1 7q12 0 24 -6")] {
-            path class=(format!("sample {class}")) d=(line) {}
-        }
+        @for (class, end) in SCORES { path class=(format!("sample {class}")) d=(format!("M1 7q12 0 {end}")) {} }
     };
     let rejected = html! {
         path class="sample rejected" d="M1 7q12 0 24 6M1 7h25M1 7q12 0 24 -6" {}

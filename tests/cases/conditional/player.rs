@@ -137,7 +137,10 @@ fn views_and_links(program: &Program) -> Result<(), Failed> {
         assert!(legend.contains(entry), "{entry}: {legend}");
     }
     let meanings = of("meanings").as_array().expect("a list");
-    assert_eq!(meanings.len(), seen.findings["at_first"].as_object().map_or(0, |all| all.len()));
+    assert_eq!(
+        meanings.len(),
+        seen.findings["at_first"].as_object().map_or(0, serde_json::Map::len)
+    );
     for meaning in meanings {
         assert!(meaning["text"].as_str().is_some_and(|text| text.len() > 20), "{meaning}");
         let shown = (&meaning["before"], &meaning["focused"], &meaning["fits"]);
@@ -151,7 +154,7 @@ fn views_and_links(program: &Program) -> Result<(), Failed> {
     assert_eq!(links["selected"], json!(before));
     let end = format!("/page#mission-1&t={}", before.unwrap_or_default());
     assert!(links["copied"].as_str().is_some_and(|text| text.ends_with(&end)), "{links}");
-    assert_eq!(of("contents"), &json!([true; 6]), "a link of the contents has no target");
+    assert_eq!(of("contents"), &json!(vec![true; 6]), "a link of the contents has no target");
     assert_eq!(of("copy_is_shown"), &json!(true));
     assert_eq!(of("help"), &json!([false, true, false]));
     Ok(())

@@ -27,7 +27,7 @@ function createMap(canvas, playback, mapImage, isShown) {
   }
 
   function drawGrid(context, zoom, colours) {
-    // What is not drawn here has the colour of the page: only the drawing is known to be outside the map.
+    // The map may continue beyond the drawing, so only the drawing has the colour of the outside.
     context.fillStyle = colours.outside;
     context.fillRect(0, 0, playback.width, playback.height);
     if (!mapImage || !mapImage.picture.complete || !mapImage.picture.naturalWidth) return;

@@ -111,7 +111,7 @@ function startPlayer(figure) {
 
   function showLinkedTime() {
     const time = linkedTime(section);
-    if (time !== undefined) show(playback.frameAt(time + 1e-3));
+    if (time !== undefined) show(playback.frameAt(time));
     if (location.hash.startsWith("#" + section.id + "&")) figure.scrollIntoView();
   }
 
@@ -132,7 +132,7 @@ function startPlayer(figure) {
   for (const button of eventButtons) button.addEventListener("click", () => stopAt(Number(button.dataset.frame)));
   for (const box of layers.values()) box.addEventListener("change", draw);
 
-  // Pixels of a key press.
+  // Pixels by which a key moves the map.
   const pan = 60;
   const keyActions = {
     " ": actions.play, ArrowLeft: actions.back, ArrowRight: actions.forward, Home: () => stopAt(0), End: () => stopAt(lastFrame),
@@ -145,7 +145,8 @@ function startPlayer(figure) {
   };
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const run = (event.shiftKey && panActions[event.key]) || keyActions[event.key];
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    const run = (event.shiftKey && panActions[key]) || keyActions[key];
     if (run) { event.preventDefault(); run(); }
   });
   document.addEventListener("keydown", (event) => {

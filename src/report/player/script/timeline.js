@@ -51,7 +51,7 @@ function createTimeline(canvas, playback, onSelect) {
     const stride = Math.ceil((high - low) / 4), ticks = [];
     for (let decade = high; decade >= low; decade -= stride) ticks.push([10 ** decade, String(Number((10 ** decade).toPrecision(1)))]);
     return {
-      title: name + ", " + unit + ", logarithmic", curves, ticks, limit,
+      title: name + ", " + unit, curves, ticks, limit,
       share: (value) => value > 0 ? Math.max(0, (Math.log10(value) - low) / (high - low)) : NaN,
     };
   }
@@ -82,11 +82,13 @@ function createTimeline(canvas, playback, onSelect) {
     redraw = () => draw(frame, colours);
   }
 
+  // A line at a frame through all strips and lanes; it leaves the titles of the strips free.
   function drawCursor(context, width, frame, colour, lineWidth) {
     const x = frameToX(width)(frame);
     context.strokeStyle = colour;
     context.lineWidth = lineWidth;
-    drawLine(context, [[x, 0], [x, height]]);
+    strips.forEach((_, row) => drawLine(context, [[x, row * STRIP_HEIGHT + STRIP_TITLE], [x, (row + 1) * STRIP_HEIGHT]]));
+    drawLine(context, [[x, stripsHeight + TIME_AXIS], [x, height]]);
   }
 
   // The values of all curves next to the titles, and the time on the axis.
@@ -122,7 +124,7 @@ function createTimeline(canvas, playback, onSelect) {
   // Position and label of each tick of the time axis.
   function timeTicks(width) {
     const [begin, end] = [data.time[0], data.time[lastFrame]], toX = frameToX(width), ticks = [];
-    const step = roundNumberAbove(Math.max(0.1, (end - begin) / Math.max(2, Math.floor(width / 90))));
+    const step = roundNumberAbove(Math.max(0.1, (end - begin) / Math.max(2, Math.floor(width / 70))));
     for (let time = Math.ceil(begin / step) * step; time <= end + 1e-6; time += step) {
       ticks.push([toX(playback.frameAt(time + 1e-3)), Number(time.toPrecision(6)) + " s"]);
     }
@@ -164,21 +166,22 @@ function createTimeline(canvas, playback, onSelect) {
       });
       context.stroke();
     }
-    if (strip.limit) drawLimit(context, toY(strip.limit), width, colours);
+    if (strip.limit) drawLimit(context, row, toY(strip.limit), width, colours);
     drawLabel(context, strip.title, LABEL_WIDTH, row * STRIP_HEIGHT + 12, colours.muted, colours.panel);
   }
 
-  // The control period is the limit of a decision.
-  function drawLimit(context, y, width, colours) {
+  // The control period is the limit of a decision. Its name stands next to the title, where no curve crosses it.
+  function drawLimit(context, row, y, width, colours) {
+    const text = "control period " + Number(playback.deadline_ms.toPrecision(3)) + " ms", titleY = row * STRIP_HEIGHT + 12;
+    const right = width - RIGHT_MARGIN, left = right - context.measureText(text).width;
+    context.fillStyle = colours.ink;
+    context.fillText(text, left, titleY);
     context.strokeStyle = colours.ink;
     context.lineWidth = 1.2;
     context.setLineDash([6, 4]);
-    drawLine(context, [[LABEL_WIDTH, y], [width - RIGHT_MARGIN, y]]);
+    drawLine(context, [[LABEL_WIDTH, y], [right, y]]);
+    drawLine(context, [[left - 20, titleY - 4], [left - 4, titleY - 4]]);
     context.setLineDash([]);
-    context.textAlign = "right";
-    const text = "control period " + Number(playback.deadline_ms.toPrecision(3)) + " ms";
-    drawLabel(context, text, width - RIGHT_MARGIN, y + 13, colours.ink, colours.panel);
-    context.textAlign = "left";
   }
 
   function drawTimeGrid(context, width, colours) {

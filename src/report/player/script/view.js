@@ -8,7 +8,7 @@ const DRAG_PX = 4;
 function createView(canvas, playback, followBox, robot, onChange) {
   const middle = [playback.width / 2, playback.height / 2];
   // The extent is the length along the shorter side of the canvas, in drawing units, so that a view outlasts a new window size.
-  let center = middle, extent = FOLLOW_EXTENT_M * playback.scale, follows = true;
+  let center = middle, extent = FOLLOW_EXTENT_M * playback.scale, follows = followBox.checked;
   const pointers = new Map();
 
   const shorterSide = () => Math.min(canvas.clientWidth, canvas.clientHeight);
