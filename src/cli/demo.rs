@@ -137,7 +137,7 @@ impl Drive {
         let mut playback = PlaybackRecorder::default();
         let recorder = Some(&mut playback);
         let result = drive::drive(&simulation, config, engine, scene.name, None, recorder, None)?;
-        let facts = drive_text::facts(&result);
+        let facts = drive_text::facts(&result, scene.seed);
         Ok(Self { scene, simulation, result, playback, facts })
     }
 

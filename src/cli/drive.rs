@@ -184,7 +184,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     }
     let recording = recording.map(|recording| recording.end(&result));
     if let Some(playback) = &playback {
-        let (command, facts) = (&command_line(), &drive_text::facts(&result));
+        let (command, facts) = (&command_line(), &drive_text::facts(&result, seed));
         let view = MissionView {
             title: &map_name,
             command,

@@ -218,9 +218,10 @@ impl DriveLog {
 }
 
 /// Further facts on a run for its page.
-pub fn facts(result: &MissionResult) -> Vec<(String, String)> {
+pub fn facts(result: &MissionResult, seed: u64) -> Vec<(String, String)> {
     let mut facts = vec![
         ("Version", format!("inbye {}", env!("CARGO_PKG_VERSION"))),
+        ("Seed of the simulation", seed.to_string()),
         ("Global plans", result.plans.len().to_string()),
         ("Trace digest", result.trace.digest()),
     ];
@@ -232,5 +233,6 @@ pub fn facts(result: &MissionResult) -> Vec<(String, String)> {
 
 /// Returns the page of one drive.
 pub fn page(intro: &str, drive: MissionView<'_>) -> String {
-    html(&Report { title: "inbye drive", intro, missions: vec![drive], ..Report::default() })
+    let title = &format!("inbye drive: {}", drive.title);
+    html(&Report { title, intro, missions: vec![drive], ..Report::default() })
 }

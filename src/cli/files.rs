@@ -156,7 +156,7 @@ fn leading_columns(file: &ReportFile) -> Vec<&str> {
     }
 }
 
-/// The command line, with the program's name without its folder.
+/// The command line for a shell, with the program's name without its folder.
 pub fn command_line() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
     let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();

@@ -255,7 +255,7 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     let run = world.drive(cell.row.seed, config, engine, &mut observer)?;
     if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
         let title = format!("{}, seed {}", world.name, cell.row.seed);
-        let (command, facts) = (&command_line(), &drive_text::facts(result));
+        let (command, facts) = (&command_line(), &drive_text::facts(result, cell.row.seed));
         let view = MissionView {
             title: &title,
             command,

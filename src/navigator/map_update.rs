@@ -1,8 +1,8 @@
 //! A new map for a navigator that drives.
 
 use super::async_planner::AsyncPlanner;
-use super::navigator::standing_room;
 use super::obstacle_model::LocalMap;
+use super::occlusion::standing_room;
 use super::replanning::Reason;
 use super::{Fault, Navigator, NavigatorSettings, RoutePlanner};
 use crate::map::{FreeSpace, ObstacleGrid};

@@ -6,7 +6,7 @@ use super::behaviours::Behaviours;
 use super::deadline::Deadline;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
-use super::occlusion::PERSON_RADIUS_M;
+use super::occlusion::standing_room;
 use super::passive_safety::obstacle_that_may_come;
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
@@ -283,12 +283,12 @@ impl Navigator {
         self.record_sent(observation);
         let limits = &self.robot.limits;
         let known = self.obstacles.known();
-        let validated =
-            self.validator.validate(observation, &self.last_command, limits, &self.settings, known);
-        let has_new_scan = match validated {
-            Ok(has_new_scan) => has_new_scan,
-            Err(fault) => return self.brake_without_observation(fault),
-        };
+        let last = &self.last_command;
+        let has_new_scan =
+            match self.validator.validate(observation, last, limits, &self.settings, known) {
+                Ok(has_new_scan) => has_new_scan,
+                Err(fault) => return self.brake_without_observation(fault),
+            };
         self.identify(observation);
         let Observation { time_s, pose, twist, odometry_s, scan, scan_s, .. } = observation;
         if has_new_scan && !self.is_over() {
@@ -481,14 +481,6 @@ impl Navigator {
         }
         Fault::NoProgress { stuck_s, radius_m: self.settings.required_movement_radius, left_m }
     }
-}
-
-/// Where the map has room for a person; `None` if hidden people are not considered.
-pub(super) fn standing_room(
-    known: &ObstacleGrid,
-    settings: &NavigatorSettings,
-) -> Option<FreeSpace> {
-    settings.features.occlusion_speed.then(|| FreeSpace::new(known, PERSON_RADIUS_M))
 }
 
 /// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.

@@ -1,12 +1,13 @@
 //! Places where a person may be hidden: behind the range edges of the scan, where the map has room for a person.
 
+use super::NavigatorSettings;
 use super::passive_safety::obstacle_that_may_come;
 use super::visible_space::VisibleSpace;
 use crate::geometry::{Point, Vector};
-use crate::map::{FreeSpace, MovingDisc};
+use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 
 /// Radius of a person, metres. The map must leave this much room around a hidden place.
-pub(super) const PERSON_RADIUS_M: f64 = 0.25;
+const PERSON_RADIUS_M: f64 = 0.25;
 /// The range jumps by at least this where a person may stand behind the nearer surface, metres.
 const MIN_JUMP_M: f64 = 2.0 * PERSON_RADIUS_M;
 /// Checked distances behind the edge, metres. Where an opening begins, a wall leaves no room near its edge, and a person who
@@ -22,6 +23,14 @@ const MOVING_EDGE_M: f64 = 0.2;
 const MAX_PLACES: usize = 24;
 /// Beams without a measurement between the two beams of an edge.
 const MAX_GAP: usize = 3;
+
+/// Where the map has room for a person; `None` if hidden people are not considered.
+pub(super) fn standing_room(
+    known: &ObstacleGrid,
+    settings: &NavigatorSettings,
+) -> Option<FreeSpace> {
+    settings.features.occlusion_speed.then(|| FreeSpace::new(known, PERSON_RADIUS_M))
+}
 
 /// Hidden places near the robot as people that start towards it, nearest first. Places behind a moving obstacle do not count:
 /// the navigator considers the obstacle itself.
@@ -93,7 +102,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Pose;
-    use crate::map::{Cell, GridFrame, GridRay, ObstacleGrid, Scan};
+    use crate::map::{Cell, GridFrame, GridRay, Scan};
     use crate::navigator::scan_health::ScanHealth;
 
     /// A roadway along x, 3 m wide, with a side gallery from x = 6 to x = 8 m to the left where it is open.

@@ -85,6 +85,17 @@ struct TimedPoseScan {
     scan: Scan,
 }
 
+/// What earlier scans show of a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Earlier {
+    /// One of them saw through it.
+    Free,
+    /// Something nearer hid it a moment ago.
+    Hidden,
+    /// Neither.
+    Unknown,
+}
+
 /// Scans of the last two seconds, the newest last.
 #[derive(Debug, Default)]
 pub(super) struct History {
@@ -114,7 +125,7 @@ impl History {
     }
 
     /// Whether a selected scan saw through a point.
-    pub fn was_free(&self, point: &Point) -> bool {
+    fn was_free(&self, point: &Point) -> bool {
         self.selected.iter().any(|&(place, age_s)| {
             let TimedPoseScan { pose, scan, .. } = &self.scans[place];
             proves_free(pose, scan, point, free_margin_m(age_s))
@@ -122,7 +133,7 @@ impl History {
     }
 
     /// Whether something much nearer hid a point in the latest selected scan.
-    pub fn was_hidden(&self, point: &Point) -> bool {
+    fn was_hidden(&self, point: &Point) -> bool {
         self.selected.first().is_some_and(|&(place, _)| {
             let TimedPoseScan { pose, scan, .. } = &self.scans[place];
             let robot = pose.position();
@@ -130,6 +141,17 @@ impl History {
             seen_to_m(pose, scan, bearing(&robot, point), 0.0)
                 .is_some_and(|seen_m| seen_m < farthest_m)
         })
+    }
+
+    /// What the selected scans show of a point.
+    pub fn of(&self, point: &Point) -> Earlier {
+        if self.was_free(point) {
+            Earlier::Free
+        } else if self.was_hidden(point) {
+            Earlier::Hidden
+        } else {
+            Earlier::Unknown
+        }
     }
 
     /// Keeps a scan.

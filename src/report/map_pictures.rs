@@ -4,14 +4,15 @@ use maud::{Markup, html};
 
 use super::figure::{Table, figure};
 use super::map::{
-    Encounters, MapPanel, PAGE_RASTER, PathStages, STANDALONE_RASTER, STANDALONE_TOLERANCE,
-    StandaloneMap, Viewport, contacts, end_legend, goal_mark, ground, ground_legend, labels,
-    nearest_mark, path, stage_legend, stages, start_mark, stop_mark, top_speed, track,
-    track_legend, trail_legend, trails,
+    Encounters, MapPanel, PAGE_RASTER, PLAYER_RASTER, PathStages, STANDALONE_RASTER,
+    STANDALONE_TOLERANCE, StandaloneMap, Viewport, contacts, end_legend, goal_mark, ground,
+    ground_legend, labels, nearest_mark, path, stage_legend, stages, start_mark, stop_mark,
+    top_speed, track, track_legend, trail_legend, trails,
 };
 use super::mission_charts::closest;
 use super::mission_page::MissionView;
 use super::number::{coordinate, fixed};
+use super::player::PlaybackRecorder;
 use super::svg::{LegendEntry, TOLERANCE};
 use crate::geometry::{Point, Pose};
 use crate::map::OccupancyGrid;
@@ -229,11 +230,15 @@ pub(super) fn mission_figure(mission: &MissionView, view: &Viewport) -> Markup {
     figure("Map", &picture, &mission_legend(mission, view, &encounters), &caption, &table)
 }
 
-/// The part of the map that the pictures of a mission show.
+/// The part of the map that the pictures of a mission show. With a player it has everything within range of the lidar.
 pub(super) fn mission_viewport(view: &MissionView) -> Viewport {
     let (mission, trace) = (view.mission, &view.result.trace);
-    let driven = trace.rows.iter().map(|row| row.pose.position());
-    let points = driven
+    let driven = || trace.rows.iter().map(|row| row.pose.position());
+    let reach_m = view.playback.map(PlaybackRecorder::lidar_range_m);
+    let seen =
+        reach_m.and_then(|reach_m| Viewport::within_reach(driven(), reach_m, mission.map.frame()));
+    let points = driven()
+        .chain(seen.iter().flat_map(Viewport::corners))
         .chain(view.stages().points())
         .chain(trace.paths.iter().flatten().copied())
         .chain([mission.start.position(), mission.goal.position]);
@@ -243,8 +248,9 @@ pub(super) fn mission_viewport(view: &MissionView) -> Viewport {
 fn mission_layers(of: &MissionView, view: &Viewport, encounters: &Encounters) -> Markup {
     let (mission, trace) = (of.mission, &of.result.trace);
     let (start, goal) = (mission.start.position(), mission.goal.position);
+    let raster_side = if of.playback.is_some() { PLAYER_RASTER } else { PAGE_RASTER };
     html! {
-        (ground(&mission.map, view, PAGE_RASTER))
+        (ground(&mission.map, view, raster_side))
         (trails(trace, view))
         (stages(view, &of.stages(), TOLERANCE))
         @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }

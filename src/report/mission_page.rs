@@ -15,6 +15,10 @@ use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::Point;
 use crate::runtime::{Config, Mission, MissionResult};
 
+/// Titles of the sections that are not on a mission.
+const ENGINES_TITLE: &str = "Do the engines agree?";
+const DENSITY_TITLE: &str = "How many samples are possible, and how many are necessary?";
+
 /// The content of a page on missions. All texts may hold any characters.
 #[derive(Clone, Debug, Default)]
 pub struct Report<'a> {
@@ -90,13 +94,13 @@ pub struct EngineComparison {
 pub fn html(report: &Report) -> String {
     let has_player = report.missions.iter().any(|view| view.playback.is_some());
     let content = html! {
-        (page_header(report.title, report.intro, report.machine, &overview(&report.missions)))
+        (page_header(report.title, report.intro, report.machine, &contents(report)))
         @for (index, view) in report.missions.iter().enumerate() { (section(view, index + 1)) }
         @if report.missions.is_empty() {
             section { p class="nothing" { "There is no mission in this report." } }
         }
         @if !report.comparisons.is_empty() { (comparisons(report.comparisons)) }
-        @if !report.density.is_empty() || !report.density_command.is_empty() { (density(report)) }
+        @if has_density(report) { (density(report)) }
         footer {
             p {
                 "SI units. On the maps x points right and y up; yaw and turn rates are positive counter-clockwise \
@@ -109,40 +113,63 @@ pub fn html(report: &Report) -> String {
     document(report.title, style, script, &content)
 }
 
-/// The outcomes of several missions, with links to their sections.
-fn overview(missions: &[MissionView]) -> Markup {
+/// The contents: all sections, each mission with its outcome and its parts.
+fn contents(report: &Report) -> Markup {
     html! {
-        @if missions.len() > 1 {
-            nav aria-label="Missions" { ol {
-                @for (index, mission) in missions.iter().enumerate() {
-                    li {
-                        a href=(format!("#mission-{}", index + 1)) { (mission.title) }
-                        " " (outcome_badges(mission.result))
+        nav aria-label="Contents" { ol {
+            @for (index, mission) in report.missions.iter().enumerate() {
+                @let id = section_id(index + 1);
+                li {
+                    a href=(format!("#{id}")) { (mission.title) }
+                    " " (outcome_badges(mission.result))
+                    ul {
+                        @if recorded(mission).is_some() {
+                            li { a href=(format!("#{id}-playback")) { "Playback" } }
+                        }
+                        @for part in ["Map", "Charts", "Facts", "Reproduction"] {
+                            li { a href=(format!("#{id}-{}", part.to_lowercase())) { (part) } }
+                        }
                     }
                 }
-            } }
-        }
+            }
+            @if !report.comparisons.is_empty() { li { a href="#engines" { (ENGINES_TITLE) } } }
+            @if has_density(report) { li { a href="#density" { (DENSITY_TITLE) } } }
+        } }
     }
 }
 
+fn section_id(number: usize) -> String {
+    format!("mission-{number}")
+}
+
+/// The playback of a mission, if it has ticks.
+fn recorded<'a>(mission: &MissionView<'a>) -> Option<&'a PlaybackRecorder> {
+    mission.playback.filter(|playback| !playback.is_empty())
+}
+
+const fn has_density(report: &Report) -> bool {
+    !report.density.is_empty() || !report.density_command.is_empty()
+}
+
 fn section(mission: &MissionView, number: usize) -> Markup {
+    let id = section_id(number);
     let latency = Latency::new(mission);
     let view: Viewport = map_pictures::mission_viewport(mission);
-    let playback = mission.playback.filter(|playback| !playback.is_empty());
+    let playback = recorded(mission);
     let rows = &mission.result.trace.rows;
     html! {
-        section id=(format!("mission-{number}")) {
+        section id=(id) {
             h2 { (mission.title) }
             p { (outcome_badges(mission.result)) }
             (results(mission.result, latency.as_ref()))
-            @if let Some(playback) = playback { (player::figure(mission, playback, &view)) }
-            div class="map" { (map_pictures::mission_figure(mission, &view)) }
-            div class="charts" {
+            @if let Some(playback) = playback { (player::figure(mission, playback, &view, &id)) }
+            div class="map" id=(format!("{id}-map")) { (map_pictures::mission_figure(mission, &view)) }
+            div class="charts" id=(format!("{id}-charts")) {
                 (mission_charts::motion(mission).figure())
                 (mission_charts::gap(mission).figure())
                 @for chart in mission_charts::latency(rows, latency.as_ref()) { (chart.figure()) }
             }
-            (details(mission))
+            (details(mission, &id, playback.is_some()))
         }
     }
 }
@@ -176,11 +203,33 @@ fn results(result: &MissionResult, latency: Option<&Latency>) -> Markup {
     }
 }
 
-fn details(mission: &MissionView) -> Markup {
+/// The facts, the table of paths and the command. A script can show a button that copies the command.
+fn details(mission: &MissionView, id: &str, has_script: bool) -> Markup {
     let result = mission.result;
     let (x, y) = result.final_error_m;
     let yaw = optional(result.final_yaw_error, 4);
+    let Mission { map, start, goal, .. } = mission.mission;
+    let frame = map.frame();
     let mut facts = vec![
+        (
+            "Start",
+            format!(
+                "x {} m, y {} m, yaw {} rad",
+                fixed(start.x, 3),
+                fixed(start.y, 3),
+                fixed(start.yaw, 4)
+            ),
+        ),
+        ("Goal", format!("x {} m, y {} m", fixed(goal.position.x, 3), fixed(goal.position.y, 3))),
+        (
+            "Map",
+            format!(
+                "{} x {} cells of {} m",
+                frame.width,
+                frame.height,
+                significant(frame.resolution_m)
+            ),
+        ),
         ("Engine", result.engine.clone()),
         ("Control period", format!("{} s", significant(mission.control_period_s()))),
         ("Ticks", result.trace.rows.len().to_string()),
@@ -200,14 +249,17 @@ fn details(mission: &MissionView) -> Markup {
     );
     html! {
         div class="details" {
-            div {
+            div id=(format!("{id}-facts")) {
                 h3 { "Facts" }
                 dl class="facts" { @for (name, value) in facts { dt { (name) } dd { (value) } } }
             }
             div { h3 { "Global path" } (paths.markup()) }
-            div class="full-row" {
+            div class="full-row" id=(format!("{id}-reproduction")) {
                 h3 { "Reproduction" }
                 pre tabindex="0" { code { (mission.command) } }
+                @if has_script {
+                    button type="button" class="copy" data-copy hidden { "Copy the command" }
+                }
             }
         }
     }
@@ -222,7 +274,7 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
     let verdict = if agree { "all agree, bit for bit" } else { "they differ" };
     html! {
         section id="engines" {
-            h2 { "Do the engines agree?" }
+            h2 { (ENGINES_TITLE) }
             p { (badge(agree, verdict)) }
             div class="scroll" tabindex="0" role="region" aria-label="engines" {
                 table class="words" {
@@ -246,7 +298,7 @@ fn density(report: &Report) -> Markup {
     let rows = SampleRows { density: report.density, quality: report.quality, closed_loop: &[] };
     html! {
         section id="density" {
-            h2 { "How many samples are possible, and how many are necessary?" }
+            h2 { (DENSITY_TITLE) }
             div class="charts" {
                 (rows.latency().figure())
                 @if !report.quality.is_empty() { (rows.quality().figure()) }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use maud::html;
 
-use super::chart::{Axis, Bar, Chart, LabelSide, Mark, Panel, RowMark, Tick, XAxis, range};
+use super::chart::{Axis, Bar, Chart, Mark, Panel, RowMark, Tick, XAxis, range};
 use super::figure::Table;
 use super::number::{fixed, optional, significant};
 use super::svg::LegendEntry;
@@ -103,9 +103,8 @@ impl Worlds<'_> {
         let times = worlds.iter().filter_map(|world| world.charted_times).flatten();
         let level_value = self.level.map(|(value, _)| value);
         let (least, most) = range(times.chain(level_value)).unwrap_or((1.0, 10.0));
-        let level = self
-            .level
-            .map(|(value, text)| Mark::Level(value, Some((LabelSide::Left, text.to_owned()))));
+        // The runs leave no space for a label on the line, so the legend has it.
+        let level = self.level.map(|(value, _)| Mark::Level(value, None));
         let positions = || (0_u32..).map(|index| f64::from(index) + 0.5).zip(&worlds);
         let bars = positions().map(|(x, world)| Mark::Group(world.text(), world.bars(x)));
         let ranges = positions().map(|(x, world)| {
@@ -149,6 +148,7 @@ impl Worlds<'_> {
             circle class="series-0 middle-mark" cx="14" cy="7" r="3.5" {}
         };
         legend.push(LegendEntry::new(mark, "fastest, median, slowest run"));
+        legend.extend(self.level.map(|(_, text)| LegendEntry::line("limit", text)));
         Chart {
             legend,
             caption: format!("{} {READING}", self.caption),

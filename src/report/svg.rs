@@ -50,14 +50,17 @@ pub(super) fn legend_list(entries: &[LegendEntry]) -> Markup {
     html! {
         @if !entries.is_empty() {
             ul class="legend" {
-                @for entry in entries {
-                    li {
-                        svg class="key" viewBox="0 0 28 14" role="presentation" aria-hidden="true" { (entry.mark) }
-                        span { (entry.text) }
-                    }
-                }
+                @for entry in entries { li { (legend_entry(entry)) } }
             }
         }
+    }
+}
+
+/// An entry of a legend on a page.
+pub(super) fn legend_entry(entry: &LegendEntry) -> Markup {
+    html! {
+        svg class="key" viewBox="0 0 28 14" role="presentation" aria-hidden="true" { (entry.mark) }
+        span { (entry.text) }
     }
 }
 

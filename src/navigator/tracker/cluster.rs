@@ -2,7 +2,7 @@
 
 use nalgebra::Matrix2;
 
-use super::super::scan_visibility::is_full_turn;
+use super::super::scan_visibility::{Earlier, is_full_turn};
 use super::filter::Fit;
 use crate::geometry::{Point, Pose, Vector};
 use crate::map::Scan;
@@ -25,10 +25,8 @@ pub(super) struct Return {
     pub is_candidate: bool,
     /// The track on whose expected disc it falls.
     pub owner: Option<Owner>,
-    /// Whether it is a candidate on ground that an earlier scan saw through.
-    pub was_free: bool,
-    /// Whether it is a candidate at a place that something nearer hid a moment ago.
-    pub was_hidden: bool,
+    /// What earlier scans show of the place of a candidate.
+    pub earlier: Earlier,
     /// Whether it belongs to a person who stands.
     pub is_of_standing: bool,
 }
@@ -43,8 +41,7 @@ impl Return {
             point,
             is_candidate: true,
             owner: None,
-            was_free: true,
-            was_hidden: false,
+            earlier: Earlier::Free,
             is_of_standing: false,
         }
     }

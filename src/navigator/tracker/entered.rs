@@ -4,6 +4,7 @@
 //! A track needs about half a second to establish a motion, and the legs of a fast walker often never become one: each stands,
 //! then swings at twice the speed of the body. For the speed limit it suffices that something entered free ground.
 
+use super::super::scan_visibility::Earlier;
 use super::cluster::Return;
 use crate::geometry::Point;
 
@@ -38,7 +39,7 @@ impl EnteredPlaces {
     pub fn update(&mut self, time_s: f64, returns: &[Return]) {
         self.0.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
         let mut groups: Vec<(usize, Point)> = Vec::new();
-        for one in returns.iter().filter(|one| one.was_free || one.was_hidden) {
+        for one in returns.iter().filter(|one| one.earlier != Earlier::Unknown) {
             let near =
                 |(_, center): &&mut (usize, Point)| (one.point - *center).norm() < TOGETHER_M;
             match groups.iter_mut().find(near) {
@@ -78,8 +79,8 @@ impl EnteredPlaces {
 mod tests {
     use super::*;
 
-    fn returns(points: &[(f64, f64)], was_free: bool) -> Vec<Return> {
-        let at = |&(x, y): &(f64, f64)| Return { was_free, ..Return::candidate(Point::new(x, y)) };
+    fn returns(points: &[(f64, f64)], earlier: Earlier) -> Vec<Return> {
+        let at = |&(x, y): &(f64, f64)| Return { earlier, ..Return::candidate(Point::new(x, y)) };
         points.iter().map(at).collect()
     }
 
@@ -89,15 +90,11 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         for tick in 0..=5 {
             let posts = [(2.0, 1.0), (2.0, 1.1)];
-            let hidden: Vec<Return> = returns(&posts, false)
-                .into_iter()
-                .map(|one| Return { was_hidden: true, ..one })
-                .collect();
-            entered.update(f64::from(tick) * 0.1, &hidden);
+            entered.update(f64::from(tick) * 0.1, &returns(&posts, Earlier::Hidden));
             let stands: Vec<bool> = entered.places().map(|(_, stands)| stands).collect();
             assert_eq!(stands, [tick == 5], "after {tick} ticks");
         }
-        entered.update(0.6, &returns(&[(2.0, 1.0), (2.0, 1.1)], false));
+        entered.update(0.6, &returns(&[(2.0, 1.0), (2.0, 1.1)], Earlier::Unknown));
         assert_eq!(entered.places().count(), 1, "seen a moment ago");
     }
 
@@ -105,16 +102,16 @@ mod tests {
     fn two_legs_on_free_ground_are_one_place_for_half_a_second() {
         let mut entered = EnteredPlaces::default();
         let legs = [(2.0, 0.1), (2.2, -0.1), (5.0, 5.0)];
-        entered.update(0.0, &returns(&legs, true));
+        entered.update(0.0, &returns(&legs, Earlier::Free));
         let centers: Vec<Point> = entered.places().map(|(center, _)| center).collect();
         assert_eq!(centers.len(), 1, "dust has one return: {centers:?}");
         assert!((centers[0] - Point::new(2.1, 0.0)).norm() < 1e-9, "{centers:?}");
         // One leg hides the other, then both stand.
-        entered.update(0.1, &returns(&[(1.9, 0.0)], true));
+        entered.update(0.1, &returns(&[(1.9, 0.0)], Earlier::Free));
         assert_eq!(entered.places().next(), Some((Point::new(1.9, 0.0), false)));
-        entered.update(0.5, &returns(&legs, false));
+        entered.update(0.5, &returns(&legs, Earlier::Unknown));
         assert_eq!(entered.places().count(), 1);
-        entered.update(0.7, &returns(&legs, false));
+        entered.update(0.7, &returns(&legs, Earlier::Unknown));
         assert_eq!(entered.places().count(), 0);
     }
 
@@ -123,7 +120,7 @@ mod tests {
     fn what_stays_for_half_a_second_stands_until_it_leaves() {
         let mut entered = EnteredPlaces::default();
         let mut at = |time_s: f64, x: f64| {
-            entered.update(time_s, &returns(&[(x, 0.1), (x, -0.1)], true));
+            entered.update(time_s, &returns(&[(x, 0.1), (x, -0.1)], Earlier::Free));
             entered.places().map(|(_, stands)| stands).collect::<Vec<bool>>()
         };
         for tick in 0..10 {

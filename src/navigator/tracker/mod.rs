@@ -14,7 +14,7 @@ mod track;
 use nalgebra::Matrix2;
 
 use super::obstacle_model::ReturnOrigin;
-use super::scan_visibility::{History, free_margin_m, proves_free, seen_to_m};
+use super::scan_visibility::{Earlier, History, free_margin_m, proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Owner, Return, ScanReturns};
@@ -163,8 +163,7 @@ impl Tracker {
                 point,
                 is_candidate,
                 owner,
-                was_free: is_candidate && self.history.was_free(&point),
-                was_hidden: is_candidate && self.history.was_hidden(&point),
+                earlier: if is_candidate { self.history.of(&point) } else { Earlier::Unknown },
                 is_of_standing: false,
             });
         }
@@ -230,7 +229,7 @@ impl Tracker {
             let evidence = if stands_alone && track.seems_moving() {
                 let stride = cluster.count.div_ceil(MAX_CHECKED);
                 let members = cluster.returns(&self.returns, stride);
-                let entered = members.filter(|one| one.was_free).count();
+                let entered = members.filter(|one| one.earlier == Earlier::Free).count();
                 let left = track
                     .earlier_points(time_s)
                     .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))

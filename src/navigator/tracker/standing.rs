@@ -1,5 +1,6 @@
 //! People who stand: what a scan shows of them is too little for a track.
 
+use super::super::scan_visibility::Earlier;
 use super::cluster::{Cluster, Return};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
@@ -94,7 +95,8 @@ impl StandingPeople {
         let is_recent = |place: &Place| (0.0..=SIGHTED_S).contains(&(time_s - place.seen_s));
         self.0.retain(|place| place.sightings >= MIN_SIGHTINGS || is_recent(place));
         let came = |cluster: &Cluster| {
-            let free = cluster.returns(returns, 1).filter(|one| one.was_free).count();
+            let free =
+                cluster.returns(returns, 1).filter(|one| one.earlier == Earlier::Free).count();
             2 * free > cluster.count
         };
         for cluster in clusters.iter().filter(|cluster| may_be_legs(cluster) && came(cluster)) {
@@ -234,7 +236,7 @@ mod tests {
             let mut standing = StandingPeople::default();
             let (clusters, mut returns) = scan(&[(1.0, 0.0), (1.0, apart_m)], 0.06);
             for one in &mut returns {
-                (one.is_candidate, one.was_free) = (false, false);
+                (one.is_candidate, one.earlier) = (false, Earlier::Unknown);
             }
             let legs = [Point::new(1.0, 0.0), Point::new(1.0, apart_m)];
             for tick in 0..9 {
@@ -250,16 +252,16 @@ mod tests {
 
     #[test]
     fn posts_and_boxes_are_no_people() {
-        for (width_m, was_free, period_s) in
-            [(0.06, false, 0.1), (0.4, true, 0.1), (0.06, true, 0.5)]
+        for (width_m, earlier, period_s) in
+            [(0.06, Earlier::Unknown, 0.1), (0.4, Earlier::Free, 0.1), (0.06, Earlier::Free, 0.5)]
         {
             let mut standing = StandingPeople::default();
             let (clusters, mut returns) = scan(&[(1.0, 0.0)], width_m);
-            returns.iter_mut().for_each(|one| one.was_free = was_free);
+            returns.iter_mut().for_each(|one| one.earlier = earlier);
             for tick in 0..9 {
                 standing.update(f64::from(tick) * period_s, &clusters, &mut returns, |_| true);
             }
-            assert_eq!(count(&standing), 0, "{width_m} {was_free} {period_s}");
+            assert_eq!(count(&standing), 0, "{width_m} {earlier:?} {period_s}");
         }
     }
 

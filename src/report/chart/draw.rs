@@ -23,6 +23,8 @@ const FOOT: f64 = 42.0;
 /// Height of a label line, and estimated width of a letter on a small screen.
 const LINE: f64 = 17.0;
 const LETTER: f64 = 8.0;
+/// Distance of a label from its vertical line.
+const LABEL_SHIFT: f64 = 5.0;
 /// Least distance between labels outside a panel.
 const LABEL_PITCH: f64 = 13.0;
 /// Rows: first row, height of a row, of its bars, space between groups, side margin.
@@ -52,6 +54,15 @@ struct Area<'a> {
     labels_height: f64,
     x: &'a Axis,
     y: &'a Axis,
+}
+
+/// A label of a vertical line.
+struct PlacedLabel<'p> {
+    /// The position of the line in the drawing.
+    x: f64,
+    text: &'p str,
+    /// Whether it stands left of its line.
+    is_left: bool,
 }
 
 /// Draws a chart without its title and legend.
@@ -91,8 +102,8 @@ fn draw_panels(x: &XAxis, panels: &[Panel]) -> Drawn {
             (area.axes(ticks, &panel.y.ticks(), (index == last).then_some(x.title), &panel.title))
             @for mark in &panel.marks { (area.mark(mark)) }
             (area.outside_labels(panel))
-            @for (line, (value, label)) in position_labels(panel).enumerate() {
-                (area.position_label(value, label, line))
+            @for (line, label) in area.placed_labels(panel).iter().enumerate() {
+                (area.position_label(label, line))
             }
             @let () = top = area.bottom() + PANEL_GAP;
         }
@@ -300,9 +311,6 @@ impl Area<'_> {
         html! {
             line class="limit" x1=(coordinate(self.left)) x2=(coordinate(self.right())) y1=(y) y2=(y) {}
             @match label {
-                Some((LabelSide::Left, text)) => {
-                    text class="halo" x=(coordinate(self.left + 5.0)) y=(y) dy="-.5em" { (text) }
-                }
                 Some((LabelSide::Right, text)) => {
                     text class="end halo" x=(coordinate(self.right() - 4.0)) y=(y) dy="-.4em" { (text) }
                 }
@@ -329,16 +337,35 @@ impl Area<'_> {
         }
     }
 
-    /// A vertical reference line up to its label. Each label has its own line of text, so labels do not overlap.
-    fn position_label(&self, value: f64, label: &str, line: usize) -> Markup {
+    /// The labels of vertical lines in the order of their lines of text, from the top. A label stands right of its line
+    /// unless it would reach the next one. Those at the left come first, from the rightmost on; then the others, from the
+    /// leftmost on. So no line crosses the label of another.
+    fn placed_labels<'p>(&self, panel: &'p Panel) -> Vec<PlacedLabel<'p>> {
+        let mut lines: Vec<(f64, &str)> =
+            position_labels(panel).map(|(value, text)| (self.x_at(value), text)).collect();
+        lines.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut limit = self.right();
+        let labels = lines.into_iter().map(|(x, text)| {
+            let width = text.chars().count() as f64 * LETTER + LABEL_SHIFT;
+            let is_left = x + width > limit && x - width >= 0.0;
+            limit = x;
+            PlacedLabel { x, text, is_left }
+        });
+        let (mut labels, right): (Vec<_>, Vec<_>) = labels.partition(|label| label.is_left);
+        labels.extend(right.into_iter().rev());
+        labels
+    }
+
+    /// A vertical reference line up to its label. Each label has its own line of text.
+    fn position_label(&self, label: &PlacedLabel<'_>, line: usize) -> Markup {
         let y = self.top - self.labels_height + LINE * line as f64;
-        let x = self.x_at(value);
+        let PlacedLabel { x, text, is_left } = *label;
         let (class, shift) =
-            if x > self.left + self.width / 2.0 { ("end halo", -5.0) } else { ("halo", 5.0) };
+            if is_left { ("end halo", -LABEL_SHIFT) } else { ("halo", LABEL_SHIFT) };
         html! {
             line class="percentile" x1=(coordinate(x)) x2=(coordinate(x))
                 y1=(coordinate(y - 9.0)) y2=(coordinate(self.bottom())) {}
-            text class=(class) x=(coordinate(x + shift)) y=(coordinate(y)) { (label) }
+            text class=(class) x=(coordinate(x + shift)) y=(coordinate(y)) { (text) }
         }
     }
 }

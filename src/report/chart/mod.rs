@@ -98,8 +98,6 @@ pub(crate) enum Mark {
 /// Where the label of a horizontal reference line stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LabelSide {
-    /// On the line, at the left end.
-    Left,
     /// On the line, at the right end.
     Right,
     /// Right of the panel.

@@ -17,6 +17,10 @@ use crate::runtime::{Trace, TraceRow};
 /// Most pixels of the longer side of a grid on a page: pages hold several maps.
 pub(crate) const PAGE_RASTER: i32 = 900;
 
+/// Most pixels of the longer side of a grid on a page with a player, which zooms into the same image: one pixel for each
+/// cell of 200 m at 5 cm.
+pub(crate) const PLAYER_RASTER: i32 = 4096;
+
 /// Most pixels of the longer side of a grid in a standalone picture: twice a picture width of 1440, so every cell of a
 /// large mine has a pixel.
 pub(crate) const STANDALONE_RASTER: i32 = 2880;

@@ -13,8 +13,8 @@ pub(super) use decorations::{
 pub(super) use encounters::Encounters;
 pub use layers::PathStages;
 pub(super) use layers::{
-    PAGE_RASTER, STANDALONE_RASTER, contacts, ground, ground_legend, path, stage_legend, stages,
-    top_speed, track, track_legend, trail_legend, trails,
+    PAGE_RASTER, PLAYER_RASTER, STANDALONE_RASTER, contacts, ground, ground_legend, path,
+    stage_legend, stages, top_speed, track, track_legend, trail_legend, trails,
 };
 pub(super) use standalone::{MapPanel, MapsSideBySide, STANDALONE_TOLERANCE, StandaloneMap};
 pub(super) use viewport::{MAP_WIDTH, Viewport};

@@ -44,6 +44,17 @@ impl Viewport {
         view.shaped()
     }
 
+    /// The area within a reach of some positions, m, as far as the map extends; none without positions or outside the map.
+    pub(crate) fn within_reach(
+        positions: impl IntoIterator<Item = Point>,
+        reach_m: f64,
+        frame: &GridFrame,
+    ) -> Option<Self> {
+        let (reached, map) = (bounds(positions)?.grown(reach_m, reach_m), bounds(frame.corners())?);
+        let (low, high) = (reached.low.max(&map.low), reached.high.min(&map.high));
+        (low.x < high.x && low.y < high.y).then_some(Self { low, high })
+    }
+
     /// Drawing units per metre.
     pub(crate) fn scale(&self) -> f64 {
         MAP_WIDTH / (self.high.x - self.low.x)
@@ -109,4 +120,19 @@ fn bounds(points: impl IntoIterator<Item = Point>) -> Option<Viewport> {
         .filter(Point::is_finite)
         .map(|point| Viewport { low: point, high: point })
         .reduce(|all, point| all.joined(&point))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+
+    #[test]
+    fn area_within_reach_ends_at_the_map() {
+        let frame = GridFrame::new(20, 10, 0.5, Pose::new(0.0, 0.0, 0.0)).expect("a frame");
+        let area = Viewport::within_reach([Point::new(8.0, 2.0)], 3.0, &frame).expect("an area");
+        assert_eq!((area.low, area.high), (Point::new(5.0, 0.0), Point::new(10.0, 5.0)));
+        assert!(Viewport::within_reach([Point::new(20.0, 2.0)], 3.0, &frame).is_none());
+        assert!(Viewport::within_reach([], 3.0, &frame).is_none());
+    }
 }

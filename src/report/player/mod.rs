@@ -4,9 +4,11 @@
 //! pictures and tables of the page show the same run without it.
 
 mod event_list;
+mod legend;
 mod playback_json;
 pub(super) mod playback_recorder;
 mod protection;
+mod readings;
 
 use event_list::EventList;
 use maud::{Markup, PreEscaped, html};
@@ -16,76 +18,116 @@ use super::mission_page::MissionView;
 use crate::runtime::{FaultEvents, TickEvent};
 pub use playback_recorder::PlaybackRecorder;
 
-/// The script of all players on a page.
-pub(super) const SCRIPT: &str = include_str!("player.js");
-
-/// The values shown next to the map: label, name in the script, unit, and class of one that is wider than a number.
-const READINGS: [(&str, &str, &str, Option<&str>); 16] = [
-    ("time", "time", "s", None),
-    ("mode", "mode", "", None),
-    ("fault", "fault", "", Some("full-line")),
-    ("speed", "speed", "m/s", None),
-    ("turn rate", "turn_rate", "rad/s", None),
-    ("protective layer", "protection", "", Some("full-line")),
-    ("command", "command", "", Some("wide")),
-    ("gap", "gap", "m", None),
-    ("decision time", "decision_time", "ms", None),
-    ("admissible", "admissible", "", None),
-    ("heading", "heading", "rad", None),
-    ("clearance", "clearance", "m", None),
-    ("velocity", "velocity", "m/s", None),
-    ("path", "path", "m", None),
-    ("score", "score", "", None),
-    ("plan", "plan", "", None),
-];
+/// The script of all players on a page. Its last part starts them.
+pub(super) const SCRIPT: &str = concat!(
+    include_str!("script/playback.js"),
+    include_str!("script/drawing.js"),
+    include_str!("script/view.js"),
+    include_str!("script/map.js"),
+    include_str!("script/timeline.js"),
+    include_str!("script/links.js"),
+    include_str!("script/player.js"),
+);
 
 /// The style of a page with players.
 pub(super) const STYLE: &str = include_str!("player.css");
 
-/// The player of a mission. The section must also contain the map picture of the same viewport.
+/// The keys of the map, and their effects.
+const KEYS: [(&str, &str); 9] = [
+    ("Space", "play or pause"),
+    ("← →", "one tick back or forward"),
+    ("Home, End", "first or last tick"),
+    ("+ −", "zoom in or out"),
+    ("Shift + arrows", "move the map"),
+    ("F", "follow the robot, or stop following"),
+    ("W", "whole map"),
+    ("0", "reset: follow the robot at the first zoom"),
+    ("?", "show or hide this list, from anywhere in the player"),
+];
+
+/// The player of a mission. The section must have an identifier, and contain the map picture of the same viewport.
 pub(super) fn figure(
     mission: &MissionView,
     playback: &PlaybackRecorder,
     view: &Viewport,
+    section_id: &str,
 ) -> Markup {
     // It may contain text of a GPU driver. `<` is the only character that could end the element.
     let json =
         playback_json::playback_json(mission, playback, view).to_string().replace('<', "\\u003c");
-    let speeds = ["0.25", "0.5", "1", "2", "4", "8", "16"];
-    let layers = ["follow", "lidar", "trajectories", "predictions"];
+    let last = playback.frames.len().saturating_sub(1);
     html! {
-        figure class="player" {
+        figure class="player" id=(format!("{section_id}-playback")) {
             h3 { "Playback" }
             noscript { p { "The playback needs a script. The pictures below show the same run." } }
-            canvas class="map-canvas" role="img" tabindex="0"
-                aria-label="The robot on the map at the selected time, with its lidar returns, the sampled trajectories coloured by score, the chosen trajectory, and the moving obstacles." {}
-            div class="controls" {
-                button type="button" data-action="back" aria-label="one tick back" { "◀" }
-                button type="button" data-action="play" { "Play" }
-                button type="button" data-action="forward" aria-label="one tick forward" { "▶" }
-                input type="range" min="0" max=(playback.frames.len().saturating_sub(1)) value="0" step="1" aria-label="tick";
-                label { "speed " select data-action="speed" aria-label="playback speed" {
-                    @for speed in speeds { option value=(speed) selected[speed == "1"] { "×" (speed) } }
-                } }
-            }
-            div class="controls" {
-                @for layer in layers {
-                    label { input type="checkbox" data-layer=(layer) checked; " " (layer) }
+            div class="stage" {
+                div class="screen" {
+                    canvas class="map-canvas" role="img" tabindex="0"
+                        aria-label="The robot on the map at the selected time, with its lidar returns, the sampled trajectories coloured by score, the chosen trajectory, and the moving obstacles." {}
+                    (view_controls())
+                    (time_controls(last))
+                    canvas class="timeline" role="img"
+                        aria-label=(format!("Speed, turn rate, gap and decision time over the run, with a line and the values at the selected time. {} {}", playback.faults.alt_text(), playback.protection.alt_text())) {}
+                    div class="controls" {
+                        button type="button" data-action="link" { "Copy link to this moment" }
+                        code class="moment-link" hidden {}
+                    }
+                }
+                div class="side" {
+                    (readings::readings(section_id))
+                    (legend::legend(mission, view))
+                    (key_help())
+                    div class="events faults" {
+                        h4 { "Faults" }
+                        (playback.faults.list.list("faults", playback.stride))
+                    }
+                    (playback.protection.lists(playback.stride))
                 }
             }
-            dl class="readings" aria-live="off" {
-                @for (label, name, unit, class) in READINGS {
-                    div class=[class] { dt { (label) } dd { span data-reading=(name) { "–" } " " (unit) } }
-                }
-            }
-            canvas class="timeline" role="img"
-                aria-label=(format!("Speed, gap and decision time over the run, with a line at the selected time. {} {}", playback.faults.alt_text(), playback.protection.alt_text())) {}
-            div class="events faults" {
-                h4 { "Faults" }
-                (playback.faults.list.list("faults", playback.stride))
-            }
-            (playback.protection.lists(playback.stride))
             script type="application/json" class="playback" { (PreEscaped(json)) }
+        }
+    }
+}
+
+fn view_controls() -> Markup {
+    let buttons = [
+        ("zoom-in", "+", "zoom in"),
+        ("zoom-out", "−", "zoom out"),
+        ("whole", "Whole map", "show the whole map"),
+        ("reset", "Reset view", "follow the robot at the first zoom"),
+    ];
+    html! {
+        div class="controls" role="group" aria-label="View of the map" {
+            @for (action, text, label) in buttons {
+                button type="button" data-action=(action) aria-label=(label) title=(label) { (text) }
+            }
+            label { input type="checkbox" data-action="follow" checked; " follow the robot" }
+        }
+    }
+}
+
+fn time_controls(last: usize) -> Markup {
+    let speeds = ["0.25", "0.5", "1", "2", "4", "8", "16"];
+    html! {
+        div class="controls" role="group" aria-label="Time" {
+            button type="button" data-action="back" aria-label="one tick back" { "◀" }
+            button type="button" data-action="play" { "Play" }
+            button type="button" data-action="forward" aria-label="one tick forward" { "▶" }
+            input type="range" data-action="seek" min="0" max=(last) value="0" step="1" aria-label="tick";
+            label { "speed " select data-action="speed" aria-label="playback speed" {
+                @for speed in speeds { option value=(speed) selected[speed == "1"] { "×" (speed) } }
+            } }
+        }
+    }
+}
+
+/// The list of the keys and of what a pointer does.
+fn key_help() -> Markup {
+    html! {
+        details class="key-help" {
+            summary { "Keyboard and pointer (" kbd { "?" } ")" }
+            p { "Drag the map to move it; use the wheel or two fingers to zoom. Press or drag on the charts to select a time. The keys work while the map has the focus." }
+            dl class="facts" { @for (keys, effect) in KEYS { dt { kbd { (keys) } } dd { (effect) } } }
         }
     }
 }

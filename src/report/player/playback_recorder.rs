@@ -113,6 +113,11 @@ impl PlaybackRecorder {
         self.frames.is_empty()
     }
 
+    /// The longest range of a recorded scan, m; zero without any.
+    pub(in crate::report) fn lidar_range_m(&self) -> f64 {
+        self.frames.iter().map(|frame| frame.scan.range_max).fold(0.0, f64::max)
+    }
+
     /// Halves the frames and doubles the stride.
     fn thin(&mut self) {
         self.stride *= 2;

@@ -12,9 +12,10 @@ use crate::support::browser::program::{BrowserTest, Program};
 use page::{Look, look_at};
 use runs::{Run, faulty_run, long_run, protected_run, short_run};
 
-const IN_BROWSER: [(&str, BrowserTest); 5] = [
+const IN_BROWSER: [(&str, BrowserTest); 6] = [
     ("player_plays_steps_and_shows_the_trace", plays),
     ("player_shows_faults_at_their_ticks", faults),
+    ("player_zooms_explains_and_links", views_and_links),
     ("player_fits_a_phone_and_the_dark_theme", fits),
     ("altered_script_is_not_run", altered),
     ("page_of_several_runs_has_a_player_for_each", several),
@@ -97,6 +98,65 @@ fn plays(program: &Program) -> Result<(), Failed> {
             assert_ne!(of(one), of(other), "{one} and {other}");
         }
     }
+    assert_eq!(of("picture_reset"), of("picture_middle"));
+    Ok(())
+}
+
+fn views_and_links(program: &Program) -> Result<(), Failed> {
+    let run = short_run();
+    let seen = look_at(program, &run.page(), &Look::default())?;
+    assert_eq!(seen.console, [""; 0], "the console is not empty");
+    let of = |name: &str| &seen.findings[name];
+    // Every change of the view changes the picture; only a moved map is not centred on the robot.
+    let views = of("views").as_array().expect("a list");
+    for pair in views.windows(2) {
+        assert_ne!(pair[0]["picture"], pair[1]["picture"], "{pair:?}");
+    }
+    let follows: Vec<&str> = views
+        .iter()
+        .filter(|view| view["follows"] == json!(true))
+        .filter_map(|view| view["change"].as_str())
+        .collect();
+    assert_eq!(follows, ["first", "wheel", "key", "button", "reset"]);
+    assert_eq!(views[0]["picture"], views[views.len() - 1]["picture"]);
+    let legend = of("legend").to_string();
+    for entry in [
+        "global path",
+        "driven track",
+        "lidar returns",
+        "sampled trajectories",
+        "rejected samples",
+        "chosen trajectory",
+        "true position",
+        "predicted",
+        "robot",
+        "key node",
+        "goal",
+        "obstacle",
+    ] {
+        assert!(legend.contains(entry), "{entry}: {legend}");
+    }
+    let meanings = of("meanings").as_array().expect("a list");
+    assert_eq!(
+        meanings.len(),
+        seen.findings["at_first"].as_object().map_or(0, serde_json::Map::len)
+    );
+    for meaning in meanings {
+        assert!(meaning["text"].as_str().is_some_and(|text| text.len() > 20), "{meaning}");
+        let shown = (&meaning["before"], &meaning["focused"], &meaning["fits"]);
+        assert_eq!(shown, (&json!(false), &json!(true), &json!(true)), "{meaning}");
+    }
+    let rows = &run.result.trace.rows;
+    let links = of("links");
+    assert_eq!(links["shown"], json!(fixed(rows[7].time_s, 2)));
+    assert_eq!(links["address"], json!(format!("#mission-1&t={:.2}", rows[7].time_s)));
+    let before = rows.iter().rfind(|row| row.time_s <= 2.35).map(|row| fixed(row.time_s, 2));
+    assert_eq!(links["selected"], json!(before));
+    let end = format!("/page#mission-1&t={}", before.unwrap_or_default());
+    assert!(links["copied"].as_str().is_some_and(|text| text.ends_with(&end)), "{links}");
+    assert_eq!(of("contents"), &json!(vec![true; 6]), "a link of the contents has no target");
+    assert_eq!(of("copy_is_shown"), &json!(true));
+    assert_eq!(of("help"), &json!([false, true, false]));
     Ok(())
 }
 
@@ -143,12 +203,15 @@ fn faults(program: &Program) -> Result<(), Failed> {
 fn fits(program: &Program) -> Result<(), Failed> {
     let page = faulty_run(120).page();
     let mut pictures = Vec::new();
-    for (width, dark) in [(360, false), (360, true), (1200, true)] {
+    for (width, dark) in [(390, false), (390, true), (1280, true), (1920, false)] {
         let seen = look_at(program, &page, &Look { width, dark })?;
         assert_eq!(seen.console, [""; 0], "the console is not empty");
         let of = |name: &str| number(&seen.findings, name);
         assert!(of("content_width") <= of("window_width"), "{:?}", seen.findings);
-        assert!(of("map_width") > 0.8 * of("window_width").min(1000.0), "{:?}", seen.findings);
+        // On a wide window the values stand next to the map.
+        assert!(of("map_width") > 0.6 * of("window_width"), "{:?}", seen.findings);
+        let meanings = seen.findings["meanings"].as_array().expect("a list");
+        assert!(meanings.iter().all(|meaning| meaning["fits"] == json!(true)), "{meanings:?}");
         assert_eq!(seen.findings["is_dark"], json!(dark));
         pictures.push(seen.findings["picture_first"].clone());
     }
