@@ -15,6 +15,7 @@ mod cases {
         mod evaluate;
         #[cfg(unix)]
         mod files;
+        mod first_steps;
         mod help;
         mod localization;
         mod memory;

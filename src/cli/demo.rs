@@ -8,7 +8,7 @@ use inbye::local::{Engine, EngineChoice, SelectedEngine, open_with_fallback};
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult};
-use inbye::sim::{Scene, Simulation, scenes};
+use inbye::sim::{Scene, Simulation, mine, scenes};
 use serde_json::json;
 
 use super::files::ReportFolder;
@@ -30,7 +30,7 @@ const MAX_SECONDS: f64 = 1.5;
 const DENSEST: usize = 1 << 18;
 const TICKS: usize = 25;
 
-const INTRO: &str = "Three built-in scenes: a global path is searched, pruned and smoothed, then driven in a closed loop among \
+const INTRO: &str = "Four built-in scenes: a global path is searched, pruned and smoothed, then driven in a closed loop among \
     pedestrians by the dynamic window approach.\n\n\
     Then every engine of this machine: the same problems compared bit for bit, and sampling density against decision time \
     and quality of the command.";
@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let report = ReportFolder::create(Some(folder))?;
     let config = Config::default();
     let mut drives = Vec::new();
-    for scene in scenes() {
+    for scene in [mine()].into_iter().chain(scenes()) {
         let SelectedEngine { engine, reason, .. } =
             open_with_fallback(&EngineChoice::Auto, machine::cores(), false)?;
         if drives.is_empty() {
@@ -86,9 +86,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     })?;
     let (count, cases) = (all.len(), verification.cases);
     let mut lines = vec![if agree {
-        format!("{count} engines returned the same bits for {cases} problems")
+        let text = format!("{count} engines returned the same bits for {cases} problems");
+        output::good(&text)
     } else {
-        format!("the engines DIFFER: run `inbye verify --cases {cases} --seed {SEED}`")
+        let cure = format!("run `inbye verify --cases {cases} --seed {SEED}`");
+        format!("{}: {cure}", output::bad("the engines DIFFER"))
     }];
     lines.extend(density::text(&measured, &quality));
     let mission = |drive: &Drive| {
@@ -118,6 +120,8 @@ struct Drive {
     result: MissionResult,
     playback: PlaybackRecorder,
     facts: Vec<(String, String)>,
+    /// The command that repeats the drive alone.
+    command: String,
 }
 
 impl Drive {
@@ -138,15 +142,16 @@ impl Drive {
         let recorder = Some(&mut playback);
         let result = drive::drive(&simulation, config, engine, scene.name, None, recorder, None)?;
         let facts = drive_text::facts(&result, scene.seed);
-        Ok(Self { scene, simulation, result, playback, facts })
+        let command = format!("inbye drive --scene {} --report out", scene.name);
+        Ok(Self { scene, simulation, result, playback, facts, command })
     }
 
     /// The drive on the report's page.
     fn view<'a>(&'a self, config: &'a Config) -> MissionView<'a> {
-        let Self { scene, simulation, result, playback, facts } = self;
+        let Self { scene, simulation, result, playback, facts, .. } = self;
         MissionView {
             title: scene.title,
-            command: "inbye",
+            command: &self.command,
             mission: &simulation.mission,
             config,
             result,

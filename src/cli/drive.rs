@@ -71,7 +71,7 @@ pub struct DriveArguments {
     /// Write a report page into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Show the drive as an animation in this file, at most 240 frames.
+    /// Show the drive as an animation in this file, at most 160 frames.
     #[arg(long, value_name = "FILE.gif")]
     pub animation: Option<PathBuf>,
     /// Record the drive in this file: as ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay` if its name ends in .mcap,

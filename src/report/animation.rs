@@ -31,7 +31,7 @@ const MAP_MARGIN_PX: u32 = 8;
 const DELAY: u16 = 8;
 const LAST_DELAY: u16 = 200;
 /// Most frames: a longer drive is shown faster.
-const MAX_FRAMES: usize = 240;
+const MAX_FRAMES: usize = 160;
 /// Frames from which the palette is chosen, and the share of their pixels: one in this many.
 const PALETTE_FRAMES: usize = 12;
 const NEU_QUANT_SHARE: i32 = 10;
@@ -69,7 +69,7 @@ pub enum AnimationError {
     Encoding(#[from] EncodingError),
 }
 
-/// Returns a drive as a GIF file, 640 by 400 pixels and at most 240 frames, which repeats for ever.
+/// Returns a drive as a GIF file, 640 by 400 pixels and at most 160 frames, which repeats for ever.
 ///
 /// # Errors
 /// Fails for a drive without ticks.

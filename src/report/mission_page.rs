@@ -94,7 +94,10 @@ pub struct EngineComparison {
 pub fn html(report: &Report) -> String {
     let has_player = report.missions.iter().any(|view| view.playback.is_some());
     let content = html! {
-        (page_header(report.title, report.intro, report.machine, &contents(report)))
+        (page_header(report.title, report.intro, report.machine, &html! {
+            @if !report.comparisons.is_empty() { p { (agreement(report.comparisons)) } }
+            (contents(report))
+        }))
         @for (index, view) in report.missions.iter().enumerate() { (section(view, index + 1)) }
         @if report.missions.is_empty() {
             section { p class="nothing" { "There is no mission in this report." } }
@@ -111,6 +114,14 @@ pub fn html(report: &Report) -> String {
     };
     let (style, script) = if has_player { (player::STYLE, player::SCRIPT) } else { ("", "") };
     document(report.title, style, script, &content)
+}
+
+/// Whether all engines returned the same bits, in one statement.
+fn agreement(comparisons: &[EngineComparison]) -> Markup {
+    let agree = comparisons.iter().all(|engine| engine.agrees);
+    let count = comparisons.len();
+    let text = if agree { "engines returned the same bits" } else { "engines differ" };
+    badge(agree, &format!("{count} {text}"))
 }
 
 /// The contents: all sections, each mission with its outcome and its parts.

@@ -20,7 +20,7 @@ pub struct Scene {
     pub goal: Point,
     /// Number of pedestrians.
     pub obstacles: usize,
-    /// Seed of the pedestrians.
+    /// Seed of the pedestrians: a drive that meets some of them and seldom waits. Statistics need other seeds too.
     pub seed: u64,
 }
 
@@ -72,8 +72,8 @@ pub fn roadway() -> Scene {
         map: mine.build(),
         start: Pose::new(2.4, 3.6, 0.0),
         goal: Point::new(27.0, 16.3),
-        obstacles: 6,
-        seed: 1,
+        obstacles: 4,
+        seed: 7,
     }
 }
 
@@ -121,8 +121,8 @@ pub fn dead_end() -> Scene {
         map: mine.build(),
         start: Pose::new(2.6, 7.4, 0.0),
         goal: Point::new(21.4, 7.4),
-        obstacles: 3,
-        seed: 3,
+        obstacles: 4,
+        seed: 7,
     }
 }
 
@@ -168,7 +168,7 @@ pub fn mine() -> Scene {
         start: Pose::new(10.0, 5.0, 0.0),
         goal: Point::new(80.0, 40.0),
         obstacles: 5,
-        seed: 7,
+        seed: 3,
     }
 }
 

@@ -12,6 +12,19 @@ use tempfile::TempDir;
 const MINE_YAML: &str = "image: mine.png\nresolution: 0.25\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n\
     occupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
+/// Begin of the notes that name written files.
+const FILE_NOTES: [&str; 9] = [
+    "animation: ",
+    "base-output: ",
+    "chart: ",
+    "output: ",
+    "png: ",
+    "record: ",
+    "record-missions: ",
+    "record-quality: ",
+    "svg: ",
+];
+
 /// A temporary folder with a map; removed when dropped.
 pub struct Workplace(TempDir);
 
@@ -20,7 +33,7 @@ pub struct Workplace(TempDir);
 pub struct Run {
     pub status: i32,
     pub stdout: String,
-    /// Standard error without the note that names the engine.
+    /// Standard error without the notes that name the engine and written files.
     pub errors: Vec<String>,
     /// The note that names the engine.
     pub engine_note: Option<String>,
@@ -84,8 +97,12 @@ impl Workplace {
     pub fn run_words(&self, arguments: &[&str]) -> Run {
         let output = self.command().args(arguments).output().expect("the program starts");
         let stderr = String::from_utf8(output.stderr).expect("messages are text");
-        let (notes, errors): (Vec<String>, Vec<String>) =
-            stderr.lines().map(str::to_owned).partition(|line| line.starts_with("engine: "));
+        let names_a_file = |line: &&str| FILE_NOTES.iter().any(|note| line.starts_with(note));
+        let (notes, errors): (Vec<String>, Vec<String>) = stderr
+            .lines()
+            .filter(|line| !names_a_file(line))
+            .map(str::to_owned)
+            .partition(|line| line.starts_with("engine: "));
         assert!(notes.len() <= 1, "the engine is named once: {notes:?}");
         Run {
             status: output.status.code().expect("the program ends by itself"),

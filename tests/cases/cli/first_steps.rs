@@ -1,0 +1,200 @@
+//! What a new user meets: scenes, single settings, typical mistakes, `doctor`, and Ctrl-C.
+
+use serde_json::{Value, json};
+
+use super::program::{Workplace, assert_fields};
+
+#[test]
+fn scene_gives_map_start_and_goal() {
+    let place = Workplace::new();
+    let (status, plan) = place.json("plan --scene mine");
+    assert_eq!((status, &plan["found"]), (0, &json!(true)));
+    let ends = |plan: &Value| {
+        let path = plan["path"].as_array().expect("a path");
+        [path.first().cloned(), path.last().cloned()]
+    };
+    let [start, goal] = ends(&plan);
+    assert_eq!((start, goal), (Some(json!([10.0, 5.0])), Some(json!([80.0, 40.0]))));
+    let (_, other) = place.json("plan --scene mine --goal 60,31");
+    assert_eq!(ends(&other)[1], Some(json!([60.0, 31.0])));
+}
+
+#[test]
+fn scene_gives_pedestrians_and_seed() {
+    let place = Workplace::new();
+    let digest = |arguments: &str| {
+        let (status, drive) =
+            place.json(&format!("drive --scene dead_end --engine cpu {arguments}"));
+        assert_eq!((status, &drive["reached"]), (0, &json!(true)), "{drive}");
+        drive["trace_digest"].clone()
+    };
+    let by_default = digest("");
+    assert_eq!(digest("--obstacles 4 --seed 7"), by_default);
+    assert_ne!(digest("--obstacles 0"), by_default);
+}
+
+#[test]
+fn scene_and_map_exclude_each_other_and_one_is_needed() {
+    let place = Workplace::new();
+    let both = place.refusal("plan --scene mine --map mine.yaml --start 1,1 --goal 2,2");
+    assert!(both.contains("cannot be used with"), "{both}");
+    let none = place.refusal("plan --start 1,1 --goal 2,2");
+    assert!(none.contains("--map"), "{none}");
+    let unknown = place.refusal("drive --scene moon");
+    assert!(unknown.contains("roadway") && unknown.contains("mine"), "{unknown}");
+    let without_ends = place.refusal("plan --map mine.yaml");
+    assert!(without_ends.contains("--start") && without_ends.contains("--goal"), "{without_ends}");
+}
+
+#[test]
+fn one_setting_is_changed_and_a_wrong_one_is_refused() {
+    let place = Workplace::new();
+    let changed =
+        place.run("plan --scene dead_end --set local.vx_samples=32 --set local.normalization=sum");
+    assert_eq!(changed.status, 0, "{changed:?}");
+    let (_, wide) = place.json("plan --scene dead_end --set navigator.safety_margin_m=0.3");
+    let (_, usual) = place.json("plan --scene dead_end");
+    assert_ne!(wide["min_clearance_m"], usual["min_clearance_m"]);
+    for (change, named) in [
+        ("local.vx_sampels=3", "vx_samples"),
+        ("local.vx_samples=1.5", "local.vx_samples = 1.5"),
+        ("local.vx_samples", "KEY=VALUE"),
+        ("local.normalization=most", "minmax"),
+    ] {
+        let error = place.refusal(&format!("plan --scene dead_end --set {change}"));
+        assert!(error.contains(named), "{change}: {error}");
+    }
+}
+
+#[test]
+fn degrees_and_swapped_axes_are_noticed() {
+    let place = Workplace::new();
+    let run = place.run("plan --scene mine --start 10,5,90");
+    assert_eq!(run.status, 0, "{run:?}");
+    assert!(run.errors.iter().any(|line| line.contains("90 degrees are 1.5708 rad")), "{run:?}");
+    let run = place.run("plan --scene mine --start 10,5,1.57");
+    assert!(run.errors.is_empty(), "{run:?}");
+    let swapped = place.refusal("plan --scene mine --start 5,10");
+    assert!(swapped.contains("swapped"), "{swapped}");
+    let occupied = place.refusal("plan --scene mine --start 17,10");
+    assert!(!occupied.contains("swapped"), "{occupied}");
+}
+
+#[test]
+fn error_is_json_too() {
+    let place = Workplace::new();
+    for (arguments, code, place_of_it) in [
+        ("plan --map gone.yaml --start 1,1 --goal 2,2", "unusable_input", Value::Null),
+        ("plan --scene mine --config gone.toml", "unusable_input", json!("--config gone.toml")),
+        ("plan --scene moon", "usage", Value::Null),
+    ] {
+        let run = place.run(&format!("{arguments} --json"));
+        assert_eq!((run.status, run.stdout.lines().count()), (2, 1), "{run:?}");
+        let object: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
+        let error = &object["error"];
+        assert_eq!((&error["code"], &error["place"]), (&json!(code), &place_of_it), "{error}");
+        let message = error["message"].as_str().expect("a message");
+        assert!(run.errors[0].contains(message), "{run:?}");
+    }
+}
+
+#[test]
+fn drive_that_does_not_arrive_says_why() {
+    let place = Workplace::new();
+    let (status, drive) = place.json("drive --scene crossing --engine cpu --time-limit 2");
+    assert_eq!(status, 1);
+    let why = drive["why"].as_str().expect("a reason");
+    assert!(why.starts_with("the time was up; driving at ("), "{why}");
+    let (_, arrived) = place.json("drive --scene dead_end --engine cpu");
+    assert_eq!(arrived["why"], Value::Null);
+}
+
+#[test]
+fn doctor_names_engine_threads_and_features() {
+    let place = Workplace::new();
+    let (_, object) = place.json("doctor --seconds 0.01");
+    assert_fields(&object, "threads whole, checks list, checks[].name text, checks[].ok bool");
+    let names: Vec<&str> = object["checks"]
+        .as_array()
+        .expect("checks")
+        .iter()
+        .filter_map(|check| check["name"].as_str())
+        .collect();
+    for name in ["processor", "threads", "GPU", "auto", "features"] {
+        assert!(names.contains(&name), "{name} is not in {names:?}");
+    }
+}
+
+#[cfg(feature = "png")]
+#[test]
+fn animation_is_a_gif_of_the_drive() {
+    let place = Workplace::new();
+    let run = place.run("drive --scene dead_end --engine cpu --animation drive.gif --quiet");
+    assert_eq!(run.status, 0, "{run:?}");
+    let bytes = std::fs::read(place.path("drive.gif")).expect("the animation is written");
+    assert!(bytes.starts_with(b"GIF89a"));
+    // Width and height, little-endian.
+    assert_eq!(bytes[6..10], [0x80, 0x02, 0x90, 0x01]);
+    // Each frame has an image descriptor of that size.
+    let descriptor = [0x2c, 0, 0, 0, 0, 0x80, 0x02, 0x90, 0x01];
+    let frames = bytes.windows(descriptor.len()).filter(|bytes| *bytes == descriptor).count();
+    assert!((50..=161).contains(&frames), "{frames} frames");
+    let error = place.refusal("drive --scene dead_end --animation drive.png");
+    assert!(error.contains(".gif"), "{error}");
+}
+
+/// Starts the program, and interrupts it as soon as a file exists.
+#[cfg(unix)]
+fn interrupted(place: &Workplace, arguments: &str, once: &str) -> (i32, String, String) {
+    use std::process::{Command, Stdio};
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    let program = place.command();
+    let mut child = Command::new(program.get_program())
+        .args(arguments.split_whitespace())
+        .current_dir(place.path(""))
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    while !place.path(once).exists() {
+        sleep(Duration::from_millis(5));
+        assert!(child.try_wait().expect("a child").is_none(), "it ended before {once} was there");
+    }
+    sleep(Duration::from_millis(300));
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("a shell's kill").success());
+    let output = child.wait_with_output().expect("the program ends");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (output.status.code().expect("it ends by itself"), text(output.stdout), text(output.stderr))
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_drive_writes_what_it_has() {
+    let place = Workplace::new();
+    let arguments =
+        "drive --scene mine --engine cpu --threads 1 --report out --record ticks.jsonl";
+    let (status, stdout, stderr) = interrupted(&place, arguments, "ticks.jsonl");
+    assert_eq!(status, 1, "{stdout}{stderr}");
+    assert!(stdout.contains("the drive was interrupted"), "{stdout}");
+    let page = std::fs::read_to_string(place.path("out/index.html")).expect("a page");
+    assert!(page.contains("the drive was interrupted"));
+    let ticks = std::fs::read_to_string(place.path("ticks.jsonl")).expect("ticks");
+    assert!(ticks.lines().count() > 1, "{ticks}");
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_soak_keeps_its_runs_and_goes_on() {
+    let place = Workplace::new();
+    let arguments = "bench soak --missions 40 --longest 15 --threads 1 --out runs";
+    let (status, _, stderr) = interrupted(&place, arguments, "runs/cells");
+    assert_eq!(status, 1, "{stderr}");
+    assert!(stderr.contains("kept in runs: the same command goes on"), "{stderr}");
+    let kept = || std::fs::read_dir(place.path("runs/cells")).expect("results").count();
+    let before = kept();
+    assert!((1..40).contains(&before), "{before} of 40");
+}
