@@ -30,7 +30,7 @@ pub fn problem_json(data: &[u8]) {
         _ => Ok(OccupancyGrid::from_text("....\n.##.\n....\n", resolution_m)?),
     };
     let problem = match problem_file::parse(text, load) {
-        Ok(problem) => problem,
+        Ok((problem, _)) => problem,
         Err(error) => return one_line(&format!("{error:#}")),
     };
     let quantized = match QuantizedProblem::new(&problem) {

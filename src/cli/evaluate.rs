@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use inbye::bench::EvaluationDigest;
-use inbye::local::{Detail, EngineChoice, Explainer, QuantizedProblem};
+use inbye::local::{Detail, EngineChoice, Explainer, QuantizedProblem, Sampling, TrajectoryFan};
+use inbye::report::{DecisionView, decision_svg};
 use serde_json::json;
 
 use super::arguments::engine;
+use super::files::Output;
 use super::{machine, map_file, output, problem_file};
 
 /// `inbye evaluate`.
@@ -24,11 +26,18 @@ pub struct EvaluateArguments {
     /// Also return every sample, in SI units.
     #[arg(long)]
     pub samples: bool,
+    /// Draw the map with the sampled trajectories and the chosen one into this file.
+    #[arg(long, value_name = "FILE.svg")]
+    pub svg: Option<PathBuf>,
 }
+
+/// Trajectories of a picture along each axis, at most.
+const DRAWN: Sampling = Sampling { vx_samples: 9, vtheta_samples: 33 };
 
 /// Takes one decision. Returns false if no sample is admissible.
 pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
-    let problem = problem_file::read(&arguments.problem, map_file::load)?;
+    let svg = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
+    let (problem, map) = problem_file::read(&arguments.problem, map_file::load)?;
     let quantized =
         QuantizedProblem::new(&problem).with_context(|| arguments.problem.display().to_string())?;
     let mut engine = machine::engine(&arguments.engine)?;
@@ -38,6 +47,28 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     let digest = digest.hex();
     let explainer = Explainer::new(&problem, &quantized, &evaluation);
     let winner = explainer.winner(&evaluation);
+    svg.write(|| {
+        let fan = TrajectoryFan::new(&problem, &quantized, &evaluation, DRAWN);
+        let caption = winner.as_ref().map_or_else(
+            || "no sample is admissible".to_owned(),
+            |winner| format!("chosen: {:.2} m/s, {:+.2} rad/s", winner.vx, winner.vtheta),
+        );
+        let counts = &evaluation.counts;
+        let title = format!(
+            "{}: {} of {} samples are admissible",
+            arguments.problem.display(),
+            counts.admissible,
+            counts.to_array().iter().sum::<u32>()
+        );
+        decision_svg(&DecisionView {
+            title: &title,
+            caption: &caption,
+            map: &map,
+            footprint: &problem.footprint,
+            target: problem.target,
+            fan: &fan,
+        })
+    })?;
     let samples = arguments.samples.then(|| explainer.samples(&evaluation));
     let counts = &evaluation.counts;
     if json {

@@ -86,11 +86,11 @@ struct RobotState {
     footprint: Option<Footprint>,
 }
 
-/// Reads a problem. `load` gets the file of a map and the resolution for formats without their own.
+/// Reads a problem and its map. `load` gets the file of a map and the resolution for formats without their own.
 pub fn read(
     file: &Path,
     load: impl Fn(&Path, f64) -> anyhow::Result<OccupancyGrid>,
-) -> anyhow::Result<Problem> {
+) -> anyhow::Result<(Problem, OccupancyGrid)> {
     let text = read_text(file).with_context(|| format!("--problem {}", file.display()))?;
     // The map is relative to the problem, like a map's image to its YAML file.
     let folder = file.parent().unwrap_or(Path::new(""));
@@ -102,11 +102,13 @@ pub fn read(
 pub fn parse(
     text: &str,
     load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
-) -> anyhow::Result<Problem> {
-    parse_on(text, |source, unknown| {
-        let obstacles = occupancy(source, load)?.obstacles(unknown);
-        Ok(Arc::new(ClearanceField::new(&obstacles)?))
-    })
+) -> anyhow::Result<(Problem, OccupancyGrid)> {
+    let mut map = None;
+    let problem = parse_on(text, |source, unknown| {
+        let map = map.insert(occupancy(source, load)?);
+        Ok(Arc::new(ClearanceField::new(&map.obstacles(unknown))?))
+    })?;
+    Ok((problem, map.context("the problem has no map")?))
 }
 
 /// Like [`parse`], with a function that returns the clearance field for a map and the policy for unknown cells.

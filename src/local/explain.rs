@@ -247,7 +247,8 @@ impl TrajectoryFan {
     ///
     /// The scalar reference on the CPU evaluates them: its bits equal those of every engine. The totals of `answer`
     /// normalise the scores, so they equal the scores that the engine compared.
-    pub(super) fn new(
+    #[must_use]
+    pub fn new(
         problem: &Problem,
         quantized: &QuantizedProblem,
         answer: &Evaluation,

@@ -3,7 +3,7 @@
 //! - [`html`]: a page on missions, with maps, charts and a player.
 //! - [`bench_files`], [`bench_svg`]: a page and pictures of benchmarks and experiments.
 //! - [`paper_files`]: the page of the paper's experiments.
-//! - [`plan_svg`], [`drive_svg`]: one map as a picture.
+//! - [`plan_svg`], [`drive_svg`], [`decision_svg`]: one map as a picture.
 //! - `gif_animation`: a drive as an animation, with the feature `png`.
 //!
 //! All functions are pure: data in, text or pixels out, and the same data give the same bytes. A page needs no network. Its
@@ -13,6 +13,7 @@
 mod animation;
 mod bench_page;
 mod chart;
+mod decision_picture;
 mod figure;
 mod map;
 mod map_pictures;
@@ -36,6 +37,7 @@ mod sweep_charts;
 #[cfg(feature = "png")]
 pub use animation::{AnimationError, gif_animation};
 pub use bench_page::{BenchReport, bench_files, bench_svg};
+pub use decision_picture::{DecisionView, decision_svg};
 pub use map::PathStages;
 pub use map_pictures::{DriveView, PlanMetrics, PlanOutcome, PlanView, drive_svg, plan_svg};
 pub use mission_page::{EngineComparison, MissionView, Report, html};

@@ -220,3 +220,18 @@ fn evaluate_text_lists_decision_and_samples() {
     let samples = run.stdout.lines().skip_while(|line| !line.starts_with("index ")).skip(1);
     assert_eq!(samples.count(), 9, "{}", run.stdout);
 }
+
+#[test]
+fn picture_shows_sampled_and_chosen_trajectories() {
+    let place = Workplace::new();
+    let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let problem = examples.join("problem.json");
+    let run =
+        place.run(&format!("evaluate --problem {} --engine cpu --svg fan.svg", problem.display()));
+    assert_eq!(run.status, 0, "{run:?}");
+    let svg = std::fs::read_to_string(place.path("fan.svg")).expect("the picture is written");
+    roxmltree::Document::parse(&svg).expect("the picture is XML");
+    let count = |class: &str| svg.matches(&format!("<polyline class=\"{class}")).count();
+    assert!(count("arc speed-") > 100 && count("chosen") == 1, "{} arcs", count("arc speed-"));
+    assert!(svg.contains("1024 of 1024 samples are admissible"));
+}
