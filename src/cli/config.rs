@@ -21,8 +21,20 @@ pub fn load(flag: &str, file: Option<&Path>) -> anyhow::Result<Config> {
 
 /// Loads settings of a base, like [`load`].
 pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> {
-    read(flag, file, |config: &BaseConfig| Ok(config.validate()?))
+    let config = read(flag, file, |config: &BaseConfig| Ok(config.validate()?))?;
+    let track_width_m = config.base.track_width_m;
+    if track_width_m > WIDE_TRACK_M {
+        let name = file.map_or_else(String::new, |file| file.display().to_string());
+        output::warn(format!(
+            "{flag} {name}: track_width_m is {track_width_m} m: lengths are in metres, {track_width_m} cm are {} m",
+            track_width_m / 100.0
+        ));
+    }
+    Ok(config)
 }
+
+/// No inspection robot has a wider track, metres.
+const WIDE_TRACK_M: f64 = 5.0;
 
 /// Returns a benchmark's settings with the changes of a TOML file. Unknown keys and numbers out of range are errors.
 pub fn changed(settings: Config, file: Option<&Path>) -> anyhow::Result<Config> {

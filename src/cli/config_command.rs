@@ -1,8 +1,9 @@
 //! `inbye config`: prints, checks and imports settings.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
 use inbye::base::BaseConfig;
 use inbye::ros::nav2::{Import, Nav2Error, import};
@@ -37,7 +38,7 @@ pub struct ConfigArguments {
 
 /// Print or check.
 #[derive(Debug, Args)]
-#[group(required = true, multiple = false)]
+#[group(multiple = false)]
 pub struct ActionArguments {
     /// Print every setting with its default, as commented TOML.
     #[arg(long)]
@@ -97,6 +98,10 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
         }
         let name = file.display().to_string();
         output::result(json, &json!({ "file": name, "ok": true }), [format!("{name}: ok")])?;
+    } else if !(action.schema || action.print) {
+        bail!(
+            "config: nothing to do: write --print, --schema, --check FILE.toml, or the command import-nav2 FILE"
+        );
     } else if action.schema {
         output::print_json(&if base { BaseConfig::schema() } else { Config::schema() })?;
     } else {
@@ -163,11 +168,17 @@ fn note(imported: &Import, with_base_config: bool) {
             output::note(format!("  {line}"));
         }
     }
+    // By reason, and parameters with the same explanation together.
+    let mut groups: BTreeMap<String, BTreeMap<&str, Vec<&str>>> = BTreeMap::new();
     for unmapped in &imported.unmapped {
-        output::note(format!(
-            "without an equivalent: {}: {}: {}",
-            unmapped.parameter, unmapped.reason, unmapped.explanation
-        ));
+        let group = groups.entry(unmapped.reason.to_string()).or_default();
+        group.entry(&unmapped.explanation).or_default().push(&unmapped.parameter);
+    }
+    for (reason, explanations) in &groups {
+        output::note(format!("{reason}:"));
+        for (explanation, parameters) in explanations {
+            output::note(format!("  {}: {explanation}", parameters.join(", ")));
+        }
     }
     if !imported.ignored_nodes.is_empty() {
         output::note(format!("ignored nodes: {}", imported.ignored_nodes.join(", ")));

@@ -106,8 +106,10 @@ fn imported_nav2_settings_drive() {
         assert!(run.stdout.lines().any(|found| found == line), "{line}: {run:?}");
     }
     for words in [
-        "without an equivalent: controller_server.FollowPath.PathDist.scale: different meaning",
-        "without an equivalent: controller_server.FollowPath.colour: unknown",
+        "different meaning:",
+        "  controller_server.FollowPath.PathDist.scale: ",
+        "unknown:",
+        "  controller_server.FollowPath.colour: ",
         "target_timeout_s = 0.5",
         "ignored nodes: planner_server",
         "7 parameters mapped, 4 without an equivalent",

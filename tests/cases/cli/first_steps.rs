@@ -81,6 +81,25 @@ fn degrees_and_swapped_axes_are_noticed() {
 }
 
 #[test]
+fn track_width_in_centimetres_is_noticed() {
+    let place = Workplace::new();
+    place.write("base.toml", "[base]\ntrack_width_m = 45.0\n");
+    let run = place.run("config --base --check base.toml");
+    assert_eq!(run.status, 0, "{run:?}");
+    assert!(run.errors.iter().any(|line| line.contains("45 cm are 0.45 m")), "{run:?}");
+    place.write("base.toml", "[base]\ntrack_width_m = 0.45\n");
+    assert!(place.run("config --base --check base.toml").errors.is_empty());
+}
+
+#[test]
+fn config_without_a_task_names_all_of_them() {
+    let error = Workplace::new().refusal("config");
+    for name in ["--print", "--schema", "--check", "import-nav2"] {
+        assert!(error.contains(name), "{name}: {error}");
+    }
+}
+
+#[test]
 fn error_is_json_too() {
     let place = Workplace::new();
     for (arguments, code, place_of_it) in [
