@@ -4,5 +4,6 @@ mod cases {
     mod documents {
         mod book;
         mod console;
+        mod shell_blocks;
     }
 }

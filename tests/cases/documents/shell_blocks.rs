@@ -1,0 +1,76 @@
+//! The commands in the shell blocks of README and book: the program understands each of them.
+//!
+//! They are not run, because many need a robot, a network or data that the repository does not contain. The console blocks are
+//! run.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
+
+/// The lines of all shell blocks of a Markdown text.
+fn shell_lines(text: &str) -> Vec<String> {
+    let mut in_block = false;
+    let mut lines = Vec::new();
+    for event in Parser::new(text) {
+        match event {
+            Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(kind))) => in_block = &*kind == "sh",
+            Event::End(TagEnd::CodeBlock) => in_block = false,
+            Event::Text(text) if in_block => lines.extend(text.lines().map(str::to_owned)),
+            _ => {}
+        }
+    }
+    lines
+}
+
+/// The arguments of a call of the program; `None` for another command.
+fn arguments(line: &str) -> Option<Vec<String>> {
+    let is_end = |word: &&str| matches!(*word, "|" | ">" | "#" | "&" | "&&");
+    let mut words = line.split_whitespace().take_while(|word| !is_end(word));
+    (words.next() == Some("inbye")).then(|| words.map(str::to_owned).collect())
+}
+
+/// Whether the program accepts the arguments. `--help` at their end is reached only if all before it are valid.
+fn is_understood(arguments: &[String]) -> Result<(), String> {
+    let mut program = Command::cargo_bin("inbye").expect("cargo builds the program first");
+    let output = program.args(arguments).arg("--help").output().expect("the program starts");
+    let help = String::from_utf8_lossy(&output.stdout).into_owned();
+    if output.status.success() && help.contains("Usage: ") {
+        Ok(())
+    } else {
+        Err(String::from_utf8_lossy(&output.stderr).into_owned())
+    }
+}
+
+#[test]
+fn commands_of_shell_blocks_are_understood() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut pages = vec![root.join("README.md")];
+    let entries = fs::read_dir(root.join("docs/src")).expect("the book's pages");
+    pages.extend(entries.map(|entry| entry.expect("an entry of the book").path()));
+    pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
+    let (mut tried, mut wrong) = (0, Vec::new());
+    for page in pages {
+        let text = fs::read_to_string(&page).expect("a page is text");
+        for line in shell_lines(&text) {
+            if let Some(arguments) = arguments(&line) {
+                tried += 1;
+                if let Err(error) = is_understood(&arguments) {
+                    wrong.push(format!("{}: {line}: {error}", page.display()));
+                }
+            }
+        }
+    }
+    assert!(tried > 20, "{tried} commands");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn unknown_flag_and_wrong_value_are_noticed() {
+    let words = |line: &str| arguments(line).expect("a call of the program");
+    assert!(is_understood(&words("inbye plan --scene mine --svg a.svg")).is_ok());
+    assert!(is_understood(&words("inbye plan --scene mine --no-such-flag")).is_err());
+    assert!(is_understood(&words("inbye plan --scene moon")).is_err());
+    assert_eq!(arguments("cargo install --path ."), None);
+}
