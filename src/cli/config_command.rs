@@ -100,7 +100,7 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
         output::result(json, &json!({ "file": name, "ok": true }), [format!("{name}: ok")])?;
     } else if !(action.schema || action.print) {
         bail!(
-            "config: nothing to do: write --print, --schema, --check FILE.toml, or the command import-nav2 FILE"
+            "config: nothing to do: write --print, --schema, --check FILE.toml, or the command import-nav2 FILE; see --help"
         );
     } else if action.schema {
         output::print_json(&if base { BaseConfig::schema() } else { Config::schema() })?;

@@ -49,7 +49,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         }
         let drive = Drive::new(scene, &config, engine)?;
         if !arguments.json {
-            let text = drive_text::one_line(&drive.result);
+            let text = drive_text::coloured_line(&drive.result);
             output::line(format!("{:12} {text}", drive.scene.name));
         }
         drives.push(drive);

@@ -62,11 +62,25 @@ pub fn object(result: &MissionResult) -> Value {
 
 /// The result in one line.
 pub fn one_line(result: &MissionResult) -> String {
-    let outcome = match (result.reached, result.collided) {
-        (_, true) => output::bad("hit an obstacle"),
-        (true, false) => output::good("reached the goal"),
-        (false, false) => output::bad("did not reach the goal"),
-    };
+    with_outcome(outcome(result), result)
+}
+
+/// The result in one line, in colour on a terminal.
+pub fn coloured_line(result: &MissionResult) -> String {
+    let is_good = result.reached && !result.collided;
+    let mark = if is_good { output::good } else { output::bad };
+    with_outcome(&mark(outcome(result)), result)
+}
+
+const fn outcome(result: &MissionResult) -> &'static str {
+    match (result.reached, result.collided) {
+        (_, true) => "hit an obstacle",
+        (true, false) => "reached the goal",
+        (false, false) => "did not reach the goal",
+    }
+}
+
+fn with_outcome(outcome: &str, result: &MissionResult) -> String {
     format!(
         "{outcome}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
         result.travelled_m,
@@ -79,7 +93,7 @@ pub fn one_line(result: &MissionResult) -> String {
 
 /// The result as lines of text.
 pub fn lines(result: &MissionResult) -> Vec<String> {
-    let mut lines = vec![one_line(result)];
+    let mut lines = vec![coloured_line(result)];
     lines.extend(result.why().map(|why| format!("why          {why}")));
     let error = |name: &str, (x_m, y_m): (f64, f64), yaw_rad: Option<f64>| {
         let yaw = yaw_rad.map_or_else(String::new, |yaw_rad| format!(", yaw {yaw_rad:+.4} rad"));

@@ -70,7 +70,10 @@ impl<'a> Output<'a> {
         };
         let written = file.write_all(content().as_ref());
         written.with_context(|| format!("{} {}", self.flag, name.display()))?;
-        output::note(format!("{}: {}", self.flag.trim_start_matches('-'), name.display()));
+        // A report names its page.
+        if self.flag != "--report" {
+            output::note(format!("{}: {}", self.flag.trim_start_matches('-'), name.display()));
+        }
         Ok(())
     }
 

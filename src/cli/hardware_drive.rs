@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::arguments::protocol;
 use super::base;
 use super::drive_text::SIMULATED;
-use super::machine::interrupt_flag;
+use super::machine::{interrupt_flag, is_interrupted};
 use super::operator;
 use super::output;
 
@@ -112,7 +112,9 @@ impl HardwareDrive {
         let lidar = lidar_port.zip(robot.lidar_status());
         drop(robot);
         let mut object = base::line_object(&line, &status);
-        object["interrupted"] = json!(!status.is_running);
+        // The mission may notice the signal before the base's thread does.
+        let interrupted = is_interrupted() || !status.is_running;
+        object["interrupted"] = json!(interrupted);
         object["late_ticks"] = json!(late_ticks);
         object["lidar"] = json!(null);
         let counters = status.counters;
@@ -142,7 +144,7 @@ impl HardwareDrive {
         lines.extend(status.last_failure.iter().map(|why| format!("line failed  {why}")));
         if let Some(why) = stop_cause(&status) {
             lines.push(format!("stopped      {why}"));
-        } else if !status.is_running {
+        } else if interrupted {
             lines.push("stopped      by a signal".to_owned());
         }
         HardwareReport { object, lines }

@@ -79,7 +79,7 @@ const NO_JSON: &str = "--json: this command has no JSON output: leave the flag o
 #[command(version, about, long_about, max_term_width = 100)]
 #[command(
     after_help = "Example:\n  inbye                       run the demo, write inbye-report/index.html\n  \
-    inbye drive --scene mine     drive among pedestrians in a built-in mine\n\n\
+    inbye drive --scene mine --report out\n\n\
     Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.\n\
     Output to a terminal is coloured unless NO_COLOR=1 is set. `inbye man` prints manual pages, `inbye completions` shell completions."
 )]

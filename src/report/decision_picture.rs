@@ -94,9 +94,9 @@ fn legend(fan: &TrajectoryFan) -> Vec<LegendEntry> {
     let mut legend = vec![
         LegendEntry::circle("body", 6.0, "robot"),
         LegendEntry::new(goal_mark([14.0, 7.0]), "target"),
-        LegendEntry::line(CLASSES[0], format!("sampled, lowest scores, {horizon} s")),
-        LegendEntry::line(CLASSES[3], "sampled, highest scores"),
-        LegendEntry::line("rejected", "rejected: collides or cannot stop"),
+        LegendEntry::line(CLASSES[0], format!("lowest scores, {horizon} s")),
+        LegendEntry::line(CLASSES[3], "highest scores"),
+        LegendEntry::line("rejected", "rejected"),
         LegendEntry::line("chosen", "chosen"),
     ];
     if !fan.obstacles.is_empty() {

@@ -76,7 +76,7 @@ fn degrees_and_swapped_axes_are_noticed() {
     assert!(run.errors.is_empty(), "{run:?}");
     let swapped = place.refusal("plan --scene mine --start 5,10");
     assert!(swapped.contains("swapped"), "{swapped}");
-    let occupied = place.refusal("plan --scene mine --start 17,10");
+    let occupied = place.refusal("plan --scene mine --start 30,31");
     assert!(!occupied.contains("swapped"), "{occupied}");
 }
 

@@ -228,7 +228,9 @@ fn pictures_of_the_book_equal_what_its_commands_draw() {
     let commands: Vec<&str> =
         page.lines().filter_map(|line| line.strip_prefix("inbye bench draw ")).collect();
     let pictures = fs::read_dir(root.join("docs/src/pictures")).expect("the book's pictures");
-    assert_eq!(commands.len(), pictures.count());
+    let names = pictures.map(|picture| picture.expect("a picture").file_name());
+    let drawn = names.filter(|name| name.to_string_lossy().ends_with(".svg")).count();
+    assert_eq!(commands.len(), drawn);
     let place = Workplace::new();
     for command in commands {
         let words: Vec<&str> = command.split_whitespace().collect();
