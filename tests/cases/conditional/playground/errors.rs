@@ -106,7 +106,7 @@ fn unknown_paths_and_methods_are_rejected() -> Result<(), Failed> {
         "/../Cargo.toml",
         "/%2e%2e/",
         "/scenes/roadway",
-        "/scenes/mine/cells",
+        "/scenes/moon/cells",
         "/scenes/roadway/problem",
         "//",
     ] {

@@ -30,7 +30,7 @@ pub fn trials() -> Vec<Trial> {
 
 fn responses_have_security_headers() -> Result<(), Failed> {
     let served = Served::start(&[])?;
-    assert_eq!(served.first_line["scenes"], json!(["roadway", "crossing", "dead_end"]));
+    assert_eq!(served.first_line["scenes"], json!(["roadway", "crossing", "dead_end", "mine"]));
     let mut scripts = 0;
     for (path, content_type) in [
         ("/", "text/html; charset=utf-8"),
