@@ -249,6 +249,18 @@ impl Pose {
         }
     }
 
+    /// Points along a motion with a constant twist for a time, seconds, at equal intervals: `parts + 1`, both ends among them.
+    pub fn arc(
+        &self,
+        twist: &Twist,
+        time_s: f64,
+        parts: u32,
+    ) -> impl Iterator<Item = Point> + use<> {
+        let (start, twist) = (*self, *twist);
+        let part_s = move |part: u32| time_s * f64::from(part) / f64::from(parts);
+        (0..=parts).map(move |part| start.after(&twist, part_s(part)).position())
+    }
+
     /// Interpolates along a motion with constant twist, forward and sideways, to another pose; `fraction` is 0 to 1. The turn is
     /// the smaller of both directions; the yaw is in (-pi, pi].
     #[must_use]

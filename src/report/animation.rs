@@ -16,7 +16,7 @@ use super::mission_page::MissionView;
 use super::player::PlaybackRecorder;
 use super::player::playback_recorder::{Frame, MIN_SCORE, NO_RETURN, Window};
 use super::png::{PngError, draw_svg};
-use crate::geometry::{Point, Pose, Twist};
+use crate::geometry::{Point, Twist};
 use crate::map::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
 
 /// Size of the picture, pixels.
@@ -342,7 +342,7 @@ impl View {
             let score = window.scores[index];
             let linear = between(low.linear, high.linear, index % window.columns, window.columns);
             let angular = between(low.angular, high.angular, index / window.columns, rows);
-            let points = arc(&window.start, &Twist::new(linear, angular), window.horizon_s);
+            let points = arc(window, &Twist::new(linear, angular));
             if score < MIN_SCORE {
                 self.line(picture, &points, RETURN, 1.0, 0.2);
             } else {
@@ -351,21 +351,15 @@ impl View {
             }
         }
         if let Some(winner) = &window.winner {
-            let points =
-                arc(&window.start, &Twist::new(winner.vx, winner.vtheta), window.horizon_s);
+            let points = arc(window, &Twist::new(winner.vx, winner.vtheta));
             self.line(picture, &points, COMMAND, 4.0, 1.0);
         }
     }
 }
 
 /// The points of a trajectory at constant velocity.
-fn arc(start: &Pose, twist: &Twist, horizon_s: f64) -> Vec<Point> {
-    (0..=ARC_PARTS)
-        .map(|part| {
-            let time_s = horizon_s * f64::from(part) / f64::from(ARC_PARTS);
-            start.after(twist, time_s).position()
-        })
-        .collect()
+fn arc(window: &Window, twist: &Twist) -> Vec<Point> {
+    window.start.arc(twist, window.horizon_s, ARC_PARTS).collect()
 }
 
 fn paint([red, green, blue]: [u8; 3], opacity: f32) -> Paint<'static> {

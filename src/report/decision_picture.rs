@@ -85,8 +85,7 @@ fn by_score(fan: &TrajectoryFan) -> Vec<(&'static str, &FanArc)> {
 }
 
 fn points(fan: &TrajectoryFan, twist: &Twist) -> Vec<Point> {
-    let time_s = |part: u32| fan.horizon_s * f64::from(part) / f64::from(PARTS);
-    (0..=PARTS).map(|part| fan.from.after(twist, time_s(part)).position()).collect()
+    fan.from.arc(twist, fan.horizon_s, PARTS).collect()
 }
 
 fn legend(fan: &TrajectoryFan) -> Vec<LegendEntry> {

@@ -177,12 +177,7 @@ fn arcs(fan: &TrajectoryFan) -> (Vec<Point>, Vec<ColorRGBA>) {
 }
 
 fn arc(fan: &TrajectoryFan, twist: &geometry::Twist) -> Vec<Point> {
-    let point = |segment: u32| {
-        let time_s = fan.horizon_s * f64::from(segment) / f64::from(SEGMENTS);
-        let pose: geometry::Pose = fan.from.after(twist, time_s);
-        Point::from(&pose.position())
-    };
-    (0..=SEGMENTS).map(point).collect()
+    fan.from.arc(twist, fan.horizon_s, SEGMENTS).map(|point| Point::from(&point)).collect()
 }
 
 fn width(metres: f64) -> Vector3 {
