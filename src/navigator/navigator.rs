@@ -90,11 +90,13 @@ impl Navigator {
         let deadline = settings
             .deadline_s
             .map(|limit_s| Deadline::new(limit_s, planner.settings(), &robot.limits));
+        let mut obstacles = new_model(known.clone());
+        obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
             period_s: planner.settings().control_period_s,
             window_half_m: window_half_m(&settings, planner.settings(), &robot),
             validator: ObservationValidator::default(),
-            obstacles: new_model(known.clone()),
+            obstacles,
             standing_room: standing_room(&known, &settings),
             waypoints,
             route: Route::new(&plan, &settings),

@@ -99,6 +99,13 @@ impl ObstacleModel {
         self.tracker.iter().flat_map(Tracker::pairs_of_legs)
     }
 
+    /// Sets whether what comes out of hiding may be a person.
+    pub(super) const fn set_hides_people(&mut self, hides_people: bool) {
+        if let Some(tracker) = &mut self.tracker {
+            tracker.hides_people = hides_people;
+        }
+    }
+
     /// The obstacles of the map.
     pub(super) const fn known(&self) -> &ObstacleGrid {
         &self.map.known

@@ -143,11 +143,11 @@ impl History {
         })
     }
 
-    /// What the selected scans show of a point.
-    pub fn of(&self, point: &Point) -> Earlier {
+    /// What the selected scans show of a point; `Hidden` only if hidden places matter.
+    pub fn of(&self, point: &Point, hidden_matters: bool) -> Earlier {
         if self.was_free(point) {
             Earlier::Free
-        } else if self.was_hidden(point) {
+        } else if hidden_matters && self.was_hidden(point) {
             Earlier::Hidden
         } else {
             Earlier::Unknown

@@ -142,7 +142,7 @@ settings! {
         pub pairs_of_legs: bool = true;
         /// The lidar is compared with the map: the robot stands where it is blind, and keeps out of blind sectors.
         pub scan_health: bool = true;
-        /// The robot slows down where a person may come out of a place that it cannot see.
+        /// The robot slows down where a person may come out of a place that it cannot see, and for what has just come out of one.
         pub occlusion_speed: bool = true;
         /// The robot rotates in place towards its path, evades moving obstacles, and escapes where it is stuck.
         pub recovery: bool = true;

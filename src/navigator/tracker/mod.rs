@@ -68,6 +68,8 @@ pub(super) struct Tracker {
     /// Discs that a moving obstacle covered, and the begin of its track, seconds.
     pub swept: Vec<(MovingDisc, f64)>,
     entered: EnteredPlaces,
+    /// Whether what comes out of hiding may be a person.
+    pub hides_people: bool,
     returns: Vec<Return>,
     runs: Vec<(usize, usize)>,
     clusters: Vec<Cluster>,
@@ -163,7 +165,11 @@ impl Tracker {
                 point,
                 is_candidate,
                 owner,
-                earlier: if is_candidate { self.history.of(&point) } else { Earlier::Unknown },
+                earlier: if is_candidate {
+                    self.history.of(&point, self.hides_people)
+                } else {
+                    Earlier::Unknown
+                },
                 is_of_standing: false,
             });
         }
