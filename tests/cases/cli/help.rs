@@ -71,7 +71,10 @@ fn help_examples_run() {
             .filter(|example| !example.contains("run the demo"))
             .filter(|example| HAS_TERMINALS || !example.contains("base emulate"))
             // These would use the network or a serial port, or serve until they are stopped.
-            .filter(|example| !example.starts_with("node") && !example.contains("--port"))
+            .filter(|example| {
+                let serves = example.starts_with("node") || example.starts_with("playground");
+                !serves && !example.contains("--port")
+            })
         {
             let run = place.run(example);
             assert_eq!(run.status, 0, "{example}: {run:?}");
