@@ -104,8 +104,7 @@ impl PassiveSafety<'_> {
 
     /// Whether no part of the robot is faster than a robot may be next to a person who stands.
     fn is_slow(&self, twist: &Twist) -> bool {
-        let turning = twist.angular.abs() * self.footprint.circumscribed_radius_m();
-        twist.linear.abs() + turning <= SLOW
+        self.footprint.fastest_part(twist) <= SLOW
     }
 
     /// Longest distance, metres, of an obstacle at a speed, m/s, within a time, seconds.

@@ -225,10 +225,7 @@ impl<'a> State<'a> {
 
     /// Braking instead of a command that lets a robot creep next to a person. A robot that starts is as slow for a moment.
     pub fn without_creep(&self, command: Twist) -> Twist {
-        let fastest_part = |twist: &Twist| {
-            let turning = twist.angular.abs() * self.robot.footprint.circumscribed_radius_m();
-            twist.linear.abs() + turning
-        };
+        let fastest_part = |twist: &Twist| self.robot.footprint.fastest_part(twist);
         // A robot that still brakes does not start, although the prediction has it standing already.
         let starts = fastest_part(&command) > fastest_part(self.measured);
         let creeps = fastest_part(&command) <= CREEP && !starts;

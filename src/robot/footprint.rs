@@ -170,6 +170,11 @@ impl Footprint {
         Self { discs: self.discs.iter().map(grow).collect(), body: None }
     }
 
+    /// The speed that no part of the robot exceeds at a velocity, m/s.
+    pub(crate) fn fastest_part(&self, twist: &Twist) -> f64 {
+        twist.linear.abs() + twist.angular.abs() * self.circumscribed_radius_m()
+    }
+
     /// Centre and radius of each disc in the map frame, for a robot at a pose.
     pub fn at(&self, pose: &Pose) -> impl Iterator<Item = (Point, f64)> + '_ {
         let (center, turn) = (pose.position(), libm::sincos(pose.yaw));
