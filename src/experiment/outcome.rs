@@ -21,11 +21,11 @@ pub(super) fn outcome(simulation: &Simulation, config: &Config, result: &Mission
         return (RunOutcome::Reached, None, None);
     }
     let outcome = if result.fault.is_some() { RunOutcome::Failed } else { RunOutcome::Timeout };
-    let reason = why.zip(result.trace.rows.last()).map(|(why, last)| {
+    let gaps = result.trace.rows.last().map_or_else(String::new, |last| {
         let world = World::new(simulation.true_obstacles(config));
-        format!("{why}, {}", gaps(last, result, config, &world))
+        format!(", {}", gaps(last, result, config, &world))
     });
-    (outcome, None, reason)
+    (outcome, None, why.map(|why| why + &gaps))
 }
 
 /// The gaps to static and to moving obstacles, as text.
