@@ -93,9 +93,7 @@ mod server {
 
     fn scenes(arguments: &PlaygroundArguments, config: &Config) -> anyhow::Result<Vec<Scene>> {
         let Some(file) = &arguments.map else {
-            let mut scenes = Scene::built_in(config)?;
-            scenes.retain(|scene| arguments.scene.is_none_or(|name| scene.name() == name));
-            return Ok(scenes);
+            return Ok(Scene::built_in(arguments.scene, config)?);
         };
         let map = map_file::load(file, arguments.settings.resolution)?;
         let title = file.file_name().unwrap_or_default().to_string_lossy();

@@ -89,16 +89,17 @@ impl Scene {
         &self.name
     }
 
-    /// The built-in scenes.
+    /// The built-in scenes, or only the one of a name.
     ///
     /// # Errors
     /// Never: the built-in maps are small enough.
-    pub fn built_in(config: &Config) -> Result<Vec<Self>, SceneError> {
+    pub fn built_in(only: Option<&str>, config: &Config) -> Result<Vec<Self>, SceneError> {
         let scene = |scene: sim::Scene| {
             let situation = DecisionInput::built_in(scene.name);
             Self::new(scene.name, scene.title, &scene.map, config, situation)
         };
-        SCENE_NAMES.into_iter().filter_map(sim::scene).map(scene).collect()
+        let is_served = |name: &&str| only.is_none_or(|only| only == *name);
+        SCENE_NAMES.into_iter().filter(is_served).filter_map(sim::scene).map(scene).collect()
     }
 
     /// A scene on a map of the user. The robot is where it has most clearance.
