@@ -37,6 +37,9 @@ impl EngineArguments {
 /// Largest coordinate, metres.
 const MAX_COORDINATE: f64 = 1e9;
 
+/// A yaw beyond a whole turn is probably in degrees.
+const WHOLE_TURN: f64 = TAU + 0.01;
+
 /// A position with an optional yaw: two or three numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
@@ -51,12 +54,7 @@ impl Place {
     pub fn pose(&self) -> Pose {
         Pose::new(self.position.x, self.position.y, self.yaw.unwrap_or(0.0))
     }
-}
 
-/// A yaw beyond a whole turn is probably in degrees.
-const WHOLE_TURN: f64 = TAU + 0.01;
-
-impl Place {
     /// Warns of a yaw that is probably in degrees.
     pub fn warn_of_degrees(&self, flag: &str) {
         if let Some(yaw) = self.yaw.filter(|yaw| yaw.abs() > WHOLE_TURN) {

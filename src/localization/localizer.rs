@@ -43,7 +43,8 @@ const SAME_RAD: f64 = 0.08;
 const SAME_SIGMA_M: f64 = 0.03;
 const SAME_SIGMA_RAD: f64 = 0.03;
 
-/// A jump shows that the filter was too sure of the pose, unless the robot was found just before: standard deviations that are added, metres and radians.
+/// A jump shows that the filter was too sure of the pose, unless the robot was found just before: standard deviations that are
+/// added, metres and radians.
 const JUMP_SIGMA_M: f64 = 0.03;
 const JUMP_SIGMA_RAD: f64 = 0.03;
 
