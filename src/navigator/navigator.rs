@@ -457,6 +457,9 @@ impl Navigator {
                     self.progress.rebase(route.left_m());
                     state.follow(route);
                 }
+                if let Some(error) = self.replanner.is_out_of_paths() {
+                    return Err(Fault::Plan(error));
+                }
                 self.replanner.request(&state, &self.obstacles);
             }
         }

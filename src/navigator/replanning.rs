@@ -27,6 +27,10 @@ const HELD_UP_PERIODS: f64 = 6.0;
 /// metres.
 const FORGET_AFTER_S: f64 = 5.0;
 const FORGET_BEYOND_M: f64 = 1.0;
+/// So many times, at places apart by this, metres, the robot looks for a path again after none remained, without having come
+/// nearer to its goal (Nav2: `number_of_retries`). Otherwise it could drive for ever between two blocked paths.
+const RETRIES: u32 = 6;
+const RETRY_APART_M: f64 = 3.0;
 /// Replanning periods between two attempts to find a shortcut.
 const SHORTCUT_PERIODS: f64 = 4.0;
 
@@ -56,6 +60,7 @@ pub(super) struct Replanner {
     blocked: ConditionTimer,
     /// Why there is no path to the goal, if the last request found none.
     pub no_path: Option<PlanError>,
+    retries: Retries,
     /// Number of answers received so far, plans and failures.
     pub received: u64,
     /// In a replay: whether the next tick receives the plan that is due.
@@ -77,6 +82,7 @@ impl Replanner {
             is_blocked: false,
             blocked: ConditionTimer::default(),
             no_path: None,
+            retries: Retries::default(),
             received: 0,
             replayed_arrival: None,
         })
@@ -87,6 +93,7 @@ impl Replanner {
         self.planner.cancel();
         self.blocked = ConditionTimer::default();
         self.no_path = None;
+        self.retries = Retries::default();
     }
 
     /// Plans on another map from now on, first of all at once.
@@ -95,6 +102,12 @@ impl Replanner {
         self.is_map_new = true;
         self.next_s = f64::NEG_INFINITY;
         self.no_path = None;
+        self.retries = Retries::default();
+    }
+
+    /// The reason to give up: no path remained, at too many places in turn.
+    pub fn is_out_of_paths(&self) -> Option<PlanError> {
+        self.no_path.clone().filter(|_| self.retries.count > RETRIES)
     }
 
     /// Receives the plan that is due and returns it if it is better than going on.
@@ -102,6 +115,7 @@ impl Replanner {
         let now_s = state.now.time_s;
         self.is_blocked = self.is_path_blocked(state);
         let blocked_s = self.blocked.update(now_s, self.is_blocked);
+        self.retries.advance(state.route.left_m(), state.settings.required_movement_radius);
         let (reason, answer) = match self.replayed_arrival.take() {
             Some(false) => None,
             replayed => {
@@ -118,6 +132,7 @@ impl Replanner {
                     // The obstacles may have gone since: Nav2 clears its costmaps here.
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot, FORGET_BEYOND_M);
+                    self.retries.add(&robot);
                     self.no_path = Some(error);
                 }
                 None
@@ -184,6 +199,32 @@ impl Replanner {
         };
         let ahead_m = state.settings.path_check_distance_m;
         state.route.ahead(ahead_m, PATH_STEP_M).any(is_near)
+    }
+}
+
+/// Counts the places at which no path remained, since the robot was nearest to its goal.
+#[derive(Clone, Debug, Default)]
+struct Retries {
+    /// Least length left on any path so far, metres.
+    least_left_m: Option<f64>,
+    count: u32,
+    place: Option<Point>,
+}
+
+impl Retries {
+    /// Begins anew once the robot has come nearer to its goal, along the path, by this much, metres.
+    fn advance(&mut self, left_m: f64, radius_m: f64) {
+        if self.least_left_m.is_none_or(|least_m| left_m <= least_m - radius_m) {
+            *self = Self { least_left_m: Some(left_m), ..Self::default() };
+        }
+    }
+
+    /// Counts a place. A robot that waits at one place has tried once.
+    fn add(&mut self, robot: &Point) {
+        if self.place.is_none_or(|place| (robot - place).norm() > RETRY_APART_M) {
+            self.count += 1;
+            self.place = Some(*robot);
+        }
     }
 }
 

@@ -14,6 +14,7 @@ pub const TESTS: &[Test] = &[
     ),
     ("door that is closed in the map stays unused", trusts_the_map),
     ("mission fails with a reason when the only door is closed", fails_with_a_reason),
+    ("robot gives up between two passages that are both closed", both_closed),
     ("enclosed robot stands and fails with a reason", walled_in),
     ("robot leaves an unmapped trap", out_of_a_trap),
     ("robot drives around an unmapped pillar", around_a_pillar),
@@ -72,6 +73,20 @@ fn fails_with_a_reason() {
     let last = result.trace.rows.last().expect("a drive has ticks");
     assert_eq!(last.mode, Mode::Failed);
     assert!(last.pose.x < 8.0, "{}", story(&result));
+}
+
+fn both_closed() {
+    let ground = two_passages();
+    let mut task = mission(&ground, START, GOAL);
+    task.truth = Some(ground.wall(NEAR_DOOR).wall(FAR_DOOR).obstacles());
+    let result = drive(&task);
+    assert!(
+        matches!(result.fault, Some(Fault::Plan(PlanError::NoValidPath { .. }))),
+        "{}",
+        story(&result)
+    );
+    // It looks at each again, and then ends instead of driving to and fro until its time is up.
+    assert!(result.plans.len() > 3 && result.time_s < 200.0, "{}", story(&result));
 }
 
 fn walled_in() {
