@@ -85,5 +85,11 @@ pub mod experiment;
 #[cfg(feature = "report")]
 pub mod report;
 
+#[cfg(feature = "server")]
+mod server;
+
+#[cfg(feature = "server")]
+pub mod live;
+
 #[cfg(feature = "playground")]
 pub mod playground;

@@ -11,6 +11,7 @@ use inbye::runtime::{Config, Mission, MissionResult};
 use inbye::sim::{Scene, Simulation, mine, scenes};
 use serde_json::json;
 
+use super::drive::DriveObservers;
 use super::files::ReportFolder;
 use super::{Arguments, density, drive, drive_text, machine, output};
 
@@ -139,8 +140,8 @@ impl Drive {
             })
         };
         let mut playback = PlaybackRecorder::default();
-        let recorder = Some(&mut playback);
-        let result = drive::drive(&simulation, config, engine, scene.name, None, recorder, None)?;
+        let observers = DriveObservers { playback: Some(&mut playback), ..Default::default() };
+        let result = drive::drive(&simulation, config, engine, scene.name, None, observers)?;
         let facts = drive_text::facts(&result, scene.seed);
         let command = format!("inbye drive --scene {} --report out", scene.name);
         Ok(Self { scene, simulation, result, playback, facts, command })

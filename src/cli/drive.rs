@@ -4,11 +4,14 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
 use inbye::geometry::Point;
 use inbye::global::PlanError;
+use inbye::live::{LiveDrive, LiveView};
 use inbye::local::{DecisionError, Engine};
 use inbye::map::OccupancyGrid;
 use inbye::navigator::{Fault, Goal};
@@ -74,6 +77,13 @@ pub struct DriveArguments {
     /// Show the drive as an animation in this file, at most 160 frames.
     #[arg(long, value_name = "FILE.gif")]
     pub animation: Option<PathBuf>,
+    /// Show the drive in a browser while it goes on, at this port of localhost, 0 for any free one. A simulated drive then takes
+    /// real time; see --real-time-factor.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = whole::<u16>(0, 65_535))]
+    pub live: Option<u16>,
+    /// Simulated seconds per second [default: 1 with --live, else as fast as possible].
+    #[arg(long, value_name = "FACTOR", conflicts_with = "port", allow_negative_numbers = true, value_parser = factor)]
+    pub real_time_factor: Option<f64>,
     /// Record the drive in this file: as ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay` if its name ends in .mcap,
     /// else every tick as a line of JSON. A full disk stops the recording, never the drive: then the exit status is 1, and
     /// `recording.stopped` gives the reason.
@@ -111,6 +121,11 @@ impl FromStr for Obstacles {
 fn milliseconds(text: &str) -> Result<f64, String> {
     let is_valid = |milliseconds: f64| milliseconds > 0.0 && milliseconds <= 1e6;
     number(text, is_valid, "milliseconds, above zero and at most 1e6")
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    let is_valid = |factor: f64| (0.01..=1000.0).contains(&factor);
+    number(text, is_valid, "a factor from 0.01 to 1000")
 }
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
@@ -160,15 +175,14 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let mut recording = files
         .recording
         .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.is_some()));
-    let driven = drive(
-        &simulation,
-        &config,
-        engine,
-        "driving",
-        hardware.as_mut(),
-        playback.as_mut(),
-        recording.as_mut(),
-    );
+    let live = live_view(arguments, &map_name, mission, &config, hardware.as_ref())?;
+    let observers = DriveObservers {
+        playback: playback.as_mut(),
+        recording: recording.as_mut(),
+        live: live.as_ref(),
+        real_time_factor: arguments.real_time_factor(),
+    };
+    let driven = drive(&simulation, &config, engine, "driving", hardware.as_mut(), observers);
     // The base stops before anything is written.
     let base = hardware.map(HardwareDrive::end);
     let result = match driven {
@@ -181,6 +195,9 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
             Some(file) => format!("{} with {map_name}", file.display()),
             None => format!("{map_name} with the default settings"),
         });
+    }
+    if let Some(live) = live {
+        live.end(&result);
     }
     let recording = recording.map(|recording| recording.end(&result));
     if let Some(playback) = &playback {
@@ -278,6 +295,44 @@ fn gif(_view: &MissionView<'_>, _playback: &PlaybackRecorder) -> anyhow::Result<
     anyhow::bail!(WITHOUT_GIF)
 }
 
+impl DriveArguments {
+    /// Simulated seconds per second; none for a drive as fast as possible, and for a real base, which has its own time.
+    fn real_time_factor(&self) -> Option<f64> {
+        let default = self.live.filter(|_| self.hardware.port.is_none()).map(|_| 1.0);
+        self.real_time_factor.or(default)
+    }
+}
+
+/// Serves the page of a drive that goes on, if it is requested.
+fn live_view(
+    arguments: &DriveArguments,
+    title: &str,
+    mission: &Mission,
+    config: &Config,
+    hardware: Option<&HardwareDrive>,
+) -> anyhow::Result<Option<LiveView>> {
+    let Some(port) = arguments.live else {
+        return Ok(None);
+    };
+    let stop = hardware.filter(|_| arguments.hardware.operator).map(|base| base.switch.clone());
+    let drive = LiveDrive { title, command: &command_line(), mission, config, stop };
+    let live = LiveView::start(port, drive).with_context(|| {
+        format!("--live {port}: cannot be served: choose another port, or 0 for any free one")
+    })?;
+    output::note(format!("the drive is shown at http://{}/", live.address()));
+    Ok(Some(live))
+}
+
+/// What observes a drive.
+#[derive(Default)]
+pub struct DriveObservers<'a, 'r> {
+    pub playback: Option<&'a mut PlaybackRecorder>,
+    pub recording: Option<&'a mut Recording<'r>>,
+    pub live: Option<&'a LiveView>,
+    /// Simulated seconds per second; none: as fast as possible.
+    pub real_time_factor: Option<f64>,
+}
+
 /// Runs a mission with the wall clock and a progress bar: on a real base if one is connected, else simulated.
 pub fn drive(
     simulation: &Simulation,
@@ -285,9 +340,9 @@ pub fn drive(
     engine: Box<dyn Engine>,
     what: &str,
     hardware: Option<&mut HardwareDrive>,
-    mut playback: Option<&mut PlaybackRecorder>,
-    mut recording: Option<&mut Recording<'_>>,
+    observers: DriveObservers<'_, '_>,
 ) -> Result<MissionResult, SimError> {
+    let DriveObservers { mut playback, mut recording, live, real_time_factor } = observers;
     let mission = &simulation.mission;
     let goal = mission.goal.position;
     let far_m = (goal - mission.start.position()).norm();
@@ -296,10 +351,14 @@ pub fn drive(
     }
     let bar = output::progress_m(far_m, what);
     let mut nearest_m = far_m;
+    let began = Instant::now();
     let mut log = output::is_verbose().then(DriveLog::default);
     let mut on_tick = |tick: &TickEvent<'_>| {
         if let Some(playback) = &mut playback {
             playback.record(tick);
+        }
+        if let Some(live) = live {
+            live.record(tick);
         }
         if let Some(log) = &mut log {
             log.update(tick);
@@ -308,6 +367,10 @@ pub fn drive(
         bar.set_position(output::whole_cm(far_m - nearest_m));
         if let Some(warning) = recording.as_mut().and_then(|it| it.record(tick)) {
             bar.suspend(|| output::warn(warning));
+        }
+        if let Some(factor) = real_time_factor {
+            let due = Duration::from_secs_f64(tick.row.time_s / factor);
+            thread::sleep(due.saturating_sub(began.elapsed()));
         }
     };
     let mut clock = wall_clock();

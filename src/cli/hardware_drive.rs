@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use inbye::base::Protocol;
+use inbye::base::{OperatorSwitch, Protocol};
 use inbye::geometry::Pose;
 use inbye::robot::Limits;
 use inbye::runtime::Config;
@@ -38,6 +38,9 @@ pub struct HardwareArguments {
     /// Serve the operator on this port of localhost: POST /arm, POST /stop, GET /status.
     #[arg(long, value_name = "N", requires = "port")]
     pub operator_port: Option<u16>,
+    /// Give the page of --live a button that stops the robot.
+    #[arg(long, requires_all = ["port", "live"])]
+    pub operator: bool,
     /// Protocol of that base [default: native].
     #[arg(long, value_name = "P", requires = "port", value_parser = protocol())]
     pub protocol: Option<Protocol>,
@@ -82,7 +85,7 @@ impl HardwareArguments {
         let switch = layer.operator();
         let robot = HardwareRobot::new(base, lidar, layer, start);
         operator::serve(&switch, self.arm, self.operator_port)?;
-        Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot }))
+        Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot, switch }))
     }
 }
 
@@ -91,6 +94,8 @@ pub struct HardwareDrive {
     line: SerialLine,
     pub lidar_port: Option<String>,
     pub robot: HardwareRobot,
+    /// The operator's switch of the protective layer.
+    pub switch: OperatorSwitch,
 }
 
 /// State of the robot after a mission, as JSON and as text.
@@ -107,7 +112,7 @@ impl HardwareDrive {
 
     /// Stops the base, closes the ports and reports.
     pub fn end(self) -> HardwareReport {
-        let Self { line, lidar_port, robot } = self;
+        let Self { line, lidar_port, robot, .. } = self;
         let (status, late_ticks) = (robot.base_status(), robot.late_ticks());
         let lidar = lidar_port.zip(robot.lidar_status());
         drop(robot);

@@ -54,7 +54,7 @@ mod server {
 
     use anyhow::Context;
     use inbye::local::Problem;
-    use inbye::playground::{FieldLookup, Playground, Scene};
+    use inbye::playground::{self, FieldLookup, Scene};
     use inbye::runtime::Config;
     use serde_json::json;
 
@@ -69,11 +69,11 @@ mod server {
         let scenes = scenes(arguments, &arguments.settings.load()?)?;
         let names: Vec<String> = scenes.iter().map(|scene| scene.name().to_owned()).collect();
         let end = machine::interrupt_flag()?;
-        let playground = Playground::start(arguments.port, scenes, parse).with_context(|| {
+        let server = playground::start(arguments.port, scenes, parse).with_context(|| {
             let port = arguments.port;
             format!("--port {port}: cannot be served: choose another, or 0 for any free one")
         })?;
-        let address = playground.address();
+        let address = server.address();
         let url = format!("http://{address}/");
         let object = json!({ "url": url, "port": address.port(), "scenes": names });
         output::result(json, &object, [&url])?;
@@ -83,7 +83,7 @@ mod server {
         while !end.load(Ordering::Relaxed) {
             thread::sleep(POLL_INTERVAL);
         }
-        let counts = playground.finish();
+        let counts = server.finish();
         output::note(format!(
             "{} requests answered, {} rejected",
             counts.answered, counts.rejected

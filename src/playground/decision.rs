@@ -6,18 +6,19 @@ use std::time::Instant;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
+use hyper::StatusCode;
 use serde_json::{Value, json};
 
-use super::response::HttpError;
 use super::scene::Scene;
 use crate::bench::EvaluationDigest;
 use crate::local::internals::evenly_spaced;
 use crate::local::internals::gpu::Batch;
 use crate::local::{
-    Axis, ClearanceField, CpuEngine, Detail, Engine, Evaluation, Explainer, Problem,
+    Axis, ClearanceField, CpuEngine, Detail, Engine, EngineError, Evaluation, Explainer, Problem,
     QuantizedProblem, SampleRecord, Terms,
 };
 use crate::map::UnknownPolicy;
+use crate::server::HttpError;
 
 // Limits of one problem, far below those of the engines: a single request must not delay the others for long.
 /// Maximum number of samples.
@@ -222,6 +223,12 @@ fn fan(prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
 const fn words(sample: &SampleRecord) -> [u32; 5] {
     let [heading, clearance, velocity, path] = sample.terms.to_array();
     [sample.status as u32, heading, clearance, velocity, path]
+}
+
+impl From<EngineError> for HttpError {
+    fn from(error: EngineError) -> Self {
+        Self::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string())
+    }
 }
 
 fn milliseconds_since(began: Instant) -> f64 {

@@ -173,7 +173,9 @@ fn section(mission: &MissionView, number: usize) -> Markup {
             h2 { (mission.title) }
             p { (outcome_badges(mission.result)) }
             (results(mission.result, latency.as_ref()))
-            @if let Some(playback) = playback { (player::figure(mission, playback, &view, &id)) }
+            @if playback.is_some() {
+                (player::figure(mission.mission, mission.config, playback, &view, &id))
+            }
             div class="map" id=(format!("{id}-map")) { (map_pictures::mission_figure(mission, &view)) }
             div class="charts" id=(format!("{id}-charts")) {
                 (mission_charts::motion(mission).figure())

@@ -47,5 +47,7 @@ pub(crate) use page::STYLE;
 pub use paper_page::{PaperReport, paper_files};
 pub use paper_tables::paper_text;
 pub use player::PlaybackRecorder;
+#[cfg(feature = "server")]
+pub(crate) use player::{KnownPlayback, LivePage};
 #[cfg(feature = "png")]
 pub use png::{PngError, png};

@@ -3,12 +3,12 @@
 use maud::{Markup, html};
 
 use crate::report::map::{Viewport, goal_mark, ground_legend};
-use crate::report::mission_page::MissionView;
 use crate::report::svg::{LegendEntry, legend_entry};
+use crate::runtime::Mission;
 
 /// The legend of everything that the map shows.
-pub(super) fn legend(mission: &MissionView<'_>, view: &Viewport) -> Markup {
-    let ground = ground_legend(&mission.mission.map, view);
+pub(super) fn legend(mission: &Mission, view: &Viewport) -> Markup {
+    let ground = ground_legend(&mission.map, view);
     html! {
         ul class="legend layers" aria-label="Legend of the map, with a checkbox for each layer" {
             @for (layer, entry) in layers() {

@@ -5,6 +5,8 @@
 
 mod event_list;
 mod legend;
+#[cfg(feature = "server")]
+mod live_page;
 mod playback_json;
 pub(super) mod playback_recorder;
 mod protection;
@@ -12,22 +14,34 @@ mod readings;
 
 use event_list::EventList;
 use maud::{Markup, PreEscaped, html};
+use protection::ProtectionEvents;
 
 use super::map::Viewport;
-use super::mission_page::MissionView;
-use crate::runtime::{FaultEvents, TickEvent};
+use crate::runtime::{Config, FaultEvents, Mission, TickEvent};
+#[cfg(feature = "server")]
+pub(crate) use live_page::{KnownPlayback, LivePage};
 pub use playback_recorder::PlaybackRecorder;
 
-/// The script of all players on a page. Its last part starts them.
-pub(super) const SCRIPT: &str = concat!(
-    include_str!("script/playback.js"),
-    include_str!("script/drawing.js"),
-    include_str!("script/view.js"),
-    include_str!("script/map.js"),
-    include_str!("script/timeline.js"),
-    include_str!("script/links.js"),
-    include_str!("script/player.js"),
-);
+/// Joins the scripts that all players need with that which starts them.
+macro_rules! script_with {
+    ($start:literal) => {
+        concat!(
+            include_str!("script/playback.js"),
+            include_str!("script/drawing.js"),
+            include_str!("script/view.js"),
+            include_str!("script/map.js"),
+            include_str!("script/timeline.js"),
+            include_str!("script/links.js"),
+            include_str!("script/player.js"),
+            include_str!($start),
+        )
+    };
+}
+#[cfg(feature = "server")]
+use script_with;
+
+/// The script of all players on a page.
+pub(super) const SCRIPT: &str = script_with!("script/start.js");
 
 /// The style of a page with players.
 pub(super) const STYLE: &str = include_str!("player.css");
@@ -45,17 +59,22 @@ const KEYS: [(&str, &str); 9] = [
     ("?", "show or hide this list, from anywhere in the player"),
 ];
 
-/// The player of a mission. The section must have an identifier, and contain the map picture of the same viewport.
+/// The player of a mission. The section must have an identifier, and contain the map picture of the same viewport. A drive
+/// that goes on has no playback yet.
 pub(super) fn figure(
-    mission: &MissionView,
-    playback: &PlaybackRecorder,
+    mission: &Mission,
+    config: &Config,
+    playback: Option<&PlaybackRecorder>,
     view: &Viewport,
     section_id: &str,
 ) -> Markup {
+    let mut json = playback_json::drive_json(mission, config, view);
+    if let Some(playback) = playback {
+        json["part"] = playback_json::part_json(&playback.whole(), view);
+    }
     // It may contain text of a GPU driver. `<` is the only character that could end the element.
-    let json =
-        playback_json::playback_json(mission, playback, view).to_string().replace('<', "\\u003c");
-    let last = playback.frames.len().saturating_sub(1);
+    let json = json.to_string().replace('<', "\\u003c");
+    let last = playback.map_or(0, |playback| playback.frames.len().saturating_sub(1));
     html! {
         figure class="player" id=(format!("{section_id}-playback")) {
             h3 { "Playback" }
@@ -65,9 +84,8 @@ pub(super) fn figure(
                     canvas class="map-canvas" role="img" tabindex="0"
                         aria-label="The robot on the map at the selected time, with its lidar returns, the sampled trajectories coloured by score, the chosen trajectory, and the moving obstacles." {}
                     (view_controls())
-                    (time_controls(last))
-                    canvas class="timeline" role="img"
-                        aria-label=(format!("Speed, turn rate, gap and decision time over the run, with a line and the values at the selected time. {} {}", playback.faults.alt_text(), playback.protection.alt_text())) {}
+                    (time_controls(last, playback.is_none()))
+                    canvas class="timeline" role="img" aria-label=(timeline_text(playback)) {}
                     div class="controls" {
                         button type="button" data-action="link" { "Copy link to this moment" }
                         code class="moment-link" hidden {}
@@ -77,15 +95,37 @@ pub(super) fn figure(
                     (readings::readings(section_id))
                     (legend::legend(mission, view))
                     (key_help())
-                    div class="events faults" {
-                        h4 { "Faults" }
-                        (playback.faults.list.list("faults", playback.stride))
+                    div class="event-lists" {
+                        @if let Some(playback) = playback {
+                            (event_lists(&playback.faults, &playback.protection, playback.shape.stride))
+                        }
                     }
-                    (playback.protection.lists(playback.stride))
                 }
             }
             script type="application/json" class="playback" { (PreEscaped(json)) }
         }
+    }
+}
+
+/// The text alternative of the strip charts.
+fn timeline_text(playback: Option<&PlaybackRecorder>) -> String {
+    let events = playback.map(|playback| {
+        format!(" {} {}", playback.faults.alt_text(), playback.protection.alt_text())
+    });
+    format!(
+        "Speed, turn rate, gap and decision time over the run, with a line and the values at the selected time.{}",
+        events.unwrap_or_default()
+    )
+}
+
+/// The lists of faults and of actions of the protective layer.
+fn event_lists(faults: &FaultList, protection: &ProtectionEvents, stride: usize) -> Markup {
+    html! {
+        div class="events faults" {
+            h4 { "Faults" }
+            (faults.list.list("faults", stride))
+        }
+        (protection.lists(stride))
     }
 }
 
@@ -106,13 +146,14 @@ fn view_controls() -> Markup {
     }
 }
 
-fn time_controls(last: usize) -> Markup {
+fn time_controls(last: usize, is_live: bool) -> Markup {
     let speeds = ["0.25", "0.5", "1", "2", "4", "8", "16"];
     html! {
         div class="controls" role="group" aria-label="Time" {
             button type="button" data-action="back" aria-label="one tick back" { "◀" }
             button type="button" data-action="play" { "Play" }
             button type="button" data-action="forward" aria-label="one tick forward" { "▶" }
+            @if is_live { button type="button" data-action="live" aria-pressed="true" { "Newest" } }
             input type="range" data-action="seek" min="0" max=(last) value="0" step="1" aria-label="tick";
             label { "speed " select data-action="speed" aria-label="playback speed" {
                 @for speed in speeds { option value=(speed) selected[speed == "1"] { "×" (speed) } }

@@ -6,52 +6,47 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 
-use super::MissionView;
-use super::playback_recorder::{Frame, NO_MEASUREMENT, PlaybackRecorder, Window};
+use super::playback_recorder::{Frame, NO_MEASUREMENT, PlaybackPart, Window};
 use crate::geometry::{Point, Pose};
 use crate::local::WinnerSi;
 use crate::map::MovingDisc;
 use crate::report::map::{MAP_WIDTH, Viewport};
 use crate::report::svg::simplify;
+use crate::runtime::{Config, Mission};
 
-/// Returns the playback of a mission. Lengths on the map are drawing units, so the script needs no map frame.
-pub(super) fn playback_json(
-    mission: &MissionView<'_>,
-    playback: &PlaybackRecorder,
-    view: &Viewport,
-) -> Value {
-    let frames = &playback.frames;
-    let scan = frames.first().map(|frame| &frame.scan);
-    let window = frames.iter().find_map(|frame| frame.window.as_ref());
-    let footprint: Vec<[f64; 3]> = mission
-        .config
-        .robot
-        .footprint
-        .discs()
-        .iter()
-        .map(|disc| [disc.x, disc.y, disc.radius])
-        .collect();
-    let paths: Vec<_> =
-        mission.result.trace.paths.iter().map(|path| path_points(path, view)).collect();
-    let modes = frames.iter().map(|frame| frame.row.mode.as_str());
-    let beams = scan.map_or(0, |scan| scan.ranges.len());
-    let trajectories = window.map_or(0, |window| window.scores.len());
+/// What does not change during a drive. Lengths on the map are drawing units, so the script needs no map frame.
+pub(super) fn drive_json(mission: &Mission, config: &Config, view: &Viewport) -> Value {
+    let discs = config.robot.footprint.discs().iter();
+    let footprint: Vec<[f64; 3]> = discs.map(|disc| [disc.x, disc.y, disc.radius]).collect();
+    json!({
+        "width": MAP_WIDTH,
+        "height": view.height(),
+        "scale": view.scale(),
+        "goal": view.at(&mission.goal.position),
+        "footprint": footprint,
+        "deadline_ms": config.local.control_period_s * 1e3,
+    })
+}
+
+/// Frames, and what they refer to.
+pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
+    let frames = &part.frames[..];
+    let (scan, window) = (part.shape.scan.as_ref(), part.shape.window.as_ref());
+    let paths: Vec<_> = part.paths.iter().map(|path| path_points(path, view)).collect();
+    let modes = changes(part.first, frames.iter().map(|frame| frame.row.mode.as_str()));
+    let (beams, trajectories) = (part.shape.beams(), part.shape.trajectories());
     let ranges = frames.iter().map(|frame| &frame.scan.ranges[..]);
     let windows = || frames.iter().map(|frame| frame.window.as_ref());
     let scores = windows().map(|window| window.map_or(&[][..], |window| &window.scores));
     let predicted = windows().map(|window| window.map_or(&[][..], |window| &window.predicted));
     json!({
-        "frames": frames.len(),
-        "width": MAP_WIDTH,
-        "height": view.height(),
-        "scale": view.scale(),
-        "goal": view.at(&mission.mission.goal.position),
-        "footprint": footprint,
+        "first": part.first,
+        "shape": part.shape.key(),
+        "events": part.event_ticks,
         "paths": paths,
-        "modes": changes(modes),
-        "faults": playback.faults.list.json(playback.stride),
-        "protection": playback.protection.json(playback.stride),
-        "deadline_ms": mission.control_period_s() * 1e3,
+        "modes": modes,
+        "faults": part.events.as_ref().map(|(faults, _)| faults.list.json(part.shape.stride)),
+        "protection": part.events.as_ref().map(|(_, protection)| protection.json(part.shape.stride)),
         "lidar": {
             "beams": beams,
             "angle_min": scan.map_or(0.0, |scan| scan.angle_min),
@@ -84,10 +79,10 @@ fn path_points(path: &[Point], view: &Viewport) -> Vec<[f64; 2]> {
     simplify(&points, PATH_TOLERANCE).into_iter().map(round).collect()
 }
 
-/// Each text that differs from the one before, with its frame.
-fn changes(texts: impl Iterator<Item = &'static str>) -> Vec<(usize, &'static str)> {
+/// Each text that differs from the one before, with its frame; the frames begin at `first`.
+fn changes(first: usize, texts: impl Iterator<Item = &'static str>) -> Vec<(usize, &'static str)> {
     let mut changes: Vec<(usize, &'static str)> = Vec::new();
-    for (index, text) in texts.enumerate() {
+    for (index, text) in (first..).zip(texts) {
         if changes.last().is_none_or(|(_, last)| *last != text) {
             changes.push((index, text));
         }

@@ -35,11 +35,63 @@ pub struct PlaybackRecorder {
     pub(super) faults: FaultList,
     /// The actions of the protective layer of all ticks.
     pub(super) protection: ProtectionEvents,
-    /// Ticks for each recorded frame.
-    pub(super) stride: usize,
+    /// The global paths so far.
+    paths: Vec<Vec<Point>>,
+    /// What the frames have in common.
+    pub(super) shape: Shape,
     /// The last frame, if it is the latest tick and not a multiple of the stride.
     is_extra: bool,
     ticks: usize,
+}
+
+/// What the encoding of all frames depends on.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    /// Ticks for each recorded frame.
+    pub(super) stride: usize,
+    /// The scan of the first frame.
+    pub(super) scan: Option<ThinnedScan>,
+    /// The first dynamic window.
+    pub(super) window: Option<Window>,
+}
+
+impl Shape {
+    /// Beams of each frame.
+    pub(super) fn beams(&self) -> usize {
+        self.scan.as_ref().map_or(0, |scan| scan.ranges.len())
+    }
+
+    /// Trajectories of each frame.
+    pub(super) fn trajectories(&self) -> usize {
+        self.window.as_ref().map_or(0, |window| window.scores.len())
+    }
+
+    /// Differs for shapes whose encoded frames do not fit together.
+    pub(super) fn key(&self) -> String {
+        format!("{}-{}-{}", self.stride, self.beams(), self.trajectories())
+    }
+}
+
+/// Consecutive frames of a playback, and what they refer to.
+#[derive(Clone, Debug)]
+pub(crate) struct PlaybackPart {
+    /// Index of the first frame.
+    pub(super) first: usize,
+    pub(super) frames: Vec<Frame>,
+    pub(super) shape: Shape,
+    pub(super) paths: Vec<Vec<Point>>,
+    /// Number of ticks with a fault or an action of the protective layer, which only grows.
+    pub(super) event_ticks: usize,
+    /// The faults and the actions of the protective layer; none if the receiver knows them.
+    pub(super) events: Option<(FaultList, ProtectionEvents)>,
+}
+
+#[cfg(feature = "server")]
+impl PlaybackPart {
+    /// Index after its last frame.
+    pub(crate) const fn end(&self) -> usize {
+        self.first + self.frames.len()
+    }
 }
 
 /// One tick.
@@ -82,7 +134,8 @@ impl Default for PlaybackRecorder {
             frames: Vec::new(),
             faults: FaultList::default(),
             protection: ProtectionEvents::default(),
-            stride: 1,
+            paths: Vec::new(),
+            shape: Shape { stride: 1, scan: None, window: None },
             is_extra: false,
             ticks: 0,
         }
@@ -100,11 +153,54 @@ impl PlaybackRecorder {
         if self.is_extra {
             self.frames.pop();
         }
-        if tick.is_multiple_of(self.stride) && self.frames.len() == MAX_FRAMES {
+        if tick.is_multiple_of(self.shape.stride) && self.frames.len() == MAX_FRAMES {
             self.thin();
         }
-        self.is_extra = !tick.is_multiple_of(self.stride);
-        self.frames.push(Frame::new(event));
+        self.is_extra = !tick.is_multiple_of(self.shape.stride);
+        let frame = Frame::new(event);
+        self.shape.scan.get_or_insert_with(|| frame.scan.clone());
+        if self.shape.window.is_none() {
+            self.shape.window.clone_from(&frame.window);
+        }
+        self.frames.push(frame);
+        let plans = event.navigator.plans().iter().skip(self.paths.len());
+        self.paths.extend(plans.map(|plan| plan.smoothed.points().to_vec()));
+    }
+
+    /// All frames.
+    pub(super) fn whole(&self) -> PlaybackPart {
+        self.part(0, usize::MAX, None)
+    }
+
+    /// At most `most` frames from `first` on, and the events if there are more than the known number of ticks with one.
+    pub(super) fn part(
+        &self,
+        first: usize,
+        most: usize,
+        known_event_ticks: Option<usize>,
+    ) -> PlaybackPart {
+        let event_ticks = self.faults.list.ticks() + self.protection.event_ticks();
+        let is_known = known_event_ticks == Some(event_ticks);
+        PlaybackPart {
+            first,
+            frames: self.frames.iter().skip(first).take(most).cloned().collect(),
+            shape: self.shape.clone(),
+            paths: self.paths.clone(),
+            event_ticks,
+            events: (!is_known).then(|| (self.faults.clone(), self.protection.clone())),
+        }
+    }
+
+    /// Number of frames.
+    #[cfg(feature = "server")]
+    pub(crate) const fn frame_count(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Number of frames that no later tick replaces.
+    #[cfg(feature = "server")]
+    pub(super) const fn lasting_frames(&self) -> usize {
+        self.frames.len() - self.is_extra as usize
     }
 
     /// Whether no tick was recorded.
@@ -120,7 +216,7 @@ impl PlaybackRecorder {
 
     /// Halves the frames and doubles the stride.
     fn thin(&mut self) {
-        self.stride *= 2;
+        self.shape.stride *= 2;
         let mut index = 0;
         self.frames.retain(|_| {
             index += 1;

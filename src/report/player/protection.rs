@@ -33,6 +33,11 @@ impl ProtectionEvents {
         *self.ticks.entry(action.name()).or_default() += 1;
     }
 
+    /// Number of ticks with an action.
+    pub(super) fn event_ticks(&self) -> usize {
+        self.stops.ticks() + self.reductions.ticks()
+    }
+
     /// Stops, reductions and the title of their lane, for the script.
     pub(super) fn json(&self, stride: usize) -> Value {
         json!({
@@ -52,7 +57,7 @@ impl ProtectionEvents {
 
     /// A sentence for the text alternative of the timeline.
     pub(super) fn alt_text(&self) -> String {
-        match self.stops.len() + self.reductions.len() {
+        match self.event_ticks() {
             0 => "The protective layer did not act.".to_owned(),
             _ => format!(
                 "The protective layer stopped the robot in {} ticks and reduced its command in {}; both are marked and listed.",

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order in which data flows. A module may use those before it; the first five use no other.
-const MODULES: [&str; 21] = [
+const MODULES: [&str; 23] = [
     "digest",
     "geometry",
     "numeric",
@@ -24,6 +24,8 @@ const MODULES: [&str; 21] = [
     "bench",
     "experiment",
     "report",
+    "server",
+    "live",
     "playground",
     "cli",
 ];

@@ -18,7 +18,7 @@ function createMap(canvas, playback, mapImage, isShown) {
     drawTargets(context, pixel, frame, colours);
     if (isShown("lidar")) drawLidar(context, pixel, frame, colours);
     if (isShown("predictions")) drawPredicted(context, frame, colours);
-    if (isShown("moving")) for (const [x, y, radius] of playback.moving(frame)) drawDisc(context, x, y, radius, colours.moving, 0.55);
+    if (isShown("moving")) for (const [x, y, radius] of playback.moving[frame]) drawDisc(context, x, y, radius, colours.moving, 0.55);
     drawSamples(context, pixel, frame, colours);
     if (isShown("track")) drawTrack(context, pixel, frame, colours);
     drawRobot(context, pixel, frame, colours);
@@ -98,7 +98,7 @@ function createMap(canvas, playback, mapImage, isShown) {
 
   // The predicted positions of moving obstacles over the horizon, fainter with time.
   function drawPredicted(context, frame, colours) {
-    for (const [x, y, radius, vx, vy] of playback.predicted(frame)) {
+    for (const [x, y, radius, vx, vy] of playback.predicted[frame]) {
       for (let part = 0; part <= 4; part++) {
         const time = part / 4 * playback.window.horizon_s;
         drawDisc(context, x + vx * time, y + vy * time, radius, colours.moving, 0.22 - 0.035 * part);

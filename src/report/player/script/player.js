@@ -1,14 +1,12 @@
 // Time after which the address follows the selected moment, ms. Browsers limit how often an address may change.
 const ADDRESS_DELAY_MS = 300;
 
-// Starts the players of a page.
-for (const figure of document.querySelectorAll(".player")) startPlayer(figure);
-
-function startPlayer(figure) {
+// Starts the player of a figure. Returns its playback and what else a drive that goes on needs. `onSelect` is called when the user
+// selects a time.
+function startPlayer(figure, onSelect = () => {}) {
   const find = (selector) => figure.querySelector(selector), action = (name) => find("[data-action=" + name + "]");
-  const playback = readPlayback(figure), { data, lastFrame } = playback, section = figure.closest("section");
+  const playback = readPlayback(figure), { data } = playback, section = figure.closest("section");
   const slider = action("seek"), playButton = action("play"), speed = action("speed"), keyHelp = find(".key-help");
-  const eventButtons = [...figure.querySelectorAll(".events [data-frame]")];
   const readings = new Map([...figure.querySelectorAll("[data-reading]")].map((element) => [element.dataset.reading, element]));
   const layers = new Map([...figure.querySelectorAll("[data-layer]")].map((box) => [box.dataset.layer, box]));
   let frame = 0, isPlaying = false, lastUpdate = 0, pendingTime = 0, colours = readColours(), addressTimer = 0;
@@ -29,8 +27,8 @@ function startPlayer(figure) {
   }
 
   function draw() {
-    // Nothing is shown on paper, where the window changes its size too.
-    if (canvas.clientWidth === 0) return;
+    // Nothing is shown on paper, where the window changes its size too, and before the first tick.
+    if (canvas.clientWidth === 0 || playback.lastFrame < 0) return;
     map.draw(view, frame, colours);
     timeline.draw(frame, colours);
     updateReadings();
@@ -66,13 +64,13 @@ function startPlayer(figure) {
     };
     for (const [name, text] of Object.entries(texts)) readings.get(name).textContent = text;
     readings.get("fault").classList.toggle("is-fault", faults.length > 0);
-    for (const button of eventButtons) button.setAttribute("aria-current", Number(button.dataset.frame) === frame);
+    for (const button of figure.querySelectorAll(".events [data-frame]")) button.setAttribute("aria-current", Number(button.dataset.frame) === frame);
     slider.value = frame;
     slider.setAttribute("aria-valuetext", [texts.time + " s", texts.mode, ...faults, ...actions].join(", "));
   }
 
   function show(index) {
-    frame = Math.max(0, Math.min(lastFrame, index));
+    frame = Math.max(0, Math.min(playback.lastFrame, index));
     draw();
   }
 
@@ -84,7 +82,7 @@ function startPlayer(figure) {
       addressTimer = setTimeout(() => history.replaceState(null, "", momentFragment(section, data.time[frame])), ADDRESS_DELAY_MS);
       return;
     }
-    if (frame === lastFrame) show(0);
+    if (frame === playback.lastFrame) show(0);
     [lastUpdate, pendingTime] = [performance.now(), 0];
     requestAnimationFrame(advance);
   }
@@ -95,18 +93,24 @@ function startPlayer(figure) {
     pendingTime += (now - lastUpdate) / 1000 * Number(speed.value);
     lastUpdate = now;
     let next = frame;
-    while (next < lastFrame && pendingTime >= data.time[next + 1] - data.time[next]) {
+    while (next < playback.lastFrame && pendingTime >= data.time[next + 1] - data.time[next]) {
       pendingTime -= data.time[next + 1] - data.time[next];
       next++;
     }
     if (next !== frame) show(next);
-    if (next === lastFrame) return setPlaying(false);
+    if (next === playback.lastFrame) return setPlaying(false);
     requestAnimationFrame(advance);
   }
 
   function stopAt(index) {
+    onSelect();
     setPlaying(false);
     show(index);
+  }
+
+  function togglePlaying() {
+    onSelect();
+    setPlaying(!isPlaying);
   }
 
   function showLinkedTime() {
@@ -123,19 +127,22 @@ function startPlayer(figure) {
   }
 
   const actions = {
-    play: () => setPlaying(!isPlaying), back: () => stopAt(frame - 1), forward: () => stopAt(frame + 1),
+    play: togglePlaying, back: () => stopAt(frame - 1), forward: () => stopAt(frame + 1),
     "zoom-in": () => view.zoomBy(1.4), "zoom-out": () => view.zoomBy(1 / 1.4), whole: view.showWhole, reset: view.reset,
     link: () => copyLink(action("link")),
   };
   for (const [name, run] of Object.entries(actions)) action(name).addEventListener("click", run);
   slider.addEventListener("input", () => stopAt(Number(slider.value)));
-  for (const button of eventButtons) button.addEventListener("click", () => stopAt(Number(button.dataset.frame)));
+  figure.addEventListener("click", (event) => {
+    const button = event.target.closest(".events [data-frame]");
+    if (button) stopAt(Number(button.dataset.frame));
+  });
   for (const box of layers.values()) box.addEventListener("change", draw);
 
   // Pixels by which a key moves the map.
   const pan = 60;
   const keyActions = {
-    " ": actions.play, ArrowLeft: actions.back, ArrowRight: actions.forward, Home: () => stopAt(0), End: () => stopAt(lastFrame),
+    " ": actions.play, ArrowLeft: actions.back, ArrowRight: actions.forward, Home: () => stopAt(0), End: () => stopAt(playback.lastFrame),
     "+": actions["zoom-in"], "=": actions["zoom-in"], "-": actions["zoom-out"], 0: view.reset, w: view.showWhole,
     f: view.toggleFollow,
   };
@@ -158,4 +165,14 @@ function startPlayer(figure) {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { colours = readColours(); draw(); });
   show(0);
   showLinkedTime();
+
+  // Adds frames to the playback, and shows a frame.
+  function append(part, index) {
+    playback.append(part);
+    timeline.rescale();
+    slider.max = playback.lastFrame;
+    show(index ?? frame);
+  }
+
+  return { playback, append, show };
 }

@@ -10,18 +10,19 @@ const MAX_GAP_M = 3;
 
 // The strip charts of the whole drive, with the values at the selected or hovered frame.
 function createTimeline(canvas, playback, onSelect) {
-  const { data, lastFrame } = playback;
-  const strips = [
+  const { data } = playback;
+  const newStrips = () => [
     linearStrip("speed", "m/s", [["true", "speed", "robot"], ["command", "commanded_speed", "command"]], Infinity),
     linearStrip("turn rate", "rad/s", [["true", "turn_rate", "robot"], ["command", "commanded_turn_rate", "command"]], Infinity),
     linearStrip("gap", "m", [["", "gap", "gap"]], MAX_GAP_M),
     logarithmicStrip("decision time", "ms", [["", "decision_time", "latency"]], playback.deadline_ms),
   ];
+  let strips = newStrips();
   const stripsHeight = strips.length * STRIP_HEIGHT, height = stripsHeight + TIME_AXIS + PROTECTION_LANE + FAULT_LANE;
   let image = null, hovered = null, redraw = () => {};
 
   function finiteValues(curves) {
-    return curves.flatMap(([, name]) => Array.from(data[name]).filter(Number.isFinite));
+    return curves.flatMap(([, name]) => Array.from(data[name] ?? []).filter(Number.isFinite));
   }
 
   // A strip whose scale has the value zero. Values above `cap` are drawn at it.
@@ -59,12 +60,12 @@ function createTimeline(canvas, playback, onSelect) {
   // A strip maps its share from the line above the next strip to the line below its title.
   const stripY = (row, share) => (row + 1) * STRIP_HEIGHT - 5 - (STRIP_HEIGHT - STRIP_TITLE - 8) * share;
   const frameToX = (width) => {
-    const begin = data.time[0], duration = data.time[lastFrame] - begin || 1;
-    return (index) => LABEL_WIDTH + (width - LABEL_WIDTH - RIGHT_MARGIN) * (data.time[Math.min(index, lastFrame)] - begin) / duration;
+    const begin = data.time[0], duration = data.time[playback.lastFrame] - begin || 1;
+    return (index) => LABEL_WIDTH + (width - LABEL_WIDTH - RIGHT_MARGIN) * (data.time[Math.min(index, playback.lastFrame)] - begin) / duration;
   };
   function frameAtX(x) {
     const share = (x - LABEL_WIDTH) / (canvas.clientWidth - LABEL_WIDTH - RIGHT_MARGIN);
-    const [begin, end] = [data.time[0], data.time[lastFrame]], half = (end - begin) / Math.max(1, lastFrame) / 2;
+    const [begin, end] = [data.time[0], data.time[playback.lastFrame]], half = (end - begin) / Math.max(1, playback.lastFrame) / 2;
     return playback.frameAt(begin + Math.max(0, Math.min(1, share)) * (end - begin) + half);
   }
 
@@ -123,7 +124,7 @@ function createTimeline(canvas, playback, onSelect) {
 
   // Position and label of each tick of the time axis.
   function timeTicks(width) {
-    const [begin, end] = [data.time[0], data.time[lastFrame]], toX = frameToX(width), ticks = [];
+    const [begin, end] = [data.time[0], data.time[playback.lastFrame]], toX = frameToX(width), ticks = [];
     const step = roundNumberAbove(Math.max(0.1, (end - begin) / Math.max(2, Math.floor(width / 70))));
     for (let time = Math.ceil(begin / step) * step; time <= end + 1e-6; time += step) {
       ticks.push([toX(playback.frameAt(time + 1e-3)), Number(time.toPrecision(6)) + " s"]);
@@ -233,7 +234,13 @@ function createTimeline(canvas, playback, onSelect) {
     hover(event.buttons ? null : frame);
   });
   canvas.addEventListener("pointerleave", () => hover(null));
-  return { draw };
+  // Fits the strips to more frames.
+  function rescale() {
+    strips = newStrips();
+    image = null;
+  }
+
+  return { draw, rescale };
 }
 
 // Returns a number as text. Zero has no minus sign.

@@ -2,23 +2,22 @@
 
 use http_body_util::Full;
 use hyper::body::Bytes;
-use hyper::header::{ALLOW, CONTENT_TYPE, HeaderName, HeaderValue};
+use hyper::header::{ALLOW, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
 use hyper::{Method, StatusCode};
 use serde_json::{Value, json};
-
-use crate::local::EngineError;
 
 /// A response.
 pub type Response = hyper::Response<Full<Bytes>>;
 
-/// The content security policy: the page loads only resources of this server, and no inline script or style.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
-    base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// The content security policy: a response loads only resources of this server, and no inline script or style.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; frame-src 'self'; \
+    img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// The policy of a page that states the rest of its policy itself. Only pages of this server may show it in a frame.
+const PAGE_POLICY: &str = "base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
 
 /// Headers of every response.
-const HEADERS: [(&str, &str); 7] = [
+const HEADERS: [(&str, &str); 6] = [
     ("cache-control", "no-store"),
-    ("content-security-policy", POLICY),
     ("x-content-type-options", "nosniff"),
     ("referrer-policy", "no-referrer"),
     ("cross-origin-opener-policy", "same-origin"),
@@ -28,9 +27,23 @@ const HEADERS: [(&str, &str); 7] = [
 
 /// A successful response.
 pub fn ok(content_type: &'static str, body: impl Into<Bytes>) -> Response {
+    with_policy(POLICY, content_type, body)
+}
+
+/// A page with its own content security policy.
+pub fn page(html: String) -> Response {
+    with_policy(PAGE_POLICY, "text/html; charset=utf-8", html)
+}
+
+fn with_policy(
+    policy: &'static str,
+    content_type: &'static str,
+    body: impl Into<Bytes>,
+) -> Response {
     let mut response = Response::new(Full::new(body.into()));
     let headers = response.headers_mut();
     headers.insert(CONTENT_TYPE, HeaderValue::from_static(content_type));
+    headers.insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(policy));
     headers.extend(HEADERS.map(|(name, value)| {
         let name = HeaderName::from_static(name);
         (name, HeaderValue::from_static(value))
@@ -66,12 +79,6 @@ impl HttpError {
     pub fn method_not_allowed(method: &Method, allow: &'static str) -> Self {
         let message = format!("this path does not support {method}: use {allow}");
         Self { allow: Some(allow), ..Self::new(StatusCode::METHOD_NOT_ALLOWED, message) }
-    }
-}
-
-impl From<EngineError> for HttpError {
-    fn from(error: EngineError) -> Self {
-        Self::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string())
     }
 }
 

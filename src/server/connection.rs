@@ -22,11 +22,10 @@ use tokio::sync::Notify;
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep, timeout, timeout_at};
 
-use super::RequestStats;
 use super::response::{HttpError, Response};
-use super::router::Router;
+use super::{RequestStats, Shared};
 
-/// Longest body, bytes. A problem with the maximum number of obstacles has a twentieth of it.
+/// Longest body of a request, bytes. A problem of the playground with the maximum number of obstacles has a twentieth of it.
 pub const MAX_BODY_BYTES: u64 = 65_536;
 /// Longest request line and headers, bytes.
 const MAX_HEAD_BYTES: usize = 16_384;
@@ -43,7 +42,8 @@ const REJECTED_LINGER: Duration = Duration::from_millis(10);
 const MAX_DRAINED_BYTES: u64 = 1 << 22;
 
 /// Answers the client's request and closes the connection.
-pub async fn serve(mut stream: TcpStream, router: &Arc<Router>, stats: &RequestStats) {
+pub async fn serve(mut stream: TcpStream, shared: &Arc<Shared>) {
+    let stats = &shared.stats;
     let deadline = Instant::now() + REQUEST_TIMEOUT;
     // Browsers open connections in advance and may never use them.
     let first = timeout_at(deadline, stream.peek(&mut [0])).await;
@@ -54,7 +54,7 @@ pub async fn serve(mut stream: TcpStream, router: &Arc<Router>, stats: &RequestS
     let service = service_fn(|request| async move {
         is_requested.store(true, Ordering::Relaxed);
         stats.in_progress.fetch_add(1, Ordering::Relaxed);
-        let response = answer(request, deadline, router).await;
+        let response = answer(request, deadline, shared).await;
         let response = response.unwrap_or_else(Response::from);
         stats.count(response.status());
         is_answered.notify_one();
@@ -114,15 +114,15 @@ fn http(deadline: Instant) -> Builder {
     http
 }
 
-/// The response to a request. A panic in the router fails this response only.
+/// The response to a request. A panic in the service fails this response only.
 async fn answer(
     request: Request<Incoming>,
     deadline: Instant,
-    router: &Arc<Router>,
+    shared: &Arc<Shared>,
 ) -> Result<Response, HttpError> {
     let request = receive(request, deadline).await?;
-    let router = router.clone();
-    let answered = spawn_blocking(move || router.answer(&request)).await;
+    let shared = shared.clone();
+    let answered = spawn_blocking(move || shared.answer(&request)).await;
     answered.unwrap_or_else(|_| {
         let message = "internal error of the program: please report it with the request";
         Err(HttpError::new(StatusCode::INTERNAL_SERVER_ERROR, message))

@@ -1,0 +1,1 @@
+for (const figure of document.querySelectorAll(".player")) startPlayer(figure);
