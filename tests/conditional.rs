@@ -28,6 +28,7 @@ mod cases {
         pub mod barn;
         pub mod engine_parity;
         pub mod fuzzed;
+        pub mod live;
         pub mod map_reader;
         pub mod missions;
         pub mod movingai;
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         ("barn", cases::conditional::barn::trials),
         ("engine parity", cases::conditional::engine_parity::trials),
         ("fuzzed", cases::conditional::fuzzed::trials),
+        ("live", cases::conditional::live::trials),
         ("map reader", cases::conditional::map_reader::trials),
         ("missions", cases::conditional::missions::trials),
         ("movingai", cases::conditional::movingai::trials),

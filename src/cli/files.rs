@@ -167,7 +167,7 @@ pub fn command_line() -> String {
 }
 
 /// A word as a shell reads it.
-fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     let is_plain = |letter: char| letter.is_alphanumeric() || "_./,:=@%+-".contains(letter);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();

@@ -14,6 +14,7 @@ use inbye::sim::{Scene, scene as scene_of};
 use serde_json::{Value, json};
 
 use super::arguments::{Place, length, scene, unknown};
+use super::files::quoted;
 use super::{config, output};
 
 /// A map or a built-in scene, and its settings.
@@ -110,6 +111,22 @@ impl MapSettings {
         }
         config.unknown = self.unknown.unwrap_or(config.unknown);
         Ok(config)
+    }
+}
+
+impl MapSettings {
+    /// The arguments that give these settings again, each after a space.
+    pub fn as_arguments(&self) -> String {
+        let resolution =
+            (self.resolution != 1.0).then(|| ("--resolution", self.resolution.to_string()));
+        let unknown = self
+            .unknown
+            .map(|policy| ("--unknown", json!(policy).as_str().unwrap_or_default().to_owned()));
+        let config = self.config.as_ref().map(|file| ("--config", file.display().to_string()));
+        let changes = self.changes.iter().map(|change| ("--set", change.clone()));
+        let all = resolution.into_iter().chain(unknown).chain(config).chain(changes);
+        let words = all.flat_map(|(flag, value)| [flag.to_owned(), quoted(&value)]);
+        words.flat_map(|word| [" ".to_owned(), word]).collect()
     }
 }
 

@@ -13,7 +13,7 @@ use super::map_file::MapSettings;
     mut_arg("config", |config| config.help("Settings, TOML: the robot, and the initial sampling and weights")),
     after_help = "Example:\n  inbye playground --port 8047\n  inbye playground --scene crossing --json\n\n\
     The first line is the address of the page, on this machine only. Drag the robot, the goal and the obstacles, or select their \
-    handles with Tab and move them with the arrow keys. The browser takes the decision with the shaders of the GPU engine, and \
+    handles with Tab and move them with the arrow keys; `Drive to the goal` lets the whole navigator drive. The browser takes the decision with the shaders of the GPU engine, and \
     the page shows whether its bits are those of the CPU engine. Without WebGPU, the page shows the CPU engine's decision.\n\
     POST /decision accepts the problem.json of `inbye evaluate`, with a scene's name as map.file: at most 64 KiB, 524288 \
     samples, 32 moving obstacles. An error response has a status 4xx or 5xx and one line of JSON, `error`.\n\
@@ -59,7 +59,7 @@ mod server {
     use serde_json::json;
 
     use super::PlaygroundArguments;
-    use crate::cli::{machine, map_file, output, problem_file};
+    use crate::cli::{files, machine, map_file, output, problem_file};
 
     /// Interval at which the program looks for Ctrl-C.
     const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -92,12 +92,14 @@ mod server {
     }
 
     fn scenes(arguments: &PlaygroundArguments, config: &Config) -> anyhow::Result<Vec<Scene>> {
+        let settings = arguments.settings.as_arguments();
         let Some(file) = &arguments.map else {
-            return Ok(Scene::built_in(arguments.scene, config)?);
+            return Ok(Scene::built_in(arguments.scene, config, &settings)?);
         };
         let map = map_file::load(file, arguments.settings.resolution)?;
         let title = file.file_name().unwrap_or_default().to_string_lossy();
-        let scene = Scene::from_map(&title, &map, config);
+        let name = files::quoted(&file.display().to_string());
+        let scene = Scene::from_map(&title, map, config, format!("--map {name}{settings}"));
         Ok(vec![scene.with_context(|| file.display().to_string())?])
     }
 

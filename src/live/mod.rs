@@ -145,10 +145,9 @@ impl ServedDrive {
         if end.is_some() && is_whole {
             self.has_end.store(true, Ordering::Relaxed);
         }
-        let mut part = self.page.json(&part);
-        part["frames"] = json!(all);
+        let part = self.page.json(&part);
         let operator = self.stop.as_ref().map(|switch| switch.state().name());
-        json!({ "part": part, "drive": { "end": end, "operator": operator } })
+        json!({ "part": part, "drive": { "frames": all, "end": end, "operator": operator } })
     }
 }
 

@@ -59,6 +59,11 @@ impl DecisionService {
         }
     }
 
+    /// All scenes.
+    pub fn scenes(&self) -> &[Scene] {
+        &self.scenes
+    }
+
     /// The scene with this name.
     pub fn scene(&self, name: &str) -> Option<&Scene> {
         self.scenes.iter().find(|scene| scene.name == name)

@@ -2,8 +2,10 @@
 //!
 //! The server converts a problem to the integers that the GPU engine would upload. The page runs the same WGSL over them in
 //! the browser's WebGPU. The response also holds the CPU engine's result, and the page shows whether both have the same bits.
+//! The page can also let the whole navigator drive to the goal.
 
 mod decision;
+mod drive;
 mod router;
 mod scene;
 

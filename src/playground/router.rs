@@ -7,6 +7,7 @@ use hyper::body::Bytes;
 use serde_json::{Value, json};
 
 use super::decision::{self, DecisionService, ProblemParser};
+use super::drive::DriveService;
 use super::scene::Scene;
 use crate::local::SampleStatus;
 use crate::local::internals::gpu::{self, ENTRY_POINTS};
@@ -27,7 +28,7 @@ macro_rules! page_file {
 }
 
 /// The files of the page.
-const PAGE_FILES: [(&str, &str, &[u8]); 10] = [
+const PAGE_FILES: [(&str, &str, &[u8]); 11] = [
     ("/", HTML, include_bytes!("page/index.html")),
     page_file!("playground.css", STYLE),
     page_file!("main.js", SCRIPT),
@@ -38,11 +39,13 @@ const PAGE_FILES: [(&str, &str, &[u8]); 10] = [
     page_file!("handles.js", SCRIPT),
     page_file!("controls.js", SCRIPT),
     page_file!("results.js", SCRIPT),
+    page_file!("drive.js", SCRIPT),
 ];
 
 /// All that the server serves.
 pub struct Router {
     decisions: DecisionService,
+    drives: DriveService,
     setup: Value,
 }
 
@@ -58,6 +61,10 @@ impl Service for Router {
                 server::check_post(request)?;
                 Ok(server::ok(BYTES, self.decisions.records(request.body())?))
             }
+            "/drive" => {
+                server::check_post(request)?;
+                Ok(server::json(&self.drives.drive(self.decisions.scenes(), request.body())?))
+            }
             _ => {
                 let response = self.get(path)?;
                 server::check_get(request)?;
@@ -70,13 +77,20 @@ impl Service for Router {
 impl Router {
     /// Serves these scenes. The page starts with the first.
     pub fn new(scenes: Vec<Scene>, engines: usize, parse: ProblemParser) -> Self {
-        Self { setup: setup(&scenes), decisions: DecisionService::new(scenes, engines, parse) }
+        Self {
+            setup: setup(&scenes),
+            decisions: DecisionService::new(scenes, engines, parse),
+            drives: DriveService::default(),
+        }
     }
 
     fn get(&self, path: &str) -> Result<Response, HttpError> {
         let file = PAGE_FILES.iter().find(|(name, ..)| *name == path);
         if let Some((_, content_type, bytes)) = file {
             return Ok(server::ok(content_type, *bytes));
+        }
+        if let Some(page) = self.drives.page(path) {
+            return Ok(server::page(page));
         }
         match path {
             "/report.css" => Ok(server::ok(STYLE, report::STYLE)),

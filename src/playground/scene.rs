@@ -54,6 +54,10 @@ pub struct Scene {
     pub(super) field_bytes: Bytes,
     /// The initial problem, in the format of `problem.json`.
     pub(super) problem: Value,
+    pub(super) map: Arc<OccupancyGrid>,
+    pub(super) config: Config,
+    /// The arguments of `inbye drive` for this map and its settings.
+    pub(super) arguments: String,
 }
 
 /// The initial state of a scene.
@@ -89,33 +93,45 @@ impl Scene {
         &self.name
     }
 
-    /// The built-in scenes, or only the one of a name.
+    /// The built-in scenes, or only the one of a name. `settings` are the arguments of `inbye drive` for the configuration.
     ///
     /// # Errors
     /// Never: the built-in maps are small enough.
-    pub fn built_in(only: Option<&str>, config: &Config) -> Result<Vec<Self>, SceneError> {
+    pub fn built_in(
+        only: Option<&str>,
+        config: &Config,
+        settings: &str,
+    ) -> Result<Vec<Self>, SceneError> {
         let scene = |scene: sim::Scene| {
             let situation = DecisionInput::built_in(scene.name);
-            Self::new(scene.name, scene.title, &scene.map, config, situation)
+            let arguments = format!("--scene {}{settings}", scene.name);
+            Self::new(scene.name, scene.title, scene.map, config, situation, arguments)
         };
         let is_served = |name: &&str| only.is_none_or(|only| only == *name);
         SCENE_NAMES.into_iter().filter(is_served).filter_map(sim::scene).map(scene).collect()
     }
 
-    /// A scene on a map of the user. The robot is where it has most clearance.
+    /// A scene on a map of the user. The robot is where it has most clearance. `arguments` are those of `inbye drive` for the map
+    /// and the configuration.
     ///
     /// # Errors
     /// When the map has too many cells or its resolution is out of range.
-    pub fn from_map(title: &str, map: &OccupancyGrid, config: &Config) -> Result<Self, SceneError> {
-        Self::new("map", title, map, config, None)
+    pub fn from_map(
+        title: &str,
+        map: OccupancyGrid,
+        config: &Config,
+        arguments: String,
+    ) -> Result<Self, SceneError> {
+        Self::new("map", title, map, config, None, arguments)
     }
 
     fn new(
         name: &str,
         title: &str,
-        map: &OccupancyGrid,
+        map: OccupancyGrid,
         config: &Config,
         situation: Option<DecisionInput>,
+        arguments: String,
     ) -> Result<Self, SceneError> {
         if map.frame().len() > MAX_CELLS {
             let cells = map.frame().len();
@@ -129,10 +145,13 @@ impl Scene {
             name: name.to_owned(),
             title: title.to_owned(),
             unknown: config.unknown,
-            cells: cells(map, &obstacles),
+            cells: cells(&map, &obstacles),
             field_bytes: field_bytes(&field),
             problem: problem(name, config, &situation),
             field: Arc::new(field),
+            map: Arc::new(map),
+            config: config.clone(),
+            arguments,
         })
     }
 }

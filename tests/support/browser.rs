@@ -14,6 +14,7 @@ use super::kernel::{every_difference, source as kernel_source};
 use super::operations::{OPERATIONS, Outcome};
 
 mod chromium;
+pub mod devtools;
 mod plan;
 pub mod program;
 

@@ -6,6 +6,7 @@ import { after, arcOf, draw, mapImage, readColours } from "./drawing.js";
 import { Handles } from "./handles.js";
 import { makeControls } from "./controls.js";
 import * as results from "./results.js";
+import { driveToGoal, listenToCopy } from "./drive.js";
 
 const find = (id) => document.getElementById(id);
 const [stage, canvas, busy] = [find("stage"), find("canvas"), find("results")];
@@ -200,13 +201,31 @@ function removeObstacle(index) {
 
 function addObstacle() {
   const { obstacles, robot: { pose } } = state.problem;
-  if (obstacles.length >= setup.limits.obstacles) return showError(`The maximum is ${obstacles.length} obstacles.`);
   // Rows of five ahead of the robot, which move towards it.
   const [x, y, yaw] = after(pose, 2 + 0.8 * Math.floor(obstacles.length / 5), 0, 1), side = 0.7 * (obstacles.length % 5 - 2);
-  const round = (value) => Math.round(value * 1e4) / 1e4;
-  const place = { x: round(x - side * Math.sin(yaw)), y: round(y + side * Math.cos(yaw)) };
-  obstacles.push({ ...place, radius: 0.3, vx: round(-0.4 * Math.cos(yaw)), vy: round(-0.4 * Math.sin(yaw)) });
+  addObstacleAt([x - side * Math.sin(yaw), y + side * Math.cos(yaw)], yaw + Math.PI);
+}
+
+const rounded = (value) => Math.round(value * 1e4) / 1e4;
+
+// Adds an obstacle that moves at 0.4 m/s in a direction.
+function addObstacleAt([x, y], direction) {
+  const { obstacles } = state.problem;
+  if (obstacles.length >= setup.limits.obstacles) return showError(`The maximum is ${obstacles.length} obstacles.`);
+  obstacles.push({ x: rounded(x), y: rounded(y), radius: 0.3, vx: rounded(0.4 * Math.cos(direction)), vy: rounded(0.4 * Math.sin(direction)) });
   changed();
+}
+
+// What a click on the map does, beside the selection of a sample.
+function clickAt(screen) {
+  const at = view.toWorld(screen), { robot } = state.problem;
+  const towards = ([x, y]) => Math.atan2(y - at[1], x - at[0]);
+  const places = {
+    robot: () => { robot.pose = [rounded(at[0]), rounded(at[1]), rounded(towards(state.problem.target))]; changed(); },
+    goal: () => { state.problem.target = at.map(rounded); changed(); },
+    obstacle: () => addObstacleAt(at, towards(robot.pose)),
+  };
+  places[find("click").value]?.();
 }
 
 // Simulates one tick with the winner's velocity.
@@ -242,7 +261,13 @@ function listen() {
     if (state.shown) selectSample(nearestTo([event.clientX - box.left, event.clientY - box.top]));
   };
   canvas.addEventListener("pointermove", place);
-  canvas.addEventListener("pointerdown", place);
+  canvas.addEventListener("pointerdown", (event) => {
+    if (find("click").value === "select") return place(event);
+    const box = canvas.getBoundingClientRect();
+    clickAt([event.clientX - box.left, event.clientY - box.top]);
+  });
+  on("drive", "click", () => driveToGoal(structuredClone(state.problem), ask));
+  listenToCopy();
   new ResizeObserver(resize).observe(stage);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () => {
     colours = readColours();

@@ -83,7 +83,7 @@ impl LivePage {
         playback.part(first, MOST_FRAMES, known.events)
     }
 
-    /// A part as JSON, with the number of all frames.
+    /// A part as JSON.
     pub(crate) fn json(&self, part: &PlaybackPart) -> Value {
         let lists = part.events.as_ref().map(|(faults, protection)| {
             event_lists(faults, protection, part.shape.stride).into_string()

@@ -41,6 +41,7 @@ pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
     let predicted = windows().map(|window| window.map_or(&[][..], |window| &window.predicted));
     json!({
         "first": part.first,
+        "frames": frames.len(),
         "shape": part.shape.key(),
         "events": part.event_ticks,
         "paths": paths,

@@ -222,7 +222,7 @@ fn fits(program: &Program) -> Result<(), Failed> {
 /// The content policy of the page keeps other scripts out.
 fn altered(program: &Program) -> Result<(), Failed> {
     let page = short_run().page();
-    let own = "Starts the players of a page";
+    let own = "Starts the player of a figure";
     assert_eq!(page.matches(own).count(), 1);
     let seen = look_at(program, &page.replace(own, "Stops the players"), &Look::default())?;
     assert_eq!(seen.findings["at_first"]["time"], json!("–"));

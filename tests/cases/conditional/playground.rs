@@ -2,15 +2,16 @@
 //! See `support/browser/program.rs` for what happens where there is no Chromium.
 
 mod browser;
-mod devtools;
+mod drives;
 mod errors;
-mod served;
+pub mod served;
 mod server;
 
 use libtest_mimic::Trial;
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = browser::trials();
+    trials.extend(drives::trials());
     trials.extend(errors::trials());
     trials.extend(server::trials());
     trials

@@ -36,7 +36,7 @@ async function followDrive(figure) {
     if (operator) operator.textContent = drive.operator;
     if (drive.end) showState("ended", drive.end.is_good, drive.end.text + ". The page keeps what it has until it is closed.");
     else showState("driving", null, "");
-    return !drive.end || playback.lastFrame + 1 < part.frames || playback.lastFrame > before;
+    return !drive.end || playback.lastFrame + 1 < drive.frames || playback.lastFrame > before;
   }
 
   document.getElementById("stop")?.addEventListener("click", async () => {

@@ -165,6 +165,7 @@ function startPlayer(figure, onSelect = () => {}) {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { colours = readColours(); draw(); });
   show(0);
   showLinkedTime();
+  if (location.hash.split("&").includes("play")) setPlaying(true);
 
   // Adds frames to the playback, and shows a frame.
   function append(part, index) {

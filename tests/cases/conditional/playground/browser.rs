@@ -6,8 +6,8 @@ mod input;
 use libtest_mimic::{Failed, Trial};
 use serde_json::json;
 
-use super::devtools::{Look, Page};
 use super::served::Served;
+use crate::support::browser::devtools::{Look, Page};
 use crate::support::browser::program::{self, BrowserTest, Program};
 
 const TRIALS: [(&str, BrowserTest); 10] = [

@@ -64,16 +64,12 @@ impl Served {
     }
 
     pub fn connect(&self) -> Result<TcpStream, Failed> {
-        let stream = TcpStream::connect(("127.0.0.1", self.port))?;
-        stream.set_read_timeout(Some(DEADLINE))?;
-        Ok(stream)
+        connect(self.port)
     }
 
     /// Sends bytes and reads the whole response.
     pub fn exchange(&self, bytes: &[u8]) -> Result<Answer, Failed> {
-        let mut stream = self.connect()?;
-        stream.write_all(bytes)?;
-        read_answer(stream)
+        read_answer(send(self.port, bytes)?)
     }
 
     /// A request as the page sends it.
@@ -134,6 +130,19 @@ impl Served {
         }
         Err("the server does not end".into())
     }
+}
+
+fn connect(port: u16) -> Result<TcpStream, Failed> {
+    let stream = TcpStream::connect(("127.0.0.1", port))?;
+    stream.set_read_timeout(Some(DEADLINE))?;
+    Ok(stream)
+}
+
+/// Sends bytes to a server of this machine.
+pub fn send(port: u16, bytes: &[u8]) -> Result<TcpStream, Failed> {
+    let mut stream = connect(port)?;
+    stream.write_all(bytes)?;
+    Ok(stream)
 }
 
 /// The interim response to a client with `Expect: 100-continue`.

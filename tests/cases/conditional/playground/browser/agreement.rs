@@ -4,8 +4,8 @@ use libtest_mimic::Failed;
 use serde_json::json;
 
 use super::{SETTLED, assert_agrees, assert_quiet, decide, focus, open, place, text};
-use crate::cases::conditional::playground::devtools::{DESKTOP, WEBGPU};
 use crate::cases::conditional::playground::served::Served;
+use crate::support::browser::devtools::{DESKTOP, WEBGPU};
 use crate::support::browser::program::Program;
 
 pub fn dense_sampling_agrees(program: &Program) -> Result<(), Failed> {

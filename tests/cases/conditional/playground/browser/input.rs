@@ -7,8 +7,8 @@ use super::{
     DECISIONS, FRAMES, SETTLED, assert_agrees, assert_quiet, decide, focus, on_page, open, place,
     text,
 };
-use crate::cases::conditional::playground::devtools::{DESKTOP, Look, PHONE, Page, SHIFT, WEBGPU};
 use crate::cases::conditional::playground::served::Served;
+use crate::support::browser::devtools::{DESKTOP, Look, PHONE, Page, SHIFT, WEBGPU};
 use crate::support::browser::program::Program;
 
 /// The focused element.

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket, client};
 
-use crate::support::browser::program::Program;
+use super::program::Program;
 
 /// A browser that has not answered after this long never will.
 const DEADLINE: Duration = Duration::from_secs(120);
@@ -211,7 +211,7 @@ impl Page {
         let shot = json!({ "format": "png", "captureBeyondViewport": true });
         let shot = self.call("Page.captureScreenshot", &shot)?;
         let bytes = BASE64_STANDARD.decode(shot["data"].as_str().ok_or("no picture")?)?;
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("playground");
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser");
         fs::create_dir_all(&folder)?;
         let file = folder.join(format!("{name}.png"));
         fs::write(&file, bytes)?;
