@@ -23,8 +23,9 @@ use inbye::sim::{MovingObstacles, SimError, Simulation};
 use serde_json::json;
 
 use super::arguments::{EngineArguments, Place, duration, number, whole};
+use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
-use super::files::{Output, ReportFolder, command_line, create_file};
+use super::files::{command_line, create_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive};
 use super::machine::{interrupt_flag, wall_clock};
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
@@ -71,12 +72,8 @@ pub struct DriveArguments {
     /// Time limit of the drive, seconds of simulated time.
     #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
     pub time_limit: f64,
-    /// Write a report page into this folder.
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
-    /// Show the drive as an animation in this file, at most 160 frames.
-    #[arg(long, value_name = "FILE.gif")]
-    pub animation: Option<PathBuf>,
+    #[command(flatten)]
+    pub pictures: PictureArguments,
     /// Show the drive in a browser while it goes on, at this port of localhost, 0 for any free one. A simulated drive then takes
     /// real time; see --real-time-factor.
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = whole::<u16>(0, 65_535))]
@@ -242,57 +239,13 @@ impl<'a> DriveFiles<'a> {
     fn create(arguments: &'a DriveArguments) -> anyhow::Result<Self> {
         let name = arguments.record.as_deref();
         let recording = name.map(|name| create_file("--record", name)).transpose()?.zip(name);
-        Ok(Self { recording, pictures: Pictures::create(arguments)? })
+        Ok(Self { recording, pictures: Pictures::create(&arguments.pictures)? })
     }
 
     /// The recorder of what the pictures show. It costs time in every tick.
     fn playback(&self) -> Option<PlaybackRecorder> {
         self.pictures.are_requested.then(PlaybackRecorder::default)
     }
-}
-
-/// The page and the animation of a drive.
-struct Pictures<'a> {
-    report: ReportFolder<'a>,
-    animation: Output<'a>,
-    are_requested: bool,
-}
-
-impl<'a> Pictures<'a> {
-    fn create(arguments: &'a DriveArguments) -> anyhow::Result<Self> {
-        let DriveArguments { report, animation, .. } = arguments;
-        anyhow::ensure!(cfg!(feature = "png") || animation.is_none(), WITHOUT_GIF);
-        Ok(Self {
-            are_requested: report.is_some() || animation.is_some(),
-            report: ReportFolder::create(report.as_deref())?,
-            animation: Output::create("--animation", animation.as_deref(), &["gif"])?,
-        })
-    }
-
-    fn write(
-        self,
-        intro: &str,
-        view: MissionView<'_>,
-        playback: &PlaybackRecorder,
-    ) -> anyhow::Result<()> {
-        if self.animation.is_requested() {
-            let bytes = gif(&view, playback)?;
-            self.animation.write(|| bytes)?;
-        }
-        self.report.write_page(|| drive_text::page(intro, view))
-    }
-}
-
-const WITHOUT_GIF: &str = "--animation: this build has no feature `png`: install it with `--features png`, or use --report";
-
-#[cfg(feature = "png")]
-fn gif(view: &MissionView<'_>, playback: &PlaybackRecorder) -> anyhow::Result<Vec<u8>> {
-    inbye::report::gif_animation(view, playback).context("--animation")
-}
-
-#[cfg(not(feature = "png"))]
-fn gif(_view: &MissionView<'_>, _playback: &PlaybackRecorder) -> anyhow::Result<Vec<u8>> {
-    anyhow::bail!(WITHOUT_GIF)
 }
 
 impl DriveArguments {

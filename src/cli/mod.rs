@@ -12,6 +12,7 @@ mod density;
 mod doctor;
 mod draw;
 mod drive;
+mod drive_pictures;
 mod drive_text;
 #[cfg_attr(
     not(all(unix, feature = "serial")),

@@ -7,15 +7,24 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use inbye::recording::{Difference, FieldValue, Reader, RecordingError, replay};
+use inbye::report::{MissionView, PlaybackRecorder};
+use inbye::runtime::TickEvent;
 use serde_json::{Value, json};
 
 use super::arguments::EngineArguments;
+use super::drive_pictures::{PictureArguments, Pictures};
+use super::files::command_line;
 use super::output;
+
+/// Introduction of the page of a recording.
+const REPLAYED: &str = "One mission, replayed from its recording, as the robot knew it: poses are estimated, gaps are those to the map, and \
+    moving obstacles are shown where they were predicted.";
 
 /// `inbye replay`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye drive --scene mine --record run.mcap\n  \
-    inbye replay run.mcap --engine cpu --json\n\n\
+    inbye replay run.mcap --engine cpu --json\n  \
+    inbye replay run.mcap --report out\n\n\
     The navigator is created from the configuration, waypoints and map in the file and gets the recorded observations; every \
     number that it decides is compared with the recorded one. Decision times and the arrival of plans are repeated too, so a \
     drive with a deadline or on a real base (--port) replays as well.\n\
@@ -27,6 +36,8 @@ pub struct ReplayArguments {
     pub file: PathBuf,
     #[command(flatten)]
     pub engine: EngineArguments,
+    #[command(flatten)]
+    pub pictures: PictureArguments,
 }
 
 /// Repeats the decisions of a recording. Returns false if a bit differs.
@@ -37,7 +48,15 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
     let mut recording = Reader::open(BufReader::new(file)).with_context(name)?;
     let engine = arguments.engine.open(false)?;
     let recorded_engine = recording.metadata().engine.clone();
-    let replay = replay(&mut recording, engine).with_context(name)?;
+    let pictures = Pictures::create(&arguments.pictures)?;
+    let config = recording.metadata().config.clone();
+    let mut playback = pictures.are_requested.then(PlaybackRecorder::default);
+    let mut on_tick = |tick: &TickEvent<'_>| {
+        if let Some(playback) = &mut playback {
+            playback.record(tick);
+        }
+    };
+    let replay = replay(&mut recording, engine, &mut on_tick).with_context(name)?;
     if replay.ticks == 0 {
         let missing = "tick";
         return Err(RecordingError::NotOurs { missing }).with_context(name);
@@ -59,6 +78,18 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
             "the recording is truncated: it ends with tick {}, before the end of the drive",
             ticks - 1
         ));
+    }
+    if let Some(playback) = &playback {
+        let view = MissionView {
+            title: &name(),
+            command: &command_line(),
+            mission: &replay.mission,
+            config: &config,
+            result: &replay.drive,
+            playback: Some(playback),
+            facts: &[],
+        };
+        pictures.write(REPLAYED, view, playback)?;
     }
     let object = json!({
         "ticks": ticks,

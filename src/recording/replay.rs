@@ -6,13 +6,23 @@ use super::error::RecordingError;
 use super::metadata::DriveMetadata;
 use super::reader::Reader;
 use super::tick::RecordedTick;
+use crate::base::ProtectiveAction;
+use crate::geometry::Pose;
 use crate::local::Engine;
-use crate::navigator::{Decision, Navigator};
+use crate::navigator::{Decision, Goal, Navigator};
+use crate::runtime::{
+    Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow,
+};
 
 /// The result of a replay.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Replay {
+    /// The mission of the recording.
+    pub mission: Mission,
+    /// The drive up to the first difference, as the robot knew it: poses are estimated, gaps are those to the map, and there
+    /// are no moving obstacles.
+    pub drive: MissionResult,
     /// Number of ticks in the recording.
     pub ticks: u64,
     /// The first difference. Later decisions are not compared, because they depend on it.
@@ -74,26 +84,84 @@ impl Replay {
 /// The navigator has the recorded settings and observations. Its clock returns the recorded durations of the decisions, and
 /// asynchronous plans arrive at the recorded ticks. So a drive with a real base, late decisions and late plans is repeatable.
 ///
+/// `on_tick` is called after each equal tick.
+///
 /// # Errors
 /// When the recording is damaged or cannot be read, or the drive cannot start.
 pub fn replay<R: Read + Seek>(
     reader: &mut Reader<R>,
     engine: Box<dyn Engine>,
+    on_tick: &mut dyn FnMut(&TickEvent<'_>),
 ) -> Result<Replay, RecordingError> {
-    let DriveMetadata { config, waypoints, map, .. } = reader.metadata();
+    let DriveMetadata { config, waypoints, map, .. } = reader.metadata().clone();
     let known = map.obstacles(config.unknown);
+    let (gap, footprint) = (ObstacleGap::new(known.clone()), &config.robot.footprint);
     // The clock measures the duration of planning, which no decision depends on.
-    let mut navigator = config.new_navigator(known, waypoints, engine, &mut || 0.0)?;
+    let mut navigator = config.new_navigator(known, &waypoints, engine, &mut || 0.0)?;
     let engine = navigator.planner().engine_name();
-    let mut ticks = 0;
-    let mut first_difference = None;
+    let (mut trace, mut decision_s, mut start) = (Trace::default(), Vec::new(), None);
+    let (mut ticks, mut first_difference) = (0, None);
     while let Some(tick) = reader.next_tick()? {
         ticks += 1;
+        if first_difference.is_some() {
+            continue;
+        }
+        first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {
-            first_difference = repeat(&mut navigator, &tick);
+            start = start.or(Some(tick.observation.pose));
+            let gap_m = gap.gap_m(footprint, &tick.observation.pose);
+            trace.rows.push(show(&tick, gap_m, &navigator, on_tick));
+            decision_s.push(tick.took_s);
         }
     }
-    Ok(Replay { ticks, first_difference, is_complete: reader.is_complete(), engine })
+    let place = waypoints.start;
+    let start = start.unwrap_or(Pose::new(place.x, place.y, 0.0));
+    let (via, goal) = match waypoints.goals.split_last() {
+        Some((goal, via)) => (via.to_vec(), *goal),
+        None => (Vec::new(), Goal { position: place, yaw: None }),
+    };
+    let mission = Mission { via, ..Mission::new(map, start, goal) };
+    let drive = MissionResult::of_drive(&mission, trace, &navigator, decision_s, engine.clone());
+    let is_complete = reader.is_complete();
+    Ok(Replay { mission, drive, ticks, first_difference, is_complete, engine })
+}
+
+/// Shows a tick, and returns its row.
+fn show(
+    tick: &RecordedTick,
+    gap_m: f64,
+    navigator: &Navigator,
+    on_tick: &mut dyn FnMut(&TickEvent<'_>),
+) -> TraceRow {
+    let RecordedTick { observation, decision, took_s, .. } = tick;
+    let counts = decision.counts.unwrap_or_default();
+    let row = TraceRow {
+        time_s: observation.time_s,
+        pose: observation.pose,
+        belief: observation.pose,
+        twist: observation.twist,
+        command: decision.command,
+        local_target: decision.local_target,
+        gap_m,
+        admissible: counts.admissible,
+        samples: counts.to_array().iter().sum(),
+        mode: decision.mode,
+        path: navigator.plans().len() - 1,
+        moving: Vec::new(),
+    };
+    on_tick(&TickEvent {
+        row: &row,
+        observation,
+        odometry: &OdometryReading { pose: observation.pose, twist: observation.twist },
+        fix: None,
+        decision,
+        took_s: *took_s,
+        moving_radii: &[],
+        protective_action: &ProtectiveAction::Pass,
+        robot_fault: None,
+        navigator,
+    });
+    row
 }
 
 /// Repeats a decision and returns its first difference.

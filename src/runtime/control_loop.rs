@@ -246,36 +246,23 @@ impl<'a> ControlLoop<'a> {
         }
     }
 
-    fn result(mut self) -> MissionResult {
-        let plans = self.navigator.plans().to_vec();
-        self.trace.paths = plans.iter().map(|plan| plan.smoothed.points().to_vec()).collect();
-        let rows = &self.trace.rows;
-        let last = rows.last();
-        let pose = last.map_or(self.mission.start, |row| row.pose);
-        let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
-        let error = StopError::of(&pose, &self.mission.goal);
+    fn result(self) -> MissionResult {
+        let is_done = self.trace.rows.last().is_some_and(|row| self.is_done(&row.pose));
+        let drive = MissionResult::of_drive(
+            self.mission,
+            self.trace,
+            &self.navigator,
+            self.decision_s,
+            self.engine,
+        );
         MissionResult {
-            reached: last.is_some_and(|row| row.mode == Mode::Arrived || self.is_done(&row.pose)),
+            reached: drive.reached || is_done,
             contact: self.contact,
-            collided: rows.iter().any(|row| row.gap_m <= 0.0),
-            time_s: last.map_or(0.0, |row| row.time_s),
-            travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),
-            min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
-            final_error_m: (error.x_m, error.y_m),
-            final_yaw_error: error.yaw_rad,
             stop_errors: self.stop_errors,
-            fault: self.navigator.fault().cloned(),
             early_end: self.early_end,
-            observation_faults: self.navigator.observation_faults().clone(),
             protective_actions: self.protective_actions,
-            incidents: self.navigator.planner().incidents().cloned(),
-            deadline_stats: self.navigator.deadline_stats(),
-            motion: *self.navigator.motion(),
             odometry_scale: self.pose_estimator.odometry_scale(),
-            decision_s: self.decision_s,
-            engine: self.engine,
-            plans,
-            trace: self.trace,
+            ..drive
         }
     }
 }

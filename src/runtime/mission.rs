@@ -132,6 +132,46 @@ pub struct MissionResult {
 }
 
 impl MissionResult {
+    /// The result that rows, paths and navigator show: without contact, stops, and what only the robot knows.
+    pub(crate) fn of_drive(
+        mission: &Mission,
+        mut trace: Trace,
+        navigator: &Navigator,
+        decision_s: Vec<f64>,
+        engine: String,
+    ) -> Self {
+        let plans = navigator.plans().to_vec();
+        trace.paths = plans.iter().map(|plan| plan.smoothed.points().to_vec()).collect();
+        let rows = &trace.rows;
+        let last = rows.last();
+        let pose = last.map_or(mission.start, |row| row.pose);
+        let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
+        let error = StopError::of(&pose, &mission.goal);
+        Self {
+            reached: last.is_some_and(|row| row.mode == Mode::Arrived),
+            contact: None,
+            collided: rows.iter().any(|row| row.gap_m <= 0.0),
+            time_s: last.map_or(0.0, |row| row.time_s),
+            travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),
+            min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
+            final_error_m: (error.x_m, error.y_m),
+            final_yaw_error: error.yaw_rad,
+            stop_errors: Vec::new(),
+            fault: navigator.fault().cloned(),
+            early_end: None,
+            observation_faults: navigator.observation_faults().clone(),
+            protective_actions: BTreeMap::new(),
+            incidents: navigator.planner().incidents().cloned(),
+            deadline_stats: navigator.deadline_stats(),
+            motion: *navigator.motion(),
+            odometry_scale: None,
+            decision_s,
+            engine,
+            plans,
+            trace,
+        }
+    }
+
     /// Why the goal was not reached, and the robot's last mode and pose; `None` for a goal that was reached without contact.
     #[must_use]
     pub fn why(&self) -> Option<String> {

@@ -45,8 +45,12 @@ fn replay_reproduces_recorded_drive() {
         assert_eq!(replay["recorded_engine"], drive["engine"]);
         assert_eq!((&replay["agree"], &replay["complete"]), (&json!(true), &json!(true)));
     }
-    let run = place.run("replay run.mcap --engine cpu");
+    let run = place.run("replay run.mcap --engine cpu --report out --quiet");
     assert!(run.stdout.starts_with("the same bits in all "), "{run:?}");
+    let page = fs::read_to_string(place.path("out/index.html")).expect("the page is written");
+    let frames = format!("\"frames\":{}", drive["ticks"]);
+    assert!(page.contains("class=\"player\"") && page.contains(&frames), "{frames}");
+    assert!(page.contains("goal reached") && page.contains("replayed from its recording"));
 }
 
 #[test]

@@ -7,14 +7,14 @@ use libtest_mimic::{Failed, Trial};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::served::Served;
+use super::served::{Served, ServerTest};
 use crate::support::browser::devtools::{DESKTOP, Page};
 use crate::support::browser::program::{self, BrowserTest, Program};
 
 pub fn trials() -> Vec<Trial> {
     let in_browser: [(&str, BrowserTest); 1] = [("page_drives_to_the_goal", page_drives)];
     let mut trials = program::trials(&in_browser);
-    let tests: [(&str, fn() -> Result<(), Failed>); 2] = [
+    let tests: [(&str, ServerTest); 2] = [
         ("drive_is_repeated_by_its_command", command_repeats_the_drive),
         ("drives_out_of_range_are_rejected", out_of_range),
     ];
