@@ -24,12 +24,13 @@ const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
-    let scenarios: [(&'static str, Check); 8] = [
+    let scenarios: [(&'static str, Check); 9] = [
         ("drives_to_goal", drives_to_goal),
         ("late_joiner", late_joiner),
         ("missing_inputs", missing_inputs),
         ("invalid_messages", invalid_messages),
         ("endless_heartbeat", endless_heartbeat),
+        ("mutated_packets", mutated_packets),
         ("network_process_hangs", network_process_hangs),
         ("control_process_dies", control_process_dies),
         ("arming", arming),
@@ -116,6 +117,18 @@ fn endless_heartbeat(facts: &Value) -> Result<(), Failed> {
     holds(notices.contains("the network process was lost"), "the loss is reported", facts)?;
     holds(number(facts, "network_mib") < 256.0, "the network process keeps its limit", facts)?;
     holds(number(facts, "control_mib") < 128.0, "the control process stays small", facts)
+}
+
+/// 400 mutated packets a second reach the node while the robot drives: it stays in control, and reaches its goal afterwards. `INBYE_PACKET_SECONDS=3600`
+/// makes that a search of an hour.
+fn mutated_packets(facts: &Value) -> Result<(), Failed> {
+    holds(number(facts, "packets") > 500.0, "many packets", facts)?;
+    holds(facts["contacts"] == 0, "no contact", facts)?;
+    holds(number(facts, "fastest") <= 1.0, "no command beyond the limit", facts)?;
+    holds(number(facts, "network_mib") < 256.0, "the network process keeps its limit", facts)?;
+    holds(number(facts, "control_mib") < 128.0, "the control process stays small", facts)?;
+    holds(facts["took_s"].is_number(), "the robot reaches its goal", facts)?;
+    ends_cleanly(facts)
 }
 
 /// A network process that hangs is ended and started again.

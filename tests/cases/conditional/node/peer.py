@@ -8,6 +8,7 @@ Start it in a network namespace with only the loopback: no packet reaches anothe
 import json
 import math
 import os
+import random
 import signal
 import socket
 import struct
@@ -453,6 +454,116 @@ def control_process_dies(program):
     robot.until(lambda: not any(os.path.exists(f"/proc/{child}") for child in network), 10.0)
     facts["orphans"] = [child for child in network if os.path.exists(f"/proc/{child}")]
     return {**facts, "contacts": robot.contacts}
+
+
+# How long packets are mutated, seconds; an hour for a search.
+FUZZ_S = float(os.environ.get("INBYE_PACKET_SECONDS", "6"))
+# Mutated packets each second.
+FUZZ_RATE = 400
+
+
+def udp_ports(pid):
+    """The UDP ports that a process has bound."""
+    sockets = set()
+    for name in os.listdir(f"/proc/{pid}/fd"):
+        try:
+            sockets.add(os.readlink(f"/proc/{pid}/fd/{name}")[8:-1])
+        except OSError:
+            pass
+    with open("/proc/net/udp") as file:
+        rows = [line.split() for line in file][1:]
+    return {int(row[1].split(":")[1], 16) for row in rows if row[9] in sockets}
+
+
+def mutated(packet, random):
+    """An RTPS packet with a few changes: bits, numbers, lengths, order and end of its submessages."""
+    packet = bytearray(packet)
+    for _ in range(random.choice([1, 1, 2, 4, 16])):
+        at = random.randrange(4, len(packet))
+        match random.randrange(6):
+            case 0:
+                packet[at] ^= 1 << random.randrange(8)
+            case 1:
+                packet[at] = random.choice([0, 1, 0x7F, 0x80, 0xFF])
+            case 2:
+                packet[at : at + 4] = struct.pack("<I", random.choice([0, 1, 2**31 - 1, 2**31, 2**32 - 1]))
+            case 3:
+                del packet[max(20, at) :]
+            case 4:
+                packet[at:at] = packet[20 : 20 + random.randrange(64)]
+            case 5:
+                packet[at : at + 8] = random.randbytes(8)
+        if len(packet) < 24:
+            break
+    return bytes(packet)
+
+
+class Mutator(threading.Thread):
+    """Mutates the packets of the loopback and sends them to the node, until it is ended."""
+
+    def __init__(self, pid):
+        super().__init__(daemon=True)
+        self.pid, self.random, self.sent, self.ends = pid, random.Random(1), 0, False
+        self.taps = socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, socket.htons(0x0800))
+        self.taps.bind(("lo", 0))
+        self.taps.settimeout(0.05)
+        self.sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.start()
+
+    def run(self):
+        seen, ports, looked_s, begun_s = [], [], 0.0, time.monotonic()
+        while not self.ends:
+            try:
+                packet = self.taps.recv(65536)
+                begin = 4 * (packet[0] & 15) + 8
+                if packet[begin : begin + 4] == b"RTPS":
+                    seen = (seen + [packet[begin:]])[-300:]
+            except TimeoutError:
+                pass
+            if time.monotonic() - looked_s > 0.5:
+                try:
+                    own = udp_ports(os.getpid())
+                    ports = [port for child in children(self.pid) for port in udp_ports(child) if port not in own]
+                except OSError:
+                    ports = []
+                looked_s = time.monotonic()
+            while seen and ports and self.sent < FUZZ_RATE * (time.monotonic() - begun_s):
+                packet = mutated(self.random.choice(seen), self.random)
+                try:
+                    self.sender.sendto(packet, ("127.0.0.1", self.random.choice(ports)))
+                except OSError:
+                    pass
+                self.sent += 1
+
+
+def mutated_packets(program):
+    """Mutated packets come all the time, while the robot drives to and fro. Then they end, and the node drives to its goal."""
+    robot, node, facts = driving(program)
+    memory = Memory(node.child.pid)
+    mutator = Mutator(node.child.pid)
+    ends_s = time.monotonic() + FUZZ_S
+    fastest, losses, network, goals = 0.0, 0, children(node.child.pid), 0
+    while time.monotonic() < ends_s:
+        goals += 1
+        goal = GOAL if goals % 2 else (2.5, 2.0, 0.0)
+        robot.send_goal(*goal)
+        robot.until(lambda: robot.stands_near(*goal[:2]), min(30.0, max(1.0, ends_s - time.monotonic())))
+        fastest = max([fastest, *(abs(v) for _, v, _ in robot.commands)])
+        del robot.commands[:-50]
+        if (now := children(node.child.pid)) != network:
+            network, losses = now, losses + 1
+        if node.child.poll() is not None:
+            break
+    mutator.ends = True
+    mutator.join()
+    robot.until(lambda: False, 3.0)
+    robot.send_goal(*GOAL)
+    facts["took_s"] = robot.until(lambda: robot.stands_near(*GOAL[:2]), 90.0)
+    return {
+        **facts, "packets": mutator.sent, "goals": goals, "network_losses": losses, "fastest": fastest,
+        "contacts": robot.contacts, "control_mib": memory.control_kib / 1024, "network_mib": memory.network_kib / 1024,
+        **node.end(),
+    }
 
 
 OPERATOR_PORT = 8765
