@@ -159,18 +159,64 @@ pub(crate) fn named_columns<R: Columns>(names: &str) -> Vec<&'static Column> {
     names.split_whitespace().filter_map(of_name).collect()
 }
 
-/// A text table of some columns, whose names are separated by spaces: a line of headings, then a line for each row. Texts
-/// are aligned left, numbers right.
+/// Width of a terminal that a text table should fit into, characters.
+const TERMINAL_WIDTH: usize = 100;
+
+/// A text table of some columns, whose names are separated by spaces: headings, then a line for each row. Texts are aligned
+/// left, numbers right. A column without any value is left out. The headings of a wide table have several lines.
 #[must_use]
 pub fn text_table<R: Columns>(rows: &[R], names: &str) -> Vec<String> {
-    let columns = named_columns::<R>(names);
-    let mut lines: Vec<Vec<String>> = vec![columns.iter().map(|it| it.heading()).collect()];
-    lines.extend(rows.iter().map(|row| {
-        let record = record(row);
-        let field = |column: &&Column| column.text(&record[column.name]);
-        columns.iter().map(field).collect()
-    }));
-    aligned(&lines, |place| columns[place].kind == ColumnKind::Text)
+    let mut columns = named_columns::<R>(names);
+    let records: Vec<Value> = rows.iter().map(record).collect();
+    columns.retain(|column| {
+        records.is_empty() || records.iter().any(|record| !record[column.name].is_null())
+    });
+    let text =
+        |record: &Value| columns.iter().map(|column| column.text(&record[column.name])).collect();
+    let rows: Vec<Vec<String>> = records.iter().map(text).collect();
+    let is_text = |place: usize| columns[place].kind == ColumnKind::Text;
+    let with_headings =
+        |headings: Vec<Vec<String>>| aligned(&[headings, rows.clone()].concat(), is_text);
+    let headings: Vec<String> = columns.iter().map(|column| column.heading()).collect();
+    let lines = with_headings(vec![headings.clone()]);
+    if lines.iter().all(|line| line.chars().count() <= TERMINAL_WIDTH) {
+        return lines;
+    }
+    let width = |place: usize| rows.iter().map(|row| row[place].chars().count()).max();
+    let stacks: Vec<Vec<String>> = headings
+        .iter()
+        .enumerate()
+        .map(|(place, heading)| stacked(heading, width(place).unwrap_or(0)))
+        .collect();
+    let height = stacks.iter().map(Vec::len).max().unwrap_or(0);
+    // They stand on the first row.
+    let line = |number: usize| {
+        let cell = |stack: &Vec<String>| {
+            (number + stack.len())
+                .checked_sub(height)
+                .map_or_else(String::new, |at| stack[at].clone())
+        };
+        stacks.iter().map(cell).collect()
+    };
+    with_headings((0..height).map(line).collect())
+}
+
+/// The words of a heading in lines that are no wider than the values, or than its longest word.
+fn stacked(heading: &str, values_width: usize) -> Vec<String> {
+    let words = heading.split(' ');
+    let longest = words.clone().map(|word| word.chars().count()).max().unwrap_or(0);
+    let width = values_width.max(longest);
+    let mut lines: Vec<String> = Vec::new();
+    for word in words {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                *line += " ";
+                *line += word;
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Aligns the cells of lines: columns of text left, columns of numbers right.
@@ -272,6 +318,18 @@ mod tests {
             text_table(&rows()[1..], "name mean_speed_m_s runs"),
             ["name  mean speed, m/s  runs", "-               12.00  1234"]
         );
+    }
+
+    #[test]
+    fn headings_of_a_wide_table_are_stacked() {
+        let names = "name mean_speed_m_s runs ".repeat(5);
+        let lines = text_table(&rows()[1..], &names);
+        assert_eq!(lines.len(), 4, "{lines:#?}");
+        assert!(lines[0].starts_with("       mean"), "{lines:#?}");
+        assert!(lines[1].starts_with("      speed,"), "{lines:#?}");
+        assert!(lines[2].starts_with("name     m/s  runs"), "{lines:#?}");
+        assert!(lines[3].starts_with("-      12.00  1234"), "{lines:#?}");
+        assert!(lines.iter().all(|line| line.len() <= TERMINAL_WIDTH), "{lines:#?}");
     }
 
     #[test]

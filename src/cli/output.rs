@@ -1,8 +1,9 @@
 //! Printing: results to standard output, everything else to standard error, in colour on a terminal. A closed pipe, as after
 //! `head`, is no error: the rest is dropped.
 
+use std::borrow::Cow;
 use std::fmt;
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::process::exit;
 use std::time::Duration;
 
@@ -60,14 +61,14 @@ fn write_record(out: &mut Formatter, record: &Record) -> io::Result<()> {
     let target = record.target();
     let is_own =
         target.strip_prefix(PROGRAM).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
-    match (is_own, level) {
-        (true, Level::Warn) => writeln!(out, "{style}warning:{style:#} {message}"),
-        (true, _) => writeln!(out, "{message}"),
-        (false, _) => {
-            let level = level.as_str().to_lowercase();
-            writeln!(out, "{style}{level}:{style:#} {target}: {message}")
-        }
+    if !is_own {
+        let level = level.as_str().to_lowercase();
+        return writeln!(out, "{style}{level}:{style:#} {target}: {message}");
     }
+    let mark = if level == Level::Warn { "warning:" } else { "" };
+    let text = format!("{mark}{}{message}", if mark.is_empty() { "" } else { " " });
+    let text = if io::stderr().is_terminal() { folded(&text) } else { text.into() };
+    writeln!(out, "{style}{mark}{style:#}{}", text.strip_prefix(mark).unwrap_or(&text))
 }
 
 /// Prints a result, as one JSON object or as lines of text.
@@ -89,17 +90,36 @@ pub fn print_json(object: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Prints a line of a result.
+/// Longest line on a terminal, characters, and the indentation of its further lines, which is that of the values.
+const TERMINAL_WIDTH: usize = 100;
+const FURTHER_LINES: &str = "             ";
+
+/// Prints a line of a result. A terminal gets a long line as several, a file or a pipe as it is.
 pub fn line(text: impl AsRef<str>) {
     // Colours reach a terminal only.
     let mut out = anstream::stdout().lock();
-    let written = writeln!(out, "{}", text.as_ref()).and_then(|()| out.flush());
+    let text = text.as_ref();
+    let folded = if io::stdout().is_terminal() { folded(text) } else { Cow::Borrowed(text) };
+    let written = writeln!(out, "{folded}").and_then(|()| out.flush());
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
     {
         print_error_text(&format!("standard output: {error}"));
         exit(2);
     }
+}
+
+/// A text whose lines have at most 100 characters, unless a word is longer.
+fn folded(text: &str) -> Cow<'_, str> {
+    let options = textwrap::Options::new(TERMINAL_WIDTH)
+        .subsequent_indent(FURTHER_LINES)
+        .break_words(false)
+        .word_splitter(textwrap::WordSplitter::NoHyphenation);
+    // Aligned columns keep their spaces.
+    if text.lines().all(|line| textwrap::core::display_width(line) <= TERMINAL_WIDTH) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(textwrap::fill(text, options))
 }
 
 /// Prints a note that is no part of the result; `--quiet` hides it.
@@ -216,4 +236,21 @@ fn bar(steps: u64, what: &str, done: impl ProgressTracker + 'static) -> Progress
     let bar = ProgressBar::new(steps).with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_folded_at_words() {
+        let short = "why          the time was up";
+        assert_eq!(folded(short), short);
+        let long = format!("why          {}", "obstacles are within the margins; ".repeat(6));
+        let text = folded(&long).into_owned();
+        assert!(text.lines().count() == 3 && text.lines().all(|line| line.len() <= 100), "{text}");
+        assert!(text.lines().skip(1).all(|line| line.starts_with(FURTHER_LINES)), "{text}");
+        let digest = "9".repeat(130);
+        assert_eq!(folded(&digest), digest);
+    }
 }

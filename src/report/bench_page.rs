@@ -6,9 +6,9 @@ use super::chart::{Chart, standalone_svg};
 use super::figure::file_links;
 use super::mission_set_charts::{self, missed_missions};
 use super::number::fixed;
-use super::page::{ReportFile, document, json_text, page_header, reproduction};
+use super::page::{ReportFile, Tile, document, json_text, page_header, reproduction, tiles};
 use super::run_charts::Worlds;
-use super::sample_charts::{NO_LATENCY, SampleRows, density_notes};
+use super::sample_charts::{NO_LATENCY, SampleRows, density_notes, density_tiles};
 use super::sweep_charts;
 use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 use crate::experiment::barn::OverWorlds;
@@ -51,6 +51,7 @@ pub struct BenchReport<'a> {
 struct Section {
     /// Name of the files without their extension.
     name: &'static str,
+    tiles: Vec<Tile>,
     charts: Vec<Chart>,
     /// HTML after the charts.
     notes: Markup,
@@ -67,6 +68,7 @@ impl Section {
     ) -> Option<Self> {
         (!rows.is_empty()).then(|| Self {
             name,
+            tiles: Vec::new(),
             charts: charts(rows),
             notes: Markup::default(),
             csv: csv_text(rows),
@@ -76,6 +78,10 @@ impl Section {
 
     fn with_notes(self, notes: Markup) -> Self {
         Self { notes, ..self }
+    }
+
+    fn with_tiles(self, tiles: Vec<Tile>) -> Self {
+        Self { tiles, ..self }
     }
 
     /// The files: the rows, and a picture if any chart has data.
@@ -116,8 +122,10 @@ pub fn bench_files(report: &BenchReport) -> Vec<ReportFile> {
     let content = html! {
         (page_header(report.title, report.intro, report.machine, &html! {}))
         section {
+            @let sections = sections(report);
+            (tiles(&sections.iter().flat_map(|section| section.tiles.clone()).collect::<Vec<_>>()))
             div class="charts" {
-                @for section in sections(report) {
+                @for section in &sections {
                     @let of_section = section.files();
                     (section.markup(&of_section))
                     @let () = files.extend(of_section);
@@ -137,13 +145,17 @@ fn sections(report: &BenchReport) -> Vec<Section> {
     let samples = SampleRows { density, quality, closed_loop };
     let sections = [
         Section::new("latency", density, |_| vec![samples.latency()])
-            .map(|section| section.with_notes(density_notes(density, report.skipped))),
+            .map(|section| section.with_notes(density_notes(density, report.skipped)))
+            .map(|section| section.with_tiles(density_tiles(density))),
         Section::new("quality", quality, |_| vec![samples.quality()]),
         Section::new("closed_loop", closed_loop, |_| vec![samples.closed_loop()]),
-        Section::new("barn", report.barn, |rows| vec![barn_worlds(rows).chart()]),
-        Section::new("dynabarn", report.dynabarn, |rows| vec![dynabarn_worlds(rows).chart()]),
+        Section::new("barn", report.barn, |rows| vec![barn_worlds(rows).chart()])
+            .map(|section| section.with_tiles(barn_tiles(report.barn))),
+        Section::new("dynabarn", report.dynabarn, |rows| vec![dynabarn_worlds(rows).chart()])
+            .map(|section| section.with_tiles(run_tiles("DynaBARN", report.dynabarn))),
         Section::new("soak", report.soak, mission_set_charts::soak)
-            .map(|section| section.with_notes(missed_missions(report.soak))),
+            .map(|section| section.with_notes(missed_missions(report.soak)))
+            .map(|section| section.with_tiles(run_tiles("soak", report.soak))),
         Section::new("ablation", report.ablation, mission_set_charts::ablation),
     ];
     let sweeps = sweep_charts::by_kind(report.sweep).into_iter().filter_map(|groups| {
@@ -154,6 +166,23 @@ fn sections(report: &BenchReport) -> Vec<Section> {
         vec![sweep_charts::latency(rows)]
     });
     sections.into_iter().flatten().chain(sweeps).chain(latency).collect()
+}
+
+/// Runs, the share that reached its goal, and contacts that the robot caused.
+fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
+    let all = Group::of("", &rows.iter().collect::<Vec<_>>());
+    vec![
+        (format!("{of}: runs"), all.runs.to_string(), ""),
+        (format!("{of}: goal reached"), fixed(100.0 * all.reached_share, 1), "%"),
+        (format!("{of}: contacts by the robot"), all.contacts_robot.to_string(), ""),
+    ]
+}
+
+fn barn_tiles(rows: &[RunRow]) -> Vec<Tile> {
+    let score = OverWorlds::of(&rows.iter().collect::<Vec<_>>()).score;
+    let mut tiles = run_tiles("BARN", rows);
+    tiles.push(("BARN: score".to_owned(), fixed(score, 4), "of 0.5"));
+    tiles
 }
 
 fn barn_worlds(rows: &[RunRow]) -> Worlds<'_> {

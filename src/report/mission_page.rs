@@ -6,9 +6,9 @@ use super::figure::Table;
 use super::map::{PathStages, Viewport};
 use super::mission_charts::{self, Latency};
 use super::number::{fixed, optional, significant};
-use super::page::{badge, document, page_header};
+use super::page::{Tile, badge, document, page_header, tiles};
 use super::player::PlaybackRecorder;
-use super::sample_charts::{SampleRows, density_notes};
+use super::sample_charts::{SampleRows, density_notes, density_tiles};
 use super::svg::TOLERANCE;
 use super::{map_pictures, player};
 use crate::bench::{DensityRow, QualityRow, SkippedCell};
@@ -195,25 +195,21 @@ fn outcome_badges(result: &MissionResult) -> Markup {
 
 fn results(result: &MissionResult, latency: Option<&Latency>) -> Markup {
     let (x, y) = result.final_error_m;
-    let mut cards = vec![
-        ("time", fixed(result.time_s, 1), "s"),
-        ("distance driven", fixed(result.travelled_m, 2), "m"),
-        ("smallest gap", fixed(result.min_clearance_m, 3), "m"),
-        ("goal error", fixed(libm::hypot(x, y), 3), "m"),
-        ("yaw error", optional(result.final_yaw_error, 3), "rad"),
+    let mut cards: Vec<Tile> = vec![
+        ("time".to_owned(), fixed(result.time_s, 1), "s"),
+        ("distance driven".to_owned(), fixed(result.travelled_m, 2), "m"),
+        ("smallest gap".to_owned(), fixed(result.min_clearance_m, 3), "m"),
+        ("goal error".to_owned(), fixed(libm::hypot(x, y), 3), "m"),
+        ("yaw error".to_owned(), optional(result.final_yaw_error, 3), "rad"),
     ];
     if let Some(Latency { summary, .. }) = latency {
-        cards.push(("decision, p50", significant(summary.p50_ms), "ms"));
-        cards.push(("decision, p99", significant(summary.p99_ms), "ms"));
-        cards.push(("decision, slowest", significant(summary.max_ms), "ms"));
-    }
-    html! {
-        dl class="cards" {
-            @for (name, value, unit) in cards {
-                div { dt { (name) } dd { (value) " " span { (unit) } } }
-            }
+        for (name, ms) in
+            [("p50", summary.p50_ms), ("p99", summary.p99_ms), ("slowest", summary.max_ms)]
+        {
+            cards.push((format!("decision, {name}"), significant(ms), "ms"));
         }
     }
+    tiles(&cards)
 }
 
 /// The facts, the table of paths and the command. A script can show a button that copies the command.
@@ -289,6 +285,7 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
         section id="engines" {
             h2 { (ENGINES_TITLE) }
             p { (badge(agree, verdict)) }
+            (tiles(&engine_tiles(comparisons)))
             div class="scroll" tabindex="0" role="region" aria-label="engines" {
                 table class="words" {
                     thead { tr {
@@ -307,11 +304,21 @@ fn comparisons(comparisons: &[EngineComparison]) -> Markup {
     }
 }
 
+/// How many engines returned the bits of the first.
+fn engine_tiles(comparisons: &[EngineComparison]) -> [Tile; 2] {
+    let agreeing = comparisons.iter().filter(|engine| engine.agrees).count();
+    [
+        ("engines compared".to_owned(), comparisons.len().to_string(), ""),
+        ("with the same bits".to_owned(), agreeing.to_string(), ""),
+    ]
+}
+
 fn density(report: &Report) -> Markup {
     let rows = SampleRows { density: report.density, quality: report.quality, closed_loop: &[] };
     html! {
         section id="density" {
             h2 { (DENSITY_TITLE) }
+            (tiles(&density_tiles(report.density)))
             div class="charts" {
                 (rows.latency().figure())
                 @if !report.quality.is_empty() { (rows.quality().figure()) }

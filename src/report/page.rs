@@ -89,6 +89,22 @@ pub(super) fn page_header(title: &str, intro: &str, machine: &str, rest: &Markup
     }
 }
 
+/// A result on top of a page: its name, its value and its unit.
+pub(super) type Tile = (String, String, &'static str);
+
+/// The most important results, as tiles.
+pub(super) fn tiles(tiles: &[Tile]) -> Markup {
+    html! {
+        @if !tiles.is_empty() {
+            dl class="cards" {
+                @for (name, value, unit) in tiles {
+                    div { dt { (name) } dd { (value) " " span { (unit) } } }
+                }
+            }
+        }
+    }
+}
+
 /// The command that makes a page again.
 pub(super) fn reproduction(command: &str) -> Markup {
     html! {

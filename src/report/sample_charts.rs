@@ -9,6 +9,7 @@ use super::chart::{
 };
 use super::figure::Table;
 use super::number::{fixed, significant};
+use super::page::Tile;
 use super::svg::LegendEntry;
 use crate::bench::{DensityRow, QualityRow, RATES_HZ, SkippedCell};
 use crate::experiment::Group;
@@ -307,6 +308,39 @@ fn latency_series(rows: &[DensityRow]) -> AllSeries<'_, DensityRow> {
 
 fn has_several_horizons(rows: &[DensityRow]) -> bool {
     rows.iter().any(|row| row.steps != rows[0].steps)
+}
+
+/// The fastest median decisions: of about a thousand samples, and of the most samples.
+pub(super) fn density_tiles(rows: &[DensityRow]) -> Vec<Tile> {
+    let fastest = |samples: usize| {
+        let of = rows.iter().filter(move |row| row.samples == samples);
+        of.min_by(|one, other| one.p50_ms.total_cmp(&other.p50_ms))
+    };
+    let tile = |row: &DensityRow| {
+        (
+            format!("{} samples, fastest", grouped(row.samples)),
+            significant(row.p50_ms),
+            "ms, median",
+        )
+    };
+    let about = rows.iter().map(|row| row.samples).min_by_key(|samples| samples.abs_diff(1024));
+    let most = rows.iter().map(|row| row.samples).max();
+    let both = [about, most.filter(|most| about != Some(*most))];
+    both.into_iter().flatten().filter_map(fastest).map(tile).collect()
+}
+
+/// A count with commas between its thousands.
+fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let first = digits.len() % 3;
+    let mut text = digits[..first].to_owned();
+    for (place, digit) in digits[first..].chars().enumerate() {
+        if place % 3 == 0 && !text.is_empty() {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
 }
 
 /// The most samples of each engine that keep a rate, and the cells that were not measured.

@@ -1,13 +1,14 @@
 //! The commands in the shell blocks of README and book: the program understands each of them.
 //!
-//! They are not run, because many need a robot, a network or data that the repository does not contain. The console blocks are
-//! run.
+//! Those that need no more than the repository are run, in a copy of its examples. The others need a robot, a network, hours or
+//! data that the repository does not contain. The console blocks are run by another test.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
+use tempfile::TempDir;
 
 /// The lines of all shell blocks of a Markdown text.
 fn shell_lines(text: &str) -> Vec<String> {
@@ -43,15 +44,61 @@ fn is_understood(arguments: &[String]) -> Result<(), String> {
     }
 }
 
-#[test]
-fn commands_of_shell_blocks_are_understood() {
+/// README and all pages of the book.
+fn pages() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut pages = vec![root.join("README.md")];
     let entries = fs::read_dir(root.join("docs/src")).expect("the book's pages");
     pages.extend(entries.map(|entry| entry.expect("an entry of the book").path()));
     pages.retain(|page| page.extension().is_some_and(|extension| extension == "md"));
+    pages.sort();
+    pages
+}
+
+/// The begin of commands that need no more than the repository, and end soon.
+const RUN: [&str; 4] =
+    ["inbye config ", "inbye drive --scene ", "inbye evaluate ", "inbye plan --scene "];
+
+#[test]
+fn commands_that_need_only_the_repository_run_as_typed() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let place = TempDir::new().expect("a temporary folder");
+    fs::create_dir_all(place.path().join("examples")).expect("a folder");
+    fs::create_dir_all(place.path().join("docs/src/pictures")).expect("a folder");
+    for file in fs::read_dir(root.join("examples")).expect("the examples") {
+        let file = file.expect("an entry of the examples");
+        if file.path().is_file() {
+            let copy = place.path().join("examples").join(file.file_name());
+            fs::copy(file.path(), copy).expect("a copy of an example");
+        }
+    }
+    let programs = Path::new(env!("CARGO_BIN_EXE_inbye")).parent().expect("a folder");
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap_or_default());
+    let mut run = 0;
+    for page in pages() {
+        let text = fs::read_to_string(&page).expect("a page is text");
+        for line in shell_lines(&text) {
+            if !RUN.iter().any(|begin| line.starts_with(begin)) {
+                continue;
+            }
+            run += 1;
+            let output = std::process::Command::new("sh")
+                .args(["-c", &line])
+                .current_dir(place.path())
+                .env("PATH", &path)
+                .output()
+                .expect("a shell");
+            let error = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.success(), "{}: {line}: {error}", page.display());
+        }
+    }
+    assert!(run > 5, "{run} commands");
+}
+
+#[test]
+fn commands_of_shell_blocks_are_understood() {
     let (mut tried, mut wrong) = (0, Vec::new());
-    for page in pages {
+    for page in pages() {
         let text = fs::read_to_string(&page).expect("a page is text");
         for line in shell_lines(&text) {
             if let Some(arguments) = arguments(&line) {
