@@ -314,9 +314,15 @@ mod tests {
 
     #[test]
     fn text_table_aligns_numbers_right() {
+        let named = |name: &str| Row { name: Some(name.to_owned()), ..rows().remove(1) };
+        assert_eq!(
+            text_table(&[named("b")], "name mean_speed_m_s runs"),
+            ["name  mean speed, m/s  runs", "b               12.00  1234"]
+        );
         assert_eq!(
             text_table(&rows()[1..], "name mean_speed_m_s runs"),
-            ["name  mean speed, m/s  runs", "-               12.00  1234"]
+            ["mean speed, m/s  runs", "          12.00  1234"],
+            "a column without a value is left out"
         );
     }
 
@@ -325,10 +331,10 @@ mod tests {
         let names = "name mean_speed_m_s runs ".repeat(5);
         let lines = text_table(&rows()[1..], &names);
         assert_eq!(lines.len(), 4, "{lines:#?}");
-        assert!(lines[0].starts_with("       mean"), "{lines:#?}");
-        assert!(lines[1].starts_with("      speed,"), "{lines:#?}");
-        assert!(lines[2].starts_with("name     m/s  runs"), "{lines:#?}");
-        assert!(lines[3].starts_with("-      12.00  1234"), "{lines:#?}");
+        assert!(lines[0].starts_with("  mean        "), "{lines:#?}");
+        assert!(lines[1].starts_with("speed,        "), "{lines:#?}");
+        assert!(lines[2].starts_with("   m/s  runs  "), "{lines:#?}");
+        assert!(lines[3].starts_with(" 12.00  1234  "), "{lines:#?}");
         assert!(lines.iter().all(|line| line.len() <= TERMINAL_WIDTH), "{lines:#?}");
     }
 

@@ -291,16 +291,26 @@ mod tests {
 
     /// A robot in the open, with walls 5 m away.
     fn in_the_open(moving: Vec<MovingDisc>) -> (InflatedBodies, ClearanceField, f64) {
+        let footprint = Footprint::round(0.3).expect("a radius");
+        before_a_wall(
+            footprint,
+            &PredictedState { moving, ..standing_at(Pose::default(), Twist::STOP) },
+        )
+    }
+
+    /// A robot before a wall that begins at 5 m.
+    fn before_a_wall(
+        footprint: Footprint,
+        now: &PredictedState,
+    ) -> (InflatedBodies, ClearanceField, f64) {
         let frame = GridFrame::new(201, 201, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         (0..201).for_each(|row| obstacles.set(Cell::new(200, row), true));
         let field = ClearanceField::of_areas(&obstacles, 1).expect("a field");
-        let footprint = Footprint::round(0.3).expect("a radius");
         let robot = RobotModel { footprint, limits: Limits::default() };
-        let now = PredictedState { moving, ..standing_at(Pose::default(), Twist::STOP) };
         let (settings, local) = (NavigatorSettings::default(), LocalSettings::default());
         let error_m = clearance_error_m(&robot.footprint, &robot.limits, &local, field.unit_m());
-        (InflatedBodies::new(&robot, &settings, &local, &field, &now), field, error_m)
+        (InflatedBodies::new(&robot, &settings, &local, &field, now), field, error_m)
     }
 
     #[test]
@@ -346,5 +356,84 @@ mod tests {
         assert!(clear(MIN_STATIC_MARGIN_M + error_m + field.unit_m() + 0.05));
         // Beyond the map nothing is certain.
         assert!(!inflated.is_clear_of_static(&field, &Pose::new(50.0, 0.0, 0.0)));
+    }
+
+    #[test]
+    fn padding_covers_the_static_margin_and_all_that_the_engines_overlook() {
+        let (inflated, _, error_m) = in_the_open(Vec::new());
+        let padding_m = inflated.footprint.max_disc_radius_m() - 0.3;
+        let needed_m = NavigatorSettings::default().safety_margin_m + error_m;
+        assert!(error_m > 0.0 && (padding_m - needed_m).abs() < 1e-9, "{padding_m} of {needed_m}");
+    }
+
+    /// Otherwise no velocity would be admissible there.
+    #[test]
+    fn robot_near_a_wall_is_slow_and_its_inflated_footprint_still_fits() {
+        let wanted_m = NavigatorSettings::default().safety_margin_m;
+        let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
+        for footprint in [Footprint::round(0.3).expect("a radius"), Footprint::covering(body)] {
+            let discs = footprint.without_body();
+            let (mut slow, mut fast) = (0, 0);
+            for step in 0..200 {
+                let pose = Pose::new(4.4 + 0.002 * f64::from(step), 0.0, 0.0);
+                let now = standing_at(pose, Twist::STOP);
+                let (inflated, field, error_m) = before_a_wall(footprint.clone(), &now);
+                let certain_m = field.clearance_m(&discs, &pose).expect("in the map") - error_m;
+                assert_eq!(inflated.within_a_margin, certain_m < wanted_m, "{pose:?}");
+                if certain_m > MIN_STATIC_MARGIN_M + SLACK_M {
+                    let left_m = field.clearance_m(&inflated.footprint.without_body(), &pose);
+                    assert!(left_m >= Some(-1e-9), "{pose:?}: {left_m:?}");
+                    *(if inflated.within_a_margin { &mut slow } else { &mut fast }) += 1;
+                }
+            }
+            assert!(slow > 5 && fast > 5, "{slow} slow, {fast} fast");
+        }
+    }
+
+    /// The discs of a body reach beyond it.
+    #[test]
+    fn discs_of_a_body_fit_between_people_around_it() {
+        let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
+        let footprint = Footprint::covering(body);
+        let person = |direction: i32| {
+            let (sin, cos) = libm::sincos(0.1 * f64::from(direction));
+            MovingDisc { x: 0.8 * cos, y: 0.8 * sin, radius: 0.3, vx: 0.0, vy: 0.0 }
+        };
+        let moving = (0..63).map(person).collect();
+        let now = PredictedState { moving, ..standing_at(Pose::default(), Twist::STOP) };
+        let (inflated, _, _) = before_a_wall(footprint, &now);
+        let discs = inflated.footprint.without_body();
+        for person in &inflated.moving {
+            let left_m = discs.gap_to_moving_m(&Pose::default(), person);
+            assert!(left_m > -1e-9, "{person:?}: {left_m} m");
+        }
+    }
+
+    #[test]
+    fn robot_beyond_the_map_is_slow() {
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let now = standing_at(Pose::new(50.0, 0.0, 0.0), Twist::STOP);
+        assert!(before_a_wall(footprint, &now).0.within_a_margin);
+    }
+
+    #[test]
+    fn pose_nearer_to_a_wall_than_the_least_margin_is_not_clear() {
+        let pose = Pose::new(4.5, 0.0, 0.0);
+        let (mut nearer, mut farther) = (0, 0);
+        for step in 0..100 {
+            let footprint = Footprint::round(0.3 + 0.002 * f64::from(step)).expect("a radius");
+            let now = standing_at(Pose::default(), Twist::STOP);
+            let (inflated, field, error_m) = before_a_wall(footprint.clone(), &now);
+            let certain_m = field.clearance_m(&footprint, &pose).expect("in the map") - error_m;
+            let is_clear = inflated.is_clear_of_static(&field, &pose);
+            if certain_m > MIN_STATIC_MARGIN_M + 1e-9 {
+                assert!(is_clear, "{certain_m} m");
+                farther += 1;
+            } else if (0.0..MIN_STATIC_MARGIN_M - 1e-9).contains(&certain_m) {
+                assert!(!is_clear, "{certain_m} m");
+                nearer += 1;
+            }
+        }
+        assert!(nearer > 5 && farther > 5, "{nearer} nearer, {farther} farther");
     }
 }

@@ -270,4 +270,31 @@ mod tests {
         let many = |degree: i32| if degree.rem_euclid(14) < 9 { 4.5 } else { 8.0 };
         assert_eq!(found(many, FREE, &[]).len(), MAX_PLACES);
     }
+
+    /// The map leaves room for a person only at the greatest checked distance.
+    #[test]
+    fn person_may_hide_deep_behind_an_edge() {
+        let people = ahead(&found(edge(3.0, 8.0), |x, _| x < 5.0, &[]));
+        assert_eq!(people.len(), 1, "{people:?}");
+        let away_m = (people[0].center() - Point::new(10.0, 10.0)).norm();
+        assert!((away_m - 5.4).abs() < 0.05, "{away_m}");
+    }
+
+    #[test]
+    fn edge_before_open_space_hides_somebody() {
+        assert_eq!(ahead(&found(edge(3.0, f64::INFINITY), FREE, &[])).len(), 1);
+    }
+
+    /// More edges than places are kept, the nearest one among the last beams.
+    #[test]
+    fn nearest_hidden_place_is_kept_among_many() {
+        let range = |degree: i32| match degree {
+            76..92 => 2.0,
+            _ if degree.rem_euclid(14) < 9 => 4.5,
+            _ => 8.0,
+        };
+        let people = found(range, FREE, &[]);
+        let away_m = (people[0].center() - Point::new(10.0, 10.0)).norm();
+        assert!(people.len() == MAX_PLACES && away_m < 2.5, "{away_m}");
+    }
 }

@@ -254,3 +254,76 @@ fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> 
         Reason::Shortcut => length_m < left_m * (1.0 - settings.min_shortcut_share),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::NavigatorSettings;
+    use super::*;
+    use crate::global;
+    use crate::map::GridFrame;
+
+    /// The robot finds no path at places apart by this, metres.
+    fn after(places: u32, apart_m: f64) -> Replanner {
+        let frame = GridFrame::new(20, 20, 0.1, Pose::default()).expect("a size");
+        let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let settings = NavigatorSettings::default();
+        let planner = RoutePlanner::new(&footprint, &settings, global::Settings::default(), 0.1);
+        let mut replanner = Replanner::new(known, planner).expect("a thread");
+        (0..places).for_each(|place| fail(&mut replanner, apart_m * f64::from(place)));
+        replanner
+    }
+
+    fn fail(replanner: &mut Replanner, x: f64) {
+        let (start, goal) = (Point::new(x, 0.0), Point::new(0.0, 50.0));
+        replanner.retries.add(&start);
+        replanner.no_path =
+            Some(PlanError::NoValidPath { start, goal, radius_m: 0.3, expanded: 0, nearest: None });
+    }
+
+    fn has_given_up(replanner: &Replanner) -> bool {
+        replanner.is_out_of_paths().is_some()
+    }
+
+    #[test]
+    fn robot_gives_up_after_no_path_remained_at_seven_places() {
+        assert!(!has_given_up(&after(6, 3.1)) && has_given_up(&after(7, 3.1)));
+        // A plan was found since.
+        let mut replanner = after(7, 3.1);
+        replanner.no_path = None;
+        assert!(!has_given_up(&replanner));
+    }
+
+    #[test]
+    fn places_less_than_three_metres_apart_are_one() {
+        assert!(!has_given_up(&after(100, 0.0)));
+        // Every second place is 3.8 m from the last one that counts.
+        assert!(!has_given_up(&after(12, 1.9)) && has_given_up(&after(13, 1.9)));
+        // Two places in turn.
+        let mut replanner = after(0, 0.0);
+        (0..7).for_each(|place| fail(&mut replanner, f64::from(place % 2) * 4.0));
+        assert!(has_given_up(&replanner));
+    }
+
+    #[test]
+    fn robot_begins_anew_nearer_to_its_goal_or_with_another_one() {
+        let after_left = |left_m: f64| {
+            let mut replanner = after(0, 0.0);
+            replanner.retries.advance(20.0, 0.5);
+            (0..6).for_each(|place| fail(&mut replanner, 4.0 * f64::from(place)));
+            replanner.retries.advance(left_m, 0.5);
+            fail(&mut replanner, 40.0);
+            has_given_up(&replanner)
+        };
+        assert!(after_left(19.6) && after_left(30.0) && !after_left(19.4));
+        let mut replanner = after(7, 4.0);
+        replanner.cancel();
+        assert!(!has_given_up(&replanner));
+        fail(&mut replanner, 40.0);
+        assert!(!has_given_up(&replanner), "another goal");
+        let mut replanner = after(7, 4.0);
+        replanner.replace_map(after(0, 0.0).planner);
+        fail(&mut replanner, 40.0);
+        assert!(!has_given_up(&replanner), "another map");
+    }
+}

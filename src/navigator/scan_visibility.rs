@@ -168,3 +168,82 @@ impl History {
         self.scans.push_back(TimedPoseScan { time_s, pose: *pose, scan });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A full turn with four beams for each degree.
+    fn scan(range: impl Fn(f64) -> f64) -> Scan {
+        Scan {
+            angle_min: -core::f64::consts::PI,
+            angle_increment: TAU / 1440.0,
+            range_max: 10.0,
+            ranges: (-720..720).map(|beam| range(f64::from(beam) / 4.0)).collect(),
+        }
+    }
+
+    fn wall(at_m: f64) -> Scan {
+        scan(|_| at_m)
+    }
+
+    /// What scans show at a time, seconds, of a place ahead, metres. Each scan has its time.
+    fn earlier(scans: &[(f64, Scan)], now_s: f64, ahead_m: f64) -> Earlier {
+        let mut history = History::default();
+        for (time_s, scan) in scans {
+            history.push(*time_s, &Pose::default(), scan);
+        }
+        history.select(now_s);
+        // Between two beams.
+        history.of(&Point::new(ahead_m, 0.001), true)
+    }
+
+    #[test]
+    fn place_was_free_before_a_surface_and_hidden_only_well_behind_it() {
+        let of = |ahead_m: f64| earlier(&[(0.0, wall(3.0))], 0.3, ahead_m);
+        assert_eq!([of(2.0), of(2.85)], [Earlier::Free; 2]);
+        assert_eq!([of(2.95), of(3.0), of(3.2)], [Earlier::Unknown; 3]);
+        assert_eq!([of(3.4), of(9.0)], [Earlier::Hidden; 2]);
+        // Odometry drifts.
+        assert_eq!(earlier(&[(0.0, wall(3.0))], 1.75, 2.85), Earlier::Unknown);
+        assert_eq!(earlier(&[(0.0, wall(3.0))], 0.1, 2.0), Earlier::Unknown, "too new");
+    }
+
+    #[test]
+    fn hidden_places_are_told_only_where_they_matter() {
+        let mut history = History::default();
+        history.push(0.0, &Pose::default(), &wall(3.0));
+        history.select(0.3);
+        assert_eq!(history.of(&Point::new(5.0, 0.0), false), Earlier::Unknown);
+        assert_eq!(history.of(&Point::new(2.0, 0.0), false), Earlier::Free);
+    }
+
+    #[test]
+    fn latest_scan_decides_whether_a_place_was_hidden() {
+        let at =
+            |first: f64, then: f64| earlier(&[(0.0, wall(first)), (1.0, wall(then))], 1.3, 4.0);
+        assert_eq!(at(1.0, 4.0), Earlier::Unknown);
+        assert_eq!(at(4.0, 1.0), Earlier::Hidden);
+    }
+
+    #[test]
+    fn beams_beside_and_beams_without_a_measurement_prove_nothing() {
+        let of = |scan: Scan, ahead_m: f64| earlier(&[(0.0, scan)], 0.3, ahead_m);
+        // A beam within the error of the poses meets something nearer.
+        let beside = |at_m: f64| scan(move |degree| if degree == 1.0 { at_m } else { 9.0 });
+        assert_eq!(of(beside(2.0), 2.5), Earlier::Unknown);
+        assert_eq!(of(beside(f64::NAN), 2.5), Earlier::Unknown);
+        assert_eq!(of(beside(9.0), 2.5), Earlier::Free);
+        assert_eq!(of(wall(f64::NAN), 2.5), Earlier::Unknown);
+        // Beyond the field of view.
+        let behind = Scan { angle_min: 0.5, ranges: vec![9.0; 720], ..wall(9.0) };
+        assert_eq!(of(behind, 2.5), Earlier::Unknown);
+    }
+
+    #[test]
+    fn scans_of_a_fast_lidar_are_kept_for_two_seconds() {
+        let fast = (0..60).map(|tick| (0.02 * f64::from(tick), wall(3.0)));
+        let scans: Vec<_> = core::iter::once((-0.5, wall(6.0))).chain(fast).collect();
+        assert_eq!(earlier(&scans, 1.3, 4.0), Earlier::Free);
+    }
+}

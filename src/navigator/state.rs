@@ -334,7 +334,12 @@ impl<'a> State<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::RoutePlanner;
+    use super::super::scan_health::ScanHealth;
     use super::*;
+    use crate::global;
+    use crate::local::LocalSettings;
+    use crate::map::{GridFrame, ObstacleGrid, Scan};
 
     const PERIOD_S: f64 = 0.1;
     const LAG_S: f64 = 0.15;
@@ -391,6 +396,73 @@ mod tests {
             let distance_m = (0.9 * 0.9 - twist.linear * twist.linear) / 2.0 + 0.05 * 0.9;
             assert!((now.pose.x - distance_m).abs() < 0.05, "{age_s}: {now:?} {distance_m}");
         }
+    }
+
+    /// The speed that is left of a slow command. The robot has a measured and a predicted speed, and a person at a distance.
+    fn without_creep(
+        settings: &NavigatorSettings,
+        command: f64,
+        (measured, predicted): (f64, f64),
+        person_m: f64,
+    ) -> f64 {
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let field = ClearanceField::new(&ground).expect("a field");
+        let (start, goal) = (Point::default(), Goal::at(Point::new(3.0, 0.0)));
+        let planning = global::Settings::default();
+        let mut planner = RoutePlanner::new(&robot.footprint, settings, planning, 0.1);
+        let plan = planner.plan(&ground, start, goal.position, &mut || 0.0).expect("a path");
+        let person = MovingDisc { x: 0.6 + person_m, y: 0.0, radius: 0.3, vx: 0.0, vy: 0.0 };
+        let pose = Pose::default();
+        let now = PredictedState {
+            time_s: 0.0,
+            pose,
+            twist: Twist::new(predicted, 0.0),
+            moving: Vec::new(),
+            may_come: vec![person],
+            since_scan_s: 0.1,
+        };
+        let scan =
+            Scan { angle_min: 0.0, angle_increment: 0.1, range_max: 10.0, ranges: vec![9.0; 60] };
+        let command = Twist::new(command, 0.0);
+        let local = LocalSettings::default();
+        let state = State {
+            settings,
+            robot: &robot,
+            period_s: PERIOD_S,
+            now: &now,
+            measured: &Twist::new(measured, 0.0),
+            last_command: &command,
+            inflated: InflatedBodies::new(&robot, settings, &local, &field, &now),
+            field: &Arc::new(field),
+            visible: VisibleSpace { pose, scan: &scan, health: &ScanHealth::default() },
+            standing_room: None,
+            goal: &goal,
+            route: &Route::new(&plan, settings),
+            off_path_m: 0.0,
+            local_target: goal.position,
+            heading_error: 0.0,
+            mode: Mode::Driving,
+            is_at_goal: false,
+            stuck_s: 0.0,
+            speed_limit: f64::INFINITY,
+        };
+        state.without_creep(command).linear
+    }
+
+    #[test]
+    fn robot_that_slows_down_next_to_a_person_stands_instead_of_creeping() {
+        let mut settings = NavigatorSettings::default();
+        let slowing = (0.1, 0.1);
+        assert_eq!(without_creep(&settings, 0.05, slowing, 1.9), 0.0);
+        assert_eq!(without_creep(&settings, 0.06, slowing, 1.9), 0.06, "not a creep");
+        assert_eq!(without_creep(&settings, 0.05, slowing, 2.1), 0.05, "nobody is near");
+        assert_eq!(without_creep(&settings, 0.05, (0.0, 0.0), 1.9), 0.05, "it starts");
+        assert_eq!(without_creep(&settings, 0.05, (0.1, 0.0), 1.9), 0.0, "it still brakes");
+        settings.features.passive_safety = false;
+        assert_eq!(without_creep(&settings, 0.05, slowing, 1.9), 0.05, "the feature is off");
     }
 
     #[test]

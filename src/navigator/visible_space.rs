@@ -201,6 +201,7 @@ mod tests {
             space.sees(&Point::new(range * cos, range * sin))
         };
         assert!(!sees(&scan, 2.5, 0.412) && sees(&scan, 2.5, 0.38));
+        assert!(!sees(&scan, 2.5, 0.4035), "by two beams of five");
         let turn =
             Scan { angle_min: 0.0, angle_increment: TAU / 360.0, ranges: vec![9.0; 360], ..scan };
         assert!(sees(&turn, 2.0, 0.0) && sees(&turn, 2.0, -0.01) && sees(&turn, 2.0, 0.01));
@@ -233,5 +234,20 @@ mod tests {
         let (sin, cos) = libm::sincos(TAU / 72.0);
         let at = |range: f64| space.sees(&Point::new(range * cos, range * sin));
         assert!(at(2.0) && !at(4.0));
+    }
+
+    #[test]
+    fn far_place_is_judged_by_the_beams_next_to_its_own_too() {
+        let mut turn = Scan {
+            angle_min: 0.0,
+            angle_increment: TAU / 36.0,
+            range_max: 10.0,
+            ranges: vec![3.0; 36],
+        };
+        turn.ranges[5] = 9.0;
+        let health = ScanHealth::default();
+        let space = VisibleSpace { pose: Pose::default(), scan: &turn, health: &health };
+        let (sin, cos) = libm::sincos(turn.angle(5));
+        assert!(!space.sees(&Point::new(4.0 * cos, 4.0 * sin)));
     }
 }

@@ -37,28 +37,37 @@ impl ReportFile {
 /// Returns a whole page as text. `style` is added to that of all pages; no script other than `script` can run.
 pub(super) fn document(title: &str, style: &str, script: &str, content: &Markup) -> String {
     let policy = if script.is_empty() { String::new() } else { script_policy(script) };
-    document_with(title, style, script, &policy, content)
+    document_with(title, style, script, &policy, &Markup::default(), content)
 }
 
 /// The same for a page whose script may read from the server that sent the page.
 #[cfg(feature = "server")]
 pub(super) fn live_document(title: &str, style: &str, script: &str, content: &Markup) -> String {
     let policy = script_policy(script) + "; connect-src 'self'";
-    document_with(title, style, script, &policy, content)
+    // A browser asks a server for an icon otherwise.
+    let icon = html! { link rel="icon" href="data:,"; };
+    document_with(title, style, script, &policy, &icon, content)
 }
 
 fn script_policy(script: &str) -> String {
     format!("; script-src 'sha256-{}'", STANDARD.encode(Sha256::digest(script.as_bytes())))
 }
 
-fn document_with(title: &str, style: &str, script: &str, policy: &str, content: &Markup) -> String {
+fn document_with(
+    title: &str,
+    style: &str,
+    script: &str,
+    policy: &str,
+    head: &Markup,
+    content: &Markup,
+) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta http-equiv="Content-Security-Policy" content={ (POLICY) (policy) };
-                link rel="icon" href="data:,";
+                (head)
                 meta name="generator" content="inbye";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";

@@ -200,6 +200,11 @@ impl ProtectiveLayer {
         }
     }
 
+    /// Whether the body was too near to something a moment before the last call.
+    fn was_too_near(&self) -> bool {
+        (0.0..=TOO_NEAR_FOR_S).contains(&(self.last_s - self.too_near_s))
+    }
+
     fn remember_sent(&mut self, sent: &Twist, now_s: f64) {
         let sent = if sent.is_finite() { *sent } else { Twist::STOP };
         if !now_s.is_finite() {
@@ -208,6 +213,8 @@ impl ProtectiveLayer {
         if now_s < self.last_s {
             // The clock ran backwards.
             self.sent.clear();
+            // A hold goes on by the new clock.
+            self.too_near_s = if self.was_too_near() { now_s } else { f64::NEG_INFINITY };
             self.last_s = f64::NEG_INFINITY;
         }
         // It was sent after the last call.
@@ -360,7 +367,7 @@ impl ProtectiveLayer {
             min_points: self.settings.min_points,
             approach_speed_m_s: self.settings.approach_speed_m_s,
             age_s: situation.age_s,
-            was_too_near: (0.0..=TOO_NEAR_FOR_S).contains(&(self.last_s - self.too_near_s)),
+            was_too_near: self.was_too_near(),
         };
         let commanded = self.commanded_motion(situation, command);
         commanded.obstruction(situation.points, &clearance).or_else(|| {

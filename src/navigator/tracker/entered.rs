@@ -17,16 +17,26 @@ const KEPT_S: f64 = 0.5;
 /// What stays within this distance, metres, for this long, seconds, has come and stands.
 const STAYS_M: f64 = 0.2;
 const STAYS_S: f64 = 0.5;
-/// Largest number of places.
+/// Largest number of places. The nearest are kept.
 const MAX_PLACES: usize = 16;
 
 /// Places that something entered.
 #[derive(Debug, Default)]
 pub(super) struct EnteredPlaces(Vec<Place>);
 
+/// Returns of a scan that belong together.
+struct Group {
+    count: usize,
+    center: Point,
+    /// Range of the nearest, metres.
+    range_m: f64,
+}
+
 #[derive(Debug)]
 struct Place {
     center: Point,
+    /// Range of its nearest return, metres.
+    range_m: f64,
     /// Time of the last scan that showed it, seconds.
     seen_s: f64,
     /// Where it has stayed, since a time, seconds.
@@ -38,29 +48,35 @@ impl EnteredPlaces {
     /// Updates the places with the unexplained returns of a scan at a time, seconds, in the order of their beams.
     pub fn update(&mut self, time_s: f64, returns: &[Return]) {
         self.0.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
-        let mut groups: Vec<(usize, Point)> = Vec::new();
+        let mut groups: Vec<Group> = Vec::new();
         for one in returns.iter().filter(|one| one.earlier != Earlier::Unknown) {
-            let near =
-                |(_, center): &&mut (usize, Point)| (one.point - *center).norm() < TOGETHER_M;
+            let near = |group: &&mut Group| (one.point - group.center).norm() < TOGETHER_M;
             match groups.iter_mut().find(near) {
-                Some((count, center)) => {
-                    *count += 1;
-                    *center = *center + (one.point - *center) / *count as f64;
+                Some(group) => {
+                    group.count += 1;
+                    group.center = group.center + (one.point - group.center) / group.count as f64;
+                    group.range_m = group.range_m.min(one.range_m);
                 }
-                None => groups.push((1, one.point)),
+                None => {
+                    groups.push(Group { count: 1, center: one.point, range_m: one.range_m });
+                }
             }
         }
-        for (count, center) in groups {
+        for Group { count, center, range_m } in groups {
             let known = self.0.iter_mut().find(|place| (center - place.center).norm() < TOGETHER_M);
             if let Some(place) = known {
-                (place.center, place.seen_s) = (center, time_s);
+                (place.center, place.seen_s, place.range_m) = (center, time_s, range_m);
                 if (center - place.stays_at).norm() > STAYS_M {
                     (place.stays_at, place.stays_since_s) = (center, time_s);
                 }
-            } else if count >= MIN_RETURNS && self.0.len() < MAX_PLACES {
+            } else if count >= MIN_RETURNS {
                 let (stays_at, stays_since_s) = (center, time_s);
-                self.0.push(Place { center, seen_s: time_s, stays_at, stays_since_s });
+                self.0.push(Place { center, range_m, seen_s: time_s, stays_at, stays_since_s });
             }
+        }
+        if self.0.len() > MAX_PLACES {
+            self.0.sort_by(|one, other| one.range_m.total_cmp(&other.range_m));
+            self.0.truncate(MAX_PLACES);
         }
     }
 
@@ -131,5 +147,31 @@ mod tests {
         assert_eq!(at(1.5, 1.67), [true]);
         assert_eq!(at(2.0, 1.62), [true]);
         assert_eq!(at(2.1, 1.3), [false], "it goes on");
+    }
+
+    #[test]
+    fn people_apart_are_places_of_their_own_in_the_middle_of_their_returns() {
+        let mut entered = EnteredPlaces::default();
+        let people = [(2.0, 0.0), (2.1, 0.0), (2.5, 0.0), (2.0, 3.0), (2.0, 3.2)];
+        entered.update(0.0, &returns(&people, Earlier::Free));
+        let centers: Vec<Point> = entered.places().map(|(center, _)| center).collect();
+        assert_eq!(centers.len(), 2, "{centers:?}");
+        assert!((centers[0] - Point::new(2.2, 0.0)).norm() < 1e-9, "{centers:?}");
+        assert!((centers[1] - Point::new(2.0, 3.1)).norm() < 1e-9, "{centers:?}");
+    }
+
+    /// Many posts come into sight at once, and after them, in the order of the beams, a person.
+    #[test]
+    fn nearest_places_are_kept_among_many() {
+        let mut entered = EnteredPlaces::default();
+        let at = |x: f64, y: f64, range_m: f64| {
+            let one = Return { earlier: Earlier::Hidden, ..Return::candidate(Point::new(x, y)) };
+            [Return { range_m, ..one }, Return { range_m, ..one }]
+        };
+        let mut all: Vec<Return> = (0..23).flat_map(|post| at(7.0, f64::from(post), 7.0)).collect();
+        all.extend(at(2.0, 0.0, 2.0));
+        entered.update(0.0, &all);
+        assert_eq!(entered.places().count(), MAX_PLACES);
+        assert!(entered.places().any(|(place, _)| place == Point::new(2.0, 0.0)));
     }
 }

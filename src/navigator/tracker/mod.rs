@@ -309,3 +309,84 @@ fn owner(tracks: &[Track], point: &Point) -> Option<Owner> {
         .min_by(|one, other| one.1.total_cmp(&other.1))
         .map(|(track, _)| Owner { track, is_moving: tracks[track].is_moving })
 }
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::{PI, TAU};
+
+    use super::*;
+
+    /// The horizon, which the map explains, metres.
+    const HORIZON_M: f64 = 9.0;
+
+    /// Discs by place and radius, seen from the origin.
+    fn scan_of(discs: &[(f64, f64, f64)]) -> Scan {
+        let range = |beam: i32| {
+            let (sin, cos) = libm::sincos(f64::from(beam) * TAU / 1440.0);
+            let to_disc = |&(x, y, radius): &(f64, f64, f64)| {
+                let (along, across) = (x * cos + y * sin, y * cos - x * sin);
+                let half = radius * radius - across * across;
+                if half >= 0.0 && along > 0.0 { along - half.sqrt() } else { HORIZON_M }
+            };
+            discs.iter().map(to_disc).fold(HORIZON_M, f64::min)
+        };
+        Scan {
+            angle_min: -PI,
+            angle_increment: TAU / 1440.0,
+            range_max: 10.0,
+            ranges: (-720..720).map(range).collect(),
+        }
+    }
+
+    /// Updates a tracker with the tick of a lidar of 10 Hz. The map explains what is at the horizon or nearer than 1.5 m.
+    fn see(tracker: &mut Tracker, tick: u32, discs: &[(f64, f64, f64)]) -> usize {
+        let origin = |point: &Point| {
+            let range_m = point.to_vector().norm();
+            let is_new = (1.5..=HORIZON_M - 0.1).contains(&range_m);
+            if is_new { ReturnOrigin::New } else { ReturnOrigin::Mapped }
+        };
+        tracker.update(f64::from(tick) * 0.1, &Pose::default(), &scan_of(discs), origin);
+        tracker.entered().count()
+    }
+
+    /// A pillar that hides a person until it is gone.
+    const PILLAR: (f64, f64, f64) = (0.0, -1.2, 0.2);
+    const PERSON: (f64, f64, f64) = (0.0, -3.0, 0.2);
+
+    #[test]
+    fn person_out_of_hiding_has_entered_if_people_may_hide() {
+        for hides_people in [true, false] {
+            let mut tracker = Tracker { hides_people, ..Tracker::default() };
+            for tick in 0..5 {
+                assert_eq!(see(&mut tracker, tick, &[PILLAR, PERSON]), 0, "hidden");
+            }
+            assert_eq!(see(&mut tracker, 5, &[PERSON]), usize::from(hides_people));
+        }
+    }
+
+    /// The velocity of a leg is not that of its person.
+    #[test]
+    fn moving_leg_does_not_explain_what_entered_and_a_moving_body_does() {
+        for (radius, explained) in [(0.05, false), (0.2, true)] {
+            let mut tracker = Tracker::default();
+            let mut entered = 0;
+            for tick in 0..25 {
+                let y = 1.5 - 0.1 * f64::from(tick);
+                entered = see(&mut tracker, tick, &[(2.5, y, radius)]);
+            }
+            assert_eq!(tracker.moving.len(), 1, "radius {radius}");
+            assert_eq!(entered, usize::from(!explained), "radius {radius}");
+        }
+    }
+
+    #[test]
+    fn moving_body_does_not_explain_a_person_away_from_it() {
+        let mut tracker = Tracker { hides_people: true, ..Tracker::default() };
+        let walker = |tick: u32| (2.5, 1.5 - 0.1 * f64::from(tick), 0.2);
+        for tick in 0..30 {
+            see(&mut tracker, tick, &[walker(tick), PILLAR, PERSON]);
+        }
+        assert_eq!(tracker.moving.len(), 1);
+        assert_eq!(see(&mut tracker, 30, &[walker(30), PERSON]), 1);
+    }
+}

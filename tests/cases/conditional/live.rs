@@ -7,7 +7,7 @@ use libtest_mimic::{Failed, Trial};
 use serde_json::Value;
 
 use super::playground::served::{read_answer, send};
-use crate::support::browser::devtools::{DESKTOP, Page};
+use crate::support::browser::devtools::{DESKTOP, Look, PHONE, Page};
 use crate::support::browser::program::{self, BrowserTest, Program};
 
 pub fn trials() -> Vec<Trial> {
@@ -108,6 +108,11 @@ fn follows(program: &Program) -> Result<(), Failed> {
     let frames = page.evaluate(&format!("Number({slider}.max) + 1"))?;
     assert_eq!(frames.as_u64(), result["ticks"].as_u64());
     assert_eq!(page.evaluate(&format!("{slider}.value === {slider}.max"))?, Value::Bool(true));
+    page.look(Look { is_dark: true, ..PHONE })?;
+    page.wait_for(
+        "window.innerWidth < 400 && document.documentElement.scrollWidth <= window.innerWidth",
+    )?;
+    page.photograph("live-phone")?;
     assert_eq!(page.console, [""; 0], "messages on the console");
     Ok(())
 }

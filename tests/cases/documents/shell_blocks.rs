@@ -59,8 +59,8 @@ fn pages() -> Vec<PathBuf> {
 const RUN: [&str; 4] =
     ["inbye config ", "inbye drive --scene ", "inbye evaluate ", "inbye plan --scene "];
 
-#[test]
-fn commands_that_need_only_the_repository_run_as_typed() {
+/// A folder with a copy of the examples.
+fn place_with_examples() -> TempDir {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let place = TempDir::new().expect("a temporary folder");
     fs::create_dir_all(place.path().join("examples")).expect("a folder");
@@ -72,11 +72,17 @@ fn commands_that_need_only_the_repository_run_as_typed() {
             fs::copy(file.path(), copy).expect("a copy of an example");
         }
     }
+    place
+}
+
+#[test]
+fn commands_that_need_only_the_repository_run_as_typed() {
     let programs = Path::new(env!("CARGO_BIN_EXE_inbye")).parent().expect("a folder");
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap_or_default());
     let mut run = 0;
     for page in pages() {
         let text = fs::read_to_string(&page).expect("a page is text");
+        let place = place_with_examples();
         for line in shell_lines(&text) {
             if !RUN.iter().any(|begin| line.starts_with(begin)) {
                 continue;

@@ -256,6 +256,78 @@ fn robot_that_was_too_near_approaches_nothing_for_a_second() {
     assert_eq!(permitted(1.0, 0.035, 0.05), 0.0);
     assert!(permitted(1.0, 0.035, -0.05) < 0.0, "away from the wall");
     assert!(permitted(1.2, 0.035, 0.05) > 0.0);
+    // The clock runs backwards during a hold: it lasts for a second of the new clock.
+    assert_eq!(permitted(1.3, 0.02, 0.05), 0.0);
+    assert_eq!(permitted(0.4, 0.035, 0.05), 0.0);
+    assert_eq!(permitted(1.2, 0.035, 0.05), 0.0);
+    assert!(permitted(1.6, 0.035, 0.05) > 0.0);
+}
+
+/// The command ahead that is permitted at a time, with a wall at a gap, metres. Its normal has a direction, radians.
+fn beside_a_wall(
+    layer: &mut ProtectiveLayer,
+    time_s: f64,
+    normal: f64,
+    gap_m: f64,
+    speed: f64,
+) -> f64 {
+    let away_m = 0.15 * libm::cos(normal) + 0.25 + gap_m;
+    let range = |angle: f64| {
+        let range = away_m / libm::cos(angle - normal);
+        if (0.0..=9.0).contains(&range) { range } else { 9.0 }
+    };
+    let twist = Twist::new(speed, 0.0);
+    layer.update_motion(&twist, time_s);
+    layer.update_scan(&scan(time_s, range), time_s);
+    layer.limit(&twist, &twist, time_s).0.linear
+}
+
+/// At 1.2 rad a motion brings the body nearer to the wall by a third of its length.
+#[test]
+fn body_that_slides_at_a_wall_keeps_its_hard_margin() {
+    let permitted = |gap_m: f64| {
+        let mut layer = layer(CollisionMonitorSettings::default());
+        beside_a_wall(&mut layer, 0.0, 1.2, gap_m, 0.05)
+    };
+    assert!(permitted(0.035) > 0.0);
+    assert_eq!(permitted(0.025), 0.0, "it would end within the hard margin");
+    // A thin post within the hard margin, ahead on the left and behind on the left.
+    let past_a_post = |direction: f64| {
+        let (sin, cos) = libm::sincos(direction);
+        let post = disc(Point::new(0.15 + 0.285 * cos, 0.285 * sin), 0.02);
+        limited(post, Twist::new(0.05, 0.0), Twist::new(0.05, 0.0)).0.linear
+    };
+    assert_eq!(past_a_post(1.2), 0.0);
+    assert!(past_a_post(1.8) > 0.0);
+}
+
+#[test]
+fn robot_that_was_too_near_may_slide_past_a_wall_and_not_drive_at_it_askew() {
+    let permitted = |normal: f64| {
+        let mut layer = layer(CollisionMonitorSettings::default());
+        beside_a_wall(&mut layer, 0.0, normal, 0.02, 0.0);
+        beside_a_wall(&mut layer, 0.1, normal, 0.039, 0.02)
+    };
+    assert_eq!(permitted(0.7), 0.0);
+    assert!(permitted(1.2) > 0.0);
+}
+
+#[test]
+fn two_returns_that_are_too_near_hold_the_robot_and_dust_does_not() {
+    let permitted = |half_rad: f64| {
+        let mut layer = layer(CollisionMonitorSettings::default());
+        let mut at = |time_s: f64, gap_m: f64, half_rad: f64| {
+            let post =
+                |angle: f64| if (-0.009..half_rad).contains(&angle) { 0.4 + gap_m } else { 9.0 };
+            layer.update_motion(&Twist::STOP, time_s);
+            layer.update_scan(&scan(time_s, post), time_s);
+            layer.limit(&Twist::new(0.05, 0.0), &Twist::STOP, time_s).0.linear
+        };
+        at(0.0, 0.02, half_rad);
+        at(0.1, 0.035, 0.009)
+    };
+    assert_eq!(permitted(0.009), 0.0);
+    assert!(permitted(0.0) > 0.0);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::served::{Served, ServerTest};
-use crate::support::browser::devtools::{DESKTOP, Page};
+use crate::support::browser::devtools::{DESKTOP, PHONE, Page};
 use crate::support::browser::program::{self, BrowserTest, Program};
 
 pub fn trials() -> Vec<Trial> {
@@ -21,6 +21,9 @@ pub fn trials() -> Vec<Trial> {
     trials.extend(tests.map(|(name, test)| Trial::test(name, test)));
     trials
 }
+
+/// Pixels by which the page is wider than the window.
+const OVERFLOW: &str = "Math.max(0, document.documentElement.scrollWidth - window.innerWidth)";
 
 /// A drive in the crossing with a person on the way and other settings than the defaults.
 fn request(served: &Served) -> Result<Value, Failed> {
@@ -114,6 +117,10 @@ fn page_drives(program: &Program) -> Result<(), Failed> {
     page.wait_for(&format!("Number({frame}?.querySelector('[data-action=seek]')?.value) > 3"))?;
     page.evaluate("document.querySelector('#driven').scrollIntoView()")?;
     page.photograph("drive")?;
+    page.look(PHONE)?;
+    page.wait_for("window.innerWidth < 400")?;
+    assert_eq!(page.evaluate(OVERFLOW)?, json!(0), "wider than the screen");
+    page.photograph("drive-phone")?;
     assert_eq!(page.console, [""; 0], "messages on the console");
     Ok(())
 }

@@ -252,3 +252,88 @@ fn localizer_ignores_values_that_are_not_finite() {
     stage.localizer.update(&TimedScan::default());
     assert!(stage.localizer.pose().is_finite());
 }
+
+/// A robot that stands, drives or is moved, with the time of its last revolution, seconds.
+struct Moved {
+    stage: Stage,
+    time_s: f64,
+    odometry: Pose,
+}
+
+impl Moved {
+    fn standing(truth: &Pose) -> Self {
+        let stage = Stage::new(ground(Pose::default(), &ROADWAY), truth);
+        let mut moved = Self { stage, time_s: 0.0, odometry: Pose::default() };
+        (0..20).for_each(|_| _ = moved.revolution(&lidar(), truth));
+        moved
+    }
+
+    fn revolution(&mut self, used: &Lidar, truth: &Pose) -> PoseEstimate {
+        self.time_s += 0.1;
+        self.stage.localizer.predict(self.time_s, &self.odometry);
+        self.stage.update(used, truth, self.time_s)
+    }
+
+    /// Repeats revolutions until the pose is lost. Returns the reason, and by how much the variances of position and yaw grow
+    /// with the loss and with the rejected revolution before it.
+    fn until_lost(&mut self, used: &Lidar, truth: &Pose) -> (LostReason, [f64; 2], [f64; 2]) {
+        let variances = |estimate: &PoseEstimate| [0, 2].map(|at| estimate.covariance[at][at]);
+        let (mut last, mut before) = (variances(self.stage.localizer.estimate()), [0.0; 2]);
+        for _ in 0..12 {
+            let estimate = self.revolution(used, truth);
+            let now = variances(&estimate);
+            let grown = [now[0] - last[0], now[1] - last[1]];
+            if let Some(reason) = estimate.status.lost_reason() {
+                return (reason, grown, before);
+            }
+            (last, before) = (now, grown);
+        }
+        panic!("not lost: {:?}", self.stage.localizer.estimate());
+    }
+}
+
+/// A variance of 0.03 m or rad squared, and what odometry adds.
+fn is_widened(grown: [f64; 2]) -> bool {
+    grown.iter().all(|grown| (0.0009 - 1e-9..0.001).contains(grown))
+}
+
+fn is_kept(grown: [f64; 2]) -> bool {
+    grown.iter().all(|grown| (-1e-4..1e-4).contains(grown))
+}
+
+#[test]
+fn pose_that_is_lost_by_a_jump_is_less_certain_by_the_jump_and_by_nothing_else() {
+    let truth = Pose::new(5.0, 7.5, 0.0);
+    let beside = Pose::new(5.1, 7.6, 0.0);
+    let (reason, at_loss, before) = Moved::standing(&truth).until_lost(&lidar(), &beside);
+    assert_eq!(reason, LostReason::PoseJump);
+    assert!(is_widened(at_loss) && is_kept(before), "{at_loss:?} {before:?}");
+    let occluded = lidar().dropout(1.0);
+    let (reason, at_loss, before) = Moved::standing(&truth).until_lost(&occluded, &truth);
+    assert_eq!(reason, LostReason::NoReturns);
+    assert!(is_kept(at_loss) && is_kept(before), "{at_loss:?} {before:?}");
+}
+
+/// A pose that was found may be wrong: a jump soon after speaks against it.
+#[test]
+fn jump_soon_after_the_pose_was_found_does_not_widen_it() {
+    let jump_after = |steps: u32| {
+        let mut truth = Pose::new(5.0, 7.5, 0.0);
+        let mut moved = Moved::standing(&truth);
+        truth = Pose::new(5.1, 7.6, 0.0);
+        assert_eq!(moved.until_lost(&lidar(), &truth).0, LostReason::PoseJump);
+        (0..15).for_each(|_| _ = moved.revolution(&lidar(), &truth));
+        for _ in 0..steps {
+            truth.x += 0.05;
+            moved.odometry.x += 0.05;
+            moved.revolution(&lidar(), &truth);
+        }
+        assert_eq!(moved.stage.localizer.estimate().status, LocalizationStatus::Tracking);
+        truth = Pose::new(truth.x + 0.1, truth.y - 0.1, 0.0);
+        let (reason, grown, _) = moved.until_lost(&lidar(), &truth);
+        assert_eq!(reason, LostReason::PoseJump, "after {steps} steps");
+        grown
+    };
+    let (soon, later) = (jump_after(16), jump_after(26));
+    assert!(is_kept(soon) && is_widened(later), "{soon:?} {later:?}");
+}
