@@ -25,18 +25,17 @@ async function followDrive(figure) {
     if (text.textContent !== sentence) text.textContent = sentence;
   }
 
-  // Fetches what the page does not know. Returns whether there may be more.
+  // Fetches what the page does not know. Returns whether there is more: the program ends when a page has the whole drive.
   async function update() {
     const known = new URLSearchParams({ frames: playback.lastFrame + 1, shape: playback.shape, events: playback.events ?? "" });
     const { part, drive } = await (await fetch("/ticks?" + known)).json();
-    const before = playback.lastFrame;
     player.append(part, isNewest ? Infinity : undefined);
     if (part.event_lists !== null) lists.innerHTML = part.event_lists;
     const operator = document.getElementById("operator-state");
     if (operator) operator.textContent = drive.operator;
     if (drive.end) showState("ended", drive.end.is_good, drive.end.text + ". The page keeps what it has until it is closed.");
     else showState("driving", null, "");
-    return !drive.end || playback.lastFrame + 1 < drive.frames || playback.lastFrame > before;
+    return !drive.end || playback.lastFrame + 1 < drive.frames;
   }
 
   document.getElementById("stop")?.addEventListener("click", async () => {
