@@ -168,7 +168,8 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     let mission = &simulation.mission;
     let engine = arguments.engine.open(arguments.require_gpu)?;
-    let mut playback = files.playback();
+    // The live page records the ticks itself.
+    let mut playback = if arguments.live.is_none() { files.playback() } else { None };
     let mut recording = files
         .recording
         .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.is_some()));
@@ -193,11 +194,9 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
             None => format!("{map_name} with the default settings"),
         });
     }
-    if let Some(live) = live {
-        live.end(&result);
-    }
+    let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
-    if let Some(playback) = &playback {
+    if let Some(playback) = playback.as_ref().filter(|_| files.pictures.are_requested) {
         let (command, facts) = (&command_line(), &drive_text::facts(&result, seed));
         let view = MissionView {
             title: &map_name,

@@ -88,8 +88,9 @@ impl LiveView {
         self.drive.state().playback.record(event);
     }
 
-    /// Shows the end of the drive, and waits up to 2 s until a page has it, if there is one.
-    pub fn end(self, result: &MissionResult) {
+    /// Shows the end of the drive, waits up to 2 s until a page has it, if there is one, and returns all ticks.
+    #[must_use]
+    pub fn end(self, result: &MissionResult) -> PlaybackRecorder {
         let text = result.why().unwrap_or_else(|| "goal reached without contact".to_owned());
         let is_good = result.reached && !result.collided;
         self.drive.state().end = Some(json!({ "is_good": is_good, "text": text }));
@@ -102,6 +103,8 @@ impl LiveView {
             thread::sleep(POLL_TIME);
         }
         let _ = self.server.finish();
+        // A copy: another page may still ask.
+        self.drive.state().playback.clone()
     }
 }
 

@@ -27,8 +27,8 @@ const HELD_UP_PERIODS: f64 = 6.0;
 /// metres.
 const FORGET_AFTER_S: f64 = 5.0;
 const FORGET_BEYOND_M: f64 = 1.0;
-/// So many times, at places apart by this, metres, the robot looks for a path again after none remained, without having come
-/// nearer to its goal (Nav2: `number_of_retries`). Otherwise it could drive for ever between two blocked paths.
+/// The robot looks for a path again at most this many times after none remained, at places this far apart, metres, without having
+/// come nearer to its goal (Nav2: `number_of_retries`). Otherwise it could drive for ever between two blocked paths.
 const RETRIES: u32 = 6;
 const RETRY_APART_M: f64 = 3.0;
 /// Replanning periods between two attempts to find a shortcut.
@@ -212,7 +212,7 @@ struct Retries {
 }
 
 impl Retries {
-    /// Begins anew once the robot has come nearer to its goal, along the path, by this much, metres.
+    /// Begins again once the robot has come nearer to its goal, along the path, by this much, metres.
     fn advance(&mut self, left_m: f64, radius_m: f64) {
         if self.least_left_m.is_none_or(|least_m| left_m <= least_m - radius_m) {
             *self = Self { least_left_m: Some(left_m), ..Self::default() };

@@ -458,7 +458,7 @@ mod tests {
         let slowing = (0.1, 0.1);
         assert_eq!(without_creep(&settings, 0.05, slowing, 1.9), 0.0);
         assert_eq!(without_creep(&settings, 0.06, slowing, 1.9), 0.06, "not a creep");
-        assert_eq!(without_creep(&settings, 0.05, slowing, 2.1), 0.05, "nobody is near");
+        assert_eq!(without_creep(&settings, 0.05, slowing, 2.1), 0.05, "no person is near");
         assert_eq!(without_creep(&settings, 0.05, (0.0, 0.0), 1.9), 0.05, "it starts");
         assert_eq!(without_creep(&settings, 0.05, (0.1, 0.0), 1.9), 0.0, "it still brakes");
         settings.features.passive_safety = false;

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::decision::{MAX_OBSTACLES, MAX_SAMPLES};
-use super::scene::Scene;
+use super::scene::{Scene, free_way_m};
 use crate::geometry::{Point, Pose, Vector};
 use crate::local::{CpuEngine, Normalization, Stopping, Weights};
 use crate::map::MovingDisc;
@@ -198,22 +198,13 @@ struct Person {
 impl Person {
     fn new(scene: &Scene, disc: &MovingDisc) -> Self {
         let (from, speed) = (disc.center(), libm::hypot(disc.vx, disc.vy));
-        let direction =
-            if speed > 0.0 { Vector::new(disc.vx, disc.vy) / speed } else { Vector::new(0.0, 0.0) };
-        let frame = scene.field.frame();
-        let is_free = |point: &Point| {
-            frame.cell_of(point).is_some_and(|cell| {
-                let units = scene.field.units()[frame.index(cell)];
-                f64::from(units) * scene.field.unit_m() > disc.radius
-            })
+        let (direction, walked_m) = if speed > 0.0 {
+            let direction = Vector::new(disc.vx, disc.vy) / speed;
+            let field = &scene.field;
+            (direction, free_way_m(field, &from, &direction, disc.radius, WALK_STEP_M, WALK_M))
+        } else {
+            (Vector::ZERO, 0.0)
         };
-        let mut walked_m = 0.0;
-        while speed > 0.0
-            && walked_m < WALK_M
-            && is_free(&(from + direction * (walked_m + WALK_STEP_M)))
-        {
-            walked_m += WALK_STEP_M;
-        }
         Self { radius_m: disc.radius, speed, route: [from, from + direction * walked_m] }
     }
 

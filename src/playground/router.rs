@@ -94,6 +94,7 @@ impl Router {
         }
         match path {
             "/report.css" => Ok(server::ok(STYLE, report::STYLE)),
+            "/copy.js" => Ok(server::ok(SCRIPT, report::COPY_SCRIPT)),
             "/shader.wgsl" => Ok(server::ok("text/plain; charset=utf-8", gpu::source())),
             "/setup" => Ok(server::json(&self.setup)),
             _ => {

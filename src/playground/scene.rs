@@ -185,18 +185,8 @@ fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> DecisionInpu
     let step = frame.resolution_m.min(clearance);
     let ahead = |yaw: f64| {
         let (sine, cosine) = libm::sincos(yaw);
-        let mut distance = 0.0;
-        loop {
-            let next = distance + step;
-            let at = center + Vector::new(cosine, sine) * next;
-            let free = frame.cell_of(&at).is_some_and(|cell| {
-                f64::from(field.units()[frame.index(cell)]) * field.unit_m() > clearance
-            });
-            if !free || next > GOAL_DISTANCE_M {
-                return distance;
-            }
-            distance = next;
-        }
+        let direction = Vector::new(cosine, sine);
+        free_way_m(field, &center, &direction, clearance, step, GOAL_DISTANCE_M)
     };
     let yaws = (0..DIRECTIONS).map(|part| {
         let yaw = wrap_angle(core::f64::consts::TAU * f64::from(part) / f64::from(DIRECTIONS));
@@ -211,6 +201,28 @@ fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> DecisionInpu
         goal: pose.transform(&Point::new(distance.max(step), 0.0)),
         obstacles: Vec::new(),
     }
+}
+
+/// How far a disc can go in a direction, a unit vector, in steps up to a distance, metres.
+pub(super) fn free_way_m(
+    field: &ClearanceField,
+    from: &Point,
+    direction: &Vector,
+    radius_m: f64,
+    step_m: f64,
+    most_m: f64,
+) -> f64 {
+    let frame = field.frame();
+    let is_free = |way_m: f64| {
+        frame.cell_of(&(*from + *direction * way_m)).is_some_and(|cell| {
+            f64::from(field.units()[frame.index(cell)]) * field.unit_m() > radius_m
+        })
+    };
+    let mut way_m = 0.0;
+    while way_m + step_m <= most_m && is_free(way_m + step_m) {
+        way_m += step_m;
+    }
+    way_m
 }
 
 fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {

@@ -46,6 +46,8 @@ pub use page::ReportFile;
 pub(crate) use page::STYLE;
 pub use paper_page::{PaperReport, paper_files};
 pub use paper_tables::paper_text;
+#[cfg(feature = "playground")]
+pub(crate) use player::COPY_SCRIPT;
 pub use player::PlaybackRecorder;
 #[cfg(feature = "server")]
 pub(crate) use player::{KnownPlayback, LivePage};

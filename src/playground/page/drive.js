@@ -33,17 +33,3 @@ export async function driveToGoal(problem, ask) {
   }
   button.disabled = false;
 }
-
-export function listenToCopy() {
-  const button = find("drive-copy"), label = button.textContent;
-  button.addEventListener("click", async () => {
-    try {
-      await navigator.clipboard.writeText(find("drive-command").textContent);
-      button.textContent = "Copied";
-    } catch {
-      getSelection().selectAllChildren(find("drive-command"));
-      button.textContent = "Selected: press Ctrl+C";
-    }
-    setTimeout(() => { button.textContent = label; }, 2500);
-  });
-}

@@ -6,7 +6,7 @@ const MAX_SPEED = 5;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 const fixed = (value, digits = 2) => value.toFixed(digits);
-const rounded = (value) => Math.round(value * 1e4) / 1e4;
+export const rounded = (value) => Math.round(value * 1e4) / 1e4;
 const wrapped = (angle) => rounded(Math.atan2(Math.sin(angle), Math.cos(angle)));
 
 // The handles of a problem. A handle of a direction or a speed is for the pointer only: keys change it on the main handle.

@@ -3,10 +3,11 @@ import { Gpu } from "./gpu.js";
 import * as evaluation from "./evaluation.js";
 import { View } from "./view.js";
 import { after, arcOf, draw, mapImage, readColours } from "./drawing.js";
-import { Handles } from "./handles.js";
+import { Handles, rounded } from "./handles.js";
 import { makeControls } from "./controls.js";
 import * as results from "./results.js";
-import { driveToGoal, listenToCopy } from "./drive.js";
+import { driveToGoal } from "./drive.js";
+import "./copy.js";
 
 const find = (id) => document.getElementById(id);
 const [stage, canvas, busy] = [find("stage"), find("canvas"), find("results")];
@@ -206,8 +207,6 @@ function addObstacle() {
   addObstacleAt([x - side * Math.sin(yaw), y + side * Math.cos(yaw)], yaw + Math.PI);
 }
 
-const rounded = (value) => Math.round(value * 1e4) / 1e4;
-
 // Adds an obstacle that moves at 0.4 m/s in a direction.
 function addObstacleAt([x, y], direction) {
   const { obstacles } = state.problem;
@@ -267,7 +266,6 @@ function listen() {
     clickAt([event.clientX - box.left, event.clientY - box.top]);
   });
   on("drive", "click", () => driveToGoal(structuredClone(state.problem), ask));
-  listenToCopy();
   new ResizeObserver(resize).observe(stage);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", async () => {
     colours = readColours();

@@ -32,6 +32,7 @@ macro_rules! script_with {
             include_str!("script/map.js"),
             include_str!("script/timeline.js"),
             include_str!("script/links.js"),
+            include_str!("script/copy.js"),
             include_str!("script/player.js"),
             include_str!($start),
         )
@@ -42,6 +43,10 @@ use script_with;
 
 /// The script of all players on a page.
 pub(super) const SCRIPT: &str = script_with!("script/start.js");
+
+/// The script of buttons that copy the text next to them.
+#[cfg(feature = "playground")]
+pub(crate) const COPY_SCRIPT: &str = include_str!("script/copy.js");
 
 /// The style of a page with players.
 pub(super) const STYLE: &str = include_str!("player.css");
