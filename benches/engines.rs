@@ -3,9 +3,10 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use inbye::bench::{Roadway, roadway_field, roadway_obstacles};
+use inbye::bench::{Roadway, grid_counts, roadway_field, roadway_obstacles, usual_shape};
 use inbye::local::{
-    ClearanceField, Detail, EngineChoice, QuantizedProblem, open_all_engines, open_engine,
+    ClearanceField, CpuEngine, Detail, Engine, EngineChoice, QuantizedProblem, Sampler,
+    open_all_engines, open_engine,
 };
 use inbye::map::{GridFrame, ObstacleGrid};
 
@@ -35,6 +36,30 @@ fn decisions(criterion: &mut Criterion) {
         }
         group.finish();
     }
+}
+
+/// The same number of samples of each sampler, within 2 s, on one thread.
+fn samplers(criterion: &mut Criterion) {
+    const SAMPLES: usize = 4096;
+    let field = roadway_field();
+    let mut engine = CpuEngine::single_threaded();
+    let mut group = criterion.benchmark_group(format!("decision of {SAMPLES} samples"));
+    for window_s in [0.1, 1.0] {
+        for sampler in Sampler::ALL {
+            let (vx_samples, vtheta_samples) = grid_counts(SAMPLES, usual_shape(sampler));
+            let plain = Roadway { steps: 20, window_s, ..Roadway::default() };
+            let roadway = Roadway { vx_samples, vtheta_samples, sampler, ..plain };
+            let name = format!("{}, window {window_s} s", sampler.as_str());
+            group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
+                bencher.iter(|| {
+                    let quantized = QuantizedProblem::new(&roadway.problem(&field, 0))
+                        .expect("within the ranges");
+                    black_box(engine.evaluate(&quantized, Detail::Answer).expect("an answer"))
+                });
+            });
+        }
+    }
+    group.finish();
 }
 
 fn batches(criterion: &mut Criterion) {
@@ -109,5 +134,5 @@ fn distance_field(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, decisions, batches, cold_starts, distance_field);
+criterion_group!(benches, decisions, samplers, batches, cold_starts, distance_field);
 criterion_main!(benches);

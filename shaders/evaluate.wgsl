@@ -1,6 +1,6 @@
 // The five dispatches of a batch of decisions, in order. The arithmetic is in the twins.
 //
-//   tabulate_vtheta    one thread per turn rate       fills the displacement table
+//   tabulate_profiles    one thread per turn profile    fills the displacement table
 //   evaluate_samples   one thread per sample          evaluates it, adds up the workgroup
 //   normalize          one workgroup per problem      totals and normalisers
 //   score_samples      one thread per sample          scores it, selects the workgroup's best
@@ -8,14 +8,14 @@
 //
 // A workgroup serves one problem; the workgroups of a problem are consecutive.
 
-const VTHETA_PER_GROUP: u32 = 128u;
+const PROFILES_PER_GROUP: u32 = 128u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
 // Number of entries that one thread reduces to one, to save barriers. The workgroup sizes are powers of it.
 const FOLD: u32 = 4u;
 
 // Index in `first_groups` of the workgroups of a dispatch.
-const OF_VTHETA: u32 = 0u;
+const OF_PROFILES: u32 = 0u;
 const OF_SAMPLES: u32 = 1u;
 
 // The problem of a workgroup: the last one that begins at or before it.
@@ -34,24 +34,24 @@ fn problem_of(group: u32, which: u32) -> u32 {
 }
 
 fn sample_count() -> u32 {
-    return header.vx_count * header.vtheta_count;
+    return header.vx_count * header.profile_count;
 }
 
 fn group_count() -> u32 {
     return (sample_count() + SAMPLES_PER_GROUP - 1u) / SAMPLES_PER_GROUP;
 }
 
-// Start of a turn rate's table.
+// Start of a row's table.
 fn table_start(index: u32) -> u32 {
     return offsets.first_table + index * table_words();
 }
 
-@compute @workgroup_size(VTHETA_PER_GROUP)
-fn tabulate_vtheta(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3<u32>) {
-    load_problem(problem_of(group.x, OF_VTHETA));
-    let index = (group.x - offsets.first_groups[OF_VTHETA]) * VTHETA_PER_GROUP + local;
-    if index < header.vtheta_count {
-        tabulate(vtheta_samples[offsets.first_vtheta + index], table_start(index));
+@compute @workgroup_size(PROFILES_PER_GROUP)
+fn tabulate_profiles(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3<u32>) {
+    load_problem(problem_of(group.x, OF_PROFILES));
+    let index = (group.x - offsets.first_groups[OF_PROFILES]) * PROFILES_PER_GROUP + local;
+    if index < header.profile_count {
+        tabulate(index, table_start(index));
     }
 }
 
@@ -74,13 +74,13 @@ fn evaluate_samples(
     var counts = 0u;
     if index < sample_count() {
         let vx = vx_samples[offsets.first_vx + index % header.vx_count];
-        let vtheta_index = index / header.vx_count;
-        let vtheta = vtheta_samples[offsets.first_vtheta + vtheta_index];
-        let first = table_start(vtheta_index);
-        let outcome = evaluate_sample(vx, vtheta, first);
+        let row = index / header.vx_count;
+        let profile = profiles[offsets.first_profile + row];
+        let first = table_start(row);
+        let outcome = evaluate_sample(vx, profile, first);
         var record = Record(0u, 0u, 0u, outcome.status);
         if outcome.status == OK {
-            let found = terms(vx, end_heading(vtheta), end_position(vx, first), outcome.clearance);
+            let found = terms(vx, end_heading(profile), end_position(vx, first), outcome.clearance);
             record = Record(found.heading, found.clearance, found.path, OK);
             sums = vec4<u32>(found.heading, found.clearance, found.velocity, found.path);
             minimum = sums;

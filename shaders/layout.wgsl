@@ -3,7 +3,7 @@
 
 struct Header {
     vx_count: u32,
-    vtheta_count: u32,
+    profile_count: u32,
     steps: u32,
     disc_count: u32,
     obstacle_count: u32,
@@ -25,8 +25,7 @@ struct Header {
     outside_is_free: u32,
     min_max: u32,
     stamp: u32,
-    // Fills up to the 16-byte boundary that a vec4 requires.
-    padding: u32,
+    segment_count: u32,
     weights: vec4<u32>,
 }
 
@@ -37,9 +36,20 @@ struct VxSample {
     stopping_need: u32,
 }
 
-struct VthetaSample {
-    angle_per_step: u32,
+struct TurnProfile {
+    coarse: i32,
+    fine: i32,
     stopping_need: u32,
+    max_turn: u32,
+    end_turn: u32,
+}
+
+struct ProfileSegment {
+    end: u32,
+    turn: u32,
+    turn_growth: u32,
+    share: i32,
+    share_growth: i32,
 }
 
 struct QuantizedDisc {
@@ -71,12 +81,12 @@ struct Normalizer {
 
 // Offsets of a problem's parts in the buffers of the batch.
 struct BufferOffsets {
-    // Workgroups of turn rates and of samples before its own. A workgroup of samples has one Partial.
+    // Workgroups of turn profiles and of samples before its own. A workgroup of samples has one Partial.
     first_groups: vec2<u32>,
-    // Elements before its own; for bodies, field and table, words.
+    // Elements before its own; for lists, field and table, words.
     first_vx: u32,
-    first_vtheta: u32,
-    first_body: u32,
+    first_profile: u32,
+    first_list: u32,
     first_field: u32,
     first_table: u32,
     first_record: u32,
@@ -133,18 +143,19 @@ const COLLISION: u32 = 1u;
 const CANNOT_STOP: u32 = 2u;
 const OUTSIDE: u32 = 3u;
 
-// Words of a disc and of a moving obstacle in `bodies`; the discs come first.
+// Words of a disc, of a moving obstacle and of a segment in `lists`, in this order.
 const DISC_WORDS: u32 = 3u;
 const OBSTACLE_WORDS: u32 = 5u;
+const SEGMENT_WORDS: u32 = 5u;
 
 // Largest number of problems of a batch: they fit into the uniform buffer of 64 KiB that every adapter supports.
 const MAX_PROBLEMS: u32 = 256u;
 
-// Batch, vx_samples, vtheta_samples and bodies are views of one buffer, at successive offsets.
+// Batch, vx_samples, profiles and lists are views of one buffer, at successive offsets.
 @group(0) @binding(0) var<uniform> batch: Batch;
 @group(0) @binding(1) var<storage, read> vx_samples: array<VxSample>;
-@group(0) @binding(2) var<storage, read> vtheta_samples: array<VthetaSample>;
-@group(0) @binding(3) var<storage, read> bodies: array<i32>;
+@group(0) @binding(2) var<storage, read> profiles: array<TurnProfile>;
+@group(0) @binding(3) var<storage, read> lists: array<i32>;
 @group(0) @binding(4) var<storage, read> field: array<u32>;
 @group(0) @binding(5) var<storage, read_write> table: array<i32>;
 @group(0) @binding(6) var<storage, read_write> records: array<Record>;
@@ -161,15 +172,27 @@ fn load_problem(problem: u32) {
 }
 
 fn disc(index: u32) -> QuantizedDisc {
-    let at = offsets.first_body + index * DISC_WORDS;
-    return QuantizedDisc(bodies[at], bodies[at + 1u], bodies[at + 2u]);
+    let at = offsets.first_list + index * DISC_WORDS;
+    return QuantizedDisc(lists[at], lists[at + 1u], lists[at + 2u]);
 }
 
 fn disc_radius(index: u32) -> i32 {
-    return bodies[offsets.first_body + index * DISC_WORDS + 2u];
+    return lists[offsets.first_list + index * DISC_WORDS + 2u];
 }
 
 fn obstacle(index: u32) -> QuantizedObstacle {
-    let at = offsets.first_body + header.disc_count * DISC_WORDS + index * OBSTACLE_WORDS;
-    return QuantizedObstacle(bodies[at], bodies[at + 1u], bodies[at + 2u], bodies[at + 3u], bodies[at + 4u]);
+    let at = offsets.first_list + header.disc_count * DISC_WORDS + index * OBSTACLE_WORDS;
+    return QuantizedObstacle(lists[at], lists[at + 1u], lists[at + 2u], lists[at + 3u], lists[at + 4u]);
+}
+
+fn profile_segment(index: u32) -> ProfileSegment {
+    let before = header.disc_count * DISC_WORDS + header.obstacle_count * OBSTACLE_WORDS;
+    let at = offsets.first_list + before + index * SEGMENT_WORDS;
+    return ProfileSegment(
+        bitcast<u32>(lists[at]),
+        bitcast<u32>(lists[at + 1u]),
+        bitcast<u32>(lists[at + 2u]),
+        lists[at + 3u],
+        lists[at + 4u],
+    );
 }

@@ -1,40 +1,63 @@
 // Rolls out one sample and checks it for contacts. TWIN of src/local/rollout.rs: same names, same order, same bits.
 
 fn table_words() -> u32 {
-    return header.steps * step_words() + 2u;
+    return header.steps * step_words() + 4u;
 }
 
 fn step_words() -> u32 {
     return 2u + 2u * header.disc_count;
 }
 
-fn tabulate(vtheta: VthetaSample, first: u32) {
+fn tabulate(row: u32, first: u32) {
+    let profile = profiles[offsets.first_profile + row];
+    var next_segment = row * header.segment_count;
+    var segment = ProfileSegment();
     var angle = header.heading;
     var cosine = cos_q20(angle);
     var sine = sin_q20(angle);
     var sum_x = 0;
     var sum_y = 0;
+    var rest_x = 0;
+    var rest_y = 0;
     var at = first;
     for (var step = 0u; step < header.steps; step += 1u) {
-        sum_x += cosine;
-        sum_y += sine;
-        angle += vtheta.angle_per_step;
+        while step == segment.end {
+            segment = profile_segment(next_segment);
+            next_segment += 1u;
+        }
+        let own_x = mul_hi_i32(segment.share, cosine << 2u);
+        let own_y = mul_hi_i32(segment.share, sine << 2u);
+        sum_x += own_x;
+        sum_y += own_y;
+        rest_x += cosine - own_x;
+        rest_y += sine - own_y;
+        angle += segment.turn;
+        segment.turn += segment.turn_growth;
+        segment.share += segment.share_growth;
         cosine = cos_q20(angle);
         sine = sin_q20(angle);
         table[at] = shift_round(sum_x, header.table_bits);
         table[at + 1u] = shift_round(sum_y, header.table_bits);
         at += 2u;
+        let base_x = header.start_x + displacement(profile.coarse, rest_x);
+        let base_y = header.start_y + displacement(profile.coarse, rest_y);
         let cosine_q14 = shift_round(cosine, 6u);
         let sine_q14 = shift_round(sine, 6u);
         for (var index = 0u; index < header.disc_count; index += 1u) {
             let footprint_disc = disc(index);
-            table[at] = header.start_x + shift_round(footprint_disc.x * cosine_q14 - footprint_disc.y * sine_q14, 14u);
-            table[at + 1u] = header.start_y + shift_round(footprint_disc.x * sine_q14 + footprint_disc.y * cosine_q14, 14u);
+            table[at] = base_x + shift_round(footprint_disc.x * cosine_q14 - footprint_disc.y * sine_q14, 14u);
+            table[at + 1u] = base_y + shift_round(footprint_disc.x * sine_q14 + footprint_disc.y * cosine_q14, 14u);
             at += 2u;
         }
     }
     table[at] = sum_x;
     table[at + 1u] = sum_y;
+    table[at + 2u] = shift_round(mul_hi_i32(profile.fine, rest_x), header.fine_bits);
+    table[at + 3u] = shift_round(mul_hi_i32(profile.fine, rest_y), header.fine_bits);
+}
+
+fn displacement(coarse: i32, sum: i32) -> i32 {
+    return shift_round(coarse * shift_round(sum, header.table_bits), header.coarse_bits);
 }
 
 struct StepResult {
@@ -56,9 +79,9 @@ struct SampleOutcome {
 
 // Only a stop within the arc needs the first step that ends the trajectory. Otherwise the last step comes first: most
 // samples that collide do so near the end, and a small clearance found early lets many steps be skipped.
-fn evaluate_sample(vx: VxSample, vtheta: VthetaSample, first: u32) -> SampleOutcome {
+fn evaluate_sample(vx: VxSample, profile: TurnProfile, first: u32) -> SampleOutcome {
     let by_arc = header.stop_by_arc == 1u;
-    let rate = clearance_rate(vx, vtheta);
+    let rate = clearance_rate(vx, profile);
     var min_clearance = bitcast<i32>(header.max_clearance);
     var done = 0u;
     var ended_by = OK;
@@ -78,20 +101,20 @@ fn evaluate_sample(vx: VxSample, vtheta: VthetaSample, first: u32) -> SampleOutc
         min_clearance = min(min_clearance, step_result.clearance);
         done += 1u + skippable_steps(rate, step_result, min_clearance);
     }
-    let status = classify(vx, vtheta, ended_by, min(done, header.steps), min_clearance);
+    let status = classify(vx, profile, ended_by, min(done, header.steps), min_clearance);
     return SampleOutcome(status, select(0u, bitcast<u32>(min_clearance), status == OK));
 }
 
-fn classify(vx: VxSample, vtheta: VthetaSample, ended_by: u32, free_steps: u32, min_clearance: i32) -> u32 {
+fn classify(vx: VxSample, profile: TurnProfile, ended_by: u32, free_steps: u32, min_clearance: i32) -> u32 {
     let available = select(bitcast<u32>(min_clearance), free_steps, header.stop_by_arc == 1u);
     let ends_trajectory = header.stop_by_arc == 0u || free_steps == 0u;
     if ended_by != OK && ends_trajectory {
         return ended_by;
     }
-    return select(OK, CANNOT_STOP, available < vx.stopping_need || available < vtheta.stopping_need);
+    return select(OK, CANNOT_STOP, available < vx.stopping_need || available < profile.stopping_need);
 }
 
-fn clearance_rate(vx: VxSample, vtheta: VthetaSample) -> ClearanceRate {
+fn clearance_rate(vx: VxSample, profile: TurnProfile) -> ClearanceRate {
     var lever_arm = 0u;
     for (var index = 0u; index < header.disc_count; index += 1u) {
         let footprint_disc = disc(index);
@@ -102,10 +125,12 @@ fn clearance_rate(vx: VxSample, vtheta: VthetaSample) -> ClearanceRate {
         let body = obstacle(moving);
         obstacle_step = max(obstacle_step, bitcast<u32>(abs(body.step_x)) + bitcast<u32>(abs(body.step_y)));
     }
-    let along = (bitcast<u32>(abs(vx.coarse)) * (bitcast<u32>(ONE_Q20) >> header.table_bits)) >> header.coarse_bits;
-    let around = mul_hi_u32(7u * lever_arm, turn_size(vtheta.angle_per_step));
+    let fastest = bitcast<u32>(max(abs(vx.coarse), abs(profile.coarse)));
+    let along = (fastest * (bitcast<u32>(ONE_Q20) >> header.table_bits)) >> header.coarse_bits;
+    let around = mul_hi_u32(7u * lever_arm, profile.max_turn);
     let max_change = along + around + (obstacle_step >> 8u) + 4u;
-    let margin = ((1449u << header.cell_bits) >> 10u) + (max_change >> 5u) + 16u;
+    let displacements = min(header.segment_count, 2u);
+    let margin = ((1449u << header.cell_bits) >> 10u) + (max_change >> (6u - displacements)) + 16u;
     return ClearanceRate(bitcast<i32>(margin), 65536u / max_change);
 }
 
@@ -184,11 +209,11 @@ fn capped_distance(body: QuantizedObstacle, x: i32, y: i32, step: u32, reach: i3
 fn end_position(vx: VxSample, first: u32) -> vec2<i32> {
     let at = first + header.steps * step_words();
     return vec2<i32>(
-        shift_round(mul_hi_i32(vx.fine, table[at]), header.fine_bits),
-        shift_round(mul_hi_i32(vx.fine, table[at + 1u]), header.fine_bits),
+        shift_round(mul_hi_i32(vx.fine, table[at]), header.fine_bits) + table[at + 2u],
+        shift_round(mul_hi_i32(vx.fine, table[at + 1u]), header.fine_bits) + table[at + 3u],
     );
 }
 
-fn end_heading(vtheta: VthetaSample) -> u32 {
-    return header.heading + vtheta.angle_per_step * header.steps;
+fn end_heading(profile: TurnProfile) -> u32 {
+    return header.heading + profile.end_turn;
 }

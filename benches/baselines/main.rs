@@ -58,7 +58,8 @@ impl Scene {
     }
 
     fn name(&self) -> String {
-        let Roadway { vx_samples, vtheta_samples, steps, window_s, discs, people } = self.roadway;
+        let Roadway { vx_samples, vtheta_samples, steps, window_s, discs, people, .. } =
+            self.roadway;
         format!(
             "{vx_samples} x {vtheta_samples} x {steps}, window {window_s} s, {discs} discs, {people} people"
         )

@@ -7,11 +7,11 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::columns::columns;
-use super::quality::grid_counts;
+use super::quality::{arcs, grid_counts, usual_shape};
 use super::roadway::{Roadway, roadway_field};
 use super::timing::{Latencies, Misses};
 use super::{BenchError, EvaluationDigest};
-use crate::local::{ClearanceField, Engine};
+use crate::local::{ClearanceField, Engine, Sampler};
 
 columns! {
     /// One cell of `bench density`: one engine at one sampling density. Fields from `name` on are missing in older records.
@@ -23,6 +23,9 @@ columns! {
         pub adapter: Option<String>,
         /// Threads of a CPU engine; zero for a GPU engine.
         pub threads: usize,
+        /// Motion of the samples: [`Sampler::as_str`].
+        #[serde(default = "arcs")]
+        pub sampler: String,
         /// Samples of the dynamic window.
         pub samples: usize,
         /// Steps of the horizon.
@@ -56,7 +59,7 @@ columns! {
 
 impl DensityRow {
     /// The columns of a short table, separated by spaces.
-    pub const SUMMARY: &str = "name samples steps p50_ms p95_ms p99_ms max_ms missed_20_hz missed_50_hz missed_100_hz \
+    pub const SUMMARY: &str = "name sampler samples steps p50_ms p95_ms p99_ms max_ms missed_20_hz missed_50_hz missed_100_hz \
         decisions";
 }
 
@@ -65,6 +68,9 @@ impl DensityRow {
 pub struct SkippedCell {
     /// The engine's name.
     pub name: String,
+    /// Motion of the samples.
+    #[serde(default = "arcs")]
+    pub sampler: String,
     /// Samples of the dynamic window.
     pub samples: usize,
     /// Why.
@@ -76,7 +82,9 @@ pub struct SkippedCell {
 pub struct DensityPlan {
     /// Steps of the horizon.
     pub steps: u32,
-    /// Numbers of samples in ascending order, each about a square.
+    /// Samplers to measure.
+    pub samplers: Vec<Sampler>,
+    /// Numbers of samples in ascending order, in the sampler's usual shape.
     pub samples: Vec<usize>,
     /// Time to measure each engine at each density, seconds. A slow engine gets more time, for 20 decisions.
     pub seconds: f64,
@@ -96,6 +104,7 @@ impl DensityPlan {
         let samples = std::iter::successors(Some(least.max(1)), |samples| samples.checked_mul(4));
         Self {
             steps,
+            samplers: vec![Sampler::Arcs],
             samples: samples.take_while(|&samples| samples <= most).collect(),
             seconds,
             max_seconds: (MAX_TIME_FACTOR * seconds).max(MIN_MAX_TIME_S),
@@ -135,12 +144,17 @@ pub fn measure_density(
 ) -> Result<Density, BenchError> {
     let field = roadway_field();
     let mut density = Density::default();
+    let cells =
+        plan.samplers.iter().flat_map(|&one| plan.samples.iter().map(move |&all| (one, all)));
     // The last row of each engine, to predict the time of the next one.
     let mut last: Vec<Option<DensityRow>> = vec![None; engines.len()];
-    for &samples in &plan.samples {
-        let (vx_samples, vtheta_samples) = grid_counts(samples, 1.0);
-        let roadway =
-            Roadway { vx_samples, vtheta_samples, steps: plan.steps, ..Roadway::default() };
+    for (sampler, samples) in cells {
+        let (vx_samples, vtheta_samples) = grid_counts(samples, usual_shape(sampler));
+        let steps = plan.steps;
+        let roadway = Roadway { vx_samples, vtheta_samples, steps, sampler, ..Roadway::default() };
+        last.iter_mut().for_each(|last| {
+            last.take_if(|last| last.sampler != sampler.as_str());
+        });
         let mut expected: Option<(String, String)> = None;
         for (engine, last) in engines.iter_mut().zip(&mut last) {
             let skipped = last.as_ref().and_then(|last| predict_skip(last, &roadway, plan));
@@ -174,6 +188,7 @@ fn predict_skip(last: &DensityRow, roadway: &Roadway, plan: &DensityPlan) -> Opt
     let fewest = WARM_UP + MIN_SLOW_DECISIONS;
     (decision_s * fewest as f64 > plan.max_seconds).then(|| SkippedCell {
         name: last.name.clone(),
+        sampler: last.sampler.clone(),
         samples,
         reason: format!(
             "a decision would take about {decision_s:.1} s, as it took {:.3} s with {} samples; {fewest} of them are \
@@ -228,6 +243,7 @@ fn time(
         engine: engine.kind().to_owned(),
         adapter: (engine.kind() == "gpu").then(|| engine.name()),
         threads: engine.threads(),
+        sampler: roadway.sampler.as_str().to_owned(),
         samples,
         steps,
         p50_ms: summary.p50_ms,
@@ -248,6 +264,8 @@ fn time(
 pub struct Crossover {
     /// The GPU engine's name.
     pub name: String,
+    /// Motion of the samples.
+    pub sampler: String,
     /// Smallest measured number of samples from which the GPU's median is below that of every CPU engine at all common
     /// densities. None: the CPU is faster at the densest of them, or there is no common density.
     pub samples: Option<usize>,
@@ -259,7 +277,8 @@ pub struct Crossover {
 
 impl fmt::Display for Crossover {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, samples, fastest_cpu, up_to } = self;
+        let Self { name, sampler, samples, fastest_cpu, up_to } = self;
+        let name = named_sampler(name, sampler);
         match (samples, fastest_cpu) {
             (Some(samples), Some(cpu)) => write!(
                 f,
@@ -275,33 +294,45 @@ impl fmt::Display for Crossover {
     }
 }
 
-/// The crossover of each GPU engine, in the order in which they occur. Rows of one number of steps are expected.
+/// The name of an engine with the sampler, unless that is the plain one.
+#[must_use]
+pub fn named_sampler(engine: &str, sampler: &str) -> String {
+    if sampler == Sampler::Arcs.as_str() {
+        engine.to_owned()
+    } else {
+        format!("{engine}, {sampler}")
+    }
+}
+
+/// The crossover of each GPU engine and sampler, in the order in which they occur. Rows of one number of steps are expected.
 #[must_use]
 pub fn crossovers(rows: &[DensityRow]) -> Vec<Crossover> {
-    let mut fastest_cpu: BTreeMap<usize, &DensityRow> = BTreeMap::new();
+    let mut fastest_cpu: BTreeMap<(&str, usize), &DensityRow> = BTreeMap::new();
     for row in rows.iter().filter(|row| row.engine == "cpu") {
-        let fastest = fastest_cpu.entry(row.samples).or_insert(row);
+        let fastest = fastest_cpu.entry((&row.sampler, row.samples)).or_insert(row);
         if row.p50_ms < fastest.p50_ms {
             *fastest = row;
         }
     }
-    let mut gpus: Vec<(&str, Vec<&DensityRow>)> = Vec::new();
+    let mut gpus: Vec<([&str; 2], Vec<&DensityRow>)> = Vec::new();
     for row in rows.iter().filter(|row| row.engine == "gpu") {
-        match gpus.iter_mut().find(|(name, _)| *name == row.name) {
+        let key = [&*row.name, &*row.sampler];
+        match gpus.iter_mut().find(|(known, _)| *known == key) {
             Some((_, own)) => own.push(row),
-            None => gpus.push((&row.name, vec![row])),
+            None => gpus.push((key, vec![row])),
         }
     }
-    let crossover = |(name, own): (&str, Vec<&DensityRow>)| {
+    let crossover = |([name, sampler], own): ([&str; 2], Vec<&DensityRow>)| {
         let mut pairs: Vec<(&DensityRow, &DensityRow)> = own
             .into_iter()
-            .filter_map(|row| Some((row, *fastest_cpu.get(&row.samples)?)))
+            .filter_map(|row| Some((row, *fastest_cpu.get(&(sampler, row.samples))?)))
             .collect();
         pairs.sort_by_key(|(gpu, _)| gpu.samples);
         let wins = |(gpu, cpu): &&(&DensityRow, &DensityRow)| gpu.p50_ms < cpu.p50_ms;
         let first = pairs.iter().rev().take_while(wins).last();
         Crossover {
             name: name.to_owned(),
+            sampler: sampler.to_owned(),
             samples: first.map(|(gpu, _)| gpu.samples),
             fastest_cpu: first.or(pairs.last()).map(|(_, cpu)| cpu.name.clone()),
             up_to: pairs.last().map_or(0, |(gpu, _)| gpu.samples),

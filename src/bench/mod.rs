@@ -14,10 +14,13 @@ mod verify;
 pub use columns::{Column, ColumnKind, ColumnValue, Columns, csv_text, text_table};
 pub use density::{
     Crossover, Density, DensityPlan, DensityRow, SkippedCell, crossovers, measure_density,
+    named_sampler,
 };
 pub use error::BenchError;
 pub use problems::random_problem;
-pub use quality::{QualityPlan, QualityRow, RegretBaseline, grid_counts, measure_quality};
+pub use quality::{
+    QualityPlan, QualityRow, RegretBaseline, grid_counts, measure_quality, usual_shape,
+};
 pub use roadway::{Roadway, roadway_field, roadway_obstacles};
 pub use timing::{Latencies, LatencySummary, Misses, RATES_HZ, percentile, wilson_interval};
 pub use verify::{

@@ -7,16 +7,17 @@ use core::f64::consts::PI;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, Twist};
 use crate::local::{
-    Axis, ClearanceField, Normalization, Outside, Problem, Stopping, Weights, Window,
+    Axis, ClearanceField, Normalization, Outside, Problem, Sampler, SamplerInputs, Stopping,
+    Weights, Window,
 };
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
-use crate::robot::{Disc, Footprint};
+use crate::robot::{Disc, Footprint, Limits};
 
 /// Problem number `case` of a seed: grids of 8 to 120 cells a side at 0.02 to 0.5 m, any origin, empty to crowded;
 /// 1 to about 900 samples; 1 to 80 steps; 1 to 3 discs; 0 to 5 moving obstacles; both normalisations, both stopping
-/// rules, both readings of the outside.
+/// rules, both readings of the outside; every sampler.
 ///
 /// # Panics
 /// Never: every random number is within the ranges of a problem.
@@ -83,6 +84,27 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
         },
         normalization: *pick(rng, &[Normalization::Sum, Normalization::MinMax]),
         stopping: *pick(rng, &[Stopping::Clearance, Stopping::Arc]),
+        sampler: *pick(rng, &Sampler::ALL),
+        sampler_inputs: random_sampler_inputs(rng, fastest),
+    }
+}
+
+/// Limits of which the speeds are at most `fastest`, m/s.
+fn random_sampler_inputs(rng: &mut Pcg64Mcg, fastest: f64) -> SamplerInputs {
+    SamplerInputs {
+        twist: Twist::new(rng.random_range(-0.3..1.0) * fastest, rng.random_range(-1.0..1.0)),
+        limits: Limits {
+            min_vel_x: *pick(rng, &[0.0, -0.3]) * fastest,
+            max_vel_x: rng.random_range(0.3..1.0) * fastest,
+            max_vel_theta: rng.random_range(0.3..1.5),
+            acc_lim_x: rng.random_range(0.3..2.0),
+            decel_lim_x: -rng.random_range(0.3..2.0),
+            acc_lim_theta: rng.random_range(0.5..4.0),
+            ..Limits::default()
+        },
+        control_period_s: *pick(rng, &[0.05, 0.1, 0.2]),
+        ramp_time_s: rng.random_range(0.1..3.0),
+        seed: rng.random(),
     }
 }
 

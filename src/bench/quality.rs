@@ -8,7 +8,7 @@ use super::roadway::{Decision, Roadway, roadway_field};
 use super::timing::percentile;
 use crate::local::internals::Header;
 use crate::local::internals::score::{Normalizer, normalizers};
-use crate::local::{Engine, Evaluation, Terms};
+use crate::local::{Engine, Evaluation, Sampler, Terms};
 
 /// Number of ticks after which [`Roadway::problem`] repeats.
 const TICKS: usize = 100;
@@ -20,13 +20,16 @@ columns! {
     pub struct QualityRow {
         /// Time that the dynamic window looks ahead, seconds.
         pub window_s: f64,
+        /// Motion of the samples: [`Sampler::as_str`].
+        #[serde(default = "arcs")]
+        pub sampler: String,
         /// Samples of the dynamic window.
         pub samples: usize,
         /// Forward speeds among them.
         pub vx_samples: u32,
         /// Turn rates among them.
         pub vtheta_samples: u32,
-        /// Samples of the densest sampling.
+        /// Samples of the densest sampling, two segments each.
         pub densest: usize,
         /// Decisions compared.
         pub decisions: usize,
@@ -49,7 +52,7 @@ columns! {
 
 impl QualityRow {
     /// The columns of a short table, separated by spaces.
-    pub const SUMMARY: &str = "window_s samples vx_samples vtheta_samples regret_p50 regret_max v_off_p50_m_s \
+    pub const SUMMARY: &str = "window_s sampler samples vx_samples vtheta_samples regret_p50 regret_max v_off_p50_m_s \
         v_off_max_m_s omega_off_p50_rad_s omega_off_max_rad_s without_command";
 }
 
@@ -58,12 +61,12 @@ impl QualityRow {
 pub struct QualityPlan {
     /// Steps of the horizon.
     pub steps: u32,
-    /// Number of samples of the reference sampling.
+    /// Number of samples of the reference sampling, two segments each.
     pub densest: usize,
     /// Numbers of samples to compare with it.
     pub samples: Vec<usize>,
-    /// Ratios of forward speeds to turn rates: 1 for a square.
-    pub shapes: Vec<f64>,
+    /// Samplers, each with a ratio of forward speeds to turn rates: 1 for a square.
+    pub samplers: Vec<(Sampler, f64)>,
     /// Time that the dynamic window looks ahead, seconds.
     pub windows_s: Vec<f64>,
     /// Number of decisions, spread evenly along the drive: 1 to 100, all different.
@@ -76,6 +79,21 @@ pub fn grid_counts(samples: usize, shape: f64) -> (u32, u32) {
     let speeds = (samples as f64 * shape).sqrt().round().max(1.0) as usize;
     let speeds = speeds.min(samples.max(1));
     (speeds as u32, samples.max(1).div_ceil(speeds) as u32)
+}
+
+/// The sampler of rows that were recorded before there were others.
+pub(super) fn arcs() -> String {
+    Sampler::Arcs.as_str().to_owned()
+}
+
+/// The usual ratio of forward speeds to rows. A row of two segments or of a sequence has a second velocity too, so it
+/// needs fewer first speeds.
+#[must_use]
+pub const fn usual_shape(sampler: Sampler) -> f64 {
+    match sampler {
+        Sampler::Arcs | Sampler::Ramps => 1.0,
+        Sampler::TwoSegments | Sampler::Sequences => 1.0 / 4.0,
+    }
 }
 
 /// Takes the decisions of a drive with each number of samples, and compares the commands with those of the densest sampling.
@@ -92,16 +110,17 @@ pub fn measure_quality(
     let field = roadway_field();
     let mut rows = Vec::new();
     for &window_s in &plan.windows_s {
-        let sampled = |samples, shape| {
+        let sampled = |samples, (sampler, shape)| {
             let (vx_samples, vtheta_samples) = grid_counts(samples, shape);
             let steps = plan.steps;
-            Roadway { vx_samples, vtheta_samples, steps, window_s, discs: 2, people: 3 }
+            Roadway { vx_samples, vtheta_samples, steps, window_s, discs: 2, people: 3, sampler }
         };
-        let densest = sampled(plan.densest, 1.0);
+        let densest =
+            sampled(plan.densest, (Sampler::TwoSegments, usual_shape(Sampler::TwoSegments)));
         let roadways = plan
             .samples
             .iter()
-            .flat_map(|&samples| plan.shapes.iter().map(move |&shape| sampled(samples, shape)));
+            .flat_map(|&samples| plan.samplers.iter().map(move |&series| sampled(samples, series)));
         let mut cells: Vec<(Roadway, Losses)> =
             roadways.map(|roadway| (roadway, Losses::default())).collect();
         for number in 0..plan.ticks {
@@ -151,6 +170,7 @@ impl Losses {
         let [omega_off_p50_rad_s, omega_off_max_rad_s] = median_and_worst(&self.angular);
         QualityRow {
             window_s: roadway.window_s,
+            sampler: roadway.sampler.as_str().to_owned(),
             samples: roadway.samples(),
             vx_samples: roadway.vx_samples,
             vtheta_samples: roadway.vtheta_samples,

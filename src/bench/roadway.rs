@@ -7,7 +7,7 @@ use crate::geometry::{Point, Pose, Twist};
 use crate::local::internals::Header;
 use crate::local::{
     ClearanceField, DecisionInput, Detail, Engine, Evaluation, LocalSettings, Problem,
-    QuantizedProblem, Terms,
+    QuantizedProblem, Sampler, Terms,
 };
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint, Limits};
@@ -33,12 +33,22 @@ pub struct Roadway {
     pub discs: usize,
     /// Number of people in the roadway.
     pub people: usize,
+    /// Motion of the samples.
+    pub sampler: Sampler,
 }
 
 impl Default for Roadway {
-    /// 80 x 63 samples over 3 s in the widest window: one disc, no people.
+    /// 80 x 63 arcs over 3 s in the widest window: one disc, no people.
     fn default() -> Self {
-        Self { vx_samples: 80, vtheta_samples: 63, steps: 30, window_s: 1.0, discs: 1, people: 0 }
+        Self {
+            vx_samples: 80,
+            vtheta_samples: 63,
+            steps: 30,
+            window_s: 1.0,
+            discs: 1,
+            people: 0,
+            sampler: Sampler::Arcs,
+        }
     }
 }
 
@@ -86,6 +96,7 @@ impl Roadway {
             vx_samples: self.vx_samples,
             vtheta_samples: self.vtheta_samples,
             control_period_s: self.window_s,
+            sampler: self.sampler,
             ..LocalSettings::default()
         };
         let ahead = Point::new(11.5, 10.2);
@@ -174,7 +185,7 @@ impl Decision {
     /// The chosen command and its terms; none without an admissible sample.
     pub(super) fn command(&self) -> Option<(Twist, Terms)> {
         let winner = self.evaluation.winner.as_ref()?;
-        Some((self.problem.window.twist(winner.index), winner.terms))
+        Some((self.problem.command(winner.index), winner.terms))
     }
 }
 

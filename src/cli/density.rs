@@ -6,11 +6,11 @@ use anyhow::bail;
 use clap::Args;
 use inbye::bench::{
     Density, DensityPlan, DensityRow, QualityPlan, QualityRow, crossovers, measure_density,
-    measure_quality, text_table,
+    measure_quality, named_sampler, text_table, usual_shape,
 };
 use inbye::experiment::missions::Rules;
 use inbye::experiment::{Grid, Group, RunRow, built_in_maps, groups, sampling_setups};
-use inbye::local::{CpuEngine, Engine, LocalSettings};
+use inbye::local::{CpuEngine, Engine, LocalSettings, Sampler};
 use inbye::report::{BenchReport, bench_svg};
 use inbye::runtime::Config;
 use serde_json::json;
@@ -31,8 +31,11 @@ const INTRO: &str = "One decision of the dynamic window with more and more sampl
 const DENSEST: usize = 1 << 20;
 /// Windows in which commands are compared, seconds: that of a control loop at 10 Hz, and a wide one.
 const WINDOWS_S: [f64; 2] = [0.1, 1.0];
-/// Ratios of forward speeds to turn rates.
-const SHAPES: [f64; 2] = [1.0, 0.25];
+/// Samplers in closed loop, with ratios of forward speeds to turn rates.
+const CLOSED_LOOP_SAMPLERS: [(Sampler, f64); 3] =
+    [(Sampler::Arcs, 1.0), (Sampler::Arcs, 0.25), (Sampler::TwoSegments, 1.0 / 16.0)];
+/// Steps of the horizon in which commands are compared, 0.1 s each.
+const QUALITY_STEPS: u32 = 20;
 
 /// Smallest and largest number of samples in a closed loop: with fewer no robot arrives, with more a mission takes too long.
 const CLOSED_LOOP_SAMPLES: (usize, usize) = (64, 16_384);
@@ -42,7 +45,7 @@ const LONGEST_M: f64 = 30.0;
 const SEED: u64 = 1;
 
 /// Columns of the text table of the closed loop.
-const CLOSED_LOOP: &str = "samples vx_samples vtheta_samples runs reached contacts mean_time_ratio \
+const CLOSED_LOOP: &str = "config samples vx_samples vtheta_samples runs reached contacts mean_time_ratio \
     mean_clearance_reached_m tick_p50_ms tick_p99_ms";
 
 /// `inbye bench density`.
@@ -51,9 +54,9 @@ const CLOSED_LOOP: &str = "samples vx_samples vtheta_samples runs reached contac
     after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --missions 0 --chart density.svg\n\n\
     Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine that is too slow \
     for a density is skipped there, and listed.\n\
-    Quality: the regret is the loss of score against the densest sampling (1,048,576 samples, or --max-samples if larger), as a \
-    share of the best sample's gain over the mean admissible one. It is measured with windows of 0.1 s and 1 s, with as many \
-    forward speeds as turn rates and with a quarter as many.\n\
+    Quality: the regret is the loss of score against the densest sampling (1,048,576 samples of two segments, or --max-samples \
+    if larger), as a share of the best sample's gain over the mean admissible one. It is measured over a horizon of 2 s, with \
+    windows of 0.1 s and 1 s.\n\
     Closed loop: the same random missions of at most 30 m on built-in maps with 64, 256... samples, up to 16,384 or \
     --max-samples. The tick time is that of the whole navigator (scan, local field and decision) on one core; the 99th \
     percentile includes waiting for new paths."
@@ -109,7 +112,10 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     let missions = Output::of_rows::<RunRow>("--record-missions", missions)?;
     let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
     let folder = ReportFolder::create(arguments.report.as_deref())?;
-    let plan = DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds);
+    let plan = DensityPlan {
+        samplers: Sampler::ALL.to_vec(),
+        ..DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds)
+    };
     let mut all = with_every_thread_count(machine::all_engines()?, machine::cores())?;
     let density = measure(&mut all, &plan)?;
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
@@ -159,7 +165,7 @@ pub fn with_every_thread_count(
 
 /// Measures with a progress bar.
 pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Result<Density> {
-    let cells = plan.samples.len() * all.len();
+    let cells = plan.samplers.len() * plan.samples.len() * all.len();
     let bar = output::progress(cells as u64, "density", "measurements");
     let density = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
     bar.finish_and_clear();
@@ -179,8 +185,14 @@ pub fn compare(
         return Ok(Vec::new());
     }
     let bar = output::progress((ticks * WINDOWS_S.len()) as u64, "quality", "decisions");
-    let (shapes, windows_s) = (SHAPES.to_vec(), WINDOWS_S.to_vec());
-    let plan = QualityPlan { steps: plan.steps, densest, samples, shapes, windows_s, ticks };
+    let plan = QualityPlan {
+        steps: QUALITY_STEPS,
+        densest,
+        samples,
+        samplers: Sampler::ALL.map(|sampler| (sampler, usual_shape(sampler))).to_vec(),
+        windows_s: WINDOWS_S.to_vec(),
+        ticks,
+    };
     let mut engine = CpuEngine::with_threads(machine::cores())?;
     let rows = measure_quality(&mut engine, &plan, || bar.inc(1))?;
     bar.finish_and_clear();
@@ -197,7 +209,7 @@ fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Gro
     let (least, most) = (CLOSED_LOOP_SAMPLES.0.min(most), CLOSED_LOOP_SAMPLES.1.min(most));
     let samples = DensityPlan::powers_of_four(config.local.steps(), least, most, 1.0).samples;
     let worlds = built_in_maps(Rules { longest_m: LONGEST_M, ..Rules::default() });
-    let setups = sampling_setups(&config, &samples, &SHAPES);
+    let setups = sampling_setups(&config, &samples, &CLOSED_LOOP_SAMPLERS);
     let grid = Grid::of_missions("closed loop", &worlds, &setups, missions, SEED)?;
     let mut rows = run_grid(&grid, None, 1)?;
     sort(&mut rows);
@@ -205,7 +217,9 @@ fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Gro
     let mut groups = groups(&rows);
     groups.sort_by_key(|group| {
         let is_own = |local: &LocalSettings| {
+            let name = (local.sampler != Sampler::Arcs).then(|| local.sampler.as_str());
             (local.vx_samples, local.vtheta_samples) == (group.vx_samples, group.vtheta_samples)
+                && name == group.config.as_deref()
         };
         setups.iter().position(|setup| is_own(&setup.config.local))
     });
@@ -216,7 +230,8 @@ fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Gro
 pub fn text(Density { rows, skipped, .. }: &Density, quality: &[QualityRow]) -> Vec<String> {
     let mut lines = text_table(rows, DensityRow::SUMMARY);
     lines.extend(skipped.iter().map(|cell| {
-        let (name, samples, reason) = (&cell.name, cell.samples, &cell.reason);
+        let (samples, reason) = (cell.samples, &cell.reason);
+        let name = named_sampler(&cell.name, &cell.sampler);
         format!("not measured: {name} with {samples} samples: {reason}")
     }));
     lines.extend(crossovers(rows).iter().map(ToString::to_string));

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use anyhow::{Context, anyhow, bail};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
-    ClearanceField, DecisionInput, LocalSettings, Normalization, Outside, Problem, Stopping,
-    Weights,
+    ClearanceField, DecisionInput, LocalSettings, Normalization, Outside, Problem, Sampler,
+    Stopping, Weights,
 };
 use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
@@ -36,6 +36,10 @@ struct ProblemFile {
     limits: Limits,
     vx_samples: Option<u32>,
     vtheta_samples: Option<u32>,
+    #[serde(default)]
+    sampler: Sampler,
+    ramp_time_s: Option<f64>,
+    sampler_seed: Option<u32>,
     control_period_s: Option<f64>,
     sim_time_s: Option<f64>,
     sim_step_s: Option<f64>,
@@ -138,6 +142,9 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
     let mut settings = LocalSettings::default();
     settings.vx_samples = file.vx_samples.unwrap_or(settings.vx_samples);
     settings.vtheta_samples = file.vtheta_samples.unwrap_or(settings.vtheta_samples);
+    settings.sampler = file.sampler;
+    settings.ramp_time_s = file.ramp_time_s.unwrap_or(settings.ramp_time_s);
+    settings.sampler_seed = file.sampler_seed.unwrap_or(settings.sampler_seed);
     settings.control_period_s = file.control_period_s.unwrap_or(settings.control_period_s);
     settings.sim_time_s = file.sim_time_s.unwrap_or(settings.sim_time_s);
     settings.sim_step_s = file.sim_step_s.unwrap_or(settings.sim_step_s);

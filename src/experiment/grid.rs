@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::plan_worlds::worlds;
 use super::{Cell, ExperimentError, Plan, RunRow, World};
+use crate::local::Sampler;
 use crate::runtime::Config;
 
 /// All cells of a plan, in its order: worlds, settings, weights, samplings, engines, seeds.
@@ -239,14 +240,22 @@ fn checked(setup: Setup, place: String) -> Result<Setup, ExperimentError> {
 }
 
 /// A configuration with each sampling, as [`grid_counts`](crate::bench::grid_counts) shapes it: each number of samples
-/// with each ratio of forward speeds to turn rates. Equal samplings occur once.
+/// with each sampler and its ratio of forward speeds to turn rates. A sampler other than arcs names its setups. Equal
+/// samplings occur once.
 #[must_use]
-pub fn sampling_setups(config: &Config, samples: &[usize], shapes: &[f64]) -> Vec<Setup> {
+pub fn sampling_setups(
+    config: &Config,
+    samples: &[usize],
+    samplers: &[(Sampler, f64)],
+) -> Vec<Setup> {
     let mut setups: Vec<Setup> = Vec::new();
     for &samples in samples {
-        for &shape in shapes {
+        for &(sampler, shape) in samplers {
             let (vx_samples, vtheta_samples) = crate::bench::grid_counts(samples, shape);
-            let setup = Setup::unnamed(config.clone()).with_sampling(vx_samples, vtheta_samples);
+            let mut setup =
+                Setup::unnamed(config.clone()).with_sampling(vx_samples, vtheta_samples);
+            setup.config.local.sampler = sampler;
+            setup.name = (sampler != Sampler::Arcs).then(|| sampler.as_str().to_owned());
             if !setups.contains(&setup) {
                 setups.push(setup);
             }

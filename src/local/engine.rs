@@ -25,7 +25,7 @@ pub struct Terms {
     pub heading: u32,
     /// Smallest clearance along the trajectory, capped, in units of length.
     pub clearance: u32,
-    /// Forward speed in 2^-20 m/s; zero for a reversing sample.
+    /// Forward speed of the command in 2^-20 m/s; zero for a reversing sample.
     pub velocity: u32,
     /// Distance from the final position to the key node, in sixteenths of a unit of length.
     pub path: u32,

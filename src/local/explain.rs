@@ -1,15 +1,15 @@
 //! Answers in metres, radians and seconds, and the trajectory fan of a decision, for display and records.
 
-use core::f64::consts::PI;
+use core::f64::consts::{PI, TAU};
 
 use serde::Serialize;
 
 use super::cpu::scalar;
 use super::{
-    Counts, Evaluation, Normalization, Problem, QuantizedProblem, SampleStatus, Sampling, Terms,
-    Totals, rollout,
+    Counts, Evaluation, Normalization, Problem, QuantizedProblem, SampleStatus, Sampler, Sampling,
+    Terms, Totals, rollout,
 };
-use crate::geometry::{Pose, Twist, Vector, wrap_angle};
+use crate::geometry::{Point, Pose, Twist, Vector, wrap_angle};
 use crate::map::MovingDisc;
 
 /// The four terms in SI units.
@@ -144,7 +144,7 @@ impl<'a> Explainer<'a> {
     #[must_use]
     pub fn winner(&self, evaluation: &Evaluation) -> Option<WinnerSi> {
         evaluation.winner.as_ref().map(|winner| {
-            let Twist { linear, angular } = self.problem.window.twist(winner.index);
+            let Twist { linear, angular } = self.problem.command(winner.index);
             WinnerSi {
                 index: winner.index,
                 vx: linear,
@@ -169,20 +169,20 @@ impl<'a> Explainer<'a> {
         let mut table = vec![0; rollout::table_words(header)];
         let mut samples = Vec::with_capacity(self.quantized.len());
         for (index, record) in evaluation.samples.iter().flatten().enumerate() {
-            let vtheta = &self.quantized.vtheta_samples[index / vx_count];
+            let profile = &self.quantized.profiles[index / vx_count];
             if index % vx_count == 0 {
-                rollout::tabulate(header, vtheta, &self.quantized.discs, &mut table);
+                rollout::tabulate(self.quantized, index / vx_count, &mut table);
             }
             let vx = &self.quantized.vx_samples[index % vx_count];
             let admissible = record.status == SampleStatus::Ok;
-            let twist = self.problem.window.twist(index as u32);
+            let twist = self.problem.command(index as u32);
             samples.push(SampleSi {
                 index: index as u32,
                 vx: twist.linear,
                 vtheta: twist.angular,
                 admissible,
                 status: record.status.as_str(),
-                end: self.end_pose(rollout::end_position(header, vx, &table), twist.angular),
+                end: self.end_pose(rollout::end_position(header, vx, &table), profile.end_turn),
                 terms: self.terms(&record.terms),
                 score: admissible.then(|| self.score(&record.terms)),
             });
@@ -190,14 +190,14 @@ impl<'a> Explainer<'a> {
         samples
     }
 
-    fn end_pose(&self, (fine_x, fine_y): (i32, i32), turn_rate: f64) -> Pose {
+    fn end_pose(&self, (fine_x, fine_y): (i32, i32), end_turn: u32) -> Pose {
         let fine_m = self.quantized.field.unit_m() / super::quantize::FINE_PER_UNIT;
         let origin = self.quantized.field.frame().origin;
         let displacement = Vector::new(f64::from(fine_x), f64::from(fine_y)) * fine_m;
         let turn = libm::sincos(origin.yaw);
         let end = self.problem.pose.position() + displacement.rotated(turn);
-        let horizon_s = f64::from(self.problem.steps) * self.problem.step_s;
-        Pose::new(end.x, end.y, wrap_angle(self.problem.pose.yaw + turn_rate * horizon_s))
+        let turn = f64::from(end_turn as i32) / 2.0_f64.powi(32) * TAU;
+        Pose::new(end.x, end.y, wrap_angle(self.problem.pose.yaw + turn))
     }
 
     fn scale(&self, [heading, clearance, velocity, path]: [f64; 4]) -> TermsSi {
@@ -225,21 +225,27 @@ pub struct TrajectoryFan {
     pub columns: usize,
     /// The winner; `None` when no sample is admissible.
     pub winner: Option<WinnerSi>,
+    /// Position of the winner after each step, map frame; empty as [`FanArc::path`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub winner_path: Vec<Point>,
     /// The moving obstacles at the start with their velocities, which predict their later positions.
     pub obstacles: Vec<MovingDisc>,
 }
 
 /// One sample of a [`TrajectoryFan`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FanArc {
-    /// Its velocity.
+    /// Its velocity in the first control period.
     pub twist: Twist,
     /// Its score; `None` unless admissible.
     pub score: Option<f64>,
     /// Admissible, or the cause of the rejection.
     #[serde(skip)]
     pub status: SampleStatus,
+    /// Its position after each step, map frame; empty where it keeps its velocity over the whole horizon.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub path: Vec<Point>,
 }
 
 impl TrajectoryFan {
@@ -259,17 +265,19 @@ impl TrajectoryFan {
         let vx_count = quantized.vx_samples.len();
         let mut table = vec![0; rollout::table_words(header)];
         let mut arcs = Vec::new();
-        for row in evenly_spaced(quantized.vtheta_samples.len(), max.vtheta_samples) {
-            let vtheta = &quantized.vtheta_samples[row];
-            rollout::tabulate(header, vtheta, &quantized.discs, &mut table);
+        for row in evenly_spaced(quantized.profiles.len(), max.vtheta_samples) {
+            let profile = &quantized.profiles[row];
+            rollout::tabulate(quantized, row, &mut table);
             for column in evenly_spaced(vx_count, max.vx_samples) {
                 let vx = &quantized.vx_samples[column];
-                let sample = scalar::evaluate_sample(quantized, vx, vtheta, &table);
+                let sample = scalar::evaluate_sample(quantized, vx, profile, &table);
                 let is_admissible = sample.status == SampleStatus::Ok;
+                let index = (row * vx_count + column) as u32;
                 arcs.push(FanArc {
-                    twist: problem.window.twist((row * vx_count + column) as u32),
+                    twist: problem.command(index),
                     score: is_admissible.then(|| explainer.score(&sample.terms)),
                     status: sample.status,
+                    path: drawn_path(problem, index),
                 });
             }
         }
@@ -279,8 +287,34 @@ impl TrajectoryFan {
             arcs,
             columns: evenly_spaced(vx_count, max.vx_samples).count(),
             winner: explainer.winner(answer),
+            winner_path: answer
+                .winner
+                .as_ref()
+                .map_or_else(Vec::new, |winner| drawn_path(problem, winner.index)),
             obstacles: problem.obstacles.clone(),
         }
+    }
+
+    /// At most `parts + 1` positions along a sample, from the start to its end, for display.
+    #[must_use]
+    pub fn points(&self, arc: &FanArc, parts: u32) -> Vec<Point> {
+        self.along(&arc.twist, &arc.path, parts)
+    }
+
+    /// At most `parts + 1` positions along the winner; empty when no sample is admissible.
+    #[must_use]
+    pub fn winner_points(&self, parts: u32) -> Vec<Point> {
+        self.winner.as_ref().map_or_else(Vec::new, |winner| {
+            self.along(&Twist::new(winner.vx, winner.vtheta), &self.winner_path, parts)
+        })
+    }
+
+    fn along(&self, twist: &Twist, path: &[Point], parts: u32) -> Vec<Point> {
+        if path.is_empty() {
+            return self.from.arc(twist, self.horizon_s, parts).collect();
+        }
+        let later = evenly_spaced(path.len() + 1, parts + 1).skip(1);
+        core::iter::once(self.from.position()).chain(later.map(|step| path[step - 1])).collect()
     }
 
     /// The score of each arc, scaled to 0 for the worst and 1 for the best in the fan; 1 when all are equal. `None` for
@@ -295,6 +329,11 @@ impl TrajectoryFan {
         };
         self.arcs.iter().map(move |arc| arc.score.map(relative))
     }
+}
+
+/// The path of a sample; empty where it keeps its velocity.
+fn drawn_path(problem: &Problem, index: u32) -> Vec<Point> {
+    if problem.sampler == Sampler::Arcs { Vec::new() } else { problem.path(index) }
 }
 
 /// At most `max` evenly spaced indices below `count`; with at least two, the first and the last are among them.

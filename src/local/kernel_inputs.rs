@@ -8,8 +8,8 @@
 pub struct Header {
     /// Number of forward speeds.
     pub vx_count: u32,
-    /// Number of turn rates.
-    pub vtheta_count: u32,
+    /// Number of turn profiles.
+    pub profile_count: u32,
     /// Number of steps.
     pub steps: u32,
     /// Number of discs of the footprint.
@@ -52,8 +52,8 @@ pub struct Header {
     pub min_max: u32,
     /// A GPU returns it with the answer, which shows a stale answer. No other number depends on it.
     pub stamp: u32,
-    /// Fills up to the 16-byte boundary that WGSL requires for the next field.
-    pub padding: u32,
+    /// Number of segments of each turn profile.
+    pub segment_count: u32,
     /// Weights of heading, clearance, velocity and path; their sum is about 2^30.
     pub weights: [u32; 4],
 }
@@ -73,15 +73,42 @@ pub struct VxSample {
     pub stopping_need: u32,
 }
 
-/// A turn rate. TWIN of `VthetaSample` in `shaders/layout.wgsl`.
+/// The motion that all samples of a row share: turn rates by step, and a speed that replaces the sample's own speed in
+/// part. TWIN of `TurnProfile` in `shaders/layout.wgsl`.
+///
+/// The speed at a step is `share` times the sample's speed plus `1 - share` times the profile's speed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
-pub struct VthetaSample {
-    /// Turn per step, binary angle.
-    pub angle_per_step: u32,
+pub struct TurnProfile {
+    /// The profile's speed, scaled as [`VxSample::coarse`].
+    pub coarse: i32,
+    /// The profile's speed, scaled as [`VxSample::fine`].
+    pub fine: i32,
     /// Requirement for stopping: units of clearance, or steps of arc.
     pub stopping_need: u32,
+    /// Bound of the turn in one step, binary angle, at most half a turn.
+    pub max_turn: u32,
+    /// Turn over the horizon, binary angle.
+    pub end_turn: u32,
+}
+
+/// Successive steps of a turn profile in which turn rate and share change evenly. TWIN of `ProfileSegment` in
+/// `shaders/layout.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "gpu", derive(bytemuck::Pod, bytemuck::Zeroable))]
+pub struct ProfileSegment {
+    /// One past its last step; that of the last segment is the number of steps.
+    pub end: u32,
+    /// Turn in its first step, binary angle.
+    pub turn: u32,
+    /// Change of the turn from one step to the next, binary angle.
+    pub turn_growth: u32,
+    /// Share of the sample's own speed in its first step, Q30.
+    pub share: i32,
+    /// Change of the share from one step to the next, Q30.
+    pub share_growth: i32,
 }
 
 /// A disc of the footprint in units. TWIN of `QuantizedDisc` in `shaders/layout.wgsl`.

@@ -22,6 +22,8 @@ mod planner;
 mod problem;
 mod quantize;
 mod rollout;
+mod sample_motions;
+mod sampler;
 mod score;
 mod select;
 mod settings;
@@ -45,6 +47,7 @@ pub use gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
 pub use planner::LocalPlanner;
 pub use problem::{DecisionInput, MAX_DISCS, Normalization, Outside, Problem, Stopping, Weights};
 pub use quantize::QuantizedProblem;
+pub use sampler::{Sampler, SamplerInputs};
 pub use settings::{LocalSettings, Sampling};
 pub use window::{Axis, Window};
 
@@ -55,7 +58,7 @@ pub mod internals {
     pub use super::explain::evenly_spaced;
     pub use super::failover::FIRST_RETRY;
     pub use super::kernel_inputs::{
-        Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample,
+        Header, ProfileSegment, QuantizedDisc, QuantizedObstacle, TurnProfile, VxSample,
     };
 
     /// The vectors of the CPU engine.

@@ -71,12 +71,13 @@ impl LocalPlanner {
             Some(quantized) => quantized.requantized(&problem)?,
         };
         let evaluation = self.engine.evaluate(&quantized, Detail::Answer);
-        let window = problem.window;
         self.last = Some((problem, quantized));
         self.answer = None;
         let evaluation = evaluation?;
         self.answer = Some(evaluation.clone());
-        let command = evaluation.winner.as_ref().map(|winner| window.twist(winner.index));
+        let command = evaluation.winner.as_ref().and_then(|winner| {
+            self.last.as_ref().map(|(problem, _)| problem.command(winner.index))
+        });
         Ok((command, evaluation))
     }
 }

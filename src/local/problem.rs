@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ClearanceField, LocalSettings, ProblemError, Window};
+use super::sample_motions::{SampleMotions, ramp_steps};
+use super::{ClearanceField, LocalSettings, ProblemError, Sampler, SamplerInputs, Window};
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
@@ -92,6 +93,10 @@ pub struct Problem {
     pub pose: Pose,
     /// The dynamic window: the sampled velocities.
     pub window: Window,
+    /// Motion of the samples over the horizon.
+    pub sampler: Sampler,
+    /// What the motions of samplers other than [`Sampler::Arcs`] depend on.
+    pub sampler_inputs: SamplerInputs,
     /// Deceleration along the path, m/s^2, above zero.
     pub braking_x: f64,
     /// Angular deceleration, rad/s^2, above zero.
@@ -150,6 +155,56 @@ impl Problem {
     }
 }
 
+impl Problem {
+    /// Velocity of a sample in the first control period: the command if the sample wins.
+    #[must_use]
+    pub fn command(&self, index: u32) -> Twist {
+        self.motions().command(index)
+    }
+
+    /// Mean velocity of a sample within each step of the horizon.
+    pub fn velocities(&self, index: u32) -> impl Iterator<Item = Twist> {
+        let columns = self.window.vx.count;
+        let vx = self.window.vx.value(index % columns);
+        let profile = self.motions().profile(index / columns);
+        (0..self.steps).map(move |step| {
+            let (vtheta, share) = profile.at(step);
+            Twist::new(share * vx + (1.0 - share) * profile.vx, vtheta)
+        })
+    }
+
+    /// Position of a sample after each step (eq. 27), map frame.
+    #[must_use]
+    pub fn path(&self, index: u32) -> Vec<Point> {
+        let mut pose = self.pose;
+        let advance = |twist: Twist| {
+            let (sine, cosine) = libm::sincos(pose.yaw);
+            pose.x += twist.linear * cosine * self.step_s;
+            pose.y += twist.linear * sine * self.step_s;
+            pose.yaw += twist.angular * self.step_s;
+            pose.position()
+        };
+        self.velocities(index).map(advance).collect()
+    }
+
+    /// Largest forward speed and turn rate, without sign, from which a sample must be able to stop (eq. 30): those of its
+    /// column, of its row, and of every step.
+    #[must_use]
+    pub fn stopping_velocity(&self, index: u32) -> Twist {
+        let columns = self.window.vx.count;
+        let vx = self.window.vx.value(index % columns).abs();
+        let profile = self.motions().profile(index / columns);
+        let vtheta = self.velocities(index).map(|twist| twist.angular.abs());
+        Twist::new(vx.max(profile.vx.abs()), vtheta.fold(0.0, f64::max))
+    }
+
+    /// The rows and columns of this problem.
+    pub(super) fn motions(&self) -> SampleMotions<'_> {
+        let Self { sampler, window, sampler_inputs, step_s, steps, .. } = self;
+        SampleMotions::new(*sampler, window, sampler_inputs, *step_s, *steps)
+    }
+}
+
 /// The state of robot and surroundings at a control tick.
 #[derive(Clone, Debug)]
 pub struct DecisionInput<'a> {
@@ -191,16 +246,26 @@ impl DecisionInput<'_> {
         let footprint = footprint.filter(is_same).unwrap_or_else(|| self.footprint.clone());
         obstacles.clear();
         obstacles.extend_from_slice(self.obstacles);
+        let window_s = match settings.sampler {
+            Sampler::Ramps => {
+                f64::from(ramp_steps(settings.ramp_time_s, settings.sim_step_s))
+                    * settings.sim_step_s
+            }
+            _ => settings.control_period_s,
+        };
         Problem {
             field: Arc::clone(self.field),
             pose: self.pose,
-            window: Window::new(
-                &self.limits,
-                &self.twist,
-                settings.control_period_s,
-                settings.sampling(),
-            )
-            .through(&self.last_command),
+            window: Window::new(&self.limits, &self.twist, window_s, settings.sampling())
+                .through(&self.last_command),
+            sampler: settings.sampler,
+            sampler_inputs: SamplerInputs {
+                twist: self.twist,
+                limits: self.limits,
+                control_period_s: settings.control_period_s,
+                ramp_time_s: settings.ramp_time_s,
+                seed: settings.sampler_seed,
+            },
             braking_x: -self.limits.decel_lim_x,
             braking_theta: -self.limits.decel_lim_theta,
             step_s: settings.sim_step_s,
@@ -262,17 +327,36 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     let cap = problem.max_clearance_m;
     let cap_fits = cap >= 0.001 && cap.is_finite();
     in_range("clearance cap", cap, "m", cap_fits, "finite and at least 0.001 m")?;
-    let fastest = vx.max_abs();
+    let motions = problem.motions();
+    if problem.sampler != Sampler::Arcs {
+        check_sampler_inputs(&problem.sampler_inputs)?;
+    }
+    let fastest = motions.fastest();
     let speed_fits = fastest <= MAX_SPEED;
     in_range("forward speed", fastest, "m/s", speed_fits, "at most 15.99 m/s")?;
     problem.weights.validate()?;
-    let turn = vtheta.max_abs() * problem.step_s;
+    let turn = motions.fastest_turn() * problem.step_s;
     in_range("turn in one step", turn, "rad", turn <= 1.5, "at most 1.5 rad")?;
     check_counts(vx.count, vtheta.count, problem.steps)?;
     let discs = problem.footprint.discs().len();
     in_range("number of discs", discs as f64, "", discs <= MAX_DISCS, "1 to 8")?;
     let moving = problem.obstacles.len();
     in_range("moving obstacles", moving as f64, "", moving <= MAX_OBSTACLES, "at most 1024")
+}
+
+/// Checks what the motions of samplers other than [`Sampler::Arcs`] depend on.
+fn check_sampler_inputs(inputs: &SamplerInputs) -> Result<(), ProblemError> {
+    if !inputs.twist.is_finite() {
+        return Err(ProblemError::NotFinite { quantity: "velocity" });
+    }
+    inputs.limits.validate()?;
+    for (quantity, value) in
+        [("control period", inputs.control_period_s), ("duration of a ramp", inputs.ramp_time_s)]
+    {
+        let is_valid = value > 0.0 && value.is_finite();
+        in_range(quantity, value, "s", is_valid, "finite and above zero")?;
+    }
+    Ok(())
 }
 
 /// Checks the numbers of forward speeds, turn rates and steps.

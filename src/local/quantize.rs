@@ -9,15 +9,21 @@ use core::f64::consts::TAU;
 
 use multiversion::multiversion;
 
-use super::kernel_inputs::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
+use super::kernel_inputs::{
+    Header, ProfileSegment, QuantizedDisc, QuantizedObstacle, TurnProfile, VxSample,
+};
 use super::problem::{
     MAX_CLEARANCE_UNITS, MAX_OFFSET_UNITS, MAX_REACH_UNITS, MAX_STEP_UNITS, at_most, check_numbers,
 };
-use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Stopping};
+use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Sampler, Stopping};
 use crate::geometry::Point;
+use crate::numeric::turn_size;
 
 /// Fine units per unit of length. Final positions are in fine units.
 pub const FINE_PER_UNIT: f64 = 16.0;
+
+/// A whole share.
+const ONE_Q30: i32 = 1 << 30;
 
 /// Bound of coarse speeds: a product with a coarse displacement stays within 31 bits after rounding.
 const MAX_COARSE_SPEED: f64 = 32_000.0;
@@ -31,9 +37,12 @@ pub struct QuantizedProblem {
     /// Forward speeds, in order.
     #[doc(hidden)]
     pub vx_samples: Vec<VxSample>,
-    /// Turn rates, in order.
+    /// Turn profiles, one per row, in order.
     #[doc(hidden)]
-    pub vtheta_samples: Vec<VthetaSample>,
+    pub profiles: Vec<TurnProfile>,
+    /// Segments of all profiles, [`Header::segment_count`] of each.
+    #[doc(hidden)]
+    pub segments: Vec<ProfileSegment>,
     /// Discs of the footprint.
     #[doc(hidden)]
     pub discs: Vec<QuantizedDisc>,
@@ -54,7 +63,8 @@ impl QuantizedProblem {
         let empty = Self {
             header: Header::default(),
             vx_samples: Vec::new(),
-            vtheta_samples: Vec::new(),
+            profiles: Vec::new(),
+            segments: Vec::new(),
             discs: Vec::new(),
             obstacles: Vec::new(),
             field: Arc::clone(&problem.field),
@@ -72,7 +82,8 @@ impl QuantizedProblem {
         check_numbers(problem)?;
         let unit_m = problem.field.unit_m();
         let steps = f64::from(problem.steps);
-        let step_units = problem.window.vx.max_abs() * problem.step_s / unit_m;
+        let motions = problem.motions();
+        let step_units = motions.fastest() * problem.step_s / unit_m;
         let reach_units = step_units * steps;
         at_most("distance in one step", step_units, MAX_STEP_UNITS, unit_m)?;
         at_most("distance over the horizon", reach_units, MAX_REACH_UNITS, unit_m)?;
@@ -94,7 +105,7 @@ impl QuantizedProblem {
         let fine = |units: f64| round_i32(units * FINE_PER_UNIT);
         self.header = Header {
             vx_count: problem.window.vx.count,
-            vtheta_count: problem.window.vtheta.count,
+            profile_count: problem.window.vtheta.count,
             steps: problem.steps,
             disc_count: problem.footprint.discs().len() as u32,
             obstacle_count: 0,
@@ -116,11 +127,20 @@ impl QuantizedProblem {
             outside_is_free: u32::from(problem.outside == Outside::Free),
             min_max: u32::from(problem.normalization == Normalization::MinMax),
             stamp: 0,
-            padding: 0,
+            segment_count: problem.sampler.segment_count() as u32,
             weights: weights(problem),
         };
         fill_speeds(&mut self.vx_samples, problem, coarse_scale, fine_scale);
-        fill_turns(&mut self.vtheta_samples, problem);
+        if problem.sampler == Sampler::Ramps {
+            for (column, sample) in (0..).zip(&mut self.vx_samples) {
+                sample.velocity_term = velocity_term(problem.command(column).linear);
+            }
+        }
+        if problem.sampler == Sampler::Arcs {
+            fill_turns(&mut self.profiles, &mut self.segments, problem);
+        } else {
+            self.fill_profiles(problem, [coarse_scale, fine_scale]);
+        }
         fill_discs(&mut self.discs, problem)?;
         fill_obstacles(&mut self.obstacles, problem, reach_units)?;
         self.header.obstacle_count = self.obstacles.len() as u32;
@@ -130,10 +150,68 @@ impl QuantizedProblem {
         Ok(self)
     }
 
+    /// Quantises the profiles of a sampler other than [`Sampler::Arcs`].
+    fn fill_profiles(&mut self, problem: &Problem, [coarse_scale, fine_scale]: [u32; 2]) {
+        let motions = problem.motions();
+        let units_per_step = problem.step_s / problem.field.unit_m();
+        let scales = [coarse_scale, fine_scale].map(|bits| 2.0_f64.powi(bits as i32));
+        self.profiles.clear();
+        self.segments.clear();
+        for row in 0..problem.window.vtheta.count {
+            let motion = motions.profile(row);
+            let base = vx_sample(problem, motion.vx, units_per_step, scales);
+            let mut profile = TurnProfile {
+                coarse: base.coarse,
+                fine: base.fine,
+                stopping_need: base.stopping_need,
+                max_turn: 0,
+                end_turn: 0,
+            };
+            let mut begin = 0;
+            for part in motion.segments() {
+                let steps = part.end - begin;
+                let segment = ProfileSegment {
+                    end: part.end,
+                    turn: binary_angle(part.vtheta * problem.step_s),
+                    turn_growth: binary_angle(part.vtheta_growth * problem.step_s),
+                    share: round_i32(part.share * f64::from(ONE_Q30)),
+                    share_growth: round_i32(part.share_growth * f64::from(ONE_Q30)),
+                };
+                begin = part.end;
+                self.segments.push(segment);
+                if steps == 0 {
+                    continue;
+                }
+                // The turn rate changes evenly, so one of its ends is the largest.
+                let last = steps - 1;
+                let last_turn = segment.turn.wrapping_add(segment.turn_growth.wrapping_mul(last));
+                let all_growth = segment.turn_growth.wrapping_mul(steps * last / 2);
+                let turned = segment.turn.wrapping_mul(steps).wrapping_add(all_growth);
+                profile.end_turn = profile.end_turn.wrapping_add(turned);
+                for turn in [segment.turn, last_turn] {
+                    profile.max_turn = profile.max_turn.max(turn_size(turn));
+                }
+                for rate in [part.vtheta, part.vtheta + f64::from(last) * part.vtheta_growth] {
+                    let need = stopping_need(problem, rate, problem.braking_theta);
+                    profile.stopping_need = profile.stopping_need.max(need);
+                }
+            }
+            self.profiles.push(profile);
+        }
+    }
+
+    /// The segments of a row's profile.
+    #[must_use]
+    #[inline]
+    pub(crate) fn segments(&self, row: usize) -> &[ProfileSegment] {
+        let count = self.header.segment_count as usize;
+        &self.segments[row * count..][..count]
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.vx_samples.len() * self.vtheta_samples.len()
+        self.vx_samples.len() * self.profiles.len()
     }
 
     /// Whether there is no sample. Always false for a quantised problem.
@@ -181,24 +259,44 @@ fn vx_sample(
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn fill_turns(vtheta_samples: &mut Vec<VthetaSample>, problem: &Problem) {
+fn fill_turns(
+    profiles: &mut Vec<TurnProfile>,
+    segments: &mut Vec<ProfileSegment>,
+    problem: &Problem,
+) {
     let axis = &problem.window.vtheta;
-    vtheta_samples.clear();
-    vtheta_samples.resize(axis.count as usize, VthetaSample::default());
-    for (index, entry) in (0..axis.count).zip(vtheta_samples.iter_mut()) {
-        *entry = vtheta_sample(problem, axis.spaced(index));
+    profiles.clear();
+    profiles.resize(axis.count as usize, TurnProfile::default());
+    segments.clear();
+    segments.resize(axis.count as usize, ProfileSegment::default());
+    for ((index, profile), segment) in
+        (0..axis.count).zip(profiles.iter_mut()).zip(segments.iter_mut())
+    {
+        (*profile, *segment) = arc(problem, axis.spaced(index));
     }
     for (index, rate) in axis.replaced().into_iter().flatten() {
-        vtheta_samples[index as usize] = vtheta_sample(problem, rate);
+        (profiles[index as usize], segments[index as usize]) = arc(problem, rate);
     }
 }
 
 #[inline(always)]
-fn vtheta_sample(problem: &Problem, rate: f64) -> VthetaSample {
-    VthetaSample {
-        angle_per_step: binary_angle(rate * problem.step_s),
+fn arc(problem: &Problem, rate: f64) -> (TurnProfile, ProfileSegment) {
+    let turn = binary_angle(rate * problem.step_s);
+    let profile = TurnProfile {
+        coarse: 0,
+        fine: 0,
         stopping_need: stopping_need(problem, rate, problem.braking_theta),
-    }
+        max_turn: turn_size(turn),
+        end_turn: turn.wrapping_mul(problem.steps),
+    };
+    let segment = ProfileSegment {
+        end: problem.steps,
+        turn,
+        turn_growth: 0,
+        share: ONE_Q30,
+        share_growth: 0,
+    };
+    (profile, segment)
 }
 
 /// Forward speed in 2^-20 m/s; zero in reverse.
@@ -312,8 +410,8 @@ fn scale_to_fit(largest: f64, limit: f64, most: u32) -> u32 {
 /// Converts radians to a binary angle.
 #[inline]
 fn binary_angle(radians: f64) -> u32 {
-    let vtheta_samples = radians / TAU;
-    let within_a_turn = vtheta_samples - vtheta_samples.floor();
+    let profiles = radians / TAU;
+    let within_a_turn = profiles - profiles.floor();
     (within_a_turn * 2.0_f64.powi(32)).round() as u64 as u32
 }
 

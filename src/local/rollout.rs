@@ -1,20 +1,21 @@
 //! Rolls out one sample and checks it for contacts. TWIN of `shaders/rollout.wgsl`: same names, same order, same bits.
 //!
 //! In the paper's motion model (eq. 27) the heading at a step does not depend on the speed, so the position is linear
-//! in the speed: `x_k = x_0 + v C(omega, k)`, where `C` is the sum of the cosines up to step `k`. One table per turn
-//! rate serves all speeds, and a pose costs two multiplications.
+//! in the speed: `x_k = x_0 + v C(k)`, where `C` is the sum of the cosines up to step `k`. One table per turn profile
+//! serves all speeds, and a pose costs two multiplications. Where the speed at a step is the share `s` of the sample's
+//! speed `v` and the rest of the profile's speed `u`, the position stays linear: `x_k = x_0 + u (C - S)(k) + v S(k)`,
+//! where `S` is the sum of the cosines times their shares.
 
-use super::kernel_inputs::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
+use super::kernel_inputs::{Header, ProfileSegment, QuantizedObstacle, TurnProfile, VxSample};
 use super::{ClearanceField, QuantizedProblem, SampleStatus};
-use crate::numeric::{
-    ONE_Q20, cos_q20, isqrt32, mul_hi_i32, mul_hi_u32, shift_round, sin_q20, turn_size,
-};
+use crate::numeric::{ONE_Q20, cos_q20, isqrt32, mul_hi_i32, mul_hi_u32, shift_round, sin_q20};
 
-/// Words of the table of one turn rate. For each step: the coarse displacement (2 words) and the centre of each disc
-/// for a robot that does not translate (2 words each). At the end: the sums of cosines and sines in Q20 (2 words).
+/// Words of the table of one turn profile. For each step: the coarse displacement (2 words) and the centre of each disc
+/// for a sample of speed zero (2 words each). At the end: the sums of cosines and sines times their shares in Q20 (2
+/// words), and the final position of a sample of speed zero relative to the start, fine units (2 words).
 #[must_use]
 pub const fn table_words(header: &Header) -> usize {
-    (header.steps * step_words(header) + 2) as usize
+    (header.steps * step_words(header) + 4) as usize
 }
 
 /// Words of one step in the table.
@@ -23,39 +24,60 @@ pub const fn step_words(header: &Header) -> u32 {
     2 + 2 * header.disc_count
 }
 
-/// Fills the table of one turn rate.
-pub fn tabulate(
-    header: &Header,
-    vtheta: &VthetaSample,
-    discs: &[QuantizedDisc],
-    table: &mut [i32],
-) {
+/// Fills the table of a row's turn profile.
+pub fn tabulate(problem: &QuantizedProblem, row: usize, table: &mut [i32]) {
+    let header = &problem.header;
+    let profile = &problem.profiles[row];
+    let mut segments = problem.segments(row).iter();
+    let mut segment = ProfileSegment::default();
     let mut angle = header.heading;
     let mut cosine = cos_q20(angle);
     let mut sine = sin_q20(angle);
     let (mut sum_x, mut sum_y) = (0_i32, 0_i32);
+    let (mut rest_x, mut rest_y) = (0_i32, 0_i32);
     let mut at = 0;
-    for _ in 0..header.steps {
+    for step in 0..header.steps {
+        while step == segment.end
+            && let Some(&next) = segments.next()
+        {
+            segment = next;
+        }
         // The pose moves along the old heading, then turns (eq. 27).
-        sum_x += cosine;
-        sum_y += sine;
-        angle = angle.wrapping_add(vtheta.angle_per_step);
+        let own_x = mul_hi_i32(segment.share, cosine << 2);
+        let own_y = mul_hi_i32(segment.share, sine << 2);
+        sum_x += own_x;
+        sum_y += own_y;
+        rest_x += cosine - own_x;
+        rest_y += sine - own_y;
+        angle = angle.wrapping_add(segment.turn);
+        segment.turn = segment.turn.wrapping_add(segment.turn_growth);
+        segment.share += segment.share_growth;
         cosine = cos_q20(angle);
         sine = sin_q20(angle);
         table[at] = shift_round(sum_x, header.table_bits);
         table[at + 1] = shift_round(sum_y, header.table_bits);
         at += 2;
+        let base_x = header.start_x + displacement(header, profile.coarse, rest_x);
+        let base_y = header.start_y + displacement(header, profile.coarse, rest_y);
         let (cosine_q14, sine_q14) = (shift_round(cosine, 6), shift_round(sine, 6));
-        for disc in discs {
+        for disc in &problem.discs {
             let x = shift_round(disc.x * cosine_q14 - disc.y * sine_q14, 14);
             let y = shift_round(disc.x * sine_q14 + disc.y * cosine_q14, 14);
-            table[at] = header.start_x + x;
-            table[at + 1] = header.start_y + y;
+            table[at] = base_x + x;
+            table[at + 1] = base_y + y;
             at += 2;
         }
     }
     table[at] = sum_x;
     table[at + 1] = sum_y;
+    table[at + 2] = shift_round(mul_hi_i32(profile.fine, rest_x), header.fine_bits);
+    table[at + 3] = shift_round(mul_hi_i32(profile.fine, rest_y), header.fine_bits);
+}
+
+/// Displacement in units of a coarse speed over a sum of cosines.
+#[must_use]
+pub fn displacement(header: &Header, coarse: i32, sum: i32) -> i32 {
+    shift_round(coarse * shift_round(sum, header.table_bits), header.coarse_bits)
 }
 
 /// The result of one step.
@@ -88,12 +110,12 @@ pub struct ClearanceRate {
 pub fn evaluate_sample(
     problem: &QuantizedProblem,
     vx: &VxSample,
-    vtheta: &VthetaSample,
+    profile: &TurnProfile,
     table: &[i32],
 ) -> (SampleStatus, u32) {
     let header = &problem.header;
     let by_arc = header.stop_by_arc == 1;
-    let rate = clearance_rate(problem, vx, vtheta);
+    let rate = clearance_rate(problem, vx, profile);
     let mut min_clearance = header.max_clearance as i32;
     let mut done = 0;
     let mut ended_by = SampleStatus::Ok;
@@ -114,7 +136,7 @@ pub fn evaluate_sample(
         done += 1 + skippable_steps(&rate, &step_result, min_clearance);
     }
     let free_steps = done.min(header.steps);
-    let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
+    let status = classify(header, vx, profile, ended_by, free_steps, min_clearance);
     (status, if status == SampleStatus::Ok { min_clearance as u32 } else { 0 })
 }
 
@@ -123,7 +145,7 @@ pub fn evaluate_sample(
 pub fn classify(
     header: &Header,
     vx: &VxSample,
-    vtheta: &VthetaSample,
+    profile: &TurnProfile,
     ended_by: SampleStatus,
     free_steps: u32,
     min_clearance: i32,
@@ -133,7 +155,7 @@ pub fn classify(
     if ended_by != SampleStatus::Ok && ends_trajectory {
         return ended_by;
     }
-    if available < vx.stopping_need || available < vtheta.stopping_need {
+    if available < vx.stopping_need || available < profile.stopping_need {
         SampleStatus::CannotStop
     } else {
         SampleStatus::Ok
@@ -145,7 +167,7 @@ pub fn classify(
 pub fn clearance_rate(
     problem: &QuantizedProblem,
     vx: &VxSample,
-    vtheta: &VthetaSample,
+    profile: &TurnProfile,
 ) -> ClearanceRate {
     let header = &problem.header;
     let mut lever_arm = 0;
@@ -158,14 +180,16 @@ pub fn clearance_rate(
     }
     // Units per step, rounded down, so each gets one more unit: the length of a Q20 displacement is at most one, and a
     // turn of half a binary circle is pi, less than 7/2.
-    let along =
-        (vx.coarse.unsigned_abs() * (ONE_Q20 as u32 >> header.table_bits)) >> header.coarse_bits;
-    let around = mul_hi_u32(7 * lever_arm, turn_size(vtheta.angle_per_step));
+    let fastest = vx.coarse.unsigned_abs().max(profile.coarse.unsigned_abs());
+    let along = (fastest * (ONE_Q20 as u32 >> header.table_bits)) >> header.coarse_bits;
+    let around = mul_hi_u32(7 * lever_arm, profile.max_turn);
     let max_change = along + around + (obstacle_step >> 8) + 4;
     // Two positions in cells can be farther apart than the positions themselves, by up to a cell's diagonal, 1449/1024
     // of a side. A coarse displacement is rounded to 1/64 step or finer, twice along x and y: 1/32 covers that. All
     // other roundings, of positions, discs, obstacles and distances, stay below 16 units.
-    let margin = ((1449 << header.cell_bits) >> 10) + (max_change >> 5) + 16;
+    // The position of a profile with its own speed has one more coarse displacement.
+    let displacements = header.segment_count.min(2);
+    let margin = ((1449 << header.cell_bits) >> 10) + (max_change >> (6 - displacements)) + 16;
     ClearanceRate { margin: margin as i32, steps_per_unit: 65_536 / max_change }
 }
 
@@ -265,13 +289,13 @@ fn capped_distance(
 pub fn end_position(header: &Header, vx: &VxSample, table: &[i32]) -> (i32, i32) {
     let at = (header.steps * step_words(header)) as usize;
     (
-        shift_round(mul_hi_i32(vx.fine, table[at]), header.fine_bits),
-        shift_round(mul_hi_i32(vx.fine, table[at + 1]), header.fine_bits),
+        shift_round(mul_hi_i32(vx.fine, table[at]), header.fine_bits) + table[at + 2],
+        shift_round(mul_hi_i32(vx.fine, table[at + 1]), header.fine_bits) + table[at + 3],
     )
 }
 
 /// Final heading, binary angle.
 #[must_use]
-pub const fn end_heading(header: &Header, vtheta: &VthetaSample) -> u32 {
-    header.heading.wrapping_add(vtheta.angle_per_step.wrapping_mul(header.steps))
+pub const fn end_heading(header: &Header, profile: &TurnProfile) -> u32 {
+    header.heading.wrapping_add(profile.end_turn)
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::problem::check_counts;
-use super::{Normalization, Outside, Stopping, Weights};
+use super::{Normalization, Outside, Sampler, Stopping, Weights};
 use crate::settings::settings;
 
 settings! {
@@ -15,6 +15,13 @@ settings! {
         pub vx_samples: u32 = 20, ["", at_least 1];
         /// Number of turn rates per decision.
         pub vtheta_samples: u32 = 40, ["", at_least 1];
+        /// Motion of the samples: `arcs` of constant velocity; `ramps` with a constant acceleration; `two_segments`, a
+        /// second velocity after the first; `sequences` with seeded noise.
+        pub sampler: Sampler = Sampler::default();
+        /// Duration of the acceleration of `ramps`: the window holds the velocities reachable within it.
+        pub ramp_time_s: f64 = 0.5, ["s", above 0 to 1000];
+        /// Seed of the noise of `sequences`.
+        pub sampler_seed: u32 = 0, ["", at_least 0];
         /// Time between decisions: the window holds the velocities reachable within it.
         pub control_period_s: f64 = 0.1, ["s", 0.0001 to 1000];
         /// Horizon of the rollout, and at most 1023 steps.

@@ -7,6 +7,7 @@ use std::time::Instant;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use hyper::StatusCode;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::scene::Scene;
@@ -14,8 +15,8 @@ use crate::bench::EvaluationDigest;
 use crate::local::internals::evenly_spaced;
 use crate::local::internals::gpu::Batch;
 use crate::local::{
-    Axis, ClearanceField, CpuEngine, Detail, Engine, EngineError, Evaluation, Explainer, Problem,
-    QuantizedProblem, SampleRecord, Terms,
+    ClearanceField, CpuEngine, Detail, Engine, EngineError, Evaluation, Explainer, Problem,
+    QuantizedProblem, SampleRecord, Sampler, Terms, Window,
 };
 use crate::map::UnknownPolicy;
 use crate::server::HttpError;
@@ -82,18 +83,19 @@ impl DecisionService {
             engine.evaluate(&prepared, Detail::Answer)?;
             let decide_ms = milliseconds_since(began);
             let evaluation = engine.evaluate(&prepared, Detail::Samples)?;
-            let window = &problem.window;
+            let drawn = fan(&prepared, &evaluation);
             Ok(json!({
                 "input": BASE64_STANDARD.encode(&input[..written]),
                 "bytes": batch.sizes(),
                 "workgroups": batch.workgroups(),
                 "velocity_terms": prepared.vx_samples.iter().map(|vx| vx.velocity_term).collect::<Vec<_>>(),
-                "window": { "v": values(&window.vx), "omega": values(&window.vtheta) },
+                "window": window(&problem),
                 "from": problem.pose,
                 "horizon_s": f64::from(problem.steps) * problem.step_s,
                 "unit": unit(&problem, &prepared, &evaluation),
                 "cpu": summary(&evaluation),
-                "fan": fan(&prepared, &evaluation),
+                "paths": paths(&problem, &drawn, &evaluation),
+                "fan": drawn,
                 "prepare_ms": prepare_ms,
                 "decide_ms": decide_ms,
                 "engine": engine.name(),
@@ -180,8 +182,25 @@ fn check_limits(problem: &Problem) -> Result<(), HttpError> {
 
 /// The size of one unit of each term in SI units.
 /// The values of an axis, in order.
-fn values(axis: &Axis) -> Vec<f64> {
-    (0..axis.count).map(|index| axis.value(index)).collect()
+/// Speeds by column and turn rates by row in the first control period.
+fn window(problem: &Problem) -> Value {
+    let Window { vx, vtheta } = &problem.window;
+    let speeds: Vec<f64> = (0..vx.count).map(|column| problem.command(column).linear).collect();
+    let rates = (0..vtheta.count).map(|row| problem.command(row * vx.count).angular);
+    json!({ "v": speeds, "omega": rates.collect::<Vec<f64>>() })
+}
+
+/// The positions of the drawn samples and of the winner after each step, by index; null where samples keep their velocity
+/// over the whole horizon.
+fn paths(problem: &Problem, drawn: &Fan, evaluation: &Evaluation) -> Option<Value> {
+    let winner = evaluation.winner.map(|winner| winner.index as usize);
+    let path = |&index: &usize| {
+        let path = problem.path(index as u32);
+        let path: Vec<[f64; 2]> = path.iter().map(|point| [point.x, point.y]).collect();
+        (index.to_string(), json!(path))
+    };
+    (problem.sampler != Sampler::Arcs)
+        .then(|| drawn.indices.iter().chain(&winner).map(path).collect())
 }
 
 fn unit(problem: &Problem, prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
@@ -209,19 +228,26 @@ fn summary(evaluation: &Evaluation) -> Value {
 }
 
 /// The samples to draw, as the CPU engine evaluates them.
-fn fan(prepared: &QuantizedProblem, evaluation: &Evaluation) -> Value {
+fn fan(prepared: &QuantizedProblem, evaluation: &Evaluation) -> Fan {
     let (columns, rows) = MAX_ARCS;
     let speeds = prepared.vx_samples.len();
     let mut indices = Vec::new();
     let mut records = Vec::new();
-    for row in evenly_spaced(prepared.vtheta_samples.len(), rows) {
+    for row in evenly_spaced(prepared.profiles.len(), rows) {
         for column in evenly_spaced(speeds, columns) {
             let index = row * speeds + column;
             indices.push(index);
             records.extend(evaluation.samples.iter().flat_map(|samples| words(&samples[index])));
         }
     }
-    json!({ "indices": indices, "records": records })
+    Fan { indices, records }
+}
+
+/// Some samples: their indices, and their words one after the other.
+#[derive(Serialize)]
+struct Fan {
+    indices: Vec<usize>,
+    records: Vec<u32>,
 }
 
 /// The words of a sample in the order of the digest.

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::decision::{MAX_OBSTACLES, MAX_SAMPLES};
 use super::scene::{Scene, free_way_m};
 use crate::geometry::{Point, Pose, Vector};
-use crate::local::{CpuEngine, Normalization, Stopping, Weights};
+use crate::local::{CpuEngine, Normalization, Sampler, Stopping, Weights};
 use crate::map::MovingDisc;
 use crate::navigator::Goal;
 use crate::report::{MissionView, PlaybackRecorder, Report, html};
@@ -42,6 +42,7 @@ struct DriveRequest {
     people: Vec<MovingDisc>,
     vx_samples: u32,
     vtheta_samples: u32,
+    sampler: Sampler,
     sim_time_s: f64,
     weights: Weights,
     normalization: Normalization,
@@ -129,6 +130,7 @@ impl<'a> Drive<'a> {
         let local = &mut config.local;
         local.vx_samples = request.vx_samples;
         local.vtheta_samples = request.vtheta_samples;
+        local.sampler = request.sampler;
         local.sim_time_s = request.sim_time_s;
         local.weights = request.weights;
         local.normalization = request.normalization;
@@ -250,6 +252,7 @@ fn changes(from: &Config, to: &Config) -> Vec<(String, String)> {
         [
             ("vx_samples", local.vx_samples.to_string()),
             ("vtheta_samples", local.vtheta_samples.to_string()),
+            ("sampler", local.sampler.as_str().to_owned()),
             ("sim_time_s", local.sim_time_s.to_string()),
             ("weights.heading", weights.heading.to_string()),
             ("weights.clearance", weights.clearance.to_string()),

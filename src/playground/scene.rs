@@ -239,6 +239,7 @@ fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {
         "limits": config.robot.limits,
         "vx_samples": local.vx_samples,
         "vtheta_samples": local.vtheta_samples,
+        "sampler": local.sampler,
         "control_period_s": INITIAL_PERIOD_S,
         "sim_time_s": local.sim_time_s,
         "sim_step_s": local.sim_step_s,

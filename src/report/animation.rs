@@ -342,7 +342,9 @@ impl View {
             let score = window.scores[index];
             let linear = between(low.linear, high.linear, index % window.columns, window.columns);
             let angular = between(low.angular, high.angular, index / window.columns, rows);
-            let points = arc(window, &Twist::new(linear, angular));
+            let twist = Twist::new(linear, angular);
+            let path = window.paths.get(index);
+            let points = path.cloned().unwrap_or_else(|| arc(window, &twist));
             if score < MIN_SCORE {
                 self.line(picture, &points, RETURN, 1.0, 0.2);
             } else {
@@ -351,7 +353,9 @@ impl View {
             }
         }
         if let Some(winner) = &window.winner {
-            let points = arc(window, &Twist::new(winner.vx, winner.vtheta));
+            let twist = Twist::new(winner.vx, winner.vtheta);
+            let path = window.paths.last();
+            let points = path.cloned().unwrap_or_else(|| arc(window, &twist));
             self.line(picture, &points, COMMAND, 4.0, 1.0);
         }
     }

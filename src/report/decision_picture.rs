@@ -8,7 +8,7 @@ use super::map::{
 };
 use super::number::{coordinate, fixed};
 use super::svg::LegendEntry;
-use crate::geometry::{Point, Twist};
+use crate::geometry::Point;
 use crate::local::{FanArc, TrajectoryFan};
 use crate::map::OccupancyGrid;
 use crate::robot::Footprint;
@@ -45,26 +45,24 @@ pub struct DecisionView<'a> {
 #[must_use]
 pub fn decision_svg(decision: &DecisionView) -> String {
     let DecisionView { title, caption, map, footprint, target, fan } = *decision;
-    let ends = fan.arcs.iter().flat_map(|arc| points(fan, &arc.twist));
+    let ends = fan.arcs.iter().flat_map(|arc| fan.points(arc, PARTS));
     let robot = fan.from.position();
     let view = &Viewport::around(ends.chain([robot, target]), map.frame());
-    let drawn =
-        |class: &str, twist: &Twist| path(view, class, &points(fan, twist), STANDALONE_TOLERANCE);
+    let drawn = |class: &str, points: &[Point]| path(view, class, points, STANDALONE_TOLERANCE);
     let disc = |class: &str, center: &Point, radius_m: f64| {
         let [x, y] = view.at(center);
         let radius = coordinate(radius_m * view.scale());
         html! { circle class=(class) cx=(coordinate(x)) cy=(coordinate(y)) r=(radius) {} }
     };
-    let winner = fan.winner.as_ref().map(|winner| Twist::new(winner.vx, winner.vtheta));
     let layers = html! {
         (ground(map, view, STANDALONE_RASTER))
         @for obstacle in &fan.obstacles { (disc("person", &obstacle.center(), obstacle.radius)) }
         @for arc in fan.arcs.iter().filter(|arc| arc.score.is_none()) {
-            (drawn("rejected", &arc.twist))
+            (drawn("rejected", &fan.points(arc, PARTS)))
         }
-        @for (class, arc) in by_score(fan) { (drawn(class, &arc.twist)) }
+        @for (class, arc) in by_score(fan) { (drawn(class, &fan.points(arc, PARTS))) }
         @for (center, radius_m) in footprint.at(&fan.from) { (disc("body", &center, radius_m)) }
-        @if let Some(twist) = &winner { (drawn("chosen", twist)) }
+        @if fan.winner.is_some() { (drawn("chosen", &fan.winner_points(PARTS))) }
         (start_mark(view.at(&robot), fan.from.yaw))
         (goal_mark(view.at(&target)))
     };
@@ -82,10 +80,6 @@ fn by_score(fan: &TrajectoryFan) -> Vec<(&'static str, &FanArc)> {
     scored.sort_by(|one, other| one.0.total_cmp(&other.0));
     let class = |share: f64| CLASSES[((share * 4.0) as usize).min(CLASSES.len() - 1)];
     scored.into_iter().map(|(share, arc)| (class(share), arc)).collect()
-}
-
-fn points(fan: &TrajectoryFan, twist: &Twist) -> Vec<Point> {
-    fan.from.arc(twist, fan.horizon_s, PARTS).collect()
 }
 
 fn legend(fan: &TrajectoryFan) -> Vec<LegendEntry> {

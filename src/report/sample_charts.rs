@@ -11,7 +11,7 @@ use super::figure::Table;
 use super::number::{fixed, significant};
 use super::page::Tile;
 use super::svg::LegendEntry;
-use crate::bench::{DensityRow, QualityRow, RATES_HZ, SkippedCell};
+use crate::bench::{DensityRow, QualityRow, RATES_HZ, SkippedCell, named_sampler};
 use crate::experiment::Group;
 
 /// The sentence of a page without timed engines.
@@ -199,7 +199,7 @@ impl SampleRows<'_> {
         let name = |row: &QualityRow| {
             point(row)?;
             let shape = SamplingShape::new(row.vx_samples, row.vtheta_samples)?;
-            Some(format!("window {} s, {shape}", row.window_s))
+            Some(format!("window {} s, {}, {shape}", row.window_s, row.sampler))
         };
         let series = AllSeries::new(rows, |row| row.samples as u64, name);
         let Some(first) = rows.first().filter(|_| !series.all.is_empty()) else {
@@ -300,7 +300,7 @@ fn latency_series(rows: &[DensityRow]) -> AllSeries<'_, DensityRow> {
     let is_shown = |ms: f64| ms.is_finite() && ms > 0.0;
     let name = |row: &DensityRow| {
         let steps = several_horizons.then(|| format!(", {} steps", row.steps));
-        let name = || row.name.clone() + &steps.unwrap_or_default();
+        let name = || named_sampler(&row.name, &row.sampler) + &steps.unwrap_or_default();
         (row.samples > 0 && is_shown(row.p50_ms) && is_shown(row.p99_ms)).then(name)
     };
     AllSeries::new(rows, |row| row.samples as u64, name)
@@ -367,7 +367,7 @@ pub(super) fn density_notes(rows: &[DensityRow], skipped: &[SkippedCell]) -> Mar
         @if !skipped.is_empty() {
             div class="chart-note" {
                 h3 { "Not measured" }
-                ul { @for cell in skipped { li { (cell.name) " with " (cell.samples) " samples: " (cell.reason) } } }
+                ul { @for cell in skipped { li { (named_sampler(&cell.name, &cell.sampler)) " with " (cell.samples) " samples: " (cell.reason) } } }
             }
         }
     }

@@ -133,10 +133,10 @@ pub(crate) fn markers(
             colors,
             ..new("arcs", Marker::LINE_LIST)
         });
-        markers.extend(fan.winner.as_ref().map(|winner| Marker {
+        markers.extend(fan.winner.as_ref().map(|_| Marker {
             scale: width(CHOSEN_WIDTH_M),
             color: CHOSEN,
-            points: arc(fan, &geometry::Twist::new(winner.vx, winner.vtheta)),
+            points: fan.winner_points(SEGMENTS).iter().map(Point::from).collect(),
             ..new("chosen", Marker::LINE_STRIP)
         }));
     }
@@ -168,16 +168,13 @@ fn arcs(fan: &TrajectoryFan) -> (Vec<Point>, Vec<ColorRGBA>) {
     for (sample, share) in fan.arcs.iter().zip(fan.relative_scores()) {
         let color =
             share.map_or(REJECTED, |share| rgba(0.0, share as f32, 1.0 - share as f32, 0.8));
-        for segment in arc(fan, &sample.twist).windows(2) {
+        let along: Vec<Point> = fan.points(sample, SEGMENTS).iter().map(Point::from).collect();
+        for segment in along.windows(2) {
             points.extend(segment);
             colors.extend([color; 2]);
         }
     }
     (points, colors)
-}
-
-fn arc(fan: &TrajectoryFan, twist: &geometry::Twist) -> Vec<Point> {
-    fan.from.arc(twist, fan.horizon_s, SEGMENTS).map(|point| Point::from(&point)).collect()
 }
 
 fn width(metres: f64) -> Vector3 {

@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use inbye::geometry::{Point, Pose};
+use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
     Axis, ClearanceField, CpuEngine, Detail, Engine, InstructionSet, Normalization, Outside,
-    Problem, QuantizedProblem, Stopping, Weights, Window,
+    Problem, QuantizedProblem, Sampler, SamplerInputs, Stopping, Weights, Window,
 };
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid};
-use inbye::robot::{Disc, Footprint};
+use inbye::robot::{Disc, Footprint, Limits};
 use proptest::collection::vec;
 use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
@@ -35,7 +35,7 @@ fn scene() -> impl Strategy<Value = Scene> {
     (grid(), motion(), body(), judging()).prop_map(
         |(
             (resolution_m, blocked),
-            (pose, window, steps, step_s),
+            (pose, window, steps, step_s, (sampler, sampler_inputs)),
             (footprint, obstacles),
             judging,
         )| {
@@ -63,6 +63,8 @@ fn scene() -> impl Strategy<Value = Scene> {
                 field: Arc::new(ClearanceField::new(&grid).expect("a resolution in range")),
                 pose: Pose::new(start.x, start.y, pose[2]),
                 window,
+                sampler,
+                sampler_inputs,
                 braking_x: 1.0,
                 braking_theta: 2.0,
                 step_s,
@@ -92,7 +94,7 @@ fn grid() -> impl Strategy<Value = (f64, Vec<Cell>)> {
 }
 
 /// Start as fractions of the field with a heading, window and horizon.
-fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64)> {
+fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64, (Sampler, SamplerInputs))> {
     let axis = |least: f64, most: f64, width: f64, count: u32| {
         let range = (least..most, 0.0..width, 1..=count);
         range.prop_map(|(low, width, count)| Axis {
@@ -102,7 +104,15 @@ fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64)> {
     };
     let window = (axis(-0.3, 1.0, 0.8, 120), axis(-1.0, 0.9, 0.3, 20));
     let window = window.prop_map(|(linear, angular)| Window { vx: linear, vtheta: angular });
-    ([0.3..0.7, 0.3..0.7, -3.1..3.1_f64], window, 1..=60_u32, prop_oneof![Just(0.05), Just(0.1)])
+    let inputs = (-0.3..1.5, -1.0..1.0, -0.3..0.1, 0.2..1.5, 0.05..4.0, 0..100_u32);
+    let inputs = inputs.prop_map(|(linear, angular, least, most, ramp_time_s, seed)| {
+        let limits = Limits::default().min_vel_x(least).max_vel_x(most);
+        let twist = Twist::new(linear, angular);
+        SamplerInputs { twist, limits, ramp_time_s, seed, ..SamplerInputs::default() }
+    });
+    let sampler = proptest::sample::select(&Sampler::ALL[..]);
+    let start = [0.3..0.7, 0.3..0.7, -3.1..3.1_f64];
+    (start, window, 1..=60_u32, prop_oneof![Just(0.05), Just(0.1)], (sampler, inputs))
 }
 
 /// Discs of the robot; moving obstacles as fractions of the field, with radius and velocity.

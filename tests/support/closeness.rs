@@ -6,6 +6,7 @@ use core::fmt;
 use inbye::local::internals::rollout;
 use inbye::local::{
     CpuEngine, Detail, Engine, Evaluation, Problem, QuantizedProblem, SampleRecord, SampleStatus,
+    Sampler,
 };
 
 use super::naive::{DiscClearance, Fault, Lean, Oracle, Terms, Trajectory};
@@ -30,6 +31,12 @@ pub const LOSS: f64 = 1e-4;
 pub const SCALES: [f64; 4] = [0.05, 0.25, 0.001, 0.05];
 /// Largest error of a score for given terms.
 pub const SCORE: f64 = 1e-8;
+
+/// Tolerance of lengths that depend on positions within a trajectory: where rows have speeds of their own, a position has
+/// two rounded displacements instead of one.
+fn length_m(problem: &Problem) -> f64 {
+    if problem.sampler == Sampler::Arcs { LENGTH_M } else { 2.0 * LENGTH_M }
+}
 
 /// The largest errors so far, and the number of comparisons.
 #[derive(Debug, Default)]
@@ -116,7 +123,7 @@ pub fn compare(scene: &Scene, name: &str, fault: Fault, worst: &mut Worst) {
     let mut comparison = Comparison {
         name,
         problem,
-        oracle: Oracle::new(problem, &scene.blocked, LENGTH_M, fault),
+        oracle: Oracle::new(problem, &scene.blocked, length_m(problem), fault),
         alone: scene.blocked.is_empty(),
         worst,
     };
@@ -139,8 +146,8 @@ fn ends(quantized: &QuantizedProblem) -> Vec<[f64; 2]> {
     let fine_m = quantized.field.unit_m() / 16.0;
     let mut table = vec![0; rollout::table_words(&quantized.header)];
     let mut ends = Vec::with_capacity(quantized.len());
-    for turn in &quantized.vtheta_samples {
-        rollout::tabulate(&quantized.header, turn, &quantized.discs, &mut table);
+    for row in 0..quantized.profiles.len() {
+        rollout::tabulate(quantized, row, &mut table);
         for speed in &quantized.vx_samples {
             let (x, y) = rollout::end_position(&quantized.header, speed, &table);
             ends.push([f64::from(x) * fine_m, f64::from(y) * fine_m]);
@@ -224,6 +231,7 @@ impl Comparison<'_> {
         record: &SampleRecord,
         [fewest, most]: [usize; 2],
     ) -> f64 {
+        let length_m = length_m(self.problem);
         let found = in_si(self.problem, record).clearance;
         // Fewer free steps leave more clearance.
         let lower = self.oracle.clearance(trajectory, most, Lean::Against);
@@ -231,19 +239,19 @@ impl Comparison<'_> {
         let off = (lower - found).max(found - upper);
         self.check("clearance by cells, beyond rounding,", index, off, 0.0);
         // On the border of the grid, rounding decides whether its cells count.
-        let on_border = |disc: &DiscClearance| disc.inside.abs() < LENGTH_M;
+        let on_border = |disc: &DiscClearance| disc.inside.abs() < length_m;
         if fewest == most && !trajectory.steps.iter().flatten().any(on_border) {
             let error = (found - self.oracle.clearance(trajectory, fewest, Lean::Not)).abs();
             if self.alone {
                 raise(&mut self.worst.moving_m, error);
-                self.check("clearance", index, error, LENGTH_M);
+                self.check("clearance", index, error, length_m);
             } else {
                 let half_diagonal = HALF_DIAGONAL * self.problem.field.frame().resolution_m;
                 raise(&mut self.worst.still_half_diagonals, error / half_diagonal);
-                self.check("clearance", index, error, LENGTH_M + half_diagonal);
+                self.check("clearance", index, error, length_m + half_diagonal);
             }
         }
-        let (lower, upper) = (lower + LENGTH_M, upper - LENGTH_M);
+        let (lower, upper) = (lower + length_m, upper - length_m);
         found.max(lower).min(upper.max(lower))
     }
 

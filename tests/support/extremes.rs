@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose};
 use inbye::local::{
-    Axis, ClearanceField, Normalization, Outside, Problem, Stopping, Weights, Window,
+    Axis, ClearanceField, Normalization, Outside, Problem, Sampler, SamplerInputs, Stopping,
+    Weights, Window,
 };
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid};
 use inbye::robot::{Disc, Footprint};
@@ -28,6 +29,8 @@ pub fn plain() -> Problem {
         field: field(40, RESOLUTION_M, &[[39, 0]]),
         pose: Pose::new(2.5, 2.5, 0.0),
         window: Window { vx: axis(0.0, 0.5, 3), vtheta: axis(-0.5, 0.5, 3) },
+        sampler: Sampler::Arcs,
+        sampler_inputs: SamplerInputs::default(),
         braking_x: 1.0,
         braking_theta: 2.0,
         step_s: 0.1,

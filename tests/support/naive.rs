@@ -43,10 +43,10 @@ pub struct DiscClearance {
 /// The rollout of one sample.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    /// Forward speed.
+    /// Forward speed of the command.
     pub v: f64,
-    /// Turn rate.
-    pub omega: f64,
+    /// Speed and turn rate from which it must be able to stop.
+    pub fastest: Twist,
     /// Final x and y relative to the start, and final heading.
     pub end: [f64; 3],
     /// The clearances of each disc at each step.
@@ -129,24 +129,25 @@ impl<'a> Oracle<'a> {
 
     /// Rolls out sample `index` (eq. 27).
     pub fn roll_out(&self, index: usize) -> Trajectory {
-        let window = &self.problem.window;
-        let Twist { linear: v, angular: omega } = window.twist(index as u32);
+        let v = self.problem.command(index as u32).linear;
+        let fastest = self.problem.stopping_velocity(index as u32);
         let dt = self.problem.step_s;
         let [start_x, start_y, mut heading] = self.start;
         let (mut x, mut y) = (start_x, start_y);
         let mut steps = Vec::new();
-        for step in 1..=self.problem.steps {
+        let velocities = self.problem.velocities(index as u32);
+        for (step, Twist { linear, angular: omega }) in (1..).zip(velocities) {
             if self.fault == Fault::TurnsFirst {
                 heading += omega * dt;
             }
-            x += v * libm::cos(heading) * dt;
-            y += v * libm::sin(heading) * dt;
+            x += linear * libm::cos(heading) * dt;
+            y += linear * libm::sin(heading) * dt;
             if self.fault != Fault::TurnsFirst {
                 heading += omega * dt;
             }
             steps.push(self.meet(x, y, heading, step));
         }
-        Trajectory { v, omega, end: [x - start_x, y - start_y, heading], steps }
+        Trajectory { v, fastest, end: [x - start_x, y - start_y, heading], steps }
     }
 
     fn meet(&self, x: f64, y: f64, heading: f64, step: u32) -> Vec<DiscClearance> {
@@ -258,7 +259,7 @@ impl<'a> Oracle<'a> {
             Fault::WrongBraking => [problem.braking_x, problem.braking_x],
             _ => [problem.braking_x, problem.braking_theta],
         };
-        let rates = [trajectory.v, trajectory.omega];
+        let rates = [trajectory.fastest.linear, trajectory.fastest.angular];
         rates.into_iter().zip(brakings).all(|(rate, braking)| {
             let dist = match problem.stopping {
                 Stopping::Clearance => self.clearance(trajectory, free_steps, lean),

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use core::f64::consts::PI;
 use core::fmt;
 
-use inbye::geometry::{Point, Pose};
+use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{
-    Axis, ClearanceField, Normalization, Outside, Problem, Stopping, Weights, Window,
+    Axis, ClearanceField, Normalization, Outside, Problem, Sampler, SamplerInputs, Stopping,
+    Weights, Window,
 };
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid};
-use inbye::robot::{Disc, Footprint};
+use inbye::robot::{Disc, Footprint, Limits};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -98,8 +99,27 @@ impl Scene {
                 .path([0.0, 0.15, 0.7][rng.random_range(0..3)]),
             normalization: [Normalization::Sum, Normalization::MinMax][rng.random_range(0..2)],
             stopping: [Stopping::Clearance, Stopping::Arc][rng.random_range(0..2)],
+            sampler: Sampler::ALL[rng.random_range(0..4)],
+            sampler_inputs: sampler_inputs(rng, fastest),
         };
         Self { problem, blocked }
+    }
+}
+
+/// Limits of which the speeds are at most `fastest`, m/s.
+fn sampler_inputs(rng: &mut Pcg64Mcg, fastest: f64) -> SamplerInputs {
+    SamplerInputs {
+        twist: Twist::new(rng.random_range(-0.3..1.0) * fastest, rng.random_range(-1.5..1.5)),
+        limits: Limits::default()
+            .min_vel_x([0.0, -0.4 * fastest][rng.random_range(0..2)])
+            .max_vel_x(rng.random_range(0.2..1.0) * fastest)
+            .max_vel_theta(rng.random_range(0.3..2.0))
+            .acc_lim_x(rng.random_range(0.3..3.0))
+            .decel_lim_x(-rng.random_range(0.3..3.0))
+            .acc_lim_theta(rng.random_range(0.5..5.0)),
+        control_period_s: [0.02, 0.1, 0.25][rng.random_range(0..3)],
+        ramp_time_s: rng.random_range(0.05..4.0),
+        seed: rng.random_range(0..1000),
     }
 }
 

@@ -48,7 +48,7 @@ impl DisplacementBounds {
         }
         self.columns.resize(2 + 2 * discs.len(), ColumnBounds::default());
         for number in 0..self.columns.len() {
-            if number >= 2 && discs[number / 2 - 1].is_central() {
+            if number >= 2 && inputs.is_fixed(&discs[number / 2 - 1]) {
                 let place = column(&tables[0], inputs, number)[0];
                 self.columns[number].min.fill(place);
                 self.columns[number].max.fill(place);

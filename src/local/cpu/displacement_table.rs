@@ -1,12 +1,13 @@
-//! The table of one turn rate: the positions of the footprint's discs at each step. Lanes are steps here.
+//! The table of one turn profile: the positions of the footprint's discs at each step. Lanes are steps here.
 
 use super::arithmetic::{cos_q20, shift_round, sin_q20};
 use super::lanes::{Lanes, MAX_LANES};
 use super::soa_inputs::SoaInputs;
 use crate::local::QuantizedProblem;
-use crate::local::kernel_inputs::{Header, VthetaSample};
+use crate::local::kernel_inputs::{Header, ProfileSegment};
+use crate::numeric::{self, mul_hi_i32};
 
-/// The table of one turn rate, by step.
+/// The table of one turn profile, by step.
 ///
 /// A disc's x position is `disc_x + round(coarse x / 2^coarse_bits)`, and its column is that divided by `2^cell_bits`.
 /// One shift does both divisions: `across` holds the part of `disc_x` below a cell plus the rounding half, in the scale
@@ -15,6 +16,12 @@ use crate::local::kernel_inputs::{Header, VthetaSample};
 pub struct DisplacementTable {
     cosines: Vec<i32>,
     sines: Vec<i32>,
+    /// Share of the sample's own speed.
+    shares: Vec<i32>,
+    /// Displacement of a sample of speed zero, x. Empty where profiles have no speed of their own, as `base_y`.
+    base_x: Vec<i32>,
+    /// The same along y.
+    base_y: Vec<i32>,
     /// Coarse displacement along x.
     pub x: Vec<i32>,
     /// Coarse displacement along y.
@@ -23,54 +30,61 @@ pub struct DisplacementTable {
     pub x_halves: Vec<i32>,
     /// `y` as two 16-bit numbers whose sum is `y`.
     pub y_halves: Vec<i32>,
-    /// Centre of each disc at each step for a robot that does not translate, x.
+    /// Centre of each disc at each step for a sample of speed zero, x.
     pub disc_x: Vec<i32>,
-    /// Centre of each disc at each step for a robot that does not translate, y.
+    /// Centre of each disc at each step for a sample of speed zero, y.
     pub disc_y: Vec<i32>,
     /// Addend from a product to its cell for each disc and step, x.
     pub across: Vec<i32>,
     /// Addend from a product to its cell for each disc and step, y.
     pub along: Vec<i32>,
-    /// The cell of each disc for a robot that does not translate.
+    /// The cell of each disc for a sample of speed zero.
     pub cell: Vec<i32>,
     /// `disc_x` and the rounding half, in the scale of the product, modulo 2^32. Only for lanes with register lookups,
     /// as `y_scaled`.
     pub x_scaled: Vec<i32>,
     /// The same along y.
     pub y_scaled: Vec<i32>,
-    /// Sum of cosines in Q20.
+    /// Sum of cosines times their shares in Q20.
     pub end_x: i32,
-    /// Sum of sines in Q20.
+    /// Sum of sines times their shares in Q20.
     pub end_y: i32,
+    /// Final position of a sample of speed zero relative to the start, fine units.
+    pub base_end: [i32; 2],
 }
 
 impl DisplacementTable {
-    /// Fills the table of a turn rate; entries beyond the last step repeat it.
+    /// Fills the table of a row; entries beyond the last step repeat it.
     #[inline(always)]
     pub fn fill<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         problem: &QuantizedProblem,
         inputs: &SoaInputs,
-        vtheta: &VthetaSample,
+        row: usize,
     ) {
-        self.fill_headings::<L>(token, &problem.header, vtheta);
+        let segments = problem.segments(row);
+        self.fill_headings::<L>(token, &problem.header, segments);
+        self.base_end = [0; 2];
+        if inputs.profiles_have_speeds() {
+            self.fill_shares::<L>(token, segments);
+            self.fill_base::<L>(token, problem, inputs, row);
+        }
         self.fill_displacements::<L>(token, &problem.header, inputs);
         self.fill_discs::<L>(token, problem, inputs, false);
     }
 
-    /// Computes the positions of either the central discs or the others. Central discs do not move when the robot turns, so
-    /// their entries are equal for all turn rates of a decision.
+    /// Computes the positions of either the fixed discs or the others ([`SoaInputs::is_fixed`]).
     #[inline(always)]
     pub fn fill_discs<L: Lanes>(
         &mut self,
         token: L::FeatureToken,
         problem: &QuantizedProblem,
         inputs: &SoaInputs,
-        central: bool,
+        fixed: bool,
     ) {
         for (number, disc) in problem.discs.iter().enumerate() {
-            if disc.is_central() == central {
+            if inputs.is_fixed(disc) == fixed {
                 self.fill_disc::<L>(token, problem, inputs, number);
             }
         }
@@ -82,8 +96,13 @@ impl DisplacementTable {
         // The discs of a step are turned already: there is one more angle than steps.
         let angles = inputs.steps + MAX_LANES;
         let cells = inputs.steps * discs;
-        if self.cosines.len() == angles && self.disc_x.len() == cells {
+        let shared = if inputs.profiles_have_speeds() { inputs.steps } else { 0 };
+        let is_sized = self.cosines.len() == angles && self.disc_x.len() == cells;
+        if is_sized && self.base_x.len() == shared {
             return;
+        }
+        for list in [&mut self.shares, &mut self.base_x, &mut self.base_y] {
+            list.resize(shared, 0);
         }
         self.cosines.resize(angles, 0);
         self.sines.resize(angles, 0);
@@ -107,16 +126,14 @@ impl DisplacementTable {
         &mut self,
         token: L::FeatureToken,
         header: &Header,
-        vtheta: &VthetaSample,
+        segments: &[ProfileSegment],
     ) {
         let heading = L::splat(token, header.heading as i32);
-        let angle_per_step = L::splat(token, vtheta.angle_per_step as i32);
-        let last = L::splat(token, header.steps as i32);
         let (mut cosines, mut sines) = (heading, heading);
         for at in (0..self.cosines.len()).step_by(L::COUNT) {
             if at <= header.steps as usize {
                 let steps = lane_indices::<L>(token).add(L::splat(token, at as i32));
-                let angle = heading.add(steps.min(last).mul(angle_per_step));
+                let angle = heading.add(turned::<L>(token, segments, steps));
                 (cosines, sines) = (cos_q20(token, angle), sin_q20(token, angle));
             } else {
                 cosines = L::splat(token, cosines.last());
@@ -127,7 +144,57 @@ impl DisplacementTable {
         }
     }
 
-    /// Computes the displacements, the running sums of cosines and sines.
+    /// Computes the share of the sample's own speed in each step; those beyond the last step are undefined.
+    #[inline(always)]
+    fn fill_shares<L: Lanes>(&mut self, token: L::FeatureToken, segments: &[ProfileSegment]) {
+        for at in (0..self.shares.len()).step_by(L::COUNT) {
+            let step = lane_indices::<L>(token).add(L::splat(token, at as i32));
+            let mut shares = L::splat(token, 0);
+            let mut begin = 0;
+            for segment in segments {
+                let after = step.sub(L::splat(token, begin as i32));
+                let growth = after.mul(L::splat(token, segment.share_growth));
+                let here = L::splat(token, segment.share).add(growth);
+                // Later segments replace the value of the steps after this one.
+                let begun = after.less(L::splat(token, 0));
+                shares = L::select(begun, shares, here);
+                begin = segment.end;
+            }
+            shares.store(&mut self.shares[at..]);
+        }
+    }
+
+    /// Computes the displacements of a sample of speed zero, and keeps the cosines and sines times their shares.
+    #[inline(always)]
+    fn fill_base<L: Lanes>(
+        &mut self,
+        token: L::FeatureToken,
+        problem: &QuantizedProblem,
+        inputs: &SoaInputs,
+        row: usize,
+    ) {
+        let header = &problem.header;
+        let profile = &problem.profiles[row];
+        let (zero, steps) = (L::splat(token, 0), L::splat(token, header.steps as i32));
+        let coarse = L::splat(token, profile.coarse);
+        let lists = [(&self.cosines, &mut self.base_x), (&self.sines, &mut self.base_y)];
+        for ((values, base), end) in lists.into_iter().zip(&mut self.base_end) {
+            let mut rest = 0;
+            for at in (0..inputs.steps).step_by(L::COUNT) {
+                let number = lane_indices::<L>(token).add(L::splat(token, at as i32));
+                let values = L::load(token, &values[at..]);
+                let own = own_share(values, L::load(token, &self.shares[at..]));
+                let values = L::select(number.less(steps), values.sub(own), zero);
+                let sum = values.prefix_sums().add(L::splat(token, rest));
+                rest = sum.last();
+                let moved = coarse.mul(shift_round(token, sum, header.table_bits));
+                shift_round(token, moved, header.coarse_bits).store(&mut base[at..]);
+            }
+            *end = numeric::shift_round(mul_hi_i32(profile.fine, rest), header.fine_bits);
+        }
+    }
+
+    /// Computes the displacements, the running sums of cosines and sines times their shares.
     #[inline(always)]
     fn fill_displacements<L: Lanes>(
         &mut self,
@@ -146,6 +213,11 @@ impl DisplacementTable {
             for at in (0..inputs.steps).step_by(L::COUNT) {
                 let number = lane_indices::<L>(token).add(L::splat(token, at as i32));
                 let values = L::load(token, &values[at..]);
+                let values = if inputs.profiles_have_speeds() {
+                    own_share(values, L::load(token, &self.shares[at..]))
+                } else {
+                    values
+                };
                 // At most 2^20 for each of 1023 steps; nothing is added beyond the last step.
                 let values = L::select(number.less(steps), values, zero);
                 let sum = values.prefix_sums().add(L::splat(token, *end));
@@ -182,8 +254,12 @@ impl DisplacementTable {
             let sine = shift_round(token, L::load(token, &self.sines[step + 1..]), 6);
             let x = disc_x.mul(cosine).sub(disc_y.mul(sine));
             let y = disc_x.mul(sine).add(disc_y.mul(cosine));
-            let x = start_x.add(shift_round(token, x, 14));
-            let y = start_y.add(shift_round(token, y, 14));
+            let mut x = start_x.add(shift_round(token, x, 14));
+            let mut y = start_y.add(shift_round(token, y, 14));
+            if inputs.profiles_have_speeds() {
+                x = x.add(L::load(token, &self.base_x[step..]));
+                y = y.add(L::load(token, &self.base_y[step..]));
+            }
             x.store(&mut self.disc_x[at..]);
             y.store(&mut self.disc_y[at..]);
             if !inputs.order_free {
@@ -202,6 +278,31 @@ impl DisplacementTable {
             }
         }
     }
+}
+
+/// Turn at the start of each of these steps, binary angles; constant from the end of the last segment.
+#[inline(always)]
+fn turned<L: Lanes>(token: L::FeatureToken, segments: &[ProfileSegment], steps: L) -> L {
+    let (zero, one) = (L::splat(token, 0), L::splat(token, 1));
+    let mut turned = zero;
+    let mut begin = 0;
+    for segment in segments {
+        let all = L::splat(token, (segment.end - begin) as i32);
+        let driven = steps.sub(L::splat(token, begin as i32)).max(zero).min(all);
+        turned = turned.add(driven.mul(L::splat(token, segment.turn as i32)));
+        if segment.turn_growth != 0 {
+            let changes = driven.mul(driven.sub(one)).sar(1);
+            turned = turned.add(changes.mul(L::splat(token, segment.turn_growth as i32)));
+        }
+        begin = segment.end;
+    }
+    turned
+}
+
+/// These values times the shares of the sample's own speed.
+#[inline(always)]
+fn own_share<L: Lanes>(values: L, shares: L) -> L {
+    shares.mul_hi(values.shl(2))
 }
 
 /// Whether every disc of a row's samples stays on the field. Rounded positions are monotonic in the speed, so the first

@@ -118,7 +118,7 @@ impl CpuEngine {
     fn evaluate_rows(&mut self, problem: &QuantizedProblem) {
         let (kernel, shards) = (self.kernel, &self.shards);
         let (inputs, pyramid) = (&self.inputs, &self.pyramid);
-        let rows = problem.vtheta_samples.len();
+        let rows = problem.profiles.len();
         let share = |number: usize| rows * number / shards.len();
         for_each_shard(self.pool.as_mut(), shards, |number, shard| {
             let rows = share(number)..share(number + 1);

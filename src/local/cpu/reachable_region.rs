@@ -3,8 +3,9 @@
 use super::arithmetic::cos_q20;
 use super::lanes::{Lanes, MAX_LANES};
 use crate::local::QuantizedProblem;
-use crate::local::kernel_inputs::{Header, QuantizedDisc, VxSample};
-use crate::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN, shift_round};
+use crate::local::kernel_inputs::{Header, ProfileSegment, QuantizedDisc, VxSample};
+use crate::local::rollout::displacement;
+use crate::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN};
 
 /// Bound of the error in the order of two rounded cosines, Q20: each is within 0.63 of the true one.
 const ROUNDING_Q20: i32 = 2;
@@ -69,23 +70,36 @@ fn displacement_range<L: Lanes>(
     heading: u32,
 ) -> (i32, i32) {
     let header = &problem.header;
-    let (Some(first), Some(last)) = (problem.vtheta_samples.first(), problem.vtheta_samples.last())
-    else {
-        return (0, 0);
-    };
-    // Turn rates increase from the first to the last, and differ by less than a full turn per step.
-    let apart = last.angle_per_step.wrapping_sub(first.angle_per_step);
+    let (least_turn, most_turn) = turn_range(problem);
+    let apart = most_turn.wrapping_sub(least_turn);
+    // Profiles with several segments change their speed: then each step has its own range.
+    let changes_speed = header.segment_count > 1;
+    let speeds = speed_range(problem);
     let (mut min, mut max) = (0, 0);
     let (mut min_sum, mut max_sum) = (0, 0);
+    let (mut least, mut most) = (0, 0);
     for begin in (0..header.steps).step_by(L::COUNT) {
-        let (min_cosines, max_cosines) =
-            cosines::<L>(token, begin, heading, (first.angle_per_step, apart));
+        let (min_cosines, max_cosines) = cosines::<L>(token, begin, heading, (least_turn, apart));
         let left = (header.steps - begin) as usize;
         for (one, other) in min_cosines.iter().zip(&max_cosines).take(left.min(L::COUNT)) {
-            min_sum += one - ROUNDING_Q20;
-            max_sum += other + ROUNDING_Q20;
+            let (one, other) = (one - ROUNDING_Q20, other + ROUNDING_Q20);
+            if changes_speed {
+                let steps = [one, other]
+                    .map(|cosine| speeds.map(|coarse| i64::from(coarse) * i64::from(cosine)));
+                let products = steps.as_flattened();
+                least += products.iter().copied().min().unwrap_or_default();
+                most += products.iter().copied().max().unwrap_or_default();
+                // Both displacements of a position are rounded: at most one unit each, and the rounding of the table.
+                let units = |sum: i64| (sum >> (header.table_bits + header.coarse_bits)) as i32;
+                let rounding = 4 + coarse_rounding(header, speeds);
+                min = min.min(units(least) - rounding);
+                max = max.max(units(most) + rounding);
+                continue;
+            }
+            min_sum += one;
+            max_sum += other;
             for sum in [min_sum, max_sum] {
-                for coarse in speed_range(problem) {
+                for coarse in speeds {
                     let distance = displacement(header, coarse, sum);
                     min = min.min(distance);
                     max = max.max(distance);
@@ -96,14 +110,34 @@ fn displacement_range<L: Lanes>(
     (min, max)
 }
 
-/// The coarse speeds of the slowest and of the fastest sample.
-fn speed_range(problem: &QuantizedProblem) -> [i32; 2] {
-    let coarse = |vx: Option<&VxSample>| vx.map_or(0, |vx| vx.coarse);
-    [coarse(problem.vx_samples.first()), coarse(problem.vx_samples.last())]
+/// Bound of the displacement that the rounding of two table entries changes, units.
+fn coarse_rounding(header: &Header, speeds: [i32; 2]) -> i32 {
+    let [least, most] = speeds.map(i32::unsigned_abs);
+    ((2 * least.max(most)) >> header.coarse_bits) as i32 + 1
 }
 
-fn displacement(header: &Header, coarse: i32, sum: i32) -> i32 {
-    shift_round(coarse * shift_round(sum, header.table_bits), header.coarse_bits)
+/// Smallest and largest turn in any step of any row, binary angles that differ by less than a full turn.
+fn turn_range(problem: &QuantizedProblem) -> (u32, u32) {
+    if problem.header.segment_count == 1 {
+        // Turn rates increase from the first to the last, and differ by less than a full turn per step.
+        let turn = |segment: Option<&ProfileSegment>| segment.map_or(0, |segment| segment.turn);
+        return (turn(problem.segments.first()), turn(problem.segments.last()));
+    }
+    // A turn in one step is less than half a turn.
+    let most = problem.profiles.iter().map(|profile| profile.max_turn).max().unwrap_or_default();
+    (most.wrapping_neg(), most)
+}
+
+/// The smallest and the largest coarse speed of any sample at any step.
+fn speed_range(problem: &QuantizedProblem) -> [i32; 2] {
+    let coarse = |vx: Option<&VxSample>| vx.map_or(0, |vx| vx.coarse);
+    let mut range = [coarse(problem.vx_samples.first()), coarse(problem.vx_samples.last())];
+    if problem.header.segment_count > 1 {
+        for profile in &problem.profiles {
+            range = [range[0].min(profile.coarse), range[1].max(profile.coarse)];
+        }
+    }
+    range
 }
 
 /// Minima and maxima of the cosines of all headings at the steps from `begin`. The first row turns by `angle_per_step`

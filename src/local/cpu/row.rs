@@ -1,4 +1,4 @@
-//! Evaluates all samples of one turn rate. Lanes are samples here; the arithmetic equals that of `score.rs`, to the
+//! Evaluates all samples of one turn profile. Lanes are samples here; the arithmetic equals that of `score.rs`, to the
 //! bit.
 
 use super::arithmetic::{atan2_turn, shift_round, turn_size};
@@ -8,7 +8,7 @@ use super::ordered_steps::{self, LaneOutcome};
 use super::sample_stats::LaneStats;
 use super::soa_inputs::SoaInputs;
 use super::step_pruning::StepPruning;
-use crate::local::kernel_inputs::VthetaSample;
+use crate::local::kernel_inputs::TurnProfile;
 use crate::local::rollout::end_heading;
 use crate::local::{QuantizedProblem, SampleStatus};
 use crate::numeric::HALF_TURN;
@@ -26,14 +26,14 @@ pub struct EndPositions {
     y: Vec<i32>,
 }
 
-/// Evaluates every sample of a turn rate with its table and adds it to the statistics. Returns the best value of each
+/// Evaluates every sample of a turn profile with its table and adds it to the statistics. Returns the best value of each
 /// term, or `None` when no sample is admissible. `samples` has [`COLUMNS`] columns of `inputs.stride` words.
 #[inline(always)]
 pub fn evaluate_row<L: Lanes>(
     token: L::FeatureToken,
     problem: &QuantizedProblem,
     inputs: &SoaInputs,
-    vtheta: &VthetaSample,
+    profile: &TurnProfile,
     (number, table): (usize, &DisplacementTable),
     pruning: &StepPruning,
     (ends, samples, stats): (&mut EndPositions, &mut [i32], &mut LaneStats<L>),
@@ -44,9 +44,10 @@ pub fn evaluate_row<L: Lanes>(
         token,
         problem,
         inputs,
-        vtheta,
-        heading: end_heading(&problem.header, vtheta),
+        profile,
+        heading: end_heading(&problem.header, profile),
         displaced: [table.end_x, table.end_y],
+        base_end: table.base_end,
         ends,
         stats,
     };
@@ -89,10 +90,12 @@ struct Row<'a, L: Lanes> {
     token: L::FeatureToken,
     problem: &'a QuantizedProblem,
     inputs: &'a SoaInputs,
-    vtheta: &'a VthetaSample,
+    profile: &'a TurnProfile,
     heading: u32,
-    /// Sums of cosines and sines.
+    /// Sums of cosines and sines times their shares.
     displaced: [i32; 2],
+    /// Final position of a sample of speed zero, fine units.
+    base_end: [i32; 2],
     ends: &'a mut EndPositions,
     stats: &'a mut LaneStats<L>,
 }
@@ -105,7 +108,7 @@ impl<L: Lanes> Row<'_, L> {
         let Self { token, inputs, .. } = *self;
         let zero = L::splat(token, 0);
         let stopping_need = L::load(token, &inputs.stopping_need[first..])
-            .max(L::splat(token, self.vtheta.stopping_need as i32));
+            .max(L::splat(token, self.profile.stopping_need as i32));
         let short = outcome.available.less(stopping_need);
         let left = self.problem.vx_samples.len() - first;
         let missing = L::splat(token, left.min(MAX_LANES) as i32 - 1).less(lane_indices(token));
@@ -130,10 +133,11 @@ impl<L: Lanes> Row<'_, L> {
         let header = &self.problem.header;
         let fine = L::load(token, &inputs.fine[first..]);
         let [to_x, to_y] = self.displaced;
+        let [base_x, base_y] = self.base_end.map(|base| L::splat(token, base));
         let x = fine.mul_hi(L::splat(token, to_x));
         let y = fine.mul_hi(L::splat(token, to_y));
-        shift_round(token, x, header.fine_bits).store(&mut self.ends.x[first..]);
-        shift_round(token, y, header.fine_bits).store(&mut self.ends.y[first..]);
+        shift_round(token, x, header.fine_bits).add(base_x).store(&mut self.ends.x[first..]);
+        shift_round(token, y, header.fine_bits).add(base_y).store(&mut self.ends.y[first..]);
     }
 
     /// The final positions.

@@ -76,10 +76,9 @@ impl RowShard {
     }
 
     fn evaluate_scalar(&mut self, problem: &QuantizedProblem, inputs: &SoaInputs) {
-        let vtheta_samples = &problem.vtheta_samples[self.rows.clone()];
         let rows = self.samples.chunks_exact_mut(COLUMNS * inputs.stride);
-        for (vtheta, row) in vtheta_samples.iter().zip(rows) {
-            let stats = scalar::evaluate_row(problem, inputs, vtheta, &mut self.table, row);
+        for (row, samples) in self.rows.clone().zip(rows) {
+            let stats = scalar::evaluate_row(problem, inputs, row, &mut self.table, samples);
             let has_admissible = stats.counts.admissible > 0;
             self.best_terms.push(has_admissible.then(|| best_terms(&stats.totals)));
             self.total.merge(&stats);
@@ -182,33 +181,35 @@ impl LaneTask for EvaluateRows<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, token: L::FeatureToken) {
         let Self { shard, problem, inputs, pyramid } = self;
-        let vtheta_samples = &problem.vtheta_samples[shard.rows.clone()];
+        let profiles = &problem.profiles[shard.rows.clone()];
         let words = COLUMNS * inputs.stride;
         let Scratch { tables, pruning, ends } = &mut shard.scratch;
         let tiles = shard.samples.chunks_mut(inputs.tile_rows * words);
         // Sized for the largest tile: the next decision may have more rows per tile.
-        for table in tables.iter_mut().take(vtheta_samples.len()) {
+        for table in tables.iter_mut().take(profiles.len()) {
             table.resize::<L>(inputs, problem.discs.len());
         }
-        for table in tables.iter_mut().take(inputs.tile_rows.min(vtheta_samples.len())) {
+        for table in tables.iter_mut().take(inputs.tile_rows.min(profiles.len())) {
             table.fill_discs::<L>(token, problem, inputs, true);
         }
-        for (vtheta_samples, rows) in vtheta_samples.chunks(inputs.tile_rows).zip(tiles) {
-            let tables = &mut tables[..vtheta_samples.len()];
-            for (table, vtheta) in tables.iter_mut().zip(vtheta_samples) {
-                table.fill::<L>(token, problem, inputs, vtheta);
+        let mut first_row = shard.rows.start;
+        for (profiles, rows) in profiles.chunks(inputs.tile_rows).zip(tiles) {
+            let tables = &mut tables[..profiles.len()];
+            for (table, row) in tables.iter_mut().zip(first_row..) {
+                table.fill::<L>(token, problem, inputs, row);
             }
+            first_row += profiles.len();
             if inputs.order_free {
-                let tile = SampleTile { problem, inputs, vtheta_samples, tables };
+                let tile = SampleTile { problem, inputs, profiles, tables };
                 pruning.prune::<L>(token, &tile, pyramid);
             }
             let mut stats = LaneStats::<L>::new(token);
             let rows = rows.chunks_exact_mut(words).enumerate();
-            for ((vtheta, table), (number, row)) in vtheta_samples.iter().zip(&*tables).zip(rows) {
+            for ((profile, table), (number, row)) in profiles.iter().zip(&*tables).zip(rows) {
                 let table = (number, table);
                 let outputs = (&mut *ends, row, &mut stats);
                 let best =
-                    evaluate_row::<L>(token, problem, inputs, vtheta, table, pruning, outputs);
+                    evaluate_row::<L>(token, problem, inputs, profile, table, pruning, outputs);
                 shard.best_terms.push(best);
             }
             shard.total.merge(&stats.finish());

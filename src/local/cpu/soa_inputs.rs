@@ -5,7 +5,9 @@ use core::ops::Range;
 use super::lanes::MAX_LANES;
 use super::reachable_region::max_disc_offset;
 use crate::local::QuantizedProblem;
-use crate::local::kernel_inputs::{Header, QuantizedObstacle, VthetaSample, VxSample};
+use crate::local::kernel_inputs::{
+    Header, ProfileSegment, QuantizedDisc, QuantizedObstacle, VxSample,
+};
 use crate::numeric::shift_round;
 
 /// Largest number of samples of a chunk.
@@ -29,6 +31,9 @@ const TILE_CELLS: f64 = 18.0;
 /// Largest distance between the final positions of a chunk's samples for step pruning, cells. Above it the boxes are
 /// too large for useful bounds.
 const MAX_CELLS: f64 = 22.0;
+
+/// Rows of a tile whose profiles have several segments: neighbouring rows differ more than two turn rates do.
+const PROFILE_TILE_ROWS: usize = 4;
 
 /// Number of samples of a tile and chunk from which finer groups of steps are faster.
 const DENSE: usize = 512;
@@ -83,14 +88,18 @@ pub struct SoaInputs {
     pub absent_groups: [i32; GROUPS],
     /// Whether step pruning applies: the samples are close together, so their boxes are small.
     pub allows_pruning: bool,
-    /// For each step, the largest distance of a chunk's samples from its middle sample, units.
+    /// For each step, the largest distance of a chunk's samples from its middle sample, units. Where profiles have
+    /// several segments, of the samples of one row only.
     pub max_spread: Vec<i32>,
+    /// Number of segments of each profile.
+    segment_count: u32,
 }
 
 impl SoaInputs {
     /// Fills the columns from a problem.
     pub fn fill(&mut self, problem: &QuantizedProblem) {
         let header = &problem.header;
+        self.segment_count = header.segment_count;
         self.stride = problem.vx_samples.len().next_multiple_of(MAX_LANES);
         self.steps = (header.steps as usize).next_multiple_of(MAX_LANES);
         let samples = &problem.vx_samples;
@@ -154,20 +163,26 @@ impl SoaInputs {
             ((chunk_cells / BOX_CELLS).ceil() as usize).clamp(1, MAX_BOXES).next_power_of_two();
 
         // The headings of two rows diverge: the distance between the rows grows with the square of the steps.
-        let vtheta = largest_turn(problem);
-        let ends = fastest * vtheta * steps * steps / 2.0;
+        let mut between = largest_turn(problem);
+        let ends = fastest * between * steps * steps / 2.0;
         self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MAX_ROWS);
-        let vtheta = vtheta * (self.tile_rows / 2) as f64;
+        between *= (self.tile_rows / 2) as f64;
+        if self.profiles_have_speeds() {
+            self.tile_rows = PROFILE_TILE_ROWS;
+            between = 0.0;
+        }
 
         let reach = max_disc_offset(problem);
         self.max_spread.clear();
         for step in 1..=self.steps {
             let step = step as f64;
-            let between_rows = vtheta * step * (fastest * step / 2.0 + f64::from(reach));
+            let between_rows = between * step * (fastest * step / 2.0 + f64::from(reach));
             self.max_spread.push(((away * step + between_rows).ceil() + ROUNDING) as i32);
         }
         self.divide_steps(header);
         // The distance driven straight ahead at the largest speed bounds every displacement.
+        let own = problem.profiles.iter().map(|profile| profile.coarse.unsigned_abs()).max();
+        let fastest = fastest.max(f64::from(own.unwrap_or_default()) * per_coarse);
         let margin = fastest * steps + f64::from(reach) + 2.0 * ROUNDING;
         let within = |start: i32, cells: u32| {
             let start = f64::from(start);
@@ -204,6 +219,19 @@ impl SoaInputs {
         first..if end < self.steps { end } else { self.steps }
     }
 
+    /// Whether the profiles have several segments, and speeds of their own.
+    #[inline(always)]
+    pub const fn profiles_have_speeds(&self) -> bool {
+        self.segment_count > 1
+    }
+
+    /// Whether the centre of a disc is the same for a sample of speed zero at every step of every row: a central disc
+    /// does not move when the robot turns.
+    #[inline(always)]
+    pub const fn is_fixed(&self, disc: &QuantizedDisc) -> bool {
+        disc.is_central() && !self.profiles_have_speeds()
+    }
+
     /// The columns x and y of one moving obstacle.
     #[inline(always)]
     pub fn track(&self, body: usize) -> (&[i32], &[i32]) {
@@ -220,11 +248,11 @@ fn from_middle(samples: &[i32]) -> i32 {
 
 /// The largest angle between neighbouring rows per step, radians.
 fn largest_turn(problem: &QuantizedProblem) -> f64 {
-    let apart = |pair: &[VthetaSample]| {
-        let apart = pair[1].angle_per_step.wrapping_sub(pair[0].angle_per_step) as i32;
+    let apart = |pair: &[ProfileSegment]| {
+        let apart = pair[1].turn.wrapping_sub(pair[0].turn) as i32;
         apart.unsigned_abs()
     };
-    let apart = problem.vtheta_samples.windows(2).map(apart).max();
+    let apart = problem.segments.windows(2).map(apart).max();
     f64::from(apart.unwrap_or_default()) / 2.0_f64.powi(32) * core::f64::consts::TAU
 }
 

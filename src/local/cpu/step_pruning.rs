@@ -19,7 +19,7 @@ use super::moving_obstacles::{Chunk, MovingObstacles};
 use super::register_tiles::{RegisterTiles, SampleList};
 use super::soa_inputs::{MAX_ROWS, PAIR, SoaInputs};
 use crate::local::QuantizedProblem;
-use crate::local::kernel_inputs::VthetaSample;
+use crate::local::kernel_inputs::TurnProfile;
 
 /// Working memory for one tile.
 #[derive(Debug, Default)]
@@ -44,7 +44,7 @@ pub struct SampleTile<'a> {
     pub problem: &'a QuantizedProblem,
     pub inputs: &'a SoaInputs,
     /// One per row.
-    pub vtheta_samples: &'a [VthetaSample],
+    pub profiles: &'a [TurnProfile],
     /// One per row.
     pub tables: &'a [DisplacementTable],
 }
@@ -118,13 +118,15 @@ impl StepPruning {
         if problem.obstacles.is_empty() {
             return;
         }
-        for first in (0..inputs.stride).step_by(inputs.chunk) {
-            let chunk = Chunk {
-                tables: tile.tables,
-                first,
-                end: (first + inputs.chunk).min(inputs.stride),
-            };
-            self.moving.lower::<L>(token, problem, inputs, &chunk, &mut self.clearances);
+        // The bound of the distances within a chunk holds for all rows, or for each.
+        let rows = if inputs.profiles_have_speeds() { 1 } else { tile.tables.len() };
+        let clearances = self.clearances.chunks_mut(rows * inputs.stride);
+        for (tables, clearances) in tile.tables.chunks(rows).zip(clearances) {
+            for first in (0..inputs.stride).step_by(inputs.chunk) {
+                let end = (first + inputs.chunk).min(inputs.stride);
+                let chunk = Chunk { tables, first, end };
+                self.moving.lower::<L>(token, problem, inputs, &chunk, clearances);
+            }
         }
     }
 
@@ -158,9 +160,10 @@ impl StepPruning {
         for at in (0..inputs.stride).step_by(L::COUNT) {
             let stopping_need = L::load(token, &inputs.stopping_need[at..]);
             let mut most = nothing;
-            for (row, vtheta) in tile.vtheta_samples.iter().enumerate() {
+            for (row, profile) in tile.profiles.iter().enumerate() {
                 let clearance = L::load(token, &self.clearances[row * inputs.stride + at..]);
-                let stopping_need = stopping_need.max(L::splat(token, vtheta.stopping_need as i32));
+                let stopping_need =
+                    stopping_need.max(L::splat(token, profile.stopping_need as i32));
                 // A sample that cannot stop can still collide; the status of a colliding sample is final.
                 let critical = L::select(clearance.less(stopping_need), one, clearance);
                 let critical = L::select(zero.less(clearance), critical, nothing);

@@ -11,7 +11,7 @@ use crate::local::cpu::step_pruning::steps_of;
 use crate::local::cpu::{CpuEngine, InstructionSet};
 use crate::local::{
     Axis, ClearanceField, Detail, Engine, Normalization, Outside, Problem, QuantizedProblem,
-    Stopping, Weights, Window,
+    Sampler, SamplerInputs, Stopping, Weights, Window,
 };
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint};
@@ -90,6 +90,8 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
         obstacles,
         pose: Pose::new(start.x, start.y, rng.random_range(-3.0..3.0)),
         window,
+        sampler: Sampler::Arcs,
+        sampler_inputs: SamplerInputs::default(),
         braking_x: rng.random_range(0.2..3.0),
         braking_theta: rng.random_range(0.5..6.0),
         step_s,

@@ -100,11 +100,11 @@ impl WinnerCheck {
     fn evaluate_sample(&mut self, problem: &QuantizedProblem, index: usize) -> SampleRecord {
         let header = &problem.header;
         let vx_count = problem.vx_samples.len();
-        let (vx, vtheta) =
-            (&problem.vx_samples[index % vx_count], &problem.vtheta_samples[index / vx_count]);
+        let (vx, profile) =
+            (&problem.vx_samples[index % vx_count], &problem.profiles[index / vx_count]);
         self.table.resize(rollout::table_words(header), 0);
-        rollout::tabulate(header, vtheta, &problem.discs, &mut self.table);
-        scalar::evaluate_sample(problem, vx, vtheta, &self.table)
+        rollout::tabulate(problem, index / vx_count, &mut self.table);
+        scalar::evaluate_sample(problem, vx, profile, &self.table)
     }
 }
 

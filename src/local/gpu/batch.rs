@@ -5,10 +5,12 @@ use serde::Serialize;
 use super::layout::BINDINGS;
 use super::layout::{
     Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
-    Record, SAMPLES_PER_GROUP, VTHETA_PER_GROUP, sample_records,
+    PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP, sample_records,
 };
 use crate::local::engine::{Detail, Evaluation};
-use crate::local::kernel_inputs::{QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
+use crate::local::kernel_inputs::{
+    ProfileSegment, QuantizedDisc, QuantizedObstacle, TurnProfile, VxSample,
+};
 use crate::local::{ClearanceField, QuantizedProblem, rollout};
 
 /// Largest number of samples of a batch of several problems: the limit of one problem, so that no batch takes longer
@@ -23,40 +25,42 @@ pub(super) const MAX_BYTES: u64 = 128 << 20;
 struct Amount {
     problems: u64,
     vx_samples: u64,
-    vtheta_samples: u64,
-    body_words: u64,
+    profiles: u64,
+    list_words: u64,
     field_words: u64,
     table_words: u64,
     samples: u64,
-    vtheta_groups: u64,
+    profile_groups: u64,
     sample_groups: u64,
 }
 
 impl Amount {
     /// Adds a problem without its field.
     fn add(&mut self, problem: &QuantizedProblem) {
-        let vtheta_samples = problem.vtheta_samples.len() as u64;
+        let profiles = problem.profiles.len() as u64;
         let samples = problem.len() as u64;
         let table_words = rollout::table_words(&problem.header) as u64;
         let discs = size_of_val::<[QuantizedDisc]>(&problem.discs);
         let obstacles = size_of_val::<[QuantizedObstacle]>(&problem.obstacles);
         self.problems += 1;
         self.vx_samples += problem.vx_samples.len() as u64;
-        self.vtheta_samples += vtheta_samples;
-        self.body_words += (discs + obstacles) as u64 / 4;
-        self.table_words += table_words * vtheta_samples;
+        self.profiles += profiles;
+        let segments = size_of_val::<[ProfileSegment]>(&problem.segments);
+        self.list_words += (discs + obstacles + segments) as u64 / 4;
+        self.table_words += table_words * profiles;
         self.samples += samples;
-        self.vtheta_groups += vtheta_samples.div_ceil(u64::from(VTHETA_PER_GROUP));
+        self.profile_groups += profiles.div_ceil(u64::from(PROFILES_PER_GROUP));
         self.sample_groups += samples.div_ceil(u64::from(SAMPLES_PER_GROUP));
     }
 
-    /// Byte offsets of forward speeds, turn rates and bodies in the input, and its length. Each part is aligned to its
+    /// Byte offsets of forward speeds, turn profiles and lists in the input, and its length. Each part is aligned to its
     /// own element.
     fn input_offsets(&self) -> [u64; 4] {
         let vx_samples = BATCH_HEAD_BYTES as u64 + self.problems * size_of::<BatchEntry>() as u64;
-        let vtheta_samples = vx_samples + self.vx_samples * size_of::<VxSample>() as u64;
-        let bodies = vtheta_samples + self.vtheta_samples * size_of::<VthetaSample>() as u64;
-        [vx_samples, vtheta_samples, bodies, bodies + self.body_words * 4]
+        let profiles = (vx_samples + self.vx_samples * size_of::<VxSample>() as u64)
+            .next_multiple_of(size_of::<TurnProfile>() as u64);
+        let lists = profiles + self.profiles * size_of::<TurnProfile>() as u64;
+        [vx_samples, profiles, lists, lists + self.list_words * 4]
     }
 
     fn sizes(&self) -> Sizes {
@@ -76,11 +80,11 @@ impl Amount {
 /// Sizes of the buffers, bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Sizes {
-    /// Batch, forward speeds, turn rates and bodies, in this order.
+    /// Batch, forward speeds, turn profiles and lists, in this order.
     pub input: u64,
     /// The fields, each once.
     pub field: u64,
-    /// Tables of all turn rates.
+    /// Tables of all turn profiles.
     pub table: u64,
     /// Records of all samples.
     pub records: u64,
@@ -190,9 +194,9 @@ impl<'a> Batch<'a> {
     #[must_use]
     pub const fn workgroups(&self) -> [u32; 5] {
         let amount = &self.amount;
-        let (vtheta_samples, samples) = (amount.vtheta_groups as u32, amount.sample_groups as u32);
+        let (profiles, samples) = (amount.profile_groups as u32, amount.sample_groups as u32);
         let problems = amount.problems as u32;
-        [vtheta_samples, samples, problems, samples, problems]
+        [profiles, samples, problems, samples, problems]
     }
 
     /// Writes the inputs of the shaders, without the fields, to the start of `input` and returns their length in bytes.
@@ -206,9 +210,9 @@ impl<'a> Batch<'a> {
         first_stamp: u32,
         first_field: impl Fn(&ClearanceField) -> u32,
     ) -> usize {
-        let [speeds_at, turns_at, bodies_at, end] = self.amount.input_offsets();
+        let [speeds_at, profiles_at, lists_at, end] = self.amount.input_offsets();
         let mut writer =
-            [0, BATCH_HEAD_BYTES as u64, speeds_at, turns_at, bodies_at].map(|at| at as usize);
+            [0, BATCH_HEAD_BYTES as u64, speeds_at, profiles_at, lists_at].map(|at| at as usize);
         let mut put = |part: usize, bytes: &[u8]| {
             let at = &mut writer[part];
             input[*at..*at + bytes.len()].copy_from_slice(bytes);
@@ -220,20 +224,21 @@ impl<'a> Batch<'a> {
             let mut header = problem.header;
             header.stamp = first_stamp.wrapping_add(stamp);
             let offsets = BufferOffsets {
-                first_groups: [before.vtheta_groups as u32, before.sample_groups as u32],
+                first_groups: [before.profile_groups as u32, before.sample_groups as u32],
                 first_vx: (speeds_at / size_of::<VxSample>() as u64 + before.vx_samples) as u32,
-                first_vtheta: (turns_at / size_of::<VthetaSample>() as u64 + before.vtheta_samples)
+                first_profile: (profiles_at / size_of::<TurnProfile>() as u64 + before.profiles)
                     as u32,
-                first_body: (bodies_at / 4 + before.body_words) as u32,
+                first_list: (lists_at / 4 + before.list_words) as u32,
                 first_field: first_field(&problem.field),
                 first_table: before.table_words as u32,
                 first_record: before.samples as u32,
             };
             put(1, bytemuck::bytes_of(&BatchEntry { header, offsets }));
             put(2, bytemuck::cast_slice::<VxSample, u8>(&problem.vx_samples));
-            put(3, bytemuck::cast_slice::<VthetaSample, u8>(&problem.vtheta_samples));
+            put(3, bytemuck::cast_slice::<TurnProfile, u8>(&problem.profiles));
             put(4, bytemuck::cast_slice::<QuantizedDisc, u8>(&problem.discs));
             put(4, bytemuck::cast_slice::<QuantizedObstacle, u8>(&problem.obstacles));
+            put(4, bytemuck::cast_slice::<ProfileSegment, u8>(&problem.segments));
             before.add(problem);
         }
         end as usize

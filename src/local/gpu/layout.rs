@@ -33,9 +33,9 @@ pub const ACCESS: [Access; BINDINGS] = {
     [Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite]
 };
 
-/// Threads per workgroup of `tabulate_vtheta`. With this size the largest number of samples, all of them turn rates,
+/// Threads per workgroup of `tabulate_profiles`. With this size the largest number of samples, all of them turn rates,
 /// needs no more than the 65,535 workgroups that every adapter supports.
-pub const VTHETA_PER_GROUP: u32 = 128;
+pub const PROFILES_PER_GROUP: u32 = 128;
 /// Threads per workgroup of `evaluate_samples` and `score_samples`.
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.
@@ -52,14 +52,14 @@ pub const BATCH_BYTES: usize = BATCH_HEAD_BYTES + MAX_PROBLEMS * size_of::<Batch
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct BufferOffsets {
-    /// Workgroups of turn rates and of samples before its own. A workgroup of samples has one `Partial`.
+    /// Workgroups of turn profiles and of samples before its own. A workgroup of samples has one `Partial`.
     pub first_groups: [u32; 2],
     /// Forward speeds before its own, from the start of the input.
     pub first_vx: u32,
-    /// Turn rates before its own, from the start of the input.
-    pub first_vtheta: u32,
-    /// Words before its discs and moving obstacles, from the start of the input.
-    pub first_body: u32,
+    /// Turn profiles before its own, from the start of the input.
+    pub first_profile: u32,
+    /// Words before its discs, moving obstacles and segments, from the start of the input.
+    pub first_list: u32,
     /// Words of fields before its own.
     pub first_field: u32,
     /// Words of tables before its own.

@@ -19,7 +19,7 @@ use device::Device;
 pub use device::{Adapter, AdapterSummary, adapters};
 
 use super::engine::{Detail, Engine, Evaluation};
-use super::kernel_inputs::{Header, QuantizedDisc, VthetaSample, VxSample};
+use super::kernel_inputs::{Header, ProfileSegment, QuantizedDisc, TurnProfile, VxSample};
 use super::{ClearanceField, EngineError, GpuFailureKind, QuantizedProblem};
 use crate::geometry::Pose;
 use crate::map::{GridFrame, ObstacleGrid};
@@ -221,15 +221,17 @@ fn warm_up_problem() -> QuantizedProblem {
     QuantizedProblem {
         header: Header {
             vx_count: 1,
-            vtheta_count: 1,
+            profile_count: 1,
             steps: 1,
+            segment_count: 1,
             disc_count: 1,
             width: 1,
             height: 1,
             ..Header::default()
         },
         vx_samples: vec![VxSample::default()],
-        vtheta_samples: vec![VthetaSample::default()],
+        profiles: vec![TurnProfile::default()],
+        segments: vec![ProfileSegment { end: 1, ..ProfileSegment::default() }],
         discs: vec![QuantizedDisc::default()],
         obstacles: Vec::new(),
         field: Arc::new(field),

@@ -15,7 +15,7 @@ pub const PARTS: [(&str, &str); 6] = [
 
 /// The entry points of `evaluate.wgsl`, in the order of their dispatches.
 pub const ENTRY_POINTS: [&str; 5] =
-    ["tabulate_vtheta", "evaluate_samples", "normalize", "score_samples", "select_winner"];
+    ["tabulate_profiles", "evaluate_samples", "normalize", "score_samples", "select_winner"];
 
 /// One module of all parts.
 #[must_use]

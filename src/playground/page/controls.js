@@ -19,6 +19,7 @@ const SLIDERS = [
   ["path", "weight of the goal's distance", (problem) => [problem.weights, "path"], { min: 0, max: 1, step: 0.01 }, of("", 2)],
 ];
 const CHOICES = [
+  ["sampler", "samples are", [["arcs", "arcs"], ["ramps", "ramps"], ["two_segments", "two segments"], ["sequences", "sequences"]]],
   ["normalization", "normalised by", [["sum", "the sum"], ["minmax", "least and greatest"]]],
   ["stopping", "must stop within", [["clearance", "its clearance"], ["arc", "the arc left"]]],
 ];

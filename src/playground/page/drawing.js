@@ -36,8 +36,10 @@ export function after([x, y, yaw], v, omega, time) {
   return [x + chord * Math.cos(yaw + half), y + chord * Math.sin(yaw + half), yaw + omega * time];
 }
 
-// The points of an arc over the horizon.
-export function arcOf({ from, horizon_s }, { v, omega }) {
+// The points of a sample over the horizon.
+export function arcOf({ from, horizon_s, paths }, { index, v, omega }) {
+  const path = paths?.[index];
+  if (path) return [from.slice(0, 2), ...path];
   return Array.from({ length: 17 }, (_, part) => after(from, v, omega, part / 16 * horizon_s));
 }
 

@@ -4,10 +4,10 @@ const find = (id) => document.getElementById(id);
 
 // The request of a drive by a problem of the page. Its obstacles walk to and fro.
 function driveOf(problem) {
-  const { vx_samples, vtheta_samples, sim_time_s, weights, normalization, stopping } = problem;
+  const { vx_samples, vtheta_samples, sampler, sim_time_s, weights, normalization, stopping } = problem;
   return {
     scene: problem.map.file, start: problem.robot.pose, goal: problem.target, people: problem.obstacles,
-    vx_samples, vtheta_samples, sim_time_s, weights, normalization, stopping,
+    vx_samples, vtheta_samples, sampler, sim_time_s, weights, normalization, stopping,
   };
 }
 

@@ -38,6 +38,9 @@ pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
     let ranges = frames.iter().map(|frame| &frame.scan.ranges[..]);
     let windows = || frames.iter().map(|frame| frame.window.as_ref());
     let scores = windows().map(|window| window.map_or(&[][..], |window| &window.scores));
+    let drawn = windows().map(|window| window.map_or(&[][..], |window| &window.paths));
+    let sampled: Vec<Vec<_>> =
+        drawn.map(|paths| paths.iter().map(|path| path_points(path, view)).collect()).collect();
     let predicted = windows().map(|window| window.map_or(&[][..], |window| &window.predicted));
     json!({
         "first": part.first,
@@ -64,6 +67,7 @@ pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
         "scores": padded(scores, trajectories, NO_TRAJECTORY),
         "moving": discs(frames.iter().map(|frame| &frame.moving[..]), view),
         "predicted": discs(predicted, view),
+        "sampled": sampled,
     })
 }
 

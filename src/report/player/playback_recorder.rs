@@ -125,6 +125,8 @@ pub(in crate::report) struct Window {
     /// A byte for each trajectory: see [`score_byte`] and [`status_byte`].
     pub(in crate::report) scores: Vec<u8>,
     pub(in crate::report) winner: Option<WinnerSi>,
+    /// Some points of each trajectory and of the winner; empty where they are arcs of a constant velocity.
+    pub(in crate::report) paths: Vec<Vec<Point>>,
     pub(super) predicted: Vec<MovingDisc>,
 }
 
@@ -282,10 +284,23 @@ impl Window {
             ends: ends.map(Option::unwrap_or_default),
             columns: fan.columns,
             scores,
+            paths: paths(&fan),
             winner: fan.winner,
             predicted: fan.obstacles,
         }
     }
+}
+
+/// Parts of the drawn path of a trajectory.
+const PATH_PARTS: u32 = 5;
+
+/// Some points of each trajectory and, last, of the winner; empty where they are arcs of a constant velocity.
+fn paths(fan: &TrajectoryFan) -> Vec<Vec<Point>> {
+    if fan.arcs.iter().all(|arc| arc.path.is_empty()) {
+        return Vec::new();
+    }
+    let arcs = fan.arcs.iter().map(|arc| fan.points(arc, PATH_PARTS));
+    arcs.chain([fan.winner_points(2 * PATH_PARTS)]).collect()
 }
 
 /// The byte of a score relative to the least (0) and greatest (1) of its window.
@@ -320,11 +335,16 @@ mod tests {
     #[test]
     fn score_bytes_are_above_the_status_bytes() {
         let bytes = |scores: [f64; 2]| {
-            let arc =
-                |score| FanArc { twist: Twist::STOP, score: Some(score), status: SampleStatus::Ok };
+            let arc = |score| FanArc {
+                twist: Twist::STOP,
+                score: Some(score),
+                status: SampleStatus::Ok,
+                path: Vec::new(),
+            };
             let fan = TrajectoryFan {
                 from: Pose::default(),
                 horizon_s: 1.0,
+                winner_path: Vec::new(),
                 arcs: scores.map(arc).to_vec(),
                 columns: 1,
                 winner: None,

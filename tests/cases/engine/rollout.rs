@@ -12,8 +12,8 @@ fn each_sample(cases: u64, mut check: impl FnMut(&QuantizedProblem, usize, usize
     for case in 0..cases {
         let problem = QuantizedProblem::new(&random_problem(23, case)).expect("a problem in range");
         let mut table = vec![0; table_words(&problem.header)];
-        for (row, vtheta) in problem.vtheta_samples.iter().enumerate() {
-            tabulate(&problem.header, vtheta, &problem.discs, &mut table);
+        for row in 0..problem.profiles.len() {
+            tabulate(&problem, row, &mut table);
             for column in 0..problem.vx_samples.len() {
                 check(&problem, row, column, &table);
             }
@@ -24,7 +24,7 @@ fn each_sample(cases: u64, mut check: impl FnMut(&QuantizedProblem, usize, usize
 #[test]
 fn skipping_steps_changes_no_sample() {
     each_sample(200, |problem, row, column, table| {
-        let (header, vtheta) = (&problem.header, &problem.vtheta_samples[row]);
+        let (header, profile) = (&problem.header, &problem.profiles[row]);
         let vx = &problem.vx_samples[column];
         let (mut min_clearance, mut free_steps) = (header.max_clearance as i32, 0);
         let mut ended_by = SampleStatus::Ok;
@@ -43,9 +43,9 @@ fn skipping_steps_changes_no_sample() {
             min_clearance = min_clearance.min(step_result.clearance);
             free_steps += 1;
         }
-        let status = classify(header, vx, vtheta, ended_by, free_steps, min_clearance);
+        let status = classify(header, vx, profile, ended_by, free_steps, min_clearance);
         let clearance = if status == SampleStatus::Ok { min_clearance } else { 0 };
-        let outcome = evaluate_sample(problem, vx, vtheta, table);
+        let outcome = evaluate_sample(problem, vx, profile, table);
         assert_eq!(outcome, (status, clearance as u32), "{row} {column}");
     });
 }
@@ -54,8 +54,8 @@ fn skipping_steps_changes_no_sample() {
 fn skippable_steps_neither_lower_the_clearance_nor_leave_the_field() {
     let (mut steps, mut skippable) = (0_u64, 0_u64);
     each_sample(60, |problem, row, column, table| {
-        let (vx, vtheta) = (&problem.vx_samples[column], &problem.vtheta_samples[row]);
-        let rate = clearance_rate(problem, vx, vtheta);
+        let (vx, profile) = (&problem.vx_samples[column], &problem.profiles[row]);
+        let rate = clearance_rate(problem, vx, profile);
         let step_result = |step| step_clearance(problem, vx, table, step);
         for step in 0..problem.header.steps {
             let here = step_result(step);

@@ -5,11 +5,13 @@ use core::mem::{offset_of, size_of};
 use inbye::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use inbye::local::internals::gpu::{
     Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
-    Record, SAMPLES_PER_GROUP, VTHETA_PER_GROUP,
+    PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP,
 };
 use inbye::local::internals::gpu::{ENTRY_POINTS, PARTS, source};
 use inbye::local::internals::score::Normalizer;
-use inbye::local::internals::{Header, QuantizedDisc, QuantizedObstacle, VthetaSample, VxSample};
+use inbye::local::internals::{
+    Header, ProfileSegment, QuantizedDisc, QuantizedObstacle, TurnProfile, VxSample,
+};
 use inbye::local::{SampleStatus, Terms};
 use inbye::numeric::{HALF_TURN, ONE_Q20, QUARTER_TURN};
 use naga::front::wgsl;
@@ -77,7 +79,7 @@ fn entry_points_are_within_the_limits_of_every_adapter() {
         let buffers = used(|space| matches!(space, AddressSpace::Storage { .. })).count();
         assert!(buffers <= MAX_STORAGE_BUFFERS, "{}: {buffers} buffers", entry.name);
         let one_invocation_for_each = match entry.name.as_str() {
-            "tabulate_vtheta" => Some(VTHETA_PER_GROUP),
+            "tabulate_profiles" => Some(PROFILES_PER_GROUP),
             "evaluate_samples" | "score_samples" => Some(SAMPLES_PER_GROUP),
             _ => None,
         };
@@ -219,14 +221,15 @@ macro_rules! layout {
 fn structs_have_the_same_layout_on_both_sides() {
     let (module, _) = module();
     #[rustfmt::skip]
-    let all: [(&str, Layout); 9] = [
-        layout!(Header: vx_count, vtheta_count, steps, disc_count, obstacle_count, width, height, cell_bits, start_x,
+    let all: [(&str, Layout); 10] = [
+        layout!(Header: vx_count, profile_count, steps, disc_count, obstacle_count, width, height, cell_bits, start_x,
             start_y, heading, target_x, target_y, key_x, key_y, max_clearance, table_bits, coarse_bits, fine_bits,
-            stop_by_arc, outside_is_free, min_max, stamp, padding, weights),
-        layout!(BufferOffsets: first_groups, first_vx, first_vtheta, first_body, first_field, first_table, first_record),
+            stop_by_arc, outside_is_free, min_max, stamp, segment_count, weights),
+        layout!(BufferOffsets: first_groups, first_vx, first_profile, first_list, first_field, first_table, first_record),
         layout!(BatchEntry: header, offsets),
         layout!(VxSample: coarse, fine, velocity_term, stopping_need),
-        layout!(VthetaSample: angle_per_step, stopping_need),
+        layout!(TurnProfile: coarse, fine, stopping_need, max_turn, end_turn),
+        layout!(ProfileSegment: end, turn, turn_growth, share, share_growth),
         layout!(QuantizedDisc: x, y, radius),
         layout!(QuantizedObstacle: x, y, step_x, step_y, radius),
         layout!(Record: heading, clearance, path, status),
@@ -281,7 +284,7 @@ fn constants_are_equal_on_both_sides() {
         ("ONE_Q20", i64::from(ONE_Q20)),
         ("QUARTER_TURN", i64::from(QUARTER_TURN)),
         ("HALF_TURN", i64::from(HALF_TURN)),
-        ("VTHETA_PER_GROUP", i64::from(VTHETA_PER_GROUP)),
+        ("PROFILES_PER_GROUP", i64::from(PROFILES_PER_GROUP)),
         ("SAMPLES_PER_GROUP", i64::from(SAMPLES_PER_GROUP)),
         ("MAX_PROBLEMS", MAX_PROBLEMS as i64),
         ("OK", SampleStatus::Ok as i64),

@@ -120,6 +120,7 @@ fn density_row_reads_older_records() {
 
 fn row(engine: &str, name: &str, samples: usize, p50_ms: f64) -> DensityRow {
     DensityRow {
+        sampler: "arcs".to_owned(),
         engine: engine.to_owned(),
         adapter: None,
         threads: 0,
@@ -189,6 +190,7 @@ fn crossover_is_none_without_common_densities() {
 fn crossover_text_names_samples_and_cpu_engine() {
     let text = |samples, cpu: Option<&str>| {
         let crossover = Crossover {
+            sampler: "arcs".to_owned(),
             name: "NVIDIA H200".to_owned(),
             samples,
             fastest_cpu: cpu.map(str::to_owned),

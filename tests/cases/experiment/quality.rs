@@ -2,11 +2,12 @@
 
 use inbye::bench::{
     QualityPlan, RegretBaseline, Roadway, grid_counts, measure_quality, percentile, roadway_field,
+    usual_shape,
 };
 use inbye::local::internals::Header;
 use inbye::local::{
-    Counts, CpuEngine, Detail, Engine, EngineError, Evaluation, QuantizedProblem, Terms, Totals,
-    Winner,
+    Counts, CpuEngine, Detail, Engine, EngineError, Evaluation, QuantizedProblem, Sampler, Terms,
+    Totals, Winner,
 };
 
 /// Terms 0, 1, 2 and 5 of velocity, and 3, 3, 3 and 1 of the distance to the key node, by hand.
@@ -99,7 +100,7 @@ fn densest_sampling_has_no_regret() {
         steps: 10,
         densest: 64,
         samples: vec![4, 64],
-        shapes: vec![1.0],
+        samplers: vec![(Sampler::TwoSegments, usual_shape(Sampler::TwoSegments))],
         windows_s: vec![0.1, 1.0],
         ticks: 3,
     };
@@ -156,7 +157,7 @@ fn losses_are_distances_from_the_best_command() {
         steps,
         densest: 64,
         samples: vec![4],
-        shapes: vec![1.0],
+        samplers: vec![(Sampler::TwoSegments, usual_shape(Sampler::TwoSegments))],
         windows_s: vec![window_s],
         ticks,
     };
@@ -164,19 +165,21 @@ fn losses_are_distances_from_the_best_command() {
     let rows = measure_quality(&mut engine, &plan, || ()).expect("a sound plan");
     let row = &rows[0];
     let field = roadway_field();
-    let mut command = |side, tick| {
-        let people = Roadway { discs: 2, people: 3, ..Roadway::default() };
-        let roadway = Roadway { vx_samples: side, vtheta_samples: side, steps, window_s, ..people };
+    let mut command = |samples, tick| {
+        let sampler = Sampler::TwoSegments;
+        let (vx_samples, vtheta_samples) = grid_counts(samples, usual_shape(sampler));
+        let people = Roadway { discs: 2, people: 3, sampler, ..Roadway::default() };
+        let roadway = Roadway { vx_samples, vtheta_samples, steps, window_s, ..people };
         let problem = roadway.problem(&field, tick);
         let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
         let answer = engine.evaluate(&quantized, Detail::Answer).expect("the CPU answers");
-        Some(problem.window.twist(answer.winner?.index))
+        Some(problem.command(answer.winner?.index))
     };
     let (mut linear, mut angular, mut without_command) = (Vec::new(), Vec::new(), 0);
     for (number, tick) in [0, 33, 66].into_iter().enumerate() {
-        let best = command(8, tick).expect("64 samples have a command");
+        let best = command(64, tick).expect("64 samples have a command");
         // The engine found none in the second decision.
-        match command(2, tick).filter(|_| number != 1) {
+        match command(4, tick).filter(|_| number != 1) {
             Some(found) => {
                 linear.push((found.linear - best.linear).abs());
                 angular.push((found.angular - best.angular).abs());

@@ -9,7 +9,7 @@ use inbye::experiment::{
 };
 use inbye::global::Searcher;
 use inbye::local::{
-    CpuEngine, Detail, Engine, EngineError, Evaluation, InstructionSet, QuantizedProblem,
+    CpuEngine, Detail, Engine, EngineError, Evaluation, InstructionSet, QuantizedProblem, Sampler,
 };
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
@@ -288,7 +288,11 @@ fn times_are_compared_over_shared_successes() {
 
 #[test]
 fn closed_loop_times_are_relative_to_the_densest_sampling() {
-    let setups = sampling_setups(&Config::default(), &[4, 16, 64], &[1.0, 0.25]);
+    let setups = sampling_setups(
+        &Config::default(),
+        &[4, 16, 64],
+        &[(Sampler::Arcs, 1.0), (Sampler::Arcs, 0.25)],
+    );
     let samplings = setups.iter().map(|setup| {
         let local = &setup.config.local;
         (local.vx_samples, local.vtheta_samples)

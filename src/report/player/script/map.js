@@ -135,13 +135,14 @@ function createMap(canvas, playback, mapImage, isShown) {
       const omega = between(data.omega_min[frame], data.omega_max[frame], Math.floor(index / columns), rows);
       context.strokeStyle = isRejected ? colours.bad : rampColour(colours, (score - 8) / 247);
       context.globalAlpha = isRejected ? 0.3 : 0.9;
-      drawLine(context, trajectory(frame, v, omega));
+      drawLine(context, playback.sampled[frame][index] ?? trajectory(frame, v, omega));
     }
     context.globalAlpha = 1;
     if (Number.isNaN(data.v[frame]) || !isShown("chosen")) return;
     context.strokeStyle = colours.command;
     context.lineWidth = 3.5 * pixel;
-    drawLine(context, trajectory(frame, data.v[frame], data.omega[frame]));
+    const chosen = playback.sampled[frame][trajectories];
+    drawLine(context, chosen ?? trajectory(frame, data.v[frame], data.omega[frame]));
   }
 
   function drawRobot(context, pixel, frame, colours) {

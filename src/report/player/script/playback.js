@@ -5,7 +5,7 @@ function readPlayback(figure) {
   const { part, ...drive } = JSON.parse(figure.querySelector(".playback").textContent);
   const data = { time: new Float32Array() };
   const playback = {
-    ...drive, data, lastFrame: -1, shape: "", events: null, modes: [], paths: [], moving: [], predicted: [],
+    ...drive, data, lastFrame: -1, shape: "", events: null, modes: [], paths: [], moving: [], predicted: [], sampled: [],
     ranges: new Uint8Array(), scores: new Uint8Array(), faults: { texts: [], spans: [] },
     protection: { title: "", stops: { texts: [], spans: [] }, reductions: { texts: [], spans: [] } },
     // The last frame that is not after a time.
@@ -38,6 +38,7 @@ function readPlayback(figure) {
     playback.ranges = joined(playback.ranges, first * lidar.beams, bytes(part.ranges));
     playback.scores = joined(playback.scores, first * window.trajectories, bytes(part.scores));
     for (const name of ["moving", "predicted"]) playback[name].splice(first, Infinity, ...discLists(part[name]));
+    playback.sampled.splice(first, Infinity, ...part.sampled);
     const { shape, events, paths } = part;
     Object.assign(playback, { lidar, window, shape, events, paths, lastFrame: data.time.length - 1 });
     playback.modes = [...playback.modes.filter(([from]) => from < first), ...part.modes];

@@ -89,7 +89,7 @@ fn fans() {
         assert_eq!(reasons.map(judged_by), by_engine);
         assert_eq!(whole.winner.is_some(), counts.admissible > 0);
         if let Some(winner) = &whole.winner {
-            let chosen = whole.arcs[winner.index as usize];
+            let chosen = &whole.arcs[winner.index as usize];
             assert_eq!(chosen.score, Some(winner.score));
             // The engine compares integers, so the winner of a near tie may differ here.
             let best = whole.arcs.iter().filter_map(|arc| arc.score).fold(f64::MIN, f64::max);

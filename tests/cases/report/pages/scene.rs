@@ -128,6 +128,7 @@ pub fn density() -> Vec<DensityRow> {
             .map(|samples| {
                 let p50_ms = floor_ms + per_sample_ms * samples as f64;
                 DensityRow {
+                    sampler: "arcs".to_owned(),
                     engine: if adapter.is_some() { "gpu" } else { "cpu" }.to_owned(),
                     adapter: adapter.map(str::to_owned),
                     threads,
@@ -157,6 +158,7 @@ pub fn density() -> Vec<DensityRow> {
 
 pub fn skipped() -> Vec<SkippedCell> {
     vec![SkippedCell {
+        sampler: "arcs".to_owned(),
         name: "SwiftShader Device (Subzero)".to_owned(),
         samples: 1_048_576,
         reason: "a decision would take about 6.2 s".to_owned(),
@@ -171,6 +173,7 @@ pub fn quality() -> Vec<QualityRow> {
             for stretch in [1, 2] {
                 let regret = |share: f64| Some(share * lost * window_s / f64::from(stretch * 100));
                 rows.push(QualityRow {
+                    sampler: "arcs".to_owned(),
                     window_s,
                     samples: (side * side) as usize,
                     vx_samples: side / stretch,
