@@ -8,7 +8,7 @@
 //
 // A workgroup serves one problem; the workgroups of a problem are consecutive.
 
-const PROFILES_PER_GROUP: u32 = 128u;
+const PROFILES_PER_GROUP: u32 = 96u;
 const SAMPLES_PER_GROUP: u32 = 256u;
 const REDUCERS: u32 = 64u;
 // Number of entries that one thread reduces to one, to save barriers. The workgroup sizes are powers of it.

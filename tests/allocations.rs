@@ -13,7 +13,7 @@ use inbye::geometry::{Point, Pose, Twist};
 use inbye::global::{ClearanceCosts, Heuristic, Searcher};
 use inbye::local::{
     Axis, ClearanceField, CpuEngine, DecisionInput, Detail, Engine, InstructionSet, LocalPlanner,
-    LocalSettings, Problem, QuantizedProblem, Stopping, Window,
+    LocalSettings, Problem, QuantizedProblem, Sampler, Stopping, Window,
 };
 use inbye::localization::{LocalizationSettings, LocalizationStatus, Localizer};
 use inbye::map::{Cell, FreeSpace, MovingDisc, TimedScan, UnknownPolicy};
@@ -60,7 +60,7 @@ fn allocations(act: impl FnOnce()) -> usize {
 /// Name, and the problem at each tick.
 type Scene = (&'static str, fn(&Arc<ClearanceField>, usize) -> Problem);
 
-const SCENES: [Scene; 5] = [
+const SCENES: [Scene; 8] = [
     ("the roadway", |field, tick| Roadway::default().problem(field, tick)),
     ("3 discs", |field, tick| {
         let discs = 3;
@@ -69,6 +69,18 @@ const SCENES: [Scene; 5] = [
     ("10 people", |field, tick| {
         let people = 10;
         Roadway { people, ..Roadway::default() }.problem(field, tick)
+    }),
+    ("ramps", |field, tick| {
+        let sampler = Sampler::Ramps;
+        Roadway { sampler, ..Roadway::default() }.problem(field, tick)
+    }),
+    ("two segments", |field, tick| {
+        let sampler = Sampler::TwoSegments;
+        Roadway { sampler, people: 3, discs: 2, ..Roadway::default() }.problem(field, tick)
+    }),
+    ("sequences", |field, tick| {
+        let sampler = Sampler::Sequences;
+        Roadway { sampler, ..Roadway::default() }.problem(field, tick)
     }),
     ("a narrow window", |field, tick| {
         let window_s = 0.1;
@@ -188,8 +200,8 @@ fn quantizing_again() -> Result<(), Failed> {
         let first = quantized.ok_or("within the ranges")?;
         let mut quantized = None;
         let again = allocations(|| quantized = first.requantized(&second).ok());
-        // One list each for forward speeds, turn rates and discs, and one for obstacles if there are any.
-        let lists = if second.obstacles.is_empty() { 3 } else { 4 };
+        // One list each for forward speeds, profiles, segments and discs, and one for obstacles if there are any.
+        let lists = if second.obstacles.is_empty() { 4 } else { 5 };
         if (fresh, again) != (lists, 0) {
             return Err(format!("{scene}: {fresh} allocations, and {again} again").into());
         }

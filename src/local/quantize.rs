@@ -155,8 +155,11 @@ impl QuantizedProblem {
         let motions = problem.motions();
         let units_per_step = problem.step_s / problem.field.unit_m();
         let scales = [coarse_scale, fine_scale].map(|bits| 2.0_f64.powi(bits as i32));
+        let rows = problem.window.vtheta.count as usize;
         self.profiles.clear();
+        self.profiles.reserve(rows);
         self.segments.clear();
+        self.segments.reserve(rows * problem.sampler.segment_count());
         for row in 0..problem.window.vtheta.count {
             let motion = motions.profile(row);
             let base = vx_sample(problem, motion.vx, units_per_step, scales);

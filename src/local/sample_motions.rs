@@ -211,10 +211,10 @@ impl<'a> SampleMotions<'a> {
         (self.first_rates.value(row / self.rows_per_rate), row % self.rows_per_rate)
     }
 
-    /// From the first velocity to the `number`-th second one.
+    /// From the first velocity to the second one.
     fn two_segments(&self, row: u32) -> Profile {
-        let (first, number) = self.first_rate(row);
-        let Some(Second { vx, vtheta, begin }) = self.second(first, number) else {
+        let (first, _) = self.first_rate(row);
+        let Some(Second { vx, vtheta, begin }) = self.second(row) else {
             return self.arc(first);
         };
         let limits = &self.inputs.limits;
@@ -236,36 +236,39 @@ impl<'a> SampleMotions<'a> {
 
     /// The second velocity of a row; `None` for the first velocity over the whole horizon.
     ///
-    /// The distance driven grows with the square root of a number's place among the spread ones, and the turn rate
-    /// with the golden ratio: so the ends fill the reachable area evenly.
-    fn second(&self, first: f64, number: u32) -> Option<Second> {
+    /// The distance driven grows with the square root of a place among the spread ones, and the turn rate with the golden
+    /// ratio: so the ends fill the reachable area evenly. Rows of all first turn rates share the places.
+    fn second(&self, row: u32) -> Option<Second> {
         let limits = &self.inputs.limits;
         let period = (self.inputs.control_period_s / self.step_s).round().max(1.0) as u32;
         let begin = period.min(self.steps);
         let turn = limits.max_vel_theta;
+        let (rate, number) = (row / self.rows_per_rate, row % self.rows_per_rate);
         let second = |vx, vtheta| Some(Second { vx, vtheta, begin });
-        let special = [
-            None,
-            second(None, 0.0),
-            second(Some(0.0), 0.0),
-            second(Some(0.0), turn),
-            second(Some(0.0), -turn),
-            second(Some(limits.min_vel_x), 0.0),
-        ];
-        let reverses = limits.min_vel_x < 0.0;
-        let count = if reverses { special.len() } else { special.len() - 1 };
-        if let Some(one) = special[..count].get(number as usize) {
-            return *one;
+        match number {
+            0 => return None,
+            1 => return second(None, 0.0),
+            _ => {}
         }
-        let place = number - count as u32;
-        let places = f64::from(self.rows_per_rate - count as u32);
-        let vx = limits.max_vel_x * ((f64::from(place) + 0.5) / places).sqrt();
-        let across = f64::from(place) * GOLDEN_SHARE;
+        // Standing, turning in place and reversing follow the middle turn rate only: after one control period the first
+        // turn rate makes little difference to them.
+        if rate == self.first_rates.count / 2 {
+            match number {
+                2 => return second(Some(0.0), 0.0),
+                3 => return second(Some(0.0), turn),
+                4 => return second(Some(0.0), -turn),
+                5 if limits.min_vel_x < 0.0 => return second(Some(limits.min_vel_x), 0.0),
+                _ => {}
+            }
+        }
+        let rates = self.first_rates.count;
+        let place = f64::from((number - 2) * rates + rate);
+        let places = f64::from((self.rows_per_rate - 2) * rates);
+        let vx = limits.max_vel_x * ((place + 0.5) / places).sqrt();
+        let across = place * GOLDEN_SHARE;
         let vtheta = turn * (2.0 * (across - across.floor()) - 1.0);
         // Early, after a quarter and after half of the horizon.
-        let begin = begin.max(self.steps * (place % 3) / 4).min(self.steps);
-        // The first velocity again would be no new motion.
-        let vtheta = if vtheta == first { 0.0 } else { vtheta };
+        let begin = begin.max(self.steps * (number % 3) / 4).min(self.steps);
         Some(Second { vx: Some(vx), vtheta, begin })
     }
 

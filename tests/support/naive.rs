@@ -24,6 +24,10 @@ pub enum Fault {
     StiffFootprint,
     /// Compares the turn rate with the limit for the speed in eq. 30.
     WrongBraking,
+    /// Keeps the turn rate of the first step over the horizon.
+    KeepsFirstTurnRate,
+    /// Keeps the speed of the first step over the horizon.
+    KeepsFirstSpeed,
 }
 
 /// Clearances of one disc at one step.
@@ -136,7 +140,14 @@ impl<'a> Oracle<'a> {
         let (mut x, mut y) = (start_x, start_y);
         let mut steps = Vec::new();
         let velocities = self.problem.velocities(index as u32);
-        for (step, Twist { linear, angular: omega }) in (1..).zip(velocities) {
+        let mut first = None;
+        for (step, Twist { mut linear, angular: mut omega }) in (1..).zip(velocities) {
+            let first = first.get_or_insert(Twist::new(linear, omega));
+            match self.fault {
+                Fault::KeepsFirstTurnRate => omega = first.angular,
+                Fault::KeepsFirstSpeed => linear = first.linear,
+                _ => {}
+            }
             if self.fault == Fault::TurnsFirst {
                 heading += omega * dt;
             }

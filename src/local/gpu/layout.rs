@@ -35,7 +35,7 @@ pub const ACCESS: [Access; BINDINGS] = {
 
 /// Threads per workgroup of `tabulate_profiles`. With this size the largest number of samples, all of them turn rates,
 /// needs no more than the 65,535 workgroups that every adapter supports.
-pub const PROFILES_PER_GROUP: u32 = 128;
+pub const PROFILES_PER_GROUP: u32 = 96;
 /// Threads per workgroup of `evaluate_samples` and `score_samples`.
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.

@@ -160,10 +160,10 @@ fn density_drives_samplings_in_closed_loop() {
          closed_loop[].runs whole, closed_loop[].reached whole, closed_loop[].contacts whole, \
          closed_loop[].shared whole, closed_loop[].tick_p50_ms real, closed_loop[].tick_p99_ms real",
     );
-    // 64 samples in two shapes.
-    assert_eq!(object["closed_loop"].as_array().map(Vec::len), Some(2));
+    // 64 arcs in two shapes, and 64 motions of two segments.
+    assert_eq!(object["closed_loop"].as_array().map(Vec::len), Some(3));
     let rows = fs::read_to_string(place.path("missions.csv")).expect("the rows are there");
-    assert_eq!(rows.lines().count(), 3);
+    assert_eq!(rows.lines().count(), 4);
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn density_measures_latency() {
     assert_eq!(
         table.lines().next(),
         Some(
-            "engine,adapter,threads,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s,\
+            "engine,adapter,threads,sampler,samples,steps,p50_ms,p95_ms,p99_ms,max_ms,decisions,steps_per_s,\
              name,missed_20_hz,missed_50_hz,missed_100_hz"
         )
     );
@@ -99,15 +99,15 @@ fn density_compares_commands_with_densest_sampling() {
     assert_eq!(status, 0);
     assert_fields(
         &object,
-        "quality[].window_s real, quality[].samples whole, quality[].vx_samples whole, \
+        "quality[].window_s real, quality[].sampler text, quality[].samples whole, quality[].vx_samples whole, \
          quality[].vtheta_samples whole, quality[].densest whole, quality[].decisions whole, \
          quality[].without_command whole, quality[].regret_p50 real, quality[].regret_max real, \
          quality[].v_off_p50_m_s real, quality[].v_off_max_m_s real, quality[].omega_off_p50_rad_s real, \
          quality[].omega_off_max_rad_s real",
     );
     let rows = object["quality"].as_array().unwrap();
-    // Two densities, two windows, two shapes.
-    assert_eq!(rows.len(), 8, "{object}");
+    // Two densities, two windows, four samplers.
+    assert_eq!(rows.len(), 16, "{object}");
     for row in rows {
         assert_eq!((row["densest"].as_u64(), row["decisions"].as_u64()), (Some(1 << 20), Some(2)));
         assert!(row["regret_p50"].as_f64() <= row["regret_max"].as_f64(), "{row}");
@@ -119,7 +119,7 @@ fn density_compares_commands_with_densest_sampling() {
     let table = fs::read_to_string(place.path("quality.csv")).expect("the record is there");
     let columns = |line: &str| line.split(',').count();
     assert_eq!(table.lines().count(), rows.len() + 1, "{table}");
-    assert!(table.lines().all(|line| columns(line) == 13), "{table}");
+    assert!(table.lines().all(|line| columns(line) == 14), "{table}");
     let picture = fs::read_to_string(place.path("density.svg")).expect("the picture is there");
     assert!(picture.starts_with("<svg") && picture.contains("window 0.1 s"), "{picture}");
     let run = place.run(QUICK);

@@ -60,6 +60,8 @@ fn oracle_with_a_fault_is_reported() {
         (Fault::ObstaclesLate, "clearance"),
         (Fault::StiffFootprint, "where the oracle has"),
         (Fault::WrongBraking, "Ok, where the oracle has CannotStop"),
+        (Fault::KeepsFirstTurnRate, "end off by"),
+        (Fault::KeepsFirstSpeed, "end off by"),
     ] {
         let mut worst = Worst::default();
         for case in 0..40 {
