@@ -236,8 +236,9 @@ impl<'a> SampleMotions<'a> {
 
     /// The second velocity of a row; `None` for the first velocity over the whole horizon.
     ///
-    /// The distance driven grows with the square root of a place among the spread ones, and the turn rate with the golden
-    /// ratio: so the ends fill the reachable area evenly. Rows of all first turn rates share the places.
+    /// The turn rate grows with the place of a row, so that neighbouring rows turn alike. The speed is the square root of
+    /// the place times the golden ratio, modulo one: so the ends fill the reachable area evenly. All first turn rates have the same second velocities, so that
+    /// their comparison does not depend on the places.
     fn second(&self, row: u32) -> Option<Second> {
         let limits = &self.inputs.limits;
         let period = (self.inputs.control_period_s / self.step_s).round().max(1.0) as u32;
@@ -261,12 +262,11 @@ impl<'a> SampleMotions<'a> {
                 _ => {}
             }
         }
-        let rates = self.first_rates.count;
-        let place = f64::from((number - 2) * rates + rate);
-        let places = f64::from((self.rows_per_rate - 2) * rates);
-        let vx = limits.max_vel_x * ((place + 0.5) / places).sqrt();
-        let across = place * GOLDEN_SHARE;
-        let vtheta = turn * (2.0 * (across - across.floor()) - 1.0);
+        let place = f64::from(number - 2) + 0.5;
+        let places = f64::from(self.rows_per_rate - 2);
+        let vtheta = turn * (2.0 * place / places - 1.0);
+        let along = place * GOLDEN_SHARE;
+        let vx = limits.max_vel_x * (along - along.floor()).sqrt();
         // Early, after a quarter and after half of the horizon.
         let begin = begin.max(self.steps * (number % 3) / 4).min(self.steps);
         Some(Second { vx: Some(vx), vtheta, begin })

@@ -32,9 +32,6 @@ const TILE_CELLS: f64 = 18.0;
 /// too large for useful bounds.
 const MAX_CELLS: f64 = 22.0;
 
-/// Rows of a tile whose profiles have several segments: neighbouring rows differ more than two turn rates do.
-const PROFILE_TILE_ROWS: usize = 4;
-
 /// Number of samples of a tile and chunk from which finer groups of steps are faster.
 const DENSE: usize = 512;
 
@@ -88,8 +85,7 @@ pub struct SoaInputs {
     pub absent_groups: [i32; GROUPS],
     /// Whether step pruning applies: the samples are close together, so their boxes are small.
     pub allows_pruning: bool,
-    /// For each step, the largest distance of a chunk's samples from its middle sample, units. Where profiles have
-    /// several segments, of the samples of one row only.
+    /// For each step, the largest distance of a chunk's samples from its middle sample, units.
     pub max_spread: Vec<i32>,
     /// Number of segments of each profile.
     segment_count: u32,
@@ -166,11 +162,11 @@ impl SoaInputs {
         let mut between = largest_turn(problem);
         let ends = fastest * between * steps * steps / 2.0;
         self.tile_rows = ((TILE_CELLS * cell / ends.max(1e-9)) as usize).clamp(1, MAX_ROWS);
-        between *= (self.tile_rows / 2) as f64;
         if self.profiles_have_speeds() {
-            self.tile_rows = PROFILE_TILE_ROWS;
-            between = 0.0;
+            // Neighbouring rows differ more than two turn rates do.
+            self.tile_rows = 1;
         }
+        between *= (self.tile_rows / 2) as f64;
 
         let reach = max_disc_offset(problem);
         self.max_spread.clear();

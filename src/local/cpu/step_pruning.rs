@@ -118,15 +118,13 @@ impl StepPruning {
         if problem.obstacles.is_empty() {
             return;
         }
-        // The bound of the distances within a chunk holds for all rows, or for each.
-        let rows = if inputs.profiles_have_speeds() { 1 } else { tile.tables.len() };
-        let clearances = self.clearances.chunks_mut(rows * inputs.stride);
-        for (tables, clearances) in tile.tables.chunks(rows).zip(clearances) {
-            for first in (0..inputs.stride).step_by(inputs.chunk) {
-                let end = (first + inputs.chunk).min(inputs.stride);
-                let chunk = Chunk { tables, first, end };
-                self.moving.lower::<L>(token, problem, inputs, &chunk, clearances);
-            }
+        for first in (0..inputs.stride).step_by(inputs.chunk) {
+            let chunk = Chunk {
+                tables: tile.tables,
+                first,
+                end: (first + inputs.chunk).min(inputs.stride),
+            };
+            self.moving.lower::<L>(token, problem, inputs, &chunk, &mut self.clearances);
         }
     }
 
