@@ -33,8 +33,9 @@ pub struct Column {
 }
 
 /// Endings of names and the units that they mean; the first that fits counts.
-const UNITS: [(&str, &str); 10] = [
+const UNITS: [(&str, &str); 11] = [
     ("_steps_per_s", "steps/s"),
+    ("_per_m", "1/m"),
     ("_rad_s", "rad/s"),
     ("_m_s", "m/s"),
     ("_rad", "rad"),

@@ -46,7 +46,7 @@ const SEED: u64 = 1;
 
 /// Columns of the text table of the closed loop.
 const CLOSED_LOOP: &str = "config samples vx_samples vtheta_samples runs reached contacts mean_time_ratio \
-    mean_clearance_reached_m tick_p50_ms tick_p99_ms";
+    mean_clearance_reached_m omega_sign_changes_per_m time_lost_per_person_s tick_p50_ms tick_p99_ms";
 
 /// `inbye bench density`.
 #[derive(Debug, Args)]

@@ -38,6 +38,9 @@ pub fn object(result: &MissionResult) -> Value {
         "time_s": result.time_s,
         "travelled_m": result.travelled_m,
         "min_clearance_m": result.min_clearance_m,
+        "omega_sign_changes_per_m": result.omega_sign_changes_per_m(),
+        "people_met": result.encounters.people_met,
+        "people_time_lost_s": result.encounters.time_lost_s,
         "final_error": error(x_m, y_m, result.final_yaw_error),
         "stop_errors": stops.collect::<Vec<_>>(),
         "engine": result.engine,
@@ -109,10 +112,22 @@ pub fn lines(result: &MissionResult) -> Vec<String> {
             summary.p50_ms, summary.p99_ms, summary.max_ms, result.engine,
         ));
     }
+    lines.push(format!("{:<12} {}", "motion", motion(result)));
     lines.push(format!("{:<12} {}", "response", response(result)));
     lines.extend(incidents(result).iter().map(|(name, fact)| format!("{name:<12} {fact}")));
     lines.push(format!("trace        {}", result.trace.digest()));
     lines
+}
+
+/// How smoothly the robot drove, and what people cost it.
+fn motion(result: &MissionResult) -> String {
+    let per_m = result.omega_sign_changes_per_m();
+    let changes = per_m.map_or_else(|| "no".to_owned(), |per_m| format!("{per_m:.2}"));
+    let met = result.encounters.people_met;
+    let people = if met == 1 { "person" } else { "people" };
+    let lost_s = result.encounters.time_lost_s;
+    let lost = lost_s.map_or_else(String::new, |lost_s| format!(", {lost_s:+.1} s with them"));
+    format!("{changes} sign changes of omega per metre; {met} {people} met{lost}")
 }
 
 /// What the drive showed of the base's response to commands.

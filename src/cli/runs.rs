@@ -210,7 +210,14 @@ pub fn run_alone(cell: &Cell, machine_name: &str) -> anyhow::Result<CellFile> {
 /// A table of groups.
 pub fn group_table(groups: &[Group]) -> Vec<String> {
     let has_score = groups.iter().any(|group| group.mean_score.is_some());
-    text_table(groups, &format!("{}{}", Group::ENDS, if has_score { " mean_score" } else { "" }))
+    text_table(
+        groups,
+        &format!(
+            "{}{}",
+            Group::ENDS,
+            if has_score { " mean_score mean_time_over_optimal" } else { "" }
+        ),
+    )
 }
 
 /// One line for each run that did not reach its goal.

@@ -69,10 +69,18 @@ columns! {
         pub shared_time_p90_s: Option<f64> => 2,
         /// BARN's mean score, 0 to 0.5.
         pub mean_score: Option<f64> => 4,
+        /// Mean of the time over BARN's optimal time (T/OT), over the runs that reached their goal.
+        pub mean_time_over_optimal: Option<f64> => 3,
         /// Mean of the smallest gaps, metres.
         pub mean_clearance_m: Option<f64> => 3,
         /// The same over the runs that reached their goal.
         pub mean_clearance_reached_m: Option<f64> => 3,
+        /// 5th percentile of the smallest gaps of all runs, metres.
+        pub clearance_p05_m: Option<f64> => 3,
+        /// Sign changes of the turn rate per metre that the runs drove together, 1/m.
+        pub omega_sign_changes_per_m: Option<f64> => 3,
+        /// Mean time lost for each person met, seconds, over the runs that know it.
+        pub time_lost_per_person_s: Option<f64> => 2,
         /// Wall-clock time of a tick, the median over the runs of their medians, milliseconds.
         pub tick_p50_ms: Option<f64> => 3,
         /// The median over the runs of their 99th percentiles, milliseconds. Ticks that wait for a global path are among
@@ -174,7 +182,7 @@ impl Group {
 
     /// The columns of a table of how runs end, separated by spaces.
     pub const ENDS: &str = "name runs reached_share contacts_robot contacts_avoidable contacts_other timeouts failed \
-        mean_time_s mean_clearance_reached_m";
+        mean_time_s mean_clearance_reached_m clearance_p05_m omega_sign_changes_per_m time_lost_per_person_s";
 
     /// The figures of runs that are not compared with other groups.
     #[must_use]
@@ -215,7 +223,13 @@ impl Group {
             }),
             mean_time_s: mean(reached().map(|row| row.time_s)),
             mean_score: mean(all(|row| row.score)),
+            mean_time_over_optimal: mean(
+                reached().filter_map(|row| Some(row.time_s / row.optimal_time_s?)),
+            ),
             mean_clearance_m: mean(all(|row| row.min_clearance_m)),
+            clearance_p05_m: percentile(all(|row| row.min_clearance_m).collect(), 0.05),
+            omega_sign_changes_per_m: omega_sign_changes_per_m(rows.iter().copied()),
+            time_lost_per_person_s: time_lost_per_person_s(rows.iter().copied()),
             mean_clearance_reached_m: mean(reached().filter_map(|row| row.min_clearance_m)),
             tick_p50_ms: middle(|row| row.tick_p50_ms),
             tick_p99_ms: middle(|row| row.tick_p99_ms),
@@ -232,6 +246,30 @@ pub fn faults(rows: &[RunRow]) -> BTreeMap<&str, usize> {
         *faults.entry(fault).or_insert(0) += 1;
     }
     faults
+}
+
+/// The sum of a figure over the sum of another, over the rows that have both; none where the other one is zero.
+fn ratio<'a>(
+    rows: impl Iterator<Item = &'a RunRow>,
+    figures: impl Fn(&RunRow) -> Option<(f64, f64)>,
+) -> Option<f64> {
+    let sum = |sums: (f64, f64), figures: (f64, f64)| (sums.0 + figures.0, sums.1 + figures.1);
+    let (above, below) = rows.filter_map(|row| figures(row)).fold((0.0, 0.0), sum);
+    (below > 0.0).then(|| above / below)
+}
+
+/// Sign changes of the turn rate per metre that runs drove together, 1/m.
+pub(in crate::experiment) fn omega_sign_changes_per_m<'a>(
+    rows: impl Iterator<Item = &'a RunRow>,
+) -> Option<f64> {
+    ratio(rows, |row| Some((row.omega_sign_changes_per_m? * row.travelled_m, row.travelled_m)))
+}
+
+/// Mean time lost for each person met, seconds, over the runs that know it.
+pub(in crate::experiment) fn time_lost_per_person_s<'a>(
+    rows: impl Iterator<Item = &'a RunRow>,
+) -> Option<f64> {
+    ratio(rows, |row| Some((row.people_time_lost_s?, row.people_met? as f64)))
 }
 
 /// The mean of values; none of no values.

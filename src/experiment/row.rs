@@ -106,6 +106,9 @@ columns! {
         pub travelled_m: f64 => 2,
         /// Smallest true gap during the run, metres; none where no tick was driven.
         pub min_clearance_m: Option<f64> => 3,
+        /// Sign changes of the turn rate per metre driven, 1/m; turn rates of at most 0.05 rad/s count as none. None where the
+        /// robot did not drive.
+        pub omega_sign_changes_per_m: Option<f64> => 3,
         /// True distance from the goal at the end, metres; none where no tick was driven.
         pub final_error_m: Option<f64> => 4,
         /// True yaw minus the goal's at the end, radians, -pi to pi; none without a goal yaw.
@@ -174,6 +177,11 @@ columns! {
         pub final_speed_m_s: Option<f64> => 2,
         /// Smallest gap to a moving obstacle, metres; none without any.
         pub nearest_moving_m: Option<f64> => 3,
+        /// Number of moving obstacles that the robot met: within 4 m and in sight; none without any.
+        pub people_met: Option<usize>,
+        /// Time with them, less the time of the same distance at the mean speed without them, seconds; none where the robot met
+        /// none, or was alone for less than 5 s.
+        pub people_time_lost_s: Option<f64> => 1,
         /// Share of the ticks in which the robot stood.
         pub waited_share: Option<f64> => 3,
         /// The longest time in which it stood, seconds.
@@ -334,6 +342,7 @@ impl RunRow {
         self.time_s = result.time_s;
         self.travelled_m = result.travelled_m;
         self.min_clearance_m = Some(result.min_clearance_m).filter(|gap_m| gap_m.is_finite());
+        self.omega_sign_changes_per_m = result.omega_sign_changes_per_m();
         self.final_error_m = Some(libm::hypot(x_m, y_m));
         self.final_yaw_error_rad = result.final_yaw_error;
         self.plans = result.plans.len();
@@ -347,6 +356,9 @@ impl RunRow {
             .iter()
             .filter_map(|row| gap_to_moving_m(row, &trace.moving_radii, footprint));
         self.nearest_moving_m = gaps.reduce(f64::min);
+        let has_moving = !trace.moving_radii.is_empty();
+        self.people_met = has_moving.then_some(result.encounters.people_met);
+        self.people_time_lost_s = result.encounters.time_lost_s;
         self.waited_share = Some(waited_share);
         self.longest_wait_s = Some(longest_wait_s);
         self.trace_digest = Some(trace.digest());

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::chart::{Chart, standalone_svg};
 use super::figure::file_links;
 use super::mission_set_charts::{self, missed_missions};
-use super::number::fixed;
+use super::number::{fixed, optional};
 use super::page::{ReportFile, Tile, document, json_text, page_header, reproduction, tiles};
 use super::run_charts::Worlds;
 use super::sample_charts::{NO_LATENCY, SampleRows, density_notes, density_tiles};
@@ -175,13 +175,23 @@ fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
         (format!("{of}: runs"), all.runs.to_string(), ""),
         (format!("{of}: goal reached"), fixed(100.0 * all.reached_share, 1), "%"),
         (format!("{of}: contacts by the robot"), all.contacts_robot.to_string(), ""),
+        (format!("{of}: sign changes of omega"), optional(all.omega_sign_changes_per_m, 2), "1/m"),
     ]
 }
 
 fn barn_tiles(rows: &[RunRow]) -> Vec<Tile> {
-    let score = OverWorlds::of(&rows.iter().collect::<Vec<_>>()).score;
+    let all: Vec<&RunRow> = rows.iter().collect();
+    let (score, all) = (OverWorlds::of(&all).score, Group::of("", &all));
     let mut tiles = run_tiles("BARN", rows);
-    tiles.push(("BARN: score".to_owned(), fixed(score, 4), "of 0.5"));
+    tiles.extend([
+        ("BARN: score".to_owned(), fixed(score, 4), "of 0.5"),
+        ("BARN: mean time over optimal".to_owned(), optional(all.mean_time_over_optimal, 2), ""),
+        (
+            "BARN: 5th percentile of the smallest gaps".to_owned(),
+            optional(all.clearance_p05_m, 3),
+            "m",
+        ),
+    ]);
     tiles
 }
 

@@ -199,6 +199,7 @@ fn results(result: &MissionResult, latency: Option<&Latency>) -> Markup {
         ("time".to_owned(), fixed(result.time_s, 1), "s"),
         ("distance driven".to_owned(), fixed(result.travelled_m, 2), "m"),
         ("smallest gap".to_owned(), fixed(result.min_clearance_m, 3), "m"),
+        ("sign changes of omega".to_owned(), optional(result.omega_sign_changes_per_m(), 2), "1/m"),
         ("goal error".to_owned(), fixed(libm::hypot(x, y), 3), "m"),
         ("yaw error".to_owned(), optional(result.final_yaw_error, 3), "rad"),
     ];

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::figure::Table;
-use super::number::{NONE, fixed, significant};
+use super::number::{NONE, fixed, optional, significant};
 use crate::bench::paper::{
     AblationTable, Measure, PathTable, PublishedRow, Reduced, Reduction, label_of, targets,
 };
@@ -193,6 +193,8 @@ pub(super) fn summary_table(table: &DriveTable) -> Table {
             ("mean distance, m", |summary| fixed(summary.travelled_m, 2)),
             ("smallest gap, m", |summary| fixed(summary.min_clearance_m, 3)),
             ("standing, %", |summary| fixed(100.0 * summary.waited_share, 1)),
+            ("omega sign changes, 1/m", |summary| optional(summary.omega_sign_changes_per_m, 3)),
+            ("time lost per person, s", |summary| optional(summary.time_lost_per_person_s, 2)),
         ],
     );
     let columns = summaries.headers.len();
@@ -250,6 +252,8 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
             ("plans", |(run, _)| run.plans.to_string()),
             ("standing, %", |(run, _)| fixed(100.0 * run.waited_share.unwrap_or(f64::NAN), 1)),
             ("longest stop, s", |(run, _)| fixed(run.longest_wait_s.unwrap_or(f64::NAN), 1)),
+            ("omega sign changes, 1/m", |(run, _)| optional(run.omega_sign_changes_per_m, 3)),
+            ("time lost to people, s", |(run, _)| optional(run.people_time_lost_s, 1)),
             ("end", |(run, _)| run.outcome.text().to_owned()),
         ],
     )

@@ -266,7 +266,7 @@ impl SampleRows<'_> {
             |row| Some(reached_text(row, 0, times_s(row).map(|[median_s, _]| median_s))),
         );
         let columns = "samples vx_samples vtheta_samples runs reached contacts shared_time_p50_s shared_time_p90_s \
-            mean_time_ratio mean_clearance_reached_m tick_p50_ms tick_p99_ms";
+            mean_time_ratio mean_clearance_reached_m omega_sign_changes_per_m time_lost_per_person_s tick_p50_ms tick_p99_ms";
         Chart {
             legend,
             caption: "The same random missions with each sampling. Lines are median times, dashed lines the 90th percentile. \

@@ -6,8 +6,8 @@ use super::mission::{
     EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
 };
 use super::{
-    Config, Contact, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource, Robot,
-    SensorData, Trace, TraceRow,
+    Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource,
+    Robot, SensorData, Trace, TraceRow,
 };
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
@@ -255,7 +255,14 @@ impl<'a> ControlLoop<'a> {
             self.decision_s,
             self.engine,
         );
+        let encounters = if drive.trace.moving_radii.is_empty() {
+            Encounters::default()
+        } else {
+            let map = self.mission.map.obstacles(self.config.unknown);
+            Encounters::of(&drive.trace, &map, self.config.local.control_period_s)
+        };
         MissionResult {
+            encounters,
             reached: drive.reached || is_done,
             contact: self.contact,
             stop_errors: self.stop_errors,

@@ -1,7 +1,7 @@
 //! A mission, the events of its ticks and their faults, and its result.
 
 use super::control_loop::ControlLoop;
-use super::{Config, Contact, OdometryReading, Robot, Trace, TraceRow};
+use super::{Config, Contact, Encounters, OdometryReading, Robot, Trace, TraceRow};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
@@ -103,6 +103,8 @@ pub struct MissionResult {
     pub travelled_m: f64,
     /// Smallest gap to anything solid, metres.
     pub min_clearance_m: f64,
+    /// The people that the robot met, where their positions are known.
+    pub encounters: Encounters,
     /// Final position minus the goal's, along x and y.
     pub final_error_m: (f64, f64),
     /// Final yaw minus the goal's, radians, for a goal with a yaw.
@@ -153,6 +155,7 @@ impl MissionResult {
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
             travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),
+            encounters: Encounters::default(),
             min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
             final_error_m: (error.x_m, error.y_m),
             final_yaw_error: error.yaw_rad,
@@ -170,6 +173,13 @@ impl MissionResult {
             plans,
             trace,
         }
+    }
+
+    /// Sign changes of the turn rate per metre driven, see [`Trace::omega_sign_changes`]; none where the robot did not drive.
+    #[must_use]
+    pub fn omega_sign_changes_per_m(&self) -> Option<f64> {
+        let changes = self.trace.omega_sign_changes() as f64;
+        (self.travelled_m > 0.0).then(|| changes / self.travelled_m)
     }
 
     /// Why the goal was not reached, and the robot's last mode and pose; `None` for a goal that was reached without contact.

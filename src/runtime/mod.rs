@@ -3,6 +3,7 @@
 mod config;
 mod contact;
 mod control_loop;
+mod encounters;
 pub mod hardware;
 mod mission;
 mod obstacle_gap;
@@ -13,6 +14,7 @@ mod trace;
 
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
+pub use encounters::{Encounters, MET_WITHIN_M};
 pub use mission::{
     EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
     run_mission,

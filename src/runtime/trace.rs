@@ -5,6 +5,9 @@ use crate::geometry::{Point, Pose, Twist};
 use crate::navigator::Mode;
 use serde::Serialize;
 
+/// Below this turn rate the robot drives straight, rad/s: noise and small corrections of the heading stay below it.
+const STRAIGHT: f64 = 0.05;
+
 /// The true state and the decision of one tick.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TraceRow {
@@ -58,6 +61,15 @@ impl Trace {
         self.moving_radii.iter().for_each(|&radius| digest.real(radius));
         digest.hex()
     }
+
+    /// Returns how often the true turn rate changes its sign. Turn rates of at most 0.05 rad/s count as none: a robot that turns
+    /// left, drives straight and turns right changes once.
+    #[must_use]
+    pub fn omega_sign_changes(&self) -> usize {
+        let turns =
+            self.rows.iter().map(|row| row.twist.angular).filter(|rate| rate.abs() > STRAIGHT);
+        turns.clone().zip(turns.skip(1)).filter(|(one, next)| one * next < 0.0).count()
+    }
 }
 
 impl TraceRow {
@@ -93,4 +105,35 @@ impl TraceRow {
 fn add_point(digest: &mut BitDigest, point: &Point) {
     digest.real(point.x);
     digest.real(point.y);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sign_changes_of_omega_ignore_rates_within_the_dead_band() {
+        let changes = |rates: &[f64]| {
+            let row = |&rate: &f64| TraceRow {
+                time_s: 0.0,
+                pose: Pose::default(),
+                belief: Pose::default(),
+                twist: Twist::new(0.5, rate),
+                command: Twist::STOP,
+                local_target: Point::default(),
+                gap_m: 1.0,
+                admissible: 0,
+                samples: 0,
+                mode: Mode::Driving,
+                path: 0,
+                moving: Vec::new(),
+            };
+            Trace { rows: rates.iter().map(row).collect(), ..Trace::default() }.omega_sign_changes()
+        };
+        assert_eq!(changes(&[]), 0);
+        assert_eq!(changes(&[0.3, 0.0, 0.3]), 0);
+        assert_eq!(changes(&[0.3, 0.04, -0.05, 0.0, -0.3]), 1);
+        assert_eq!(changes(&[0.04, -0.04, 0.04]), 0);
+        assert_eq!(changes(&[0.1, -0.1, 0.1, -0.1]), 3);
+    }
 }

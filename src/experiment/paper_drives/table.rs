@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::findings::findings;
 use super::{Deviation, PublishedDeviations, Spread, published_table_3, published_table_4};
 use crate::bench::paper::{AblationTable, PathTable};
+use crate::experiment::group::{omega_sign_changes_per_m, time_lost_per_person_s};
 use crate::experiment::{RunRow, TrafficKind};
 
 /// Largest mean deviation along an axis that is accepted, metres.
@@ -86,6 +87,10 @@ pub struct DriveSummary {
     pub path_length_m: f64,
     /// Smallest gap to any obstacle, metres.
     pub min_clearance_m: f64,
+    /// Sign changes of the turn rate per metre driven; none where no robot drove.
+    pub omega_sign_changes_per_m: Option<f64>,
+    /// Mean time lost for each person met, seconds; none where no drive knows it.
+    pub time_lost_per_person_s: Option<f64>,
     /// Largest number of global plans of a drive.
     pub plans: usize,
     /// Mean share of the time in which the robot stood.
@@ -135,6 +140,8 @@ impl DriveSummary {
                 .iter()
                 .filter_map(|run| run.min_clearance_m)
                 .fold(f64::INFINITY, f64::min),
+            omega_sign_changes_per_m: omega_sign_changes_per_m(runs.iter()),
+            time_lost_per_person_s: time_lost_per_person_s(runs.iter()),
             plans: runs.iter().map(|run| run.plans).max().unwrap_or(0),
             waited_share: mean(|run| run.waited_share.unwrap_or_default()),
             longest_wait_s: figures(|run| run.longest_wait_s.unwrap_or_default())

@@ -1,0 +1,142 @@
+//! What meetings with people cost a drive.
+
+use serde::Serialize;
+
+use super::Trace;
+use crate::geometry::Point;
+use crate::map::{GridRay, ObstacleGrid};
+
+/// A person is met where the robot is within this distance of its centre, metres, and the map has no obstacle in between.
+pub const MET_WITHIN_M: f64 = 4.0;
+/// Least time without people, seconds, that shows the speed of the robot alone.
+const LEAST_ALONE_S: f64 = 5.0;
+
+/// The people that the robot met, and the time that they cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Encounters {
+    /// Number of people that the robot met.
+    pub people_met: usize,
+    /// Time with people, less the time that the robot takes for the same distance at its mean speed without people, seconds. Below
+    /// zero for a robot that was faster with people. None where it met nobody, or was alone for less than 5 s.
+    ///
+    /// The speed without people includes turns in place, waits and parking, so the loss is rather too small.
+    pub time_lost_s: Option<f64>,
+}
+
+impl Encounters {
+    /// The encounters of a drive on a map, with this time between two rows, seconds.
+    #[must_use]
+    pub fn of(trace: &Trace, obstacles: &ObstacleGrid, period_s: f64) -> Self {
+        let mut met = vec![false; trace.moving_radii.len()];
+        // Ticks, and the sum of their forward speeds, alone and with people.
+        let mut sums = [(0_u32, 0.0); 2];
+        for row in &trace.rows {
+            let robot = row.pose.position();
+            let mut is_with_people = false;
+            for (met, person) in met.iter_mut().zip(&row.moving) {
+                let is_met = person.is_some_and(|person| is_in_sight(obstacles, &robot, &person));
+                *met |= is_met;
+                is_with_people |= is_met;
+            }
+            let sum = &mut sums[usize::from(is_with_people)];
+            *sum = (sum.0 + 1, sum.1 + row.twist.linear);
+        }
+        let [(alone, speeds_alone), (with, speeds_with)] = sums;
+        let speed_alone = speeds_alone / f64::from(alone.max(1));
+        let is_known = f64::from(alone) * period_s >= LEAST_ALONE_S && speed_alone > 0.0;
+        let time_lost_s = period_s * (f64::from(with) - speeds_with / speed_alone);
+        Self {
+            people_met: met.iter().filter(|met| **met).count(),
+            time_lost_s: (with > 0 && is_known).then_some(time_lost_s),
+        }
+    }
+}
+
+/// Whether a place is near a robot, with no obstacle of the map in between.
+fn is_in_sight(obstacles: &ObstacleGrid, robot: &Point, place: &Point) -> bool {
+    let line = place - robot;
+    let distance_m = line.norm();
+    if distance_m.is_nan() || distance_m > MET_WITHIN_M {
+        return false;
+    }
+    let frame = obstacles.frame();
+    let (start, end) = (frame.to_cell_units(robot), frame.to_cell_units(place));
+    let length = (end - start).norm();
+    length == 0.0
+        || GridRay::new(&start, &((end - start) / length))
+            .take_while(|(_, entered)| *entered < length)
+            .all(|(cell, _)| !obstacles.is_blocked(cell))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Pose, Twist};
+    use crate::map::{Cell, GridFrame};
+    use crate::navigator::Mode;
+    use crate::runtime::TraceRow;
+
+    /// A drive along x for 20 s. The robot has these speeds without and with the person, who stands at x = 20 m beyond `y`.
+    fn drive(alone: f64, with: f64, y: f64) -> Trace {
+        let person = Point::new(20.0, y);
+        let mut x = 10.0;
+        let row = |tick: u32| {
+            let pose = Pose::new(x, 0.0, 0.0);
+            let is_near = (person - pose.position()).norm() <= MET_WITHIN_M;
+            let linear = if is_near { with } else { alone };
+            x += linear * 0.1;
+            TraceRow {
+                time_s: f64::from(tick) * 0.1,
+                pose,
+                belief: pose,
+                twist: Twist::new(linear, 0.0),
+                command: Twist::STOP,
+                local_target: Point::default(),
+                gap_m: 1.0,
+                admissible: 0,
+                samples: 0,
+                mode: Mode::Driving,
+                path: 0,
+                moving: vec![Some(person), None],
+            }
+        };
+        let rows = (0..200).map(row).collect();
+        Trace { rows, moving_radii: vec![0.3, 0.3], ..Trace::default() }
+    }
+
+    /// A map of 60 by 20 m with a wall at y = 1 m where `is_walled`.
+    fn map(is_walled: bool) -> ObstacleGrid {
+        let origin = Pose::new(0.0, -10.0, 0.0);
+        let frame = GridFrame::new(600, 200, 0.1, origin).expect("a valid size");
+        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        (0..600).for_each(|column| obstacles.set(Cell::new(column, 110), is_walled));
+        obstacles
+    }
+
+    #[test]
+    fn time_lost_is_the_time_beyond_that_of_the_speed_without_people() {
+        let encounters = Encounters::of(&drive(1.0, 0.5, 2.0), &map(false), 0.1);
+        // The robot is within 4 m for 6.9 m, at half its speed.
+        let lost_s = encounters.time_lost_s.expect("a loss");
+        assert_eq!(encounters.people_met, 1);
+        assert!((lost_s - 6.9).abs() < 0.2, "{lost_s}");
+        let same = Encounters::of(&drive(1.0, 1.0, 2.0), &map(false), 0.1);
+        assert!(same.time_lost_s.is_some_and(|lost_s| lost_s.abs() < 1e-9), "{same:?}");
+    }
+
+    #[test]
+    fn people_behind_walls_or_far_away_are_not_met() {
+        let none = Encounters::default();
+        assert_eq!(Encounters::of(&drive(1.0, 0.5, 2.0), &map(true), 0.1), none);
+        assert_eq!(Encounters::of(&drive(1.0, 0.5, 4.5), &map(false), 0.1), none);
+    }
+
+    #[test]
+    fn time_lost_is_unknown_where_the_robot_was_never_alone() {
+        let mut trace = drive(1.0, 0.5, 2.0);
+        trace.rows.retain(|row| (16.6..23.0).contains(&row.pose.x));
+        let encounters = Encounters::of(&trace, &map(false), 0.1);
+        assert_eq!((encounters.people_met, encounters.time_lost_s), (1, None));
+    }
+}
