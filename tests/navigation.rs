@@ -2,6 +2,7 @@
 
 mod cases {
     mod navigation {
+        mod corridor;
         mod deadlines;
         mod footprint;
         mod identification;
