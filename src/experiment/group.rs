@@ -254,7 +254,7 @@ fn ratio<'a>(
     figures: impl Fn(&RunRow) -> Option<(f64, f64)>,
 ) -> Option<f64> {
     let sum = |sums: (f64, f64), figures: (f64, f64)| (sums.0 + figures.0, sums.1 + figures.1);
-    let (above, below) = rows.filter_map(|row| figures(row)).fold((0.0, 0.0), sum);
+    let (above, below) = rows.filter_map(figures).fold((0.0, 0.0), sum);
     (below > 0.0).then(|| above / below)
 }
 
