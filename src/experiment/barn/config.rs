@@ -53,9 +53,9 @@ pub fn barn_config(max_speed: f64) -> Config {
         local: LocalSettings {
             // The challenge's baseline makes 20 decisions per second.
             control_period_s: 0.05,
-            // It reaches just over a metre at these speeds, about as far as the key node: with a key node nearer than the
-            // horizon's end, trajectories that end near it are slow.
-            sim_time_s: 1.0,
+            // It stops from 2 m/s within 0.5 s. A longer horizon costs speed: the rule of `stopping` counts the cylinders that the
+            // robot reaches only at its end, and arcs that end beyond the key node at 1.2 m are longer than the score wants.
+            sim_time_s: 0.6,
             sim_step_s: 0.05,
             vx_samples: 20,
             vtheta_samples: 41,
