@@ -117,10 +117,10 @@ mod tests {
     #[test]
     fn time_lost_is_the_time_beyond_that_of_the_speed_without_people() {
         let encounters = Encounters::of(&drive(1.0, 0.5, 2.0), &map(false), 0.1);
-        // The robot is within 4 m for 6.9 m, at half its speed.
+        // The robot is within 4 m for the last 13.5 s, at half its speed.
         let lost_s = encounters.time_lost_s.expect("a loss");
         assert_eq!(encounters.people_met, 1);
-        assert!((lost_s - 6.9).abs() < 0.2, "{lost_s}");
+        assert!((lost_s - 6.75).abs() < 0.1, "{lost_s}");
         let same = Encounters::of(&drive(1.0, 1.0, 2.0), &map(false), 0.1);
         assert!(same.time_lost_s.is_some_and(|lost_s| lost_s.abs() < 1e-9), "{same:?}");
     }
