@@ -29,7 +29,7 @@ pub struct NarrowStretch {
 #[derive(Clone, Debug)]
 pub(crate) enum Part {
     /// A path with room for every heading.
-    Open(Plan),
+    Open(Box<Plan>),
     /// A straight line from the end of the part before.
     Narrow {
         /// Its end.

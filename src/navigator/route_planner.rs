@@ -231,7 +231,7 @@ impl RoutePlanner {
                     let terrain = &mut *task.terrain;
                     let clock = &mut *task.clock;
                     let leg = &mut Task { terrain, start: from, start_yaw: None, goal: to, clock };
-                    Part::Open(self.plan_open(leg).ok()?)
+                    Part::Open(Box::new(self.plan_open(leg).ok()?))
                 }
             });
             from = to;

@@ -135,7 +135,7 @@ mod tests {
                 body.moved(place, angle, Vector::ZERO)
             })
             .collect();
-        for corner in poses.iter().flat_map(|pose| pose.corners()) {
+        for corner in poses.iter().flat_map(Polygon::corners) {
             assert!(swept.signed_distance(corner) < 1e-9, "{corner:?}");
         }
         let over = |corner: &Point| {
