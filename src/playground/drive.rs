@@ -42,6 +42,7 @@ struct DriveRequest {
     people: Vec<MovingDisc>,
     vx_samples: u32,
     vtheta_samples: u32,
+    #[serde(default)]
     sampler: Sampler,
     sim_time_s: f64,
     weights: Weights,
