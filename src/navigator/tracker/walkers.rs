@@ -29,9 +29,6 @@ const MIN_UPDATES: u32 = 4;
 const MIN_MOTION_M: f64 = 0.25;
 /// A walker without returns ends after this time, seconds: a person may pass behind a post or another person.
 const HIDDEN_FOR_S: f64 = 0.8;
-/// Two walkers nearer than this are the legs of one person, metres: a person who comes into sight in the middle of a step begins as
-/// two, and the legs pass each other once in each step.
-const ONE_PERSON_M: f64 = 0.3;
 /// Largest number of walkers.
 const MAX_WALKERS: usize = 16;
 
@@ -119,7 +116,6 @@ impl Walkers {
             }
         }
         walkers.retain(|walker| (0.0..=HIDDEN_FOR_S).contains(&(time_s - walker.seen_s)));
-        join(walkers);
         for (count, center) in new {
             if count >= MIN_RETURNS && walkers.len() < MAX_WALKERS {
                 let covariance = Matrix2::identity() * ONE_LEG_M2;
@@ -130,23 +126,6 @@ impl Walkers {
             }
         }
     }
-}
-
-/// Keeps the oldest of walkers that are one person.
-fn join(walkers: &mut Vec<Walker>) {
-    let mut kept = 0;
-    for number in 0..walkers.len() {
-        let Walker { filter, has_walked, .. } = &walkers[number];
-        let (center, has_walked) = (filter.center(), *has_walked);
-        let is_same = |older: &&mut Walker| (older.filter.center() - center).norm() < ONE_PERSON_M;
-        if let Some(older) = walkers[..kept].iter_mut().find(is_same) {
-            older.has_walked |= has_walked;
-        } else {
-            walkers.swap(kept, number);
-            kept += 1;
-        }
-    }
-    walkers.truncate(kept);
 }
 
 /// Adds a return to the leg of the last one, or to a new leg.
