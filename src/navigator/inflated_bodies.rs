@@ -103,7 +103,6 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    use super::super::predictions::Predictions;
     use super::*;
     use crate::geometry::{Point, Twist};
     use crate::local::{CpuEngine, DecisionInput, Detail, Engine, QuantizedProblem, SampleStatus};
@@ -126,7 +125,6 @@ mod tests {
             moving: Vec::new(),
             may_come: Vec::new(),
             since_scan_s: 0.0,
-            predictions: Predictions::default(),
         }
     }
 

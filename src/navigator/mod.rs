@@ -18,7 +18,6 @@ mod observation;
 mod obstacle_model;
 mod occlusion;
 mod passive_safety;
-mod predictions;
 mod replanning;
 mod route;
 mod route_planner;

@@ -321,7 +321,6 @@ impl Navigator {
                 now.may_come.push(obstacle_that_may_come(place, pedestrian_radius_m, speed));
             }
         }
-        now.predict_people(self.obstacles.people(), pedestrian_radius_m);
         if self.is_over() {
             return self.brake_from(&now.twist);
         }

@@ -94,11 +94,6 @@ impl ObstacleModel {
         self.tracker.iter().flat_map(Tracker::entered)
     }
 
-    /// People and other moving obstacles, each with the deviation of its velocity, m/s.
-    pub(super) fn people(&self) -> impl Iterator<Item = (MovingDisc, f64)> + '_ {
-        self.tracker.iter().flat_map(Tracker::people)
-    }
-
     /// Pairs of narrow objects, which may be people who have stood there all the time. They are marked too.
     pub(super) fn pairs_of_legs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
         self.tracker.iter().flat_map(Tracker::pairs_of_legs)

@@ -123,7 +123,6 @@ impl PassiveSafety<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::predictions::Predictions;
     use super::*;
 
     const REACTION_S: f64 = 0.5;
@@ -137,7 +136,6 @@ mod tests {
             moving: vec![disc],
             may_come: vec![disc],
             since_scan_s: 0.0,
-            predictions: Predictions::default(),
         }
     }
 

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
 use super::passive_safety::PassiveSafety;
-use super::predictions::Predictions;
 use super::visible_space::VisibleSpace;
 use super::{Decision, Goal, Mode, NavigatorSettings, Route};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
@@ -106,8 +105,6 @@ pub(super) struct PredictedState {
     pub may_come: Vec<MovingDisc>,
     /// Time from the scan to the effect of the command, seconds.
     pub since_scan_s: f64,
-    /// What people may do from then on.
-    pub predictions: Predictions,
 }
 
 impl PredictedState {
@@ -136,24 +133,7 @@ impl PredictedState {
         (pose, twist) = limits.advance(&pose, &twist, &active, left_s);
         let since_scan_s = delay_s + (time_s - scan_s).clamp(0.0, OLDEST_SCAN_S);
         let moving: Vec<_> = moving.iter().map(|disc| disc.after(since_scan_s)).collect();
-        Self {
-            time_s,
-            pose,
-            twist,
-            may_come: moving.clone(),
-            moving,
-            since_scan_s,
-            predictions: Predictions::default(),
-        }
-    }
-
-    /// Predicts people of the last scan, each with the deviation of the velocity, m/s, and with at least this radius, metres.
-    pub fn predict_people(
-        &mut self,
-        people: impl Iterator<Item = (MovingDisc, f64)>,
-        least_m: f64,
-    ) {
-        self.predictions = Predictions::seen(people, least_m, self.since_scan_s);
+        Self { time_s, pose, twist, may_come: moving.clone(), moving, since_scan_s }
     }
 }
 

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
-use super::predictions::Predictions;
 use super::scan_health::ScanHealth;
 use super::state::{PredictedState, RobotModel, State};
 use super::visible_space::VisibleSpace;
@@ -67,6 +66,5 @@ pub(super) fn standing_at(pose: Pose) -> PredictedState {
         moving: Vec::new(),
         may_come: Vec::new(),
         since_scan_s: 0.1,
-        predictions: Predictions::default(),
     }
 }

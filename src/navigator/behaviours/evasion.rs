@@ -70,7 +70,7 @@ fn safest_motion(state: &State<'_>) -> Option<Twist> {
 }
 
 /// Whether a robot that starts towards a velocity, and brakes from the next decision on, touches nothing static.
-pub(super) fn can_stop_clear(state: &State<'_>, wanted: &Twist) -> bool {
+fn can_stop_clear(state: &State<'_>, wanted: &Twist) -> bool {
     let limits = &state.robot.limits;
     let (mut pose, mut twist) = limits.advance(&state.now.pose, &state.now.twist, wanted, STEP_S);
     for _ in 0..MAX_BRAKING_STEPS {

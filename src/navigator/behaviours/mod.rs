@@ -6,7 +6,6 @@
 mod escape;
 mod evasion;
 mod forward_escape;
-mod give_way;
 mod goal_handling;
 mod narrow_passage;
 mod occlusion_speed;
@@ -18,7 +17,6 @@ use super::state::State;
 use super::{Decision, Fault, Mode};
 use crate::local::LocalPlanner;
 use escape::Escape;
-use give_way::GiveWay;
 use goal_handling::GoalHandling;
 use narrow_passage::NarrowPassage;
 use occlusion_speed::OcclusionSpeed;
@@ -57,7 +55,6 @@ trait Behaviour {
 /// All behaviours with their memories.
 pub(super) struct Behaviours {
     goal_handling: GoalHandling,
-    give_way: GiveWay,
     escape: Escape,
     narrow_passage: NarrowPassage,
     rotate_in_place: RotateInPlace,
@@ -68,7 +65,6 @@ impl Behaviours {
     pub fn new(planner: LocalPlanner) -> Self {
         Self {
             goal_handling: GoalHandling::default(),
-            give_way: GiveWay::default(),
             escape: Escape::default(),
             narrow_passage: NarrowPassage::default(),
             rotate_in_place: RotateInPlace::default(),
@@ -81,20 +77,18 @@ impl Behaviours {
     /// # Errors
     /// When the mission must end.
     pub fn decide(&mut self, mut state: State<'_>) -> Result<Decision, Fault> {
-        let by_priority: [&mut dyn Behaviour; 7] = [
-            // 1. A robot in the path of a person gives way, whatever else it would do: near the person it is too late.
-            &mut self.give_way,
-            // 2. A robot at its goal has nothing else to do. The local planner cannot park it to the centimetre.
+        let by_priority: [&mut dyn Behaviour; 6] = [
+            // 1. A robot at its goal has nothing else to do. The local planner cannot park it to the centimetre.
             &mut self.goal_handling,
-            // 3. A robot that was held up for long leaves the place before it tries its path again.
+            // 2. A robot that was held up for long leaves the place before it tries its path again.
             &mut self.escape,
-            // 4. A robot at a narrow stretch of its path drives along its line: the dynamic window has no room there.
+            // 3. A robot at a narrow stretch of its path drives along its line: the dynamic window has no room there.
             &mut self.narrow_passage,
-            // 5. A robot that faces away from its target rotates before it drives: driving forwards it would circle around it.
+            // 4. A robot that faces away from its target rotates before it drives: driving forwards it would circle around it.
             &mut self.rotate_in_place,
-            // 6. A robot that drives on is slow enough for what it cannot see.
+            // 5. A robot that drives on is slow enough for what it cannot see.
             &mut OcclusionSpeed,
-            // 7. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
+            // 6. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
             &mut self.path_following,
         ];
         let mut proposed = None;

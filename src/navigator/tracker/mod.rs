@@ -10,7 +10,6 @@ mod entered;
 mod filter;
 mod standing;
 mod track;
-mod walkers;
 
 use nalgebra::Matrix2;
 
@@ -23,7 +22,6 @@ use entered::EnteredPlaces;
 use filter::Fit;
 use standing::StandingPeople;
 use track::Track;
-use walkers::Walkers;
 
 /// Returns from beyond this distance do not count, metres: a person has no three beams of 1 degree there.
 pub(super) const FARTHEST_M: f64 = 12.0;
@@ -70,7 +68,6 @@ pub(super) struct Tracker {
     /// Discs that a moving obstacle covered, and the begin of its track, seconds.
     pub swept: Vec<(MovingDisc, f64)>,
     entered: EnteredPlaces,
-    walkers: Walkers,
     /// Whether what comes out of hiding may be a person.
     pub hides_people: bool,
     returns: Vec<Return>,
@@ -96,7 +93,6 @@ impl Tracker {
             self.tracks.clear();
             self.history.clear();
             self.entered.clear();
-            self.walkers.clear();
             self.standing.clear();
         } else if gap_s > 0.0 {
             for track in &mut self.tracks {
@@ -108,7 +104,6 @@ impl Tracker {
         self.swept.clear();
         self.collect(pose, scan, origin);
         self.entered.update(time_s, &self.returns);
-        self.walkers.update((time_s, gap_s.max(0.0)), &self.returns);
         let returns = ScanReturns { pose, scan, returns: &self.returns };
         returns.find_clusters(&mut self.runs, &mut self.clusters);
         let narrow = returns.narrow_objects(standing::LEG_WIDTH_M, standing::LEGS_RETURNS);
@@ -138,22 +133,6 @@ impl Tracker {
         let is_explained =
             move |place: &Point| self.tracks.iter().any(|track| explains(track, place));
         self.entered.places().filter(move |(place, _)| !is_explained(place))
-    }
-
-    /// People and other moving obstacles with the deviations of their velocity, m/s: those that show their whole width, and those
-    /// of whom the scan shows legs.
-    pub fn people(&self) -> impl Iterator<Item = (MovingDisc, f64)> + '_ {
-        let wide = || self.tracks.iter().filter(|track| track.is_moving && !track.is_leg());
-        let is_wide = move |place: &Point| {
-            wide().any(|track| (track.center() - place).norm() < track.radius.radius_m + ENTERED_M)
-        };
-        let walkers = self.walkers.iter().filter(move |it| !is_wide(&it.filter.center()));
-        let walkers = walkers.map(|walker| {
-            let (Point { x, y }, velocity) = (walker.filter.center(), walker.filter.velocity());
-            let disc = MovingDisc { x, y, radius: 0.0, vx: velocity.x, vy: velocity.y };
-            (disc, walker.filter.speed_deviation())
-        });
-        wide().map(|track| (track.disc(), track.filter.speed_deviation())).chain(walkers)
     }
 
     /// Pairs of narrow objects, which may be people who have stood there all the time.
