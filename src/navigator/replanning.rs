@@ -180,9 +180,6 @@ impl Replanner {
             Some(Reason::NewMap)
         } else if self.is_blocked {
             Some(Reason::Blocked)
-        } else if state.mode == Mode::Parking {
-            // Lining up for a narrow stretch is no progress along the path, and another path would begin elsewhere.
-            None
         } else if escapes || state.stuck_s > STUCK_PATIENCES * state.settings.stuck_patience_s {
             Some(Reason::HeldUp)
         } else {

@@ -83,9 +83,9 @@ impl Route {
         self.narrow.iter().find(|stretch| stretch.to_m > self.progress_m + LEFT_NARROW_M)
     }
 
-    /// The narrow stretch at an arc length, metres.
+    /// The narrow stretch at an arc length, metres; its ends do not count.
     pub(super) fn narrow_at(&self, arc_m: f64) -> Option<&NarrowStretch> {
-        self.narrow.iter().find(|stretch| (stretch.from_m..=stretch.to_m).contains(&arc_m))
+        self.narrow.iter().find(|stretch| stretch.from_m < arc_m && arc_m < stretch.to_m)
     }
 
     /// Updates the progress of the robot and returns its distance from the path, metres.

@@ -101,13 +101,6 @@ impl RoutePlanner {
         self.least_radius_m
     }
 
-    /// The least distance between the robot's origin and an obstacle in any passage, metres.
-    #[must_use]
-    pub fn narrowest_radius_m(&self) -> f64 {
-        let searcher = self.heading_searcher.as_ref();
-        searcher.map_or(self.least_radius_m, |searcher| searcher.inscribed_radius_m)
-    }
-
     /// Plans a path among obstacles, and keeps what depends only on them for the next plan. Times its stages by `clock`, in
     /// seconds.
     ///
@@ -314,53 +307,4 @@ const fn is_without_room(error: &PlanError) -> bool {
 /// little clearance. Half a cell less suffices: the cells of a path are clear as a whole.
 fn lookup_margin_m(resolution_m: f64) -> f64 {
     (core::f64::consts::SQRT_2 - 0.5) * resolution_m.min(FIELD_CELL_M)
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_pcg::Pcg64Mcg;
-
-    use super::*;
-    use crate::geometry::Pose;
-    use crate::map::{Cell, GridFrame};
-    use crate::robot::Polygon;
-
-    /// Squares at random places, which leave a path that is no big detour.
-    fn scattered(rng: &mut Pcg64Mcg) -> ObstacleGrid {
-        let frame = GridFrame::new(300, 300, 0.05, Pose::default()).expect("a sound size");
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        for _ in 0..12 {
-            let (left, bottom) = (rng.random_range(30..260), rng.random_range(30..260));
-            for (column, row) in (0..8).flat_map(|row| (0..8).map(move |column| (column, row))) {
-                obstacles.set(Cell::new(left + column, bottom + row), true);
-            }
-        }
-        obstacles
-    }
-
-    #[test]
-    fn plan_in_the_open_equals_that_without_headings_and_searches_none() {
-        let footprint = Footprint::covering(Polygon::default());
-        let settings = NavigatorSettings::default();
-        let new = || {
-            let planning = global::Settings::default();
-            RoutePlanner::new(&footprint, &settings, planning, 0.05).reversing(true)
-        };
-        let mut without = RoutePlanner { heading_searcher: None, ..new() };
-        let mut rng = Pcg64Mcg::seed_from_u64(4);
-        for _ in 0..20 {
-            let mut with = new();
-            let obstacles = scattered(&mut rng);
-            let ends = [Point::new(0.8, 0.8), Point::new(14.2, 13.0)];
-            let [found, expected] = [&mut with, &mut without]
-                .map(|planner| planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0));
-            let expected = expected.expect("a path");
-            assert_eq!(found.expect("a path"), expected);
-            assert!(expected.narrow.is_empty());
-            let searcher = with.heading_searcher.as_ref().expect("a polygon");
-            assert!(searcher.is_unused(), "a lattice search ran");
-            assert!(with.terrain.is_some_and(|terrain| terrain.passable.is_none()));
-        }
-    }
 }

@@ -36,8 +36,6 @@ pub struct MissionSite {
     pub obstacles: ObstacleGrid,
     /// Cells at least as far from every obstacle as a global path must be.
     pub free: FreeSpace,
-    /// Cells in which the robot fits with some heading: the planner decides whether it passes there.
-    passable: FreeSpace,
     /// Indices of the free cells that are not at the map's border, ascending.
     free_cells: Vec<usize>,
 }
@@ -48,8 +46,7 @@ impl MissionSite {
     pub fn new(name: &str, map: OccupancyGrid, config: &Config) -> Self {
         let obstacles = map.obstacles(config.unknown);
         let planner = config.route_planner(map.frame().resolution_m);
-        let radii_m = [planner.least_radius_m(), planner.narrowest_radius_m()];
-        let [free, passable] = FreeSpace::for_radii(&obstacles, radii_m);
+        let free = FreeSpace::new(&obstacles, planner.least_radius_m());
         let frame = *free.frame();
         // Everything outside the map is an obstacle for a robot, but not for `FreeSpace`.
         let rim = (planner.least_radius_m() / frame.resolution_m).ceil() as i32;
@@ -60,7 +57,7 @@ impl MissionSite {
         let free_cells = (0..frame.len())
             .filter(|&index| free.is_free(frame.cell_at(index)) && is_inner(frame.cell_at(index)))
             .collect();
-        Self { name: name.to_owned(), map: Arc::new(map), obstacles, free, passable, free_cells }
+        Self { name: name.to_owned(), map: Arc::new(map), obstacles, free, free_cells }
     }
 
     /// Generates the mission of a seed: start and goal in free space, joined by a path of the planner within the rules'
@@ -118,7 +115,7 @@ impl MissionSite {
         for _ in 0..attempts {
             let first = frame.cell_at(self.free_cells[rng.random_range(0..self.free_cells.len())]);
             let start = frame.center_of(first);
-            let mut reached = flood_fill(&self.passable, first, most_steps);
+            let mut reached = flood_fill(&self.free, first, most_steps);
             reached.retain(|&cell| {
                 let is_inner = self.free_cells.binary_search(&frame.index(cell)).is_ok();
                 is_inner && (frame.center_of(cell) - start).norm() >= rules.min_m

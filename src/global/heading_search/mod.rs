@@ -120,12 +120,6 @@ impl HeadingSearcher {
         }
     }
 
-    /// Whether it has computed no move.
-    #[cfg(test)]
-    pub fn is_unused(&self) -> bool {
-        self.drives.iter().chain(&self.turns).all(Option::is_none)
-    }
-
     /// The cells in which the robot can be with some heading, and some more.
     pub fn passable(&self, obstacles: &ObstacleGrid) -> FreeSpace {
         // A cell counts as free by its farthest point, and a lattice point may be anywhere on it.

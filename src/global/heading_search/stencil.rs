@@ -22,11 +22,8 @@ impl Stencil {
     /// The cells whose square is nearer than a margin to a convex shape, all in cells.
     pub fn new(shape: &Polygon, margin: f64) -> Self {
         let corners = shape.corners();
-        let heights = corners.iter().map(|corner| corner.y);
-        let (least, most) = (
-            heights.clone().fold(f64::INFINITY, f64::min),
-            heights.fold(f64::NEG_INFINITY, f64::max),
-        );
+        let least = corners.iter().fold(corners[0], |least, corner| least.min(corner));
+        let most = corners.iter().fold(corners[0], |most, corner| most.max(corner));
         let first = |least: f64| (least - margin).floor() as i32 - 1;
         let last = |most: f64| (most + margin).floor() as i32 + 1;
         let reach = margin - TOLERANCE;
@@ -35,14 +32,9 @@ impl Stencil {
             shape.distance_to_unit_square(&corner) < reach
         };
         let mut rows = Vec::new();
-        for row in first(least)..=last(most) {
-            let Some((left, right)) =
-                span(shape, f64::from(row) - margin, f64::from(row + 1) + margin)
-            else {
-                continue;
-            };
+        for row in first(least.y)..=last(most.y) {
             // The shape is convex: the near cells of a row are joined.
-            let mut columns = first(left)..=last(right);
+            let mut columns = first(least.x)..=last(most.x);
             let Some(left) = columns.find(|&column| is_near(column, row)) else {
                 continue;
             };
@@ -58,29 +50,6 @@ impl Stencil {
             free.all_set_in_row(cell.row + row, cell.column + left..=cell.column + right)
         })
     }
-}
-
-/// The least and the greatest x of a convex shape between two values of y; `None` where it has none.
-fn span(shape: &Polygon, low: f64, high: f64) -> Option<(f64, f64)> {
-    let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (from, to) in shape.edges() {
-        let rise = to.y - from.y;
-        if from.y.max(to.y) < low || from.y.min(to.y) > high {
-            continue;
-        }
-        let at = |y: f64| {
-            let share = if rise == 0.0 { 0.0 } else { (y - from.y) / rise };
-            from.x + (to.x - from.x) * share.clamp(0.0, 1.0)
-        };
-        let ends = if rise == 0.0 {
-            [from.x, to.x]
-        } else {
-            [at(from.y.clamp(low, high)), at(to.y.clamp(low, high))]
-        };
-        left = left.min(ends[0]).min(ends[1]);
-        right = right.max(ends[0]).max(ends[1]);
-    }
-    (left <= right).then_some((left, right))
 }
 
 /// A convex body around the origin, in cells.

@@ -76,12 +76,6 @@ impl Escape {
             Mode::Rotating if state.measured.angular.abs() >= TURNING => {
                 self.held_up = ConditionTimer::default();
             }
-            // Lining up for a narrow stretch is progress that the path does not show.
-            Mode::Parking if !state.is_at_goal => {
-                let patience_s = WIGGLING_PATIENCES * state.settings.stuck_patience_s;
-                let next_s = state.now.time_s + patience_s;
-                self.next_s = Some(self.next_s.map_or(next_s, |before_s| before_s.max(next_s)));
-            }
             // The protective layer may forbid a rotation.
             Mode::Driving | Mode::Blocked | Mode::Rotating if state.settings.features.recovery => {
                 self.drove(state);
