@@ -222,8 +222,8 @@ fn density_picture_needs_no_page() {
         "NVIDIA H200",
         "20 Hz",
         "100 Hz",
-        "window 0.1 s, v : omega = 1:1",
-        "window 1 s, v : omega = 1:4",
+        "window 0.1 s, arcs, v : omega = 1:1",
+        "window 1 s, arcs, v : omega = 1:4",
     ] {
         assert!(picture.contains(drawn), "{drawn}");
     }
