@@ -7,15 +7,15 @@
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 use super::{Fault, RoutePlanner};
-use crate::geometry::{Point, Pose};
+use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
 
 /// What to plan.
 #[derive(Clone, Debug)]
 pub(super) struct PlanRequest {
-    /// Pose of the robot.
-    pub start: Pose,
+    /// First point of the path.
+    pub start: Point,
     /// Last point of the path.
     pub goal: Point,
     /// Obstacles that are not in the map.
@@ -109,10 +109,7 @@ fn work(
 ) {
     for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
-        let plan = {
-            let start = (request.start.position(), Some(request.start.yaw));
-            planner.plan_from(&obstacles, start, request.goal, &mut || 0.0)
-        };
+        let plan = planner.plan(&obstacles, request.start, request.goal, &mut || 0.0);
         if answers.send((number, plan)).is_err() {
             return;
         }
@@ -137,6 +134,7 @@ fn with_unknown(known: &ObstacleGrid, request: &PlanRequest) -> ObstacleGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
     use crate::global::Settings;
     use crate::map::GridFrame;
     use crate::navigator::NavigatorSettings;
@@ -153,7 +151,7 @@ mod tests {
 
     fn request(discs: Vec<MovingDisc>) -> PlanRequest {
         PlanRequest {
-            start: Pose::new(1.0, 2.0, 0.0),
+            start: Point::new(1.0, 2.0),
             goal: Point::new(5.0, 2.0),
             marks: vec![],
             discs,
