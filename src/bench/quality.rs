@@ -92,7 +92,7 @@ pub(super) fn arcs() -> String {
 pub const fn usual_shape(sampler: Sampler) -> f64 {
     match sampler {
         Sampler::Arcs | Sampler::Ramps => 1.0,
-        Sampler::TwoSegments | Sampler::Sequences => 1.0 / 8.0,
+        Sampler::TwoSegments | Sampler::Sequences => 1.0 / 16.0,
     }
 }
 

@@ -32,8 +32,11 @@ const DENSEST: usize = 1 << 20;
 /// Windows in which commands are compared, seconds: that of a control loop at 10 Hz, and a wide one.
 const WINDOWS_S: [f64; 2] = [0.1, 1.0];
 /// Samplers in closed loop, with ratios of forward speeds to turn rates.
-const CLOSED_LOOP_SAMPLERS: [(Sampler, f64); 3] =
-    [(Sampler::Arcs, 1.0), (Sampler::Arcs, 0.25), (Sampler::TwoSegments, 1.0 / 16.0)];
+const CLOSED_LOOP_SAMPLERS: [(Sampler, f64); 3] = [
+    (Sampler::Arcs, 1.0),
+    (Sampler::Arcs, 0.25),
+    (Sampler::TwoSegments, usual_shape(Sampler::TwoSegments)),
+];
 /// Steps of the horizon in which commands are compared, 0.1 s each.
 const QUALITY_STEPS: u32 = 20;
 

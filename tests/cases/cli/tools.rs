@@ -109,11 +109,7 @@ fn density_compares_commands_with_densest_sampling() {
     // Two densities, two windows, four samplers.
     assert_eq!(rows.len(), 16, "{object}");
     for row in rows {
-        // 362 x 2897: the nearest to 2^20 with an eighth as many columns as rows.
-        assert_eq!(
-            (row["densest"].as_u64(), row["decisions"].as_u64()),
-            (Some(1_048_714), Some(2))
-        );
+        assert_eq!((row["densest"].as_u64(), row["decisions"].as_u64()), (Some(1 << 20), Some(2)));
         assert!(row["regret_p50"].as_f64() <= row["regret_max"].as_f64(), "{row}");
         assert!(row["regret_p50"].as_f64() >= Some(0.0), "{row}");
     }

@@ -98,8 +98,8 @@ fn grid_counts_have_the_samples_and_shape() {
 fn densest_sampling_has_no_regret() {
     let plan = QualityPlan {
         steps: 10,
-        densest: 32,
-        samples: vec![4, 32],
+        densest: 64,
+        samples: vec![4, 64],
         samplers: vec![(Sampler::TwoSegments, usual_shape(Sampler::TwoSegments))],
         windows_s: vec![0.1, 1.0],
         ticks: 3,
@@ -110,7 +110,7 @@ fn densest_sampling_has_no_regret() {
     assert_eq!((rows.len(), ticks), (4, 6));
     for row in &rows {
         assert_eq!(row.decisions, 3, "{row:?}");
-        if row.samples == 32 {
+        if row.samples == 64 {
             assert_eq!((row.regret_max, row.v_off_max_m_s), (Some(0.0), Some(0.0)));
         } else {
             assert!(row.regret_max > Some(0.0), "{row:?}");
@@ -155,7 +155,7 @@ fn losses_are_distances_from_the_best_command() {
     let (steps, window_s, ticks) = (10, 0.1, 3);
     let plan = QualityPlan {
         steps,
-        densest: 32,
+        densest: 64,
         samples: vec![4],
         samplers: vec![(Sampler::TwoSegments, usual_shape(Sampler::TwoSegments))],
         windows_s: vec![window_s],
@@ -177,7 +177,7 @@ fn losses_are_distances_from_the_best_command() {
     };
     let (mut linear, mut angular, mut without_command) = (Vec::new(), Vec::new(), 0);
     for (number, tick) in [0, 33, 66].into_iter().enumerate() {
-        let best = command(32, tick).expect("32 samples have a command");
+        let best = command(64, tick).expect("64 samples have a command");
         // The engine found none in the second decision.
         match command(4, tick).filter(|_| number != 1) {
             Some(found) => {
@@ -187,7 +187,7 @@ fn losses_are_distances_from_the_best_command() {
             None => without_command += 1,
         }
     }
-    assert_eq!((row.samples, row.densest), (4, 32));
+    assert_eq!((row.samples, row.densest), (4, 64));
     assert_eq!((row.decisions, row.without_command), (ticks, without_command));
     assert_eq!(row.v_off_p50_m_s, percentile(linear.clone(), 0.5));
     assert_eq!(row.v_off_max_m_s, percentile(linear, 1.0));
