@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{}", selected.reason);
     for (problem, answer) in problems.iter().zip(answers) {
         match answer.winner {
-            Some(winner) => println!("{:?}", problem.window.twist(winner.index)),
+            Some(winner) => println!("{:?}", problem.command(winner.index)),
             None => println!("no admissible sample: brake"),
         }
     }

@@ -129,16 +129,9 @@ impl Roadway {
         let frame = field.frame();
         let mut cells = Vec::new();
         for sample in 0..problem.window.len() as u32 {
-            let twist = problem.window.twist(sample);
-            let mut pose = problem.pose;
-            for _ in 0..problem.steps {
-                // The motion model of eq. 27.
-                pose.x += twist.linear * problem.step_s * libm::cos(pose.yaw);
-                pose.y += twist.linear * problem.step_s * libm::sin(pose.yaw);
-                pose.yaw += twist.angular * problem.step_s;
-                let cell = frame.cell_of(&pose.position());
-                cells.extend(cell.map(|cell| frame.index(cell) as i32));
-            }
+            let visited =
+                problem.path(sample).into_iter().filter_map(|point| frame.cell_of(&point));
+            cells.extend(visited.map(|cell| frame.index(cell) as i32));
         }
         cells
     }

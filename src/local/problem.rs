@@ -164,9 +164,7 @@ impl Problem {
 
     /// Mean velocity of a sample within each step of the horizon.
     pub fn velocities(&self, index: u32) -> impl Iterator<Item = Twist> {
-        let columns = self.window.vx.count;
-        let vx = self.window.vx.value(index % columns);
-        let profile = self.motions().profile(index / columns);
+        let (vx, profile) = self.motions().sample(index);
         (0..self.steps).map(move |step| {
             let (vtheta, share) = profile.at(step);
             Twist::new(share * vx + (1.0 - share) * profile.vx, vtheta)
@@ -191,11 +189,9 @@ impl Problem {
     /// column, of its row, and of every step.
     #[must_use]
     pub fn stopping_velocity(&self, index: u32) -> Twist {
-        let columns = self.window.vx.count;
-        let vx = self.window.vx.value(index % columns).abs();
-        let profile = self.motions().profile(index / columns);
-        let vtheta = self.velocities(index).map(|twist| twist.angular.abs());
-        Twist::new(vx.max(profile.vx.abs()), vtheta.fold(0.0, f64::max))
+        let (vx, profile) = self.motions().sample(index);
+        let vtheta = (0..self.steps).map(|step| profile.at(step).0.abs());
+        Twist::new(vx.abs().max(profile.vx.abs()), vtheta.fold(0.0, f64::max))
     }
 
     /// The rows and columns of this problem.

@@ -55,7 +55,7 @@ impl Segment {
     }
 
     /// Turn rate and share at a step of this segment, which begins at step `begin`.
-    pub fn at(&self, begin: u32, step: u32) -> (f64, f64) {
+    fn at(&self, begin: u32, step: u32) -> (f64, f64) {
         let steps = f64::from(step - begin);
         (self.vtheta + steps * self.vtheta_growth, self.share + steps * self.share_growth)
     }
@@ -107,7 +107,7 @@ impl<'a> SampleMotions<'a> {
         let rows = window.vtheta.count.max(1);
         let rates = match sampler {
             Sampler::Arcs | Sampler::Ramps => rows,
-            // Four values hold zero and the last command beside the ends.
+            // Four values hold zero and the last command between the ends.
             Sampler::TwoSegments | Sampler::Sequences => {
                 (libm::cbrt(f64::from(rows)).round().max(4.0) as u32).min(rows)
             }
@@ -127,6 +127,12 @@ impl<'a> SampleMotions<'a> {
         }
     }
 
+    /// Speed of a sample's column, m/s, and profile of its row.
+    pub fn sample(&self, index: u32) -> (f64, Profile) {
+        let columns = self.window.vx.count;
+        (self.window.vx.value(index % columns), self.profile(index / columns))
+    }
+
     /// Velocity of a sample in its first control period: the command if it wins.
     pub fn command(&self, index: u32) -> Twist {
         let columns = self.window.vx.count;
@@ -138,7 +144,7 @@ impl<'a> SampleMotions<'a> {
                 let now = self.inputs.twist.angular;
                 now + self.ramp_share() * (self.window.vtheta.value(row) - now)
             }
-            Sampler::TwoSegments | Sampler::Sequences => self.first_rate(row).0,
+            Sampler::TwoSegments | Sampler::Sequences => self.first_rate(row),
         };
         Twist::new(vx, vtheta)
     }
@@ -206,14 +212,20 @@ impl<'a> SampleMotions<'a> {
         profile
     }
 
-    /// First turn rate of a row, and the row's number among those of this rate.
-    fn first_rate(&self, row: u32) -> (f64, u32) {
-        (self.first_rates.value(row / self.rows_per_rate), row % self.rows_per_rate)
+    /// First turn rate of a row.
+    fn first_rate(&self, row: u32) -> f64 {
+        self.first_rates.value(row / self.rows_per_rate)
+    }
+
+    /// Steps of the first velocity: those of a control period, at least one.
+    fn command_steps(&self) -> u32 {
+        let steps = (self.inputs.control_period_s / self.step_s).round().max(1.0) as u32;
+        steps.min(self.steps)
     }
 
     /// From the first velocity to the second one.
     fn two_segments(&self, row: u32) -> Profile {
-        let (first, _) = self.first_rate(row);
+        let first = self.first_rate(row);
         let Some(Second { vx, vtheta, begin }) = self.second(row) else {
             return self.arc(first);
         };
@@ -241,8 +253,7 @@ impl<'a> SampleMotions<'a> {
     /// their comparison does not depend on the places.
     fn second(&self, row: u32) -> Option<Second> {
         let limits = &self.inputs.limits;
-        let period = (self.inputs.control_period_s / self.step_s).round().max(1.0) as u32;
-        let begin = period.min(self.steps);
+        let begin = self.command_steps();
         let turn = limits.max_vel_theta;
         let (rate, number) = (row / self.rows_per_rate, row % self.rows_per_rate);
         let second = |vx, vtheta| Some(Second { vx, vtheta, begin });
@@ -268,22 +279,19 @@ impl<'a> SampleMotions<'a> {
         let along = place * GOLDEN_SHARE;
         let vx = limits.max_vel_x * (along - along.floor()).sqrt();
         // Early, after a quarter and after half of the horizon.
-        let begin = begin.max(self.steps * (number % 3) / 4).min(self.steps);
+        let begin = begin.max(self.steps * (number % 3) / 4);
         Some(Second { vx: Some(vx), vtheta, begin })
     }
 
     /// The first velocity, then three changes by noise. The first row of each rate has none.
     fn sequence(&self, row: u32) -> Profile {
-        let (first, number) = self.first_rate(row);
+        let first = self.first_rate(row);
         let mut profile = self.arc(first);
-        if number == 0 {
+        if row.is_multiple_of(self.rows_per_rate) {
             return profile;
         }
         let limits = &self.inputs.limits;
-        let knot = |place: u32| {
-            let early = (self.inputs.control_period_s / self.step_s).round().max(1.0) as u32;
-            early.max(self.steps * place / MAX_SEGMENTS as u32).min(self.steps)
-        };
+        let knot = |place: u32| self.command_steps().max(self.steps * place / MAX_SEGMENTS as u32);
         let noise = |place| noise(self.inputs.seed, row, place);
         let middle = 0.5 * (self.window.vx.low + self.window.vx.high);
         let horizon_s = f64::from(self.steps.saturating_sub(knot(0))) * self.step_s;

@@ -18,7 +18,7 @@ pub struct Encounters {
     /// Number of people that the robot met.
     pub people_met: usize,
     /// Time with people, less the time that the robot takes for the same distance at its mean speed without people, seconds. Below
-    /// zero for a robot that was faster with people. None where it met nobody, or was alone for less than 5 s.
+    /// zero for a robot that was faster with people. None where it met no person, or was alone for less than 5 s.
     ///
     /// The speed without people includes turns in place, waits and parking, so the loss is rather too small.
     pub time_lost_s: Option<f64>,
@@ -74,7 +74,6 @@ mod tests {
     use super::*;
     use crate::geometry::{Pose, Twist};
     use crate::map::{Cell, GridFrame};
-    use crate::navigator::Mode;
     use crate::runtime::TraceRow;
 
     /// A drive along x for 20 s. The robot has these speeds without and with the person, who stands at x = 20 m beyond `y`.
@@ -86,20 +85,9 @@ mod tests {
             let is_near = (person - pose.position()).norm() <= MET_WITHIN_M;
             let linear = if is_near { with } else { alone };
             x += linear * 0.1;
-            TraceRow {
-                time_s: f64::from(tick) * 0.1,
-                pose,
-                belief: pose,
-                twist: Twist::new(linear, 0.0),
-                command: Twist::STOP,
-                local_target: Point::default(),
-                gap_m: 1.0,
-                admissible: 0,
-                samples: 0,
-                mode: Mode::Driving,
-                path: 0,
-                moving: vec![Some(person), None],
-            }
+            let moving = vec![Some(person), None];
+            let time_s = f64::from(tick) * 0.1;
+            TraceRow { time_s, moving, ..TraceRow::driving(pose, Twist::new(linear, 0.0)) }
         };
         let rows = (0..200).map(row).collect();
         Trace { rows, moving_radii: vec![0.3, 0.3], ..Trace::default() }

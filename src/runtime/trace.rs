@@ -108,26 +108,34 @@ fn add_point(digest: &mut BitDigest, point: &Point) {
 }
 
 #[cfg(test)]
+impl TraceRow {
+    /// The row of a robot that drives with nothing near it.
+    pub(in crate::runtime) fn driving(pose: Pose, twist: Twist) -> Self {
+        Self {
+            time_s: 0.0,
+            pose,
+            belief: pose,
+            twist,
+            command: Twist::STOP,
+            local_target: Point::default(),
+            gap_m: 1.0,
+            admissible: 0,
+            samples: 0,
+            mode: Mode::Driving,
+            path: 0,
+            moving: Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn sign_changes_of_omega_ignore_rates_within_the_dead_band() {
         let changes = |rates: &[f64]| {
-            let row = |&rate: &f64| TraceRow {
-                time_s: 0.0,
-                pose: Pose::default(),
-                belief: Pose::default(),
-                twist: Twist::new(0.5, rate),
-                command: Twist::STOP,
-                local_target: Point::default(),
-                gap_m: 1.0,
-                admissible: 0,
-                samples: 0,
-                mode: Mode::Driving,
-                path: 0,
-                moving: Vec::new(),
-            };
+            let row = |&rate: &f64| TraceRow::driving(Pose::default(), Twist::new(0.5, rate));
             Trace { rows: rates.iter().map(row).collect(), ..Trace::default() }.omega_sign_changes()
         };
         assert_eq!(changes(&[]), 0);
