@@ -25,6 +25,8 @@ mod scan_health;
 mod scan_visibility;
 mod settings;
 mod state;
+#[cfg(test)]
+mod test_state;
 mod tracker;
 mod visible_space;
 mod waypoints;

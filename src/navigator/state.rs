@@ -334,14 +334,10 @@ impl<'a> State<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::RoutePlanner;
-    use super::super::scan_health::ScanHealth;
+    use super::super::test_state::{PERIOD_S, standing_at, with_state};
     use super::*;
-    use crate::global;
-    use crate::local::LocalSettings;
-    use crate::map::{GridFrame, ObstacleGrid, Scan};
+    use crate::map::{GridFrame, ObstacleGrid};
 
-    const PERIOD_S: f64 = 0.1;
     const LAG_S: f64 = 0.15;
 
     /// A base at 1 m/s whose motors follow the command with a lag of 0.15 s. Returns the distance to a standstill, metres, when
@@ -409,47 +405,14 @@ mod tests {
         let robot = RobotModel { footprint, limits: Limits::default() };
         let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
         let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        let field = ClearanceField::new(&ground).expect("a field");
-        let (start, goal) = (Point::default(), Goal::at(Point::new(3.0, 0.0)));
-        let planning = global::Settings::default();
-        let mut planner = RoutePlanner::new(&robot.footprint, settings, planning, 0.1);
-        let plan = planner.plan(&ground, start, goal.position, &mut || 0.0).expect("a path");
         let person = MovingDisc { x: 0.6 + person_m, y: 0.0, radius: 0.3, vx: 0.0, vy: 0.0 };
-        let pose = Pose::default();
-        let now = PredictedState {
-            time_s: 0.0,
-            pose,
-            twist: Twist::new(predicted, 0.0),
-            moving: Vec::new(),
-            may_come: vec![person],
-            since_scan_s: 0.1,
-        };
-        let scan =
-            Scan { angle_min: 0.0, angle_increment: 0.1, range_max: 10.0, ranges: vec![9.0; 60] };
+        let twist = Twist::new(predicted, 0.0);
+        let now = PredictedState { twist, may_come: vec![person], ..standing_at(Pose::default()) };
         let command = Twist::new(command, 0.0);
-        let local = LocalSettings::default();
-        let state = State {
-            settings,
-            robot: &robot,
-            period_s: PERIOD_S,
-            now: &now,
-            measured: &Twist::new(measured, 0.0),
-            last_command: &command,
-            inflated: InflatedBodies::new(&robot, settings, &local, &field, &now),
-            field: &Arc::new(field),
-            visible: VisibleSpace { pose, scan: &scan, health: &ScanHealth::default() },
-            standing_room: None,
-            goal: &goal,
-            route: &Route::new(&plan, settings),
-            off_path_m: 0.0,
-            local_target: goal.position,
-            heading_error: 0.0,
-            mode: Mode::Driving,
-            is_at_goal: false,
-            stuck_s: 0.0,
-            speed_limit: f64::INFINITY,
-        };
-        state.without_creep(command).linear
+        let motion = (Twist::new(measured, 0.0), command);
+        with_state(settings, &robot, &ground, &now, motion, |state| {
+            state.without_creep(command).linear
+        })
     }
 
     #[test]

@@ -26,8 +26,9 @@ const HORIZON_S: f64 = 1.5;
 const STEP_S: f64 = 0.1;
 /// Obstacles within this distance of the robot's circle count, metres.
 pub(super) const RANGE_M: f64 = 0.5;
-/// The robot approaches nothing to less than this, metres. It does not approach at all what is nearer already.
-pub(super) const MIN_GAP_M: f64 = 0.04;
+/// The robot approaches nothing to less than this, metres, or the safety margin if that is less: it must be able to leave each
+/// place that it drives into. It does not approach at all what is nearer already.
+const MIN_GAP_M: f64 = 0.04;
 /// The same for moving obstacles, metres.
 const MIN_MOVING_GAP_M: f64 = 0.1;
 /// More clearance than this has no further value, metres.
@@ -140,7 +141,13 @@ impl Breadcrumbs {
     }
 }
 
-/// The slow motion with the best end; standing where none is admissible.
+/// The gap to static obstacles that an escape keeps, metres, where the robot has this gap at present.
+pub(super) fn least_gap_m(state: &State<'_>, present_m: f64) -> f64 {
+    present_m.min(MIN_GAP_M).min(state.settings.safety_margin_m)
+}
+
+/// The slow motion with the best end; standing where none is admissible. Standing is no candidate: a robot at the place with the
+/// best score would stand there for good, although another motion leads out.
 fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
     let limits = &state.robot.limits;
     let footprint = &state.robot.footprint;
@@ -151,6 +158,9 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
         for rate in TURN_RATES {
             let linear = share * state.settings.escape_speed;
             let wanted = limits.clamp(&Twist::new(linear, rate));
+            if wanted == Twist::STOP {
+                continue;
+            }
             let Some(end) = end_of(state, &wanted, &clearance) else {
                 continue;
             };
@@ -176,7 +186,7 @@ fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Opti
         gaps_m.fold(f64::INFINITY, f64::min)
     };
     let (mut pose, mut twist) = (state.now.pose, state.now.twist);
-    let least_m = clearance.gap_m(footprint, &pose).min(MIN_GAP_M);
+    let least_m = least_gap_m(state, clearance.gap_m(footprint, &pose));
     let least_moving_m = moving_gap_m(&pose, 0.0).min(MIN_MOVING_GAP_M);
     for step in 1..=(HORIZON_S / STEP_S) as u32 {
         (pose, twist) = state.robot.limits.advance(&pose, &twist, wanted, STEP_S);
@@ -190,7 +200,47 @@ fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Opti
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::test_state::{standing_at, with_state};
+    use super::super::super::{NavigatorSettings, RobotModel};
     use super::*;
+    use crate::map::{Cell, GridFrame, ObstacleGrid};
+    use crate::robot::{Footprint, Limits, Polygon};
+
+    /// The result of a call with the state of a robot 0.26 m before a wall, with this safety margin, metres.
+    fn before_a_wall<R>(safety_margin_m: f64, call: impl FnOnce(&State<'_>) -> R) -> R {
+        let settings = NavigatorSettings {
+            safety_margin_m,
+            may_enter_unseen: true,
+            ..NavigatorSettings::default()
+        };
+        let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
+        let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
+        let robot = RobotModel { footprint: Footprint::covering(body), limits };
+        let frame = GridFrame::new(200, 200, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        (0..200).for_each(|row| ground.set(Cell::new(110, row), true));
+        let now = standing_at(Pose::new(-0.11, 0.0, 0.0));
+        with_state(&settings, &robot, &ground, &now, (Twist::STOP, Twist::STOP), call)
+    }
+
+    /// It came from behind the wall, by another passage. Each motion leads away from there, or nearer to the wall.
+    #[test]
+    fn robot_at_the_place_with_the_best_score_moves_nevertheless() {
+        let behind = Point::new(2.0, 0.0);
+        let wanted = before_a_wall(0.05, |state| best_motion(state, &behind));
+        assert_ne!(wanted, Twist::STOP);
+    }
+
+    /// Else it could not leave a gap that it may drive into.
+    #[test]
+    fn escape_keeps_no_larger_gap_than_the_safety_margin() {
+        let least_m =
+            |margin_m, present_m| before_a_wall(margin_m, |state| least_gap_m(state, present_m));
+        assert_eq!(least_m(0.05, 0.3), MIN_GAP_M);
+        assert_eq!(least_m(0.01, 0.3), 0.01);
+        assert_eq!(least_m(0.05, 0.02), 0.02);
+        assert_eq!(least_m(0.01, -0.01), -0.01);
+    }
 
     #[test]
     fn breadcrumbs_lead_back_place_by_place() {

@@ -4,7 +4,7 @@ use core::f64::consts::{PI, TAU};
 
 use super::super::exact_clearance::ExactClearance;
 use super::super::state::State;
-use super::escape::{ENOUGH_GAP_M, MIN_GAP_M, RANGE_M, RETURN_WEIGHT};
+use super::escape::{ENOUGH_GAP_M, RANGE_M, RETURN_WEIGHT, least_gap_m};
 use super::rotate_in_place::rotation;
 use crate::geometry::{Point, Pose, Twist};
 
@@ -26,7 +26,7 @@ pub(super) fn motion(state: &State<'_>, behind: &Point) -> Option<Twist> {
     let pose = &state.now.pose;
     let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
-    let least_m = clearance.gap_m(footprint, pose).min(MIN_GAP_M);
+    let least_m = least_gap_m(state, clearance.gap_m(footprint, pose));
     let is_clear = |there: &Pose| {
         clearance.gap_m(footprint, there) >= least_m
             && state.inflated.is_clear_of_moving(there, 0.0)

@@ -1,0 +1,70 @@
+//! States of a robot on its own ground, for the tests of behaviours.
+
+use std::sync::Arc;
+
+use super::inflated_bodies::InflatedBodies;
+use super::scan_health::ScanHealth;
+use super::state::{PredictedState, RobotModel, State};
+use super::visible_space::VisibleSpace;
+use super::{Goal, Mode, NavigatorSettings, Route, RoutePlanner};
+use crate::geometry::{Point, Pose, Twist};
+use crate::global;
+use crate::local::{ClearanceField, LocalSettings};
+use crate::map::{ObstacleGrid, Scan};
+
+/// Control period, seconds.
+pub(super) const PERIOD_S: f64 = 0.1;
+
+/// Calls a function with the state of a robot whose path leads 3 m along x from the origin, and whose lidar sees 9 m far. The
+/// robot drives as measured, by its last command.
+pub(super) fn with_state<R>(
+    settings: &NavigatorSettings,
+    robot: &RobotModel,
+    ground: &ObstacleGrid,
+    now: &PredictedState,
+    (measured, last_command): (Twist, Twist),
+    call: impl FnOnce(&State<'_>) -> R,
+) -> R {
+    let field = ClearanceField::new(ground).expect("a field");
+    let free = ObstacleGrid::new(*ground.frame(), vec![false; ground.frame().len()]);
+    let goal = Goal::at(Point::new(3.0, 0.0));
+    let mut planner =
+        RoutePlanner::new(&robot.footprint, settings, global::Settings::default(), 0.1);
+    let plan = planner.plan(&free, Point::default(), goal.position, &mut || 0.0).expect("a path");
+    let scan =
+        Scan { angle_min: 0.0, angle_increment: 0.1, range_max: 10.0, ranges: vec![9.0; 63] };
+    let local = LocalSettings::default();
+    call(&State {
+        settings,
+        robot,
+        period_s: PERIOD_S,
+        now,
+        measured: &measured,
+        last_command: &last_command,
+        inflated: InflatedBodies::new(robot, settings, &local, &field, now),
+        field: &Arc::new(field),
+        visible: VisibleSpace { pose: now.pose, scan: &scan, health: &ScanHealth::default() },
+        standing_room: None,
+        goal: &goal,
+        route: &Route::new(&plan, settings),
+        off_path_m: 0.0,
+        local_target: goal.position,
+        heading_error: 0.0,
+        mode: Mode::Driving,
+        is_at_goal: false,
+        stuck_s: 0.0,
+        speed_limit: f64::INFINITY,
+    })
+}
+
+/// The prediction of a robot that stands at a pose, without moving obstacles.
+pub(super) fn standing_at(pose: Pose) -> PredictedState {
+    PredictedState {
+        time_s: 0.0,
+        pose,
+        twist: Twist::STOP,
+        moving: Vec::new(),
+        may_come: Vec::new(),
+        since_scan_s: 0.1,
+    }
+}
