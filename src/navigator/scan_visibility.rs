@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
-use crate::geometry::{Point, Pose, bearing};
+use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::Scan;
 
 /// Largest error of a pose, radians and metres: three standard deviations of each of two poses.
@@ -45,16 +45,19 @@ pub(super) fn is_full_turn(scan: &Scan) -> bool {
     scan.ranges.len() as f64 * scan.angle_increment > TAU - 0.5 * scan.angle_increment
 }
 
-/// Whether the beams of a scan around a point all went beyond it by a margin, metres, for every pose within the error: then the
-/// point was free.
+/// Whether the beams of a scan around a point all went beyond it, for every pose within the error: then the point was free. The
+/// point is from another scan, with this motion between the two.
 ///
 /// The ranges of two neighbouring beams to a wall at a flat angle differ much. The beams on both sides count, so that a small
 /// rotation of the robot does not let the scan see through the wall.
-pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, margin_m: f64) -> bool {
+pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, apart: &Motion) -> bool {
     let robot = pose.position();
     let distance = (point - robot).norm();
-    let half_angle = YAW_ERROR + PLACE_ERROR_M / distance.max(PLACE_ERROR_M);
-    let margin_m = margin_m + MARGIN_SHARE * distance;
+    let place_error_m = PLACE_ERROR_M + SLIP * apart.driven_m;
+    let half_angle =
+        YAW_ERROR + TURN_ERROR * apart.turned + place_error_m / distance.max(place_error_m);
+    let drift_m = (DRIFT * apart.time_s).max(SLIP * apart.driven_m);
+    let margin_m = FREE_MARGIN_M + drift_m + MARGIN_SHARE * distance;
     seen_to_m(pose, scan, bearing(&robot, point), half_angle)
         .is_some_and(|seen| seen > distance + margin_m)
 }
@@ -68,19 +71,29 @@ pub(super) const AGES_S: [f64; 4] = [0.25, 0.5, 1.0, 1.7];
 /// scans, m/s: odometry drifts.
 const FREE_MARGIN_M: f64 = 0.06;
 const DRIFT: f64 = 0.05;
+/// Error of the distance driven between two scans, and of the angle turned, as shares of them: tracks slip.
+const SLIP: f64 = 0.05;
+const TURN_ERROR: f64 = 0.03;
 
 /// What hid a place was nearer by at least this, metres: an object does not hide its own side.
 const HIDING_M: f64 = 0.3;
 
-/// The margin for two scans this many seconds apart, metres.
-pub(super) fn free_margin_m(apart_s: f64) -> f64 {
-    FREE_MARGIN_M + DRIFT * apart_s
+/// A motion of the robot.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Motion {
+    /// Its duration, seconds.
+    pub time_s: f64,
+    /// Distance driven, metres.
+    pub driven_m: f64,
+    /// Sum of the angles turned to both sides, radians.
+    pub turned: f64,
 }
 
-/// A scan with its time, seconds, and the pose from which it was made.
+/// A scan with its time, seconds, the pose from which it was made, and the motion until the newest scan.
 #[derive(Debug, Default)]
 struct TimedPoseScan {
     time_s: f64,
+    until_now: Motion,
     pose: Pose,
     scan: Scan,
 }
@@ -100,41 +113,56 @@ pub(super) enum Earlier {
 #[derive(Debug, Default)]
 pub(super) struct History {
     scans: VecDeque<TimedPoseScan>,
-    /// Indices of the scans that are checked now, and their ages, seconds.
-    selected: Vec<(usize, f64)>,
+    /// Indices of the scans that are checked now.
+    selected: Vec<usize>,
+    last_pose: Option<Pose>,
 }
 
 impl History {
     /// Forgets all scans.
     pub fn clear(&mut self) {
-        self.scans.clear();
-        self.selected.clear();
+        *self = Self::default();
     }
 
-    /// Selects the scans to check at a time, seconds.
-    pub fn select(&mut self, time_s: f64) {
+    /// Moves on to a scan made at a time, seconds, from a pose, and selects the scans to check.
+    pub fn select(&mut self, time_s: f64, pose: &Pose) {
+        let last = self.last_pose.replace(*pose).unwrap_or(*pose);
+        let driven_m = (pose.position() - last.position()).norm();
+        let turned = wrap_angle(pose.yaw - last.yaw).abs();
+        for earlier in &mut self.scans {
+            earlier.until_now.time_s = time_s - earlier.time_s;
+            earlier.until_now.driven_m += driven_m;
+            earlier.until_now.turned += turned;
+        }
         self.selected.clear();
         for age_s in AGES_S {
-            let old_enough = |earlier: &TimedPoseScan| time_s - earlier.time_s >= age_s;
+            let old_enough = |earlier: &TimedPoseScan| earlier.until_now.time_s >= age_s;
             if let Some(place) = self.scans.iter().rposition(old_enough)
-                && !self.selected.iter().any(|&(other, _)| other == place)
+                && !self.selected.contains(&place)
             {
-                self.selected.push((place, time_s - self.scans[place].time_s));
+                self.selected.push(place);
             }
         }
     }
 
+    /// The motion since a time, seconds: that since the scan before it.
+    pub fn motion_since(&self, since_s: f64) -> Motion {
+        let before = |earlier: &&TimedPoseScan| earlier.time_s <= since_s;
+        let found = self.scans.iter().rev().find(before).or(self.scans.front());
+        found.map_or_else(Motion::default, |earlier| earlier.until_now)
+    }
+
     /// Whether a selected scan saw through a point.
     fn was_free(&self, point: &Point) -> bool {
-        self.selected.iter().any(|&(place, age_s)| {
-            let TimedPoseScan { pose, scan, .. } = &self.scans[place];
-            proves_free(pose, scan, point, free_margin_m(age_s))
+        self.selected.iter().any(|&place| {
+            let TimedPoseScan { pose, scan, until_now, .. } = &self.scans[place];
+            proves_free(pose, scan, point, until_now)
         })
     }
 
     /// Whether something much nearer hid a point in the latest selected scan.
     fn was_hidden(&self, point: &Point) -> bool {
-        self.selected.first().is_some_and(|&(place, _)| {
+        self.selected.first().is_some_and(|&place| {
             let TimedPoseScan { pose, scan, .. } = &self.scans[place];
             let robot = pose.position();
             let farthest_m = (point - robot).norm() - HIDING_M;
@@ -165,7 +193,8 @@ impl History {
         ranges.clone_from(&scan.ranges);
         let Scan { angle_min, angle_increment, range_max, .. } = *scan;
         let scan = Scan { angle_min, angle_increment, range_max, ranges };
-        self.scans.push_back(TimedPoseScan { time_s, pose: *pose, scan });
+        let until_now = Motion::default();
+        self.scans.push_back(TimedPoseScan { time_s, until_now, pose: *pose, scan });
     }
 }
 
@@ -193,7 +222,7 @@ mod tests {
         for (time_s, scan) in scans {
             history.push(*time_s, &Pose::default(), scan);
         }
-        history.select(now_s);
+        history.select(now_s, &Pose::default());
         // Between two beams.
         history.of(&Point::new(ahead_m, 0.001), true)
     }
@@ -213,7 +242,7 @@ mod tests {
     fn hidden_places_are_told_only_where_they_matter() {
         let mut history = History::default();
         history.push(0.0, &Pose::default(), &wall(3.0));
-        history.select(0.3);
+        history.select(0.3, &Pose::default());
         assert_eq!(history.of(&Point::new(5.0, 0.0), false), Earlier::Unknown);
         assert_eq!(history.of(&Point::new(2.0, 0.0), false), Earlier::Free);
     }
@@ -238,6 +267,40 @@ mod tests {
         // Beyond the field of view.
         let behind = Scan { angle_min: 0.5, ranges: vec![9.0; 720], ..wall(9.0) };
         assert_eq!(of(behind, 2.5), Earlier::Unknown);
+    }
+
+    /// Tracks slip: after a drive of 2 m, scans may be 10 cm apart.
+    #[test]
+    fn motion_between_two_scans_widens_what_must_be_free() {
+        let driven = |driven_m: f64, turned: f64| Motion { time_s: 1.0, driven_m, turned };
+        let is_free = |scan: Scan, apart: Motion| {
+            proves_free(&Pose::default(), &scan, &Point::new(2.0, 0.001), &apart)
+        };
+        assert!(is_free(wall(2.15), driven(0.0, 0.0)) && is_free(wall(2.15), driven(1.0, 3.0)));
+        assert!(!is_free(wall(2.15), driven(2.0, 0.0)));
+        // A beam 3 degrees aside meets something nearer.
+        let beside = || scan(|degree| if degree == 3.0 { 1.0 } else { 9.0 });
+        assert!(is_free(beside(), driven(0.3, 0.3)));
+        assert!(!is_free(beside(), driven(1.5, 0.0)) && !is_free(beside(), driven(0.0, 1.0)));
+    }
+
+    #[test]
+    fn history_adds_up_the_motion_since_each_scan() {
+        let mut history = History::default();
+        let poses = [(0.0, 0.0, 0.0), (0.1, 0.2, 0.1), (0.2, 0.5, -0.1)];
+        for (time_s, x, yaw) in poses {
+            let pose = Pose::new(x, 0.0, yaw);
+            history.select(time_s, &pose);
+            history.push(time_s, &pose, &wall(3.0));
+        }
+        let is_near = |motion: Motion, time_s: f64, driven_m: f64, turned: f64| {
+            let errors =
+                [motion.time_s - time_s, motion.driven_m - driven_m, motion.turned - turned];
+            errors.iter().all(|error| error.abs() < 1e-9)
+        };
+        assert!(is_near(history.motion_since(0.0), 0.2, 0.5, 0.3));
+        assert!(is_near(history.motion_since(0.15), 0.1, 0.3, 0.2));
+        assert!(is_near(history.motion_since(-1.0), 0.2, 0.5, 0.3), "the oldest scan there is");
     }
 
     #[test]

@@ -14,7 +14,7 @@ mod track;
 use nalgebra::Matrix2;
 
 use super::obstacle_model::ReturnOrigin;
-use super::scan_visibility::{Earlier, History, free_margin_m, proves_free, seen_to_m};
+use super::scan_visibility::{Earlier, History, Motion, proves_free, seen_to_m};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Owner, Return, ScanReturns};
@@ -100,7 +100,7 @@ impl Tracker {
             }
         }
         self.last_s = Some(time_s);
-        self.history.select(time_s);
+        self.history.select(time_s, pose);
         self.swept.clear();
         self.collect(pose, scan, origin);
         self.entered.update(time_s, &self.returns);
@@ -117,7 +117,7 @@ impl Tracker {
             self.moving.push(track.disc());
             self.swept.push((track.disc(), track.born_s));
         }
-        let is_free = |point: &Point| proves_free(pose, scan, point, free_margin_m(0.0));
+        let is_free = |point: &Point| proves_free(pose, scan, point, &Motion::default());
         self.standing.update(time_s, &self.clusters, &mut self.returns, is_free);
         self.moving.extend(self.standing.discs());
         self.history.push(time_s, pose, scan);
@@ -238,7 +238,9 @@ impl Tracker {
                 let entered = members.filter(|one| one.earlier == Earlier::Free).count();
                 let left = track
                     .earlier_points(time_s)
-                    .filter(|(point, age_s)| proves_free(pose, scan, point, free_margin_m(*age_s)))
+                    .filter(|(point, seen_s)| {
+                        proves_free(pose, scan, point, &self.history.motion_since(*seen_s))
+                    })
                     .count();
                 (entered + left) as u32
             } else {

@@ -191,7 +191,7 @@ impl Track {
             && speed > SURE_DEVIATIONS * self.filter.speed_deviation()
     }
 
-    /// Its points at the checked ages, with the ages in seconds.
+    /// Its points at the checked ages, with the times at which they were seen, seconds.
     pub fn earlier_points(&self, time_s: f64) -> impl Iterator<Item = (Point, f64)> + '_ {
         let mut last = None;
         AGES_S.into_iter().flat_map(move |age_s| {
@@ -200,7 +200,7 @@ impl Track {
             last = place;
             fresh.into_iter().flat_map(move |place| {
                 let step = &self.places[place];
-                step.points.map(|point| (point, time_s - step.time_s))
+                step.points.map(|point| (point, step.time_s))
             })
         })
     }
