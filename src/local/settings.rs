@@ -25,7 +25,7 @@ settings! {
         /// Time between decisions: the window holds the velocities reachable within it.
         pub control_period_s: f64 = 0.1, ["s", 0.0001 to 1000];
         /// Horizon of the rollout, and at most 1023 steps.
-        pub sim_time_s: f64 = 3.0, ["s", above 0 to 1000];
+        pub sim_time_s: f64 = 2.5, ["s", above 0 to 1000];
         /// Time between two checked poses.
         pub sim_step_s: f64 = 0.1, ["s", above 0 to 1000];
         /// Cap of the clearance: more clearance does not improve the score.

@@ -59,8 +59,6 @@ pub fn barn_config(max_speed: f64) -> Config {
             sim_step_s: 0.05,
             vx_samples: 20,
             vtheta_samples: 41,
-            // The cylinders are closer than a metre: a larger clearance has no value here.
-            max_clearance_m: 1.0,
             // The paper's rule, v^2 <= 2 dist a: it slows down next to obstacles, not only in front of them. With `arc` three
             // runs of ten touched something: it brakes at the last moment, and the base brakes later than commanded.
             stopping: Stopping::Clearance,
@@ -76,16 +74,12 @@ pub fn barn_config(max_speed: f64) -> Config {
             // The paths of the benchmark are 0.375 m from the cylinders; the circle around the robot needs 0.32 m.
             safety_margin_m: 0.01,
             comfort_margin_m: 0.15,
-            // The laser does not see behind, and nothing moves there.
-            may_enter_unseen: true,
             // Its cylinders look like legs.
             features: NavigatorFeatures {
                 occlusion_speed: false,
                 pairs_of_legs: false,
                 ..NavigatorFeatures::default()
             },
-            // Among cylinders each new detection matters at once.
-            replan_period_s: 0.3,
             lookahead_m: 1.2,
             min_lookahead_m: 0.4,
             key_node_spacing_m: 0.25,
