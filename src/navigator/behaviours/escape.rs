@@ -15,10 +15,8 @@ use crate::geometry::{Point, Pose, Twist};
 /// Duration of the first attempt, seconds. Each further one lasts twice as long, up to this many doublings.
 const FIRST_ATTEMPT_S: f64 = 2.0;
 const MAX_DOUBLINGS: u32 = 3;
-/// A robot that stays at one place for this many times the patience escapes too, even if it moves there.
+/// A robot without progress for this many times the patience escapes too, even if it moves.
 const WIGGLING_PATIENCES: f64 = 3.0;
-/// A robot this far from where it was held up, with enough clearance, has escaped, metres.
-const LEFT_M: f64 = 0.2;
 /// A robot below this speed that does not rotate is held up, m/s.
 const CREEPING: f64 = 0.05;
 /// A robot below this turn rate does not rotate, rad/s.
@@ -46,10 +44,7 @@ const TURN_RATES: [f64; 7] = [0.0, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8];
 pub(super) struct Escape {
     breadcrumbs: Breadcrumbs,
     held_up: ConditionTimer,
-    stay: Stay,
     attempts: u32,
-    /// Where the last attempt began.
-    from: Option<Point>,
     /// End of the last attempt, and earliest begin of the next one, seconds.
     until_s: Option<f64>,
     next_s: Option<f64>,
@@ -58,10 +53,6 @@ pub(super) struct Escape {
 impl Behaviour for Escape {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
         if self.until_s.is_none_or(|until_s| state.now.time_s >= until_s) {
-            return Ok(None);
-        }
-        if self.is_free(state) {
-            self.until_s = None;
             return Ok(None);
         }
         let pose = &state.now.pose;
@@ -78,25 +69,8 @@ impl Behaviour for Escape {
 }
 
 impl Escape {
-    /// Whether the robot has left the place where it was held up, has room around it, and nobody is near who could hold it up again.
-    fn is_free(&self, state: &State<'_>) -> bool {
-        let here = state.now.pose.position();
-        let has_left = self.from.is_none_or(|from| (here - from).norm() >= LEFT_M);
-        has_left && !state.waits_for_people() && {
-            let reach_m = state.robot.footprint.circumscribed_radius_m() + ENOUGH_GAP_M;
-            let clearance = ExactClearance::new(state.field, &here, reach_m);
-            clearance.gap_m(&state.robot.footprint, &state.now.pose) >= ENOUGH_GAP_M
-        }
-    }
-
     /// Updates the memory with the decision of the tick.
     pub fn observe(&mut self, state: &State<'_>, decision: &Decision) {
-        if decision.mode == Mode::Escaping {
-            self.stay = Stay::default();
-        } else {
-            let radius_m = state.settings.required_movement_radius;
-            self.stay.update(state.now.time_s, &state.now.pose.position(), radius_m);
-        }
         match decision.mode {
             Mode::Escaping => self.breadcrumbs.forget_near(&state.now.pose.position()),
             Mode::Rotating if state.measured.angular.abs() >= TURNING => {
@@ -123,10 +97,7 @@ impl Escape {
         }
         let creeps = now.twist.linear.abs() < CREEPING;
         let held_up_s = self.held_up.update(now.time_s, creeps);
-        // Not the time without progress along the path: a robot that drives on gets new paths, and each one only counts from its
-        // begin.
-        let stays_s = self.stay.lasts_s(now.time_s).min(stuck_s);
-        let is_patient = held_up_s <= patience_s && stays_s <= WIGGLING_PATIENCES * patience_s;
+        let is_patient = held_up_s <= patience_s && stuck_s <= WIGGLING_PATIENCES * patience_s;
         if is_patient || self.next_s.is_some_and(|next_s| now.time_s < next_s) {
             return;
         }
@@ -136,26 +107,8 @@ impl Escape {
         self.held_up = ConditionTimer::default();
         let until_s = now.time_s + FIRST_ATTEMPT_S * f64::from(1_u32 << doublings);
         self.until_s = Some(until_s);
-        self.from = Some(now.pose.position());
         // The path found after the attempt gets its chance before the next one.
         self.next_s = Some(until_s + 2.0 * patience_s);
-    }
-}
-
-/// How long the robot has been at one place: the place, and the time since then, seconds.
-#[derive(Debug, Default)]
-struct Stay(Option<(Point, f64)>);
-
-impl Stay {
-    /// Begins anew where the robot is farther away than a radius, metres.
-    fn update(&mut self, now_s: f64, robot: &Point, radius_m: f64) {
-        if self.0.is_none_or(|(place, _)| (robot - place).norm() > radius_m) {
-            self.0 = Some((*robot, now_s));
-        }
-    }
-
-    fn lasts_s(&self, now_s: f64) -> f64 {
-        self.0.map_or(0.0, |(_, since_s)| now_s - since_s)
     }
 }
 
@@ -287,20 +240,6 @@ mod tests {
         assert_eq!(least_m(0.01, 0.3), 0.01);
         assert_eq!(least_m(0.05, 0.02), 0.02);
         assert_eq!(least_m(0.01, -0.01), -0.01);
-    }
-
-    #[test]
-    fn stay_lasts_until_the_robot_is_a_radius_away() {
-        let mut stay = Stay::default();
-        assert_eq!(stay.lasts_s(5.0), 0.0);
-        for tick in 0..=30 {
-            // To and fro by 0.4 m.
-            let x = f64::from(tick % 3) * 0.2;
-            stay.update(f64::from(tick), &Point::new(x, 0.0), 0.5);
-        }
-        assert_eq!(stay.lasts_s(30.0), 30.0);
-        stay.update(31.0, &Point::new(0.6, 0.0), 0.5);
-        assert_eq!(stay.lasts_s(32.0), 1.0);
     }
 
     #[test]
