@@ -224,7 +224,7 @@ mod tests {
                 }
                 count += 1;
                 let twist = problem.window.twist(index);
-                for tick in 0..=150 {
+                for tick in 0..=(self.local.sim_time_s / 0.02) as u32 {
                     let pose = self.now.pose.after(&twist, f64::from(tick) * 0.02);
                     let wanted_m = if tick < 5 { first_m } else { margin_m };
                     least_m = least_m.min(self.gap_m(&squares, &pose) - wanted_m);
