@@ -2,6 +2,7 @@
 
 mod cases {
     mod sim {
+        mod narrow_drives;
         mod pedestrians;
         mod plant;
         mod simulated_base;

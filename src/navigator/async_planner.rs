@@ -7,15 +7,15 @@
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 use super::{Fault, RoutePlanner};
-use crate::geometry::Point;
+use crate::geometry::{Point, Pose};
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
 
 /// What to plan.
 #[derive(Clone, Debug)]
 pub(super) struct PlanRequest {
-    /// First point of the path.
-    pub start: Point,
+    /// Pose of the robot.
+    pub start: Pose,
     /// Last point of the path.
     pub goal: Point,
     /// Obstacles that are not in the map.
@@ -109,7 +109,10 @@ fn work(
 ) {
     for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
-        let plan = planner.plan(&obstacles, request.start, request.goal, &mut || 0.0);
+        let plan = {
+            let start = (request.start.position(), Some(request.start.yaw));
+            planner.plan_from(&obstacles, start, request.goal, &mut || 0.0)
+        };
         if answers.send((number, plan)).is_err() {
             return;
         }
@@ -134,7 +137,6 @@ fn with_unknown(known: &ObstacleGrid, request: &PlanRequest) -> ObstacleGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pose;
     use crate::global::Settings;
     use crate::map::GridFrame;
     use crate::navigator::NavigatorSettings;
@@ -151,7 +153,7 @@ mod tests {
 
     fn request(discs: Vec<MovingDisc>) -> PlanRequest {
         PlanRequest {
-            start: Point::new(1.0, 2.0),
+            start: Pose::new(1.0, 2.0, 0.0),
             goal: Point::new(5.0, 2.0),
             marks: vec![],
             discs,

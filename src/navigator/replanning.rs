@@ -1,11 +1,12 @@
 //! When to plan a new global path, and whether to follow it.
 
 use super::async_planner::{AsyncPlanner, PlanRequest};
+use super::exact_clearance::ExactClearance;
 use super::route::ConditionTimer;
 use super::state::State;
 use super::{Fault, Mode, ObstacleModel, RoutePlanner};
 use crate::geometry::{Point, Pose};
-use crate::global::{Plan, PlanError};
+use crate::global::{Plan, PlanError, Travel};
 use crate::map::ObstacleGrid;
 use crate::robot::Footprint;
 
@@ -17,6 +18,8 @@ const ON_PATH_M: f64 = 0.3;
 const PATH_STEP_M: f64 = 0.1;
 /// Clearance is looked up by the cell: a path at the least distance can seem nearer by this share of a cell.
 const LOOKUP_CELLS: f64 = 0.25;
+/// Least distance of the body to obstacles on a narrow stretch, metres.
+const NARROW_GAP_M: f64 = 0.02;
 /// The robot accepts a detour up to this length at once, metres.
 const SMALL_DETOUR_M: f64 = 3.0;
 /// A robot without progress for this many times the patience plans around moving obstacles.
@@ -159,7 +162,7 @@ impl Replanner {
         // Moving obstacles block a path only after the robot has waited for them without success.
         let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
         let request = PlanRequest {
-            start: now.pose.position(),
+            start: now.pose,
             goal: state.goal.position,
             marks: obstacles.marks().collect(),
             discs,
@@ -192,7 +195,11 @@ impl Replanner {
         let Ok(circle) = Footprint::round(self.least_radius_m - slack_m) else {
             return false;
         };
-        let is_near = |point: Point| {
+        let is_near = |arc_m: f64| {
+            let point = state.route.path.point_at(arc_m);
+            if let Some(stretch) = state.route.narrow_at(arc_m) {
+                return is_narrow_blocked(state, stretch.travel, arc_m);
+            }
             let there = Pose::new(point.x, point.y, 0.0);
             let clearance_m = state.field.clearance_m(&circle, &there);
             clearance_m.is_some_and(|clearance_m| clearance_m < 0.0)
@@ -200,6 +207,18 @@ impl Replanner {
         let ahead_m = state.settings.path_check_distance_m;
         state.route.ahead(ahead_m, PATH_STEP_M).any(is_near)
     }
+}
+
+/// Whether an obstacle is too near to the body of a robot on a narrow stretch, as far as the local window shows.
+fn is_narrow_blocked(state: &State<'_>, travel: Travel, arc_m: f64) -> bool {
+    let footprint = &state.robot.footprint;
+    let place = state.route.path.point_at(arc_m);
+    let along = state.route.path.direction_at(arc_m);
+    let along = if travel == Travel::Backward { along * -1.0 } else { along };
+    let pose = Pose::new(place.x, place.y, libm::atan2(along.y, along.x));
+    let reach_m = footprint.body_radius_m() + NARROW_GAP_M;
+    let clearance = ExactClearance::new(state.field, &place, reach_m);
+    clearance.gap_m(footprint, &pose) < NARROW_GAP_M
 }
 
 /// Counts the places at which no path remained, since the robot was nearest to its goal.

@@ -1,0 +1,59 @@
+//! Distances to the goal over cells: the heuristic of the lattice search.
+
+use core::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::cost::{NARROW_PRICE, length_cost};
+use super::headings::PARTS;
+use crate::map::{Cell, FreeSpace};
+
+/// Moves to the neighbours of a cell.
+pub(super) const NEIGHBOURS: [(i32, i32); 8] =
+    [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
+
+/// Cost from each cell to the goal for a robot as wide as its inscribed circle, `u32::MAX` where there is no path.
+pub(super) struct Distances(Vec<u32>);
+
+impl Distances {
+    /// Computes the costs of up to `most` from the cells of `passable`. Metres outside `open` have their price.
+    pub fn new(passable: &FreeSpace, open: &FreeSpace, goal: Cell, most: u64) -> Self {
+        let frame = passable.frame();
+        let mut costs = vec![u32::MAX; frame.len()];
+        let mut queue = BinaryHeap::new();
+        if passable.is_free(goal) {
+            costs[frame.index(goal)] = 0;
+            queue.push((Reverse(0_u32), frame.index(goal)));
+        }
+        let sides = [1.0, core::f64::consts::SQRT_2]
+            .map(|cells| length_cost(cells * f64::from(PARTS)) as u32);
+        while let Some((Reverse(cost), index)) = queue.pop() {
+            if cost > costs[index] || u64::from(cost) > most {
+                continue;
+            }
+            let cell = frame.cell_at(index);
+            let is_open = open.is_free(cell);
+            for (dx, dy) in NEIGHBOURS {
+                let next = Cell::new(cell.column + dx, cell.row + dy);
+                if !passable.is_free(next) {
+                    continue;
+                }
+                let length = sides[usize::from(dx != 0 && dy != 0)];
+                let is_narrow = !(is_open && open.is_free(next));
+                let price = if is_narrow { NARROW_PRICE as u32 } else { 1 };
+                let next_cost = cost.saturating_add(length.saturating_mul(price));
+                let index = frame.index(next);
+                if next_cost < costs[index] {
+                    costs[index] = next_cost;
+                    queue.push((Reverse(next_cost), index));
+                }
+            }
+        }
+        Self(costs)
+    }
+
+    /// The cost from the cell at an index; `None` where no path leads to the goal.
+    pub fn cost(&self, index: usize) -> Option<u64> {
+        let cost = self.0[index];
+        (cost < u32::MAX).then_some(u64::from(cost))
+    }
+}
