@@ -22,6 +22,8 @@ pub(super) struct PlanRequest {
     pub marks: Vec<Point>,
     /// Moving obstacles that count as obstacles where they are.
     pub discs: Vec<MovingDisc>,
+    /// Whether the path may have narrow stretches.
+    pub may_be_narrow: bool,
 }
 
 /// A request and its answer carry the same number.
@@ -110,8 +112,13 @@ fn work(
     for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
         let plan = {
-            let start = (request.start.position(), Some(request.start.yaw));
-            planner.plan_from(&obstacles, start, request.goal, &mut || 0.0)
+            let PlanRequest { start, goal, .. } = request;
+            if request.may_be_narrow {
+                let start = (start.position(), Some(start.yaw));
+                planner.plan_from(&obstacles, start, goal, &mut || 0.0)
+            } else {
+                planner.plan_wide(&obstacles, start.position(), goal, &mut || 0.0)
+            }
         };
         if answers.send((number, plan)).is_err() {
             return;
@@ -157,6 +164,7 @@ mod tests {
             goal: Point::new(5.0, 2.0),
             marks: vec![],
             discs,
+            may_be_narrow: true,
         }
     }
 

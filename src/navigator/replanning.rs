@@ -63,6 +63,9 @@ pub(super) struct Replanner {
     blocked: ConditionTimer,
     /// Why there is no path to the goal, if the last request found none.
     pub no_path: Option<PlanError>,
+    without_path: ConditionTimer,
+    /// Time since then, seconds.
+    without_path_s: f64,
     retries: Retries,
     /// Number of answers received so far, plans and failures.
     pub received: u64,
@@ -85,6 +88,8 @@ impl Replanner {
             is_blocked: false,
             blocked: ConditionTimer::default(),
             no_path: None,
+            without_path: ConditionTimer::default(),
+            without_path_s: 0.0,
             retries: Retries::default(),
             received: 0,
             replayed_arrival: None,
@@ -118,6 +123,7 @@ impl Replanner {
         let now_s = state.now.time_s;
         self.is_blocked = self.is_path_blocked(state);
         let blocked_s = self.blocked.update(now_s, self.is_blocked);
+        self.without_path_s = self.without_path.update(now_s, self.no_path.is_some());
         self.retries.advance(state.route.left_m(), state.settings.required_movement_radius);
         let (reason, answer) = match self.replayed_arrival.take() {
             Some(false) => None,
@@ -161,11 +167,17 @@ impl Replanner {
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
         let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
+        // People stand still for a while, next to a box too. A path that squeezes past them is slower than one that waits for them.
+        let may_be_narrow = discs.is_empty()
+            && (reason == Reason::NewMap
+                || !state.route.narrow.is_empty()
+                || self.without_path_s > settings.detour_patience_s);
         let request = PlanRequest {
             start: now.pose,
             goal: state.goal.position,
             marks: obstacles.marks().collect(),
             discs,
+            may_be_narrow,
         };
         let due_s = now.time_s + settings.planning_budget_s;
         self.planner.request(request, reason, due_s);

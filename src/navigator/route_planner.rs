@@ -138,13 +138,39 @@ impl RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
-        let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
-        let terrain = self.terrain.take().filter(is_this);
-        let mut terrain = terrain.unwrap_or_else(|| self.terrain(obstacles));
+        let mut terrain = self.take_terrain(obstacles);
         let task = &mut Task { terrain: &mut terrain, start, start_yaw, goal, clock };
         let outcome = self.plan_on(task);
         self.terrain = Some(terrain);
         outcome
+    }
+
+    /// As [`Self::plan`], without narrow stretches.
+    ///
+    /// # Errors
+    /// When there is no path even at the least radius.
+    pub(super) fn plan_wide(
+        &mut self,
+        obstacles: &ObstacleGrid,
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError> {
+        let mut terrain = self.take_terrain(obstacles);
+        let task = &mut Task { terrain: &mut terrain, start, start_yaw: None, goal, clock };
+        let outcome = match self.plan_open(task) {
+            Err(error) if is_without_room(&error) => self.squeezed(task, error),
+            outcome => outcome,
+        };
+        self.terrain = Some(terrain);
+        outcome
+    }
+
+    /// The terrain of the last plan if its obstacles are these, else a new one.
+    fn take_terrain(&mut self, obstacles: &ObstacleGrid) -> Terrain {
+        let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
+        let terrain = self.terrain.take().filter(is_this);
+        terrain.unwrap_or_else(|| self.terrain(obstacles))
     }
 
     fn terrain(&self, obstacles: &ObstacleGrid) -> Terrain {

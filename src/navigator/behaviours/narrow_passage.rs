@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 
 use super::super::exact_clearance::ExactClearance;
 use super::super::route::ConditionTimer;
-use super::super::state::{MAX_BRAKING_STEPS, State};
+use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
 use super::goal_handling::{is_clear, moving_or_zero};
 use super::parking::{Motion, Parking};
@@ -37,9 +37,15 @@ const AGAIN_M: f64 = 0.3;
 /// Distance within which the robot steers back to the line, metres, and turn rate for each radian off, 1/s.
 const STEER_WITHIN_M: f64 = 0.4;
 const RATE_PER_RAD: f64 = 2.0;
-/// Least distance to static obstacles, metres. A robot that is nearer comes no nearer by more than the slack.
-const MIN_GAP_M: f64 = 0.02;
-const SLACK_M: f64 = 0.003;
+/// Least distance to static obstacles, metres: what a robot at the edge of [`ALIGNED_M`] keeps of the margin of the path. It
+/// covers an error of the pose of two centimetres, and the motion between two steps. A robot that is nearer comes no nearer.
+const MIN_GAP_M: f64 = 0.03;
+/// A robot that is nearer than this stands, metres: it can only escape.
+const LEAST_GAP_M: f64 = 0.015;
+/// Time and time step of the collision check, seconds: longer than the robot takes to stop from the passing speed, even if it
+/// brakes at half its limit and with a lag.
+const HORIZON_S: f64 = 1.0;
+const STEP_S: f64 = 0.1;
 /// Speed for each metre left to a stop, 1/s, and least speed, m/s.
 const SPEED_PER_M: f64 = 1.5;
 const LEAST_SPEED: f64 = 0.05;
@@ -249,14 +255,14 @@ fn drive(line: &Line, offset: &Offset, state: &State<'_>) -> Decision {
     let rate = RATE_PER_RAD * (offset.turn + back);
     let footprint = &state.robot.footprint;
     let pose = &state.now.pose;
-    let reach_m = footprint.body_radius_m() + 2.0 * state.settings.passing_speed;
+    let reach_m = footprint.body_radius_m() + 2.0 * HORIZON_S * state.settings.passing_speed;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
-    let least_m = MIN_GAP_M.min(clearance.gap_m(footprint, pose) - SLACK_M);
+    let least_m = MIN_GAP_M.min(clearance.gap_m(footprint, pose)).max(LEAST_GAP_M);
     let wanted = SHARES.into_iter().flat_map(|share| {
         [rate, 0.5 * rate, 0.0].map(|rate| Twist::new(line.sign() * share * speed, rate))
     });
     let is_admissible = |wanted: &Twist| {
-        stops_clear(wanted, &clearance, least_m, state) && state.is_safe_towards(wanted)
+        stays_clear(wanted, &clearance, least_m, state) && state.is_safe_towards(wanted)
     };
     let command = wanted.map(|wanted| limits.clamp(&wanted)).find(is_admissible);
     let (command, mode) = match command {
@@ -266,9 +272,9 @@ fn drive(line: &Line, offset: &Offset, state: &State<'_>) -> Decision {
     Decision::new(command, mode, line.to)
 }
 
-/// Whether a robot that drives towards a velocity until the next decision and then brakes keeps a distance to static obstacles,
-/// metres, and touches no moving one.
-fn stops_clear(
+/// Whether a robot that drives towards a velocity keeps a distance to static obstacles, metres, and touches no moving one within
+/// the horizon. It goes on meanwhile: how well the base brakes, and how late the next decision is, does not matter.
+fn stays_clear(
     wanted: &Twist,
     clearance: &ExactClearance,
     least_m: f64,
@@ -276,22 +282,11 @@ fn stops_clear(
 ) -> bool {
     let (limits, footprint) = (&state.robot.limits, &state.robot.footprint);
     let (mut pose, mut twist) = (state.now.pose, state.now.twist);
-    for step in 1..=MAX_BRAKING_STEPS {
-        // One period more: the next decision may be late.
-        (pose, twist) = if step <= 2 {
-            limits.advance(&pose, &twist, wanted, state.period_s)
-        } else {
-            limits.advance_braking(&pose, &twist, state.period_s)
-        };
-        let time_s = f64::from(step) * state.period_s;
-        if clearance.gap_m(footprint, &pose) < least_m
-            || !state.inflated.is_clear_of_moving(&pose, time_s)
-        {
-            return false;
-        }
-        if step > 1 && twist == Twist::STOP {
-            return true;
-        }
-    }
-    false
+    (1..=(HORIZON_S / STEP_S) as u32).all(|step| {
+        (pose, twist) = limits.advance(&pose, &twist, wanted, STEP_S);
+        // A moving obstacle may go on, or stop where it is.
+        clearance.gap_m(footprint, &pose) >= least_m
+            && state.inflated.is_clear_of_moving(&pose, 0.0)
+            && state.inflated.is_clear_of_moving(&pose, f64::from(step) * STEP_S)
+    })
 }
