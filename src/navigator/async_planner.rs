@@ -147,7 +147,7 @@ mod tests {
     use crate::global::Settings;
     use crate::map::GridFrame;
     use crate::navigator::NavigatorSettings;
-    use crate::robot::Footprint;
+    use crate::robot::{Footprint, Polygon};
 
     fn async_planner() -> AsyncPlanner<u32> {
         let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a valid size");
@@ -185,6 +185,26 @@ mod tests {
         let (reason, plan) = planner.due(2.0, true).expect("a plan is due");
         assert_eq!(reason, 9);
         assert!(plan.expect("a detour").smoothed.length_m() > straight_m + 0.1);
+    }
+
+    /// A wall from border to border, with a door little wider than the body.
+    #[test]
+    fn plan_has_narrow_stretches_only_where_the_request_allows_them() {
+        let frame = GridFrame::new(120, 80, 0.05, Pose::default()).expect("a valid size");
+        let is_blocked = |index: usize| {
+            let at = frame.center_of(frame.cell_at(index));
+            (at.x - 3.0).abs() < 0.1 && (at.y - 2.0).abs() > 0.325
+        };
+        let known = ObstacleGrid::new(frame, (0..frame.len()).map(is_blocked).collect());
+        let footprint = Footprint::covering(Polygon::rectangle(0.7, 0.5).expect("a rectangle"));
+        let settings = NavigatorSettings::default();
+        let route_planner = RoutePlanner::new(&footprint, &settings, Settings::default(), 0.05);
+        let mut planner = AsyncPlanner::new(known, route_planner).expect("a thread");
+        for may_be_narrow in [true, false] {
+            planner.request(PlanRequest { may_be_narrow, ..request(vec![]) }, 1, 0.0);
+            let (_, plan) = planner.due(0.0, true).expect("a plan is due");
+            assert_eq!(plan.is_ok_and(|plan| !plan.narrow.is_empty()), may_be_narrow);
+        }
     }
 
     #[test]
