@@ -57,6 +57,10 @@ pub(super) struct Replanner {
     planner: AsyncPlanner<Reason>,
     next_s: f64,
     next_shortcut_s: f64,
+    /// When a path may have narrow stretches again, seconds.
+    next_narrow_s: f64,
+    /// Whether the last requested path might have them.
+    asked_narrow: bool,
     least_radius_m: f64,
     is_map_new: bool,
     is_blocked: bool,
@@ -84,6 +88,8 @@ impl Replanner {
             planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shortcut_s: f64::NEG_INFINITY,
+            next_narrow_s: f64::NEG_INFINITY,
+            asked_narrow: false,
             is_map_new: false,
             is_blocked: false,
             blocked: ConditionTimer::default(),
@@ -100,6 +106,7 @@ impl Replanner {
     pub fn cancel(&mut self) {
         self.planner.cancel();
         self.blocked = ConditionTimer::default();
+        self.next_narrow_s = f64::NEG_INFINITY;
         self.no_path = None;
         self.retries = Retries::default();
     }
@@ -109,6 +116,7 @@ impl Replanner {
         self.planner = planner;
         self.is_map_new = true;
         self.next_s = f64::NEG_INFINITY;
+        self.next_narrow_s = f64::NEG_INFINITY;
         self.no_path = None;
         self.retries = Retries::default();
     }
@@ -142,6 +150,9 @@ impl Replanner {
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot, FORGET_BEYOND_M);
                     self.retries.add(&robot);
+                    if self.asked_narrow {
+                        self.next_narrow_s = now_s + state.settings.detour_patience_s;
+                    }
                     self.no_path = Some(error);
                 }
                 None
@@ -167,20 +178,28 @@ impl Replanner {
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
         let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
-        // People stand still for a while, next to a box too. A path that squeezes past them is slower than one that waits for them.
-        let may_be_narrow = discs.is_empty()
-            && (reason == Reason::NewMap
-                || !state.route.narrow.is_empty()
-                || self.without_path_s > settings.detour_patience_s);
+        self.asked_narrow =
+            discs.is_empty() && self.may_be_narrow(reason, !state.route.narrow.is_empty(), state);
         let request = PlanRequest {
             start: now.pose,
             goal: state.goal.position,
             marks: obstacles.marks().collect(),
             discs,
-            may_be_narrow,
+            may_be_narrow: self.asked_narrow,
         };
         let due_s = now.time_s + settings.planning_budget_s;
         self.planner.request(request, reason, due_s);
+    }
+
+    /// Whether to search a path with narrow stretches, for a robot whose path `is_narrow` or not.
+    ///
+    /// People stand still for a while, next to a box too: a path that squeezes past them is slower than one that waits for them.
+    /// A search that finds nothing takes the longest, and so soon after it would find nothing again. A shortcut is no need.
+    fn may_be_narrow(&self, reason: Reason, is_narrow: bool, state: &State<'_>) -> bool {
+        let is_needed = reason == Reason::NewMap
+            || is_narrow
+            || self.without_path_s > state.settings.detour_patience_s;
+        is_needed && reason != Reason::Shortcut && state.now.time_s >= self.next_narrow_s
     }
 
     fn reason(&self, state: &State<'_>, obstacles: &ObstacleModel) -> Option<Reason> {
@@ -288,10 +307,14 @@ fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::NavigatorSettings;
+    use super::super::state::PredictedState;
+    use super::super::test_state::{standing_at, with_state};
+    use super::super::{NavigatorSettings, RobotModel};
     use super::*;
+    use crate::geometry::Twist;
     use crate::global;
     use crate::map::GridFrame;
+    use crate::robot::Limits;
 
     /// The robot finds no path at places apart by this, metres.
     fn after(places: u32, apart_m: f64) -> Replanner {
@@ -323,6 +346,49 @@ mod tests {
         let mut replanner = after(7, 3.1);
         replanner.no_path = None;
         assert!(!has_given_up(&replanner));
+    }
+
+    /// Whether a path may be narrow, by the reason, the path before, the time without a path, and the present time, seconds. A
+    /// search that found nothing forbids it until 100 s.
+    fn may_be_narrow(
+        (reason, is_narrow): (Reason, bool),
+        [without_path_s, now_s]: [f64; 2],
+    ) -> bool {
+        let mut replanner = after(0, 0.0);
+        (replanner.without_path_s, replanner.next_narrow_s) = (without_path_s, 100.0);
+        let settings = NavigatorSettings::default();
+        let robot = RobotModel {
+            footprint: Footprint::round(0.3).expect("a radius"),
+            limits: Limits::default(),
+        };
+        let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let now = PredictedState { time_s: now_s, ..standing_at(Pose::default()) };
+        let motion = (Twist::STOP, Twist::STOP);
+        with_state(&settings, &robot, &ground, &now, motion, |state| {
+            replanner.may_be_narrow(reason, is_narrow, state)
+        })
+    }
+
+    #[test]
+    fn path_may_be_narrow_on_a_new_map_or_on_a_narrow_path_or_long_without_a_path() {
+        let now_s = 100.0;
+        assert!(may_be_narrow((Reason::NewMap, false), [0.0, now_s]));
+        for reason in [Reason::Blocked, Reason::Strayed] {
+            assert!(!may_be_narrow((reason, false), [0.0, now_s]));
+            assert!(may_be_narrow((reason, true), [0.0, now_s]));
+            assert!(!may_be_narrow((reason, false), [9.9, now_s]));
+            assert!(may_be_narrow((reason, false), [10.1, now_s]));
+        }
+        assert!(!may_be_narrow((Reason::Shortcut, true), [10.1, now_s]));
+    }
+
+    #[test]
+    fn path_may_not_be_narrow_so_soon_after_a_search_found_none() {
+        for (reason, is_narrow) in [(Reason::NewMap, false), (Reason::Blocked, true)] {
+            assert!(!may_be_narrow((reason, is_narrow), [10.1, 99.9]));
+            assert!(may_be_narrow((reason, is_narrow), [10.1, 100.0]));
+        }
     }
 
     #[test]

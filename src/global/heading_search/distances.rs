@@ -11,13 +11,29 @@ use crate::map::{Cell, FreeSpace};
 pub(super) const NEIGHBOURS: [(i32, i32); 8] =
     [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
 
-/// Cost from each cell to the goal for a robot as wide as its inscribed circle, `u32::MAX` where there is no path.
-pub(super) struct Distances(Vec<u32>);
+/// Further cost to which distances are computed beyond that of the start, in quarters: a path that the body cannot drive is
+/// longer. Most of a large map is farther away.
+const BEYOND_QUARTERS: u32 = 1;
+
+/// Cost from each cell to the goal for a robot as wide as its inscribed circle, up to a limit.
+pub(super) struct Distances {
+    costs: Vec<u32>,
+    /// Every cell with a greater cost counts with this one.
+    limit: u32,
+}
 
 impl Distances {
-    /// Computes the costs of up to `most` from the cells of `passable`. Metres outside `open` have their price.
-    pub fn new(passable: &FreeSpace, open: &FreeSpace, goal: Cell, most: u64) -> Self {
+    /// Computes the costs over the cells of `passable`; `None` where that from the start exceeds `most`. Metres outside `open`
+    /// have their price.
+    pub fn new(
+        passable: &FreeSpace,
+        open: &FreeSpace,
+        [start, goal]: [Cell; 2],
+        most: u64,
+    ) -> Option<Self> {
         let frame = passable.frame();
+        let start = frame.index(start);
+        let mut limit = u32::try_from(most).unwrap_or(u32::MAX);
         let mut costs = vec![u32::MAX; frame.len()];
         let mut queue = BinaryHeap::new();
         if passable.is_free(goal) {
@@ -27,8 +43,14 @@ impl Distances {
         let sides = [1.0, core::f64::consts::SQRT_2]
             .map(|cells| length_cost(cells * f64::from(PARTS)) as u32);
         while let Some((Reverse(cost), index)) = queue.pop() {
-            if cost > costs[index] || u64::from(cost) > most {
+            if cost > limit {
+                break;
+            }
+            if cost > costs[index] {
                 continue;
+            }
+            if index == start {
+                limit = limit.min(cost.saturating_add(cost / 4 * BEYOND_QUARTERS));
             }
             let cell = frame.cell_at(index);
             let is_open = open.is_free(cell);
@@ -48,12 +70,11 @@ impl Distances {
                 }
             }
         }
-        Self(costs)
+        (costs[start] <= limit && costs[start] < u32::MAX).then_some(Self { costs, limit })
     }
 
-    /// The cost from the cell at an index; `None` where no path leads to the goal.
-    pub fn cost(&self, index: usize) -> Option<u64> {
-        let cost = self.0[index];
-        (cost < u32::MAX).then_some(u64::from(cost))
+    /// The cost from the cell at an index, or less.
+    pub fn cost(&self, index: usize) -> u64 {
+        u64::from(self.costs[index].min(self.limit))
     }
 }

@@ -145,10 +145,9 @@ impl HeadingSearcher {
         }
         let spacing_m = frame.resolution_m / f64::from(PARTS);
         let most = metres_cost(query.most_m, spacing_m);
-        let distances = Distances::new(passable, open, goal, most);
-        if distances.cost(frame.index(start)).is_none_or(|cost| cost > most) {
+        let Some(distances) = Distances::new(passable, open, [start, goal], most) else {
             return (None, 0);
-        }
+        };
         let free = free_cells(obstacles);
         let starts = if open.is_free(start) {
             vec![(State::Open(Place::center(start)), 0)]
