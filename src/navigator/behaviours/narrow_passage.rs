@@ -290,3 +290,64 @@ fn stays_clear(
             && state.inflated.is_clear_of_moving(&pose, f64::from(step) * STEP_S)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::RobotModel;
+    use super::super::super::test_state::{standing_at, with_state};
+    use super::*;
+    use crate::map::{Cell, GridFrame, ObstacleGrid};
+    use crate::robot::{Footprint, Limits, Polygon};
+
+    /// The result of a call with the state of a robot 0.7 m long and 0.5 m wide, its centre at the origin, that drives along x at
+    /// this speed, m/s, among obstacles in the cells that a rule selects by their centre.
+    fn among<R>(
+        speed: f64,
+        is_blocked: impl Fn(&Point) -> bool,
+        call: impl FnOnce(&State<'_>) -> R,
+    ) -> R {
+        let settings = NavigatorSettings { may_enter_unseen: true, ..NavigatorSettings::default() };
+        let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
+        let robot = RobotModel { footprint: Footprint::covering(body), limits: Limits::default() };
+        let frame = GridFrame::new(550, 300, 0.01, Pose::new(-1.5, -1.5, 0.0)).expect("a size");
+        let cells =
+            (0..frame.len()).map(|index| is_blocked(&frame.center_of(frame.cell_at(index))));
+        let ground = ObstacleGrid::new(frame, cells.collect());
+        let twist = Twist::new(speed, 0.0);
+        let mut now = standing_at(Pose::default());
+        now.twist = twist;
+        with_state(&settings, &robot, &ground, &now, (twist, twist), call)
+    }
+
+    /// The decision of a robot that stands on its line, with a wall on its left at this gap, metres.
+    fn beside_a_wall(gap_m: f64) -> Decision {
+        let (from, to) = (Point::new(-1.0, 0.0), Point::new(1.5, 0.0));
+        let line = Line { from, to, travel: Travel::Forward, stops: false };
+        let is_wall = |at: &Point| (0.25 + gap_m..1.0).contains(&at.y);
+        among(0.0, is_wall, |state| drive(&line, &line.offset(&state.now.pose), state))
+    }
+
+    /// The gap is 0.04, 0.02 and 0.01 m: beyond what it keeps, less than that, less than what a moving robot needs.
+    #[test]
+    fn robot_with_less_room_than_the_least_gap_stands() {
+        for (gap_m, mode) in [(0.04, Mode::Driving), (0.02, Mode::Driving), (0.01, Mode::Blocked)] {
+            let decision = beside_a_wall(gap_m);
+            assert_eq!(decision.mode, mode, "{gap_m}");
+            assert_eq!(decision.command.linear > 0.0, mode == Mode::Driving, "{gap_m}");
+        }
+    }
+
+    /// At 0.3 m/s it drives 0.3 m, and keeps 0.03 m.
+    #[test]
+    fn motion_is_clear_where_a_whole_second_of_it_is() {
+        let is_clear = |speed: f64, before_m: f64| {
+            let is_wall = |at: &Point| (0.35 + before_m..0.8 + before_m).contains(&at.x);
+            among(speed, is_wall, |state| {
+                let clearance = ExactClearance::new(state.field, &Point::default(), 1.5);
+                stays_clear(&Twist::new(speed, 0.0), &clearance, MIN_GAP_M, state)
+            })
+        };
+        assert!(is_clear(0.3, 0.34) && !is_clear(0.3, 0.31));
+        assert!(is_clear(0.1, 0.14) && !is_clear(0.1, 0.11));
+    }
+}
