@@ -8,7 +8,6 @@ mod cases {
         mod identification;
         mod localization;
         mod moving_obstacles;
-        mod narrow_routes;
         mod observations;
         mod odometry;
         mod robot;

@@ -2,7 +2,6 @@
 
 mod cases {
     mod sim {
-        mod narrow_drives;
         mod pedestrians;
         mod plant;
         mod simulated_base;

@@ -1,8 +1,7 @@
 //! The planning pipeline: search, prune, smooth; and the reachable cell nearest to a goal without a path.
 
 use super::{
-    ClearanceCosts, NarrowStretch, Path, PlanError, SearchMethod, Searcher, Settings, Spline,
-    prune, smooth,
+    ClearanceCosts, Path, PlanError, SearchMethod, Searcher, Settings, Spline, prune, smooth,
 };
 use crate::geometry::Point;
 use crate::map::{Cell, FreeSpace, GridFrame};
@@ -57,8 +56,6 @@ pub struct Plan {
     pub smoothed: Path,
     /// The curve that `smoothed` samples.
     pub spline: Spline,
-    /// The stretches of `smoothed` on which the robot must hold its heading, in order; mostly none.
-    pub narrow: Vec<NarrowStretch>,
     /// Number of cells expanded by the search.
     pub expanded: u32,
     /// Durations of the stages.
@@ -116,8 +113,7 @@ pub fn plan(
         prune: pruned_at - searched,
         smooth: clock() - pruned_at,
     };
-    let expanded = found.expanded;
-    Ok(Plan { raw, pruned, smoothed, spline, narrow: Vec::new(), expanded, time_s })
+    Ok(Plan { raw, pruned, smoothed, spline, expanded: found.expanded, time_s })
 }
 
 /// Joins start, cell centres and goal. A centre equal to an end up to rounding is omitted, since the step between them has

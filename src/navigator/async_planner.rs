@@ -7,23 +7,21 @@
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 use super::{Fault, RoutePlanner};
-use crate::geometry::{Point, Pose};
+use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
 
 /// What to plan.
 #[derive(Clone, Debug)]
 pub(super) struct PlanRequest {
-    /// Pose of the robot.
-    pub start: Pose,
+    /// First point of the path.
+    pub start: Point,
     /// Last point of the path.
     pub goal: Point,
     /// Obstacles that are not in the map.
     pub marks: Vec<Point>,
     /// Moving obstacles that count as obstacles where they are.
     pub discs: Vec<MovingDisc>,
-    /// Whether the path may have narrow stretches.
-    pub may_be_narrow: bool,
 }
 
 /// A request and its answer carry the same number.
@@ -111,15 +109,7 @@ fn work(
 ) {
     for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
-        let plan = {
-            let PlanRequest { start, goal, .. } = request;
-            if request.may_be_narrow {
-                let start = (start.position(), Some(start.yaw));
-                planner.plan_from(&obstacles, start, goal, &mut || 0.0)
-            } else {
-                planner.plan_wide(&obstacles, start.position(), goal, &mut || 0.0)
-            }
-        };
+        let plan = planner.plan(&obstacles, request.start, request.goal, &mut || 0.0);
         if answers.send((number, plan)).is_err() {
             return;
         }
@@ -144,10 +134,11 @@ fn with_unknown(known: &ObstacleGrid, request: &PlanRequest) -> ObstacleGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose;
     use crate::global::Settings;
     use crate::map::GridFrame;
     use crate::navigator::NavigatorSettings;
-    use crate::robot::{Footprint, Polygon};
+    use crate::robot::Footprint;
 
     fn async_planner() -> AsyncPlanner<u32> {
         let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a valid size");
@@ -160,11 +151,10 @@ mod tests {
 
     fn request(discs: Vec<MovingDisc>) -> PlanRequest {
         PlanRequest {
-            start: Pose::new(1.0, 2.0, 0.0),
+            start: Point::new(1.0, 2.0),
             goal: Point::new(5.0, 2.0),
             marks: vec![],
             discs,
-            may_be_narrow: true,
         }
     }
 
@@ -185,26 +175,6 @@ mod tests {
         let (reason, plan) = planner.due(2.0, true).expect("a plan is due");
         assert_eq!(reason, 9);
         assert!(plan.expect("a detour").smoothed.length_m() > straight_m + 0.1);
-    }
-
-    /// A wall from border to border, with a door little wider than the body.
-    #[test]
-    fn plan_has_narrow_stretches_only_where_the_request_allows_them() {
-        let frame = GridFrame::new(120, 80, 0.05, Pose::default()).expect("a valid size");
-        let is_blocked = |index: usize| {
-            let at = frame.center_of(frame.cell_at(index));
-            (at.x - 3.0).abs() < 0.1 && (at.y - 2.0).abs() > 0.325
-        };
-        let known = ObstacleGrid::new(frame, (0..frame.len()).map(is_blocked).collect());
-        let footprint = Footprint::covering(Polygon::rectangle(0.7, 0.5).expect("a rectangle"));
-        let settings = NavigatorSettings::default();
-        let route_planner = RoutePlanner::new(&footprint, &settings, Settings::default(), 0.05);
-        let mut planner = AsyncPlanner::new(known, route_planner).expect("a thread");
-        for may_be_narrow in [true, false] {
-            planner.request(PlanRequest { may_be_narrow, ..request(vec![]) }, 1, 0.0);
-            let (_, plan) = planner.due(0.0, true).expect("a plan is due");
-            assert_eq!(plan.is_ok_and(|plan| !plan.narrow.is_empty()), may_be_narrow);
-        }
     }
 
     #[test]

@@ -51,14 +51,6 @@ impl ExactClearance {
         footprint.at(pose).map(gap).fold(self.reach_m, f64::min)
     }
 
-    /// The distance between a point and the nearest occupied cell, metres, at most that within which cells were collected.
-    pub fn gap_to_point_m(&self, point: &Point) -> f64 {
-        let units = self.frame.to_cell_units(point);
-        let squared = |square: &Point| squared_distance(square, &units);
-        let nearest = self.squares.iter().map(squared).fold(f64::INFINITY, f64::min);
-        (nearest.sqrt() * self.frame.resolution_m).min(self.reach_m)
-    }
-
     /// As [`Self::gap_m`], for a polygon within a circle around the robot's origin.
     fn polygon_gap_m(&self, body: &Polygon, radius_m: f64, pose: &Pose) -> f64 {
         let resolution_m = self.frame.resolution_m;

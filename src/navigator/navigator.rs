@@ -82,7 +82,7 @@ impl Navigator {
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
         let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
-            route_planner.plan_from(&known, from, to, clock)
+            route_planner.plan(&known, from, to, clock)
         })?;
         let is_tracking = settings.features.tracking;
         let new_model =

@@ -1,12 +1,11 @@
 //! When to plan a new global path, and whether to follow it.
 
 use super::async_planner::{AsyncPlanner, PlanRequest};
-use super::exact_clearance::ExactClearance;
 use super::route::ConditionTimer;
 use super::state::State;
 use super::{Fault, Mode, ObstacleModel, RoutePlanner};
 use crate::geometry::{Point, Pose};
-use crate::global::{Plan, PlanError, Travel};
+use crate::global::{Plan, PlanError};
 use crate::map::ObstacleGrid;
 use crate::robot::Footprint;
 
@@ -18,8 +17,6 @@ const ON_PATH_M: f64 = 0.3;
 const PATH_STEP_M: f64 = 0.1;
 /// Clearance is looked up by the cell: a path at the least distance can seem nearer by this share of a cell.
 const LOOKUP_CELLS: f64 = 0.25;
-/// Least distance of the body to obstacles on a narrow stretch, metres.
-const NARROW_GAP_M: f64 = 0.02;
 /// The robot accepts a detour up to this length at once, metres.
 const SMALL_DETOUR_M: f64 = 3.0;
 /// A robot without progress for this many times the patience plans around moving obstacles.
@@ -57,19 +54,12 @@ pub(super) struct Replanner {
     planner: AsyncPlanner<Reason>,
     next_s: f64,
     next_shortcut_s: f64,
-    /// When a path may have narrow stretches again, seconds.
-    next_narrow_s: f64,
-    /// Whether the last requested path might have them.
-    asked_narrow: bool,
     least_radius_m: f64,
     is_map_new: bool,
     is_blocked: bool,
     blocked: ConditionTimer,
     /// Why there is no path to the goal, if the last request found none.
     pub no_path: Option<PlanError>,
-    without_path: ConditionTimer,
-    /// Time since then, seconds.
-    without_path_s: f64,
     retries: Retries,
     /// Number of answers received so far, plans and failures.
     pub received: u64,
@@ -88,14 +78,10 @@ impl Replanner {
             planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shortcut_s: f64::NEG_INFINITY,
-            next_narrow_s: f64::NEG_INFINITY,
-            asked_narrow: false,
             is_map_new: false,
             is_blocked: false,
             blocked: ConditionTimer::default(),
             no_path: None,
-            without_path: ConditionTimer::default(),
-            without_path_s: 0.0,
             retries: Retries::default(),
             received: 0,
             replayed_arrival: None,
@@ -106,7 +92,6 @@ impl Replanner {
     pub fn cancel(&mut self) {
         self.planner.cancel();
         self.blocked = ConditionTimer::default();
-        self.next_narrow_s = f64::NEG_INFINITY;
         self.no_path = None;
         self.retries = Retries::default();
     }
@@ -116,7 +101,6 @@ impl Replanner {
         self.planner = planner;
         self.is_map_new = true;
         self.next_s = f64::NEG_INFINITY;
-        self.next_narrow_s = f64::NEG_INFINITY;
         self.no_path = None;
         self.retries = Retries::default();
     }
@@ -131,7 +115,6 @@ impl Replanner {
         let now_s = state.now.time_s;
         self.is_blocked = self.is_path_blocked(state);
         let blocked_s = self.blocked.update(now_s, self.is_blocked);
-        self.without_path_s = self.without_path.update(now_s, self.no_path.is_some());
         self.retries.advance(state.route.left_m(), state.settings.required_movement_radius);
         let (reason, answer) = match self.replayed_arrival.take() {
             Some(false) => None,
@@ -150,9 +133,6 @@ impl Replanner {
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot, FORGET_BEYOND_M);
                     self.retries.add(&robot);
-                    if self.asked_narrow {
-                        self.next_narrow_s = now_s + state.settings.detour_patience_s;
-                    }
                     self.no_path = Some(error);
                 }
                 None
@@ -178,28 +158,14 @@ impl Replanner {
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
         let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
-        self.asked_narrow =
-            discs.is_empty() && self.may_be_narrow(reason, !state.route.narrow.is_empty(), state);
         let request = PlanRequest {
-            start: now.pose,
+            start: now.pose.position(),
             goal: state.goal.position,
             marks: obstacles.marks().collect(),
             discs,
-            may_be_narrow: self.asked_narrow,
         };
         let due_s = now.time_s + settings.planning_budget_s;
         self.planner.request(request, reason, due_s);
-    }
-
-    /// Whether to search a path with narrow stretches, for a robot whose path `is_narrow` or not.
-    ///
-    /// People stand still for a while, next to a box too: a path that squeezes past them is slower than one that waits for them.
-    /// A search that finds nothing takes the longest, and so soon after it would find nothing again. A shortcut is no need.
-    fn may_be_narrow(&self, reason: Reason, is_narrow: bool, state: &State<'_>) -> bool {
-        let is_needed = reason == Reason::NewMap
-            || is_narrow
-            || self.without_path_s > state.settings.detour_patience_s;
-        is_needed && reason != Reason::Shortcut && state.now.time_s >= self.next_narrow_s
     }
 
     fn reason(&self, state: &State<'_>, obstacles: &ObstacleModel) -> Option<Reason> {
@@ -226,11 +192,7 @@ impl Replanner {
         let Ok(circle) = Footprint::round(self.least_radius_m - slack_m) else {
             return false;
         };
-        let is_near = |arc_m: f64| {
-            let point = state.route.path.point_at(arc_m);
-            if let Some(stretch) = state.route.narrow_at(arc_m) {
-                return is_narrow_blocked(state, stretch.travel, arc_m);
-            }
+        let is_near = |point: Point| {
             let there = Pose::new(point.x, point.y, 0.0);
             let clearance_m = state.field.clearance_m(&circle, &there);
             clearance_m.is_some_and(|clearance_m| clearance_m < 0.0)
@@ -238,18 +200,6 @@ impl Replanner {
         let ahead_m = state.settings.path_check_distance_m;
         state.route.ahead(ahead_m, PATH_STEP_M).any(is_near)
     }
-}
-
-/// Whether an obstacle is too near to the body of a robot on a narrow stretch, as far as the local window shows.
-fn is_narrow_blocked(state: &State<'_>, travel: Travel, arc_m: f64) -> bool {
-    let footprint = &state.robot.footprint;
-    let place = state.route.path.point_at(arc_m);
-    let along = state.route.path.direction_at(arc_m);
-    let along = if travel == Travel::Backward { along * -1.0 } else { along };
-    let pose = Pose::new(place.x, place.y, libm::atan2(along.y, along.x));
-    let reach_m = footprint.body_radius_m() + NARROW_GAP_M;
-    let clearance = ExactClearance::new(state.field, &place, reach_m);
-    clearance.gap_m(footprint, &pose) < NARROW_GAP_M
 }
 
 /// Counts the places at which no path remained, since the robot was nearest to its goal.
@@ -307,14 +257,10 @@ fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::state::PredictedState;
-    use super::super::test_state::{standing_at, with_state};
-    use super::super::{NavigatorSettings, RobotModel};
+    use super::super::NavigatorSettings;
     use super::*;
-    use crate::geometry::Twist;
     use crate::global;
     use crate::map::GridFrame;
-    use crate::robot::Limits;
 
     /// The robot finds no path at places apart by this, metres.
     fn after(places: u32, apart_m: f64) -> Replanner {
@@ -346,49 +292,6 @@ mod tests {
         let mut replanner = after(7, 3.1);
         replanner.no_path = None;
         assert!(!has_given_up(&replanner));
-    }
-
-    /// Whether a path may be narrow, by the reason, the path before, the time without a path, and the present time, seconds. A
-    /// search that found nothing forbids it until 100 s.
-    fn may_be_narrow(
-        (reason, is_narrow): (Reason, bool),
-        [without_path_s, now_s]: [f64; 2],
-    ) -> bool {
-        let mut replanner = after(0, 0.0);
-        (replanner.without_path_s, replanner.next_narrow_s) = (without_path_s, 100.0);
-        let settings = NavigatorSettings::default();
-        let robot = RobotModel {
-            footprint: Footprint::round(0.3).expect("a radius"),
-            limits: Limits::default(),
-        };
-        let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
-        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
-        let now = PredictedState { time_s: now_s, ..standing_at(Pose::default()) };
-        let motion = (Twist::STOP, Twist::STOP);
-        with_state(&settings, &robot, &ground, &now, motion, |state| {
-            replanner.may_be_narrow(reason, is_narrow, state)
-        })
-    }
-
-    #[test]
-    fn path_may_be_narrow_on_a_new_map_or_on_a_narrow_path_or_long_without_a_path() {
-        let now_s = 100.0;
-        assert!(may_be_narrow((Reason::NewMap, false), [0.0, now_s]));
-        for reason in [Reason::Blocked, Reason::Strayed] {
-            assert!(!may_be_narrow((reason, false), [0.0, now_s]));
-            assert!(may_be_narrow((reason, true), [0.0, now_s]));
-            assert!(!may_be_narrow((reason, false), [9.9, now_s]));
-            assert!(may_be_narrow((reason, false), [10.1, now_s]));
-        }
-        assert!(!may_be_narrow((Reason::Shortcut, true), [10.1, now_s]));
-    }
-
-    #[test]
-    fn path_may_not_be_narrow_so_soon_after_a_search_found_none() {
-        for (reason, is_narrow) in [(Reason::NewMap, false), (Reason::Blocked, true)] {
-            assert!(!may_be_narrow((reason, is_narrow), [10.1, 99.9]));
-            assert!(may_be_narrow((reason, is_narrow), [10.1, 100.0]));
-        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::{Mode, NavigatorFeatures, NavigatorSettings};
 use crate::geometry::Point;
-use crate::global::{NarrowStretch, Path, Plan};
+use crate::global::{Path, Plan};
 
 /// A global path with its key nodes. They are the local targets, one after the other; the last one is the goal.
 #[derive(Clone, Debug)]
@@ -14,8 +14,6 @@ pub(crate) struct Route {
     pub(super) progress_m: f64,
     /// Number of key nodes touched so far; `None` where progress along the path counts.
     touched: Option<usize>,
-    /// The narrow stretches of the path, in order.
-    pub(super) narrow: Vec<NarrowStretch>,
 }
 
 /// The robot is searched on the path within these distances back and ahead of its last progress, metres: a path may pass near
@@ -24,8 +22,6 @@ const SEARCH_BACK_M: f64 = 1.0;
 const SEARCH_AHEAD_M: f64 = 3.0;
 /// Distance at which a key node is touched, metres. The paper gives none.
 const TOUCH_M: f64 = 0.5;
-/// A robot this far before the end of a narrow stretch has left it, metres.
-const LEFT_NARROW_M: f64 = 0.05;
 
 impl Route {
     /// The route of a plan. Its key nodes are the nodes of the pruned path, and points between them at most
@@ -41,8 +37,7 @@ impl Route {
         let nodes = plan.pruned.points().iter();
         let nodes = nodes.map(|node| path.project(node).arc_m).collect();
         if progress {
-            let narrow = plan.narrow.clone();
-            return Self { narrow, ..Self::with_nodes(path, nodes, settings.key_node_spacing_m) };
+            return Self::with_nodes(path, nodes, settings.key_node_spacing_m);
         }
         Self { touched: Some(0), ..Self::with_nodes(path, nodes, f64::INFINITY) }
     }
@@ -59,7 +54,7 @@ impl Route {
             key_nodes_m.extend(between);
             last = node;
         }
-        Self { path, key_nodes_m, progress_m: 0.0, touched: None, narrow: Vec::new() }
+        Self { path, key_nodes_m, progress_m: 0.0, touched: None }
     }
 
     /// The key nodes in order, the goal last.
@@ -71,21 +66,6 @@ impl Route {
     /// Arc length left, metres.
     pub fn left_m(&self) -> f64 {
         self.path.length_m() - self.progress_m
-    }
-
-    /// Arc length to the begin of the next narrow stretch, metres; zero on one, `None` where none follows.
-    pub fn to_narrow_m(&self) -> Option<f64> {
-        Some((self.next_narrow()?.from_m - self.progress_m).max(0.0))
-    }
-
-    /// The narrow stretch that the robot is on, or else the next one.
-    fn next_narrow(&self) -> Option<&NarrowStretch> {
-        self.narrow.iter().find(|stretch| stretch.to_m > self.progress_m + LEFT_NARROW_M)
-    }
-
-    /// The narrow stretch at an arc length, metres; its ends do not count.
-    pub(super) fn narrow_at(&self, arc_m: f64) -> Option<&NarrowStretch> {
-        self.narrow.iter().find(|stretch| stretch.from_m < arc_m && arc_m < stretch.to_m)
     }
 
     /// Updates the progress of the robot and returns its distance from the path, metres.
@@ -119,24 +99,16 @@ impl Route {
             let next = self.key_nodes_m.partition_point(|&arc| arc < from);
             next.min(last)
         };
-        // The dynamic window drives to the begin of a narrow stretch, and not through it.
-        let limit_m = self.next_narrow().map_or(f64::INFINITY, |stretch| {
-            if self.progress_m < stretch.from_m { stretch.from_m } else { stretch.to_m }
-        });
         let nearest = first_after(nearest_m);
-        if self.key_nodes_m[nearest] >= limit_m {
-            return self.path.point_at(limit_m);
-        }
-        let in_sight = |index: usize| self.key_nodes_m[index] <= limit_m && in_sight(&node(index));
-        let mut candidates = (nearest..=first_after(farthest_m)).rev();
-        node(candidates.find(|&index| in_sight(index)).unwrap_or(nearest))
+        let candidates = (nearest..=first_after(farthest_m)).rev().map(node);
+        candidates.into_iter().find(in_sight).unwrap_or_else(|| node(nearest))
     }
 
-    /// Arc lengths on the next `ahead_m` metres of the path, `spacing_m` apart.
-    pub fn ahead(&self, ahead_m: f64, spacing_m: f64) -> impl Iterator<Item = f64> + '_ {
+    /// Points on the next `ahead_m` metres of the path, `spacing_m` apart.
+    pub fn ahead(&self, ahead_m: f64, spacing_m: f64) -> impl Iterator<Item = Point> + '_ {
         let stretch_m = ahead_m.min(self.left_m());
         let count = (stretch_m / spacing_m) as usize;
-        (0..=count).map(move |index| self.progress_m + index as f64 * spacing_m)
+        (0..=count).map(move |index| self.path.point_at(self.progress_m + index as f64 * spacing_m))
     }
 }
 

@@ -25,8 +25,6 @@ impl Goal {
 pub struct Waypoints {
     /// Position of the robot.
     pub start: Point,
-    /// Yaw of the robot, radians, where it is known.
-    pub start_yaw: Option<f64>,
     /// Goals in order; at least one.
     pub goals: Vec<Goal>,
 }
@@ -52,19 +50,19 @@ impl WaypointQueue {
     /// Where there is no path to a goal.
     pub fn planned(
         waypoints: &Waypoints,
-        mut plan: impl FnMut((Point, Option<f64>), Point) -> Result<Plan, PlanError>,
+        mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
     ) -> Result<(Self, Plan), PlanError> {
         let mut ahead = Vec::with_capacity(waypoints.goals.len());
-        let mut from = (waypoints.start, waypoints.start_yaw);
+        let mut from = waypoints.start;
         for goal in &waypoints.goals {
             ahead.push((*goal, plan(from, goal.position)?));
-            from = (goal.position, goal.yaw);
+            from = goal.position;
         }
         ahead.reverse();
         // Without a goal the robot stays where it is.
         let (goal, first) = match ahead.pop() {
             Some(next) => next,
-            None => (Goal::at(from.0), plan(from, from.0)?),
+            None => (Goal::at(from), plan(from, from)?),
         };
         let queue = Self { goal, passed: 0, ahead, pause_until_s: f64::NEG_INFINITY };
         Ok((queue, first))

@@ -44,11 +44,7 @@ impl DriveMetadata {
     pub fn new(mission: &Mission, config: &Config, engine: String) -> Self {
         Self {
             config: config.clone(),
-            waypoints: Waypoints {
-                start: mission.start.position(),
-                start_yaw: Some(mission.start.yaw),
-                goals: mission.stops(),
-            },
+            waypoints: Waypoints { start: mission.start.position(), goals: mission.stops() },
             map: Arc::clone(&mission.map),
             engine,
         }
@@ -61,7 +57,6 @@ impl DriveMetadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             engine: self.engine.clone(),
             start: [self.waypoints.start.x, self.waypoints.start.y],
-            start_yaw: self.waypoints.start_yaw,
             map: *self.map.frame(),
             stops: self.waypoints.goals.iter().map(Stop::of).collect(),
         };
@@ -90,7 +85,6 @@ impl DriveMetadata {
             config,
             waypoints: Waypoints {
                 start: Point::new(x, y),
-                start_yaw: drive.start_yaw,
                 goals: drive.stops.iter().map(Stop::goal).collect(),
             },
             map: Arc::new(OccupancyGrid::new(frame, cells)),
@@ -106,8 +100,6 @@ struct DriveFile {
     version: String,
     engine: String,
     start: [f64; 2],
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    start_yaw: Option<f64>,
     #[serde(with = "MapFrame")]
     map: GridFrame,
     stops: Vec<Stop>,

@@ -60,35 +60,6 @@ impl Polygon {
         Self(self.0.iter().map(to).collect())
     }
 
-    /// The convex hull of points, counter-clockwise. Collinear points are no corners of it.
-    ///
-    /// # Panics
-    /// Panics if all points are collinear.
-    #[must_use]
-    pub(crate) fn convex_hull(mut points: Vec<Point>) -> Self {
-        points.sort_by(|one, other| one.x.total_cmp(&other.x).then(one.y.total_cmp(&other.y)));
-        let turns_left = |chain: &[Point], next: &Point| match chain {
-            [.., before, last] => (last - before).perp(&(next - last)) > 0.0,
-            _ => true,
-        };
-        let half = |points: &mut dyn Iterator<Item = &Point>| {
-            let mut chain: Vec<Point> = Vec::new();
-            for point in points {
-                while !turns_left(&chain, point) {
-                    chain.pop();
-                }
-                chain.push(*point);
-            }
-            // The last point begins the other half.
-            chain.pop();
-            chain
-        };
-        let mut hull = half(&mut points.iter());
-        hull.append(&mut half(&mut points.iter().rev()));
-        assert!(hull.len() >= 3, "a convex hull has an area");
-        Self(hull)
-    }
-
     /// The edges, each from a corner to the next.
     pub(crate) fn edges(&self) -> impl Iterator<Item = (&Point, &Point)> {
         self.0.iter().zip(self.0.iter().cycle().skip(1))
@@ -261,16 +232,6 @@ mod tests {
             (-1.0, 1.0),
         ];
         Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a polygon")
-    }
-
-    #[test]
-    fn convex_hull_has_the_outer_corners_counter_clockwise() {
-        let mut points = notched().0;
-        points.extend([Point::new(0.3, 0.1), Point::new(0.0, 1.0), Point::new(-1.0, -1.0)]);
-        let hull = Polygon::convex_hull(points);
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        assert_eq!(hull.corners(), corners.map(|(x, y)| Point::new(x, y)));
-        assert!(hull.is_counter_clockwise());
     }
 
     #[test]

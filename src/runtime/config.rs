@@ -179,9 +179,7 @@ impl Config {
     /// Creates the planner of global paths for this robot, on maps of a resolution in metres.
     #[must_use]
     pub fn route_planner(&self, resolution_m: f64) -> RoutePlanner {
-        let robot = &self.robot;
-        RoutePlanner::new(&robot.footprint, &self.navigator, self.global.clone(), resolution_m)
-            .reversing(robot.limits.min_vel_x < 0.0)
+        RoutePlanner::new(&self.robot.footprint, &self.navigator, self.global.clone(), resolution_m)
     }
 
     /// Creates the navigator of this robot on a map with the obstacles that it knows. The clock measures the first planning.

@@ -58,9 +58,7 @@ impl<'a> ControlLoop<'a> {
         config.validate()?;
         let known = mission.map.obstacles(config.unknown);
         let pose_estimator = PoseEstimator::new(config, &known, mission.start)?;
-        let start_yaw = Some(mission.start.yaw);
-        let waypoints =
-            Waypoints { start: mission.start.position(), start_yaw, goals: mission.stops() };
+        let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
         let real_time = robot.is_real_time().then(|| config.clone().in_real_time());
         let navigator_config = real_time.as_ref().unwrap_or(config);
         let navigator =

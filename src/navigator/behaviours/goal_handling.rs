@@ -94,7 +94,7 @@ impl GoalHandling {
 
 /// A command towards a velocity: zero, or at least the least speed that moves the base. The base itself keeps its limits of
 /// acceleration; a command below its deadband would do nothing.
-pub(super) fn moving_or_zero(wanted: &Twist, state: &State<'_>) -> Twist {
+fn moving_or_zero(wanted: &Twist, state: &State<'_>) -> Twist {
     if !state.is_safe_towards(wanted) {
         return state.brake();
     }
@@ -127,7 +127,7 @@ fn can_begin(pose: &Pose, goal: &Goal, settings: &NavigatorSettings) -> bool {
 /// Whether the body of a robot that keeps a velocity keeps the safety margin within the horizon, by the exact distances to the
 /// occupied cells: the distance field is too coarse for a goal near a wall. One that is within the margin must only come no
 /// nearer.
-pub(super) fn is_clear(command: &Twist, state: &State<'_>) -> bool {
+fn is_clear(command: &Twist, state: &State<'_>) -> bool {
     if *command == Twist::STOP {
         return true;
     }

@@ -7,7 +7,6 @@ mod escape;
 mod evasion;
 mod forward_escape;
 mod goal_handling;
-mod narrow_passage;
 mod occlusion_speed;
 mod parking;
 mod path_following;
@@ -18,7 +17,6 @@ use super::{Decision, Fault, Mode};
 use crate::local::LocalPlanner;
 use escape::Escape;
 use goal_handling::GoalHandling;
-use narrow_passage::NarrowPassage;
 use occlusion_speed::OcclusionSpeed;
 use path_following::PathFollowing;
 use rotate_in_place::RotateInPlace;
@@ -56,7 +54,6 @@ trait Behaviour {
 pub(super) struct Behaviours {
     goal_handling: GoalHandling,
     escape: Escape,
-    narrow_passage: NarrowPassage,
     rotate_in_place: RotateInPlace,
     path_following: PathFollowing,
 }
@@ -66,7 +63,6 @@ impl Behaviours {
         Self {
             goal_handling: GoalHandling::default(),
             escape: Escape::default(),
-            narrow_passage: NarrowPassage::default(),
             rotate_in_place: RotateInPlace::default(),
             path_following: PathFollowing { planner },
         }
@@ -77,18 +73,16 @@ impl Behaviours {
     /// # Errors
     /// When the mission must end.
     pub fn decide(&mut self, mut state: State<'_>) -> Result<Decision, Fault> {
-        let by_priority: [&mut dyn Behaviour; 6] = [
+        let by_priority: [&mut dyn Behaviour; 5] = [
             // 1. A robot at its goal has nothing else to do. The local planner cannot park it to the centimetre.
             &mut self.goal_handling,
             // 2. A robot that was held up for long leaves the place before it tries its path again.
             &mut self.escape,
-            // 3. A robot at a narrow stretch of its path drives along its line: the dynamic window has no room there.
-            &mut self.narrow_passage,
-            // 4. A robot that faces away from its target rotates before it drives: driving forwards it would circle around it.
+            // 3. A robot that faces away from its target rotates before it drives: driving forwards it would circle around it.
             &mut self.rotate_in_place,
-            // 5. A robot that drives on is slow enough for what it cannot see.
+            // 4. A robot that drives on is slow enough for what it cannot see.
             &mut OcclusionSpeed,
-            // 6. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
+            // 5. Otherwise the robot follows its path with the dynamic window. This behaviour always proposes a decision.
             &mut self.path_following,
         ];
         let mut proposed = None;
@@ -130,7 +124,6 @@ impl Behaviours {
     pub fn start_leg(&mut self) {
         self.goal_handling = GoalHandling::default();
         self.escape = Escape::default();
-        self.narrow_passage = NarrowPassage::default();
     }
 
     /// The local planner.

@@ -63,9 +63,7 @@ impl Behaviour for PathFollowing {
 fn limits(state: &State<'_>) -> Limits {
     let limits = &state.robot.limits;
     let to_goal_m = (state.now.pose.position() - state.goal.position).norm();
-    // The robot lines up at the begin of a narrow stretch.
-    let to_stop_m = state.route.to_narrow_m().map_or(to_goal_m, |left_m| to_goal_m.min(left_m));
-    let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_stop_m).sqrt();
+    let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
     let mut fastest = stops_in_time.max(MIN_APPROACH_SPEED);
     if state.inflated.within_a_margin {
         fastest = fastest.min(state.settings.passing_speed);

@@ -38,7 +38,7 @@ impl Behaviour for RotateInPlace {
         if !settings.features.recovery || state.heading_error.abs() <= from {
             return Ok(None);
         }
-        let Some(angle) = clear_rotation(state, state.heading_error) else {
+        let Some(angle) = clear_rotation(state) else {
             return Ok(None);
         };
         // A faster robot first slows down: it may be avoiding something, or turn by itself soon.
@@ -66,7 +66,7 @@ impl RotateInPlace {
         if !may_rotate {
             return None;
         }
-        let angle = clear_rotation(state, state.heading_error)?;
+        let angle = clear_rotation(state)?;
         self.proposed_until = CREEPING_UNTIL;
         Some(decision(state, angle))
     }
@@ -77,8 +77,8 @@ fn decision(state: &State<'_>, angle: f64) -> Decision {
     Decision::new(command, Mode::Rotating, state.local_target)
 }
 
-/// The rotation by an angle that touches nothing, radians: the given one, else the longer one to the same heading.
-pub(super) fn clear_rotation(state: &State<'_>, angle: f64) -> Option<f64> {
+/// The rotation to the local target that touches nothing, radians: the shorter one, else the longer one.
+fn clear_rotation(state: &State<'_>) -> Option<f64> {
     let footprint = &state.robot.footprint;
     let pose = state.now.pose;
     let reach_m = footprint.body_radius_m() + MIN_GAP_M;
@@ -96,6 +96,7 @@ pub(super) fn clear_rotation(state: &State<'_>, angle: f64) -> Option<f64> {
                 && state.inflated.is_clear_of_moving(&there, time_s)
         })
     };
+    let angle = state.heading_error;
     [angle, angle - TAU.copysign(angle)].into_iter().find(is_clear)
 }
 

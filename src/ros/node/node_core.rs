@@ -392,8 +392,7 @@ impl NodeCore {
         let (_, goal) = self.goal.as_ref()?;
         let config = &self.settings.config;
         let known = map.grid.obstacles(config.unknown);
-        let waypoints =
-            Waypoints { start: pose.position(), start_yaw: Some(pose.yaw), goals: vec![*goal] };
+        let waypoints = Waypoints { start: pose.position(), goals: vec![*goal] };
         let engine = Box::new(self.engine.clone());
         Some(config.new_navigator(known, &waypoints, engine, clock))
     }

@@ -12,7 +12,7 @@ fn navigator() -> Navigator {
     let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a small map");
     let (start, goal) = (Point::new(3.0, 5.0), Point::new(7.0, 5.0));
     let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
-    let waypoints = Waypoints { start, start_yaw: None, goals: vec![Goal::at(goal)] };
+    let waypoints = Waypoints { start, goals: vec![Goal::at(goal)] };
     let engine = Box::new(CpuEngine::single_threaded());
     let navigator = Config::default().new_navigator(known, &waypoints, engine, &mut || 0.0);
     navigator.expect("a path through free space")

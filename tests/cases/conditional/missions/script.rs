@@ -46,11 +46,7 @@ pub fn empty_scan() -> Scan {
 impl Script {
     pub fn new(ground: &Ground, start: Pose, goal: Point) -> Self {
         let engine = Box::new(CpuEngine::single_threaded());
-        let waypoints = Waypoints {
-            start: start.position(),
-            start_yaw: Some(start.yaw),
-            goals: vec![Goal::at(goal)],
-        };
+        let waypoints = Waypoints { start: start.position(), goals: vec![Goal::at(goal)] };
         let mut config = Config::default();
         // The scripted scans do not show the walls of the map.
         config.navigator.features.scan_health = false;

@@ -35,7 +35,6 @@ fn metadata() -> DriveMetadata {
         config,
         waypoints: Waypoints {
             start: Point::new(third, 5e-324),
-            start_yaw: Some(third),
             goals: vec![goal(None), goal(Some(third.next_up()))],
         },
         map: Arc::new(OccupancyGrid::new(frame, vec![-1, 0, 1, 65, 99, 100])),
