@@ -53,7 +53,7 @@ pub struct MotionEstimate {
     pub safe_delay_s: f64,
     /// Forward acceleration, m/s^2: the limit, unless the base accelerates less.
     pub acceleration_m_s2: f64,
-    /// Forward deceleration, m/s^2 and positive: the limit where the drive has shown it, else less.
+    /// Forward deceleration, m/s^2 and positive: the limit, unless the base brakes less.
     pub braking_m_s2: f64,
     /// Measured over commanded forward speed; none until it is known.
     pub speed_ratio: Option<Interval>,
@@ -86,18 +86,16 @@ impl MotionIdentifier {
     /// Creates an identifier for a base with these limits, which assumes a latency, seconds, until it is identified.
     #[must_use]
     pub fn new(limits: &Limits, assumed_delay_s: f64) -> Self {
-        let speed = SpeedResponse::new(limits);
-        let (acceleration_m_s2, braking_m_s2) = speed.accelerations(limits);
         Self {
             limits: *limits,
             assumed_delay_s,
-            speed,
+            speed: SpeedResponse::new(limits),
             turn: TurnResponse::new(limits),
             estimate: MotionEstimate {
                 delay_s: None,
                 safe_delay_s: assumed_delay_s,
-                acceleration_m_s2,
-                braking_m_s2,
+                acceleration_m_s2: limits.acc_lim_x,
+                braking_m_s2: -limits.decel_lim_x,
                 speed_ratio: None,
                 turn_ratio: None,
                 unexplained: 0,

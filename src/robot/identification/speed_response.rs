@@ -21,10 +21,6 @@ const LEAST_SHARE: f64 = 0.4;
 const SHARES: usize = 7;
 const SHARE_STEP: f64 = 0.1;
 const MODELS: usize = SHARES * SHARES;
-/// A braking is confirmed where no model with a share below this one explains the measurements. Until then at most the other
-/// share is assumed.
-const CONFIRMED_SHARE: f64 = 0.85;
-const UNCONFIRMED_SHARE: f64 = 0.7;
 
 /// Measurements count while the commands of the last moments differ by more than this, m/s. At a constant speed all delays
 /// explain them alike.
@@ -192,8 +188,8 @@ impl SpeedResponse {
 
     /// A model's speed after a step.
     fn ramp(&self, speed: f64, model: usize) -> f64 {
-        let up = self.limits.acc_lim_x * share((model / SHARES) as f64) * STEP_S;
-        let down = -self.limits.decel_lim_x * share((model % SHARES) as f64) * STEP_S;
+        let up = self.limits.acc_lim_x * share(model / SHARES) * STEP_S;
+        let down = -self.limits.decel_lim_x * share(model % SHARES) * STEP_S;
         let (rise, fall) = if speed >= 0.0 { (up, down) } else { (down, up) };
         self.command.max(speed - fall).min(speed + rise)
     }
@@ -246,20 +242,15 @@ impl SpeedResponse {
         }
     }
 
-    /// Acceleration and deceleration, m/s^2: nominal, unless the measurements contradict it; a deceleration that they do not
-    /// confirm is assumed to be lower.
+    /// Acceleration and deceleration, m/s^2: nominal, unless the measurements contradict it.
     pub fn accelerations(&self, limits: &Limits) -> (f64, f64) {
-        let fit = &self.fit;
-        let of = |(value, _, high): (f64, f64, f64)| {
-            if high >= (SHARES - 1) as f64 { 1.0 } else { share(value) }
+        let of = |errors: &[f64; SHARES]| {
+            let (value, _, high) = minimum(errors, self.fit.tolerance);
+            let is_nominal = high >= (SHARES - 1) as f64;
+            if is_nominal { 1.0 } else { LEAST_SHARE + SHARE_STEP * value }
         };
-        let acceleration = of(minimum(&fit.by_acceleration, fit.tolerance));
-        let braking = minimum(&fit.by_braking, fit.tolerance);
-        let (_, low, _) = braking;
-        let confirmed =
-            if share(low) >= CONFIRMED_SHARE { 1.0 } else { share(low).max(UNCONFIRMED_SHARE) };
-        let braking = of(braking).min(confirmed);
-        (limits.acc_lim_x * acceleration, -limits.decel_lim_x * braking)
+        let fit = &self.fit;
+        (limits.acc_lim_x * of(&fit.by_acceleration), -limits.decel_lim_x * of(&fit.by_braking))
     }
 
     /// Measured over commanded speed.
@@ -274,8 +265,8 @@ impl SpeedResponse {
     }
 }
 
-fn share(index: f64) -> f64 {
-    LEAST_SHARE + SHARE_STEP * index
+fn share(index: usize) -> f64 {
+    LEAST_SHARE + SHARE_STEP * index as f64
 }
 
 /// Index of the smallest error, and the first and last index within a tolerance of it, all interpolated.

@@ -13,7 +13,7 @@ use inbye::sim::{SimBase, Simulation};
 
 /// Ticks with a jump of the odometry, and ticks with frozen odometry.
 const JUMP: [usize; 2] = [40, 43];
-const FROZEN: [usize; 2] = [90, 100];
+const FROZEN: [usize; 2] = [120, 130];
 /// Ticks at which the base is overheated.
 const HOT: [usize; 2] = [60, 64];
 /// Evaluations of each GPU before it is lost.

@@ -97,11 +97,11 @@ fn stop_is_zero_at_the_next_tick_and_stays_until_the_robot_is_armed_again() {
     }
 }
 
-/// A robot with a fixed stop zone of 2 m width, from 0.4 to 2 m ahead. With sums it drives at the wall for longer, so that the zone reaches the
-/// wall before the robot turns.
+/// A robot with a fixed stop zone of 2 m width, from 0.4 to 2 m ahead. With sums and this horizon it drives at the wall for longer, so that the
+/// zone reaches the wall before the robot turns.
 fn with_zone(mount: Pose) -> Robot {
     let mut settings = NodeSettings::default();
-    let zone = "[local]\nnormalization = \"sum\"\n[[collision_monitor.polygons]]\nname = \"ahead\"\naction_type = \"stop\"\n\
+    let zone = "[local]\nnormalization = \"sum\"\nsim_time_s = 3.0\n[[collision_monitor.polygons]]\nname = \"ahead\"\naction_type = \"stop\"\n\
         points = [[0.4, 1.0], [2.0, 1.0], [2.0, -1.0], [0.4, -1.0]]\n";
     settings.config = toml::from_str(zone).expect("settings");
     let mut robot = Robot::with_settings(settings);
