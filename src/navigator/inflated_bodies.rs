@@ -161,7 +161,7 @@ mod tests {
             Self {
                 obstacles,
                 robot: RobotModel { footprint: Footprint::covering(body), limits },
-                local: LocalSettings::default().vx_samples(5).vtheta_samples(5),
+                local: LocalSettings::default().vx_samples(5).vtheta_samples(5).sim_time_s(3.0),
                 now: standing_at(Pose::new(place.x, place.y, angle(rng)), twist),
             }
         }

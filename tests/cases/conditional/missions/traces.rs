@@ -20,7 +20,7 @@ pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
 
 /// Digest of the short drive below. It changes only with a change to planning, navigation or simulation that is meant to
 /// change decisions.
-const GOLDEN: &str = "be3fb39977136aafa76cbc91abbdb20af104fddd8933ee1e7f079fcaa8832528";
+const GOLDEN: &str = "8cfe337b5ecc1ad17f026ee394d38b3afd7dc8b482cdea0811314583b017b6a5";
 
 /// A short drive with a rotation, an unmapped wall, a crossing pedestrian, and a goal with a yaw.
 fn short_drive() -> Simulation {
