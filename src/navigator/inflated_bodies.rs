@@ -103,6 +103,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
+    use super::super::test_state::standing_at;
     use super::*;
     use crate::geometry::{Point, Twist};
     use crate::local::{CpuEngine, DecisionInput, Detail, Engine, QuantizedProblem, SampleStatus};
@@ -115,17 +116,6 @@ mod tests {
         robot: RobotModel,
         local: LocalSettings,
         now: PredictedState,
-    }
-
-    fn standing_at(pose: Pose, twist: Twist) -> PredictedState {
-        PredictedState {
-            time_s: 0.0,
-            pose,
-            twist,
-            moving: Vec::new(),
-            may_come: Vec::new(),
-            since_scan_s: 0.0,
-        }
     }
 
     impl Case {
@@ -162,7 +152,10 @@ mod tests {
                 obstacles,
                 robot: RobotModel { footprint: Footprint::covering(body), limits },
                 local: LocalSettings::default().vx_samples(5).vtheta_samples(5).sim_time_s(3.0),
-                now: standing_at(Pose::new(place.x, place.y, angle(rng)), twist),
+                now: PredictedState {
+                    twist,
+                    ..standing_at(Pose::new(place.x, place.y, angle(rng)))
+                },
             }
         }
 
@@ -279,7 +272,7 @@ mod tests {
                 obstacles,
                 robot: robot.clone(),
                 local: LocalSettings::default().vx_samples(8).vtheta_samples(9).sim_time_s(1.0),
-                now: standing_at(Pose::new(middle.x, middle.y, 0.0), Twist::STOP),
+                now: standing_at(Pose::new(middle.x, middle.y, 0.0)),
             };
             let field = ClearanceField::of_areas(&it.obstacles, parts).expect("a field");
             let inflated = InflatedBodies::new(&it.robot, &settings, &it.local, &field, &it.now);
@@ -292,10 +285,7 @@ mod tests {
     /// A robot in the open, with walls 5 m away.
     fn in_the_open(moving: Vec<MovingDisc>) -> (InflatedBodies, ClearanceField, f64) {
         let footprint = Footprint::round(0.3).expect("a radius");
-        before_a_wall(
-            footprint,
-            &PredictedState { moving, ..standing_at(Pose::default(), Twist::STOP) },
-        )
+        before_a_wall(footprint, &PredictedState { moving, ..standing_at(Pose::default()) })
     }
 
     /// A robot before a wall that begins at 5 m.
@@ -376,7 +366,7 @@ mod tests {
             let (mut slow, mut fast) = (0, 0);
             for step in 0..200 {
                 let pose = Pose::new(4.4 + 0.002 * f64::from(step), 0.0, 0.0);
-                let now = standing_at(pose, Twist::STOP);
+                let now = standing_at(pose);
                 let (inflated, field, error_m) = before_a_wall(footprint.clone(), &now);
                 let certain_m = field.clearance_m(&discs, &pose).expect("in the map") - error_m;
                 assert_eq!(inflated.within_a_margin, certain_m < wanted_m, "{pose:?}");
@@ -400,7 +390,7 @@ mod tests {
             MovingDisc { x: 0.8 * cos, y: 0.8 * sin, radius: 0.3, vx: 0.0, vy: 0.0 }
         };
         let moving = (0..63).map(person).collect();
-        let now = PredictedState { moving, ..standing_at(Pose::default(), Twist::STOP) };
+        let now = PredictedState { moving, ..standing_at(Pose::default()) };
         let (inflated, _, _) = before_a_wall(footprint, &now);
         let discs = inflated.footprint.without_body();
         for person in &inflated.moving {
@@ -412,7 +402,7 @@ mod tests {
     #[test]
     fn robot_beyond_the_map_is_slow() {
         let footprint = Footprint::round(0.3).expect("a radius");
-        let now = standing_at(Pose::new(50.0, 0.0, 0.0), Twist::STOP);
+        let now = standing_at(Pose::new(50.0, 0.0, 0.0));
         assert!(before_a_wall(footprint, &now).0.within_a_margin);
     }
 
@@ -422,7 +412,7 @@ mod tests {
         let (mut nearer, mut farther) = (0, 0);
         for step in 0..100 {
             let footprint = Footprint::round(0.3 + 0.002 * f64::from(step)).expect("a radius");
-            let now = standing_at(Pose::default(), Twist::STOP);
+            let now = standing_at(Pose::default());
             let (inflated, field, error_m) = before_a_wall(footprint.clone(), &now);
             let certain_m = field.clearance_m(&footprint, &pose).expect("in the map") - error_m;
             let is_clear = inflated.is_clear_of_static(&field, &pose);
