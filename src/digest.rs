@@ -24,6 +24,11 @@ impl BitDigest {
         self.wide(value.to_bits());
     }
 
+    /// Adds bytes.
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
     /// Adds the bytes of a text.
     pub fn text(&mut self, text: &str) {
         self.0.update(text.as_bytes());

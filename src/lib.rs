@@ -62,6 +62,9 @@ pub mod local;
 pub mod navigator;
 
 #[cfg(feature = "sim")]
+pub mod external;
+
+#[cfg(feature = "sim")]
 pub mod base;
 
 #[cfg(feature = "sim")]

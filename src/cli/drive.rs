@@ -29,6 +29,7 @@ use super::files::{command_line, create_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive};
 use super::machine::{interrupt_flag, wall_clock};
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
+use super::own_programs::ProgramArguments;
 use super::recording::Recording;
 use super::{output, plan};
 
@@ -57,6 +58,8 @@ pub struct DriveArguments {
     /// Seed of pedestrians and lidar noise [default: 0, or that of the scene].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
     pub seed: Option<u64>,
+    #[command(flatten)]
+    pub programs: ProgramArguments,
     #[command(flatten)]
     pub engine: EngineArguments,
     /// Fail without a GPU; a software adapter counts if --engine names it. If the GPU is lost during the drive, the CPU takes over
@@ -134,6 +137,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let pedestrians = scene.filter(|_| arguments.hardware.lidar.is_none());
     let pedestrians = Obstacles::Count(pedestrians.map_or(0, |scene| scene.obstacles));
     let obstacles = arguments.obstacles.clone().unwrap_or(pedestrians);
+    arguments.programs.set(&mut config);
     if let Some(deadline_ms) = arguments.deadline {
         config.navigator.deadline_s = Some(deadline_ms / 1e3);
     }

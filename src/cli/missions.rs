@@ -16,6 +16,7 @@ use serde_json::json;
 
 use super::arguments::{number, whole};
 use super::files::ReportFolder;
+use super::own_programs::ProgramArguments;
 use super::runs::{RunArguments, group_table};
 use super::{config, map_file, output};
 
@@ -37,6 +38,8 @@ pub struct MissionsArguments {
     /// Settings, TOML.
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+    #[command(flatten)]
+    pub programs: ProgramArguments,
     #[command(flatten)]
     pub run: RunArguments,
 }
@@ -60,7 +63,8 @@ impl MissionsArguments {
             unmapped_share,
             ..Rules::default()
         };
-        let config = config::load("--config", self.config.as_deref())?;
+        let mut config = config::load("--config", self.config.as_deref())?;
+        self.programs.set(&mut config);
         let (mut roomy, mut narrow) = (Vec::new(), Vec::new());
         for world in self.worlds(rules)? {
             match world.simulation(self.seed, &config) {

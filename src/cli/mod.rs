@@ -37,6 +37,7 @@ mod operator;
 mod operator_port;
 pub mod output;
 mod own_file;
+mod own_programs;
 mod paper;
 mod plan;
 mod plan_drawing;

@@ -19,6 +19,7 @@ use super::config::changed;
 use super::drive_text::one_line;
 use super::files::{Output, ReportFolder, create_file};
 use super::machine::wall_clock;
+use super::own_programs::ProgramArguments;
 use super::runs::{RunArguments, group_table, run_name, run_text, unreached};
 use super::{output, recording};
 
@@ -40,6 +41,8 @@ pub struct WorldsArguments {
     /// Seeds of noise, from 0, with which each world is driven.
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(1, 1_000_000))]
     pub seeds: u64,
+    #[command(flatten)]
+    pub programs: ProgramArguments,
     #[command(flatten)]
     pub run: RunArguments,
     /// Settings that differ from the benchmark's, TOML.
@@ -170,7 +173,8 @@ fn speed(text: &str) -> Result<f64, String> {
 /// Drives the worlds of BARN.
 pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     let (of, max_speed) = (&arguments.worlds_of, arguments.max_speed);
-    let config = changed(barn_config(max_speed), of.config.as_deref())?;
+    let mut config = changed(barn_config(max_speed), of.config.as_deref())?;
+    of.programs.set(&mut config);
     let listed = barn::read_worlds(&of.worlds, of.numbers().as_deref())?;
     let world = |world: &_| World::barn(Clone::clone(world), max_speed);
     let worlds: Vec<World> = listed.iter().map(world).collect();
@@ -240,7 +244,8 @@ pub struct DynaBarnArguments {
 /// Drives the worlds of `DynaBARN`.
 pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<bool> {
     let of = &arguments.worlds_of;
-    let config = changed(dynabarn_config(), of.config.as_deref())?;
+    let mut config = changed(dynabarn_config(), of.config.as_deref())?;
+    of.programs.set(&mut config);
     let worlds = dynabarn::read_worlds(&of.worlds, of.numbers().as_deref())?;
     let worlds: Vec<World> = worlds.into_iter().map(World::dynabarn).collect();
     if let Some(run) = of.trace {

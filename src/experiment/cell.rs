@@ -1,6 +1,8 @@
 //! A cell: everything that its result depends on, and its key.
 
 use core::str::FromStr;
+use std::fs;
+use std::path::Path;
 
 use serde_json::{Value, json};
 
@@ -51,8 +53,23 @@ impl Cell {
             "engine": self.row.engine,
             "latency_threads": self.row.latency.then_some(self.threads),
             "settings": self.config,
+            "program_files": program_files(&self.config),
         })
     }
+}
+
+/// Digests of the files that the programs of a configuration consist of: a changed program is another input. A file that cannot
+/// be read has the digest of an empty one; its program will not start.
+fn program_files(config: &Config) -> Option<Vec<String>> {
+    let programs = [&config.controller, &config.global_planner];
+    let digest = |file: &Path| {
+        let mut digest = BitDigest::default();
+        digest.bytes(&fs::read(file).unwrap_or_default());
+        digest.hex()
+    };
+    let digests: Vec<String> =
+        programs.iter().flat_map(|program| program.files().map(digest)).collect();
+    (!digests.is_empty()).then_some(digests)
 }
 
 /// The key of inputs: a digest of their JSON with the fields of every object sorted by name.

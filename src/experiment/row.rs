@@ -8,6 +8,7 @@ use super::paper_drives::Deviation;
 use super::{LocalizationCase, TrafficKind, WorldKind};
 use crate::bench::columns::{column_values, columns};
 use crate::bench::{Columns, Latencies, LatencySummary};
+use crate::external::ProgramSettings;
 use crate::robot::MotionEstimate;
 use crate::runtime::{Config, MissionResult, PlantKind, PoseSource, TraceRow};
 use crate::sim::{Simulation, draw_plant};
@@ -123,6 +124,10 @@ columns! {
         pub obstacles: usize,
         /// Number of obstacles on the path that the map does not show.
         pub unmapped: usize,
+        /// The program that decided in place of inbye's controller; none for inbye.
+        pub controller: Option<String>,
+        /// The program that planned in place of inbye's global planner; none for inbye.
+        pub global_planner: Option<String>,
         /// Whether the simulated robot was as the settings say.
         pub plant: Option<PlantKind>,
         /// Source of the pose.
@@ -381,8 +386,12 @@ impl RunRow {
         self.turn_ratio_high = motion.turn_ratio.map(|ratio| ratio.high);
     }
 
-    /// Fills in what the simulated robot of the seed truly is.
+    /// Fills in the programs of the settings, and what the simulated robot of the seed truly is.
     pub(super) fn fill_plant(&mut self, config: &Config, seed: u64) {
+        let program =
+            |program: &ProgramSettings| program.is_set().then(|| program.command.join(" "));
+        self.controller = program(&config.controller);
+        self.global_planner = program(&config.global_planner);
         self.plant = Some(config.simulation.plant);
         self.pose_source = Some(config.pose_source);
         if config.simulation.plant == PlantKind::Agreeing {

@@ -61,6 +61,14 @@ pub enum PlanError {
         /// The reachable cell centre nearest to the goal.
         nearest: Option<Point>,
     },
+    /// A global planner of the user's own cannot go on, or its path is unusable.
+    #[error("INVALID_PLANNER: {name}: {reason}")]
+    InvalidPlanner {
+        /// Name of the planner.
+        name: String,
+        /// The cause.
+        reason: String,
+    },
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -76,6 +84,7 @@ impl PlanError {
             Self::StartOccupied { .. } => "START_OCCUPIED",
             Self::GoalOccupied { .. } => "GOAL_OCCUPIED",
             Self::NoValidPath { .. } => "NO_VALID_PATH",
+            Self::InvalidPlanner { .. } => "INVALID_PLANNER",
             Self::Setting(_) => "BAD_SETTING",
         }
     }

@@ -62,6 +62,21 @@ pub struct Plan {
     pub time_s: StageTimes,
 }
 
+impl Plan {
+    /// The plan of a path that was planned elsewhere: all its stages are this path.
+    #[must_use]
+    pub fn of_path(path: Path) -> Self {
+        Self {
+            raw: path.clone(),
+            pruned: path.clone(),
+            spline: Spline::polyline(path.points()),
+            smoothed: path,
+            expanded: 0,
+            time_s: StageTimes::default(),
+        }
+    }
+}
+
 /// Plans a path from start to goal, metres in the map frame. The searcher provides reusable memory and does not affect the
 /// result. `clock` is read between the stages, in seconds, for [`Plan::time_s`] only.
 ///

@@ -6,7 +6,7 @@
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
-use super::{Fault, RoutePlanner};
+use super::{Fault, GlobalPlanner};
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
@@ -43,7 +43,7 @@ impl<R> AsyncPlanner<R> {
     ///
     /// # Errors
     /// When the operating system starts no thread.
-    pub fn new(known: ObstacleGrid, planner: RoutePlanner) -> Result<Self, Fault> {
+    pub fn new(known: ObstacleGrid, planner: Box<dyn GlobalPlanner>) -> Result<Self, Fault> {
         let (requests, received) = channel();
         let (done, answers) = channel();
         std::thread::Builder::new()
@@ -103,7 +103,7 @@ impl<R> AsyncPlanner<R> {
 
 fn work(
     known: &ObstacleGrid,
-    mut planner: RoutePlanner,
+    mut planner: Box<dyn GlobalPlanner>,
     requests: &Receiver<(u64, PlanRequest)>,
     answers: &Sender<Answer>,
 ) {
@@ -137,7 +137,7 @@ mod tests {
     use crate::geometry::Pose;
     use crate::global::Settings;
     use crate::map::GridFrame;
-    use crate::navigator::NavigatorSettings;
+    use crate::navigator::{NavigatorSettings, RoutePlanner};
     use crate::robot::Footprint;
 
     fn async_planner() -> AsyncPlanner<u32> {
@@ -146,7 +146,7 @@ mod tests {
         let footprint = Footprint::round(0.3).expect("a valid radius");
         let settings = NavigatorSettings::default();
         let route_planner = RoutePlanner::new(&footprint, &settings, Settings::default(), 0.1);
-        AsyncPlanner::new(known, route_planner).expect("a thread")
+        AsyncPlanner::new(known, Box::new(route_planner)).expect("a thread")
     }
 
     fn request(discs: Vec<MovingDisc>) -> PlanRequest {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use thiserror::Error;
 
-use super::ObservationFault;
+use super::{ControllerError, ObservationFault};
 use crate::geometry::{Point, Twist};
 use crate::global::PlanError;
 use crate::local::{Counts, DecisionError};
@@ -118,6 +118,14 @@ pub enum Fault {
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
+    /// The controller in place of the navigator's own behaviours cannot go on.
+    #[error("{}: {name}: {error}", controller_code(error))]
+    Controller {
+        /// Name of the controller.
+        name: String,
+        /// The cause.
+        error: ControllerError,
+    },
     /// Observations were faulty for longer than the settings allow.
     #[error("INVALID_OBSERVATION: {fault}, {count} times in a row; the robot stops")]
     FaultyObservation {
@@ -126,4 +134,12 @@ pub enum Fault {
         /// How many observations in a row were faulty.
         count: u32,
     },
+}
+
+/// Nav2's name of a controller's error.
+const fn controller_code(error: &ControllerError) -> &'static str {
+    match error {
+        ControllerError::TimedOut { .. } => "CONTROLLER_TIMED_OUT",
+        _ => "INVALID_CONTROLLER",
+    }
 }

@@ -4,7 +4,7 @@ use super::async_planner::AsyncPlanner;
 use super::obstacle_model::LocalMap;
 use super::occlusion::standing_room;
 use super::replanning::Reason;
-use super::{Fault, Navigator, NavigatorSettings, RoutePlanner};
+use super::{Fault, GlobalPlanner, Navigator, NavigatorSettings};
 use crate::map::{FreeSpace, ObstacleGrid};
 
 /// What a navigator needs of a new map. To prepare it takes time in proportion to the map's area: do it on another thread.
@@ -21,10 +21,10 @@ impl PreparedMap {
     /// When the planning thread does not start.
     pub fn new(
         known: ObstacleGrid,
-        route_planner: RoutePlanner,
+        planner: Box<dyn GlobalPlanner>,
         settings: &NavigatorSettings,
     ) -> Result<Self, Fault> {
-        let planner = AsyncPlanner::new(known.clone(), route_planner)?;
+        let planner = AsyncPlanner::new(known.clone(), planner)?;
         let standing_room = standing_room(&known, settings);
         Ok(Self { local: LocalMap::new(known), standing_room, planner })
     }

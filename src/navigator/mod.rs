@@ -5,11 +5,15 @@
 //! and no file, and its planning thread answers at promised ticks: the same observations give the same decisions.
 
 mod async_planner;
+mod base_response;
 mod behaviours;
+mod controller;
+mod controller_host;
 mod deadline;
 mod decision;
 mod exact_clearance;
 mod frozen_scan;
+mod global_planner;
 mod inflated_bodies;
 mod map_update;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
@@ -31,8 +35,10 @@ mod tracker;
 mod visible_space;
 mod waypoints;
 
+pub use controller::{Controller, ControllerError, ControllerInput, ControllerReply};
 pub use deadline::{COMMAND_LIFETIME_S, DeadlineStats};
 pub use decision::{Decision, Fault, Mode};
+pub use global_planner::GlobalPlanner;
 pub use map_update::PreparedMap;
 pub use navigator::Navigator;
 pub use observation::{Observation, ObservationFault};

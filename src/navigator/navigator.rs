@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::base_response::BaseResponse;
 use super::behaviours::Behaviours;
+use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
@@ -10,27 +12,22 @@ use super::occlusion::standing_room;
 use super::passive_safety::obstacle_that_may_come;
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
-use super::state::{
-    CommandsInFlight, Measured, PredictedState, RobotModel, State, WAITING_PATIENCES, brake,
-};
+use super::state::{Measured, PredictedState, RobotModel, State, WAITING_PATIENCES, brake};
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
-    DeadlineStats, Decision, Fault, Goal, Mode, NavigatorSettings, Observation, ObservationFault,
-    ObstacleModel, Route, RoutePlanner, Waypoints,
+    Controller, ControllerReply, DeadlineStats, Decision, Fault, GlobalPlanner, Goal, Mode,
+    NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route, Waypoints,
 };
 use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
-use crate::robot::{Limits, MotionEstimate, MotionIdentifier};
+use crate::robot::MotionEstimate;
 
 /// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
 /// field grows with the square of its side.
 const WINDOW_CLEARANCE_M: f64 = 1.5;
-
-/// No base is commanded to turn by more than the inverse of this ratio: a wrong estimate must not spin it.
-const MIN_TURN_RATIO: f64 = 0.5;
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
 const UNSEEN_GAP_M: f64 = 0.4;
@@ -40,13 +37,7 @@ pub struct Navigator {
     settings: NavigatorSettings,
     /// The robot with the identified acceleration and braking.
     robot: RobotModel,
-    /// The limits of the settings.
-    nominal: Limits,
-    identifier: MotionIdentifier,
-    /// The last commands without the correction of the turn rate: what the robot is to drive.
-    in_flight: CommandsInFlight,
-    /// Time of the last tick with a finite time, seconds, and the command that was sent then.
-    sent: Option<(f64, Twist)>,
+    base: BaseResponse,
     /// Control period, seconds.
     period_s: f64,
     /// Half the side of the local window, metres.
@@ -61,8 +52,9 @@ pub struct Navigator {
     progress: ProgressChecker,
     pub(super) replanner: Replanner,
     behaviours: Behaviours,
+    /// Decides in place of the behaviours, if there is one.
+    controller: Option<ControllerHost>,
     mode: Mode,
-    last_command: Twist,
     deadline: Option<Deadline>,
     fault: Option<Fault>,
 }
@@ -77,12 +69,12 @@ impl Navigator {
         waypoints: &Waypoints,
         robot: RobotModel,
         planner: LocalPlanner,
-        mut route_planner: RoutePlanner,
+        mut global_planner: Box<dyn GlobalPlanner>,
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
         let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
-            route_planner.plan(&known, from, to, clock)
+            global_planner.plan(&known, from, to, clock)
         })?;
         let is_tracking = settings.features.tracking;
         let new_model =
@@ -102,19 +94,35 @@ impl Navigator {
             route: Route::new(&plan, &settings),
             plans: vec![plan],
             progress: ProgressChecker::default(),
-            replanner: Replanner::new(known, route_planner)?,
+            replanner: Replanner::new(known, global_planner)?,
             behaviours: Behaviours::new(planner),
+            controller: None,
             mode: Mode::Driving,
-            last_command: Twist::STOP,
             deadline,
             fault: None,
-            nominal: robot.limits,
-            identifier: MotionIdentifier::new(&robot.limits, settings.unidentified_delay_s),
-            in_flight: CommandsInFlight::default(),
-            sent: None,
+            base: BaseResponse::new(robot.limits, &settings),
             settings,
             robot,
         })
+    }
+
+    /// Lets a controller decide in place of the behaviours. The local planner is then not used.
+    #[must_use]
+    pub fn with_controller(mut self, controller: Box<dyn Controller>) -> Self {
+        self.controller = Some(ControllerHost::new(controller, &self.route.path));
+        self
+    }
+
+    /// Name of the controller that decides in place of the behaviours, if there is one.
+    #[must_use]
+    pub fn controller_name(&self) -> Option<&str> {
+        self.controller.as_ref().map(ControllerHost::name)
+    }
+
+    /// The answer of that controller at the last tick; none where it was not asked.
+    #[must_use]
+    pub fn controller_reply(&self) -> Option<&ControllerReply> {
+        self.controller.as_ref()?.reply()
     }
 
     /// Every global plan so far; the robot follows the last one.
@@ -186,7 +194,7 @@ impl Navigator {
     /// What the drive has shown of the base's response.
     #[must_use]
     pub const fn motion(&self) -> &MotionEstimate {
-        self.identifier.estimate()
+        self.base.estimate()
     }
 
     /// Decides what to do now. The command is within the robot's limits, and the robot reaches it within one control period
@@ -194,8 +202,8 @@ impl Navigator {
     pub fn step(&mut self, observation: &Observation) -> Decision {
         let mut decision = self.decide(observation);
         let wanted = self.robot.limits.clamp(&decision.command);
-        decision.command = self.corrected(&wanted);
-        self.set_sent(observation.time_s, &decision.command);
+        decision.command = self.base.corrected(&wanted);
+        self.base.set_sent(observation.time_s, &decision.command);
         decision
     }
 
@@ -213,85 +221,32 @@ impl Navigator {
         if let Some(deadline) = &mut self.deadline {
             decision.command = deadline.settle(observation.time_s, took_s, decision.command);
             self.behaviours.planner_mut().set_sampling(deadline.stats().last);
-            self.set_sent(observation.time_s, &decision.command);
+            self.base.set_sent(observation.time_s, &decision.command);
         }
         (decision, took_s)
     }
 
-    /// The command for a wanted motion. A base whose tracks turn it less than calibrated is commanded to turn more.
-    fn corrected(&self, wanted: &Twist) -> Twist {
-        let ratio = self.turn_ratio();
-        if ratio == 1.0 {
-            return *wanted;
-        }
-        self.nominal.clamp(&Twist::new(wanted.linear, wanted.angular / ratio))
-    }
-
-    /// Remembers a command that was sent at a time, and what the robot drives by it.
-    fn set_sent(&mut self, time_s: f64, command: &Twist) {
-        self.sent = time_s.is_finite().then_some((time_s, *command));
-        self.last_command = Twist::new(command.linear, command.angular * self.turn_ratio());
-    }
-
     /// Forgets the commands so far, after a pause of the program: the base has stopped by itself meanwhile.
     pub fn forget_commands(&mut self) {
-        self.sent = None;
-        self.last_command = Twist::STOP;
-        self.in_flight = CommandsInFlight::default();
-    }
-
-    /// Measured over commanded turn rate: the value of its interval that is nearest to one.
-    fn turn_ratio(&self) -> f64 {
-        let ratio = self.identifier.estimate().turn_ratio.filter(|_| self.settings.identify_motion);
-        ratio.map_or(1.0, |ratio| 1.0_f64.min(ratio.high).max(ratio.low).max(MIN_TURN_RATIO))
-    }
-
-    /// Time from a command to its effect, seconds: the upper side of what the drive has shown.
-    fn delay_s(&self) -> f64 {
-        let stated_s = self.settings.actuation_delay_s;
-        if !self.settings.identify_motion {
-            return stated_s;
-        }
-        self.identifier.estimate().safe_delay_s.max(stated_s)
-    }
-
-    /// Remembers what was sent since the last tick.
-    fn record_sent(&mut self, observation: &Observation) {
-        if let Some((sent_s, decided)) = self.sent {
-            let command = observation.sent.filter(Twist::is_finite).unwrap_or(decided);
-            self.set_sent(sent_s, &command);
-            self.sent = None;
-            self.in_flight.record(sent_s, &self.last_command);
-            self.identifier.command(sent_s, &command);
-        }
-    }
-
-    /// Compares the commands so far with the measured motion.
-    fn identify(&mut self, observation: &Observation) {
-        if self.settings.identify_motion {
-            self.identifier.observe(observation.odometry_s, &observation.twist);
-            let ratio = self.turn_ratio().min(1.0);
-            let limits = self.identifier.estimate().limits(&self.nominal);
-            self.robot.limits = Limits {
-                max_vel_theta: limits.max_vel_theta * ratio,
-                acc_lim_theta: limits.acc_lim_theta * ratio,
-                decel_lim_theta: limits.decel_lim_theta * ratio,
-                ..limits
-            };
-        }
+        self.base.forget_commands();
     }
 
     fn decide(&mut self, observation: &Observation) -> Decision {
-        self.record_sent(observation);
+        self.base.record_sent(observation);
+        if let Some(host) = &mut self.controller {
+            host.start_tick();
+        }
         let limits = &self.robot.limits;
         let known = self.obstacles.known();
-        let last = &self.last_command;
+        let last = &self.base.last_command;
         let has_new_scan =
             match self.validator.validate(observation, last, limits, &self.settings, known) {
                 Ok(has_new_scan) => has_new_scan,
                 Err(fault) => return self.brake_without_observation(fault),
             };
-        self.identify(observation);
+        if let Some(limits) = self.base.identify(observation) {
+            self.robot.limits = limits;
+        }
         let Observation { time_s, pose, twist, odometry_s, scan, scan_s, .. } = observation;
         if has_new_scan && !self.is_over() {
             let masked = self.validator.health.masked(scan);
@@ -310,9 +265,9 @@ impl Navigator {
         let mut now = PredictedState::new(
             &Measured { time_s: *time_s, odometry_s: *odometry_s, scan_s: *scan_s, pose, twist },
             &moving,
-            &self.in_flight,
+            &self.base.in_flight,
             &self.robot.limits,
-            self.delay_s(),
+            self.base.delay_s(),
         );
         for (place, stands) in self.obstacles.entered() {
             // Dust may return a beam within the robot itself.
@@ -353,7 +308,7 @@ impl Navigator {
     /// continues after the fault.
     fn brake_without_observation(&mut self, fault: ObservationFault) -> Decision {
         let count = self.validator.faults_in_a_row;
-        let mut decision = self.brake_from(&self.last_command);
+        let mut decision = self.brake_from(&self.base.last_command);
         if self.is_over() {
             return decision;
         }
@@ -373,7 +328,7 @@ impl Navigator {
 
     /// Brakes from a velocity or from the last command, whichever is slower, in the present mode.
     fn brake_from(&self, twist: &Twist) -> Decision {
-        let command = brake(&self.robot.limits, twist, &self.last_command, self.period_s);
+        let command = brake(&self.robot.limits, twist, &self.base.last_command, self.period_s);
         Decision::new(command, self.mode, self.goal().position)
     }
 
@@ -385,6 +340,9 @@ impl Navigator {
             self.plans.push(plan);
             self.progress = ProgressChecker::default();
             self.behaviours.start_leg();
+            if let Some(host) = &mut self.controller {
+                host.start_leg(&self.route.path);
+            }
             self.mode = Mode::Driving;
         }
     }
@@ -408,14 +366,14 @@ impl Navigator {
             .obstacles
             .window_with(&robot, self.window_half_m, hide_unseen)
             .map_err(|error| Fault::Choose(error.into()))?;
-        let mut new_route = None;
+        let (mut new_route, mut has_new_route) = (None, false);
         let mut state = State {
             settings: &self.settings,
             robot: &self.robot,
             period_s: self.period_s,
             now,
             measured: &observation.twist,
-            last_command: &self.last_command,
+            last_command: &self.base.last_command,
             field: &field,
             inflated: InflatedBodies::new(
                 &self.robot,
@@ -437,7 +395,10 @@ impl Navigator {
             speed_limit: f64::INFINITY,
         };
         state.follow(&self.route);
-        state.is_at_goal = self.behaviours.is_at_goal(&state);
+        state.is_at_goal = match &mut self.controller {
+            Some(host) => host.is_at_goal(&state),
+            None => self.behaviours.is_at_goal(&state),
+        };
         if !state.is_at_goal {
             let left_m = state.route.left_m();
             let radius_m = self.settings.required_movement_radius;
@@ -456,6 +417,7 @@ impl Navigator {
                     self.plans.push(plan);
                     self.progress.rebase(route.left_m());
                     state.follow(route);
+                    has_new_route = true;
                 }
                 if let Some(error) = self.replanner.is_out_of_paths() {
                     return Err(Fault::Plan(error));
@@ -463,7 +425,15 @@ impl Navigator {
                 self.replanner.request(&state, &self.obstacles);
             }
         }
-        let decided = self.behaviours.decide(state);
+        let decided = match &mut self.controller {
+            Some(host) => {
+                if has_new_route {
+                    host.set_plan(&state.route.path);
+                }
+                host.decide(&state, observation, self.obstacles.moving())
+            }
+            None => self.behaviours.decide(state),
+        };
         if let Some(route) = new_route {
             self.route = route;
         }

@@ -3,7 +3,7 @@
 use super::async_planner::{AsyncPlanner, PlanRequest};
 use super::route::ConditionTimer;
 use super::state::State;
-use super::{Fault, Mode, ObstacleModel, RoutePlanner};
+use super::{Fault, GlobalPlanner, Mode, ObstacleModel};
 use crate::geometry::{Point, Pose};
 use crate::global::{Plan, PlanError};
 use crate::map::ObstacleGrid;
@@ -72,7 +72,7 @@ impl Replanner {
     ///
     /// # Errors
     /// When the operating system starts no thread.
-    pub fn new(known: ObstacleGrid, planner: RoutePlanner) -> Result<Self, Fault> {
+    pub fn new(known: ObstacleGrid, planner: Box<dyn GlobalPlanner>) -> Result<Self, Fault> {
         Ok(Self {
             least_radius_m: planner.least_radius_m(),
             planner: AsyncPlanner::new(known, planner)?,
@@ -257,7 +257,7 @@ fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::NavigatorSettings;
+    use super::super::{NavigatorSettings, RoutePlanner};
     use super::*;
     use crate::global;
     use crate::map::GridFrame;
@@ -269,7 +269,7 @@ mod tests {
         let footprint = Footprint::round(0.3).expect("a radius");
         let settings = NavigatorSettings::default();
         let planner = RoutePlanner::new(&footprint, &settings, global::Settings::default(), 0.1);
-        let mut replanner = Replanner::new(known, planner).expect("a thread");
+        let mut replanner = Replanner::new(known, Box::new(planner)).expect("a thread");
         (0..places).for_each(|place| fail(&mut replanner, apart_m * f64::from(place)));
         replanner
     }

@@ -6,11 +6,15 @@ use serde_json::json;
 use super::SimulationSettings;
 
 use crate::base::{CollisionMonitorSettings, ProtectiveLayer};
+use crate::external::{ProcessController, ProcessPlanner, ProgramSettings};
 use crate::global;
 use crate::local::{Engine, LocalPlanner, LocalSettings, MAX_DISCS};
 use crate::localization::LocalizationSettings;
 use crate::map::{ObstacleGrid, UnknownPolicy};
-use crate::navigator::{Fault, Navigator, NavigatorSettings, RobotModel, RoutePlanner, Waypoints};
+use crate::navigator::{
+    Controller, Fault, GlobalPlanner, Navigator, NavigatorSettings, RobotModel, RoutePlanner,
+    Waypoints,
+};
 use crate::robot::{Footprint, Limits, Polygon, TrackedDrive};
 use crate::settings::{SettingError, choices, require, setting_schema, settings};
 
@@ -127,6 +131,10 @@ settings! {
         pub global: global::Settings = global::Settings::default();
         /// Local planning.
         pub local: LocalSettings = LocalSettings::default();
+        /// A program of the user's own that plans global paths in place of inbye.
+        pub global_planner: ProgramSettings = ProgramSettings::default();
+        /// A program of the user's own that decides velocities in place of inbye.
+        pub controller: ProgramSettings = ProgramSettings::default();
         /// Navigation along the path.
         pub navigator: NavigatorSettings = NavigatorSettings::default();
         /// The protective layer below the planner, in the sender of a real base and in simulation.
@@ -182,10 +190,11 @@ impl Config {
         RoutePlanner::new(&self.robot.footprint, &self.navigator, self.global.clone(), resolution_m)
     }
 
-    /// Creates the navigator of this robot on a map with the obstacles that it knows. The clock measures the first planning.
+    /// Creates the navigator of this robot on a map with the obstacles that it knows, with the controller and the global planner
+    /// of the settings. The clock measures the first planning.
     ///
     /// # Errors
-    /// No path leads to a goal.
+    /// No path leads to a goal, or a program of the settings cannot be started.
     pub fn new_navigator(
         &self,
         known: ObstacleGrid,
@@ -193,9 +202,63 @@ impl Config {
         engine: Box<dyn Engine>,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Navigator, Fault> {
-        let route_planner = self.route_planner(known.frame().resolution_m);
+        let controller = self.new_controller(&known)?;
+        self.new_navigator_with(known, waypoints, engine, controller, clock)
+    }
+
+    /// As [`Self::new_navigator`], with this controller in place of that of the settings; none for inbye's own behaviours.
+    ///
+    /// # Errors
+    /// As [`Self::new_navigator`].
+    pub fn new_navigator_with(
+        &self,
+        known: ObstacleGrid,
+        waypoints: &Waypoints,
+        engine: Box<dyn Engine>,
+        controller: Option<Box<dyn Controller>>,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Navigator, Fault> {
+        let global_planner = self.new_global_planner(known.frame().resolution_m)?;
         let planner = LocalPlanner::new(engine, self.local.clone());
         let (robot, settings) = (self.robot.model(), self.navigator.clone());
-        Navigator::new(known, waypoints, robot, planner, route_planner, settings, clock)
+        let navigator =
+            Navigator::new(known, waypoints, robot, planner, global_planner, settings, clock)?;
+        Ok(match controller {
+            Some(controller) => navigator.with_controller(controller),
+            None => navigator,
+        })
+    }
+
+    /// Starts the controller of the settings; none for inbye's own behaviours.
+    ///
+    /// # Errors
+    /// When the program cannot be started.
+    pub fn new_controller(
+        &self,
+        known: &ObstacleGrid,
+    ) -> Result<Option<Box<dyn Controller>>, Fault> {
+        if !self.controller.is_set() {
+            return Ok(None);
+        }
+        let (robot, period_s) = (self.robot.model(), self.local.control_period_s);
+        let budget_s = self.navigator.deadline_s;
+        let controller =
+            ProcessController::start(&self.controller, &robot, period_s, budget_s, known)?;
+        Ok(Some(Box::new(controller)))
+    }
+
+    /// Creates the global planner of the settings, on maps of a resolution in metres.
+    ///
+    /// # Errors
+    /// When its program cannot be started.
+    pub fn new_global_planner(&self, resolution_m: f64) -> Result<Box<dyn GlobalPlanner>, Fault> {
+        let own = self.route_planner(resolution_m);
+        if !self.global_planner.is_set() {
+            return Ok(Box::new(own));
+        }
+        let (robot, period_s) = (self.robot.model(), self.local.control_period_s);
+        let radius_m = own.least_radius_m();
+        let planner = ProcessPlanner::start(&self.global_planner, &robot, period_s, radius_m)?;
+        Ok(Box::new(planner))
     }
 }

@@ -63,7 +63,10 @@ impl<'a> ControlLoop<'a> {
         let navigator_config = real_time.as_ref().unwrap_or(config);
         let navigator =
             navigator_config.new_navigator(known, &waypoints, engine, observer.clock)?;
-        let engine = navigator.planner().engine_name();
+        let engine = match navigator.controller_name() {
+            Some(name) => format!("controller {name}"),
+            None => navigator.planner().engine_name(),
+        };
         let moving_radii = robot.moving_radii_m();
         Ok(Self {
             mission,

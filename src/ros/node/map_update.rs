@@ -24,7 +24,7 @@ impl MapUpdate {
         let (map, config) = (map.clone(), config.clone());
         let prepare = move || {
             let known = map.obstacles(config.unknown);
-            let route_planner = config.route_planner(known.frame().resolution_m);
+            let route_planner = config.new_global_planner(known.frame().resolution_m)?;
             PreparedMap::new(known, route_planner, &config.navigator)
         };
         self.running = Builder::new().name("inbye-map".to_owned()).spawn(prepare).ok();

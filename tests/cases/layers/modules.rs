@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order in which data flows. A module may use those before it; the first five use no other.
-const MODULES: [&str; 23] = [
+const MODULES: [&str; 24] = [
     "digest",
     "geometry",
     "numeric",
@@ -16,6 +16,7 @@ const MODULES: [&str; 23] = [
     "global",
     "local",
     "navigator",
+    "external",
     "base",
     "runtime",
     "sim",

@@ -1,0 +1,22 @@
+"""The smallest controller: drives straight at the local target, and stops for what the lidar sees ahead."""
+import json
+import math
+import sys
+
+for line in sys.stdin:
+    message = json.loads(line)
+    if message["type"] == "start":
+        answer = {"protocol": 1, "name": "stop and go"}
+    else:
+        x, y, yaw = message["pose"]
+        target_x, target_y = message["local_target"]
+        scan = message["scan"]
+        error = math.remainder(math.atan2(target_y - y, target_x - x) - yaw, math.tau)
+        ahead = [
+            distance
+            for beam, distance in enumerate(scan["ranges"])
+            if distance is not None and abs(math.remainder(scan["angle_min"] + beam * scan["angle_increment"], math.tau)) < 0.4
+        ]
+        clear = min(ahead, default=0.0) > 0.8
+        answer = {"linear": 0.4 if clear and abs(error) < 0.5 else 0.0, "angular": 1.5 * error}
+    print(json.dumps(answer), flush=True)

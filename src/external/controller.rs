@@ -1,0 +1,139 @@
+//! A controller that is a program.
+
+use std::time::Duration;
+
+use super::protocol::{
+    GridMessage, PROTOCOL, Request, Robot, Role, ScanMessage, Start, Tick, Velocity, Want, xy,
+};
+use super::{NoAnswer, Program, ProgramSettings};
+use crate::geometry::Twist;
+use crate::global::Path;
+use crate::map::ObstacleGrid;
+use crate::navigator::{
+    Controller, ControllerError, ControllerInput, ControllerReply, Fault, RobotModel,
+};
+
+/// A program that returns a velocity at each tick.
+pub struct ProcessController {
+    program: Program,
+    /// The map, if the program wants it and has not got it yet.
+    map: Option<GridMessage>,
+    /// The path, if it is new.
+    path: Option<Vec<[f64; 2]>>,
+    is_reset: bool,
+    ticks: u64,
+    /// Longest time of an answer; none in simulated time.
+    budget: Option<Duration>,
+    /// Time that the program has had for an answer which is still due.
+    late: Option<Duration>,
+}
+
+impl ProcessController {
+    /// Starts the program for a robot with this control period, in seconds, on a map. With a budget, in seconds, an answer that
+    /// takes longer is late: it is dropped when it comes. Without one the robot waits for each answer.
+    ///
+    /// # Errors
+    /// When the program cannot be started or its first answer is wrong.
+    pub fn start(
+        settings: &ProgramSettings,
+        robot: &RobotModel,
+        period_s: f64,
+        budget_s: Option<f64>,
+        map: &ObstacleGrid,
+    ) -> Result<Self, Fault> {
+        let first = Request::Start(Start {
+            protocol: PROTOCOL,
+            role: Role::Controller,
+            period_s,
+            budget_s,
+            robot: Robot::new(&robot.footprint, &robot.limits),
+        });
+        let program = Program::start(settings, &first).map_err(|reason| Fault::Controller {
+            name: settings.command.join(" "),
+            error: ControllerError::Failed { reason },
+        })?;
+        let wants_map = program.wants.contains(&Want::Map);
+        Ok(Self {
+            map: wants_map.then(|| GridMessage::of_grid(map)),
+            program,
+            path: None,
+            is_reset: false,
+            ticks: 0,
+            budget: budget_s.map(Duration::from_secs_f64),
+            late: None,
+        })
+    }
+
+    /// Waits for the answer to the last tick.
+    fn velocity(&mut self) -> ControllerReply {
+        let limit = self.budget.unwrap_or(self.program.timeout);
+        match self.program.answer(limit) {
+            Ok(Velocity::Velocity { linear, angular }) => {
+                self.late = None;
+                Ok(Twist::new(linear, angular))
+            }
+            Ok(Velocity::Error { error }) => {
+                self.late = None;
+                Err(ControllerError::NoValidControl { reason: error })
+            }
+            Err(NoAnswer::Failed(reason)) => Err(ControllerError::Failed { reason }),
+            Err(NoAnswer::Silent) => {
+                let waited = self.late.unwrap_or_default() + limit;
+                self.late = Some(waited);
+                if waited < self.program.timeout {
+                    return Err(ControllerError::Late);
+                }
+                Err(ControllerError::TimedOut { after_s: self.program.timeout.as_secs_f64() })
+            }
+        }
+    }
+}
+
+impl Controller for ProcessController {
+    fn name(&self) -> &str {
+        &self.program.name
+    }
+
+    fn set_plan(&mut self, path: &Path) {
+        self.path = Some(path.points().iter().map(xy).collect());
+    }
+
+    fn compute_velocity(&mut self, input: &ControllerInput<'_>) -> ControllerReply {
+        if self.late.is_some() {
+            // The answer to an earlier tick is for a place that the robot has left.
+            self.velocity()?;
+        }
+        let wants = |want| self.program.wants.contains(&want);
+        let moving_obstacles = wants(Want::MovingObstacles).then_some(input.moving_obstacles);
+        let local_grid = wants(Want::LocalGrid).then(|| GridMessage::of_field(input.local_grid));
+        let map = self.map.take();
+        let tick = Tick {
+            tick: self.ticks,
+            time_s: input.time_s,
+            pose: input.pose,
+            twist: input.twist,
+            odometry_s: input.odometry_s,
+            predicted_pose: input.predicted_pose,
+            predicted_twist: input.predicted_twist,
+            last_command: input.last_command,
+            limits: input.limits,
+            goal: *input.goal,
+            local_target: input.local_target,
+            path: self.path.take(),
+            path_progress_m: input.path_progress_m,
+            reset: core::mem::take(&mut self.is_reset),
+            scan: ScanMessage::new(input.scan),
+            scan_s: input.scan_s,
+            moving_obstacles,
+            local_grid,
+            map: map.as_ref(),
+        };
+        self.program.send(&Request::Tick(Box::new(tick)));
+        self.ticks += 1;
+        self.velocity()
+    }
+
+    fn reset(&mut self) {
+        self.is_reset = true;
+    }
+}

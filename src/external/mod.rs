@@ -1,0 +1,95 @@
+//! Controllers and global planners that are programs of the user's own.
+//!
+//! The program reads one JSON object per line from its standard input and answers each with one on its standard output. The
+//! book's chapter "Your own planner" describes the messages. A program that ends, answers nothing or answers nonsense ends the
+//! mission with a reason: that is a result of the mission, not an error of this one.
+
+mod controller;
+mod global_planner;
+mod line_process;
+mod protocol;
+mod settings;
+
+pub use controller::ProcessController;
+pub use global_planner::ProcessPlanner;
+#[doc(hidden)]
+pub use line_process::{LineError, LineProcess};
+pub use protocol::PROTOCOL;
+pub use settings::ProgramSettings;
+
+use std::time::Duration;
+
+use protocol::{Ready, Request};
+
+/// A program that has answered the first message.
+struct Program {
+    process: LineProcess,
+    name: String,
+    wants: Vec<protocol::Want>,
+    timeout: Duration,
+}
+
+/// Why a program gave no answer.
+enum NoAnswer {
+    /// Nothing within the time limit.
+    Silent,
+    /// It ended, or its answer is unusable.
+    Failed(String),
+}
+
+impl Program {
+    /// Starts a program and sends the first message.
+    fn start(settings: &ProgramSettings, first: &Request<'_>) -> Result<Self, String> {
+        let mut command = settings.to_command();
+        let process = LineProcess::start(&mut command, true)
+            .map_err(|error| format!("cannot be started: {error}"))?;
+        let timeout = Duration::from_secs_f64(settings.timeout_s);
+        let (name, wants) = (settings.command.join(" "), Vec::new());
+        let mut program = Self { process, name, wants, timeout };
+        program.send(first);
+        let ready: Ready = program.answer(timeout).map_err(|error| program.reason(error))?;
+        if ready.protocol != PROTOCOL {
+            return Err(format!(
+                "speaks protocol {}, this inbye speaks {PROTOCOL}: change the program",
+                ready.protocol
+            ));
+        }
+        program.name = ready.name.unwrap_or(program.name);
+        program.wants = ready.wants;
+        Ok(program)
+    }
+
+    fn send(&self, request: &Request<'_>) {
+        // Numbers, lists and texts always have a JSON form.
+        let line = serde_json::to_string(request).unwrap_or_default();
+        self.process.send(line);
+    }
+
+    /// Waits for the next answer.
+    fn answer<T: serde::de::DeserializeOwned>(&mut self, limit: Duration) -> Result<T, NoAnswer> {
+        let line = match self.process.line(limit) {
+            Ok(line) => line,
+            Err(LineError::Timeout) => return Err(NoAnswer::Silent),
+            Err(LineError::Ended) => {
+                let errors = self.process.end();
+                let last = errors.trim_end().lines().next_back().unwrap_or_default().trim();
+                let why = if last.is_empty() { String::new() } else { format!(": {last}") };
+                return Err(NoAnswer::Failed(format!("the program ended{why}")));
+            }
+        };
+        serde_json::from_str(&line).map_err(|error| {
+            let start: String = line.trim_end().chars().take(SHOWN_CHARACTERS).collect();
+            NoAnswer::Failed(format!("`{}` is no answer: {error}", start.escape_debug()))
+        })
+    }
+
+    fn reason(&self, error: NoAnswer) -> String {
+        match error {
+            NoAnswer::Silent => format!("no answer for {} s", self.timeout.as_secs_f64()),
+            NoAnswer::Failed(reason) => reason,
+        }
+    }
+}
+
+/// Characters of a wrong answer that a message shows.
+const SHOWN_CHARACTERS: usize = 80;

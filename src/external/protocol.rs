@@ -1,0 +1,298 @@
+//! The messages between inbye and a program: one JSON object per line, answered by one line.
+
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize, Serializer};
+
+use crate::geometry::{Point, Pose, Twist};
+use crate::local::ClearanceField;
+use crate::map::{GridFrame, MovingDisc, ObstacleGrid, Scan};
+use crate::navigator::Goal;
+use crate::robot::{Disc, Footprint, Limits};
+
+/// Version of the protocol.
+pub const PROTOCOL: u32 = 1;
+
+/// A message to the program.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub(super) enum Request<'a> {
+    /// The first message; the answer is [`Ready`].
+    Start(Start<'a>),
+    /// A tick of a controller; the answer is a [`Velocity`].
+    Tick(Box<Tick<'a>>),
+    /// A path to plan; the answer is a [`PlannedPath`].
+    Plan(PathRequest<'a>),
+}
+
+/// What the program serves as.
+#[derive(Clone, Copy, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Role {
+    Controller,
+    GlobalPlanner,
+}
+
+#[derive(Serialize)]
+pub(super) struct Start<'a> {
+    pub protocol: u32,
+    pub role: Role,
+    /// Control period, seconds.
+    pub period_s: f64,
+    /// Longest time of an answer by the wall clock, seconds; none in simulated time.
+    pub budget_s: Option<f64>,
+    pub robot: Robot<'a>,
+}
+
+#[derive(Serialize)]
+pub(super) struct Robot<'a> {
+    /// Corners `[x, y]` of the body in the robot's frame, metres; none for a body of discs.
+    footprint: Option<Vec<[f64; 2]>>,
+    discs: &'a [Disc],
+    /// Radius around the robot's origin that contains the body, metres.
+    radius_m: f64,
+    limits: &'a Limits,
+}
+
+impl<'a> Robot<'a> {
+    pub fn new(footprint: &'a Footprint, limits: &'a Limits) -> Self {
+        Self {
+            footprint: footprint.body().map(|body| body.corners().iter().map(xy).collect()),
+            discs: footprint.discs(),
+            radius_m: footprint.body_radius_m(),
+            limits,
+        }
+    }
+}
+
+/// A part of the input that a program gets only if it wants it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Want {
+    /// The static obstacles around the robot, at each tick.
+    LocalGrid,
+    /// Tracked moving obstacles, at each tick.
+    MovingObstacles,
+    /// The map, at the first tick.
+    Map,
+}
+
+/// The answer to the first message.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Ready {
+    pub protocol: u32,
+    pub name: Option<String>,
+    #[serde(default)]
+    pub wants: Vec<Want>,
+}
+
+#[derive(Serialize)]
+pub(super) struct Tick<'a> {
+    /// Number of earlier ticks of this message.
+    pub tick: u64,
+    pub time_s: f64,
+    #[serde(serialize_with = "pose")]
+    pub pose: Pose,
+    #[serde(serialize_with = "twist")]
+    pub twist: Twist,
+    pub odometry_s: f64,
+    #[serde(serialize_with = "pose")]
+    pub predicted_pose: Pose,
+    #[serde(serialize_with = "twist")]
+    pub predicted_twist: Twist,
+    #[serde(serialize_with = "twist")]
+    pub last_command: Twist,
+    pub limits: &'a Limits,
+    #[serde(serialize_with = "goal")]
+    pub goal: Goal,
+    #[serde(serialize_with = "point")]
+    pub local_target: Point,
+    /// The path where it is new.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<Vec<[f64; 2]>>,
+    pub path_progress_m: f64,
+    /// Whether another goal begins with this tick.
+    pub reset: bool,
+    pub scan: ScanMessage<'a>,
+    pub scan_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moving_obstacles: Option<&'a [MovingDisc]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub local_grid: Option<GridMessage>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub map: Option<&'a GridMessage>,
+}
+
+/// The answer to a tick: a velocity in m/s and rad/s, or why there is none.
+#[derive(Deserialize)]
+#[serde(try_from = "VelocityFields")]
+pub(super) enum Velocity {
+    Velocity { linear: f64, angular: f64 },
+    Error { error: String },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct VelocityFields {
+    linear: Option<f64>,
+    angular: Option<f64>,
+    error: Option<String>,
+}
+
+impl TryFrom<VelocityFields> for Velocity {
+    type Error = &'static str;
+
+    fn try_from(fields: VelocityFields) -> Result<Self, &'static str> {
+        match fields {
+            VelocityFields { linear: Some(linear), angular: Some(angular), error: None } => {
+                Ok(Self::Velocity { linear, angular })
+            }
+            VelocityFields { linear: None, angular: None, error: Some(error) } => {
+                Ok(Self::Error { error })
+            }
+            _ => Err("write either `linear` and `angular`, or `error`"),
+        }
+    }
+}
+
+#[derive(Serialize)]
+pub(super) struct PathRequest<'a> {
+    #[serde(serialize_with = "point")]
+    pub start: Point,
+    #[serde(serialize_with = "point")]
+    pub goal: Point,
+    /// The distance that the path is to keep from obstacles, metres.
+    pub radius_m: f64,
+    pub grid: &'a GridMessage,
+}
+
+/// The answer to a request for a path: its points, or why there is none.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum PlannedPath {
+    Path(Vec<[f64; 2]>),
+    /// There is no path, whatever the text says.
+    Error(IgnoredAny),
+}
+
+#[derive(Serialize)]
+pub(super) struct ScanMessage<'a> {
+    angle_min: f64,
+    angle_increment: f64,
+    range_max: f64,
+    #[serde(serialize_with = "ranges")]
+    ranges: (&'a [f64], f64),
+}
+
+impl<'a> ScanMessage<'a> {
+    pub fn new(scan: &'a Scan) -> Self {
+        let Scan { angle_min, angle_increment, range_max, ref ranges } = *scan;
+        Self { angle_min, angle_increment, range_max, ranges: (ranges, range_max) }
+    }
+}
+
+/// A grid of occupied cells, by the lengths of its runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct GridMessage {
+    width: i32,
+    height: i32,
+    resolution_m: f64,
+    /// Pose of the corner of the first cell in the map frame.
+    origin: [f64; 3],
+    /// Numbers of cells that are free, occupied, free, ... in turn, from the first cell on, row by row along x.
+    runs: Vec<u32>,
+}
+
+impl GridMessage {
+    pub fn of_grid(grid: &ObstacleGrid) -> Self {
+        Self::new(grid.frame(), grid.cells().iter().copied())
+    }
+
+    pub fn of_field(field: &ClearanceField) -> Self {
+        Self::new(field.frame(), field.units().iter().map(|units| *units == 0))
+    }
+
+    fn new(frame: &GridFrame, occupied: impl Iterator<Item = bool>) -> Self {
+        let mut runs = vec![0];
+        let mut is_occupied = false;
+        for occupied in occupied {
+            if occupied != is_occupied {
+                runs.push(0);
+                is_occupied = occupied;
+            }
+            if let Some(run) = runs.last_mut() {
+                *run += 1;
+            }
+        }
+        let GridFrame { width, height, resolution_m, origin } = *frame;
+        Self { width, height, resolution_m, origin: [origin.x, origin.y, origin.yaw], runs }
+    }
+}
+
+pub(super) const fn xy(point: &Point) -> [f64; 2] {
+    [point.x, point.y]
+}
+
+fn point<S: Serializer>(point: &Point, out: S) -> Result<S::Ok, S::Error> {
+    xy(point).serialize(out)
+}
+
+fn pose<S: Serializer>(pose: &Pose, out: S) -> Result<S::Ok, S::Error> {
+    [pose.x, pose.y, pose.yaw].serialize(out)
+}
+
+fn twist<S: Serializer>(twist: &Twist, out: S) -> Result<S::Ok, S::Error> {
+    [twist.linear, twist.angular].serialize(out)
+}
+
+fn goal<S: Serializer>(goal: &Goal, out: S) -> Result<S::Ok, S::Error> {
+    (goal.position.x, goal.position.y, goal.yaw).serialize(out)
+}
+
+/// Ranges in metres: `null` for no measurement, `range_max` for nothing within it. JSON has neither NaN nor infinity.
+fn ranges<S: Serializer>((ranges, range_max): &(&[f64], f64), out: S) -> Result<S::Ok, S::Error> {
+    out.collect_seq(ranges.iter().map(|range| (!range.is_nan()).then(|| range.min(*range_max))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grid_message_holds_alternating_runs_from_a_free_one() {
+        let frame = GridFrame::new(3, 2, 0.5, Pose::new(1.0, 2.0, 0.0)).expect("a size");
+        let runs = |cells: [bool; 6]| GridMessage::new(&frame, cells.into_iter()).runs;
+        assert_eq!(runs([false; 6]), [6]);
+        assert_eq!(runs([true; 6]), [0, 6]);
+        assert_eq!(runs([false, true, true, false, false, true]), [1, 2, 2, 1]);
+    }
+
+    #[test]
+    fn scan_message_has_null_without_measurement_and_the_largest_range_without_return() {
+        let scan = Scan {
+            angle_min: -1.0,
+            angle_increment: 0.5,
+            range_max: 8.0,
+            ranges: vec![0.25, f64::NAN, f64::INFINITY, 9.0, -1.0],
+        };
+        let text = serde_json::to_string(&ScanMessage::new(&scan)).expect("JSON");
+        assert_eq!(
+            text,
+            r#"{"angle_min":-1.0,"angle_increment":0.5,"range_max":8.0,"ranges":[0.25,null,8.0,8.0,-1.0]}"#
+        );
+    }
+
+    #[test]
+    fn answers_with_unknown_or_missing_fields_are_rejected() {
+        let is_velocity = |text: &str| serde_json::from_str::<Velocity>(text).is_ok();
+        assert!(is_velocity(r#"{"linear": 0.5, "angular": -1}"#));
+        assert!(is_velocity(r#"{"error": "no way out"}"#));
+        for wrong in ["{}", "3", r#"{"linear": 0.5}"#, r#"{"linear": 0.5, "angular": null}"#] {
+            assert!(!is_velocity(wrong), "{wrong}");
+        }
+        let is_ready = |text: &str| serde_json::from_str::<Ready>(text).is_ok();
+        assert!(is_ready(r#"{"protocol": 1, "wants": ["map", "local_grid"]}"#));
+        assert!(!is_ready(r#"{"protocol": 1, "wants": ["maps"]}"#));
+        assert!(!is_ready(r#"{"protocol": 1, "need": []}"#));
+    }
+}

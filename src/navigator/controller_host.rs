@@ -1,0 +1,122 @@
+//! Runs a controller in place of the navigator's own behaviours: inputs, answers, and the check for the goal.
+
+use super::controller::{Controller, ControllerError, ControllerInput, ControllerReply};
+use super::route::ConditionTimer;
+use super::state::State;
+use super::{Decision, Fault, Mode, Observation};
+use crate::geometry::wrap_angle;
+use crate::global::Path;
+use crate::map::MovingDisc;
+
+/// Below this speed and turn rate the robot stands, m/s and rad/s.
+const STANDS: f64 = 0.02;
+
+/// A controller with its last answer.
+pub(super) struct ControllerHost {
+    controller: Box<dyn Controller>,
+    reply: Option<ControllerReply>,
+    /// Whether the robot has reached the present goal and brakes.
+    has_reached_goal: bool,
+    stands: ConditionTimer,
+}
+
+impl ControllerHost {
+    /// A controller that follows this path first.
+    pub fn new(mut controller: Box<dyn Controller>, path: &Path) -> Self {
+        controller.set_plan(path);
+        let stands = ConditionTimer::default();
+        Self { controller, reply: None, has_reached_goal: false, stands }
+    }
+
+    pub fn name(&self) -> &str {
+        self.controller.name()
+    }
+
+    /// The answer at the last tick; none where the controller was not asked.
+    pub const fn reply(&self) -> Option<&ControllerReply> {
+        self.reply.as_ref()
+    }
+
+    /// Forgets the answer of an earlier tick.
+    pub fn start_tick(&mut self) {
+        self.reply = None;
+    }
+
+    /// Follows another path.
+    pub fn set_plan(&mut self, path: &Path) {
+        self.controller.set_plan(path);
+    }
+
+    /// Begins with another goal.
+    pub fn start_leg(&mut self, path: &Path) {
+        self.has_reached_goal = false;
+        self.controller.reset();
+        self.controller.set_plan(path);
+    }
+
+    /// Whether the robot is within the tolerances of the goal, or was and brakes since.
+    pub fn is_at_goal(&mut self, state: &State<'_>) -> bool {
+        let (goal, settings, pose) = (state.goal, state.settings, &state.visible.pose);
+        let is_near = (goal.position - pose.position()).norm() <= settings.xy_goal_tolerance;
+        let is_turned = goal
+            .yaw
+            .is_none_or(|yaw| wrap_angle(yaw - pose.yaw).abs() <= settings.yaw_goal_tolerance);
+        self.has_reached_goal |= is_near && is_turned;
+        self.has_reached_goal
+    }
+
+    /// The decision in a state: the controller's velocity, or braking.
+    ///
+    /// # Errors
+    /// When the controller cannot go on.
+    pub fn decide(
+        &mut self,
+        state: &State<'_>,
+        observation: &Observation,
+        moving_obstacles: &[MovingDisc],
+    ) -> Result<Decision, Fault> {
+        let Observation { time_s, pose, twist, odometry_s, scan, scan_s, .. } = observation;
+        if state.is_at_goal {
+            let is_still = twist.linear.abs() < STANDS && twist.angular.abs() < STANDS;
+            let stood_s = self.stands.update(*time_s, is_still);
+            let has_stopped = is_still && stood_s >= state.settings.stopped_time_s;
+            return Ok(state.stand(if has_stopped { Mode::Arrived } else { Mode::Parking }));
+        }
+        let input = ControllerInput {
+            time_s: *time_s,
+            period_s: state.period_s,
+            pose: *pose,
+            twist: *twist,
+            odometry_s: *odometry_s,
+            predicted_pose: state.now.pose,
+            predicted_twist: state.now.twist,
+            last_command: *state.last_command,
+            limits: &state.robot.limits,
+            footprint: &state.robot.footprint,
+            scan,
+            scan_s: *scan_s,
+            local_grid: state.field,
+            moving_obstacles,
+            path: &state.route.path,
+            path_progress_m: state.route.progress_m,
+            local_target: state.local_target,
+            goal: state.goal,
+        };
+        let reply = self.controller.compute_velocity(&input).and_then(|command| {
+            let reason = || "the velocity is not finite".to_owned();
+            if command.is_finite() {
+                Ok(command)
+            } else {
+                Err(ControllerError::Failed { reason: reason() })
+            }
+        });
+        self.reply = Some(reply.clone());
+        match reply {
+            Ok(command) => Ok(Decision::new(command, Mode::Driving, state.local_target)),
+            Err(ControllerError::NoValidControl { .. } | ControllerError::Late) => {
+                Ok(state.stand(Mode::Blocked))
+            }
+            Err(error) => Err(Fault::Controller { name: self.name().to_owned(), error }),
+        }
+    }
+}

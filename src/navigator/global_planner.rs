@@ -1,0 +1,42 @@
+//! The interface of global planners, in the words of `nav2_core::GlobalPlanner`.
+
+use super::RoutePlanner;
+use crate::geometry::Point;
+use crate::global::{Plan, PlanError};
+use crate::map::ObstacleGrid;
+
+/// Plans the paths that the navigator follows, first on the map and later with the obstacles that the scans showed.
+pub trait GlobalPlanner: Send {
+    /// Plans a path between two points, metres in the map frame. Cells outside the grid are obstacles. A planner may time its
+    /// stages by `clock`, in seconds.
+    ///
+    /// # Errors
+    /// When there is no path, or the planner cannot go on.
+    fn plan(
+        &mut self,
+        obstacles: &ObstacleGrid,
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError>;
+
+    /// The distance that the planner keeps between a path and every obstacle, metres. The navigator replans where an obstacle
+    /// is nearer.
+    fn least_radius_m(&self) -> f64;
+}
+
+impl GlobalPlanner for RoutePlanner {
+    fn plan(
+        &mut self,
+        obstacles: &ObstacleGrid,
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError> {
+        self.plan(obstacles, start, goal, clock)
+    }
+
+    fn least_radius_m(&self) -> f64 {
+        self.least_radius_m()
+    }
+}
