@@ -65,4 +65,4 @@ pub enum RecordingError {
 }
 
 /// The format that this version writes and reads.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;

@@ -26,6 +26,8 @@ pub struct DriveMetadata {
     pub map: Arc<OccupancyGrid>,
     /// Name of the engine.
     pub engine: String,
+    /// Name of the controller that decided in place of inbye's behaviours, if there was one.
+    pub controller: Option<String>,
 }
 
 /// The end of a drive.
@@ -39,7 +41,7 @@ pub struct DriveSummary {
 }
 
 impl DriveMetadata {
-    /// The metadata of a mission with these settings.
+    /// The metadata of a mission with these settings and the controller that they name.
     #[must_use]
     pub fn new(mission: &Mission, config: &Config, engine: String) -> Self {
         Self {
@@ -47,6 +49,7 @@ impl DriveMetadata {
             waypoints: Waypoints { start: mission.start.position(), goals: mission.stops() },
             map: Arc::clone(&mission.map),
             engine,
+            controller: config.controller.is_set().then(|| config.controller.command.join(" ")),
         }
     }
 
@@ -56,6 +59,7 @@ impl DriveMetadata {
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             engine: self.engine.clone(),
+            controller: self.controller.clone(),
             start: [self.waypoints.start.x, self.waypoints.start.y],
             map: *self.map.frame(),
             stops: self.waypoints.goals.iter().map(Stop::of).collect(),
@@ -89,6 +93,7 @@ impl DriveMetadata {
             },
             map: Arc::new(OccupancyGrid::new(frame, cells)),
             engine: drive.engine,
+            controller: drive.controller,
         })
     }
 }
@@ -99,6 +104,7 @@ struct DriveFile {
     format: u32,
     version: String,
     engine: String,
+    controller: Option<String>,
     start: [f64; 2],
     #[serde(with = "MapFrame")]
     map: GridFrame,

@@ -13,6 +13,7 @@
 //! **Errors.** A full or broken disk ends the recording, never the drive. In real time, a slow disk does so too. A reader can
 //! read all data before the error, and a truncated file up to its last whole chunk. A chunk ends every 2 s.
 
+mod controller_reply;
 mod error;
 mod mcap_reader;
 mod messages;

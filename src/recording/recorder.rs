@@ -177,6 +177,7 @@ impl Recorder {
             tick: self.ticks,
             observation: observation.clone(),
             decision: decision.clone(),
+            reply: navigator.controller_reply().cloned(),
             plans: plans.len() as u64,
             plans_received: navigator.plans_received(),
             took_s,

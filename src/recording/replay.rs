@@ -1,7 +1,9 @@
 //! Replays a recording: decides again on the recorded observations and compares the bits.
 
 use std::io::{Read, Seek};
+use std::sync::PoisonError;
 
+use super::controller_reply::RecordedController;
 use super::error::RecordingError;
 use super::metadata::DriveMetadata;
 use super::reader::Reader;
@@ -9,7 +11,7 @@ use super::tick::RecordedTick;
 use crate::base::ProtectiveAction;
 use crate::geometry::Pose;
 use crate::local::Engine;
-use crate::navigator::{Decision, Goal, Navigator};
+use crate::navigator::{Controller, Decision, Goal, Navigator};
 use crate::runtime::{
     Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow,
 };
@@ -82,7 +84,8 @@ impl Replay {
 /// Repeats the recorded decisions up to the end of the recording or the first difference.
 ///
 /// The navigator has the recorded settings and observations. Its clock returns the recorded durations of the decisions, and
-/// asynchronous plans arrive at the recorded ticks. So a drive with a real base, late decisions and late plans is repeatable.
+/// asynchronous plans arrive at the recorded ticks. So a drive with a real base, late decisions and late plans is repeatable. A
+/// controller of the user's own is not run again: its answers are recorded. A global planner of the user's own is run again.
 ///
 /// `on_tick` is called after each equal tick.
 ///
@@ -93,11 +96,14 @@ pub fn replay<R: Read + Seek>(
     engine: Box<dyn Engine>,
     on_tick: &mut dyn FnMut(&TickEvent<'_>),
 ) -> Result<Replay, RecordingError> {
-    let DriveMetadata { config, waypoints, map, .. } = reader.metadata().clone();
+    let DriveMetadata { config, waypoints, map, controller, .. } = reader.metadata().clone();
     let known = map.obstacles(config.unknown);
     let (gap, footprint) = (ObstacleGap::new(known.clone()), &config.robot.footprint);
     // The clock measures the duration of planning, which no decision depends on.
-    let mut navigator = config.new_navigator(known, &waypoints, engine, &mut || 0.0)?;
+    let (controller, next_reply) = controller.map(RecordedController::new).unzip();
+    let controller = controller.map(|it| Box::new(it) as Box<dyn Controller>);
+    let clock = &mut || 0.0;
+    let mut navigator = config.new_navigator_with(known, &waypoints, engine, controller, clock)?;
     let engine = navigator.planner().engine_name();
     let (mut trace, mut decision_s, mut start) = (Trace::default(), Vec::new(), None);
     let (mut ticks, mut first_difference) = (0, None);
@@ -105,6 +111,9 @@ pub fn replay<R: Read + Seek>(
         ticks += 1;
         if first_difference.is_some() {
             continue;
+        }
+        if let Some(next) = &next_reply {
+            *next.lock().unwrap_or_else(PoisonError::into_inner) = tick.reply.clone();
         }
         first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {

@@ -2,11 +2,12 @@
 
 use core::fmt::Write;
 
+use super::controller_reply::{KINDS, ReplyFields};
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::Counts;
 use crate::localization::LostReason;
 use crate::map::Scan;
-use crate::navigator::{Decision, Mode, Observation};
+use crate::navigator::{ControllerReply, Decision, Mode, Observation};
 use crate::ros::msg::{Message, Time};
 
 /// A tick of a recorded drive.
@@ -19,6 +20,8 @@ pub struct RecordedTick {
     pub observation: Observation,
     /// The decision.
     pub decision: Decision,
+    /// The answer of the controller; none where inbye's behaviours decided, or the controller was not asked.
+    pub reply: Option<ControllerReply>,
     /// Number of global plans after the tick.
     pub plans: u64,
     /// Number of plans received from the planning thread after the tick.
@@ -128,6 +131,14 @@ mod message {
             took_s: f64,
             /// Why the pose is unreliable: LOCALIZED or a constant after it.
             lost: u8,
+            /// The answer of the user's own controller: NOT_ASKED or a constant after it.
+            reply: u8,
+            /// Velocity of the answer; the time waited for TIMED_OUT.
+            reply_linear: f64,
+            /// Velocity of the answer.
+            reply_angular: f64,
+            /// Reason of an answer without velocity.
+            reply_reason: String,
         }
     }
 }
@@ -141,6 +152,9 @@ pub fn schema() -> String {
     text += "uint8 LOCALIZED=0\n";
     for reason in LOST_REASONS {
         let _ = writeln!(text, "uint8 {}={}", constant_name(reason), reason as u8 + 1);
+    }
+    for (number, kind) in KINDS.into_iter().enumerate() {
+        let _ = writeln!(text, "uint8 {kind}={number}");
     }
     text + &message::Tick::schema()
 }
@@ -160,6 +174,7 @@ impl RecordedTick {
         let sent = sent.unwrap_or(Twist::new(f64::NAN, f64::NAN));
         let decision = &self.decision;
         let counts = decision.counts.unwrap_or_default();
+        let reply = ReplyFields::of(self.reply.as_ref());
         let message = message::Tick {
             stamp: Time::from_seconds(*time_s),
             tick: self.tick,
@@ -193,6 +208,10 @@ impl RecordedTick {
             plans_received: self.plans_received,
             took_s: self.took_s,
             lost: lost.map_or(0, |reason| reason as u8 + 1),
+            reply: reply.kind,
+            reply_linear: reply.numbers[0],
+            reply_angular: reply.numbers[1],
+            reply_reason: reply.reason,
         };
         message.to_cdr()
     }
@@ -212,7 +231,13 @@ impl RecordedTick {
             outside: message.outside,
         };
         let sent = Twist::new(message.sent_linear, message.sent_angular);
+        let reply = ReplyFields {
+            kind: message.reply,
+            numbers: [message.reply_linear, message.reply_angular],
+            reason: message.reply_reason,
+        };
         Some(Self {
+            reply: reply.reply()?,
             tick: message.tick,
             observation: Observation {
                 time_s: message.time_s,
@@ -288,6 +313,7 @@ mod tests {
                 local_target: Point::new(8.0, 9.0),
                 counts: None,
             },
+            reply: Some(Ok(Twist::new(0.5, 0.25))),
             plans: 6,
             plans_received: 7,
             took_s: 0.001,
