@@ -1,9 +1,9 @@
-//! Arguments for programs that decide or plan in place of inbye.
+//! Arguments for programs that decide, plan or simulate in place of inbye.
 
 use clap::Args;
 use inbye::runtime::Config;
 
-/// Programs in place of inbye's own controller and global planner.
+/// Programs in place of inbye's own controller, global planner and simulator.
 #[derive(Debug, Args)]
 pub struct ProgramArguments {
     /// Program that decides the velocities in place of inbye, with its arguments, such as "python3 my_planner.py": it gets a
@@ -13,6 +13,9 @@ pub struct ProgramArguments {
     /// Program that plans the global paths in place of inbye, likewise.
     #[arg(long, value_name = "COMMAND", value_parser = words)]
     pub global_planner: Option<Words>,
+    /// Program that simulates the robot and its world in place of inbye, likewise.
+    #[arg(long, value_name = "COMMAND", value_parser = words)]
+    pub simulator: Option<Words>,
 }
 
 /// The words of a command, as a shell splits them.
@@ -36,6 +39,7 @@ impl ProgramArguments {
         let programs = [
             (&self.controller, &mut config.controller),
             (&self.global_planner, &mut config.global_planner),
+            (&self.simulator, &mut config.simulator),
         ];
         for (given, program) in programs {
             if let Some(Words(command)) = given {

@@ -61,7 +61,7 @@ impl Cell {
 /// Digests of the files that the programs of a configuration consist of: a changed program is another input. A file that cannot
 /// be read has the digest of an empty one; its program will not start.
 fn program_files(config: &Config) -> Option<Vec<String>> {
-    let programs = [&config.controller, &config.global_planner];
+    let programs = [&config.controller, &config.global_planner, &config.simulator];
     let digest = |file: &Path| {
         let mut digest = BitDigest::default();
         digest.bytes(&fs::read(file).unwrap_or_default());

@@ -1,4 +1,4 @@
-//! Controllers and global planners that are programs of the user's own.
+//! Controllers, global planners and simulators that are programs of the user's own.
 //!
 //! The program reads one JSON object per line from its standard input and answers each with one on its standard output. The
 //! book's chapter "Your own planner" describes the messages. A program that ends, answers nothing or answers nonsense ends the
@@ -7,7 +7,7 @@
 mod controller;
 mod global_planner;
 mod line_process;
-mod protocol;
+pub(crate) mod protocol;
 mod settings;
 
 pub use controller::ProcessController;
@@ -22,15 +22,15 @@ use std::time::Duration;
 use protocol::{Ready, Request};
 
 /// A program that has answered the first message.
-struct Program {
+pub(crate) struct Program {
     process: LineProcess,
     name: String,
     wants: Vec<protocol::Want>,
-    timeout: Duration,
+    pub timeout: Duration,
 }
 
 /// Why a program gave no answer.
-enum NoAnswer {
+pub(crate) enum NoAnswer {
     /// Nothing within the time limit.
     Silent,
     /// It ended, or its answer is unusable.
@@ -39,7 +39,7 @@ enum NoAnswer {
 
 impl Program {
     /// Starts a program and sends the first message.
-    fn start(settings: &ProgramSettings, first: &Request<'_>) -> Result<Self, String> {
+    pub fn start(settings: &ProgramSettings, first: &Request<'_>) -> Result<Self, String> {
         let mut command = settings.to_command();
         let process = LineProcess::start(&mut command, true)
             .map_err(|error| format!("cannot be started: {error}"))?;
@@ -59,14 +59,17 @@ impl Program {
         Ok(program)
     }
 
-    fn send(&self, request: &Request<'_>) {
+    pub fn send(&self, request: &Request<'_>) {
         // Numbers, lists and texts always have a JSON form.
         let line = serde_json::to_string(request).unwrap_or_default();
         self.process.send(line);
     }
 
     /// Waits for the next answer.
-    fn answer<T: serde::de::DeserializeOwned>(&mut self, limit: Duration) -> Result<T, NoAnswer> {
+    pub fn answer<T: serde::de::DeserializeOwned>(
+        &mut self,
+        limit: Duration,
+    ) -> Result<T, NoAnswer> {
         let line = match self.process.line(limit) {
             Ok(line) => line,
             Err(LineError::Timeout) => return Err(NoAnswer::Silent),
@@ -83,7 +86,7 @@ impl Program {
         })
     }
 
-    fn reason(&self, error: NoAnswer) -> String {
+    pub fn reason(&self, error: NoAnswer) -> String {
         match error {
             NoAnswer::Silent => format!("no answer for {} s", self.timeout.as_secs_f64()),
             NoAnswer::Failed(reason) => reason,

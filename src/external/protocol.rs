@@ -15,25 +15,29 @@ pub const PROTOCOL: u32 = 1;
 /// A message to the program.
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
-pub(super) enum Request<'a> {
+pub(crate) enum Request<'a> {
     /// The first message; the answer is [`Ready`].
     Start(Start<'a>),
     /// A tick of a controller; the answer is a [`Velocity`].
     Tick(Box<Tick<'a>>),
     /// A path to plan; the answer is a [`PlannedPath`].
     Plan(PathRequest<'a>),
+    /// The first message to a simulator; the answer is [`Ready`].
+    Simulate(Box<Simulate<'a>>),
+    /// A step of a simulator; the answer is a [`SimulatedState`].
+    Step(Step),
 }
 
 /// What the program serves as.
 #[derive(Clone, Copy, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Role {
+pub(crate) enum Role {
     Controller,
     GlobalPlanner,
 }
 
 #[derive(Serialize)]
-pub(super) struct Start<'a> {
+pub(crate) struct Start<'a> {
     pub protocol: u32,
     pub role: Role,
     /// Control period, seconds.
@@ -44,7 +48,7 @@ pub(super) struct Start<'a> {
 }
 
 #[derive(Serialize)]
-pub(super) struct Robot<'a> {
+pub(crate) struct Robot<'a> {
     /// Corners `[x, y]` of the body in the robot's frame, metres; none for a body of discs.
     footprint: Option<Vec<[f64; 2]>>,
     discs: &'a [Disc],
@@ -67,7 +71,7 @@ impl<'a> Robot<'a> {
 /// A part of the input that a program gets only if it wants it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Want {
+pub(crate) enum Want {
     /// The static obstacles around the robot, at each tick.
     LocalGrid,
     /// Tracked moving obstacles, at each tick.
@@ -79,7 +83,7 @@ pub(super) enum Want {
 /// The answer to the first message.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Ready {
+pub(crate) struct Ready {
     pub protocol: u32,
     pub name: Option<String>,
     #[serde(default)]
@@ -87,7 +91,7 @@ pub(super) struct Ready {
 }
 
 #[derive(Serialize)]
-pub(super) struct Tick<'a> {
+pub(crate) struct Tick<'a> {
     /// Number of earlier ticks of this message.
     pub tick: u64,
     pub time_s: f64,
@@ -126,7 +130,7 @@ pub(super) struct Tick<'a> {
 /// The answer to a tick: a velocity in m/s and rad/s, or why there is none.
 #[derive(Deserialize)]
 #[serde(try_from = "VelocityFields")]
-pub(super) enum Velocity {
+pub(crate) enum Velocity {
     Velocity { linear: f64, angular: f64 },
     Error { error: String },
 }
@@ -156,7 +160,7 @@ impl TryFrom<VelocityFields> for Velocity {
 }
 
 #[derive(Serialize)]
-pub(super) struct PathRequest<'a> {
+pub(crate) struct PathRequest<'a> {
     #[serde(serialize_with = "point")]
     pub start: Point,
     #[serde(serialize_with = "point")]
@@ -169,14 +173,107 @@ pub(super) struct PathRequest<'a> {
 /// The answer to a request for a path: its points, or why there is none.
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum PlannedPath {
+pub(crate) enum PlannedPath {
     Path(Vec<[f64; 2]>),
     /// There is no path, whatever the text says.
     Error(IgnoredAny),
 }
 
+/// A world and a robot to simulate.
 #[derive(Serialize)]
-pub(super) struct ScanMessage<'a> {
+pub(crate) struct Simulate<'a> {
+    pub protocol: u32,
+    pub period_s: f64,
+    pub seed: u64,
+    pub robot: Robot<'a>,
+    pub track_width_m: f64,
+    /// Pose of the robot, which stands.
+    #[serde(serialize_with = "pose")]
+    pub start: Pose,
+    #[serde(serialize_with = "goal")]
+    pub goal: Goal,
+    pub lidar: LidarMessage,
+    /// The true static obstacles.
+    pub obstacles: GridMessage,
+}
+
+/// The lidar to simulate: beams at equal angles around the robot's x axis.
+#[derive(Serialize)]
+pub(crate) struct LidarMessage {
+    pub beams: usize,
+    pub field_of_view_rad: f64,
+    pub range_max_m: f64,
+    pub range_sigma_m: f64,
+}
+
+/// A command for a time, seconds; zero seconds for the state at the start.
+#[derive(Serialize)]
+pub(crate) struct Step {
+    pub period_s: f64,
+    pub linear: f64,
+    pub angular: f64,
+}
+
+/// The state of a simulated robot after a step.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SimulatedState {
+    pub odometry: SimulatedMotion,
+    pub scan: SimulatedScan,
+    /// Pose in the map by positioning of the robot's own.
+    pub pose: Option<[f64; 3]>,
+    pub truth: SimulatedTruth,
+}
+
+/// Pose `[x, y, yaw]` and velocity `[linear, angular]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SimulatedMotion {
+    pub pose: [f64; 3],
+    pub twist: [f64; 2],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SimulatedTruth {
+    pub pose: [f64; 3],
+    pub twist: [f64; 2],
+    /// Whether the robot has touched anything since the last step.
+    pub contact: bool,
+    /// Moving obstacles `[x, y, radius]`, the same ones at each step.
+    #[serde(default)]
+    pub moving: Vec<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SimulatedScan {
+    pub angle_min: f64,
+    pub angle_increment: f64,
+    pub range_max: f64,
+    /// `null` for no measurement, `range_max` or more for nothing within it.
+    pub ranges: Vec<Option<f64>>,
+}
+
+impl SimulatedScan {
+    pub fn into_scan(self) -> Scan {
+        let Self { angle_min, angle_increment, range_max, ranges } = self;
+        let range = |range: Option<f64>| match range {
+            Some(range) if range >= range_max => f64::INFINITY,
+            Some(range) => range,
+            None => f64::NAN,
+        };
+        Scan {
+            angle_min,
+            angle_increment,
+            range_max,
+            ranges: ranges.into_iter().map(range).collect(),
+        }
+    }
+}
+
+#[derive(Serialize)]
+pub(crate) struct ScanMessage<'a> {
     angle_min: f64,
     angle_increment: f64,
     range_max: f64,
@@ -193,7 +290,7 @@ impl<'a> ScanMessage<'a> {
 
 /// A grid of occupied cells, by the lengths of its runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct GridMessage {
+pub(crate) struct GridMessage {
     width: i32,
     height: i32,
     resolution_m: f64,
@@ -229,7 +326,7 @@ impl GridMessage {
     }
 }
 
-pub(super) const fn xy(point: &Point) -> [f64; 2] {
+pub(crate) const fn xy(point: &Point) -> [f64; 2] {
     [point.x, point.y]
 }
 

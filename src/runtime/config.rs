@@ -143,6 +143,8 @@ settings! {
         pub localization: LocalizationSettings = LocalizationSettings::default();
         /// The ROS 2 node.
         pub node: NodeConfig = NodeConfig::default();
+        /// A program of the user's own that simulates the robot and its world in place of inbye.
+        pub simulator: ProgramSettings = ProgramSettings::default();
         /// The simulated robot and its world.
         pub simulation: SimulationSettings = SimulationSettings::default();
     }

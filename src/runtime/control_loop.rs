@@ -270,6 +270,7 @@ impl<'a> ControlLoop<'a> {
             contact: self.contact,
             stop_errors: self.stop_errors,
             early_end: self.early_end,
+            robot_fault: self.robot.fault(),
             protective_actions: self.protective_actions,
             odometry_scale: self.pose_estimator.odometry_scale(),
             ..drive

@@ -117,7 +117,9 @@ pub struct MissionResult {
     pub fault: Option<Fault>,
     /// What ended the mission before the navigator did, other than its time limit and contact.
     pub early_end: Option<EarlyEnd>,
-    /// Name of the engine at the start.
+    /// The fault of the robot at the end, as a sentence.
+    pub robot_fault: Option<String>,
+    /// Name of the engine at the start, or of the controller that decided in place of inbye's behaviours.
     pub engine: String,
     /// Observations that the navigator rejected, counted by cause.
     pub observation_faults: BTreeMap<ObservationFault, u64>,
@@ -162,6 +164,7 @@ impl MissionResult {
             stop_errors: Vec::new(),
             fault: navigator.fault().cloned(),
             early_end: None,
+            robot_fault: None,
             observation_faults: navigator.observation_faults().clone(),
             protective_actions: BTreeMap::new(),
             incidents: navigator.planner().incidents().cloned(),
@@ -194,7 +197,11 @@ impl MissionResult {
         }
         let why = match &self.fault {
             Some(fault) => fault.to_string(),
-            None => self.early_end.map_or("the time was up", EarlyEnd::text).to_owned(),
+            None => match (self.early_end, &self.robot_fault) {
+                (None, _) => "the time was up".to_owned(),
+                (Some(EarlyEnd::RobotStopped), Some(fault)) => fault.clone(),
+                (Some(early_end), _) => early_end.text().to_owned(),
+            },
         };
         let Some((last, earlier)) = self.trace.rows.split_last() else {
             return Some(format!("{why} before the first tick"));

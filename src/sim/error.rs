@@ -27,6 +27,14 @@ pub enum SimError {
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
+    /// A simulator of the user's own cannot be used.
+    #[error("the simulator `{program}`: {reason}")]
+    Simulator {
+        /// Its command.
+        program: String,
+        /// The cause.
+        reason: String,
+    },
     /// A file cannot be read.
     #[error("{file}: cannot be read ({reason}): check its name and permissions")]
     Unreadable {

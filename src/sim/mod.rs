@@ -13,6 +13,8 @@ mod odometry;
 mod past_obstacles;
 mod pedestrian_spawner;
 mod plant;
+mod process_robot;
+mod protected_sender;
 mod route_sampler;
 mod scenes;
 mod simulation;

@@ -9,14 +9,16 @@ use super::fault_injection::{Displacement, FaultyOdometry};
 use super::faulty_lidar::{FaultyLidar, degraded_range};
 use super::fixes::SimulatedPositioning;
 use super::past_obstacles::PastObstacles;
+use super::process_robot::ProcessRobot;
+use super::protected_sender::ProtectedSender;
 use super::warped_map::warped;
 use super::wrong_planner::WrongCommands;
 use super::{FaultInjection, MovingObstacles, SimBase, SimError, draw_plant};
-use crate::base::{ProtectiveAction, ProtectiveLayer};
+use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::local::Engine;
 use crate::localization::PoseHistory;
-use crate::map::{MovingDisc, ObstacleGrid, TimedScan};
+use crate::map::{MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 use crate::runtime::{
     Config, Contact, GroundTruth, LidarData, Mission, MissionResult, Observer, ObstacleGap,
@@ -60,16 +62,21 @@ impl Simulation {
         if error_m > 0.0 { warped(&truth, error_m, self.seed) } else { truth }
     }
 
-    /// Runs the mission with a simulated base.
+    /// Runs the mission with a simulated base, or in the simulator of the settings if they name a program.
     ///
     /// # Errors
-    /// As [`run_mission`].
+    /// As [`run_mission`], and when that program cannot be started.
     pub fn run(
         &self,
         config: &Config,
         engine: Box<dyn Engine>,
         observer: &mut Observer<'_>,
     ) -> Result<MissionResult, SimError> {
+        if config.simulator.is_set() {
+            config.validate()?;
+            let mut robot = ProcessRobot::start(self, config)?;
+            return Ok(run_mission(&self.mission, config, engine, &mut robot, observer)?);
+        }
         let mut base = SimBase::of(config, self.mission.start, self.seed)?;
         self.run_with(&mut base, config, engine, observer)
     }
@@ -124,9 +131,7 @@ struct SimulatedRobot<'a> {
     true_poses: PoseHistory,
     lidar_rng: Pcg64Mcg,
     wrong_commands: WrongCommands,
-    protection: ProtectiveLayer,
-    /// The last command after protection.
-    sent: Twist,
+    sender: ProtectedSender,
     faulty_lidar: FaultyLidar,
     positioning: Option<SimulatedPositioning>,
 }
@@ -139,9 +144,7 @@ impl<'a> SimulatedRobot<'a> {
     ) -> Result<Self, SimError> {
         let Simulation { mission, seed, .. } = simulation;
         let limits = config.robot.limits;
-        let mut protection = config.protective_layer(config.local.control_period_s)?;
-        // A simulated robot needs no operator.
-        protection.arm();
+        let sender = ProtectedSender::new(config)?;
         let plant = draw_plant(&config.simulation, *seed);
         let blind_sector = FaultInjection::blind_sector(&plant.lidar);
         let faults = simulation.faults.iter().copied().chain(blind_sector).collect();
@@ -169,8 +172,7 @@ impl<'a> SimulatedRobot<'a> {
             true_poses: PoseHistory::new(),
             lidar_rng: Pcg64Mcg::seed_from_u64(*seed),
             wrong_commands: WrongCommands::new(config.simulation.wrong_planner, limits, *seed),
-            protection,
-            sent: Twist::STOP,
+            sender,
             faulty_lidar: FaultyLidar::new(*seed),
             positioning,
         })
@@ -244,27 +246,7 @@ impl SimulatedRobot<'_> {
         let people = &self.world.moving;
         let faults = &self.faults;
         let command = self.wrong_commands.instead(command, faults, self.time_s, &self.pose, people);
-        let (limited, _) = self.protection.limit(&command, &self.sent, self.time_s);
-        self.sent = if self.config.collision_monitor.enabled {
-            self.protection.ramp(&limited, &self.sent)
-        } else {
-            limited
-        };
-        self.sent
-    }
-
-    /// Hands the raw data of a tick to the sender.
-    fn inform_protection(&mut self, measured: &Twist, measured_s: f64, lidar: &LidarData) {
-        self.protection.update_motion(measured, measured_s);
-        match lidar {
-            LidarData::Scan(scan) => {
-                let sweep = TimedScan::from_scan(scan, measured_s, 0.0);
-                self.protection.update_scan(&sweep, measured_s);
-            }
-            LidarData::TimedScan(sweep) => {
-                self.protection.update_scan(sweep, sweep.end_s().unwrap_or(self.time_s));
-            }
-        }
+        self.sender.protected(&command, self.time_s)
     }
 }
 
@@ -294,7 +276,7 @@ impl Robot for SimulatedRobot<'_> {
         self.true_poses.record(time_s, &self.pose);
         let measured = self.scan(measured_s, stamp_s);
         let lidar = self.faulty_lidar.sent(&self.faults, time_s, stamp_s, measured);
-        self.inform_protection(&odometry.twist, odometry_s, &lidar);
+        self.sender.update(time_s, (&odometry.twist, odometry_s), &lidar);
         let then = self.true_poses.at(measured_s).unwrap_or(self.pose);
         let mut positioning = self.positioning.as_mut();
         let faults = &self.faults;
@@ -307,7 +289,7 @@ impl Robot for SimulatedRobot<'_> {
             lidar: Some(lidar),
             pose,
             pose_s: fixed_s.map(|fixed_s| fixed_s + stamp_s - measured_s),
-            sent: sensed.sent.or(Some(self.sent)),
+            sent: sensed.sent.or(Some(self.sender.sent)),
         }
     }
 
@@ -346,7 +328,7 @@ impl Robot for SimulatedRobot<'_> {
     }
 
     fn protective_action(&self) -> ProtectiveAction {
-        self.protection.action().clone()
+        self.sender.action()
     }
 
     fn fault(&self) -> Option<String> {

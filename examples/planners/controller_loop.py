@@ -1,0 +1,83 @@
+"""Connects a controller in Python to inbye: a line of JSON in, a line of JSON out."""
+import json
+import sys
+
+import numpy as np
+
+
+def serve(name, make, wants=()):
+    """Runs a controller until inbye ends it.
+
+    `make(start)` gets the first message and returns a function. That gets each tick, with "path" as an array, and returns a
+    velocity (m/s, rad/s), or None if there is no valid one.
+    """
+    decide, path = None, None
+    for line in sys.stdin:
+        message = json.loads(line)
+        if message["type"] == "start":
+            decide = make(message)
+            answer = {"protocol": 1, "name": name, "wants": list(wants)}
+        else:
+            path = np.array(message["path"]) if "path" in message else path
+            velocity = decide({**message, "path": path})
+            if velocity is None:
+                answer = {"error": "no valid velocity"}
+            else:
+                answer = {"linear": float(velocity[0]), "angular": float(velocity[1])}
+        print(json.dumps(answer), flush=True)
+
+
+def scan_points(tick, farthest_m=np.inf):
+    """End points of the beams in the robot's frame, metres, as an array of x and y."""
+    scan = tick["scan"]
+    ranges = np.array(scan["ranges"], dtype=float)  # no measurement: NaN
+    angles = scan["angle_min"] + scan["angle_increment"] * np.arange(len(ranges))
+    seen = ranges < min(scan["range_max"], farthest_m)
+    return (ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]))[seen]
+
+
+def in_robot_frame(points, pose):
+    """Points of the map frame in the frame of a robot at a pose."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    return (np.atleast_2d(points) - pose[:2]) @ np.array([[cos, -sin], [sin, cos]])
+
+
+def path_ahead(tick, length_m, spacing_m=0.05):
+    """Points of the path from the robot on, in its frame."""
+    path = tick["path"]
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    ahead = np.arange(tick["path_progress_m"], tick["path_progress_m"] + length_m, spacing_m)
+    ahead = np.append(ahead[ahead < arcs[-1]], min(arcs[-1], tick["path_progress_m"] + length_m))
+    points = np.column_stack([np.interp(ahead, arcs, path[:, axis]) for axis in (0, 1)])
+    return in_robot_frame(points, tick["pose"])
+
+
+def arcs(velocities, times):
+    """Poses on arcs of constant velocity from the robot on: an array [velocity, time, (x, y, yaw)]."""
+    v, w = velocities[:, :1], velocities[:, 1:]
+    yaw = w * times
+    bend = np.where(np.abs(w) < 1e-6, 1e-6, w)
+    return np.stack([v / bend * np.sin(bend * times), v / bend * (1 - np.cos(bend * times)), yaw], axis=-1)
+
+
+def gaps(poses, points, corners):
+    """Smallest distance of the points from a rectangle at each pose; negative inside. `corners` are those of its body."""
+    if len(points) == 0:
+        return np.full(poses.shape[:-1], np.inf)
+    middle, half = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0) / 2
+    away = points - poses[..., None, :2]
+    cos, sin = np.cos(poses[..., None, 2]), np.sin(poses[..., None, 2])
+    local = np.stack([cos * away[..., 0] + sin * away[..., 1], cos * away[..., 1] - sin * away[..., 0]], axis=-1)
+    outside = np.abs(local - middle) - half
+    distance = np.linalg.norm(np.maximum(outside, 0.0), axis=-1) + np.minimum(outside.max(axis=-1), 0.0)
+    return distance.min(axis=-1)
+
+
+def corners_of(start):
+    """Corners of the body, or of the box around its discs."""
+    robot = start["robot"]
+    if robot["footprint"]:
+        return np.array(robot["footprint"])
+    discs = np.array([[disc["x"], disc["y"], disc["radius"]] for disc in robot["discs"]])
+    low, high = (discs[:, :2] - discs[:, 2:]).min(axis=0), (discs[:, :2] + discs[:, 2:]).max(axis=0)
+    return np.array([low, high])

@@ -1,0 +1,183 @@
+//! A robot in a simulator that is a program of the user's own.
+
+use core::ops::ControlFlow;
+
+use super::protected_sender::ProtectedSender;
+use super::{SimError, Simulation};
+use crate::base::ProtectiveAction;
+use crate::external::Program;
+use crate::external::protocol::{
+    GridMessage, LidarMessage, PROTOCOL, Request, Robot as RobotMessage, Simulate, SimulatedState,
+    Step,
+};
+use crate::geometry::{Point, Pose, Twist};
+use crate::map::{MovingDisc, Scan};
+use crate::robot::Footprint;
+use crate::runtime::{Config, GroundTruth, LidarData, OdometryReading, Robot, SensorData};
+
+use super::World;
+
+/// The robot of a simulator. The simulator judges contacts; gaps are measured here, at the true poses of the ticks.
+pub(super) struct ProcessRobot {
+    program: Program,
+    sender: ProtectedSender,
+    footprint: Footprint,
+    world: World,
+    /// Time of the last sensing, seconds; the moving obstacles of the world are those of that time.
+    time_s: f64,
+    state: State,
+    radii_m: Vec<f64>,
+    fault: Option<String>,
+}
+
+/// The last state that the simulator sent.
+struct State {
+    odometry: OdometryReading,
+    scan: Scan,
+    pose: Option<Pose>,
+    true_pose: Pose,
+    true_twist: Twist,
+    touches: bool,
+    moving: Vec<Point>,
+}
+
+impl ProcessRobot {
+    /// Starts the simulator of the settings in a world.
+    ///
+    /// # Errors
+    /// When it cannot be started, or its first answers are wrong.
+    pub fn start(simulation: &Simulation, config: &Config) -> Result<Self, SimError> {
+        let Simulation { mission, seed, .. } = simulation;
+        let obstacles = simulation.true_obstacles(config);
+        let lidar = &config.simulation.lidar;
+        let first = Request::Simulate(Box::new(Simulate {
+            protocol: PROTOCOL,
+            period_s: config.local.control_period_s,
+            seed: *seed,
+            robot: RobotMessage::new(&config.robot.footprint, &config.robot.limits),
+            track_width_m: config.robot.track_width_m,
+            start: mission.start,
+            goal: mission.goal,
+            lidar: LidarMessage {
+                beams: lidar.beams,
+                field_of_view_rad: lidar.field_of_view_rad,
+                range_max_m: lidar.range_max_m,
+                range_sigma_m: lidar.range_sigma_m,
+            },
+            obstacles: GridMessage::of_grid(&obstacles),
+        }));
+        let failed =
+            |reason| SimError::Simulator { program: config.simulator.command.join(" "), reason };
+        let mut program = Program::start(&config.simulator, &first).map_err(failed)?;
+        let (state, radii_m) = step(&mut program, &Twist::STOP, 0.0).map_err(failed)?;
+        Ok(Self {
+            program,
+            sender: ProtectedSender::new(config)?,
+            footprint: config.robot.footprint.clone(),
+            world: World::new(obstacles),
+            time_s: 0.0,
+            state,
+            radii_m,
+            fault: None,
+        })
+    }
+}
+
+/// Simulates a command for a time, seconds. Returns the state after it, and the radii of the moving obstacles.
+fn step(
+    program: &mut Program,
+    command: &Twist,
+    period_s: f64,
+) -> Result<(State, Vec<f64>), String> {
+    let Twist { linear, angular } = *command;
+    program.send(&Request::Step(Step { period_s, linear, angular }));
+    let timeout = program.timeout;
+    let state: SimulatedState = program.answer(timeout).map_err(|error| program.reason(error))?;
+    let pose = |[x, y, yaw]: [f64; 3]| Pose::new(x, y, yaw);
+    let twist = |[linear, angular]: [f64; 2]| Twist::new(linear, angular);
+    let SimulatedState { odometry, scan, pose: own, truth } = state;
+    let radii_m = truth.moving.iter().map(|&[_, _, radius]| radius).collect();
+    let state = State {
+        odometry: OdometryReading { pose: pose(odometry.pose), twist: twist(odometry.twist) },
+        scan: scan.into_scan(),
+        pose: own.map(pose),
+        true_pose: pose(truth.pose),
+        true_twist: twist(truth.twist),
+        touches: truth.contact,
+        moving: truth.moving.iter().map(|&[x, y, _]| Point::new(x, y)).collect(),
+    };
+    if !state.true_pose.is_finite() || !state.true_twist.is_finite() {
+        return Err("the true pose is not finite".to_owned());
+    }
+    Ok((state, radii_m))
+}
+
+impl Robot for ProcessRobot {
+    fn sense(&mut self, time_s: f64) -> SensorData {
+        self.time_s = time_s;
+        let disc = |(center, &radius): (&Point, &f64)| MovingDisc {
+            x: center.x,
+            y: center.y,
+            radius,
+            vx: 0.0,
+            vy: 0.0,
+        };
+        self.world.moving = self.state.moving.iter().zip(&self.radii_m).map(disc).collect();
+        let State { odometry, scan, pose, .. } = &self.state;
+        let lidar = LidarData::Scan(scan.clone());
+        self.sender.update(time_s, (&odometry.twist, time_s), &lidar);
+        SensorData {
+            odometry: *odometry,
+            odometry_s: time_s,
+            lidar: Some(lidar),
+            pose: *pose,
+            pose_s: None,
+            sent: Some(self.sender.sent),
+        }
+    }
+
+    fn ground_truth(&self) -> Option<GroundTruth> {
+        let State { true_pose, true_twist, touches, ref moving, .. } = self.state;
+        let world = &self.world;
+        let gap_m = world.gap_m(&self.footprint, &true_pose);
+        let contact = || world.contact(&self.footprint, self.time_s, &true_pose, &[true_twist]);
+        Some(GroundTruth {
+            pose: true_pose,
+            twist: true_twist,
+            gap_m: Some(if touches { gap_m.min(0.0) } else { gap_m }),
+            contact: (touches || gap_m <= 0.0).then(contact),
+            moving: moving.iter().copied().map(Some).collect(),
+        })
+    }
+
+    fn moving_radii_m(&self) -> Vec<f64> {
+        self.radii_m.clone()
+    }
+
+    fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
+        let command = self.sender.protected(command, self.time_s);
+        match step(&mut self.program, &command, period_s) {
+            Ok((state, radii_m)) if radii_m.len() == self.radii_m.len() => {
+                self.state = state;
+                ControlFlow::Continue(())
+            }
+            Ok(_) => self.stop("the number of moving obstacles has changed".to_owned()),
+            Err(reason) => self.stop(reason),
+        }
+    }
+
+    fn protective_action(&self) -> ProtectiveAction {
+        self.sender.action()
+    }
+
+    fn fault(&self) -> Option<String> {
+        self.fault.clone()
+    }
+}
+
+impl ProcessRobot {
+    fn stop(&mut self, reason: String) -> ControlFlow<()> {
+        self.fault = Some(format!("the simulator failed: {reason}"));
+        ControlFlow::Break(())
+    }
+}

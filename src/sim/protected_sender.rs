@@ -1,0 +1,57 @@
+//! The sender of a simulated base: its protective layer and its ramp.
+
+use crate::base::{ProtectiveAction, ProtectiveLayer};
+use crate::geometry::Twist;
+use crate::map::TimedScan;
+use crate::runtime::{Config, LidarData};
+use crate::settings::SettingError;
+
+/// Limits commands as the sender of a real base does.
+pub(super) struct ProtectedSender {
+    layer: ProtectiveLayer,
+    has_ramp: bool,
+    /// The last command after protection.
+    pub sent: Twist,
+}
+
+impl ProtectedSender {
+    /// # Errors
+    /// Names the first setting out of range.
+    pub fn new(config: &Config) -> Result<Self, SettingError> {
+        let mut layer = config.protective_layer(config.local.control_period_s)?;
+        // A simulated robot needs no operator.
+        layer.arm();
+        Ok(Self { layer, has_ramp: config.collision_monitor.enabled, sent: Twist::STOP })
+    }
+
+    /// The command that the sender lets through at a time, seconds.
+    pub fn protected(&mut self, command: &Twist, time_s: f64) -> Twist {
+        let (limited, _) = self.layer.limit(command, &self.sent, time_s);
+        self.sent = if self.has_ramp { self.layer.ramp(&limited, &self.sent) } else { limited };
+        self.sent
+    }
+
+    /// Takes the raw data of a tick at a time, seconds: the measured motion with its time, and the lidar's.
+    pub fn update(
+        &mut self,
+        time_s: f64,
+        (measured, measured_s): (&Twist, f64),
+        lidar: &LidarData,
+    ) {
+        self.layer.update_motion(measured, measured_s);
+        match lidar {
+            LidarData::Scan(scan) => {
+                let sweep = TimedScan::from_scan(scan, measured_s, 0.0);
+                self.layer.update_scan(&sweep, measured_s);
+            }
+            LidarData::TimedScan(sweep) => {
+                self.layer.update_scan(sweep, sweep.end_s().unwrap_or(time_s));
+            }
+        }
+    }
+
+    /// What the layer does to the present command.
+    pub fn action(&self) -> ProtectiveAction {
+        self.layer.action().clone()
+    }
+}
