@@ -17,7 +17,7 @@ use super::{machine, output, own_file};
 const ROWS: [&str; 2] = ["csv", "json"];
 
 /// The page of a report.
-const PAGE: &str = "index.html";
+pub const PAGE: &str = "index.html";
 
 /// The output file of a flag; nothing is written without the flag.
 pub struct Output<'a> {

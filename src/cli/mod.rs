@@ -5,6 +5,7 @@ mod base;
 mod base_calibrate;
 mod base_emulate;
 mod child_process;
+mod comparison;
 mod config;
 mod config_command;
 mod demo;
@@ -50,6 +51,7 @@ mod pseudo_terminal;
 mod recording;
 mod replay;
 mod result_store;
+mod run_page;
 mod runs;
 mod serial_cases;
 mod serial_faults;
@@ -153,6 +155,8 @@ pub enum BenchCommand {
     Ablation(missions::AblationArguments),
     /// Closed loop over the worlds of the BARN benchmark, by its rules.
     Barn(worlds::BarnArguments),
+    /// Planners that drive the same worlds with the same seeds: a ranking, and which differences may be chance.
+    Compare(comparison::CompareArguments),
     /// Sampling density against latency and quality, on every engine of this machine.
     Density(density::DensityArguments),
     /// Draw records as a chart or a page, without measuring again.
@@ -225,6 +229,7 @@ fn run_bench(bench: &BenchArguments, json: bool) -> anyhow::Result<bool> {
     match &bench.command {
         BenchCommand::Ablation(command) => missions::ablation(command, json),
         BenchCommand::Barn(command) => worlds::barn(command, json),
+        BenchCommand::Compare(command) => comparison::run(command, json),
         BenchCommand::Density(command) => density::run(command, json),
         BenchCommand::Draw(command) => draw::run(command, json),
         BenchCommand::Dynabarn(command) => worlds::dynabarn(command, json),

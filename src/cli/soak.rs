@@ -9,16 +9,16 @@ use inbye::experiment::{
     compare_digests, run_cell, spread_evenly,
 };
 use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
-use inbye::report::{BenchReport, MissionView, PlaybackRecorder};
-use inbye::runtime::{Config, Observer, PlantKind, PoseSource};
+use inbye::report::BenchReport;
+use inbye::runtime::{Config, PlantKind, PoseSource};
 use serde_json::json;
 
 use super::arguments::{engine, plants, pose_source, whole};
-use super::files::{ReportFolder, command_line, create_file};
+use super::files::{PAGE, ReportFolder, create_file};
 use super::machine::{self, wall_clock};
 use super::missions::{MissionsArguments, share, sort};
 use super::runs::{group_table, in_memory, run_text, unreached};
-use super::{drive_text, output, recording};
+use super::{output, recording, run_page};
 
 const INTRO: &str = "Random missions, simulated in a closed loop; map and seed determine a mission: start and goal in free space, \
     and moving obstacles.";
@@ -246,26 +246,10 @@ fn share_text(name: &str, share: &Share) -> String {
 
 /// Drives one mission again with a page and its ticks.
 fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
-    let report = ReportFolder::create(Some(folder))?;
-    let mut playback = PlaybackRecorder::default();
-    let mut observer =
-        Observer { clock: &mut wall_clock(), on_tick: &mut |moment| playback.record(moment) };
-    let engine = Box::new(CpuEngine::single_threaded());
-    let (world, config) = (&cell.world, &cell.config);
-    let run = world.drive(cell.row.seed, config, engine, &mut observer)?;
-    if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
-        let title = format!("{}, seed {}", world.name, cell.row.seed);
-        let (command, facts) = (&command_line(), &drive_text::facts(result, cell.row.seed));
-        let view = MissionView {
-            title: &title,
-            command,
-            mission: &drawn.simulation.mission,
-            config,
-            result,
-            playback: Some(&playback),
-            facts,
-        };
-        report.write_page(|| drive_text::page(drive_text::SIMULATED, view))?;
+    ReportFolder::create(Some(folder))?;
+    let run = run_page::write(cell, "--report", &folder.join(PAGE))?;
+    output::note(format!("report: {}", folder.join(PAGE).display()));
+    if let Some(result) = &run.result {
         recording::write_ticks("--report", create_file("--report", &folder.join(TICKS))?, result)?;
     }
     output::result(json, &run.row, [run_text(&run.row)])?;

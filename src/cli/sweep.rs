@@ -132,7 +132,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 /// The grid of a plan's file.
-fn read(file: &Path) -> anyhow::Result<Grid> {
+pub fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = toml_merge::parse(&text, &Plan::default(), |plan| Ok(plan.check()?));

@@ -143,9 +143,15 @@ impl Grid {
                 grid.add(world, setup, "cpu", seed, 1);
             }
         }
-        grid.cells.iter_mut().for_each(|cell| cell.timed = true);
         grid.check_names()?;
-        Ok(grid)
+        Ok(grid.with_times())
+    }
+
+    /// The same cells, with their ticks timed while other cells run.
+    #[must_use]
+    pub fn with_times(mut self) -> Self {
+        self.cells.iter_mut().for_each(|cell| cell.timed = true);
+        self
     }
 
     /// The same cells on another engine, as plans name it.

@@ -16,6 +16,7 @@ mod fault_matrix;
 mod grid;
 mod group;
 mod localization;
+mod metrics;
 pub mod missions;
 mod outcome;
 pub mod paper_drives;
@@ -23,9 +24,11 @@ pub mod paper_drives;
 mod parquet;
 mod plan;
 mod plan_worlds;
+mod ranking;
 mod records;
 mod results;
 mod row;
+mod row_figures;
 mod run;
 mod soak;
 mod workers;
@@ -39,13 +42,15 @@ pub use grid::{Grid, Setup, sampling_setups};
 pub use group::{Group, faults, groups};
 pub use localization::{LocalizationCase, LocalizationSite, localization_config};
 pub use missions::TrafficKind;
+pub use outcome::{ContactCause, RunOutcome};
 #[cfg(feature = "parquet")]
 pub use parquet::parquet_bytes;
 pub use plan::{Changes, Plan, PlanRoute, PlanWorlds, SamplingGrid, WorldKind};
 pub use plan_worlds::built_in_maps;
+pub use ranking::{RankedPlanner, Verdict, planner_name, rankings};
 pub use records::{Record, read_record};
 pub use results::{CellFile, Manifest, Merged, merge};
-pub use row::{ContactCause, RunOutcome, RunRow};
+pub use row::RunRow;
 pub use run::{Run, open_engine, run_cell};
 pub use soak::{
     Comparison, FinalError, IdentifiedMotion, Share, SoakSummary, Spread, compare_digests,

@@ -1,9 +1,55 @@
 //! The outcome of a run, and its reason as text.
 
-use super::{ContactCause, RunOutcome};
+use serde::{Deserialize, Serialize};
+
 use crate::robot::Footprint;
 use crate::runtime::{Config, MissionResult, TraceRow};
 use crate::sim::{Simulation, World};
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum RunOutcome {
+    /// The robot reached its goal.
+    Reached,
+    /// The robot and something touched.
+    Contact,
+    /// The time was up.
+    Timeout,
+    /// The navigator gave up.
+    Failed,
+    /// The run did not start: a start in a wall, a map without room.
+    #[default]
+    Error,
+}
+
+impl RunOutcome {
+    /// As people read it.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Reached => "reached its goal",
+            Self::Contact => "touched something",
+            Self::Timeout => "ran out of time",
+            Self::Failed => "gave up",
+            Self::Error => "did not start",
+        }
+    }
+}
+
+/// The body whose motion caused a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ContactCause {
+    /// The robot closed the gap by its own motion, or touched what does not move.
+    Robot,
+    /// An obstacle closed the gap, and in hindsight the robot had a command that keeps clear.
+    Avoidable,
+    /// An obstacle closed the gap, and no command tried keeps clear.
+    Other,
+}
 
 /// How a run ended, who caused a contact, and why the goal was not reached.
 pub(super) type Ended = (RunOutcome, Option<ContactCause>, Option<String>);

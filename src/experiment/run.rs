@@ -3,7 +3,7 @@
 use super::barn::score;
 use super::localization::LocalizationMonitor;
 use super::outcome::outcome;
-use super::row::fault_name;
+use super::row_figures::fault_name;
 use super::world::WorldSource;
 use super::{Cell, CellFile, ExperimentError, RunOutcome, RunRow, World, WorldSimulation};
 use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};

@@ -2,6 +2,7 @@
 //!
 //! - [`html`]: a page on missions, with maps, charts and a player.
 //! - [`bench_files`], [`bench_svg`]: a page and pictures of benchmarks and experiments.
+//! - [`comparison_files`]: a ranking of planners.
 //! - [`paper_files`]: the page of the paper's experiments.
 //! - [`plan_svg`], [`drive_svg`], [`decision_svg`]: one map as a picture.
 //! - `gif_animation`: a drive as an animation, with the feature `png`.
@@ -13,6 +14,7 @@
 mod animation;
 mod bench_page;
 mod chart;
+mod comparison_page;
 mod decision_picture;
 mod figure;
 mod map;
@@ -37,6 +39,7 @@ mod sweep_charts;
 #[cfg(feature = "png")]
 pub use animation::{AnimationError, gif_animation};
 pub use bench_page::{BenchReport, bench_files, bench_svg};
+pub use comparison_page::{ComparisonReport, comparison_files};
 pub use decision_picture::{DecisionView, decision_svg};
 pub use map::PathStages;
 pub use map_pictures::{DriveView, PlanMetrics, PlanOutcome, PlanView, drive_svg, plan_svg};

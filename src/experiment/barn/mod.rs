@@ -13,3 +13,5 @@ pub use config::barn_config;
 pub use course::{Course, Cylinder, TRUTH_RESOLUTION_M, empty_map, score, truth};
 pub use summary::{BarnSummary, OverWorlds, PublishedMeans};
 pub use world::{BarnWorld, Published, parse_cylinders, parse_list, read_worlds};
+
+pub(super) use world::OPTIMAL_SPEED;

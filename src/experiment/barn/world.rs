@@ -39,7 +39,7 @@ pub struct Published {
 }
 
 /// Speed that defines the challenge's optimal time, m/s.
-const OPTIMAL_SPEED: f64 = 2.0;
+pub(in crate::experiment) const OPTIMAL_SPEED: f64 = 2.0;
 /// Tolerance of a listed time, seconds: lengths are rounded to 1 mm, times to 0.1 ms.
 const LISTED_S: f64 = 6e-4;
 

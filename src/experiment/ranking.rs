@@ -1,0 +1,308 @@
+//! Ranks planners that drove the same worlds with the same seeds, and says which differences are chance.
+
+use std::collections::BTreeMap;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use super::group::mean;
+use super::{Group, RunRow, WorldKind};
+use crate::bench::columns::{column_values, columns};
+use crate::bench::{percentile, wilson_interval};
+
+/// Number of resamples of a bootstrap interval.
+const RESAMPLES: usize = 10_000;
+/// Seed of the resamples.
+const BOOTSTRAP_SEED: u64 = 0;
+/// With fewer worlds than this, each seed of a world is a sample of its own.
+const LEAST_WORLDS: usize = 10;
+
+/// What the runs say about a planner and the best one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Verdict {
+    /// It is the best one.
+    #[default]
+    Best,
+    /// It is worse: the interval of the difference is below zero.
+    Worse,
+    /// The interval of the difference contains zero: that may be chance.
+    MayBeChance,
+}
+
+impl Verdict {
+    /// As people read it.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Best => "the best",
+            Self::Worse => "worse than the best",
+            Self::MayBeChance => "as good as the best, as far as these runs show",
+        }
+    }
+}
+
+column_values! {
+    Text: Verdict;
+}
+
+columns! {
+    /// A planner in a ranking by `time_weighted_success`, over its runs in worlds of one kind.
+    #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+    #[serde(default)]
+    pub struct RankedPlanner {
+        /// Kind of the worlds.
+        pub kind: WorldKind,
+        /// Its place, from 1.
+        pub rank: usize,
+        /// Name of its settings in the plan; `inbye` where the plan has only one.
+        pub planner: String,
+        /// Number of runs.
+        pub runs: usize,
+        /// Share of runs that reached their goal.
+        pub reached_share: f64 => 3,
+        /// Lower end of its interval of 95 % confidence (Wilson).
+        pub reached_low: f64 => 3,
+        /// Upper end.
+        pub reached_high: f64 => 3,
+        /// Share of runs that ended in contact.
+        pub contact_share: f64 => 3,
+        /// Share of runs that ended in a contact by the robot's own motion.
+        pub robot_contact_share: f64 => 3,
+        /// Share of runs that ran out of time.
+        pub timeout_share: f64 => 3,
+        /// Share of runs in which the navigator gave up, or that did not start.
+        pub failed_share: f64 => 3,
+        /// Mean success weighted by completion time; a run that did not start counts as zero.
+        pub time_weighted_success: f64 => 3,
+        /// Mean success weighted by path length, likewise.
+        pub path_weighted_success: f64 => 3,
+        /// That of the time minus the best planner's, over the worlds and seeds of both.
+        pub difference: Option<f64> => 3,
+        /// Lower end of the difference's interval of 95 % confidence, by 10,000 resamples of worlds.
+        pub difference_low: Option<f64> => 3,
+        /// Upper end.
+        pub difference_high: Option<f64> => 3,
+        /// What that says.
+        pub verdict: Verdict,
+        /// BARN's mean score, 0 to 0.5.
+        pub score: Option<f64> => 4,
+        /// Mean time of the runs that reached their goal over BARN's optimal time.
+        pub time_over_optimal: Option<f64> => 3,
+        /// 5th percentile of the smallest gaps, metres.
+        pub clearance_p05_m: Option<f64> => 3,
+        /// Mean share of ticks with a gap below 0.3 m.
+        pub near_share: Option<f64> => 3,
+        /// Mean share of ticks in which the robot stood.
+        pub stopped_share: Option<f64> => 3,
+        /// Mean change of the speed, m/s^2.
+        pub speed_change_m_s2: Option<f64> => 3,
+        /// Mean of the jerk's root mean squares, m/s^3.
+        pub jerk_rms_m_s3: Option<f64> => 2,
+        /// Sign changes of the turn rate per metre, 1/m.
+        pub omega_sign_changes_per_m: Option<f64> => 3,
+        /// Mean angle turned per metre, rad/m.
+        pub angle_per_m: Option<f64> => 3,
+        /// Mean curvature of the path driven, 1/m.
+        pub curvature_per_m: Option<f64> => 3,
+        /// Mean distance from the global path, metres.
+        pub off_path_rms_m: Option<f64> => 3,
+        /// Mean share of ticks with a moving obstacle within 0.45 m; none without moving obstacles.
+        pub intimate_share: Option<f64> => 3,
+        /// The same within 1.2 m.
+        pub personal_share: Option<f64> => 3,
+        /// Median over the runs of the median time of a tick, milliseconds.
+        pub tick_p50_ms: Option<f64> => 3,
+        /// Median over the runs of the 99th percentiles, milliseconds.
+        pub tick_p99_ms: Option<f64> => 3,
+    }
+}
+
+impl RankedPlanner {
+    /// The columns of a short table, separated by spaces.
+    pub const SUMMARY: &str = "rank planner runs reached_share reached_low reached_high contact_share timeout_share \
+        failed_share time_weighted_success difference difference_low difference_high clearance_p05_m \
+        omega_sign_changes_per_m tick_p50_ms tick_p99_ms";
+}
+
+/// Name of a row's planner.
+#[must_use]
+pub fn planner_name(row: &RunRow) -> &str {
+    row.config.as_deref().unwrap_or("inbye")
+}
+
+/// Ranks the planners of each kind of worlds, the best first. The difference of a planner to the best one is paired: only worlds
+/// and seeds of both count. Its interval resamples the worlds, since the seeds of a world resemble one another.
+#[must_use]
+pub fn rankings(rows: &[RunRow]) -> Vec<RankedPlanner> {
+    let mut by_kind: BTreeMap<WorldKind, BTreeMap<&str, Vec<&RunRow>>> = BTreeMap::new();
+    for row in rows {
+        let planners = by_kind.entry(row.kind).or_default();
+        planners.entry(planner_name(row)).or_default().push(row);
+    }
+    by_kind.into_iter().flat_map(|(kind, planners)| ranking(kind, &planners)).collect()
+}
+
+fn ranking(kind: WorldKind, planners: &BTreeMap<&str, Vec<&RunRow>>) -> Vec<RankedPlanner> {
+    let mut ranked: Vec<(RankedPlanner, &[&RunRow])> =
+        planners.iter().map(|(name, rows)| (figures(kind, name, rows), &rows[..])).collect();
+    let order = |planner: &RankedPlanner| (planner.time_weighted_success, planner.reached_share);
+    ranked.sort_by(|(one, _), (other, _)| {
+        let (one, other) = (order(one), order(other));
+        other.0.total_cmp(&one.0).then(other.1.total_cmp(&one.1))
+    });
+    let best = ranked.first().map_or(&[][..], |(_, rows)| rows);
+    let place = |(index, (mut planner, rows)): (usize, (RankedPlanner, &[&RunRow]))| {
+        planner.rank = index + 1;
+        if index > 0
+            && let Some([difference, low, high]) = paired_difference(rows, best)
+        {
+            planner.difference = Some(difference);
+            planner.difference_low = Some(low);
+            planner.difference_high = Some(high);
+            planner.verdict = if high < 0.0 { Verdict::Worse } else { Verdict::MayBeChance };
+        }
+        planner
+    };
+    ranked.iter().cloned().enumerate().map(place).collect()
+}
+
+fn figures(kind: WorldKind, name: &str, rows: &[&RunRow]) -> RankedPlanner {
+    let group = Group::of(name, rows);
+    let runs = rows.len();
+    let share = |count: usize| count as f64 / runs.max(1) as f64;
+    let [reached_low, reached_high] = wilson_interval(group.reached, runs);
+    let all = |figure: fn(&RunRow) -> Option<f64>| mean(rows.iter().filter_map(|row| figure(row)));
+    let or_zero = |figure: fn(&RunRow) -> Option<f64>| {
+        mean(rows.iter().map(|row| figure(row).unwrap_or_default())).unwrap_or_default()
+    };
+    RankedPlanner {
+        kind,
+        planner: name.to_owned(),
+        runs,
+        reached_share: group.reached_share,
+        reached_low,
+        reached_high,
+        contact_share: share(group.contacts),
+        robot_contact_share: share(group.contacts_robot),
+        timeout_share: share(group.timeouts),
+        failed_share: share(group.failed),
+        time_weighted_success: or_zero(|row| row.time_weighted_success),
+        path_weighted_success: or_zero(|row| row.path_weighted_success),
+        score: group.mean_score,
+        time_over_optimal: group.mean_time_over_optimal,
+        clearance_p05_m: group.clearance_p05_m,
+        near_share: all(|row| row.near_share),
+        stopped_share: all(|row| row.waited_share),
+        speed_change_m_s2: all(|row| row.speed_change_m_s2),
+        jerk_rms_m_s3: all(|row| row.jerk_rms_m_s3),
+        omega_sign_changes_per_m: group.omega_sign_changes_per_m,
+        angle_per_m: all(|row| row.angle_per_m),
+        curvature_per_m: all(|row| row.curvature_per_m),
+        off_path_rms_m: all(|row| row.off_path_rms_m),
+        intimate_share: all(|row| row.intimate_share),
+        personal_share: all(|row| row.personal_share),
+        tick_p50_ms: group.tick_p50_ms,
+        tick_p99_ms: group.tick_p99_ms,
+        ..RankedPlanner::default()
+    }
+}
+
+/// The mean difference of two planners in `time_weighted_success`, and the ends of its interval; none without common runs.
+fn paired_difference(rows: &[&RunRow], best: &[&RunRow]) -> Option<[f64; 3]> {
+    let value = |row: &RunRow| row.time_weighted_success.unwrap_or_default();
+    let of_best: BTreeMap<(&str, u64), f64> =
+        best.iter().map(|row| ((row.world.as_str(), row.seed), value(row))).collect();
+    let mut by_world: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for row in rows {
+        if let Some(other) = of_best.get(&(row.world.as_str(), row.seed)) {
+            by_world.entry(&row.world).or_default().push(value(row) - other);
+        }
+    }
+    let samples: Vec<f64> = if by_world.len() < LEAST_WORLDS {
+        by_world.into_values().flatten().collect()
+    } else {
+        by_world.into_values().filter_map(|values| mean(values.into_iter())).collect()
+    };
+    let difference = mean(samples.iter().copied())?;
+    let [low, high] = bootstrap_interval(&samples);
+    Some([difference, low, high])
+}
+
+/// The interval of 95 % confidence of the mean of samples, by the percentiles of the means of resamples (Efron 1979). The same
+/// samples give the same interval.
+fn bootstrap_interval(samples: &[f64]) -> [f64; 2] {
+    let mut random = Pcg64Mcg::seed_from_u64(BOOTSTRAP_SEED);
+    let count = samples.len();
+    let means: Vec<f64> = (0..RESAMPLES)
+        .map(|_| {
+            let drawn = (0..count).map(|_| samples[random.random_range(0..count)]);
+            drawn.sum::<f64>() / count as f64
+        })
+        .collect();
+    [0.025, 0.975].map(|share| percentile(means.clone(), share).unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::RunOutcome;
+
+    fn row(planner: &str, world: usize, seed: u64, success: f64) -> RunRow {
+        RunRow {
+            world: world.to_string(),
+            seed,
+            config: Some(planner.to_owned()),
+            outcome: if success > 0.0 { RunOutcome::Reached } else { RunOutcome::Contact },
+            time_weighted_success: Some(success),
+            ..RunRow::default()
+        }
+    }
+
+    /// For normal samples the interval is close to the mean plus and minus 1.96 standard errors.
+    #[test]
+    fn bootstrap_interval_is_that_of_the_standard_error() {
+        let samples: Vec<f64> = (0..400).map(|index| f64::from(index % 20) - 9.5).collect();
+        let variance = samples.iter().map(|value| value * value).sum::<f64>() / 400.0;
+        let half = 1.96 * (variance / 400.0).sqrt();
+        let [low, high] = bootstrap_interval(&samples);
+        assert!(
+            (low + half).abs() < 0.05 * half && (high - half).abs() < 0.05 * half,
+            "{low} {high}"
+        );
+        assert_eq!([low, high], bootstrap_interval(&samples), "the seed is fixed");
+        assert_eq!(bootstrap_interval(&[0.25; 3]), [0.25, 0.25]);
+    }
+
+    #[test]
+    fn ranking_says_which_difference_may_be_chance() {
+        let mut rows = Vec::new();
+        for world in 0..20 {
+            for seed in 0..2 {
+                rows.push(row("fast", world, seed, 0.8));
+                // Better in half of the worlds, slightly worse in the others.
+                rows.push(row("equal", world, seed, if world % 2 == 0 { 0.85 } else { 0.74 }));
+                rows.push(row("slow", world, seed, 0.5 + 0.01 * world as f64));
+            }
+        }
+        rows.push(row("fast", 99, 0, 0.8));
+        let ranked = rankings(&rows);
+        let names: Vec<&str> = ranked.iter().map(|it| it.planner.as_str()).collect();
+        assert_eq!(names, ["fast", "equal", "slow"]);
+        let verdicts: Vec<Verdict> = ranked.iter().map(|it| it.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Best, Verdict::MayBeChance, Verdict::Worse]);
+        let slow = &ranked[2];
+        assert!((slow.difference.expect("pairs") + 0.205).abs() < 1e-9, "{slow:?}");
+        assert_eq!((ranked[0].runs, slow.runs), (41, 40));
+    }
+
+    #[test]
+    fn run_that_did_not_start_counts_as_a_failure() {
+        let mut failed = row("one", 0, 0, 0.0);
+        failed.time_weighted_success = None;
+        let ranked = rankings(&[failed, row("one", 1, 0, 0.5)]);
+        assert_eq!(ranked[0].time_weighted_success, 0.25);
+    }
+}

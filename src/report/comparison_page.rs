@@ -1,0 +1,142 @@
+//! The page of a comparison: a ranking of the planners for each kind of worlds, and every run.
+
+use std::collections::BTreeMap;
+
+use maud::{Markup, html};
+
+use super::figure::{Table, file_links};
+use super::number::fixed;
+use super::page::{ReportFile, document, json_text, page_header, reproduction};
+use crate::bench::csv_text;
+use crate::experiment::{RankedPlanner, RunOutcome, RunRow, Verdict, WorldKind, planner_name};
+
+/// The content of the page.
+#[derive(Clone, Copy, Debug)]
+pub struct ComparisonReport<'a> {
+    /// The title.
+    pub title: &'a str,
+    /// Processor and system of the measurements.
+    pub machine: &'a str,
+    /// The command that repeats the comparison.
+    pub command: &'a str,
+    /// The ranking of each kind of worlds, one after the other.
+    pub ranked: &'a [RankedPlanner],
+    /// All runs.
+    pub rows: &'a [RunRow],
+    /// File name of a page that plays a run, by the run's key.
+    pub plays: &'a BTreeMap<String, String>,
+}
+
+/// Columns of the table of motions.
+const MOTION: &str = "rank planner path_weighted_success near_share stopped_share speed_change_m_s2 jerk_rms_m_s3 angle_per_m \
+    curvature_per_m off_path_rms_m intimate_share personal_share";
+
+/// Returns the files of the report: `index.html`, and rankings and runs as CSV and JSON.
+#[must_use]
+pub fn comparison_files(report: &ComparisonReport<'_>) -> Vec<ReportFile> {
+    let ComparisonReport { title, machine, command, ranked, rows, .. } = *report;
+    let data = vec![
+        ReportFile::new("ranking.csv", csv_text(ranked)),
+        ReportFile::new("ranking.json", json_text(ranked)),
+        ReportFile::new("runs.csv", csv_text(rows)),
+        ReportFile::new("runs.json", json_text(rows)),
+    ];
+    let intro = "Every planner drives the same worlds with the same seeds, the same global planner and the same obstacle model. \
+        The order is that of the mean success weighted by completion time: ideal over actual time where the goal was reached, \
+        else 0.\n\n\
+        The difference to the best planner is paired by world and seed. Its interval of 95 % confidence comes from 10,000 \
+        resamples of the worlds. Where it contains zero, the difference may be chance.";
+    let content = html! {
+        (page_header(title, intro, machine, &html! {}))
+        @for ranking in ranked.chunk_by(|one, next| one.kind == next.kind) {
+            (kind_section(report, ranking))
+        }
+        section { (file_links(&data)) }
+        (reproduction(command))
+    };
+    let page = document(title, "", "", &content);
+    [vec![ReportFile::new("index.html", page)], data].concat()
+}
+
+/// A ranking with its tables.
+fn kind_section(report: &ComparisonReport<'_>, ranking: &[RankedPlanner]) -> Markup {
+    let kind = ranking.first().map(|planner| planner.kind).unwrap_or_default();
+    let summary = Table::of_columns("ranking", ranking, RankedPlanner::SUMMARY);
+    let motion = Table::of_columns("motion and distances", ranking, MOTION);
+    html! {
+        section {
+            h2 { "Worlds: " (kind.name()) }
+            @for planner in ranking { p { (sentence(planner)) } }
+            (summary.markup())
+            details { summary { "Table: " (motion.title) } (motion.markup()) }
+            details open[ranking.len() < 2] { summary { "Every run" } (runs_table(report, kind, ranking)) }
+        }
+    }
+}
+
+/// The place of a planner, in words.
+fn sentence(planner: &RankedPlanner) -> String {
+    let RankedPlanner { rank, planner: name, runs, reached_share, contact_share, .. } = planner;
+    let reached = fixed(100.0 * reached_share, 1);
+    let contacts = fixed(100.0 * contact_share, 1);
+    let verdict = match (planner.verdict, planner.difference) {
+        (Verdict::Best, _) | (_, None) => String::new(),
+        (verdict, Some(difference)) => format!(
+            "; {} ({}, interval {} to {})",
+            verdict.text(),
+            fixed(difference, 3),
+            fixed(planner.difference_low.unwrap_or_default(), 3),
+            fixed(planner.difference_high.unwrap_or_default(), 3)
+        ),
+    };
+    let success = fixed(planner.time_weighted_success, 3);
+    format!(
+        "{rank}. {name}: {success}; {reached} % of {runs} runs reached their goal, {contacts} % ended in contact{verdict}."
+    )
+}
+
+/// A row for each world and seed, a column for each planner.
+fn runs_table(report: &ComparisonReport<'_>, kind: WorldKind, ranking: &[RankedPlanner]) -> Markup {
+    let mut tasks: Vec<(&str, u64)> = Vec::new();
+    let mut runs: BTreeMap<(&str, u64, &str), &RunRow> = BTreeMap::new();
+    for row in report.rows.iter().filter(|row| row.kind == kind) {
+        let task = (row.world.as_str(), row.seed);
+        if runs.insert((task.0, task.1, planner_name(row)), row).is_none() && !tasks.contains(&task)
+        {
+            tasks.push(task);
+        }
+    }
+    let cell = |task: &(&str, u64), planner: &str| runs.get(&(task.0, task.1, planner)).copied();
+    html! {
+        div class="scroll" tabindex="0" role="region" aria-label="every run" {
+            table {
+                thead { tr {
+                    th scope="col" { "world, seed" }
+                    @for planner in ranking { th scope="col" { (planner.planner) } }
+                } }
+                tbody { @for task in &tasks { tr {
+                    td { (task.0) ", " (task.1) }
+                    @for planner in ranking {
+                        td { @if let Some(row) = cell(task, &planner.planner) { (run_cell(report, row)) } @else { "-" } }
+                    }
+                } } }
+            }
+        }
+    }
+}
+
+/// How a run ended, with a link to the page that plays it.
+fn run_cell(report: &ComparisonReport<'_>, row: &RunRow) -> Markup {
+    let text = match row.outcome {
+        RunOutcome::Reached => format!("{} s", fixed(row.time_s, 1)),
+        RunOutcome::Contact => "contact".to_owned(),
+        RunOutcome::Timeout => "timeout".to_owned(),
+        RunOutcome::Failed => "gave up".to_owned(),
+        RunOutcome::Error => "no start".to_owned(),
+    };
+    let reason = row.reason.as_deref().unwrap_or("reached the goal");
+    match report.plays.get(&row.key) {
+        Some(file) => html! { a href=(file) title=(reason) { (text) } },
+        None => html! { span title=(reason) { (text) } },
+    }
+}
