@@ -20,6 +20,8 @@ mod cases {
         mod localization;
         mod memory;
         mod movingai;
+        #[cfg(unix)]
+        mod own_programs;
         mod paper;
         mod plan;
         mod program;

@@ -34,6 +34,7 @@ mod cases {
         pub mod movingai;
         #[cfg(feature = "ros2")]
         pub mod node;
+        pub mod planners;
         pub mod player;
         pub mod playground;
         pub mod public_paths;
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
         ("movingai", cases::conditional::movingai::trials),
         #[cfg(feature = "ros2")]
         ("node", cases::conditional::node::trials),
+        ("planners", cases::conditional::planners::trials),
         ("player", cases::conditional::player::trials),
         ("playground", cases::conditional::playground::trials),
         ("public paths", cases::conditional::public_paths::trials),

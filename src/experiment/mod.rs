@@ -18,6 +18,7 @@ mod group;
 mod localization;
 mod metrics;
 pub mod missions;
+mod mrpb;
 mod outcome;
 pub mod paper_drives;
 #[cfg(feature = "parquet")]

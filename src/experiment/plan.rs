@@ -48,9 +48,10 @@ settings! {
     pub struct PlanWorlds {
         /// Kind: "scenes", built in, each with its people; "map", routes on a map; "missions", a random one for each
         /// seed, on a map or on the built-in ones; "barn" and "dynabarn", worlds of these benchmarks by their rules;
-        /// "localization", the cases of `inbye bench localization`; "paper", the drives of `inbye bench paper`.
+        /// "localization", the cases of `inbye bench localization`; "paper", the drives of `inbye bench paper`; "mrpb", the
+        /// worlds of MRPB 1.0.
         pub kind: WorldKind = WorldKind::default();
-        /// The folder of "barn" and "dynabarn", the map of "map" and "missions". It is relative to the plan's folder,
+        /// The folder of "barn", "dynabarn" and "mrpb", the map of "map" and "missions". It is relative to the plan's folder,
         /// such as "maps/mine.yaml".
         pub path: Option<PathBuf> = None;
         /// Only these worlds of "barn" and "dynabarn", by their numbers. Empty: all.
@@ -61,7 +62,8 @@ settings! {
         pub resolution_m: f64 = 1.0, ["m", above 0 to 1e9];
         /// Routes of "map": tables of `start`, x, y and yaw, and `goal`, x, y and optionally yaw; metres and radians.
         pub routes: Vec<PlanRoute> = Vec::new();
-        /// Number of moving obstacles on each route of "map", and their largest number in each of "missions".
+        /// Number of moving obstacles on each route of "map" and in the dynamic worlds of "mrpb", and their largest number in
+        /// each of "missions".
         pub people: usize = 0, ["", 0 to 100];
         /// Simulated time after which a route of "map" or "scenes" ends.
         pub time_limit_s: f64 = 3600.0, ["s", above 0 to 1e9];
@@ -109,6 +111,8 @@ pub enum WorldKind {
     Localization,
     /// Drives of the paper.
     Paper,
+    /// MRPB 1.0.
+    Mrpb,
 }
 
 impl WorldKind {
@@ -123,6 +127,7 @@ impl WorldKind {
             Self::DynaBarn => "dynabarn",
             Self::Localization => "localization",
             Self::Paper => "paper",
+            Self::Mrpb => "mrpb",
         }
     }
 }
@@ -223,12 +228,12 @@ impl Plan {
 
 impl PlanWorlds {
     fn check(&self) -> Result<(), ExperimentError> {
-        use WorldKind::{Barn, DynaBarn, Localization, Map, Paper, Scenes};
+        use WorldKind::{Barn, DynaBarn, Localization, Map, Mrpb, Paper, Scenes};
         self.validate().map_err(|error| error.in_table("worlds"))?;
         let kind = self.kind;
         let is = |kinds: &[WorldKind]| kinds.contains(&kind);
         let path = self.path.as_ref().map_or("missing", |_| "given");
-        let needs = is(&[Map, Barn, DynaBarn]);
+        let needs = is(&[Map, Barn, DynaBarn, Mrpb]);
         require(!needs || self.path.is_some(), "worlds.path", path, "given for this kind")?;
         require(
             !is(&[Scenes, Localization, Paper]) || self.path.is_none(),

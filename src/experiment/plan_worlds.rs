@@ -8,7 +8,7 @@ use super::paper_drives::{Course, drive_worlds};
 use super::world::Route;
 use super::{
     ExperimentError, LocalizationCase, LocalizationSite, Plan, PlanRoute, PlanWorlds, World,
-    WorldKind, barn, dynabarn,
+    WorldKind, barn, dynabarn, mrpb,
 };
 use crate::bench::paper::{Site, made_mine};
 use crate::geometry::{Point, Pose};
@@ -52,6 +52,7 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
             scenes().into_iter().map(|scene| of_scene(scene, group.time_limit_s)).collect()
         }
         WorldKind::Map => routes(group, &path)?,
+        WorldKind::Mrpb => mrpb::read_worlds(&path, group.people)?,
         WorldKind::Localization => {
             let site = Arc::new(LocalizationSite::of_scene(roadway(), TOUR_M));
             LocalizationCase::ALL.map(|case| World::localization(case, &site)).to_vec()

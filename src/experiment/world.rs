@@ -52,6 +52,8 @@ const SLOWEST_S_PER_M: f64 = 10.0;
 #[derive(Clone, Debug)]
 pub(super) struct Route {
     pub map: Arc<OccupancyGrid>,
+    /// The true map, where it differs from that of the robot.
+    pub truth: Option<Arc<OccupancyGrid>>,
     pub start: Pose,
     pub goal: Goal,
     pub people: usize,
@@ -170,7 +172,7 @@ impl World {
 impl Route {
     /// A route without people, with a time limit by its length.
     pub const fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
-        Self { map, start, goal, people: 0, traffic: None, time_limit_s: None }
+        Self { map, truth: None, start, goal, people: 0, traffic: None, time_limit_s: None }
     }
 
     /// The simulation, with people spread along the path that the robot will plan.
@@ -187,8 +189,10 @@ impl Route {
             None => Some(first_path(&self.map, config, ends)?.length_m()),
         };
         let by_path_s = path_m.map(|path_m| SLOWEST_S_PER_M * path_m);
+        let truth = self.truth.as_ref().map(|truth| truth.obstacles(config.unknown));
         let simulation = Simulation {
             moving_obstacles,
+            truth,
             seed,
             ..Simulation::new(Mission {
                 time_limit_s: self.time_limit_s.or(by_path_s).unwrap_or_default(),
@@ -220,6 +224,10 @@ impl WorldSource {
             Self::Route(route) => {
                 digest.text("route");
                 add_map(&mut digest, &route.map);
+                if let Some(truth) = &route.truth {
+                    digest.text("truth");
+                    add_map(&mut digest, truth);
+                }
                 add_pose(&mut digest, &route.start);
                 add(&mut digest, &[route.goal.position.x, route.goal.position.y]);
                 add_optional(&mut digest, route.goal.yaw);

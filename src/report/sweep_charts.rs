@@ -30,6 +30,7 @@ pub(super) const fn names(kind: WorldKind) -> (&'static str, &'static str) {
         WorldKind::DynaBarn => ("groups-dynabarn", "DynaBARN"),
         WorldKind::Localization => ("groups-localization", "Localization"),
         WorldKind::Paper => ("groups-paper", "Drives of the paper"),
+        WorldKind::Mrpb => ("groups-mrpb", "MRPB 1.0"),
     }
 }
 

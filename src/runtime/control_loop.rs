@@ -15,12 +15,15 @@ use crate::localization::{
     DeskewedScan, LocalizationError, Localizer, LostReason, PoseEstimate, PoseHistory,
 };
 use crate::map::{ObstacleGrid, Scan, ScanChange, TimedScan};
-use crate::navigator::{Mode, Navigator, Observation, Waypoints};
+use crate::navigator::{Controller, Mode, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
 const BRAKING_S: f64 = 3.0;
 /// Speed and turn rate below which it stands, m/s and rad/s.
 const STANDING: f64 = 0.02;
+
+/// The engine of inbye's behaviours, and a controller that decides in their place; none for that of the configuration.
+pub(super) type Deciders = (Box<dyn Engine>, Option<Box<dyn Controller>>);
 
 pub(super) struct ControlLoop<'a> {
     mission: &'a Mission,
@@ -51,7 +54,7 @@ impl<'a> ControlLoop<'a> {
     pub fn new(
         mission: &'a Mission,
         config: &'a Config,
-        engine: Box<dyn Engine>,
+        (engine, controller): Deciders,
         robot: &'a mut dyn Robot,
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
@@ -61,8 +64,17 @@ impl<'a> ControlLoop<'a> {
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
         let real_time = robot.is_real_time().then(|| config.clone().in_real_time());
         let navigator_config = real_time.as_ref().unwrap_or(config);
-        let navigator =
-            navigator_config.new_navigator(known, &waypoints, engine, observer.clock)?;
+        let controller = match controller {
+            None => navigator_config.new_controller(&known)?,
+            given => given,
+        };
+        let navigator = navigator_config.new_navigator_with(
+            known,
+            &waypoints,
+            engine,
+            controller,
+            observer.clock,
+        )?;
         let engine = match navigator.controller_name() {
             Some(name) => format!("controller {name}"),
             None => navigator.planner().engine_name(),

@@ -1,15 +1,16 @@
 //! A mission, the events of its ticks and their faults, and its result.
 
-use super::control_loop::ControlLoop;
+use super::control_loop::{ControlLoop, Deciders};
 use super::{Config, Contact, Encounters, OdometryReading, Robot, Trace, TraceRow};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
-use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
+use crate::local::{CpuEngine, Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
 use crate::localization::{LocalizationError, PoseEstimate};
 use crate::map::OccupancyGrid;
 use crate::navigator::{
-    DeadlineStats, Decision, Fault, Goal, Mode, Navigator, Observation, ObservationFault,
+    Controller, DeadlineStats, Decision, Fault, Goal, Mode, Navigator, Observation,
+    ObservationFault,
 };
 use crate::robot::MotionEstimate;
 use crate::settings::SettingError;
@@ -308,7 +309,24 @@ pub fn run_mission(
     robot: &mut dyn Robot,
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
-    Ok(ControlLoop::new(mission, config, engine, robot, observer)?.run(observer))
+    Ok(ControlLoop::new(mission, config, (engine, None), robot, observer)?.run(observer))
+}
+
+/// As [`run_mission`], with a controller that decides in place of inbye's behaviours and of the program that the configuration may
+/// name.
+///
+/// # Errors
+/// As [`run_mission`].
+pub fn run_mission_with(
+    mission: &Mission,
+    config: &Config,
+    controller: Box<dyn Controller>,
+    robot: &mut dyn Robot,
+    observer: &mut Observer<'_>,
+) -> Result<MissionResult, MissionError> {
+    // The local planner is not used.
+    let deciders: Deciders = (Box::new(CpuEngine::single_threaded()), Some(controller));
+    Ok(ControlLoop::new(mission, config, deciders, robot, observer)?.run(observer))
 }
 
 /// Describes the faults of each tick of a drive. Takes the ticks in order.

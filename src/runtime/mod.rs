@@ -17,7 +17,7 @@ pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
 pub use mission::{
     EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
-    run_mission,
+    run_mission, run_mission_with,
 };
 pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};

@@ -19,10 +19,11 @@ use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::local::Engine;
 use crate::localization::PoseHistory;
 use crate::map::{MovingDisc, ObstacleGrid};
+use crate::navigator::Controller;
 use crate::robot::Footprint;
 use crate::runtime::{
     Config, Contact, GroundTruth, LidarData, Mission, MissionResult, Observer, ObstacleGap,
-    PoseSource, Robot, SensorData, SimulationSettings, TouchedBody, run_mission,
+    PoseSource, Robot, SensorData, SimulationSettings, TouchedBody, run_mission, run_mission_with,
 };
 
 /// A mission and its world.
@@ -60,6 +61,22 @@ impl Simulation {
         let known = || self.mission.map.obstacles(config.unknown);
         let truth = self.truth.clone().unwrap_or_else(known);
         if error_m > 0.0 { warped(&truth, error_m, self.seed) } else { truth }
+    }
+
+    /// Runs the mission with a simulated base and a controller that decides in place of inbye's behaviours.
+    ///
+    /// # Errors
+    /// As [`run_mission`].
+    pub fn run_controller(
+        &self,
+        config: &Config,
+        controller: Box<dyn Controller>,
+        observer: &mut Observer<'_>,
+    ) -> Result<MissionResult, SimError> {
+        config.validate()?;
+        let mut base = SimBase::of(config, self.mission.start, self.seed)?;
+        let mut robot = SimulatedRobot::new(self, config, &mut base)?;
+        Ok(run_mission_with(&self.mission, config, controller, &mut robot, observer)?)
     }
 
     /// Runs the mission with a simulated base, or in the simulator of the settings if they name a program.

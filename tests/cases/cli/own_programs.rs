@@ -1,0 +1,218 @@
+//! Programs that decide, plan and simulate in place of inbye.
+
+use std::fs;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::program::Workplace;
+
+/// A room of 6 by 3 m without obstacles.
+fn room() -> Workplace {
+    let place = Workplace::new();
+    let wall = "#".repeat(30) + "\n";
+    let rows = format!("#{}#\n", ".".repeat(28)).repeat(13);
+    place.write("room.txt", format!("{wall}{rows}{wall}"));
+    place
+}
+
+const DRIVE: &str =
+    "drive --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu --time-limit 20";
+
+/// A shell script that answers the first message, and each further one by these lines.
+fn script(place: &Workplace, name: &str, each: &str) {
+    let lines = [
+        "read -r first",
+        r#"echo '{"protocol": 1, "name": "a script", "wants": []}'"#,
+        &format!("while read -r message; do {each}; done"),
+    ];
+    place.write(name, lines.join("\n") + "\n");
+}
+
+/// Runs the drive with more arguments; `'` encloses those with spaces.
+fn driven(place: &Workplace, more: &str) -> (i32, Value) {
+    let quoted = |(index, part): (usize, &str)| -> Vec<String> {
+        let words = part.split_whitespace().map(str::to_owned);
+        if index % 2 == 1 { vec![part.to_owned()] } else { words.collect() }
+    };
+    let words = DRIVE.split(' ').map(str::to_owned).chain(["--json".to_owned()]);
+    let words: Vec<String> = words.chain(more.split('\'').enumerate().flat_map(quoted)).collect();
+    let run = place.run_words(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    let object = serde_json::from_str(&run.stdout);
+    (run.status, object.unwrap_or_else(|error| panic!("{error}: {run:?}")))
+}
+
+fn text<'v>(object: &'v Value, name: &str) -> &'v str {
+    object[name].as_str().unwrap_or_else(|| panic!("{name} of {object}"))
+}
+
+#[test]
+fn controller_drives_to_the_goal_and_equal_answers_give_equal_traces() {
+    let place = room();
+    script(&place, "straight.sh", r#"echo '{"linear": 0.5, "angular": 0}'"#);
+    let (status, object) = driven(&place, "--controller 'sh straight.sh'");
+    assert_eq!((status, &object["reached"]), (0, &json!(true)), "{object}");
+    assert_eq!(text(&object, "engine"), "controller a script");
+    // Four metres at half a metre per second, less the goal's tolerance.
+    let time_s = object["time_s"].as_f64().expect("a time");
+    assert!((7.5..12.0).contains(&time_s), "{object}");
+    let (_, again) = driven(&place, "--controller 'sh straight.sh'");
+    assert_eq!(text(&object, "trace_digest"), text(&again, "trace_digest"));
+    script(&place, "other.sh", r#"echo '{"linear": 0.49, "angular": 0}'"#);
+    let (_, other) = driven(&place, "--controller 'sh other.sh'");
+    assert_ne!(text(&object, "trace_digest"), text(&other, "trace_digest"));
+}
+
+#[test]
+fn commands_beyond_the_limits_are_clamped() {
+    let place = room();
+    script(&place, "fast.sh", r#"echo '{"linear": 1000, "angular": 0}'"#);
+    let set = "--set robot.limits.max_vel_x=0.4";
+    let (_, object) = driven(&place, &format!("{set} --controller 'sh fast.sh'"));
+    let [travelled_m, time_s] =
+        ["travelled_m", "time_s"].map(|name| object[name].as_f64().expect("a number"));
+    assert!(travelled_m > 3.0 && travelled_m / time_s < 0.41, "{object}");
+}
+
+/// Each of these programs ends the mission with a reason; none ends inbye.
+#[test]
+fn failing_controller_is_a_result_with_its_reason() {
+    let place = room();
+    let cases = [
+        ("echo why >&2; exit 3", "INVALID_CONTROLLER: a script: the program ended: why"),
+        ("echo nonsense", "INVALID_CONTROLLER: a script: `nonsense` is no answer"),
+        (r#"echo '{"linear": 0.5}'"#, "write either `linear` and `angular`, or `error`"),
+        (r#"echo '{"linear": 1e999, "angular": 0}'"#, "INVALID_CONTROLLER: a script: "),
+        ("sleep 100", "CONTROLLER_TIMED_OUT: a script: no answer for 0.5 s"),
+    ];
+    for (each, expected) in cases {
+        script(&place, "failing.sh", each);
+        let more = "--controller 'sh failing.sh' --set controller.timeout_s=0.5";
+        let (status, object) = driven(&place, more);
+        assert_eq!(status, 1, "{each}: {object}");
+        assert!(text(&object, "fault").contains(expected), "{each}: {object}");
+        assert_eq!(object["collided"], json!(false));
+    }
+}
+
+#[test]
+fn controller_without_a_valid_velocity_stands_until_the_navigator_gives_up() {
+    let place = room();
+    script(&place, "refuses.sh", r#"echo '{"error": "no way"}'"#);
+    let more = "--controller 'sh refuses.sh' --set navigator.movement_time_allowance=2";
+    let (status, object) = driven(&place, more);
+    assert_eq!((status, object["travelled_m"].as_f64()), (1, Some(0.0)), "{object}");
+    assert!(text(&object, "fault").starts_with("NO_VALID_CONTROL"), "{object}");
+}
+
+#[test]
+fn program_that_cannot_be_used_is_unusable_input() {
+    let place = room();
+    place.write("old.sh", "read -r first\necho '{\"protocol\": 0}'\n");
+    for (option, expected) in [
+        ("--controller ./missing", "cannot be started"),
+        ("--controller 'sh missing.sh'", "the program ended"),
+        ("--controller 'sh old.sh'", "speaks protocol 0, this inbye speaks 1"),
+        ("--global-planner 'sh missing.sh'", "INVALID_PLANNER"),
+        ("--simulator 'sh missing.sh'", "the simulator `sh missing.sh`: the program ended"),
+        ("--controller ''", "it must be a program and its arguments"),
+    ] {
+        let (status, object) = driven(&place, option);
+        assert_eq!(status, 2, "{option}: {object}");
+        let message = text(&object["error"], "message");
+        assert!(message.contains(expected), "{option}: {message}");
+        assert!(!message.contains('\n'), "{option}: {message}");
+    }
+}
+
+/// With a deadline inbye does not wait: a late answer is dropped, and the robot stands.
+#[test]
+fn late_answers_do_not_delay_the_drive() {
+    let place = room();
+    script(&place, "slow.sh", r#"sleep 0.3; echo '{"linear": 0.5, "angular": 0}'"#);
+    let began = Instant::now();
+    let (_, object) = driven(&place, "--controller 'sh slow.sh' --deadline 20 --time-limit 3");
+    // 31 ticks that wait for each answer take nine seconds.
+    assert!(began.elapsed() < Duration::from_secs(8), "{:?}", began.elapsed());
+    let misses = object["deadline"]["misses"].as_u64().expect("a count");
+    assert!(misses > 20 && object["travelled_m"].as_f64() < Some(0.3), "{object}");
+}
+
+#[test]
+fn recording_of_a_controller_replays_without_its_program() {
+    let place = room();
+    script(&place, "straight.sh", r#"echo '{"linear": 0.5, "angular": 0.01}'"#);
+    driven(&place, "--controller 'sh straight.sh' --record drive.mcap");
+    place.write("straight.sh", "exit 1\n");
+    let (status, object) = place.json("replay drive.mcap --engine cpu");
+    assert_eq!((status, &object["agree"]), (0, &json!(true)), "{object}");
+}
+
+#[test]
+fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
+    let place = room();
+    let path = |points: &str| format!(r#"echo '{{"path": [{points}]}}'"#);
+    script(&place, "plans.sh", &path("[1, 1.5], [3, 2.0], [5, 1.5]"));
+    let (status, object) = driven(&place, "--global-planner 'sh plans.sh'");
+    assert_eq!(status, 0, "{object}");
+    // The way through (3, 2) is longer than the straight one of 4 m.
+    assert!(object["travelled_m"].as_f64() > Some(4.0), "{object}");
+    for (points, expected) in [
+        ("[1, 1.5], [3, 9.0], [5, 1.5]", "the path crosses an obstacle"),
+        ("[1, 1.5], [4, 1.5]", "the path ends 1.00 m from the goal"),
+        ("[1, 1.5]", "at least two points"),
+    ] {
+        script(&place, "plans.sh", &path(points));
+        let (status, object) = driven(&place, "--global-planner 'sh plans.sh'");
+        let message = text(&object["error"], "message");
+        assert!(status == 2 && message.contains(expected), "{points}: {message}");
+    }
+}
+
+/// A simulator whose robot stands: it answers every step with the pose of the start.
+#[test]
+fn simulator_that_fails_ends_the_drive_with_its_reason() {
+    let place = room();
+    let state = r#"{"odometry": {"pose": [1, 1.5, 0], "twist": [0, 0]}, "scan": {"angle_min": -3, "angle_increment": 0.1, "range_max": 9, "ranges": [1, null, 9]}, "truth": {"pose": [1, 1.5, 0], "twist": [0, 0], "contact": false}}"#;
+    place.write("state.json", format!("{state}\n"));
+    script(&place, "stands.sh", "cat state.json; read -r message; cat state.json; exit 0");
+    let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
+    assert_eq!(status, 1, "{object}");
+    let why = text(&object, "why");
+    assert!(why.contains("the simulator failed: the program ended"), "{why}");
+}
+
+#[test]
+fn comparison_ranks_planners_and_writes_a_page() {
+    let place = room();
+    script(&place, "straight.sh", r#"echo '{"linear": 0.3, "angular": 0}'"#);
+    script(&place, "stands.sh", r#"echo '{"linear": 0, "angular": 0}'"#);
+    place.write(
+        "plan.toml",
+        "seeds = [0, 1]\n[configs.inbye]\n[configs.straight]\ncontroller.command = [\"sh\", \"straight.sh\"]\n\
+         [configs.stands]\ncontroller.command = [\"sh\", \"stands.sh\"]\nnavigator.movement_time_allowance = 2\n\
+         [[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.2\n\
+         routes = [{ start = [1, 1.5, 0], goal = [5, 1.5] }]\n",
+    );
+    let run = "bench compare plan.toml --out cells --report page --play 1 --threads 2";
+    let (status, object) = place.json(run);
+    assert_eq!(status, 0, "{object}");
+    let ranked = object["ranked"].as_array().expect("a list");
+    let names: Vec<&str> = ranked.iter().map(|planner| text(planner, "planner")).collect();
+    assert_eq!(names, ["inbye", "straight", "stands"]);
+    assert_eq!(ranked[1]["reached_share"], json!(1.0));
+    assert_eq!(text(&ranked[2], "verdict"), "worse");
+    assert_eq!(ranked[2]["failed_share"], json!(1.0));
+    let page = fs::read_to_string(place.path("page/index.html")).expect("the page");
+    assert!(page.contains("1. inbye") && page.contains("run-map-"), "{page}");
+    // A changed program is another cell; the others keep their results.
+    let keys = |object: &Value| -> Vec<String> {
+        let rows = object["rows"].as_array().expect("a list");
+        rows.iter().map(|row| format!("{} {}", row["config"], row["key"])).collect()
+    };
+    script(&place, "stands.sh", r#"echo '{"linear": 0, "angular": 0.1}'"#);
+    let (_, changed) = place.json("bench compare plan.toml --out changed --threads 2");
+    let (before, after) = (keys(&object), keys(&changed));
+    let differ: Vec<_> = before.iter().zip(&after).filter(|(one, other)| one != other).collect();
+    assert!(differ.len() == 2 && differ.iter().all(|it| it.0.contains("stands")), "{differ:?}");
+}
