@@ -61,6 +61,7 @@ mod soak;
 mod sweep;
 mod sweep_merge;
 mod toml_merge;
+mod tune;
 mod verify;
 pub mod vulkan_environment;
 mod worlds;
@@ -125,6 +126,8 @@ pub enum Command {
     Bench(BenchArguments),
     /// Run an experiment plan: worlds x settings x samplings x engines x seeds; resumes after an interruption; merges.
     Sweep(sweep::SweepArguments),
+    /// Search settings on some worlds, and judge the best ones on others.
+    Tune(tune::TuneArguments),
     /// A base on a serial line: emulate, command or monitor one.
     Base(base::BaseArguments),
     /// Run as a ROS 2 node: map, scan, odometry and goal in, velocity out.
@@ -213,6 +216,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         Command::Completions(command) => shell_integration::completions(command),
         Command::Man(command) => shell_integration::man(command),
         Command::Sweep(command) => sweep::run(command, json),
+        Command::Tune(command) => {
+            tune::run(command, json).map(|done| done && !machine::is_interrupted())
+        }
         Command::Base(base) => match &base.command {
             BaseCommand::Emulate(command) => base_emulate::run(command, json),
             BaseCommand::Send(command) => base::send(command, json),

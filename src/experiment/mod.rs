@@ -32,6 +32,7 @@ mod row;
 mod row_figures;
 mod run;
 mod soak;
+mod tuning;
 mod workers;
 mod world;
 
@@ -57,5 +58,6 @@ pub use soak::{
     Comparison, FinalError, IdentifiedMotion, Share, SoakSummary, Spread, compare_digests,
     spread_evenly,
 };
+pub use tuning::{Point, SearchRange, TuningPlan};
 pub use workers::{run_in_order, run_jobs};
 pub use world::{World, WorldSimulation};

@@ -49,7 +49,7 @@ impl ControllerHost {
 
     /// Begins with another goal.
     pub fn start_leg(&mut self, path: &Path) {
-        self.has_reached_goal = false;
+        (self.has_reached_goal, self.stands) = (false, ConditionTimer::default());
         self.controller.reset();
         self.controller.set_plan(path);
     }

@@ -1,0 +1,203 @@
+//! `inbye tune`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use clap::Args;
+use inbye::experiment::{
+    Changes, Grid, Point, RankedPlanner, RunRow, TuningPlan, planner_name, rankings,
+};
+use inbye::report::{ComparisonReport, comparison_files};
+use inbye::runtime::Config;
+use serde_json::{Value, json};
+
+use super::files::{Output, ReportFolder, command_line};
+use super::input_file::read_text;
+use super::runs::RunArguments;
+use super::{machine, output, toml_merge};
+
+/// Name of the settings without changes.
+const DEFAULT: &str = "default";
+/// Name of the best candidate where other worlds judge it.
+const TUNED: &str = "tuned";
+
+/// Folder of the results of the judgement, below that of --out.
+const JUDGE: &str = "judge";
+
+/// `inbye tune`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  inbye tune --print-plan\n  inbye tune examples/tune_barn.toml --out tuning --save tuned.toml\n\n\
+    The plan names settings with their ranges, worlds for the search, and other worlds that judge the best candidate. Each round \
+    drives its candidates through all worlds of the search; the next one draws candidates near the best three. What counts is \
+    the mean success weighted by completion time. The answer has the gain over the settings without changes on both sets of \
+    worlds: a gain on the first alone is overfitting.\n\
+    With --out the same command resumes where it was interrupted.\n\
+    JSON fields: `changes`, `train` and `judge` (`default`, `tuned`), `ranked`, `candidates`."
+)]
+pub struct TuneArguments {
+    /// The plan, TOML.
+    #[arg(value_name = "PLAN.toml", required_unless_present = "print_plan")]
+    pub plan: Option<PathBuf>,
+    /// Print a plan that has every key with its default and what it does.
+    #[arg(long, conflicts_with = "plan")]
+    pub print_plan: bool,
+    #[command(flatten)]
+    pub run: RunArguments,
+    /// Write the best settings into this file, for --config.
+    #[arg(long, value_name = "FILE.toml")]
+    pub save: Option<PathBuf>,
+    /// Write the page of the judgement into this folder: `index.html`, with the rows as CSV and JSON.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// A candidate with its success in the search.
+struct Candidate {
+    point: Option<Point>,
+    changes: String,
+    success: f64,
+}
+
+/// Searches settings and judges the best ones.
+pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
+    let Some(file) = &arguments.plan else {
+        let plan = TuningPlan::documented();
+        output::result(json, &json!({ "plan": plan }), [plan.trim_end()])?;
+        return Ok(true);
+    };
+    let place = || file.display().to_string();
+    let text = read_text(file).with_context(place)?;
+    let plan = toml_merge::parse(&text, &TuningPlan::default(), |plan| Ok(plan.check()?));
+    let plan = plan.with_context(place)?;
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
+    let report = ReportFolder::create(arguments.report.as_deref())?;
+
+    let mut all: Vec<Candidate> = Vec::new();
+    for round in 0..plan.rounds {
+        let points: Vec<Point> =
+            all.iter().filter_map(|candidate| candidate.point.clone()).collect();
+        let drawn = plan.round(round, &points, |changes| is_usable(changes));
+        let mut new: Vec<Candidate> = drawn
+            .into_iter()
+            .map(|point| Candidate {
+                changes: plan.changes(&point),
+                point: Some(point),
+                success: 0.0,
+            })
+            .collect();
+        ensure!(
+            !new.is_empty(),
+            "{}: no settings of this space are valid together: narrow a range",
+            place()
+        );
+        if round == 0 {
+            new.insert(0, Candidate { point: None, changes: String::new(), success: 0.0 });
+        }
+        let names = (0..new.len()).map(|index| format!("{round}-{index:04}"));
+        let configs = names.clone().zip(&new).map(|(name, it)| Ok((name, changes(&it.changes)?)));
+        let configs: BTreeMap<String, Changes> = configs.collect::<anyhow::Result<_>>()?;
+        let grid = grid(&plan, &plan.train, configs, folder).with_context(place)?;
+        let rows = runs(arguments, &grid, &format!("round-{round}"))?;
+        if machine::is_interrupted() {
+            return Ok(false);
+        }
+        let success = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
+        names.zip(&mut new).for_each(|(name, candidate)| candidate.success = success(&name));
+        all.extend(new);
+        // A stable order: of equal ones the earlier counts.
+        all.sort_by(|one, other| other.success.total_cmp(&one.success));
+        output::note(format!("round {}: best {:.3}", round + 1, all[0].success));
+    }
+    let best = &all[0];
+    let configs = BTreeMap::from([
+        (DEFAULT.to_owned(), changes("")?),
+        (TUNED.to_owned(), changes(&best.changes)?),
+    ]);
+    let judge = grid(&plan, &plan.judge, configs, folder).with_context(place)?;
+    let rows = runs(arguments, &judge, JUDGE)?;
+    if machine::is_interrupted() {
+        return Ok(false);
+    }
+    let ranked = rankings(&rows);
+    save.write(|| &best.changes)?;
+    report.write(|| {
+        comparison_files(&ComparisonReport {
+            title: &plan.title,
+            machine: &machine::description(),
+            command: &command_line(),
+            ranked: &ranked,
+            rows: &rows,
+            plays: &BTreeMap::new(),
+        })
+    })?;
+    let judged = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
+    let before = all.iter().find(|candidate| candidate.point.is_none());
+    let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
+    let judge = [judged(DEFAULT), judged(TUNED)];
+    print(json, best, (train, judge), &ranked, &all)
+}
+
+fn print(
+    json: bool,
+    best: &Candidate,
+    (train, judge): ([f64; 2], [f64; 2]),
+    ranked: &[RankedPlanner],
+    all: &[Candidate],
+) -> anyhow::Result<bool> {
+    let pair = |[default, tuned]: [f64; 2]| json!({ "default": default, "tuned": tuned });
+    let candidates: Vec<Value> =
+        all.iter().map(|it| json!({ "changes": it.changes, "success": it.success })).collect();
+    let object = json!({
+        "changes": best.changes, "train": pair(train), "judge": pair(judge), "ranked": ranked, "candidates": candidates,
+    });
+    let gain = |name: &str, [default, tuned]: [f64; 2]| {
+        format!("{name:<12} default {default:.3}, tuned {tuned:.3}, gain {:+.3}", tuned - default)
+    };
+    let verdicts = ranked
+        .iter()
+        .filter(|planner| planner.rank > 1)
+        .map(|planner| format!("judged       {} is {}", planner.planner, planner.verdict.text()));
+    let mut lines = vec![gain("search", train), gain("other worlds", judge)];
+    lines.extend(verdicts);
+    lines.extend(best.changes.lines().map(|line| format!("  {line}")));
+    output::result(json, &object, lines)?;
+    Ok(true)
+}
+
+/// Runs a grid; with --out each part keeps its results in a folder of its own.
+fn runs(arguments: &TuneArguments, grid: &Grid, part: &str) -> anyhow::Result<Vec<RunRow>> {
+    let RunArguments { threads, out, record } = &arguments.run;
+    let record = record.clone().filter(|_| part == JUDGE);
+    let out = out.as_ref().map(|out| out.join(part));
+    RunArguments { threads: *threads, out, record }.run(grid, |_| {})
+}
+
+fn success<'r>(rows: impl Iterator<Item = &'r RunRow>) -> f64 {
+    let values: Vec<f64> = rows.map(|row| row.time_weighted_success.unwrap_or_default()).collect();
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn changes(text: &str) -> anyhow::Result<Changes> {
+    text.parse().map_err(|error: String| anyhow::anyhow!(error))
+}
+
+/// Whether the settings are valid together, as changes of the default ones.
+fn is_usable(changes: &str) -> bool {
+    toml_merge::parse(changes, &Config::default(), |config| Ok(config.validate()?)).is_ok()
+}
+
+fn grid(
+    plan: &TuningPlan,
+    worlds: &[inbye::experiment::PlanWorlds],
+    configs: BTreeMap<String, Changes>,
+    folder: &Path,
+) -> anyhow::Result<Grid> {
+    let change = |base: &Config, changes: &str| {
+        let changed = toml_merge::parse(changes, base, |config| Ok(config.validate()?));
+        changed.map_err(|error| format!("{error:#}"))
+    };
+    Ok(Grid::new(&plan.plan(worlds, configs), folder, change)?)
+}
