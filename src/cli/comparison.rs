@@ -16,8 +16,7 @@ use super::{machine, output, run_page, sweep};
 
 /// `inbye bench compare`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Example:\n  inbye bench compare examples/compare_barn.toml --report comparison\n\n\
+#[command(after_help = "Example:\n  inbye bench compare compare.toml --report comparison\n\n\
     The plan is one of `inbye sweep`. Each table [configs.NAME] is a planner, such as\n\n\
     \x20 [configs.inbye]\n\
     \x20 [configs.mine]\n\
@@ -26,8 +25,7 @@ use super::{machine, output, run_page, sweep};
     The difference to the best one is paired by world and seed, with an interval of 95 % confidence.\n\
     With --out the same command resumes where it was interrupted. Paths of worlds are relative to the plan, words of commands \
     to the working directory.\n\
-    JSON fields: `ranked`, `rows`."
-)]
+    JSON fields: `ranked`, `rows`.")]
 pub struct CompareArguments {
     /// The plan, TOML.
     #[arg(value_name = "PLAN.toml")]

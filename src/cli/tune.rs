@@ -28,7 +28,7 @@ const JUDGE: &str = "judge";
 /// `inbye tune`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye tune --print-plan\n  inbye tune examples/tune_barn.toml --out tuning --save tuned.toml\n\n\
+    after_help = "Example:\n  inbye tune --print-plan\n  inbye tune tune.toml --out tuning --save tuned.toml\n\n\
     The plan names settings with their ranges, worlds for the search, and other worlds that judge the best candidate. Each round \
     drives its candidates through all worlds of the search; the next one draws candidates near the best three. What counts is \
     the mean success weighted by completion time. The answer has the gain over the settings without changes on both sets of \
@@ -109,7 +109,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         all.extend(new);
         // A stable order: of equal ones the earlier counts.
         all.sort_by(|one, other| other.success.total_cmp(&one.success));
-        output::note(format!("round {}: best {:.3}", round + 1, all[0].success));
+        output::detail(format!("round {}: best {:.3}", round + 1, all[0].success));
     }
     let best = &all[0];
     let configs = BTreeMap::from([

@@ -56,6 +56,12 @@ fn help_examples_run() {
     let header = "# Imported from a.yaml by `inbye config import-nav2`; all other settings have their defaults.";
     place.write("mine.toml", format!("{header}\n[local]\nvx_samples = 8\n"));
     place.write("sweep.toml", "seeds = [0]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n");
+    place.write("compare.toml", "[configs.inbye]\n[[worlds]]\nkind = \"barn\"\npath = \"barn\"\n");
+    place.write(
+        "tune.toml",
+        "rounds = 1\ncandidates = 1\n[space]\n\"local.vx_samples\" = { from = 8, to = 12 }\n\
+         [[train]]\nkind = \"barn\"\npath = \"barn\"\n[[judge]]\nkind = \"barn\"\npath = \"barn\"\n",
+    );
     super::barn::write_worlds(&place);
     super::dynabarn::write_worlds(&place);
     super::records::write_records(&place);

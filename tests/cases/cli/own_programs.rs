@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::program::Workplace;
+use super::program::{Run, Workplace};
 
 /// A room of 6 by 3 m without obstacles.
 fn room() -> Workplace {
@@ -16,8 +16,7 @@ fn room() -> Workplace {
     place
 }
 
-const DRIVE: &str =
-    "drive --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu --time-limit 20";
+const DRIVE: &str = "drive --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu";
 
 /// A shell script that answers the first message, and each further one by these lines.
 fn script(place: &Workplace, name: &str, each: &str) {
@@ -37,7 +36,10 @@ fn driven(place: &Workplace, more: &str) -> (i32, Value) {
     };
     let words = DRIVE.split(' ').map(str::to_owned).chain(["--json".to_owned()]);
     let words: Vec<String> = words.chain(more.split('\'').enumerate().flat_map(quoted)).collect();
-    let run = place.run_words(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    object(&place.run_words(&words.iter().map(String::as_str).collect::<Vec<_>>()))
+}
+
+fn object(run: &Run) -> (i32, Value) {
     let object = serde_json::from_str(&run.stdout);
     (run.status, object.unwrap_or_else(|error| panic!("{error}: {run:?}")))
 }
@@ -152,11 +154,12 @@ fn recording_of_a_controller_replays_without_its_program() {
 fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
     let place = room();
     let path = |points: &str| format!(r#"echo '{{"path": [{points}]}}'"#);
-    script(&place, "plans.sh", &path("[1, 1.5], [3, 2.0], [5, 1.5]"));
-    let (status, object) = driven(&place, "--global-planner 'sh plans.sh'");
-    assert_eq!(status, 0, "{object}");
-    // The way through (3, 2) is longer than the straight one of 4 m.
-    assert!(object["travelled_m"].as_f64() > Some(4.0), "{object}");
+    script(&place, "plans.sh", &path("[1, 1.5], [3, 2.5], [5, 1.5]"));
+    let words = DRIVE.split(' ').chain(["--verbose", "--global-planner", "sh plans.sh"]);
+    let run = place.run_words(&words.collect::<Vec<_>>());
+    // The path through (3, 2.5) has 4.47 m, the straight one 4 m.
+    let has_plan = |line: &String| line.contains("a plan of 4.5 m, 0 cells expanded");
+    assert!(run.status == 0 && run.errors.iter().any(has_plan), "{run:?}");
     for (points, expected) in [
         ("[1, 1.5], [3, 9.0], [5, 1.5]", "the path crosses an obstacle"),
         ("[1, 1.5], [4, 1.5]", "the path ends 1.00 m from the goal"),
@@ -194,8 +197,8 @@ fn comparison_ranks_planners_and_writes_a_page() {
          [[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.2\n\
          routes = [{ start = [1, 1.5, 0], goal = [5, 1.5] }]\n",
     );
-    let run = "bench compare plan.toml --out cells --report page --play 1 --threads 2";
-    let (status, object) = place.json(run);
+    let run = "bench compare plan.toml --out cells --report page --play 1 --threads 2 --json";
+    let (status, object) = object(&place.run(run));
     assert_eq!(status, 0, "{object}");
     let ranked = object["ranked"].as_array().expect("a list");
     let names: Vec<&str> = ranked.iter().map(|planner| text(planner, "planner")).collect();

@@ -13,7 +13,7 @@ const MINE_YAML: &str = "image: mine.png\nresolution: 0.25\norigin: [0.0, 0.0, 0
     occupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
 /// Begin of the notes that name written files.
-const FILE_NOTES: [&str; 9] = [
+const FILE_NOTES: [&str; 10] = [
     "animation: ",
     "base-output: ",
     "chart: ",
@@ -22,6 +22,7 @@ const FILE_NOTES: [&str; 9] = [
     "record: ",
     "record-missions: ",
     "record-quality: ",
+    "save: ",
     "svg: ",
 ];
 

@@ -110,8 +110,8 @@ fn unusable_recordings_are_rejected_with_one_line() {
     damaged[ends[2] - 5000] ^= 1;
     place.write("damaged.mcap", damaged);
     let newer = altered(&file, "drive.toml", 0, |text| {
-        let format = text.windows(10).position(|bytes| bytes == b"format = 4");
-        text[format.expect("the format is stated") + 9] = b'5';
+        let format = text.windows(10).position(|bytes| bytes == b"format = 5");
+        text[format.expect("the format is stated") + 9] = b'6';
     });
     place.write("newer.mcap", newer);
     for (name, words) in [
