@@ -22,6 +22,7 @@ mod observation;
 mod obstacle_model;
 mod occlusion;
 mod passive_safety;
+mod recent_people;
 mod replanning;
 mod route;
 mod route_planner;
@@ -32,6 +33,7 @@ mod state;
 #[cfg(test)]
 mod test_state;
 mod tracker;
+mod turn_safety;
 mod visible_space;
 mod waypoints;
 

@@ -9,7 +9,7 @@ use super::deadline::Deadline;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
 use super::occlusion::standing_room;
-use super::passive_safety::obstacle_that_may_come;
+use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
 use super::state::{Measured, PredictedState, RobotModel, State, WAITING_PATIENCES, brake};
@@ -44,6 +44,7 @@ pub struct Navigator {
     window_half_m: f64,
     validator: ObservationValidator,
     pub(super) obstacles: ObstacleModel,
+    people: RecentPeople,
     /// Where the map has room for a person; `None` if hidden people are not considered.
     pub(super) standing_room: Option<FreeSpace>,
     waypoints: WaypointQueue,
@@ -89,6 +90,7 @@ impl Navigator {
             window_half_m: window_half_m(&settings, planner.settings(), &robot),
             validator: ObservationValidator::default(),
             obstacles,
+            people: RecentPeople::default(),
             standing_room: standing_room(&known, &settings),
             waypoints,
             route: Route::new(&plan, &settings),
@@ -252,16 +254,7 @@ impl Navigator {
             let masked = self.validator.health.masked(scan);
             self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
         }
-        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, features, .. } =
-            self.settings;
-        let with_body = |disc: &MovingDisc| MovingDisc {
-            radius: disc.radius.max(pedestrian_radius_m),
-            ..*disc
-        };
-        let mut moving: Vec<MovingDisc> = self.obstacles.moving().iter().map(with_body).collect();
-        if features.passive_safety && features.pairs_of_legs {
-            moving.extend(self.obstacles.pairs_of_legs().map(|disc| with_body(&disc)));
-        }
+        let moving = self.obstacles.bodies(&self.settings);
         let mut now = PredictedState::new(
             &Measured { time_s: *time_s, odometry_s: *odometry_s, scan_s: *scan_s, pose, twist },
             &moving,
@@ -269,13 +262,15 @@ impl Navigator {
             &self.robot.limits,
             self.base.delay_s(),
         );
-        for (place, stands) in self.obstacles.entered() {
-            // Dust may return a beam within the robot itself.
-            if self.robot.footprint.gap_to_disc_m(pose, &place, 0.0) > 0.0 {
-                let speed = if stands { 0.0 } else { pedestrian_speed };
-                now.may_come.push(obstacle_that_may_come(place, pedestrian_radius_m, speed));
-            }
-        }
+        // Dust may return a beam within the robot itself.
+        let is_outside =
+            |body: &MovingDisc| self.robot.footprint.gap_to_disc_m(pose, &body.center(), 0.0) > 0.0;
+        let entered: Vec<MovingDisc> =
+            self.obstacles.entered_bodies(&self.settings).filter(is_outside).collect();
+        now.may_come.extend(&entered);
+        let seen = [moving, entered].concat();
+        self.people.update(*time_s, &seen, |person| may_be_there(pose, scan, person));
+        now.near_turn = self.people.near_turn(&now, self.settings.pedestrian_speed);
         if self.is_over() {
             return self.brake_from(&now.twist);
         }

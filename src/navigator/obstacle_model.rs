@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use super::NavigatorSettings;
+use super::passive_safety::obstacle_that_may_come;
 use super::scan_visibility::seen_to_m;
 use super::tracker::{FARTHEST_M, Tracker};
 use crate::geometry::{Point, Pose, bearing};
@@ -89,14 +91,28 @@ impl ObstacleModel {
         self.tracker.as_ref().map_or(&[], |tracker| &tracker.moving)
     }
 
-    /// Places that something entered a moment ago, and that is not tracked; each with whether it has stood there since.
-    pub(super) fn entered(&self) -> impl Iterator<Item = (Point, bool)> + '_ {
-        self.tracker.iter().flat_map(Tracker::entered)
+    /// Obstacles that move or stand, each at least as large as a person, in the map frame at the time of the last scan.
+    pub(super) fn bodies(&self, settings: &NavigatorSettings) -> Vec<MovingDisc> {
+        let NavigatorSettings { pedestrian_radius_m, features, .. } = *settings;
+        // Pairs of narrow objects may be people who have stood there all the time. They are marked too.
+        let may_be_legs = features.passive_safety && features.pairs_of_legs;
+        let legs = self.tracker.iter().filter(|_| may_be_legs).flat_map(Tracker::pairs_of_legs);
+        let bodies = self.moving().iter().copied().chain(legs);
+        let with_body =
+            |disc: MovingDisc| MovingDisc { radius: disc.radius.max(pedestrian_radius_m), ..disc };
+        bodies.map(with_body).collect()
     }
 
-    /// Pairs of narrow objects, which may be people who have stood there all the time. They are marked too.
-    pub(super) fn pairs_of_legs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
-        self.tracker.iter().flat_map(Tracker::pairs_of_legs)
+    /// People who entered free ground a moment ago, and who are not tracked.
+    pub(super) fn entered_bodies(
+        &self,
+        settings: &NavigatorSettings,
+    ) -> impl Iterator<Item = MovingDisc> + '_ {
+        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, .. } = *settings;
+        self.tracker.iter().flat_map(Tracker::entered).map(move |(place, stands)| {
+            let speed = if stands { 0.0 } else { pedestrian_speed };
+            obstacle_that_may_come(place, pedestrian_radius_m, speed)
+        })
     }
 
     /// Sets whether what comes out of hiding may be a person.

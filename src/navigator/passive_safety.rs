@@ -135,6 +135,7 @@ mod tests {
             twist: Twist::STOP,
             moving: vec![disc],
             may_come: vec![disc],
+            near_turn: vec![disc],
             since_scan_s: 0.0,
         }
     }

@@ -33,7 +33,7 @@ const WAITING_M: f64 = 2.0;
 
 /// A robot whose parts are all at most this fast creeps, m/s. Next to a person it stands instead: it gains nothing, and the
 /// person may come.
-const CREEP: f64 = 0.05;
+pub(super) const CREEP: f64 = 0.05;
 
 /// Tried shares of a wanted velocity, of which the first that keeps passive safety is driven.
 const SAFE_SHARES: [f64; 6] = [1.0, 0.8, 0.6, 0.4, 0.2, 0.1];
@@ -103,6 +103,8 @@ pub(super) struct PredictedState {
     pub moving: Vec<MovingDisc>,
     /// These, and people who entered free ground and are not tracked.
     pub may_come: Vec<MovingDisc>,
+    /// These, of whom the ones that have not stood for long may walk, and people who are lost: those whom a turn may meet.
+    pub near_turn: Vec<MovingDisc>,
     /// Time from the scan to the effect of the command, seconds.
     pub since_scan_s: f64,
 }
@@ -133,7 +135,15 @@ impl PredictedState {
         (pose, twist) = limits.advance(&pose, &twist, &active, left_s);
         let since_scan_s = delay_s + (time_s - scan_s).clamp(0.0, OLDEST_SCAN_S);
         let moving: Vec<_> = moving.iter().map(|disc| disc.after(since_scan_s)).collect();
-        Self { time_s, pose, twist, may_come: moving.clone(), moving, since_scan_s }
+        Self {
+            time_s,
+            pose,
+            twist,
+            may_come: moving.clone(),
+            near_turn: moving.clone(),
+            moving,
+            since_scan_s,
+        }
     }
 }
 
@@ -255,8 +265,9 @@ impl<'a> State<'a> {
 
     /// Whether driving towards a velocity until the next tick keeps passive safety.
     pub fn is_safe_towards(&self, wanted: &Twist) -> bool {
-        let next = self.towards(wanted);
-        self.passive_safety().is_none_or(|safety| safety.stops_in_time(&next))
+        let is_on = self.settings.features.passive_safety;
+        let people = self.people_near(wanted);
+        !is_on || self.safety_from(people).stops_in_time(&self.towards(wanted))
     }
 
     /// As [`Self::towards`], but slower on the same arc where that would break passive safety; braking where no speed is safe.

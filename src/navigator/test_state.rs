@@ -65,6 +65,7 @@ pub(super) fn standing_at(pose: Pose) -> PredictedState {
         twist: Twist::STOP,
         moving: Vec::new(),
         may_come: Vec::new(),
+        near_turn: Vec::new(),
         since_scan_s: 0.1,
     }
 }

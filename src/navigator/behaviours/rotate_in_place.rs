@@ -73,7 +73,8 @@ impl RotateInPlace {
 }
 
 fn decision(state: &State<'_>, angle: f64) -> Decision {
-    let command = state.safe_towards(&rotation(angle, &state.robot.limits));
+    let command =
+        state.without_slow_turn(state.safe_towards(&rotation(angle, &state.robot.limits)));
     Decision::new(command, Mode::Rotating, state.local_target)
 }
 
