@@ -1,7 +1,7 @@
 //! The people of the last seconds around the robot, for turns in place.
 //!
 //! A walking person puts a foot on the ground for a whole step, while a lidar may not see the other leg. So the legs of a slow
-//! walker seem to stand, and a place that something entered seems to be taken by someone who stands. A robot that drives by
+//! walker seem to stand, and a place that something entered seems to be taken by a person who stands. A robot that drives by
 //! slowly is ahead of such a person. A turn is not: it leads a corner of the body sideways, to where the person walks.
 
 use crate::geometry::{Point, Pose, bearing};
@@ -11,7 +11,7 @@ use super::passive_safety::obstacle_that_may_come;
 use super::scan_visibility::seen_to_m;
 use super::state::PredictedState;
 
-/// Who stays within the first distance, metres, for this long, seconds, stands. A step of 0.3 m takes a walker at 0.14 m/s 2.5 s,
+/// A person who stays within the first distance, metres, for this long, seconds, stands. A step of 0.3 m takes a walker at 0.14 m/s 2.5 s,
 /// with the increase of the step with the speed. Slower ones cannot reach the robot before it stops its turn.
 const STAYS_M: f64 = 0.2;
 const STOOD_S: f64 = 2.5;
@@ -28,7 +28,7 @@ pub(super) struct RecentPeople {
     seen: Vec<Seen>,
 }
 
-/// A place where somebody stays.
+/// A place where a person stays.
 #[derive(Clone, Copy, Debug)]
 struct Stay {
     place: Point,
@@ -172,7 +172,7 @@ mod tests {
                 assert_eq!(found, expected, "after {time_s} s of {lost_until_s}");
             }
         }
-        // Who goes on is not lost.
+        // A person who goes on is not lost.
         let mut people = RecentPeople::default();
         speeds_at(&mut people, 0.0, &one);
         assert_eq!(speeds_at(&mut people, 0.1, &[person(0.6, 0.0, 0.5)]), [0.5]);
