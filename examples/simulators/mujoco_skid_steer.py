@@ -15,7 +15,7 @@ import argparse
 
 import mujoco
 import numpy as np
-from simulator_loop import Odometry, beam_angles, scan_message, serve, wall_boxes
+from simulator_loop import Odometry, beam_angles, occupied_cells, scan_message, serve, wall_boxes
 
 TIME_STEP_S = 0.001
 SAMPLE_STEPS = 10  # for a sample of the odometry: 100 Hz, as common base firmware
@@ -57,7 +57,8 @@ def model_xml(first, friction):
     # The inertia of a homogeneous box of 0.42 by 0.31 by 0.18 m, Jackal's chassis, centred 0.03 m above the axles.
     length, width, height = 0.42 * scale, 0.31 * scale, 0.18 * scale
     inertia = chassis_mass / 12 * np.array([width**2 + height**2, length**2 + height**2, length**2 + width**2])
-    boxes, yaw = wall_boxes(first["obstacles"])
+    grid = first["obstacles"]
+    boxes, yaw = wall_boxes(occupied_cells(grid), grid["resolution_m"], grid["origin"]), grid["origin"][2]
     walls = "".join(f'<geom type="box" pos="{x} {y} {WALL_HEIGHT_M / 2}" size="{dx} {dy} {WALL_HEIGHT_M / 2}" '
                     f'euler="0 0 {yaw}" {WALL}/>' for x, y, dx, dy in boxes)
     wheels = "".join(

@@ -29,25 +29,30 @@ def occupied_cells(grid):
     return np.pad(cells, 1, constant_values=True)
 
 
-def wall_boxes(grid):
-    """Boxes [centre x, centre y, half length x, half length y] that cover the occupied cells, in m, and their yaw, in rad.
+def coarser(cells, ratio):
+    """The cells in blocks of `ratio` by `ratio`; a block with an occupied cell is occupied. The border stays one cell wide."""
+    inner = cells[1:-1, 1:-1]
+    filled = np.pad(inner, [(0, -size % ratio) for size in inner.shape], constant_values=True)
+    rows, columns = filled.shape[0] // ratio, filled.shape[1] // ratio
+    return np.pad(filled.reshape(rows, ratio, columns, ratio).any(axis=(1, 3)), 1, constant_values=True)
+
+
+def wall_boxes(cells, size_m, origin):
+    """Boxes [centre x, centre y, half length, half width] that cover occupied cells with a border, map frame, in m.
 
     Runs of a row that repeat in the next rows are one box. Boxes that touch no free cell are left out: nothing reaches them.
+    The lengths are along the grid, whose yaw is that of the origin.
     """
-    cells = occupied_cells(grid)
     boxes = min((_merged_runs(cells), _merged_runs(cells.T)[:, [2, 3, 0, 1]]), key=len)
     free = np.pad(np.cumsum(np.cumsum(~cells, axis=0), axis=1), ((1, 0), (1, 0)))
-    top, bottom, left, right = boxes.T
-    grown = [np.maximum(top - 1, 0), np.minimum(bottom + 1, cells.shape[0])]
-    grown += [np.maximum(left - 1, 0), np.minimum(right + 1, cells.shape[1])]
-    top_1, bottom_1, left_1, right_1 = grown
-    near = free[bottom_1, right_1] - free[top_1, right_1] - free[bottom_1, left_1] + free[top_1, left_1]
+    low, high = np.maximum(boxes[:, [0, 2]] - 1, 0), np.minimum(boxes[:, [1, 3]] + 1, cells.shape)
+    near = free[high[:, 0], high[:, 1]] - free[low[:, 0], high[:, 1]] - free[high[:, 0], low[:, 1]] + free[low[:, 0], low[:, 1]]
     top, bottom, left, right = boxes[near > 0].T
-    size, (x, y, yaw) = grid["resolution_m"], grid["origin"]
-    # The border of `occupied_cells` moves the first cell to row and column 1.
-    across, along = ((left + right) / 2 - 1) * size, ((top + bottom) / 2 - 1) * size
-    centers = np.column_stack([x + np.cos(yaw) * across - np.sin(yaw) * along, y + np.sin(yaw) * across + np.cos(yaw) * along])
-    return np.column_stack([centers, (right - left) * size / 2, (bottom - top) * size / 2]), yaw
+    # The border moves the first cell to row and column 1.
+    across, along = ((left + right) / 2 - 1) * size_m, ((top + bottom) / 2 - 1) * size_m
+    x, y, yaw = origin
+    centers = [x + np.cos(yaw) * across - np.sin(yaw) * along, y + np.sin(yaw) * across + np.cos(yaw) * along]
+    return np.column_stack([*centers, (right - left) * size_m / 2, (bottom - top) * size_m / 2])
 
 
 def _merged_runs(cells):
