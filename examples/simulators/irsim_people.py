@@ -20,6 +20,7 @@ import tempfile
 
 import numpy as np
 import pyrvo
+import shapely
 from scipy.ndimage import distance_transform_edt
 from simulator_loop import Odometry, coarser, occupied_cells, serve, wall_boxes
 
@@ -113,6 +114,19 @@ def robot_yaml(first):
             "acce": [-limits["decel_lim_x"], limits["acc_lim_theta"]]}
 
 
+def add_walls(env, grid):
+    """Adds the outline of the occupied cells. ir-sim's own, of each cell, has five times the points."""
+    x, y, dx, dy = wall_boxes(occupied_cells(grid), grid["resolution_m"], grid["origin"]).T
+    lines = shapely.get_parts(shapely.union_all(shapely.box(x - dx, y - dy, x + dx, y + dy)).boundary).tolist()
+    corners, line = shapely.get_coordinates(lines, return_index=True)
+    ends = np.stack([corners[:-1], corners[1:]], axis=1)[line[:-1] == line[1:]]
+    walls, = env.object_factory.create_from_map(corners[:1].T, np.array([[0.1], [0.1]]))
+    walls.linestrings = list(shapely.linestrings(ends))
+    walls.geometry_tree, walls._geometry = shapely.STRtree(walls.linestrings), shapely.multilinestrings(walls.linestrings)
+    shapely.prepare(walls._geometry)
+    env.add_objects([walls])
+
+
 def make(first):
     grid, random = first["obstacles"], np.random.default_rng(first["seed"])
     people, odometry = People(first, options.people, random), Odometry(first["start"], random)
@@ -126,14 +140,9 @@ def make(first):
         json.dump({"world": world, "robot": [robot_yaml(first)], "obstacle": persons}, file)
         file.flush()
         env = irsim.make(file.name, headless=True, log_level="ERROR", seed=first["seed"])
-    occupied = occupied_cells(grid)
-    inner = np.pad(occupied, 1, constant_values=True)
-    inner = inner[:-2, 1:-1] & inner[2:, 1:-1] & inner[1:-1, :-2] & inner[1:-1, 2:]
-    rows, columns = np.nonzero(occupied & ~inner)
-    cells = np.array([x + (columns - 0.5) * size, y + (rows - 0.5) * size])
-    env.add_objects(env.object_factory.create_from_map(cells, np.array([[size], [size]])))
+    add_walls(env, grid)
     robot, walkers = env.robot, env.obstacle_list[:len(persons)]
-    robot.sensor_step()  # a scan with the walls
+    lidar, robot.sensors = robot.lidar, []  # measures at the end of a period only
 
     def pose():
         return robot.state[:3, 0].astype(float)
@@ -147,7 +156,8 @@ def make(first):
             env.step([np.array([linear, angular]), *map(np.array, moves)], [robot.id, *(walker.id for walker in walkers)])
             odometry.sample(robot.velocity[0, 0] * step_s, robot.velocity[1, 0] * step_s, step_s)
             touched = touched or robot.collision
-        scan = env.get_lidar_scan()
+        lidar.step(robot.state[:3])
+        scan = lidar.get_scan()
         message = {"angle_min": scan["angle_min"], "angle_increment": scan["angle_increment"], "range_max": scan["range_max"],
                    "ranges": np.where(scan["valid"], scan["ranges"], scan["range_max"]).tolist()}
         truth = {"pose": pose().tolist(), "twist": robot.velocity[:2, 0].astype(float).tolist(), "contact": bool(touched),
