@@ -96,7 +96,7 @@ def make(first):
     def scan():
         turn = data.xmat[robot].reshape(3, 3)
         origin = data.xpos[robot] + turn @ [0, 0, (LIDAR_HEIGHT_RADII - 1) * radius_m]
-        # The wheels are bodies of their own, but too low for the beams.
+        # `robot` leaves out the body; the wheels are bodies of their own, but too low for the beams.
         mujoco.mj_multiRay(model, data, origin, (beams @ turn.T).ravel(), None, 1, robot, hits, distances, None,
                            lidar["beams"], lidar["range_max_m"])
         return scan_message(lidar, np.where(distances < 0, np.inf, distances), random)
@@ -104,9 +104,8 @@ def make(first):
     def step(period_s, linear, angular):
         speeds = np.array([linear - angular * width_m / 2, linear + angular * width_m / 2]) / radius_m
         data.ctrl[:] = speeds[[0, 0, 1, 1]]
-        touched, wheels = touches(), data.qpos[7:].mean()
-        turned_rad, steps = 0.0, 0
-        for index in range(round(period_s / TIME_STEP_S)):
+        touched, turned_rad, steps, wheels = False, 0.0, 0, data.qpos[7:].mean()
+        for _ in range(round(period_s / TIME_STEP_S)):
             mujoco.mj_step(model, data)
             touched = touched or touches()
             turned_rad, steps = turned_rad + data.qvel[5] * TIME_STEP_S, steps + 1
@@ -114,6 +113,7 @@ def make(first):
                 odometry.sample((data.qpos[7:].mean() - wheels) * radius_m, turned_rad, steps * TIME_STEP_S)
                 turned_rad, steps, wheels = 0.0, 0, data.qpos[7:].mean()
         mujoco.mj_forward(model, data)
+        touched = touched or touches()
         turn = data.xmat[robot].reshape(3, 3)
         yaw = float(np.arctan2(turn[1, 0], turn[0, 0]))
         forward = float(np.cos(yaw) * data.qvel[0] + np.sin(yaw) * data.qvel[1])

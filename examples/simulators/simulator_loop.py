@@ -75,7 +75,7 @@ class Odometry:
     """
 
     def __init__(self, start, random):
-        self.pose, self.twist, self.random = np.array(start), [0.0, 0.0], random
+        self.pose, self.twist, self.random = np.array(start, dtype=float), [0.0, 0.0], random
         self.travel_scale, self.gyro_scale = 1 + 0.005 * random.normal(), 1 + 0.01 * random.normal()
         self.gyro_bias_rad_s = 3.5e-4 * random.normal()
 
