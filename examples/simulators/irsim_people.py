@@ -49,7 +49,8 @@ class FreeSpace:
 
     def has_line(self, start, end):
         parts = np.linspace(0, 1, 2 + int(np.linalg.norm(end - start) / self.size))[:, None]
-        columns, rows = np.floor((start + parts * (end - start) - self.origin) / self.size).astype(int).T
+        # A person that was pushed to a wall stands on a block that is not free: the first 0.6 m do not count.
+        columns, rows = np.floor((start + parts[3:] * (end - start) - self.origin) / self.size).astype(int).T
         return self.free[rows, columns].all()
 
 
