@@ -170,6 +170,14 @@ fn speed(text: &str) -> Result<f64, String> {
     number(text, is_valid, "metres per second, above zero and at most 10")
 }
 
+/// The simulator of a configuration, and its limits.
+fn barn_simulator(config: &Config) -> String {
+    if config.simulator.is_set() {
+        return format!("the simulator `{}`, not Gazebo", config.simulator.command.join(" "));
+    }
+    BARN_SIMULATOR.to_owned()
+}
+
 /// Drives the worlds of BARN.
 pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     let (of, max_speed) = (&arguments.worlds_of, arguments.max_speed);
@@ -181,22 +189,23 @@ pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(run) = of.trace {
         return of.one_run(run, "BARN", &worlds[0], &config, json);
     }
-    let intro = format!("Driven at up to {max_speed} m/s in {BARN_SIMULATOR}.");
+    let simulator = barn_simulator(&config);
+    let intro = format!("Driven at up to {max_speed} m/s in {simulator}.");
     let rows = of.drive(("BARN", &intro), &worlds, config, |rows| BenchReport {
         title: "inbye: BARN",
         barn: rows,
         ..BenchReport::default()
     })?;
     let summary = BarnSummary::of(&rows, &listed);
-    let lines = barn_text(&summary, max_speed).into_iter().chain(unreached(&rows));
+    let lines = barn_text(&summary, max_speed, &simulator).into_iter().chain(unreached(&rows));
     let object = json!({
-        "summary": summary, "max_speed": max_speed, "simulator": BARN_SIMULATOR, "rows": rows,
+        "summary": summary, "max_speed": max_speed, "simulator": simulator, "rows": rows,
     });
     output::result(json, &object, lines)?;
     Ok(true)
 }
 
-fn barn_text(summary: &BarnSummary, max_speed: f64) -> Vec<String> {
+fn barn_text(summary: &BarnSummary, max_speed: f64, simulator: &str) -> Vec<String> {
     let mut lines = group_table(core::slice::from_ref(&summary.all));
     let means = |title: &str, means: &OverWorlds| {
         let OverWorlds { worlds, success, score, .. } = means;
@@ -216,7 +225,7 @@ fn barn_text(summary: &BarnSummary, max_speed: f64) -> Vec<String> {
             published.timeout * 100.0
         ));
         lines.push(format!(
-            "The published figures were measured in Gazebo; the others in {BARN_SIMULATOR}."
+            "The published figures were measured in Gazebo; the others in {simulator}."
         ));
     }
     lines

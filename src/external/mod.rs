@@ -47,7 +47,14 @@ impl Program {
         let (name, wants) = (settings.command.join(" "), Vec::new());
         let mut program = Self { process, name, wants, timeout };
         program.send(first);
-        let ready: Ready = program.answer(timeout).map_err(|error| program.reason(error))?;
+        let ready: Ready = match program.answer(START_FACTOR * timeout) {
+            Ok(ready) => ready,
+            Err(NoAnswer::Silent) => {
+                let limit_s = (START_FACTOR * timeout).as_secs_f64();
+                return Err(format!("no answer to the first message for {limit_s} s"));
+            }
+            Err(NoAnswer::Failed(reason)) => return Err(reason),
+        };
         if ready.protocol != PROTOCOL {
             return Err(format!(
                 "speaks protocol {}, this inbye speaks {PROTOCOL}: change the program",
@@ -94,5 +101,7 @@ impl Program {
     }
 }
 
+/// The first answer may take this many times as long as others: a program loads its libraries first.
+const START_FACTOR: u32 = 6;
 /// Characters of a wrong answer that a message shows.
 const SHOWN_CHARACTERS: usize = 80;

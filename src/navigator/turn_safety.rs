@@ -10,7 +10,14 @@ use crate::map::MovingDisc;
 impl State<'_> {
     /// The people from whom a motion towards a velocity must keep away.
     pub(super) fn people_near(&self, wanted: &Twist) -> &[MovingDisc] {
-        if self.turns_in_place(wanted) { &self.now.near_turn } else { &self.now.may_come }
+        let is_careful = self.turns_in_place(wanted) && !self.is_held_up();
+        if is_careful { &self.now.near_turn } else { &self.now.may_come }
+    }
+
+    /// Whether the robot has been held up for long. Then people who seem to stand do stand: they wait for the robot, as it does for
+    /// them.
+    fn is_held_up(&self) -> bool {
+        self.stuck_s > self.settings.stuck_patience_s
     }
 
     /// Whether a velocity turns the robot about a point within the circle of its body, so that some corner moves sideways or back.
@@ -21,7 +28,7 @@ impl State<'_> {
     /// Braking instead of a turn in place that lets a robot only creep next to a person.
     pub(super) fn without_slow_turn(&self, turn: Twist) -> Twist {
         let creeps = self.robot.footprint.fastest_part(&turn) <= CREEP;
-        let is_on = self.settings.features.passive_safety;
+        let is_on = self.settings.features.passive_safety && !self.is_held_up();
         if is_on && creeps && self.waits_for_people() { self.brake() } else { turn }
     }
 }
@@ -38,6 +45,15 @@ mod tests {
 
     /// Whether a standing robot with a corner at (-0.35, -0.25) may move next to a person behind it to the right.
     fn may_move(wanted: Twist, person_speed: f64, speed_near_turn: f64) -> bool {
+        may_move_with(&NavigatorSettings::default(), wanted, person_speed, speed_near_turn)
+    }
+
+    fn may_move_with(
+        settings: &NavigatorSettings,
+        wanted: Twist,
+        person_speed: f64,
+        speed_near_turn: f64,
+    ) -> bool {
         let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
         let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
         let robot = RobotModel { footprint: Footprint::covering(body), limits };
@@ -50,9 +66,7 @@ mod tests {
             ..standing_at(Pose::default())
         };
         let motion = (Twist::STOP, Twist::STOP);
-        with_state(&NavigatorSettings::default(), &robot, &ground, &now, motion, |state| {
-            state.is_safe_towards(&wanted)
-        })
+        with_state(settings, &robot, &ground, &now, motion, |state| state.is_safe_towards(&wanted))
     }
 
     /// Turning to the left leads that corner to the right, towards the person.
@@ -62,6 +76,9 @@ mod tests {
         assert!(may_move(turn, 0.0, 0.0), "the person stands");
         assert!(!may_move(turn, 0.0, 1.6), "the person seems to stand");
         assert!(!may_move(Twist::new(0.05, 0.25), 0.0, 1.6), "a tight arc is a turn");
+        let held_up = NavigatorSettings { stuck_patience_s: -1.0, ..NavigatorSettings::default() };
+        assert!(may_move_with(&held_up, turn, 0.0, 1.6), "both wait for each other");
+        assert!(!may_move_with(&held_up, turn, 1.6, 1.6), "the person walks");
         assert!(may_move(Twist::new(0.05, 0.05), 0.0, 1.6), "it drives by");
         assert!(!may_move(Twist::new(-0.05, 0.05), 1.6, 0.0), "it drives to a walker");
     }
@@ -86,5 +103,8 @@ mod tests {
         assert_eq!(turn(&settings, 0.1, 2.1), 0.1, "no person is near");
         settings.features.passive_safety = false;
         assert_eq!(turn(&settings, 0.1, 1.9), 0.1, "the feature is off");
+        // Held up at once.
+        settings = NavigatorSettings { stuck_patience_s: -1.0, ..NavigatorSettings::default() };
+        assert_eq!(turn(&settings, 0.1, 1.9), 0.1, "it is held up");
     }
 }

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use super::protected_sender::ProtectedSender;
-use super::{SimError, Simulation};
+use super::{SimError, Simulation, draw_plant};
 use crate::base::ProtectiveAction;
 use crate::external::Program;
 use crate::external::protocol::{
@@ -48,8 +48,16 @@ impl ProcessRobot {
     /// When it cannot be started, or its first answers are wrong.
     pub fn start(simulation: &Simulation, config: &Config) -> Result<Self, SimError> {
         let Simulation { mission, seed, .. } = simulation;
+        let failed =
+            |reason| SimError::Simulator { program: config.simulator.command.join(" "), reason };
+        let own = simulation.moving_obstacles.len();
+        if own > 0 {
+            return Err(failed(format!(
+                "it has its own moving obstacles, and the {own} of this mission are not in its world: leave them out"
+            )));
+        }
         let obstacles = simulation.true_obstacles(config);
-        let lidar = &config.simulation.lidar;
+        let lidar = draw_plant(&config.simulation, *seed).lidar;
         let first = Request::Simulate(Box::new(Simulate {
             protocol: PROTOCOL,
             period_s: config.local.control_period_s,
@@ -66,8 +74,6 @@ impl ProcessRobot {
             },
             obstacles: GridMessage::of_grid(&obstacles),
         }));
-        let failed =
-            |reason| SimError::Simulator { program: config.simulator.command.join(" "), reason };
         let mut program = Program::start(&config.simulator, &first).map_err(failed)?;
         let (state, radii_m) = step(&mut program, &Twist::STOP, 0.0).map_err(failed)?;
         Ok(Self {

@@ -19,7 +19,7 @@ use super::requirements::{VARIABLE, required};
 pub type GpuTest = fn(&Adapter) -> Result<(), Failed>;
 
 /// Words of `INBYE_REQUIRE` that are not adapters: other tests read the same variable.
-const OTHERS: [&str; 4] = ["python", "chromium", "cyclonedds", "ray"];
+const OTHERS: [&str; 5] = ["python", "chromium", "cyclonedds", "planners", "ray"];
 
 /// The part of an adapter's name that identifies a required adapter. Other words are used as they are.
 fn part_of_name(required: &str) -> &str {

@@ -46,7 +46,8 @@ fn drives(python: &Path, option: &str, example: &str) -> Result<(), Failed> {
         let command = format!("{} {ROOT}/examples/{example}", python.display());
         let limit_s = DRIVES_S.to_string();
         let output = Command::new(env!("CARGO_BIN_EXE_inbye"))
-            .args(["drive", "--scene", "dead_end", "--engine", "cpu", "--quiet", "--json"])
+            .args(["drive", "--scene", "dead_end", "--obstacles", "0", "--engine", "cpu"])
+            .args(["--quiet", "--json"])
             .args(["--time-limit", &limit_s, option, &command])
             .output()?;
         let object = serde_json::from_slice(&output.stdout);
