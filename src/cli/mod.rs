@@ -108,7 +108,7 @@ pub enum Command {
     /// Find a global path on a map.
     Plan(plan::PlanArguments),
     /// Drive to a goal in a closed loop: simulated, or with --port on a real base.
-    Drive(drive::DriveArguments),
+    Drive(Box<drive::DriveArguments>),
     /// Repeat the decisions of a recording and compare all bits.
     Replay(replay::ReplayArguments),
     /// Take one decision of the dynamic window approach and explain it.

@@ -6,9 +6,13 @@ use inbye::runtime::Config;
 /// Programs in place of inbye's own controller, global planner and simulator.
 #[derive(Debug, Args)]
 pub struct ProgramArguments {
-    /// Program that decides the velocities in place of inbye, with its arguments, such as "python3 my_planner.py": it gets a
-    /// line of JSON at each tick and answers with one [default: the configuration's].
-    #[arg(long, value_name = "COMMAND", value_parser = words)]
+    #[arg(
+        long,
+        value_name = "COMMAND",
+        value_parser = words,
+        help = "Program that decides the velocities in place of inbye, with its arguments, such as \"python3 my_planner.py\": it gets a \
+            line of JSON at each tick and answers with one [default: the configuration's]"
+    )]
     pub controller: Option<Words>,
     /// Program that plans the global paths in place of inbye, likewise.
     #[arg(long, value_name = "COMMAND", value_parser = words)]

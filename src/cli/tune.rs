@@ -79,7 +79,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     for round in 0..plan.rounds {
         let points: Vec<Point> =
             all.iter().filter_map(|candidate| candidate.point.clone()).collect();
-        let drawn = plan.round(round, &points, |changes| is_usable(changes));
+        let drawn = plan.round(round, &points, is_usable);
         let mut new: Vec<Candidate> = drawn
             .into_iter()
             .map(|point| Candidate {

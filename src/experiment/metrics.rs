@@ -19,7 +19,7 @@ const FARTHEST_CONTACT_S: f64 = 10.0;
 pub(super) struct DriveMetrics {
     /// Share of ticks with a gap below 0.3 m (MRPB, Wen et al. 2021).
     pub near_share: Option<f64>,
-    /// Mean change of the speed, m/s^2 (MRPB's f_vs over the tick's time).
+    /// Mean change of the speed, m/s^2 (MRPB's velocity change over the time of a tick).
     pub speed_change_m_s2: Option<f64>,
     /// Root mean square of the jerk along the motion, m/s^3.
     pub jerk_rms_m_s3: Option<f64>,
@@ -218,7 +218,7 @@ mod tests {
         rows[1].gap_m = 0.2;
         let trace = Trace { rows, paths: vec![along(0.0), along(1.0)], ..Trace::default() };
         let figures = metrics(&trace);
-        assert!(close(figures.off_path_rms_m, ((0.09 + 0.36_f64) / 2.0).sqrt()), "{figures:?}");
+        assert!(close(figures.off_path_rms_m, f64::midpoint(0.09, 0.36).sqrt()), "{figures:?}");
         assert!(close(figures.near_share, 0.5), "{figures:?}");
     }
 

@@ -191,8 +191,8 @@ impl Route {
         let by_path_s = path_m.map(|path_m| SLOWEST_S_PER_M * path_m);
         let truth = self.truth.as_ref().map(|truth| truth.obstacles(config.unknown));
         let simulation = Simulation {
-            moving_obstacles,
             truth,
+            moving_obstacles,
             seed,
             ..Simulation::new(Mission {
                 time_limit_s: self.time_limit_s.or(by_path_s).unwrap_or_default(),

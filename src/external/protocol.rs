@@ -91,6 +91,7 @@ pub(crate) struct Ready {
 }
 
 #[derive(Serialize)]
+#[expect(clippy::struct_field_names, reason = "the number of a tick has its name in the protocol")]
 pub(crate) struct Tick<'a> {
     /// Number of earlier ticks of this message.
     pub tick: u64,

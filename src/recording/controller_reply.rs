@@ -19,6 +19,10 @@ pub(super) struct ReplyFields {
     pub reason: String,
 }
 
+/// The number of no kind of answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct UnknownKind;
+
 impl ReplyFields {
     pub fn of(reply: Option<&ControllerReply>) -> Self {
         let fields =
@@ -33,17 +37,20 @@ impl ReplyFields {
         }
     }
 
-    /// The answer; none for an unknown kind.
-    pub fn reply(self) -> Option<Option<ControllerReply>> {
+    /// The answer; none where the controller was not asked.
+    ///
+    /// # Errors
+    /// [`UnknownKind`].
+    pub fn reply(self) -> Result<Option<ControllerReply>, UnknownKind> {
         let Self { kind, numbers: [first, second], reason } = self;
-        Some(match kind {
+        Ok(match kind {
             0 => None,
             1 => Some(Ok(Twist::new(first, second))),
             2 => Some(Err(ControllerError::NoValidControl { reason })),
             3 => Some(Err(ControllerError::Late)),
             4 => Some(Err(ControllerError::Failed { reason })),
             5 => Some(Err(ControllerError::TimedOut { after_s: first })),
-            _ => return None,
+            _ => return Err(UnknownKind),
         })
     }
 }
@@ -99,8 +106,8 @@ mod tests {
         assert_eq!(answers.len(), KINDS.len());
         for (kind, answer) in answers.into_iter().enumerate() {
             let fields = ReplyFields::of(answer.as_ref());
-            assert_eq!((usize::from(fields.kind), fields.reply()), (kind, Some(answer)));
+            assert_eq!((usize::from(fields.kind), fields.reply()), (kind, Ok(answer)));
         }
-        assert_eq!(ReplyFields { kind: 6, ..ReplyFields::default() }.reply(), None);
+        assert_eq!(ReplyFields { kind: 6, ..ReplyFields::default() }.reply(), Err(UnknownKind));
     }
 }

@@ -113,7 +113,7 @@ pub fn replay<R: Read + Seek>(
             continue;
         }
         if let Some(next) = &next_reply {
-            *next.lock().unwrap_or_else(PoisonError::into_inner) = tick.reply.clone();
+            next.lock().unwrap_or_else(PoisonError::into_inner).clone_from(&tick.reply);
         }
         first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {

@@ -131,9 +131,9 @@ mod message {
             took_s: f64,
             /// Why the pose is unreliable: LOCALIZED or a constant after it.
             lost: u8,
-            /// The answer of the user's own controller: NOT_ASKED or a constant after it.
+            /// The answer of the user's own controller: `NOT_ASKED` or a constant after it.
             reply: u8,
-            /// Velocity of the answer; the time waited for TIMED_OUT.
+            /// Velocity of the answer; the time waited for `TIMED_OUT`.
             reply_linear: f64,
             /// Velocity of the answer.
             reply_angular: f64,
@@ -237,7 +237,7 @@ impl RecordedTick {
             reason: message.reply_reason,
         };
         Some(Self {
-            reply: reply.reply()?,
+            reply: reply.reply().ok()?,
             tick: message.tick,
             observation: Observation {
                 time_s: message.time_s,

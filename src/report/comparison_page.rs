@@ -135,8 +135,11 @@ fn run_cell(report: &ComparisonReport<'_>, row: &RunRow) -> Markup {
         RunOutcome::Error => "no start".to_owned(),
     };
     let reason = row.reason.as_deref().unwrap_or("reached the goal");
-    match report.plays.get(&row.key) {
-        Some(file) => html! { a href=(file) title=(reason) { (text) } },
-        None => html! { span title=(reason) { (text) } },
+    html! {
+        @if let Some(file) = report.plays.get(&row.key) {
+            a href=(file) title=(reason) { (text) }
+        } @else {
+            span title=(reason) { (text) }
+        }
     }
 }

@@ -167,8 +167,8 @@ impl Robot for ProcessRobot {
                 self.state = state;
                 ControlFlow::Continue(())
             }
-            Ok(_) => self.stop("the number of moving obstacles has changed".to_owned()),
-            Err(reason) => self.stop(reason),
+            Ok(_) => self.stop("the number of moving obstacles has changed"),
+            Err(reason) => self.stop(&reason),
         }
     }
 
@@ -182,7 +182,7 @@ impl Robot for ProcessRobot {
 }
 
 impl ProcessRobot {
-    fn stop(&mut self, reason: String) -> ControlFlow<()> {
+    fn stop(&mut self, reason: &str) -> ControlFlow<()> {
         self.fault = Some(format!("the simulator failed: {reason}"));
         ControlFlow::Break(())
     }
