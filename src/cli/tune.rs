@@ -162,6 +162,9 @@ fn print(
         .map(|planner| format!("judged       {} is {}", planner.planner, planner.verdict.text()));
     let mut lines = vec![gain("search", train), gain("other worlds", judge)];
     lines.extend(verdicts);
+    if best.changes.is_empty() {
+        lines.push("no candidate was better than the settings without changes".to_owned());
+    }
     lines.extend(best.changes.lines().map(|line| format!("  {line}")));
     output::result(json, &object, lines)?;
     Ok(true)
