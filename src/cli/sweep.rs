@@ -138,11 +138,13 @@ pub fn read(file: &Path) -> anyhow::Result<Grid> {
     let plan = toml_merge::parse(&text, &Plan::default(), |plan| Ok(plan.check()?));
     let plan = plan.with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    let change = |base: &Config, changes: &str| {
-        let changed = toml_merge::parse(changes, base, |config| Ok(config.validate()?));
-        changed.map_err(|error| format!("{error:#}"))
-    };
-    Grid::new(&plan, folder, change).with_context(place)
+    Grid::new(&plan, folder, changed).with_context(place)
+}
+
+/// The settings with the changes of a plan, TOML. The error says what is wrong with them.
+pub fn changed(base: &Config, changes: &str) -> Result<Config, String> {
+    let changed = toml_merge::parse(changes, base, |config| Ok(config.validate()?));
+    changed.map_err(|error| format!("{error:#}"))
 }
 
 /// The requested cells, each key once.

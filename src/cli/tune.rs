@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use super::files::{Output, ReportFolder, command_line};
 use super::input_file::read_text;
 use super::runs::RunArguments;
-use super::{machine, output, toml_merge};
+use super::{machine, output, sweep, toml_merge};
 
 /// Name of the settings without changes.
 const DEFAULT: &str = "default";
@@ -189,7 +189,7 @@ fn changes(text: &str) -> anyhow::Result<Changes> {
 
 /// Whether the settings are valid together, as changes of the default ones.
 fn is_usable(changes: &str) -> bool {
-    toml_merge::parse(changes, &Config::default(), |config| Ok(config.validate()?)).is_ok()
+    sweep::changed(&Config::default(), changes).is_ok()
 }
 
 fn grid(
@@ -198,9 +198,5 @@ fn grid(
     configs: BTreeMap<String, Changes>,
     folder: &Path,
 ) -> anyhow::Result<Grid> {
-    let change = |base: &Config, changes: &str| {
-        let changed = toml_merge::parse(changes, base, |config| Ok(config.validate()?));
-        changed.map_err(|error| format!("{error:#}"))
-    };
-    Ok(Grid::new(&plan.plan(worlds, configs), folder, change)?)
+    Ok(Grid::new(&plan.plan(worlds, configs), folder, sweep::changed)?)
 }

@@ -172,10 +172,11 @@ fn speed(text: &str) -> Result<f64, String> {
 
 /// The simulator of a configuration, and its limits.
 fn barn_simulator(config: &Config) -> String {
-    if config.simulator.is_set() {
-        return format!("the simulator `{}`, not Gazebo", config.simulator.command.join(" "));
-    }
-    BARN_SIMULATOR.to_owned()
+    let program = config.simulator.name();
+    program.map_or_else(
+        || BARN_SIMULATOR.to_owned(),
+        |name| format!("the simulator `{name}`, not Gazebo"),
+    )
 }
 
 /// Drives the worlds of BARN.

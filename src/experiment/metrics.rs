@@ -1,5 +1,7 @@
 //! Figures of the motion of a drive, from its true trace.
 
+use super::group::mean;
+use super::outcome::gap_to_moving_m;
 use crate::geometry::{Point, Vector, wrap_angle};
 use crate::global::Path;
 use crate::robot::Footprint;
@@ -53,9 +55,12 @@ impl DriveMetrics {
         let step_m = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
         let driven_m: f64 = rows.windows(2).map(step_m).sum();
         let has_moving = !trace.moving_radii.is_empty();
-        let gap_m =
-            |row: &TraceRow| super::outcome::gap_to_moving_m(row, &trace.moving_radii, footprint);
-        let within = |space_m: f64| share(&|row| gap_m(row).is_some_and(|gap_m| gap_m < space_m));
+        let gap_m = |row| gap_to_moving_m(row, &trace.moving_radii, footprint);
+        let gaps_m: Vec<Option<f64>> = rows.iter().map(gap_m).collect();
+        let within = |space_m: f64| {
+            let count = gaps_m.iter().flatten().filter(|gap_m| **gap_m < space_m).count();
+            (!rows.is_empty()).then(|| count as f64 / rows.len() as f64)
+        };
         let [intimate, personal, social] = SPACES_M.map(within);
         let shares = has_moving.then_some(()).and_then(|()| Some([intimate?, personal?, social?]));
         Self {
@@ -69,10 +74,6 @@ impl DriveMetrics {
             least_time_to_contact_s: least_time_to_contact_s(trace, footprint, period_s),
         }
     }
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    super::group::mean(values)
 }
 
 fn off_path_rms_m(trace: &Trace) -> Option<f64> {
@@ -147,25 +148,11 @@ mod tests {
     use core::f64::consts::TAU;
 
     use crate::geometry::{Pose, Twist};
-    use crate::navigator::Mode;
 
     const PERIOD_S: f64 = 0.1;
 
     fn row(pose: Pose, linear: f64) -> TraceRow {
-        TraceRow {
-            time_s: 0.0,
-            pose,
-            belief: pose,
-            twist: Twist::new(linear, 0.0),
-            command: Twist::STOP,
-            local_target: Point::default(),
-            gap_m: 1.0,
-            admissible: 0,
-            samples: 0,
-            mode: Mode::Driving,
-            path: 0,
-            moving: Vec::new(),
-        }
+        TraceRow::driving(pose, Twist::new(linear, 0.0))
     }
 
     fn metrics(trace: &Trace) -> DriveMetrics {

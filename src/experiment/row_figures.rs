@@ -6,7 +6,6 @@ use super::paper_drives::Deviation;
 use super::row::STANDS_BELOW;
 use super::{RunRow, barn};
 use crate::bench::{Latencies, LatencySummary};
-use crate::external::ProgramSettings;
 use crate::robot::MotionEstimate;
 use crate::runtime::{Config, MissionResult, PlantKind, TraceRow};
 use crate::sim::{Simulation, draw_plant};
@@ -104,10 +103,8 @@ impl RunRow {
 
     /// Fills in the programs of the settings, and what the simulated robot of the seed truly is.
     pub(super) fn fill_plant(&mut self, config: &Config, seed: u64) {
-        let program =
-            |program: &ProgramSettings| program.is_set().then(|| program.command.join(" "));
-        self.controller = program(&config.controller);
-        self.global_planner = program(&config.global_planner);
+        self.controller = config.controller.name();
+        self.global_planner = config.global_planner.name();
         self.plant = Some(config.simulation.plant);
         self.pose_source = Some(config.pose_source);
         if config.simulation.plant == PlantKind::Agreeing {

@@ -49,7 +49,7 @@ impl ProcessController {
             robot: Robot::new(&robot.footprint, &robot.limits),
         });
         let program = Program::start(settings, &first).map_err(|reason| Fault::Controller {
-            name: settings.command.join(" "),
+            name: settings.to_string(),
             error: ControllerError::Failed { reason },
         })?;
         let wants_map = program.wants.contains(&Want::Map);

@@ -39,9 +39,8 @@ impl ProcessPlanner {
             budget_s: None,
             robot: Robot::new(&robot.footprint, &robot.limits),
         });
-        let program = Program::start(settings, &first).map_err(|reason| {
-            PlanError::InvalidPlanner { name: settings.command.join(" "), reason }
-        })?;
+        let program = Program::start(settings, &first)
+            .map_err(|reason| PlanError::InvalidPlanner { name: settings.to_string(), reason })?;
         Ok(Self { program, least_radius_m })
     }
 

@@ -44,7 +44,7 @@ impl Program {
         let process = LineProcess::start(&mut command, true)
             .map_err(|error| format!("cannot be started: {error}"))?;
         let timeout = Duration::from_secs_f64(settings.timeout_s);
-        let (name, wants) = (settings.command.join(" "), Vec::new());
+        let (name, wants) = (settings.to_string(), Vec::new());
         let mut program = Self { process, name, wants, timeout };
         program.send(first);
         let ready: Ready = match program.answer(START_FACTOR * timeout) {

@@ -1,5 +1,6 @@
 //! Settings of a program of the user's own.
 
+use core::fmt::{self, Display};
 use std::path::Path;
 use std::process::Command;
 
@@ -19,6 +20,13 @@ settings! {
     }
 }
 
+/// The words of the command, separated by spaces.
+impl Display for ProgramSettings {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.command.join(" "))
+    }
+}
+
 impl ProgramSettings {
     /// Whether a program is set.
     #[must_use]
@@ -29,6 +37,12 @@ impl ProgramSettings {
     /// The words of the command that name files: the program itself where it has a path, and its scripts and settings.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.command.iter().map(Path::new).filter(|path| path.is_file())
+    }
+
+    /// The command as text; none where no program is set.
+    #[must_use]
+    pub fn name(&self) -> Option<String> {
+        self.is_set().then(|| self.to_string())
     }
 
     pub(super) fn to_command(&self) -> Command {

@@ -1,6 +1,6 @@
 //! Turns in place next to people.
 //!
-//! A turn in place passes nobody and gains little, and it leads a corner of the body sideways, to where a person may walk. So it
+//! A turn in place passes no person and gains little, and it leads a corner of the body sideways, to where a person may walk. So it
 //! needs more certainty than driving that a person stands, and a slow turn is not worth its risk.
 
 use super::state::{CREEP, State};

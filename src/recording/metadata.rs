@@ -49,7 +49,7 @@ impl DriveMetadata {
             waypoints: Waypoints { start: mission.start.position(), goals: mission.stops() },
             map: Arc::clone(&mission.map),
             engine,
-            controller: config.controller.is_set().then(|| config.controller.command.join(" ")),
+            controller: config.controller.name(),
         }
     }
 

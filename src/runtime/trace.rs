@@ -110,7 +110,7 @@ fn add_point(digest: &mut BitDigest, point: &Point) {
 #[cfg(test)]
 impl TraceRow {
     /// The row of a robot that drives with nothing near it.
-    pub(in crate::runtime) fn driving(pose: Pose, twist: Twist) -> Self {
+    pub(crate) fn driving(pose: Pose, twist: Twist) -> Self {
         Self {
             time_s: 0.0,
             pose,

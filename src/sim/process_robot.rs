@@ -48,8 +48,7 @@ impl ProcessRobot {
     /// When it cannot be started, or its first answers are wrong.
     pub fn start(simulation: &Simulation, config: &Config) -> Result<Self, SimError> {
         let Simulation { mission, seed, .. } = simulation;
-        let failed =
-            |reason| SimError::Simulator { program: config.simulator.command.join(" "), reason };
+        let failed = |reason| SimError::Simulator { program: config.simulator.to_string(), reason };
         let own = simulation.moving_obstacles.len();
         if own > 0 {
             return Err(failed(format!(
