@@ -184,6 +184,27 @@ impl Vector {
     }
 }
 
+/// A pose with the sine and cosine of its yaw.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    origin: Point,
+    sin_cos: (f64, f64),
+}
+
+impl Frame {
+    /// As [`Pose::transform`], to the bit.
+    pub(crate) fn transform(&self, local: &Point) -> Point {
+        self.origin + local.to_vector().rotated(self.sin_cos)
+    }
+
+    /// As [`Pose::inverse_transform`], to the bit.
+    pub(crate) fn inverse_transform(&self, point: &Point) -> Point {
+        let (sin, cos) = self.sin_cos;
+        let Vector { x, y } = (point - self.origin).rotated((-sin, cos));
+        Point::new(x, y)
+    }
+}
+
 impl Pose {
     /// Creates a pose from its coordinates.
     #[must_use]
@@ -197,18 +218,21 @@ impl Pose {
         Point::new(self.x, self.y)
     }
 
+    /// This pose for many transforms of points.
+    pub(crate) fn to_frame(self) -> Frame {
+        Frame { origin: self.position(), sin_cos: libm::sincos(self.yaw) }
+    }
+
     /// Transforms a point from this pose's frame to the parent frame.
     #[must_use]
     pub fn transform(&self, local: &Point) -> Point {
-        self.position() + local.to_vector().rotated(libm::sincos(self.yaw))
+        self.to_frame().transform(local)
     }
 
     /// Transforms a point from the parent frame to this pose's frame.
     #[must_use]
     pub fn inverse_transform(&self, point: &Point) -> Point {
-        let (sin, cos) = libm::sincos(self.yaw);
-        let Vector { x, y } = (point - self.position()).rotated((-sin, cos));
-        Point::new(x, y)
+        self.to_frame().inverse_transform(point)
     }
 
     /// Transforms a pose from this pose's frame to the parent frame; its yaw is in (-pi, pi].

@@ -50,6 +50,32 @@ impl ObstacleGap {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// Whether every disc of the footprint is farther than a distance, metres, from any obstacle, as far as the distance field
+    /// alone shows. It may say no where the gap is up to two cells larger.
+    #[must_use]
+    pub fn is_surely_farther(&self, footprint: &Footprint, pose: &Pose, gap_m: f64) -> bool {
+        let frame = self.obstacles.frame();
+        footprint.at(pose).all(|(center, radius)| {
+            let free = frame.cell_of(&center).map_or(0.0, |cell| self.free_cells(cell));
+            free * frame.resolution_m > radius + gap_m
+        })
+    }
+
+    /// A lower bound, in cells, of the distance from any point of a cell to the nearest solid square and to the border of the
+    /// grid. The distance field measures between centres; a point and a square each extend half a diagonal from theirs.
+    #[must_use]
+    pub fn free_cells(&self, cell: Cell) -> f64 {
+        let frame = self.obstacles.frame();
+        let nearest = self.field.squared_cells()[frame.index(cell)];
+        let columns = cell.column.min(frame.width - 1 - cell.column);
+        let rows = cell.row.min(frame.height - 1 - cell.row);
+        let to_border = f64::from(columns.min(rows));
+        if nearest >= DistanceField::NO_OBSTACLE {
+            return to_border;
+        }
+        to_border.min(f64::from(nearest).sqrt() - SQRT_2)
+    }
+
     /// Distance in cells between a polygon, in cell units, and the nearest solid square.
     fn polygon_gap_in_cells(&self, body: &Polygon) -> f64 {
         let mut least = f64::INFINITY;

@@ -128,7 +128,9 @@ impl ProtectiveLayer {
     /// order. The same scan may come again. An invalid one is ignored, and the last one ages: one with a direction or a time that
     /// is not finite, more than 65,536 beams, or a beam that is newer than the scan or over a second older.
     pub fn update_scan(&mut self, scan: &TimedScan, stamp_s: f64) {
-        self.scans.update_scan(scan, stamp_s);
+        if self.heeds_scans() {
+            self.scans.update_scan(scan, stamp_s);
+        }
     }
 
     /// Takes the measured motion and its time.
@@ -239,11 +241,16 @@ impl ProtectiveLayer {
         self.sent.iter().map(effect).collect()
     }
 
+    /// Whether what the lidar measures may change a command.
+    const fn heeds_scans(&self) -> bool {
+        self.settings.enabled && self.requires_scan
+    }
+
     fn decide(&mut self, target: &Twist, now_s: f64) -> (Twist, ProtectiveAction) {
         if let Some(action) = self.full_stop(target, now_s) {
             return (Twist::STOP, action);
         }
-        if !(self.settings.enabled && self.requires_scan) {
+        if !self.heeds_scans() {
             return (*target, ProtectiveAction::Pass);
         }
         let points = self.scans.points(&self.body, now_s);
@@ -278,7 +285,7 @@ impl ProtectiveLayer {
         if !(target.is_finite() && now_s.is_finite()) {
             return Some(ProtectiveAction::NotFinite);
         }
-        if !(self.settings.enabled && self.requires_scan) {
+        if !self.heeds_scans() {
             return None;
         }
         let Some(age_s) = self.scans.age_s(now_s) else {

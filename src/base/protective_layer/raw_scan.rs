@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use super::body::Body;
 use super::thinning::{is_return, thinned};
-use crate::geometry::{Point, Pose, Twist, wrap_angle};
+use crate::geometry::{Frame, Point, Pose, Twist, wrap_angle};
 use crate::localization::PoseHistory;
 use crate::map::{Beam, TimedScan};
 
@@ -123,29 +123,46 @@ impl MeasuredMotion {
 struct SeenSpace {
     stamp_s: f64,
     pose: Pose,
+    frame: Frame,
     /// Distance that was seen free in each direction, metres; infinite where nothing was measured.
     free_m: Vec<f64>,
+    /// The longest of them that was measured, metres.
+    longest_free_m: f64,
     /// Returns in the frame of the measured motion.
     returns: Vec<Point>,
 }
 
 impl SeenSpace {
-    /// Whether a point lies in space that was seen free from another pose. Directions without a measurement do not count: a
-    /// lidar has few beams, and some of them return nothing.
-    fn contains(&self, point: &Point, now: &Pose) -> bool {
-        let (bin, away_m) = self.polar(point);
+    /// Whether a point lies in space that was seen free, by [`Self::nearest_free_m`].
+    fn contains(&self, nearest_free_m: &[f64], point: &Point) -> bool {
+        let local = self.frame.inverse_transform(point);
+        let away_m = local.to_vector().norm();
+        if away_m >= self.longest_free_m - MOVED_M {
+            return false;
+        }
+        let bin = bin_of(libm::atan2(local.y, local.x), BINS);
+        let nearest_m = nearest_free_m.get(bin).filter(|free_m| free_m.is_finite());
+        nearest_m.is_some_and(|free_m| away_m < free_m - MOVED_M)
+    }
+
+    /// The distance that was seen free in each direction and its neighbours, metres, from another pose. Directions without a
+    /// measurement do not count: a lidar has few beams, and some of them return nothing. It is infinite where none was measured.
+    fn nearest_free_m(&self, now: &Pose) -> Vec<f64> {
         let turn_error = wrap_angle(now.yaw - self.pose.yaw).abs() * TURN_ERROR;
         let neighbours = NEIGHBOURS + (turn_error / TAU * BINS as f64) as usize;
-        let measured = (0..=2 * neighbours)
-            .filter_map(|offset| self.free_m.get((bin + BINS + offset - neighbours) % BINS))
-            .filter(|free_m| free_m.is_finite());
-        let nearest_m = measured.copied().reduce(f64::min);
-        nearest_m.is_some_and(|free_m| away_m < free_m - MOVED_M)
+        let mut nearest_m = vec![f64::INFINITY; BINS];
+        for offset in 0..=2 * neighbours {
+            let (before, from) = self.free_m.split_at((BINS + offset - neighbours) % BINS);
+            for (nearest_m, free_m) in nearest_m.iter_mut().zip(from.iter().chain(before)) {
+                *nearest_m = nearest_m.min(*free_m);
+            }
+        }
+        nearest_m
     }
 
     /// Index of the direction to a point, and its distance, metres.
     fn polar(&self, point: &Point) -> (usize, f64) {
-        let local = self.pose.inverse_transform(point);
+        let local = self.frame.inverse_transform(point);
         (bin_of(libm::atan2(local.y, local.x), BINS), local.to_vector().norm())
     }
 
@@ -154,7 +171,8 @@ impl SeenSpace {
     fn vanished_m<'a>(&self, earlier: impl Iterator<Item = &'a Self>) -> Vec<f64> {
         let mut vanished_m = vec![f64::NEG_INFINITY; BINS];
         for seen in earlier {
-            for point in seen.returns.iter().filter(|point| self.contains(point, &seen.pose)) {
+            let free_m = self.nearest_free_m(&seen.pose);
+            for point in seen.returns.iter().filter(|point| self.contains(&free_m, point)) {
                 let (bin, away_m) = self.polar(point);
                 if let Some(farthest_m) = vanished_m.get_mut(bin) {
                     *farthest_m = farthest_m.max(away_m);
@@ -268,17 +286,28 @@ impl RawScans {
                 *bin = bin.min(beam.range.min(scan.range_max));
             }
         }
-        let place = |beam: &Beam| {
-            let (sin, cos) = libm::sincos(beam.angle);
-            let at = self.motion.pose_at(beam.time_s);
-            at.transform(&Point::new(beam.range * cos, beam.range * sin))
-        };
+        let frame_at = |time_s: f64| self.motion.pose_at(time_s).to_frame();
         let kept = thinned(scan);
-        let returns = kept.iter().map(|(beam, _)| place(beam)).collect();
-        let seen = SeenSpace { stamp_s, pose, free_m, returns };
+        let mut at: Option<(f64, Frame)> = None;
+        let returns = kept.iter().map(|(beam, _)| {
+            // All beams of many scans have one time.
+            let (_, frame) = at
+                .filter(|(time_s, _)| *time_s == beam.time_s)
+                .unwrap_or_else(|| (beam.time_s, frame_at(beam.time_s)));
+            at = Some((beam.time_s, frame));
+            let (sin, cos) = libm::sincos(beam.angle);
+            frame.transform(&Point::new(beam.range * cos, beam.range * sin))
+        });
+        let returns = returns.collect();
+        let measured = free_m.iter().filter(|free_m| free_m.is_finite());
+        let longest_free_m = measured.copied().fold(f64::NEG_INFINITY, f64::max);
+        let frame = pose.to_frame();
+        let seen = SeenSpace { stamp_s, pose, frame, free_m, longest_free_m, returns };
         let vanished_m = seen.vanished_m(references.iter().flatten().copied());
+        let earlier: Vec<(&SeenSpace, Vec<f64>)> =
+            references.iter().flatten().map(|seen| (*seen, seen.nearest_free_m(&pose))).collect();
         let has_moved = |place: &Point| {
-            references.iter().flatten().any(|earlier| earlier.contains(place, &pose))
+            earlier.iter().any(|(earlier, free_m)| earlier.contains(free_m, place))
                 || seen.is_behind(&vanished_m, place)
         };
         let with_motion = |(place, (_, beams)): (&Point, &(Beam, usize))| Return {
@@ -346,11 +375,11 @@ impl RawScans {
 
     /// The returns in the robot's present frame.
     pub fn points(&self, body: &Body, now_s: f64) -> Vec<RawPoint> {
-        let pose = self.motion.pose_at(now_s);
+        let frame = self.motion.pose_at(now_s).to_frame();
         let returns = self.newest.iter().flat_map(|newest| &newest.returns);
         returns
             .map(|seen| {
-                let place = pose.inverse_transform(&seen.place);
+                let place = frame.inverse_transform(&seen.place);
                 let gap_m = body.distance_m(&place);
                 RawPoint { place, moves: seen.moves, gap_m, beams: seen.beams }
             })
@@ -382,7 +411,9 @@ fn is_usable(scan: &TimedScan, stamp_s: f64) -> bool {
 
 /// Index of a direction among equal parts of a turn.
 pub(super) fn bin_of(direction: f64, bins: usize) -> usize {
-    let turn = direction.rem_euclid(TAU) / TAU;
+    // As `rem_euclid`, without a division for a direction within a turn.
+    let rest = if direction.abs() < TAU { direction } else { direction % TAU };
+    let turn = (if rest < 0.0 { rest + TAU } else { rest }) / TAU;
     ((turn * bins as f64) as usize).min(bins - 1)
 }
 
