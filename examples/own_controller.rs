@@ -34,8 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = dead_end();
     let mission = Mission::new(Arc::new(scene.map), scene.start, Goal::at(scene.goal));
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-    let (config, controller) = (Config::default(), Box::new(PurePursuit));
-    let result = Simulation::new(mission).run_controller(&config, controller, &mut observer)?;
+    let controller: Box<dyn Controller> = Box::new(PurePursuit);
+    let result = Simulation::new(mission).run(&Config::default(), controller, &mut observer)?;
     println!("{:.1} m in {:.1} s: {:?}", result.travelled_m, result.time_s, result.why());
     Ok(())
 }

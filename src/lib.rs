@@ -96,3 +96,13 @@ pub mod live;
 
 #[cfg(feature = "playground")]
 pub mod playground;
+
+#[cfg(feature = "cli")]
+mod cli;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub use cli::{Invocation, run_program};
+
+// The command line names the library as its users do.
+#[cfg(feature = "cli")]
+extern crate self as inbye;

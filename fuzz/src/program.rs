@@ -1,11 +1,8 @@
 //! The program's parsers, included from its source: they belong to its command line, not to the library.
 
 #![expect(dead_code, reason = "the functions that open files are used by the program only")]
-#![cfg_attr(test, expect(unused_imports, reason = "their unit tests run with the program"))]
 
 #[path = "../../src/cli/input_file.rs"]
 pub mod input_file;
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;
-#[path = "../../src/cli/toml_merge.rs"]
-pub mod toml_merge;

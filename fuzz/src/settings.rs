@@ -9,10 +9,10 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Detail, Engine, EngineChoice, Evaluation, QuantizedProblem};
 use inbye::map::{MapError, OccupancyGrid, UnknownPolicy};
 use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission, Observer};
+use inbye::runtime::{Config, Mission, Observer, parse_toml};
 use inbye::sim::{MovingObstacles, Simulation};
 
-use super::program::{problem_file, toml_merge};
+use super::program::problem_file;
 use super::wire;
 use super::{one_line, room};
 
@@ -70,12 +70,12 @@ pub fn drive_config(data: &[u8]) {
         return;
     };
     for ours in [Config::default(), barn_config(2.0)] {
-        match toml_merge::parse(text, &ours, sound) {
+        match parse_toml(text, &ours, Config::validate) {
             Err(error) => one_line(&format!("{error:#}")),
             Ok(config) => {
                 config.validate().expect("it was just checked");
                 let written = toml::to_string(&config).expect("a configuration is a table");
-                let again = toml_merge::parse(&written, &ours, sound);
+                let again = parse_toml(&written, &ours, Config::validate);
                 assert_eq!(again.expect("what is written is sound"), config);
                 let table = |config: &Config| toml::Table::try_from(config).expect("a table");
                 let named = toml::from_str(text).expect("it was just read");
@@ -83,10 +83,6 @@ pub fn drive_config(data: &[u8]) {
             }
         }
     }
-}
-
-fn sound(config: &Config) -> anyhow::Result<()> {
-    Ok(config.validate()?)
 }
 
 /// Checks that keys that a text does not name have the values of `ours`.
@@ -112,12 +108,11 @@ pub fn base_config(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    match toml_merge::parse(text, &BaseConfig::default(), |read| Ok(read.validate()?)) {
+    match parse_toml(text, &BaseConfig::default(), BaseConfig::validate) {
         Err(error) => one_line(&format!("{error:#}")),
         Ok(file) => {
             let written = toml::to_string(&file).expect("settings are a table");
-            let again =
-                toml_merge::parse(&written, &BaseConfig::default(), |read| Ok(read.validate()?));
+            let again = parse_toml(&written, &BaseConfig::default(), BaseConfig::validate);
             assert_eq!(again.expect("what is written is sound"), file);
             wire::short_conversations(file.base);
         }
@@ -185,7 +180,7 @@ const LONGEST_PERIOD_S: f64 = 2.0;
 /// finite, and its commands are within its limits.
 pub fn short_drive(data: &[u8]) {
     let text = str::from_utf8(data).unwrap_or_default();
-    let Ok(config) = toml_merge::parse(text, &Config::default(), sound) else {
+    let Ok(config) = parse_toml(text, &Config::default(), Config::validate) else {
         return;
     };
     let local = &config.local;
@@ -228,8 +223,7 @@ pub fn sweep_plan(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
     };
-    let sound = |plan: &Plan| Ok(plan.check()?);
-    match toml_merge::parse(text, &Plan::default(), sound) {
+    match parse_toml(text, &Plan::default(), Plan::check) {
         Err(error) => one_line(&format!("{error:#}")),
         Ok(plan) => {
             assert!(!plan.seeds.is_empty() && !plan.worlds.is_empty());

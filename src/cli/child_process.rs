@@ -1,6 +1,5 @@
 //! Another process of this program with JSON on its standard output.
 
-use std::env;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
@@ -8,9 +7,11 @@ use anyhow::{Context, bail};
 use inbye::external::{LineError, LineProcess};
 use serde_json::Value;
 
+use super::invocation;
+
 /// A command of this program, with all its streams.
 pub fn program(command: &str) -> Command {
-    let mut program = Command::new(env::current_exe().unwrap_or_else(|_| "inbye".into()));
+    let mut program = invocation::program();
     program.args(command.split(' '));
     program
 }

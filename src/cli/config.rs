@@ -4,24 +4,24 @@ use std::path::Path;
 
 use anyhow::Context;
 use inbye::base::BaseConfig;
-use inbye::runtime::Config;
+use inbye::runtime::{Config, is_other_variant, parse_toml};
+use inbye::settings::SettingError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::input_file::read_text;
 use super::output;
-use super::toml_merge::{is_other_variant, parse};
 
 /// Loads settings from the TOML file of a flag, or returns the defaults. Unknown keys and numbers out of range are errors. With
 /// `--verbose` the settings that differ from their defaults are printed.
 pub fn load(flag: &str, file: Option<&Path>) -> anyhow::Result<Config> {
-    read(flag, file, |config: &Config| Ok(config.validate()?))
+    read(flag, file, Config::validate)
 }
 
 /// Loads settings of a base, like [`load`].
 pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> {
-    let config = read(flag, file, |config: &BaseConfig| Ok(config.validate()?))?;
+    let config = read(flag, file, BaseConfig::validate)?;
     let track_width_m = config.base.track_width_m;
     if track_width_m > WIDE_TRACK_M {
         let name = file.map_or_else(String::new, |file| file.display().to_string());
@@ -43,7 +43,7 @@ pub fn changed(settings: Config, file: Option<&Path>) -> anyhow::Result<Config> 
         return Ok(settings);
     };
     read_text(file)
-        .and_then(|text| parse(&text, &settings, |config| Ok(config.validate()?)))
+        .and_then(|text| Ok(settings.with_changes(&text)?))
         .with_context(|| file.display().to_string())
 }
 
@@ -57,20 +57,20 @@ pub fn with_change(settings: &Config, change: &str) -> anyhow::Result<Config> {
     let is_toml = format!("value = {value}").parse::<Table>().is_ok();
     let value = if is_toml { value.to_owned() } else { format!("{value:?}") };
     let text = format!("{key} = {value}");
-    parse(&text, settings, |config: &Config| Ok(config.validate()?)).with_context(place)
+    settings.with_changes(&text).with_context(place)
 }
 
 fn read<T: Default + Serialize + DeserializeOwned>(
     flag: &str,
     file: Option<&Path>,
-    validate: impl Fn(&T) -> anyhow::Result<()>,
+    validate: impl Fn(&T) -> Result<(), SettingError>,
 ) -> anyhow::Result<T> {
     let Some(file) = file else {
         return Ok(T::default());
     };
     let name = file.display();
     let text = read_text(file).with_context(|| format!("{flag} {name}"))?;
-    let settings = parse(&text, &T::default(), validate).with_context(|| name.to_string())?;
+    let settings = parse_toml(&text, &T::default(), validate).with_context(|| name.to_string())?;
     if output::is_verbose() {
         let mut changes = Vec::new();
         let (old, new) = (Table::try_from(T::default())?, Table::try_from(&settings)?);

@@ -11,7 +11,7 @@ use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, ReportFile, bench_files};
 
 use super::own_file::LEADING_COLUMNS;
-use super::{machine, output, own_file};
+use super::{invocation, machine, output, own_file};
 
 /// Extensions of a file of rows.
 const ROWS: [&str; 2] = ["csv", "json"];
@@ -161,7 +161,7 @@ fn leading_columns(file: &ReportFile) -> Vec<&str> {
 
 /// The command line for a shell, with the program's name without its folder.
 pub fn command_line() -> String {
-    let words = std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy()));
+    let words = invocation::arguments().iter().map(|word| quoted(&word.to_string_lossy()));
     let words: Vec<String> = ["inbye".to_owned()].into_iter().chain(words).collect();
     words.join(" ")
 }

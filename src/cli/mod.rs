@@ -27,6 +27,7 @@ mod fault_matrix;
 mod files;
 mod hardware_drive;
 mod input_file;
+mod invocation;
 mod latency_lock;
 mod localization;
 mod machine;
@@ -36,7 +37,7 @@ mod movingai;
 mod node;
 mod operator;
 mod operator_port;
-pub mod output;
+mod output;
 mod own_file;
 mod own_programs;
 mod paper;
@@ -60,13 +61,15 @@ mod shell_integration;
 mod soak;
 mod sweep;
 mod sweep_merge;
-mod toml_merge;
 mod tune;
 mod verify;
-pub mod vulkan_environment;
+mod vulkan_environment;
 mod worlds;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
+
+pub use invocation::Invocation;
 
 use anyhow::ensure;
 use base::BaseCommand;
@@ -180,11 +183,40 @@ pub enum BenchCommand {
     Soak(soak::SoakArguments),
 }
 
+/// Exit status for unusable input.
+const UNUSABLE: u8 = 2;
+
+/// Runs the program: parses the arguments, runs the command, and prints an error with its causes. Returns the exit status.
+#[must_use]
+pub fn run_program(invocation: Invocation) -> u8 {
+    let name = [OsString::from("inbye")];
+    let words = name.iter().chain(&invocation.arguments).cloned();
+    let arguments = match Arguments::try_parse_from(words) {
+        Ok(arguments) => arguments,
+        // Help and version: clap prints them to standard output.
+        Err(help) if !help.use_stderr() => help.exit(),
+        Err(error) => {
+            let is_json = invocation.arguments.iter().any(|argument| argument == "--json");
+            output::print_usage_error(&error, is_json);
+            return UNUSABLE;
+        }
+    };
+    invocation.set();
+    if arguments.verbosity.verbose < 2 {
+        vulkan_environment::silence_device_selection();
+    }
+    arguments.verbosity.init_logging();
+    match run(&arguments) {
+        Ok(is_done) => u8::from(!is_done),
+        Err(error) => {
+            output::print_error(&error, arguments.json);
+            UNUSABLE
+        }
+    }
+}
+
 /// Runs a command. Returns true if it is done, false if it ran and the answer is no.
-///
-/// # Errors
-/// The input is unusable.
-pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
+fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let json = arguments.json;
     let Some(command) = &arguments.command else {
         return demo::run(arguments);

@@ -11,10 +11,10 @@ use inbye::local::{
 };
 use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
+use inbye::runtime::plain_message;
 use serde::Deserialize;
 
 use super::input_file::read_text;
-use super::toml_merge::plain_message;
 
 /// The text under `inbye evaluate --help`.
 pub const HELP: &str = concat!(

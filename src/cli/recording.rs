@@ -82,9 +82,7 @@ impl<'a> Recording<'a> {
             }
             Kind::Lines(file) => (false, lines(file, result)),
             Kind::Stopped(why) => {
-                let mut report = RecordingReport::default();
-                report.stopped = Some(why);
-                (true, report)
+                (true, RecordingReport { stopped: Some(why), ..RecordingReport::default() })
             }
         };
         let RecordingReport { messages, bytes, stopped, .. } = recorded;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
 use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard};
-use inbye::runtime::Config;
+use inbye::runtime::parse_toml;
 use serde_json::json;
 
 use super::arguments::whole;
@@ -13,7 +13,7 @@ use super::input_file::read_text;
 use super::result_store::ResultStore;
 use super::runs::{Done, Workers, run_alone};
 use super::sweep_merge::{self, MergeArguments};
-use super::{machine, output, toml_merge};
+use super::{machine, output};
 
 /// Folder of the results, where none is named.
 const FOLDER: &str = "inbye-sweep";
@@ -135,16 +135,9 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
 pub fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
-    let plan = toml_merge::parse(&text, &Plan::default(), |plan| Ok(plan.check()?));
-    let plan = plan.with_context(place)?;
+    let plan = parse_toml(&text, &Plan::default(), Plan::check).with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    Grid::new(&plan, folder, changed).with_context(place)
-}
-
-/// The settings with the changes of a plan, TOML. The error says what is wrong with them.
-pub fn changed(base: &Config, changes: &str) -> Result<Config, String> {
-    let changed = toml_merge::parse(changes, base, |config| Ok(config.validate()?));
-    changed.map_err(|error| format!("{error:#}"))
+    Grid::new(&plan, folder).with_context(place)
 }
 
 /// The requested cells, each key once.

@@ -9,13 +9,13 @@ use inbye::experiment::{
     Changes, Grid, Point, RankedPlanner, RunRow, TuningPlan, planner_name, rankings,
 };
 use inbye::report::{ComparisonReport, comparison_files};
-use inbye::runtime::Config;
+use inbye::runtime::{Config, parse_toml};
 use serde_json::{Value, json};
 
 use super::files::{Output, ReportFolder, command_line};
 use super::input_file::read_text;
 use super::runs::RunArguments;
-use super::{machine, output, sweep, toml_merge};
+use super::{machine, output};
 
 /// Name of the settings without changes.
 const DEFAULT: &str = "default";
@@ -69,8 +69,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     };
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
-    let plan = toml_merge::parse(&text, &TuningPlan::default(), |plan| Ok(plan.check()?));
-    let plan = plan.with_context(place)?;
+    let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
@@ -189,7 +188,7 @@ fn changes(text: &str) -> anyhow::Result<Changes> {
 
 /// Whether the settings are valid together, as changes of the default ones.
 fn is_usable(changes: &str) -> bool {
-    sweep::changed(&Config::default(), changes).is_ok()
+    Config::default().with_changes(changes).is_ok()
 }
 
 fn grid(
@@ -198,5 +197,5 @@ fn grid(
     configs: BTreeMap<String, Changes>,
     folder: &Path,
 ) -> anyhow::Result<Grid> {
-    Ok(Grid::new(&plan.plan(worlds, configs), folder, sweep::changed)?)
+    Ok(Grid::new(&plan.plan(worlds, configs), folder)?)
 }

@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::plan_worlds::worlds;
 use super::{Cell, ExperimentError, Plan, RunRow, World};
 use crate::local::Sampler;
-use crate::runtime::Config;
+use crate::runtime::{Config, TomlError};
 
 /// All cells of a plan, in its order: worlds, settings, weights, samplings, engines, seeds.
 #[derive(Clone, Debug)]
@@ -71,20 +70,15 @@ impl Setup {
 }
 
 impl Grid {
-    /// Reads the worlds of a plan and makes all combinations. Paths are relative to this folder. `change` applies changes to
-    /// settings, as TOML; its error says what is wrong with them.
+    /// Reads the worlds of a plan and makes all combinations. Paths are relative to this folder.
     ///
     /// # Errors
     /// Fails when a world cannot be read, changes do not fit the settings, or settings make a run depend on the wall clock.
-    pub fn new(
-        plan: &Plan,
-        folder: &Path,
-        change: impl Fn(&Config, &str) -> Result<Config, String>,
-    ) -> Result<Self, ExperimentError> {
+    pub fn new(plan: &Plan, folder: &Path) -> Result<Self, ExperimentError> {
         plan.check()?;
         let mut grid = Self::empty(&plan.title);
-        for world in worlds(plan, folder)? {
-            for setup in setups(plan, &world.settings, &change)? {
+        for world in plan.read_worlds(folder)? {
+            for setup in setups(plan, &world.settings)? {
                 setup.check_pure()?;
                 let threads = if world.latency { plan.latency_threads } else { 1 };
                 for engine in &plan.engines {
@@ -200,16 +194,15 @@ impl Grid {
 }
 
 /// All settings of a plan: changes, then weights, then samplings.
-fn setups(
-    plan: &Plan,
-    base: &Config,
-    change: impl Fn(&Config, &str) -> Result<Config, String>,
-) -> Result<Vec<Setup>, ExperimentError> {
+fn setups(plan: &Plan, base: &Config) -> Result<Vec<Setup>, ExperimentError> {
     let mut setups = vec![Setup::unnamed(base.clone())];
     setups = vary(setups, &plan.configs, |setup, (name, changes)| {
-        let unusable =
-            |reason| ExperimentError::Unusable { place: format!("configs.{name}"), reason };
-        Ok(Setup::named(name, change(&setup.config, &changes.0.to_string()).map_err(unusable)?))
+        let changed = setup.config.with_changes(&changes.0.to_string());
+        let unusable = |error: TomlError| ExperimentError::Unusable {
+            place: format!("configs.{name}"),
+            reason: error.to_string(),
+        };
+        Ok(Setup::named(name, changed.map_err(unusable)?))
     })?;
     setups = vary(setups, &plan.weights, |mut setup, (name, weights)| {
         setup.weights = Some(name.clone());

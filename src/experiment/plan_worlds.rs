@@ -24,15 +24,20 @@ const NAMED: usize = 5;
 /// Smallest length of a tour of localization, metres.
 const TOUR_M: f64 = 300.0;
 
-/// All worlds of a plan, in its order. Paths are relative to this folder.
-pub(super) fn worlds(plan: &Plan, folder: &Path) -> Result<Vec<World>, ExperimentError> {
-    let mut all = Vec::new();
-    for group in &plan.worlds {
-        let latency = group.latency;
-        let worlds = of_group(group, folder)?.into_iter();
-        all.extend(worlds.map(|world| World { latency, ..world }));
+impl Plan {
+    /// Reads all worlds of the plan, in its order. Paths are relative to this folder.
+    ///
+    /// # Errors
+    /// Fails when a world cannot be read.
+    pub fn read_worlds(&self, folder: &Path) -> Result<Vec<World>, ExperimentError> {
+        let mut all = Vec::new();
+        for group in &self.worlds {
+            let latency = group.latency;
+            let worlds = of_group(group, folder)?.into_iter();
+            all.extend(worlds.map(|world| World { latency, ..world }));
+        }
+        Ok(all)
     }
-    Ok(all)
 }
 
 fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentError> {

@@ -103,7 +103,7 @@ impl RunRow {
 
     /// Fills in the programs of the settings, and what the simulated robot of the seed truly is.
     pub(super) fn fill_plant(&mut self, config: &Config, seed: u64) {
-        self.controller = config.controller.name();
+        self.controller = self.controller.take().or_else(|| config.controller.name());
         self.global_planner = config.global_planner.name();
         self.plant = Some(config.simulation.plant);
         self.pose_source = Some(config.pose_source);

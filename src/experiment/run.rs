@@ -7,7 +7,7 @@ use super::row_figures::fault_name;
 use super::world::WorldSource;
 use super::{Cell, CellFile, ExperimentError, RunOutcome, RunRow, World, WorldSimulation};
 use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
-use crate::runtime::{Config, MissionError, MissionResult, Observer, PoseSource};
+use crate::runtime::{Config, Decider, MissionError, MissionResult, Observer, PoseSource};
 use crate::sim::SimError;
 
 /// A run: its row, its simulation, and every tick.
@@ -30,14 +30,18 @@ impl World {
         &self,
         seed: u64,
         config: &Config,
-        engine: Box<dyn Engine>,
+        decider: impl Into<Decider>,
         observer: &mut Observer<'_>,
     ) -> Result<Run, ExperimentError> {
-        let mut row = RunRow {
-            ran_on: Some(engine.name()),
-            outcome: RunOutcome::Failed,
-            ..self.row(config, engine.kind(), seed)
-        };
+        let decider = decider.into();
+        let mut row = RunRow { outcome: RunOutcome::Failed, ..self.row(config, "cpu", seed) };
+        match &decider {
+            Decider::Navigator(engine) => {
+                row.ran_on = Some(engine.name());
+                engine.kind().clone_into(&mut row.engine);
+            }
+            Decider::Controller(controller) => row.controller = Some(controller.name().to_owned()),
+        }
         let refused = |mut row: RunRow, fault: String, simulation| {
             row.fault = Some(fault_name(&fault));
             row.reason = Some(fault);
@@ -69,7 +73,7 @@ impl World {
                 (observer.on_tick)(event);
             },
         };
-        let result = match simulation.run(config, engine, &mut observer) {
+        let result = match simulation.run(config, decider, &mut observer) {
             Err(SimError::Mission(MissionError::Fault(fault))) => {
                 return Ok(refused(row, fault.to_string(), Some(generated)));
             }
@@ -107,7 +111,7 @@ pub fn open_engine(cell: &Cell) -> Result<Box<dyn Engine>, EngineError> {
 /// cells see no clock. A run that cannot start is a result too.
 pub fn run_cell(
     cell: &Cell,
-    engine: Box<dyn Engine>,
+    decider: impl Into<Decider>,
     clock: &mut dyn FnMut() -> f64,
     machine: &str,
 ) -> CellFile {
@@ -115,7 +119,7 @@ pub fn run_cell(
     let is_timed = cell.timed || cell.row.latency;
     let mut observer =
         Observer { clock: if is_timed { clock } else { &mut no_clock }, on_tick: &mut |_| {} };
-    let driven = cell.world.drive(cell.row.seed, &cell.config, engine, &mut observer);
+    let driven = cell.world.drive(cell.row.seed, &cell.config, decider, &mut observer);
     let row = match driven {
         Ok(run) => run.row,
         Err(error) => RunRow { reason: Some(error.to_string()), ..cell.row.clone() },

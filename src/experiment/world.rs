@@ -119,6 +119,21 @@ impl World {
         Self::new(WorldKind::Localization, name, localization_config(), source)
     }
 
+    /// A route on a map, with this many people across its path. Without a time limit, in seconds, it is set by the length of the
+    /// path.
+    #[must_use]
+    pub fn on_map(
+        name: &str,
+        map: Arc<OccupancyGrid>,
+        start: Pose,
+        goal: Goal,
+        people: usize,
+        time_limit_s: Option<f64>,
+    ) -> Self {
+        let route = Route { people, time_limit_s, ..Route::new(map, start, goal) };
+        Self::route(WorldKind::Map, name.to_owned(), route)
+    }
+
     pub(super) fn route(kind: WorldKind, name: String, route: Route) -> Self {
         Self::new(kind, name, Config::default(), WorldSource::Route(route))
     }

@@ -1,11 +1,10 @@
 //! A mission, the events of its ticks and their faults, and its result.
 
-use super::control_loop::{ControlLoop, Deciders};
-use super::{Config, Contact, Encounters, OdometryReading, Robot, Trace, TraceRow};
+use super::{Config, Contact, Encounters, MissionRun, OdometryReading, Robot, Trace, TraceRow};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
-use crate::local::{CpuEngine, Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
+use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
 use crate::localization::{LocalizationError, PoseEstimate};
 use crate::map::OccupancyGrid;
 use crate::navigator::{
@@ -297,6 +296,32 @@ pub struct Observer<'a> {
     pub on_tick: &'a mut dyn FnMut(&TickEvent<'_>),
 }
 
+/// What decides the commands of a mission.
+pub enum Decider {
+    /// inbye's behaviours with this engine, unless the configuration names a program as controller.
+    Navigator(Box<dyn Engine>),
+    /// This controller.
+    Controller(Box<dyn Controller>),
+}
+
+impl From<Box<dyn Engine>> for Decider {
+    fn from(engine: Box<dyn Engine>) -> Self {
+        Self::Navigator(engine)
+    }
+}
+
+impl<E: Engine + 'static> From<Box<E>> for Decider {
+    fn from(engine: Box<E>) -> Self {
+        Self::Navigator(engine)
+    }
+}
+
+impl From<Box<dyn Controller>> for Decider {
+    fn from(controller: Box<dyn Controller>) -> Self {
+        Self::Controller(controller)
+    }
+}
+
 /// Runs a mission with a robot that stands at the mission's start. It ends at the goal, at contact, at a fault, at the time
 /// limit, or when the robot stops for good.
 ///
@@ -305,28 +330,12 @@ pub struct Observer<'a> {
 pub fn run_mission(
     mission: &Mission,
     config: &Config,
-    engine: Box<dyn Engine>,
+    decider: impl Into<Decider>,
     robot: &mut dyn Robot,
     observer: &mut Observer<'_>,
 ) -> Result<MissionResult, MissionError> {
-    Ok(ControlLoop::new(mission, config, (engine, None), robot, observer)?.run(observer))
-}
-
-/// As [`run_mission`], with a controller that decides in place of inbye's behaviours and of the program that the configuration may
-/// name.
-///
-/// # Errors
-/// As [`run_mission`].
-pub fn run_mission_with(
-    mission: &Mission,
-    config: &Config,
-    controller: Box<dyn Controller>,
-    robot: &mut dyn Robot,
-    observer: &mut Observer<'_>,
-) -> Result<MissionResult, MissionError> {
-    // The local planner is not used.
-    let deciders: Deciders = (Box::new(CpuEngine::single_threaded()), Some(controller));
-    Ok(ControlLoop::new(mission, config, deciders, robot, observer)?.run(observer))
+    let (mission, config) = (mission.clone(), Arc::new(config.clone()));
+    Ok(MissionRun::new(mission, config, decider, robot, observer)?.run(observer))
 }
 
 /// Describes the faults of each tick of a drive. Takes the ticks in order.

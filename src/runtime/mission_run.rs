@@ -1,34 +1,54 @@
 //! The closed loop of a mission: sense, decide, record and drive, tick by tick.
 
+use core::ops::ControlFlow;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::mission::{
-    EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
+    Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
 };
 use super::{
     Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource,
     Robot, SensorData, Trace, TraceRow,
 };
 use crate::geometry::{Pose, Twist};
-use crate::local::Engine;
+use crate::local::{CpuEngine, Engine};
 use crate::localization::{
     DeskewedScan, LocalizationError, Localizer, LostReason, PoseEstimate, PoseHistory,
 };
 use crate::map::{ObstacleGrid, Scan, ScanChange, TimedScan};
-use crate::navigator::{Controller, Mode, Navigator, Observation, Waypoints};
+use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
 const BRAKING_S: f64 = 3.0;
 /// Speed and turn rate below which it stands, m/s and rad/s.
 const STANDING: f64 = 0.02;
 
-/// The engine of inbye's behaviours, and a controller that decides in their place; none for that of the configuration.
-pub(super) type Deciders = (Box<dyn Engine>, Option<Box<dyn Controller>>);
-
-pub(super) struct ControlLoop<'a> {
-    mission: &'a Mission,
-    config: &'a Config,
-    robot: &'a mut dyn Robot,
+/// A mission that runs tick by tick, as a caller wants to run it among others. [`run_mission`](super::run_mission) runs a whole one.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use inbye::local::CpuEngine;
+/// use inbye::navigator::Goal;
+/// use inbye::runtime::{Config, Mission, MissionRun, Observer};
+/// use inbye::sim::{Simulation, dead_end};
+///
+/// let scene = dead_end();
+/// let mission = Mission::new(Arc::new(scene.map), scene.start, Goal::at(scene.goal));
+/// let config = Arc::new(Config::default());
+/// let robot = Simulation::new(mission.clone()).robot(&config)?;
+/// let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+/// let engine = Box::new(CpuEngine::single_threaded());
+/// let mut run = MissionRun::new(mission, config, engine, robot, &mut observer)?;
+/// while run.step(&mut observer).is_continue() && run.trace().rows.len() < 3 {}
+/// assert_eq!(run.result().trace.rows.len(), 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct MissionRun<R> {
+    mission: Mission,
+    config: Arc<Config>,
+    robot: R,
     pose_estimator: PoseEstimator,
     odometry: PoseHistory,
     deskewed: DeskewedScan,
@@ -48,25 +68,33 @@ pub(super) struct ControlLoop<'a> {
     early_end: Option<EarlyEnd>,
     protective_actions: BTreeMap<&'static str, u64>,
     engine: String,
+    is_over: bool,
 }
 
-impl<'a> ControlLoop<'a> {
+impl<R: Robot> MissionRun<R> {
+    /// Prepares a mission of a robot that stands at the mission's start.
+    ///
+    /// # Errors
+    /// Fails when a setting is out of range or no path leads to a stop.
     pub fn new(
-        mission: &'a Mission,
-        config: &'a Config,
-        (engine, controller): Deciders,
-        robot: &'a mut dyn Robot,
+        mission: Mission,
+        config: Arc<Config>,
+        decider: impl Into<Decider>,
+        robot: R,
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
         config.validate()?;
         let known = mission.map.obstacles(config.unknown);
-        let pose_estimator = PoseEstimator::new(config, &known, mission.start)?;
+        let pose_estimator = PoseEstimator::new(&config, &known, mission.start)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
-        let real_time = robot.is_real_time().then(|| config.clone().in_real_time());
-        let navigator_config = real_time.as_ref().unwrap_or(config);
-        let controller = match controller {
-            None => navigator_config.new_controller(&known)?,
-            given => given,
+        let real_time = robot.is_real_time().then(|| Config::clone(&config).in_real_time());
+        let navigator_config = real_time.as_ref().unwrap_or(&config);
+        let (engine, controller) = match decider.into() {
+            Decider::Navigator(engine) => (engine, navigator_config.new_controller(&known)?),
+            // The local planner is not used.
+            Decider::Controller(controller) => {
+                (Box::new(CpuEngine::single_threaded()) as Box<dyn Engine>, Some(controller))
+            }
         };
         let navigator = navigator_config.new_navigator_with(
             known,
@@ -81,6 +109,7 @@ impl<'a> ControlLoop<'a> {
         };
         let moving_radii = robot.moving_radii_m();
         Ok(Self {
+            is_over: mission.time_limit_s <= 0.0,
             mission,
             config,
             robot,
@@ -103,27 +132,40 @@ impl<'a> ControlLoop<'a> {
         })
     }
 
-    pub fn run(mut self, observer: &mut Observer<'_>) -> MissionResult {
-        let period_s = self.config.local.control_period_s;
-        let ticks = (self.mission.time_limit_s / period_s).ceil() as u64;
-        for tick in 0..ticks {
-            if self.mission.is_interrupted() {
-                self.early_end = Some(EarlyEnd::Interrupted);
-                break;
-            }
-            let (row, has_stopped) = self.tick(tick as f64 * period_s, observer);
-            let is_over = row.mode == Mode::Arrived
-                || self.has_failed_and_stands(&row)
-                || row.gap_m <= 0.0
-                || has_stopped
-                || self.is_done(&row.pose);
-            self.early_end = has_stopped.then_some(EarlyEnd::RobotStopped);
-            self.trace.rows.push(row);
-            if is_over {
-                break;
-            }
+    /// Runs the next tick. Returns a break where the mission is over: at the goal, at contact, at a fault, at the time limit, or
+    /// when the robot stops for good.
+    pub fn step(&mut self, observer: &mut Observer<'_>) -> ControlFlow<()> {
+        if !self.is_over && self.mission.is_interrupted() {
+            self.early_end = Some(EarlyEnd::Interrupted);
+            self.is_over = true;
         }
+        if self.is_over {
+            return ControlFlow::Break(());
+        }
+        let period_s = self.config.local.control_period_s;
+        let (row, has_stopped) = self.tick(self.trace.rows.len() as f64 * period_s, observer);
+        self.is_over = row.mode == Mode::Arrived
+            || self.has_failed_and_stands(&row)
+            || row.gap_m <= 0.0
+            || has_stopped
+            || self.is_done(&row.pose);
+        self.early_end = has_stopped.then_some(EarlyEnd::RobotStopped);
+        self.trace.rows.push(row);
+        self.is_over |=
+            self.trace.rows.len() as f64 >= (self.mission.time_limit_s / period_s).ceil();
+        if self.is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Runs the rest of the mission.
+    pub fn run(mut self, observer: &mut Observer<'_>) -> MissionResult {
+        while self.step(observer).is_continue() {}
         self.result()
+    }
+
+    /// The ticks so far; it has no paths before the end.
+    #[must_use]
+    pub const fn trace(&self) -> &Trace {
+        &self.trace
     }
 
     /// Whether the navigator has given up and the robot stands. It may give up at speed: what happens until the robot stands
@@ -261,10 +303,19 @@ impl<'a> ControlLoop<'a> {
         }
     }
 
-    fn result(self) -> MissionResult {
-        let is_done = self.trace.rows.last().is_some_and(|row| self.is_done(&row.pose));
+    /// Whether the robot is at its goal, by the rule of the mission.
+    #[must_use]
+    pub fn is_reached(&self) -> bool {
+        let at_goal = |row: &TraceRow| row.mode == Mode::Arrived || self.is_done(&row.pose);
+        self.trace.rows.last().is_some_and(at_goal)
+    }
+
+    /// The result of the mission up to now.
+    #[must_use]
+    pub fn result(self) -> MissionResult {
+        let reached = self.is_reached();
         let drive = MissionResult::of_drive(
-            self.mission,
+            &self.mission,
             self.trace,
             &self.navigator,
             self.decision_s,
@@ -278,7 +329,7 @@ impl<'a> ControlLoop<'a> {
         };
         MissionResult {
             encounters,
-            reached: drive.reached || is_done,
+            reached,
             contact: self.contact,
             stop_errors: self.stop_errors,
             early_end: self.early_end,

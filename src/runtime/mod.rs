@@ -2,25 +2,30 @@
 
 mod config;
 mod contact;
-mod control_loop;
 mod encounters;
 pub mod hardware;
 mod mission;
+mod mission_run;
 mod obstacle_gap;
 pub(crate) mod plant_settings;
 mod robot_interface;
 pub(crate) mod simulation_settings;
+mod toml_text;
 mod trace;
 
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
 pub use mission::{
-    EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
-    run_mission, run_mission_with,
+    Decider, EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError,
+    TickEvent, run_mission,
 };
+pub use mission_run::MissionRun;
 pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};
 pub use robot_interface::{GroundTruth, LidarData, OdometryReading, Robot, SensorData};
 pub use simulation_settings::SimulationSettings;
+pub use toml_text::{TomlError, parse_toml};
+#[doc(hidden)]
+pub use toml_text::{is_other_variant, plain_message};
 pub use trace::{Trace, TraceRow};

@@ -99,3 +99,33 @@ pub trait Robot {
         None
     }
 }
+
+impl<R: Robot + ?Sized> Robot for &mut R {
+    fn sense(&mut self, time_s: f64) -> SensorData {
+        (**self).sense(time_s)
+    }
+
+    fn ground_truth(&self) -> Option<GroundTruth> {
+        (**self).ground_truth()
+    }
+
+    fn moving_radii_m(&self) -> Vec<f64> {
+        (**self).moving_radii_m()
+    }
+
+    fn is_real_time(&self) -> bool {
+        (**self).is_real_time()
+    }
+
+    fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
+        (**self).drive(command, period_s)
+    }
+
+    fn protective_action(&self) -> ProtectiveAction {
+        (**self).protective_action()
+    }
+
+    fn fault(&self) -> Option<String> {
+        (**self).fault()
+    }
+}

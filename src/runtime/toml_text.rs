@@ -1,12 +1,14 @@
 //! Parses TOML settings over defaults: a key that a file does not name keeps its value. Errors are for users who do not write
 //! Rust.
 
-use anyhow::{anyhow, bail};
-use inbye::runtime::renamed_keys;
-use inbye::suggest::closest_name;
+use core::fmt::Display;
+
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
+
+use super::{Config, renamed_keys};
+use crate::suggest::closest_name;
 
 /// Longest quotation of a line in an error, characters.
 const MAX_QUOTE: usize = 60;
@@ -19,24 +21,48 @@ const TYPES: [(&str, &str); 4] = [
     ("expected a sequence", "expected a list"),
 ];
 
+/// What is wrong with a text of settings, on one line: the place if it is known, and how to mend it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct TomlError(String);
+
+impl TomlError {
+    fn new(error: impl Display) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl Config {
+    /// The settings with the changes of a text, TOML. Keys that it does not name keep their values.
+    ///
+    /// # Errors
+    /// The text is no TOML, names an unknown key, or gives a value that is out of range.
+    pub fn with_changes(&self, toml: &str) -> Result<Self, TomlError> {
+        parse_toml(toml, self, Self::validate)
+    }
+}
+
 /// Parses and validates the text of a TOML file; keys that it does not name keep their value in `settings`.
-pub fn parse<T: Default + Serialize + DeserializeOwned>(
+///
+/// # Errors
+/// As [`Config::with_changes`].
+pub fn parse_toml<T: Default + Serialize + DeserializeOwned, E: Display>(
     text: &str,
     settings: &T,
-    validate: impl Fn(&T) -> anyhow::Result<()>,
-) -> anyhow::Result<T> {
+    validate: impl Fn(&T) -> Result<(), E>,
+) -> Result<T, TomlError> {
     // Only an error of the text itself has a line number; a merged table has none.
     if let Err(error) = toml::from_str::<T>(text) {
-        bail!(one_line::<T>(&error, text));
+        return Err(TomlError(one_line::<T>(&error, text)));
     }
     // A table with missing keys must not get the defaults of its type, which may differ from those of its place.
     // The first line of the error is its message; the others quote the text.
-    let message_only = |error: toml::de::Error| anyhow!("{}", error.message().to_owned());
+    let message_only = |error: toml::de::Error| TomlError::new(error.message());
     let changes: Table = toml::from_str(text).map_err(message_only)?;
-    let mut table = Table::try_from(settings)?;
+    let mut table = Table::try_from(settings).map_err(TomlError::new)?;
     merge_tables(&mut table, changes);
     let settings = table.try_into().map_err(message_only)?;
-    validate(&settings)?;
+    validate(&settings).map_err(TomlError::new)?;
     Ok(settings)
 }
 
@@ -83,12 +109,14 @@ fn merge_tables(table: &mut Table, changes: Table) {
 
 /// Whether two tables are different enum variants, such as `{ theta = { degrees = 30 } }` and `{ normalized = { k = 1 } }`. Such
 /// a table has one key and is replaced as a whole.
+#[must_use]
 pub fn is_other_variant(old: &Table, new: &Table) -> bool {
     old.len() == 1 && new.len() == 1 && old.keys().ne(new.keys())
 }
 
 /// Returns a message on one line without Rust type names. For an unknown key or value it suggests the closest known one.
 /// `table_of` names the table of a key that exists elsewhere.
+#[must_use]
 pub fn plain_message(message: &str, table_of: impl Fn(&str) -> Option<String>) -> String {
     // A quoted key may contain line breaks.
     let message = message.split_whitespace().collect::<Vec<_>>().join(" ");

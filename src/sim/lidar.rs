@@ -10,7 +10,7 @@ use crate::base::ld19::{self, POINTS, POINTS_PER_S, Packet, RANGE_MAX_M};
 use crate::base::standard_normal;
 use crate::geometry::{Point, Pose, Vector};
 use crate::localization::PoseHistory;
-use crate::map::{GridRay, MovingDisc, Scan, TimedScan};
+use crate::map::{MovingDisc, Scan, TimedScan};
 
 /// Difference of the ranges on both sides of an edge, metres.
 const EDGE_M: f64 = 0.2;
@@ -134,7 +134,10 @@ impl Lidar {
 
     /// True range, infinite beyond the longest, and the moving obstacle that the beam hits, if any.
     fn first_hit(&self, world: &World, start: &Point, direction: f64) -> (f64, Option<usize>) {
-        let mut range = self.range_to_wall(world, start, direction);
+        let mut range = world.range_to_static_m(start, direction, self.range_max_m);
+        if world.moving.is_empty() {
+            return (range, None);
+        }
         let mut first = None;
         let (sin, cos) = libm::sincos(direction);
         let seen = world.seen.iter().flatten().map(|(index, disc)| (*index, disc));
@@ -147,16 +150,6 @@ impl Lidar {
             }
         }
         (range, first)
-    }
-
-    fn range_to_wall(&self, world: &World, start: &Point, direction: f64) -> f64 {
-        let frame = world.obstacles().frame();
-        let (sin, cos) = libm::sincos(direction - frame.origin.yaw);
-        let longest = self.range_max_m / frame.resolution_m;
-        GridRay::new(&frame.to_cell_units(start), &Vector::new(cos, sin))
-            .take_while(|&(_, entered)| entered <= longest)
-            .find(|&(cell, _)| world.obstacles().is_blocked(cell))
-            .map_or(f64::INFINITY, |(_, entered)| entered * frame.resolution_m)
     }
 }
 

@@ -1,6 +1,7 @@
 //! A simulated robot and its world: ground, moving obstacles, a lidar, a tracked base, and injected faults.
 
 mod drive;
+mod episode;
 mod error;
 mod fault_injection;
 mod faulty_lidar;
@@ -17,16 +18,19 @@ mod process_robot;
 mod protected_sender;
 mod route_sampler;
 mod scenes;
+mod simulated_robot;
 mod simulation;
 mod sudden_pedestrians;
 mod timed_path;
 mod warped_map;
+mod world;
 mod wrong_planner;
 
 pub use crate::runtime::simulation_settings::{
     DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSettings, Slip, WrongPlanner,
 };
 pub use drive::SimBase;
+pub use episode::{Episode, EpisodeEnd};
 pub use error::SimError;
 pub use fault_injection::{FaultInjection, LidarChange, OdometryChange};
 pub use fixes::FixSource;
@@ -38,9 +42,11 @@ pub use pedestrian_spawner::PedestrianSpawner;
 pub use plant::draw_plant;
 pub(crate) use route_sampler::is_in_sight;
 pub use scenes::{SCENE_NAMES, Scene, crossing, dead_end, mine, roadway, scene, scenes};
-pub use simulation::{Simulation, World};
+pub use simulated_robot::SimulatedRobot;
+pub use simulation::Simulation;
 pub use sudden_pedestrians::Surprise;
 pub use timed_path::TimedPath;
+pub use world::World;
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;

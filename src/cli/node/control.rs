@@ -1,13 +1,12 @@
 //! The control process: the navigator, and the link to the network process.
 
-use std::env;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use inbye::ros::msg::TwistStamped;
 use inbye::ros::node::dds::DdsSettings;
 use inbye::ros::node::network::{LinkEvents, NetworkLink, ToNetwork};
@@ -17,7 +16,7 @@ use serde_json::json;
 use super::network_process::{dds_settings, now};
 use super::{NodeArguments, OperatorArguments};
 use crate::cli::machine::{interrupt_flag, wall_clock};
-use crate::cli::{config, operator, output};
+use crate::cli::{config, invocation, operator, output};
 
 /// Interval at which the node takes messages.
 const POLL_INTERVAL: Duration = Duration::from_millis(4);
@@ -34,11 +33,9 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let engine = arguments.engine.open(false)?;
     let stop = interrupt_flag()?;
     let mut clock = wall_clock();
-    let mut link = NetworkLink::new(new_command(arguments, config.node.network_memory_mib)?);
+    let mut link = NetworkLink::new(new_command(arguments, config.node.network_memory_mib));
     start(&mut link, &mut clock)?;
-    let mut node_settings = NodeSettings::default();
-    node_settings.config = config;
-    node_settings.odom_is_map = arguments.odom_is_map;
+    let node_settings = NodeSettings { config, odom_is_map: arguments.odom_is_map };
     let mut core = NodeCore::new(node_settings, engine)?;
     let DdsSettings { namespace, domain, .. } = &settings;
     output::note(format!("node {namespace}/inbye in domain {domain}"));
@@ -69,17 +66,10 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 /// The command that starts the network process.
-fn new_command(
-    arguments: &NodeArguments,
-    memory_mib: u32,
-) -> anyhow::Result<Box<dyn FnMut() -> Command>> {
+fn new_command(arguments: &NodeArguments, memory_mib: u32) -> Box<dyn FnMut() -> Command> {
     // The link to the running program stays valid when its file is replaced.
     let running = Path::new("/proc/self/exe");
-    let program = if running.exists() {
-        PathBuf::from(running)
-    } else {
-        env::current_exe().context("cannot find the program's own file")?
-    };
+    let is_linked = invocation::is_own_file() && running.exists();
     let mut options = vec!["--network-memory-mib".to_owned(), memory_mib.to_string()];
     if !arguments.namespace.is_empty() {
         options.extend(["--namespace".to_owned(), arguments.namespace.clone()]);
@@ -87,8 +77,8 @@ fn new_command(
     if arguments.stamped {
         options.push("--stamped".to_owned());
     }
-    Ok(Box::new(move || {
-        let mut command = Command::new(&program);
+    Box::new(move || {
+        let mut command = if is_linked { Command::new(running) } else { invocation::program() };
         command.arg("node").args(&options);
         // Out of memory, a backtrace takes seconds before the restart.
         command.env("RUST_BACKTRACE", "0");
@@ -96,7 +86,7 @@ fn new_command(
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         command
-    }))
+    })
 }
 
 /// Waits for the network process. What keeps it from starting the first time is an error.

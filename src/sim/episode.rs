@@ -1,0 +1,183 @@
+//! A mission whose velocities the caller chooses, tick by tick.
+
+use super::{SimError, SimulatedRobot, Simulation};
+use crate::base::{BaseError, require_finite};
+use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::navigator::Goal;
+use crate::robot::Limits;
+use crate::runtime::{Config, Robot, SensorData};
+
+/// Speed and turn rate below which the robot stands, m/s and rad/s.
+const STANDING: f64 = 0.02;
+
+/// How an episode ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EpisodeEnd {
+    /// The robot reached the goal by the mission's rule. Without one it stands within the goal's tolerances.
+    Reached,
+    /// The robot and something touched.
+    Contact,
+    /// The time was up.
+    Timeout,
+}
+
+/// A simulated robot on a mission without a navigator: it does what the caller commands, within the limits of its base and below
+/// its protective layer.
+pub struct Episode {
+    robot: SimulatedRobot,
+    goal: Goal,
+    done_within_m: Option<f64>,
+    tolerances: (f64, f64),
+    limits: Limits,
+    period_s: f64,
+    most_ticks: f64,
+    ticks: u64,
+    sensed: SensorData,
+    end: Option<EpisodeEnd>,
+}
+
+impl Episode {
+    /// Puts the robot at the start of the mission.
+    ///
+    /// # Errors
+    /// Names the first setting that is out of range.
+    pub fn new(simulation: &Simulation, config: &Config) -> Result<Self, SimError> {
+        let mut robot = simulation.robot(config)?;
+        let (mission, period_s) = (&simulation.mission, config.local.control_period_s);
+        let sensed = robot.sense(0.0);
+        let mut episode = Self {
+            robot,
+            goal: mission.goal,
+            done_within_m: mission.done_within_m,
+            tolerances: (config.navigator.xy_goal_tolerance, config.navigator.yaw_goal_tolerance),
+            limits: config.robot.limits,
+            period_s,
+            most_ticks: (mission.time_limit_s / period_s).ceil(),
+            ticks: 0,
+            sensed,
+            end: None,
+        };
+        episode.end = episode.judge();
+        Ok(episode)
+    }
+
+    /// Drives with a velocity, clamped to the limits of the base, for one control period, and senses. Does nothing once the
+    /// episode has ended.
+    ///
+    /// # Errors
+    /// [`BaseError::NotFinite`].
+    pub fn step(&mut self, command: &Twist) -> Result<Option<EpisodeEnd>, BaseError> {
+        let command = self.limits.clamp(require_finite(command)?);
+        if self.end.is_none() {
+            // A simulated base never stops for good.
+            let _ = self.robot.drive(&command, self.period_s);
+            self.ticks += 1;
+            self.sensed = self.robot.sense(self.time_s());
+            self.end = self.judge();
+        }
+        Ok(self.end)
+    }
+
+    fn judge(&self) -> Option<EpisodeEnd> {
+        let (pose, twist) = (self.pose(), self.twist());
+        if self.robot.touches() {
+            return Some(EpisodeEnd::Contact);
+        }
+        let away_m = (pose.position() - self.goal.position).norm();
+        let is_reached = self.done_within_m.map_or_else(
+            || {
+                let stands = twist.linear.abs() < STANDING && twist.angular.abs() < STANDING;
+                let turn = self.goal.yaw.map_or(0.0, |yaw| wrap_angle(pose.yaw - yaw));
+                stands && away_m <= self.tolerances.0 && turn.abs() <= self.tolerances.1
+            },
+            |within_m| away_m <= within_m,
+        );
+        if is_reached {
+            return Some(EpisodeEnd::Reached);
+        }
+        (self.ticks as f64 >= self.most_ticks).then_some(EpisodeEnd::Timeout)
+    }
+
+    /// Time since the start, seconds.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.ticks as f64 * self.period_s
+    }
+
+    /// What the robot senses now.
+    #[must_use]
+    pub const fn sensed(&self) -> &SensorData {
+        &self.sensed
+    }
+
+    /// True pose now.
+    #[must_use]
+    pub const fn pose(&self) -> &Pose {
+        self.robot.pose()
+    }
+
+    /// True motion now.
+    #[must_use]
+    pub const fn twist(&self) -> &Twist {
+        self.robot.twist()
+    }
+
+    /// Smallest gap between the robot and anything solid since the last step, metres.
+    #[must_use]
+    pub fn gap_m(&self) -> f64 {
+        self.robot.gap_m()
+    }
+
+    /// How the episode ended; none while it goes on.
+    #[must_use]
+    pub const fn end(&self) -> Option<EpisodeEnd> {
+        self.end
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::geometry::Point;
+    use crate::map::OccupancyGrid;
+    use crate::runtime::Mission;
+
+    fn episode(goal: Point, time_limit_s: f64) -> Episode {
+        let rows = vec![".".repeat(80); 40];
+        let map = OccupancyGrid::from_rows(&rows, 0.1, Pose::default());
+        let start = Pose::new(2.0, 2.0, 0.0);
+        let mission = Mission::new(Arc::new(map.expect("a map")), start, Goal::at(goal));
+        let simulation = Simulation::new(Mission { time_limit_s, ..mission });
+        Episode::new(&simulation, &Config::default()).expect("valid settings")
+    }
+
+    fn drive(mut episode: Episode, command: Twist) -> Episode {
+        while episode.step(&command).expect("a finite command").is_none() {}
+        episode
+    }
+
+    #[test]
+    fn episode_ends_at_a_wall_at_the_time_limit_and_where_the_robot_stands_at_the_goal() {
+        let forward = Twist::new(0.3, 0.0);
+        let away = drive(episode(Point::new(7.5, 3.5), 60.0), forward);
+        // The protective layer below the caller stops the robot before the wall.
+        assert_eq!(away.end(), Some(EpisodeEnd::Timeout));
+        assert!(away.pose().x > 6.0 && away.gap_m() > 0.0);
+        assert!((away.time_s() - 60.0).abs() < 1e-9);
+
+        let mut passing = episode(Point::new(3.0, 2.0), 60.0);
+        while passing.pose().x < 2.9 {
+            assert_eq!(passing.step(&forward), Ok(None));
+        }
+        assert_eq!(drive(passing, Twist::STOP).end(), Some(EpisodeEnd::Reached));
+    }
+
+    #[test]
+    fn episode_rejects_a_velocity_that_is_not_finite() {
+        let mut episode = episode(Point::new(7.5, 3.5), 60.0);
+        assert!(episode.step(&Twist::new(f64::NAN, 0.0)).is_err());
+        assert_eq!(episode.time_s(), 0.0);
+    }
+}
