@@ -1,0 +1,64 @@
+"""Exact local planning and navigation for inspection robots.
+
+Units are metres, seconds and radians. Axes are those of REP-103: x forward, y left, yaw
+counter-clockwise. A pose is ``(x, y, yaw)``, a velocity ``(vx, vtheta)``. Every function that
+takes a ``config`` accepts a :class:`Config`, a dictionary with the keys of a configuration file,
+or the text of such a file.
+"""
+
+from inbye import bench
+from inbye._native import (
+    Config,
+    ControllerInput,
+    Decision,
+    Drive,
+    Engine,
+    InbyeError,
+    Localizer,
+    Map,
+    Navigator,
+    NavigatorDecision,
+    PoseEstimate,
+    Problem,
+    World,
+    plan,
+    replay,
+)
+
+__all__ = [
+    "Config",
+    "ControllerInput",
+    "Decision",
+    "Drive",
+    "Engine",
+    "InbyeError",
+    "Localizer",
+    "Map",
+    "Navigator",
+    "NavigatorDecision",
+    "PoseEstimate",
+    "Problem",
+    "World",
+    "bench",
+    "evaluate",
+    "evaluate_batch",
+    "plan",
+    "replay",
+]
+
+_cpu = Engine("cpu")
+
+
+def evaluate(problem: Problem, *, engine: Engine | None = None, samples: bool = False) -> Decision:
+    """Take one decision, on one thread of the CPU unless an engine is given.
+
+    With ``samples`` the decision has every sample.
+    """
+    return (engine or _cpu).evaluate(problem, samples=samples)
+
+
+def evaluate_batch(
+    problems: list[Problem], *, engine: Engine | None = None, samples: bool = False
+) -> list[Decision]:
+    """Take the decisions of many robots; the bits are those of :func:`evaluate`."""
+    return (engine or _cpu).evaluate_batch(problems, samples=samples)

@@ -1,0 +1,486 @@
+"""The parts of inbye that are written in Rust."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, NoReturn, Protocol, TypeAlias, final, type_check_only
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = NDArray[np.float64]
+Settings: TypeAlias = Config | Mapping[str, Any] | str
+PlanSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
+Velocity: TypeAlias = tuple[float, float] | None
+
+@type_check_only
+class ControllerObject(Protocol):
+    """A controller. It may also have ``set_plan(path)``, ``reset()`` and ``name``."""
+
+    def compute_velocity(self, seen: ControllerInput, /) -> Velocity:
+        """Return speed and turn rate, or None to brake."""
+
+Controller: TypeAlias = Callable[[ControllerInput], Velocity] | ControllerObject
+
+class InbyeError(ValueError):
+    """An input that cannot be used; the message says what is wrong with it."""
+
+def run_program(program: Sequence[str], arguments: Sequence[str]) -> NoReturn:
+    """Run the program ``inbye`` and end the process."""
+
+@final
+class Config:
+    """All settings of a robot, its navigation and its simulation.
+
+    ``inbye config`` prints them with their units and ranges.
+    """
+
+    def __new__(cls, changes: Settings | None = None) -> Config:
+        """Make the defaults with changes."""
+    def to_dict(self) -> dict[str, Any]:
+        """Return every setting."""
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+
+@final
+class Map:
+    """An occupancy grid."""
+
+    def __new__(
+        cls,
+        cells: NDArray[np.int8],
+        resolution_m: float,
+        origin: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> Map:
+        """Make a map of rows of cells, the lowest row first.
+
+        A cell has its occupancy in percent, or -1 if it is unknown. ``origin`` is the pose of the
+        lower left corner.
+        """
+    @staticmethod
+    def load(path: str | os.PathLike[str], resolution_m: float = 1.0) -> Map:
+        """Read a map_server YAML file, a MovingAI map or rows of text.
+
+        The side of a cell counts for the last two.
+        """
+    @staticmethod
+    def from_rows(
+        rows: Sequence[str], resolution_m: float, origin: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> Map:
+        """Make a map of rows of text, the highest row first: # wall, . free, ? unknown."""
+    @property
+    def cells(self) -> NDArray[np.int8]:
+        """A copy of the cells, the lowest row first."""
+    @property
+    def resolution_m(self) -> float:
+        """Side of a cell."""
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Pose of the lower left corner."""
+
+def plan(
+    map: Map,
+    start: Sequence[float],
+    goal: Sequence[float],
+    *,
+    config: Settings | None = None,
+) -> Floats:
+    """Plan a smooth path that the robot of the configuration can follow; rows of x and y."""
+
+@final
+class Problem:
+    """All inputs of one decision.
+
+    The limits, the footprint and the settings of the samples are those of ``config``. Rows of
+    ``obstacles`` are x, y, radius, vx and vy of moving obstacles.
+    """
+
+    def __new__(
+        cls,
+        map: Map,
+        pose: Sequence[float],
+        target: Sequence[float],
+        *,
+        velocity: Sequence[float] = (0.0, 0.0),
+        last_command: Sequence[float] | None = None,
+        key_node: Sequence[float] | None = None,
+        obstacles: Floats | None = None,
+        config: Settings | None = None,
+    ) -> Problem:
+        """Make a problem.
+
+        If left out, the key node is the target and the last command the velocity.
+        """
+    def __len__(self) -> int:
+        """Return the number of samples."""
+    def path(self, index: int) -> Floats:
+        """Return the positions of a sample after each step of the horizon."""
+
+@final
+class Decision:
+    """The answer to one problem."""
+
+    @property
+    def command(self) -> tuple[float, float] | None:
+        """Velocity of the best sample; None if the robot must stop."""
+    @property
+    def index(self) -> int | None:
+        """Index of the best sample."""
+    @property
+    def score(self) -> float | None:
+        """Its score."""
+    @property
+    def admissible(self) -> int:
+        """Number of admissible samples."""
+    @property
+    def rejected(self) -> tuple[int, int, int]:
+        """Numbers of samples that collide, cannot stop in time, and leave the map."""
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the exact bits, as ``inbye evaluate`` prints it for all samples."""
+    @property
+    def samples(self) -> NDArray[np.void] | None:
+        """A record of every sample, if they were asked for.
+
+        The fields are vx, vtheta, status, x, y, yaw, heading, clearance, velocity, path and score.
+        """
+
+@final
+class Engine:
+    """Evaluates problems on the CPU or on a GPU, with the same bits."""
+
+    def __new__(cls, name: str = "auto", *, threads: int = 1) -> Engine:
+        """Open "auto", "cpu", "gpu" or "gpu:NAME"."""
+    @property
+    def name(self) -> str:
+        """The processor."""
+    def evaluate(self, problem: Problem, *, samples: bool = False) -> Decision:
+        """Take one decision."""
+    def evaluate_batch(
+        self, problems: Sequence[Problem], *, samples: bool = False
+    ) -> list[Decision]:
+        """Take the decisions of many robots in one submission."""
+
+@final
+class ControllerInput:
+    """What a controller decides from."""
+
+    @property
+    def time_s(self) -> float:
+        """Time of the tick."""
+    @property
+    def period_s(self) -> float:
+        """Control period."""
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """Estimated pose at the time of the odometry."""
+    @property
+    def twist(self) -> tuple[float, float]:
+        """Measured velocity at that time."""
+    @property
+    def odometry_s(self) -> float:
+        """That time."""
+    @property
+    def predicted_pose(self) -> tuple[float, float, float]:
+        """Pose when a command of this tick takes effect."""
+    @property
+    def predicted_twist(self) -> tuple[float, float]:
+        """Velocity at that time."""
+    @property
+    def last_command(self) -> tuple[float, float]:
+        """The command of the last tick."""
+    @property
+    def speed_limits(self) -> tuple[float, float, float]:
+        """Least speed, largest speed, largest turn rate."""
+    @property
+    def acceleration_limits(self) -> tuple[float, float, float, float]:
+        """Acceleration and braking, the latter below zero: of the speed, then of the turn rate."""
+    @property
+    def footprint(self) -> Floats:
+        """Discs of the robot: rows of x, y and radius in its own frame."""
+    @property
+    def ranges(self) -> Floats:
+        """Newest scan: infinite for nothing within range, NaN for no measurement."""
+    @property
+    def angle_min(self) -> float:
+        """Direction of the first beam in the robot's frame."""
+    @property
+    def angle_increment(self) -> float:
+        """Angle between beams."""
+    @property
+    def range_max(self) -> float:
+        """Longest range."""
+    @property
+    def scan_s(self) -> float:
+        """Time of the scan."""
+    @property
+    def moving_obstacles(self) -> Floats:
+        """Tracked moving obstacles: rows of x, y, radius, vx and vy."""
+    @property
+    def path(self) -> Floats:
+        """The global path: rows of x and y."""
+    @property
+    def path_progress_m(self) -> float:
+        """Length of the path behind the robot."""
+    @property
+    def local_target(self) -> tuple[float, float]:
+        """The key node that inbye would drive to."""
+    @property
+    def goal(self) -> tuple[float, float, float | None]:
+        """The goal, with its yaw if it has one."""
+
+@final
+class Drive:
+    """A drive in a simulated world."""
+
+    @property
+    def reached(self) -> bool:
+        """Whether the robot reached its goal without contact."""
+    @property
+    def time_s(self) -> float:
+        """Time of the drive."""
+    @property
+    def reason(self) -> str | None:
+        """Why the goal was not reached."""
+    @property
+    def figures(self) -> dict[str, Any]:
+        """All figures of the run, as in the records of experiments."""
+    @property
+    def digest(self) -> str | None:
+        """SHA-256 of the exact bits of the trace, as ``inbye drive`` prints it."""
+    @property
+    def trace(self) -> NDArray[np.void]:
+        """A record of every tick.
+
+        The fields are time_s, x, y, yaw, believed_x, believed_y, believed_yaw, vx, vtheta,
+        command_vx, command_vtheta, gap_m, admissible, samples, mode and path.
+        """
+    @property
+    def paths(self) -> list[Floats]:
+        """The global paths that the robot followed."""
+
+@final
+class World:
+    """A world to drive in."""
+
+    def __new__(
+        cls,
+        map: Map,
+        start: Sequence[float],
+        goal: Sequence[float],
+        *,
+        people: int = 0,
+        time_limit_s: float | None = None,
+        name: str = "map",
+    ) -> World:
+        """Make a mission on a map, among people who walk across the path.
+
+        Without a time limit it follows from the length of the path.
+        """
+    @property
+    def name(self) -> str:
+        """Its name in tables."""
+    @property
+    def kind(self) -> str:
+        """Its kind, as plans name it."""
+    def drive(
+        self,
+        seed: int = 0,
+        *,
+        config: Settings | None = None,
+        controller: Controller | None = None,
+        engine: str = "cpu",
+    ) -> Drive:
+        """Drive the mission of a seed, with inbye's behaviours or with a controller.
+
+        The settings change those of the world. An exception of the controller ends the drive and
+        is raised here.
+        """
+
+def replay(path: str | os.PathLike[str], *, engine: str = "cpu") -> dict[str, Any]:
+    """Repeat the decisions of a recording and compare every bit.
+
+    Returns ``ticks``, ``agrees``, ``complete`` and ``first_difference``: tick, field, recorded and
+    replayed value.
+    """
+
+def read_worlds(plan: PlanSource) -> list[World]:
+    """Read the worlds of a plan."""
+
+def run(
+    plan: PlanSource,
+    controllers: Mapping[str, Controller | type[ControllerObject]] | None = None,
+    *,
+    jobs: int = 1,
+) -> list[dict[str, Any]]:
+    """Run the cells of a plan, and its tasks with controllers."""
+
+def compare(
+    plan: PlanSource,
+    controllers: Mapping[str, Controller | type[ControllerObject]] | None = None,
+    *,
+    jobs: int = 1,
+    report: str | os.PathLike[str] | None = None,
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Run the cells of a plan and rank the planners; the ranking and the rows."""
+
+@final
+class PoseEstimate:
+    """The pose after a revolution of the lidar."""
+
+    @property
+    def time_s(self) -> float:
+        """Time of the pose."""
+    @property
+    def pose(self) -> tuple[float, float, float]:
+        """The pose."""
+    @property
+    def covariance(self) -> list[list[float]]:
+        """Covariance of x, y and yaw."""
+    @property
+    def rms_m(self) -> float:
+        """Mean distance of beam ends from the surfaces of the map."""
+    @property
+    def status(self) -> Literal["tracking", "uncertain", "lost"]:
+        """How reliable it is."""
+    @property
+    def reason(self) -> str | None:
+        """Why the pose is lost."""
+
+@final
+class Localizer:
+    """Estimates the pose from odometry, and from scans that are matched to the map."""
+
+    def __new__(
+        cls, map: Map, start: Sequence[float], *, config: Settings | None = None
+    ) -> Localizer:
+        """Start at a pose."""
+    def predict(self, time_s: float, odometry: Sequence[float]) -> None:
+        """Predict by a pose of the odometry. The first one is the reference."""
+    def update(
+        self,
+        time_s: float,
+        ranges: Floats,
+        *,
+        angle_min: float,
+        angle_increment: float,
+        range_max: float,
+        sweep_s: float = 0.0,
+    ) -> PoseEstimate:
+        """Match a revolution that ended at a time and lasted ``sweep_s``."""
+    @property
+    def estimate(self) -> PoseEstimate:
+        """The latest estimate."""
+    @property
+    def odometry_scale(self) -> tuple[float, float]:
+        """Learned scales of odometry's distances and turns."""
+
+@final
+class NavigatorDecision:
+    """The decision of a tick."""
+
+    @property
+    def command(self) -> tuple[float, float]:
+        """The velocity to drive."""
+    @property
+    def mode(self) -> str:
+        """What the navigator does, such as "driving" or "arrived"."""
+    @property
+    def local_target(self) -> tuple[float, float]:
+        """The key node that the robot drives to."""
+    @property
+    def observation_fault(self) -> str | None:
+        """What is wrong with the observation."""
+    @property
+    def fault(self) -> str | None:
+        """Why the mission failed."""
+
+@final
+class Navigator:
+    """Follows global paths to its goals among obstacles that are not in the map."""
+
+    def __new__(
+        cls,
+        map: Map,
+        start: Sequence[float],
+        goals: Sequence[Sequence[float]],
+        *,
+        config: Settings | None = None,
+        controller: Controller | None = None,
+        engine: str = "cpu",
+    ) -> Navigator:
+        """Plan a path to every goal: ``(x, y)`` or ``(x, y, yaw)``."""
+    def step(
+        self,
+        time_s: float,
+        pose: Sequence[float],
+        velocity: Sequence[float],
+        ranges: Floats,
+        *,
+        angle_min: float,
+        angle_increment: float,
+        range_max: float,
+        pose_s: float | None = None,
+        odometry_s: float | None = None,
+        scan_s: float | None = None,
+    ) -> NavigatorDecision:
+        """Decide what to do now. Times of measurements that are left out are that of the tick."""
+    @property
+    def path(self) -> Floats:
+        """The global path that the robot follows."""
+
+@final
+class Environments:
+    """Robots on missions in worlds, stepped together; :mod:`inbye.gym` makes use of it."""
+
+    def __new__(
+        cls,
+        worlds: Sequence[World],
+        count: int,
+        *,
+        seeds: Sequence[int],
+        config: Settings | None = None,
+        navigator: bool = False,
+        threads: int = 1,
+    ) -> Environments:
+        """Make ``count`` environments that take the missions of all seeds and worlds in turn."""
+    @property
+    def beams(self) -> int:
+        """Number of beams of the lidar."""
+    @property
+    def range_max(self) -> float:
+        """Longest range of the lidar."""
+    @property
+    def speed_limits(self) -> tuple[float, float, float]:
+        """Least speed, largest speed, largest turn rate."""
+    @property
+    def missions(self) -> list[tuple[str, int]]:
+        """World and seed of each robot's mission."""
+    @property
+    def commands(self) -> Floats:
+        """Velocities that the robots were last commanded."""
+    def reset(
+        self,
+        first_job: int,
+        ranges: NDArray[np.float32],
+        goals: Floats,
+        velocities: Floats,
+    ) -> None:
+        """Start missions; the arrays get what the robots see."""
+    def step(
+        self,
+        actions: Floats,
+        ranges: NDArray[np.float32],
+        goals: Floats,
+        velocities: Floats,
+        rewards: Floats,
+        ends: NDArray[np.uint8],
+    ) -> None:
+        """Drive every robot for a control period; those that ended start the next mission."""
+    def finished(
+        self,
+        index: int,
+        ranges: NDArray[np.float32],
+        goals: Floats,
+        velocities: Floats,
+    ) -> tuple[str, str, int, float, str | None] | None:
+        """Return how a mission ended in the last step: outcome, world, seed, time and digest."""

@@ -1,0 +1,232 @@
+"""Gymnasium environments: one simulated robot, or many that are stepped together in Rust.
+
+The agent sees the ranges of the lidar (nothing within range reads as the longest one, no
+measurement as zero), the goal in the robot's frame, and the velocity. Its action is speed and turn
+rate, which the base clamps to its limits; the protective layer of the simulation stays below it.
+The reward is the progress along the first global path, metres, plus 10 at the goal and minus 10 at
+contact.
+
+Importing this module registers ``inbye/Scene-v0``, the built-in scenes, and ``inbye/Barn-v0`` and
+``inbye/DynaBarn-v0``, which need ``path``, the folder of the benchmark's worlds.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from inbye import _native, bench
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from inbye._native import Settings, World
+
+__all__ = ["Env", "VectorEnv", "make", "make_vector"]
+
+Observation = dict[str, NDArray[Any]]
+Action = NDArray[np.float64]
+
+
+class _Buffers:
+    """The arrays that a step fills."""
+
+    def __init__(self, count: int, beams: int) -> None:
+        self.ranges = np.zeros((count, beams), np.float32)
+        self.goals = np.zeros((count, 2))
+        self.velocities = np.zeros((count, 2))
+
+    def observation(self) -> Observation:
+        return {
+            "ranges": self.ranges.copy(),
+            "goal": self.goals.copy(),
+            "velocity": self.velocities.copy(),
+        }
+
+    def first(self) -> Observation:
+        return {name: values[0] for name, values in self.observation().items()}
+
+
+def _spaces(
+    native: _native.Environments,
+) -> tuple[spaces.Space[Observation], spaces.Space[Action]]:
+    least, fastest, turn = native.speed_limits
+    far = np.full(2, np.inf)
+    # Gymnasium's own types say less: any arrays.
+    observation: Any = spaces.Dict(
+        {
+            "ranges": spaces.Box(0.0, native.range_max, (native.beams,), np.float32),
+            "goal": spaces.Box(-far, far, dtype=np.float64),
+            "velocity": spaces.Box(-far, far, dtype=np.float64),
+        }
+    )
+    action: Any = spaces.Box(np.array([least, -turn]), np.array([fastest, turn]), dtype=np.float64)
+    return observation, action
+
+
+class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
+    """Many robots on the missions of all worlds and seeds in turn.
+
+    With ``navigator`` inbye drives and the actions count for nothing: ``info["command"]`` has its
+    velocities, and what the agent sees is what inbye decided from. A robot whose mission ends
+    begins the next one in the same step; what it saw last is in ``info["final_obs"]``, and
+    ``info["final_info"]`` has the outcome, world, seed, time and, for inbye, the digest of its
+    trace, which is that of a single run.
+    """
+
+    def __init__(
+        self,
+        worlds: Sequence[World],
+        num_envs: int,
+        *,
+        seeds: Sequence[int] = range(1),
+        config: Settings | None = None,
+        navigator: bool = False,
+        threads: int = 1,
+    ) -> None:
+        self._native = _native.Environments(
+            list(worlds),
+            num_envs,
+            seeds=list(seeds),
+            config=config,
+            navigator=navigator,
+            threads=threads,
+        )
+        self.num_envs = num_envs
+        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        observation, action = _spaces(self._native)
+        batch = gymnasium.vector.utils.batch_space
+        self.single_observation_space, self.single_action_space = observation, action
+        self.observation_space = batch(observation, num_envs)
+        self.action_space = batch(action, num_envs)
+        self._jobs = len(worlds) * len(seeds)
+        self._seen = _Buffers(num_envs, self._native.beams)
+        self._last = _Buffers(1, self._native.beams)
+        self._rewards = np.zeros(num_envs)
+        self._ends = np.zeros(num_envs, np.uint8)
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start the missions from the first one on, or from one that the seed draws."""
+        if isinstance(seed, list):
+            seed = seed[0]
+        super().reset(seed=seed)
+        first = 0 if seed is None else int(self.np_random.integers(self._jobs))
+        seen = self._seen
+        self._native.reset(first, seen.ranges, seen.goals, seen.velocities)
+        return seen.observation(), self._info()
+
+    def step(
+        self, actions: Action
+    ) -> tuple[Observation, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
+        """Drive every robot for one control period."""
+        seen, ends = self._seen, self._ends
+        actions = np.ascontiguousarray(actions, np.float64)
+        self._native.step(actions, seen.ranges, seen.goals, seen.velocities, self._rewards, ends)
+        info = self._info()
+        if ends.any():
+            self._add_final(info)
+        return seen.observation(), self._rewards.copy(), ends == 1, ends == 2, info
+
+    def _info(self) -> dict[str, Any]:
+        return {"command": np.asarray(self._native.commands)}
+
+    def _add_final(self, info: dict[str, Any]) -> None:
+        """Add how missions ended, in the arrays of Gymnasium's convention."""
+        over = self._ends > 0
+        last, final = self._last, np.full(self.num_envs, None, object)
+        names = ("outcome", "world", "seed", "time_s", "digest")
+        columns: dict[str, NDArray[Any]] = {
+            name: np.full(self.num_envs, None, object) for name in names
+        }
+        for index in np.flatnonzero(over):
+            ended = self._native.finished(int(index), last.ranges, last.goals, last.velocities)
+            assert ended is not None
+            final[index] = last.first()
+            for name, value in zip(names, ended, strict=True):
+                columns[name][index] = value
+        info["final_obs"], info["_final_obs"] = final, over
+        masks = {f"_{name}": over for name in names}
+        info["final_info"], info["_final_info"] = columns | masks, over
+
+
+class Env(gymnasium.Env[Observation, Action]):
+    """One robot on the missions of all worlds and seeds in turn, a new one at each reset."""
+
+    def __init__(
+        self,
+        worlds: Sequence[World],
+        *,
+        seeds: Sequence[int] = range(1),
+        config: Settings | None = None,
+    ) -> None:
+        self._native = _native.Environments(list(worlds), 1, seeds=list(seeds), config=config)
+        self.observation_space, self.action_space = _spaces(self._native)
+        self._jobs, self._next = len(worlds) * len(seeds), 0
+        self._seen = _Buffers(1, self._native.beams)
+        self._last = _Buffers(1, self._native.beams)
+        self._rewards, self._ends = np.zeros(1), np.zeros(1, np.uint8)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start the next mission, or one that the seed draws."""
+        super().reset(seed=seed)
+        if seed is not None:
+            self._next = int(self.np_random.integers(self._jobs))
+        seen = self._seen
+        self._native.reset(self._next, seen.ranges, seen.goals, seen.velocities)
+        self._next += 1
+        world, mission_seed = self._native.missions[0]
+        return seen.first(), {"world": world, "seed": mission_seed}
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Drive for one control period."""
+        seen, actions = self._seen, np.ascontiguousarray(action, np.float64).reshape(1, 2)
+        self._native.step(
+            actions, seen.ranges, seen.goals, seen.velocities, self._rewards, self._ends
+        )
+        end, info = int(self._ends[0]), {}
+        if end > 0:
+            seen = self._last
+            ended = self._native.finished(0, seen.ranges, seen.goals, seen.velocities)
+            assert ended is not None
+            info = {"outcome": ended[0], "world": ended[1], "seed": ended[2], "time_s": ended[3]}
+        return seen.first(), float(self._rewards[0]), end == 1, end == 2, info
+
+
+def _worlds(kind: str, path: str | None) -> list[World]:
+    return bench.worlds(kind=kind) if path is None else bench.worlds(kind=kind, path=path)
+
+
+def make(kind: str, path: str | None = None, **options: Any) -> Env:  # noqa: ANN401
+    """Make an environment in worlds of a kind, with the folder of their files."""
+    return Env(_worlds(kind, path), **options)
+
+
+def make_vector(
+    kind: str,
+    path: str | None = None,
+    num_envs: int = 1,
+    **options: Any,  # noqa: ANN401
+) -> VectorEnv:
+    """Make many environments in worlds of a kind, with the folder of their files."""
+    return VectorEnv(_worlds(kind, path), num_envs, **options)
+
+
+for _name, _kind in (("Scene", "scenes"), ("Barn", "barn"), ("DynaBarn", "dynabarn")):
+    gymnasium.register(  # pyright: ignore[reportUnknownMemberType]
+        id=f"inbye/{_name}-v0",
+        entry_point="inbye.gym:make",
+        vector_entry_point="inbye.gym:make_vector",
+        kwargs={"kind": _kind},
+    )

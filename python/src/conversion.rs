@@ -1,0 +1,114 @@
+//! Poses, points, velocities and errors between Rust and Python.
+
+use core::fmt::Display;
+
+use inbye::geometry::{Point, Pose, Twist};
+use inbye::map::{MovingDisc, Scan};
+use inbye::navigator::Goal;
+use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use super::InbyeError;
+
+/// An error of the library as a Python exception.
+pub fn raise(error: impl Display) -> PyErr {
+    InbyeError::new_err(error.to_string())
+}
+
+pub const fn pose_tuple(pose: &Pose) -> (f64, f64, f64) {
+    (pose.x, pose.y, pose.yaw)
+}
+
+pub const fn twist_tuple(twist: &Twist) -> (f64, f64) {
+    (twist.linear, twist.angular)
+}
+
+pub fn pose([x, y, yaw]: [f64; 3]) -> PyResult<Pose> {
+    let pose = Pose::new(x, y, yaw);
+    if pose.is_finite() { Ok(pose) } else { Err(raise("a pose must have three finite numbers")) }
+}
+
+pub fn point([x, y]: [f64; 2]) -> PyResult<Point> {
+    let point = Point::new(x, y);
+    if point.is_finite() { Ok(point) } else { Err(raise("a point must have two finite numbers")) }
+}
+
+pub fn twist([linear, angular]: [f64; 2]) -> PyResult<Twist> {
+    let twist = Twist::new(linear, angular);
+    if twist.is_finite() {
+        Ok(twist)
+    } else {
+        Err(raise("a velocity must have two finite numbers"))
+    }
+}
+
+/// A goal: x, y and optionally yaw.
+pub fn goal(values: &[f64]) -> PyResult<Goal> {
+    match *values {
+        [x, y] => Ok(Goal::at(point([x, y])?)),
+        [x, y, yaw] => {
+            let pose = pose([x, y, yaw])?;
+            Ok(Goal { position: pose.position(), yaw: Some(yaw) })
+        }
+        _ => Err(raise("a goal is (x, y) or (x, y, yaw)")),
+    }
+}
+
+/// Moving obstacles from rows of x, y, radius, vx and vy.
+pub fn moving_discs(rows: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Vec<MovingDisc>> {
+    let Some(rows) = rows else { return Ok(Vec::new()) };
+    let rows = rows.as_array();
+    if rows.ncols() != 5 {
+        return Err(raise("moving obstacles have five columns: x, y, radius, vx, vy"));
+    }
+    let disc = |row: numpy::ndarray::ArrayView1<'_, f64>| MovingDisc {
+        x: row[0],
+        y: row[1],
+        radius: row[2],
+        vx: row[3],
+        vy: row[4],
+    };
+    Ok(rows.rows().into_iter().map(disc).collect())
+}
+
+/// A scan from ranges in metres at equal angles.
+pub fn scan(
+    ranges: &PyReadonlyArray1<'_, f64>,
+    angle_min: f64,
+    angle_increment: f64,
+    range_max: f64,
+) -> PyResult<Scan> {
+    let ranges = ranges.as_array().iter().copied().collect();
+    let scan = Scan { angle_min, angle_increment, range_max, ranges };
+    if scan.is_valid() {
+        return Ok(scan);
+    }
+    Err(raise(
+        "angle_min, angle_increment and range_max must be finite, and the increment above zero",
+    ))
+}
+
+/// Points as an array of two columns.
+pub fn points<'py>(py: Python<'py>, points: &[Point]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let rows: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
+    table(py, &rows)
+}
+
+/// Rows as an array.
+pub fn table<'py, const N: usize>(
+    py: Python<'py>,
+    rows: &[[f64; N]],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let flat = rows.iter().flatten().copied().collect();
+    let array = numpy::ndarray::Array2::from_shape_vec((rows.len(), N), flat);
+    Ok(PyArray2::from_owned_array(py, array.map_err(raise)?))
+}
+
+/// A value with a JSON form as a Python object.
+pub fn from_json<'py>(
+    py: Python<'py>,
+    value: &impl serde::Serialize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let text = serde_json::to_string(value).map_err(raise)?;
+    py.import("json")?.call_method1("loads", (text,))
+}

@@ -1,0 +1,214 @@
+//! Worlds, drives in them, and replays of recordings.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use inbye::experiment::{self, RunRow};
+use inbye::recording::{FieldValue, Reader};
+use inbye::runtime::{Decider, MissionResult, Observer};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::controller::{PythonController, Raised};
+use super::conversion::{from_json, goal, pose, raise};
+use super::decision::open;
+use super::map::Map;
+use super::records::Records;
+use super::settings::changed;
+
+/// A world to drive in.
+#[pyclass(frozen, module = "inbye")]
+#[derive(Clone)]
+pub struct World {
+    pub inner: experiment::World,
+}
+
+#[pymethods]
+impl World {
+    /// A mission on a map, among people who walk across the path.
+    #[new]
+    #[pyo3(signature = (map, start, goal, *, people=0, time_limit_s=None, name="map"))]
+    fn new(
+        map: &Bound<'_, Map>,
+        start: [f64; 3],
+        goal: Vec<f64>,
+        people: usize,
+        time_limit_s: Option<f64>,
+        name: &str,
+    ) -> PyResult<Self> {
+        let (map, start, goal) = (Arc::clone(&map.get().grid), pose(start)?, self::goal(&goal)?);
+        let inner = experiment::World::on_map(name, map, start, goal, people, time_limit_s);
+        Ok(Self { inner })
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    #[getter]
+    fn kind(&self) -> &'static str {
+        self.inner.kind.name()
+    }
+
+    /// Drives the mission of a seed.
+    #[pyo3(signature = (seed=0, *, config=None, controller=None, engine="cpu"))]
+    fn drive(
+        &self,
+        py: Python<'_>,
+        seed: u64,
+        config: Option<&Bound<'_, PyAny>>,
+        controller: Option<&Bound<'_, PyAny>>,
+        engine: &str,
+    ) -> PyResult<Drive> {
+        let config = changed(&self.inner.settings, config)?;
+        let (decider, raised) = decider(controller, engine)?;
+        let run = py.detach(|| {
+            let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+            self.inner.drive(seed, &config, decider, &mut observer)
+        });
+        raised.check()?;
+        py.check_signals()?;
+        let run = run.map_err(raise)?;
+        Ok(Drive { row: run.row, result: run.result })
+    }
+
+    fn __repr__(&self) -> String {
+        format!("World({:?}, kind={:?})", self.inner.name, self.inner.kind.name())
+    }
+}
+
+/// What decides: a controller in Python, or inbye's behaviours.
+pub fn decider(controller: Option<&Bound<'_, PyAny>>, engine: &str) -> PyResult<(Decider, Raised)> {
+    match controller {
+        Some(controller) => {
+            let (controller, raised) = PythonController::of(controller)?;
+            Ok((controller.into(), raised))
+        }
+        None => Ok((open(engine, 1)?.into(), Raised::default())),
+    }
+}
+
+/// A drive in a simulated world.
+#[pyclass(frozen, module = "inbye")]
+pub struct Drive {
+    row: RunRow,
+    /// None if the navigator refused to start.
+    result: Option<MissionResult>,
+}
+
+/// Columns of a trace.
+const TRACE: &[(&str, &str)] = &[
+    ("time_s", "<f8"),
+    ("x", "<f8"),
+    ("y", "<f8"),
+    ("yaw", "<f8"),
+    ("believed_x", "<f8"),
+    ("believed_y", "<f8"),
+    ("believed_yaw", "<f8"),
+    ("vx", "<f8"),
+    ("vtheta", "<f8"),
+    ("command_vx", "<f8"),
+    ("command_vtheta", "<f8"),
+    ("gap_m", "<f8"),
+    ("admissible", "<u4"),
+    ("samples", "<u4"),
+    ("mode", "<U12"),
+    ("path", "<u4"),
+];
+
+#[pymethods]
+impl Drive {
+    #[getter]
+    fn reached(&self) -> bool {
+        self.row.reached()
+    }
+
+    #[getter]
+    fn time_s(&self) -> f64 {
+        self.row.time_s
+    }
+
+    /// Why the goal was not reached; none if it was.
+    #[getter]
+    fn reason(&self) -> Option<&str> {
+        self.row.reason.as_deref()
+    }
+
+    /// All figures of the run, as in the records of experiments.
+    #[getter]
+    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        from_json(py, &self.row)
+    }
+
+    /// SHA-256 of the exact bits of the trace, as `inbye drive` prints it.
+    #[getter]
+    fn digest(&self) -> Option<String> {
+        self.result.as_ref().map(|result| result.trace.digest())
+    }
+
+    /// Every tick as a structured array.
+    #[getter]
+    fn trace<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let mut records = Records::new(TRACE);
+        for row in self.result.iter().flat_map(|result| &result.trace.rows) {
+            records.real(row.time_s);
+            for pose in [&row.pose, &row.belief] {
+                records.reals([pose.x, pose.y, pose.yaw]);
+            }
+            for twist in [&row.twist, &row.command] {
+                records.reals([twist.linear, twist.angular]);
+            }
+            records.real(row.gap_m);
+            records.whole(row.admissible);
+            records.whole(row.samples);
+            records.text(row.mode.as_str(), 12);
+            records.whole(row.path as u32);
+        }
+        records.to_array(py)
+    }
+
+    /// The global paths that the robot followed.
+    #[getter]
+    fn paths<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, numpy::PyArray2<f64>>>> {
+        let paths = self.result.iter().flat_map(|result| &result.trace.paths);
+        paths.map(|path| super::conversion::points(py, path)).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        let how = self.row.outcome.text();
+        format!("Drive({} {how} after {:.1} s)", self.row.world, self.row.time_s)
+    }
+}
+
+/// Repeats the decisions of a recording and compares their bits.
+#[pyfunction]
+#[pyo3(signature = (path, *, engine="cpu"))]
+pub fn replay<'py>(py: Python<'py>, path: PathBuf, engine: &str) -> PyResult<Bound<'py, PyDict>> {
+    let place = |error: &dyn core::fmt::Display| raise(format!("{}: {error}", path.display()));
+    let engine = open(engine, 1)?;
+    let replay = py.detach(|| {
+        let file = File::open(&path).map_err(|error| place(&error))?;
+        let mut reader = Reader::open(BufReader::new(file)).map_err(|error| place(&error))?;
+        inbye::recording::replay(&mut reader, engine, &mut |_| {}).map_err(|error| place(&error))
+    })?;
+    let answer = PyDict::new(py);
+    answer.set_item("ticks", replay.ticks)?;
+    answer.set_item("agrees", replay.agrees())?;
+    answer.set_item("complete", replay.is_complete)?;
+    answer.set_item(
+        "first_difference",
+        replay.first_difference.as_ref().map(|difference| {
+            let value = |value: &FieldValue| match value {
+                FieldValue::Real(real) => real.to_string(),
+                FieldValue::Count(count) => count.to_string(),
+                FieldValue::Named(name, _) => (*name).to_owned(),
+            };
+            let (recorded, replayed) = (value(&difference.recorded), value(&difference.replayed));
+            (difference.tick, difference.field, recorded, replayed)
+        }),
+    )?;
+    Ok(answer)
+}

@@ -1,0 +1,55 @@
+//! The Python module `inbye._native`: the types and functions of the package `inbye` that are written in Rust. The package's
+//! type stubs, `_native.pyi`, document them.
+
+#![expect(
+    clippy::needless_pass_by_value,
+    clippy::doc_markdown,
+    missing_docs,
+    reason = "Python's functions own their arguments, and the type stubs are the documentation"
+)]
+
+mod controller;
+mod conversion;
+mod decision;
+mod drive;
+mod environment;
+mod experiment;
+mod localizer;
+mod map;
+mod navigator;
+mod problem;
+mod program;
+mod records;
+mod settings;
+
+use pyo3::prelude::*;
+
+pyo3::create_exception!(inbye, InbyeError, pyo3::exceptions::PyValueError);
+
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use super::InbyeError;
+    #[pymodule_export]
+    use super::controller::ControllerInput;
+    #[pymodule_export]
+    use super::decision::{Decision, Engine};
+    #[pymodule_export]
+    use super::drive::{Drive, World, replay};
+    #[pymodule_export]
+    use super::environment::Environments;
+    #[pymodule_export]
+    use super::experiment::{compare, read_worlds, run};
+    #[pymodule_export]
+    use super::localizer::{Localizer, PoseEstimate};
+    #[pymodule_export]
+    use super::map::{Map, plan};
+    #[pymodule_export]
+    use super::navigator::{Navigator, NavigatorDecision};
+    #[pymodule_export]
+    use super::problem::Problem;
+    #[pymodule_export]
+    use super::program::run_program;
+    #[pymodule_export]
+    use super::settings::Config;
+}

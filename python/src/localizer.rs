@@ -1,0 +1,95 @@
+//! The pose from scans.
+
+use inbye::map::TimedScan;
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+
+use super::conversion::{pose, pose_tuple, raise, scan};
+use super::map::Map;
+use super::settings::changed;
+
+/// The pose after a revolution of the lidar, with its quality.
+#[pyclass(frozen, get_all, module = "inbye")]
+pub struct PoseEstimate {
+    time_s: f64,
+    pose: (f64, f64, f64),
+    covariance: [[f64; 3]; 3],
+    rms_m: f64,
+    /// "tracking", "uncertain" or "lost".
+    status: &'static str,
+    /// Why the pose is lost.
+    reason: Option<String>,
+}
+
+impl From<&inbye::localization::PoseEstimate> for PoseEstimate {
+    fn from(estimate: &inbye::localization::PoseEstimate) -> Self {
+        use inbye::localization::LocalizationStatus;
+        Self {
+            time_s: estimate.time_s,
+            pose: pose_tuple(&estimate.pose),
+            covariance: estimate.covariance,
+            rms_m: estimate.rms_m,
+            status: match estimate.status {
+                LocalizationStatus::Tracking => "tracking",
+                LocalizationStatus::Uncertain => "uncertain",
+                _ => "lost",
+            },
+            reason: estimate.status.lost_reason().map(|reason| reason.to_string()),
+        }
+    }
+}
+
+/// Estimates the pose from odometry, and from scans that are matched to the map.
+#[pyclass(module = "inbye")]
+pub struct Localizer(inbye::localization::Localizer);
+
+#[pymethods]
+impl Localizer {
+    #[new]
+    #[pyo3(signature = (map, start, *, config=None))]
+    fn new(
+        map: &Bound<'_, Map>,
+        start: [f64; 3],
+        config: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let known = map.get().grid.obstacles(config.unknown);
+        let start = pose(start)?;
+        let localizer = inbye::localization::Localizer::new(&known, config.localization, &start);
+        localizer.map(Self).map_err(raise)
+    }
+
+    fn predict(&mut self, time_s: f64, odometry: [f64; 3]) -> PyResult<()> {
+        self.0.predict(time_s, &pose(odometry)?);
+        Ok(())
+    }
+
+    /// A revolution that ended at a time, seconds, and lasted `sweep_s`.
+    #[pyo3(signature = (time_s, ranges, *, angle_min, angle_increment, range_max, sweep_s=0.0))]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
+    fn update(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        ranges: PyReadonlyArray1<'_, f64>,
+        angle_min: f64,
+        angle_increment: f64,
+        range_max: f64,
+        sweep_s: f64,
+    ) -> PyResult<PoseEstimate> {
+        let scan = scan(&ranges, angle_min, angle_increment, range_max)?;
+        let revolution = TimedScan::from_scan(&scan, time_s, sweep_s);
+        Ok(py.detach(|| self.0.update(&revolution).into()))
+    }
+
+    #[getter]
+    fn estimate(&self) -> PoseEstimate {
+        self.0.estimate().into()
+    }
+
+    /// Learned scales of odometry's distances and turns.
+    #[getter]
+    const fn odometry_scale(&self) -> (f64, f64) {
+        self.0.odometry_scale()
+    }
+}

@@ -1,0 +1,131 @@
+//! The navigator, for a robot that a Python program drives.
+
+use std::sync::{Mutex, PoisonError};
+
+use inbye::navigator::{Observation, Waypoints};
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+
+use super::controller::{PythonController, Raised};
+use super::conversion::{goal, points, pose, raise, scan, twist, twist_tuple};
+use super::decision::open;
+use super::map::Map;
+use super::settings::changed;
+
+/// The decision of a tick.
+#[pyclass(frozen, get_all, module = "inbye")]
+pub struct NavigatorDecision {
+    command: (f64, f64),
+    /// What the navigator does, such as "driving" or "arrived".
+    mode: &'static str,
+    local_target: (f64, f64),
+    /// What is wrong with the observation.
+    observation_fault: Option<String>,
+    /// Why the mission failed.
+    fault: Option<String>,
+}
+
+/// Follows global paths to its goals among obstacles that are not in the map.
+#[pyclass(module = "inbye")]
+pub struct Navigator {
+    /// The lock lets threads share it.
+    inner: Mutex<inbye::navigator::Navigator>,
+    scan_change: inbye::map::ScanChange,
+    raised: Raised,
+}
+
+#[pymethods]
+impl Navigator {
+    #[new]
+    #[pyo3(signature = (map, start, goals, *, config=None, controller=None, engine="cpu"))]
+    fn new(
+        py: Python<'_>,
+        map: &Bound<'_, Map>,
+        start: [f64; 2],
+        goals: Vec<Vec<f64>>,
+        config: Option<&Bound<'_, PyAny>>,
+        controller: Option<&Bound<'_, PyAny>>,
+        engine: &str,
+    ) -> PyResult<Self> {
+        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let goals = goals.iter().map(|values| goal(values)).collect::<PyResult<Vec<_>>>()?;
+        if goals.is_empty() {
+            return Err(raise("goals must have at least one"));
+        }
+        let waypoints = Waypoints { start: super::conversion::point(start)?, goals };
+        let (controller, raised) = match controller {
+            Some(controller) => {
+                let (controller, raised) = PythonController::of(controller)?;
+                (Some(controller), raised)
+            }
+            None => (None, Raised::default()),
+        };
+        let engine = open(engine, 1)?;
+        let grid = &map.get().grid;
+        let made = py.detach(|| {
+            let (known, clock) = (grid.obstacles(config.unknown), &mut || 0.0);
+            match controller {
+                Some(it) => config.new_navigator_with(known, &waypoints, engine, Some(it), clock),
+                None => config.new_navigator(known, &waypoints, engine, clock),
+            }
+        });
+        raised.check()?;
+        Ok(Self {
+            inner: Mutex::new(made.map_err(raise)?),
+            scan_change: inbye::map::ScanChange::default(),
+            raised,
+        })
+    }
+
+    /// Decides what to do at a time, seconds. Times that are left out are that of the tick.
+    #[pyo3(signature = (time_s, pose, velocity, ranges, *, angle_min, angle_increment, range_max, pose_s=None, odometry_s=None, scan_s=None))]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        pose: [f64; 3],
+        velocity: [f64; 2],
+        ranges: PyReadonlyArray1<'_, f64>,
+        angle_min: f64,
+        angle_increment: f64,
+        range_max: f64,
+        pose_s: Option<f64>,
+        odometry_s: Option<f64>,
+        scan_s: Option<f64>,
+    ) -> PyResult<NavigatorDecision> {
+        let scan = scan(&ranges, angle_min, angle_increment, range_max)?;
+        let odometry_s = odometry_s.unwrap_or(time_s);
+        let scan_s = scan_s.unwrap_or(time_s);
+        let observation = Observation {
+            time_s,
+            pose: self::pose(pose)?,
+            pose_s: pose_s.unwrap_or(odometry_s),
+            lost: None,
+            twist: twist(velocity)?,
+            odometry_s,
+            scan_changed_s: self.scan_change.update(scan_s, scan.ranges.iter().copied()),
+            scan,
+            scan_s,
+            sent: None,
+        };
+        let inner = self.inner.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let decision = py.detach(|| inner.step(&observation));
+        self.raised.check()?;
+        Ok(NavigatorDecision {
+            command: twist_tuple(&decision.command),
+            mode: decision.mode.as_str(),
+            local_target: (decision.local_target.x, decision.local_target.y),
+            observation_fault: inner.observation_fault().map(|fault| fault.to_string()),
+            fault: inner.fault().map(ToString::to_string),
+        })
+    }
+
+    /// The global path that the robot follows.
+    #[getter]
+    fn path<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
+        let path = inner.plans().last().map_or(&[][..], |plan| plan.smoothed.points());
+        points(py, path)
+    }
+}

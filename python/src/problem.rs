@@ -1,0 +1,66 @@
+//! The problem of one decision.
+
+use inbye::local::DecisionInput;
+use numpy::PyReadonlyArray2;
+use pyo3::prelude::*;
+
+use super::conversion::{moving_discs, point, pose, raise, twist};
+use super::map::Map;
+use super::settings::changed;
+
+/// All inputs of one decision.
+#[pyclass(frozen, module = "inbye")]
+pub struct Problem {
+    pub inner: inbye::local::Problem,
+}
+
+#[pymethods]
+impl Problem {
+    #[new]
+    #[pyo3(signature = (map, pose, target, *, velocity=[0.0; 2], last_command=None, key_node=None, obstacles=None, config=None))]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
+    fn new(
+        map: &Bound<'_, Map>,
+        pose: [f64; 3],
+        target: [f64; 2],
+        velocity: [f64; 2],
+        last_command: Option<[f64; 2]>,
+        key_node: Option<[f64; 2]>,
+        obstacles: Option<PyReadonlyArray2<'_, f64>>,
+        config: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let map = map.get();
+        let field = map.field(config.unknown)?;
+        let velocity = twist(velocity)?;
+        let input = DecisionInput {
+            field: &field,
+            pose: self::pose(pose)?,
+            twist: velocity,
+            last_command: last_command.map(twist).transpose()?.unwrap_or(velocity),
+            obstacles: &moving_discs(obstacles)?,
+            target: point(target)?,
+            key_node: point(key_node.unwrap_or(target))?,
+            limits: config.robot.limits,
+            footprint: &config.robot.footprint,
+            weights: config.local.weights,
+        };
+        let inner = input.problem(&config.local);
+        // Its ranges are checked here rather than at each decision.
+        inbye::local::QuantizedProblem::new(&inner).map_err(raise)?;
+        Ok(Self { inner })
+    }
+
+    /// Number of samples.
+    fn __len__(&self) -> usize {
+        self.inner.window.len()
+    }
+
+    /// Positions of a sample after each step of the horizon, metres.
+    fn path<'py>(&self, py: Python<'py>, index: u32) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        if index as usize >= self.__len__() {
+            return Err(raise(format!("the problem has {} samples", self.__len__())));
+        }
+        super::conversion::points(py, &self.inner.path(index))
+    }
+}

@@ -1,0 +1,95 @@
+"""Experiments with controllers in Python."""
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import inbye
+import numpy as np
+import pytest
+from inbye import planner_arena
+
+PLAN = {
+    "seeds": [0],
+    "configs": {"inbye": {}, "slow": {"robot": {"limits": {"max_vel_x": 0.25}}}},
+    "worlds": [{"kind": "scenes"}],
+}
+
+
+class Pursuit:
+    """Follows a point of the path half a metre ahead; one object for each run."""
+
+    runs = 0
+
+    def __init__(self) -> None:
+        Pursuit.runs += 1
+
+    def compute_velocity(self, seen: inbye.ControllerInput) -> tuple[float, float]:
+        x, y, yaw = seen.pose
+        lengths = np.hypot(*np.diff(seen.path, axis=0).T).cumsum()
+        ahead = min(np.searchsorted(lengths, seen.path_progress_m + 0.5) + 1, len(seen.path) - 1)
+        to_x, to_y = seen.path[ahead] - (x, y)
+        turn = np.arctan2(to_y, to_x) - yaw
+        error = np.arctan2(np.sin(turn), np.cos(turn))
+        return (0.3 if abs(error) < 0.5 else 0.0, float(error))
+
+
+def test_comparison_ranks_planners_and_writes_its_page(tmp_path: Path) -> None:
+    comparison = inbye.bench.compare(PLAN, {"pursuit": Pursuit}, jobs=2, report=tmp_path)
+    assert {row["planner"] for row in comparison.ranked} == {"inbye", "slow", "pursuit"}
+    assert len(comparison.rows) == 9
+    assert Pursuit.runs == 3
+    assert [row["rank"] for row in comparison.ranked] == [1, 2, 3]
+    assert "pursuit" in (tmp_path / "index.html").read_text()
+    assert str(comparison).count("\n") == 2
+    # The rows of the plan are those of a run without controllers.
+    key = ("config", "world", "trace_digest")
+    ours = [[row[name] for name in key] for row in inbye.bench.run(PLAN)]
+    assert [[row[name] for name in key] for row in comparison.rows[:6]] == ours
+
+
+def test_plan_of_a_file_is_relative_to_it(tmp_path: Path) -> None:
+    (tmp_path / "room.txt").write_text("\n".join(["#" * 20, *["#" + 18 * "." + "#"] * 8, "#" * 20]))
+    plan = tmp_path / "plan.toml"
+    plan.write_text(
+        '[[worlds]]\nkind = "map"\npath = "room.txt"\nresolution_m = 0.4\n'
+        "routes = [{ start = [1.6, 2.0, 0.0], goal = [6.0, 2.0] }]\n"
+    )
+    (row,) = inbye.bench.run(plan)
+    assert row["outcome"] == "reached"
+    (world,) = inbye.bench.worlds(plan)
+    assert (world.kind, world.drive().digest) == ("map", row["trace_digest"])
+    plan.write_text("seed = 3\n")
+    with pytest.raises(inbye.InbyeError, match=r"plan\.toml.*did you mean `seeds`"):
+        inbye.bench.run(plan)
+
+
+def test_database_for_planner_arena_has_a_run_for_each_row(tmp_path: Path) -> None:
+    rows = inbye.bench.run(PLAN)
+    file = tmp_path / "arena.db"
+    planner_arena.write(rows, file)
+    with closing(sqlite3.connect(file)) as database:
+        runs = database.execute(
+            "SELECT p.name, e.name, r.time, r.solved, s.description FROM runs r "
+            "JOIN plannerConfigs p ON p.id = r.plannerid "
+            "JOIN experiments e ON e.id = r.experimentid "
+            "JOIN enums s ON s.name = 'status' AND s.value = r.status ORDER BY r.id"
+        ).fetchall()
+        experiments = database.execute("SELECT name, runcount FROM experiments").fetchall()
+        (progress,) = database.execute("SELECT count(*) FROM progress").fetchone()
+    assert runs == [
+        (
+            row["config"],
+            f"scenes {row['world']}",
+            row["time_s"],
+            row["outcome"] == "reached",
+            row["outcome"],
+        )
+        for row in rows
+    ]
+    assert experiments == [(f"scenes {name}", 2) for name in ("roadway", "crossing", "dead_end")]
+    assert progress == 0
+    with pytest.raises(FileExistsError):
+        planner_arena.write(rows, file)
+    with pytest.raises(ValueError, match="no rows"):
+        planner_arena.write([], tmp_path / "empty.db")

@@ -1,0 +1,131 @@
+"""Decisions: the same bits as the program's, and arrays that show them."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import inbye
+import numpy as np
+import pytest
+
+ROWS = [
+    "################",
+    "#..............#",
+    "#......#.......#",
+    "#..............#",
+    "################",
+]
+CONFIG = {
+    "robot": {
+        "footprint": [{"x": 0.0, "y": 0.0, "radius": 0.3}],
+        "limits": {"min_vel_x": 0.0, "max_vel_x": 1.0},
+    },
+    "local": {"vx_samples": 8, "vtheta_samples": 16},
+}
+
+
+def problem(**changes: object) -> inbye.Problem:
+    world = inbye.Map.from_rows(ROWS, 0.5)
+    inputs = {"velocity": (0.4, 0.0), "config": CONFIG} | changes
+    return inbye.Problem(world, (1.0, 1.2, 0.0), (6.0, 1.2), **inputs)
+
+
+def test_digest_is_that_of_the_program(tmp_path: Path) -> None:
+    decision = inbye.evaluate(problem(), samples=True)
+    settings = inbye.Config(CONFIG).to_dict()
+    file = tmp_path / "problem.json"
+    file.write_text(
+        json.dumps(
+            settings["local"]
+            | {
+                "map": {"rows": ROWS, "resolution_m": 0.5},
+                "robot": {
+                    "pose": [1.0, 1.2, 0.0],
+                    "velocity": [0.4, 0.0],
+                    "footprint": CONFIG["robot"]["footprint"],
+                },
+                "limits": settings["robot"]["limits"],
+                "target": [6.0, 1.2],
+            }
+        )
+    )
+    command = [sys.executable, "-m", "inbye", "evaluate", "--problem", str(file), "--json"]
+    run = subprocess.run([*command, "--engine", "cpu"], capture_output=True, check=True)
+    said = json.loads(run.stdout)
+    assert said["digest"] == decision.digest
+    assert said["winner"]["index"] == decision.index
+    assert (said["winner"]["vx"], said["winner"]["vtheta"]) == decision.command
+    # A sample more is another digest: the comparison can fail.
+    other = problem(config=CONFIG | {"local": {"vx_samples": 8, "vtheta_samples": 17}})
+    assert inbye.evaluate(other, samples=True).digest != said["digest"]
+
+
+def test_samples_are_a_structured_array() -> None:
+    asked = problem()
+    decision = inbye.evaluate(asked, samples=True)
+    samples = decision.samples
+    assert samples is not None
+    assert len(samples) == len(asked)
+    admissible = samples[samples["status"] == "ok"]
+    assert len(admissible) == decision.admissible
+    best = samples[decision.index]
+    assert best["score"] == admissible["score"].max() == decision.score
+    assert (best["vx"], best["vtheta"]) == decision.command
+    path = asked.path(decision.index)
+    assert path.shape[1] == 2
+    assert np.abs(path[-1] - [best["x"], best["y"]]).max() < 0.02
+    assert inbye.evaluate(asked).samples is None
+
+
+def test_batch_equals_single_decisions_on_every_thread_count() -> None:
+    obstacles = np.array([[3.0, 1.2, 0.2, -0.3, 0.0]])
+    problems = [problem(velocity=(0.05 * step, 0.0), obstacles=obstacles) for step in range(8)]
+    engine = inbye.Engine("cpu", threads=2)
+    batch = inbye.evaluate_batch(problems, engine=engine, samples=True)
+    single = [inbye.evaluate(one, samples=True) for one in problems]
+    assert [one.digest for one in batch] == [one.digest for one in single]
+    assert len({one.digest for one in single}) == 8
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"config": {"local": {"vx_sample": 8}}}, "did you mean `vx_samples`"),
+        ({"config": {"local": {"vx_samples": 0}}}, "vx_samples"),
+        ({"config": 3}, "settings are a Config"),
+        ({"velocity": (float("nan"), 0.0)}, "finite"),
+        ({"obstacles": np.zeros((1, 4))}, "five columns"),
+        ({"obstacles": np.array([[0.0, 0.0, np.nan, 0.0, 0.0]])}, "obstacle"),
+    ],
+)
+def test_bad_input_is_one_clear_error(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(inbye.InbyeError, match=message) as error:
+        problem(**changes)
+    assert "\n" not in str(error.value)
+
+
+def test_map_of_an_array_is_the_map_of_its_rows() -> None:
+    cells = np.array([[100, 0, -1], [0, 0, 100]], np.int8)
+    world = inbye.Map(cells, 0.5, (1.0, 2.0, 0.0))
+    assert np.array_equal(world.cells, cells)
+    assert np.array_equal(inbye.Map.from_rows(["..#", "#.?"], 0.5).cells, cells)
+    # A view with other strides has the same cells.
+    assert np.array_equal(inbye.Map(cells.T.copy().T, 0.5).cells, cells)
+    assert (world.resolution_m, world.origin) == (0.5, (1.0, 2.0, 0.0))
+    with pytest.raises(inbye.InbyeError, match="0 to 100"):
+        inbye.Map(np.full((2, 2), 101, np.int8), 0.5)
+    with pytest.raises(inbye.InbyeError, match=r"missing\.yaml"):
+        inbye.Map.load("missing.yaml")
+
+
+def test_plan_leads_from_start_to_goal() -> None:
+    cells = np.zeros((40, 80), np.int8)
+    cells[:25, 40] = 100
+    world = inbye.Map(cells, 0.1)
+    path = inbye.plan(world, (1.0, 1.2), (6.5, 1.2))
+    assert np.allclose(path[[0, -1]], [[1.0, 1.2], [6.5, 1.2]])
+    assert path[:, 1].max() > 2.5
+    cells[:, 40] = 100
+    with pytest.raises(inbye.InbyeError, match="NO_VALID_PATH"):
+        inbye.plan(inbye.Map(cells, 0.1), (1.0, 1.2), (6.5, 1.2))

@@ -1,0 +1,174 @@
+"""Drives: by inbye, by controllers in Python, tick by tick, and replayed."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import inbye
+import numpy as np
+import pytest
+
+
+def scene(name: str) -> inbye.World:
+    (world,) = [world for world in inbye.bench.worlds(kind="scenes") if world.name == name]
+    return world
+
+
+def room(**options: object) -> inbye.World:
+    cells = np.zeros((60, 100), np.int8)
+    cells[[0, -1]] = 100
+    cells[:, [0, -1]] = 100
+    return inbye.World(inbye.Map(cells, 0.1), (1.0, 3.0, 0.0), (8.0, 3.0), **options)
+
+
+def straight(seen: inbye.ControllerInput) -> tuple[float, float]:
+    to_goal = np.hypot(seen.goal[0] - seen.pose[0], seen.goal[1] - seen.pose[1])
+    return (0.4 if to_goal > 0.2 else 0.0, -0.5 * seen.pose[2])
+
+
+class Recorded:
+    """A controller with all methods, which notes what it is told."""
+
+    name = "recorded"
+
+    def __init__(self) -> None:
+        self.inputs: list[inbye.ControllerInput] = []
+        self.plans: list[np.ndarray] = []
+
+    def set_plan(self, path: np.ndarray) -> None:
+        self.plans.append(path)
+
+    def compute_velocity(self, seen: inbye.ControllerInput) -> tuple[float, float]:
+        self.inputs.append(seen)
+        return straight(seen)
+
+
+def test_drive_has_the_digest_of_the_program() -> None:
+    world = scene("dead_end")
+    drive = world.drive(3)
+    assert drive.reached
+    assert drive.reason is None
+    again = world.drive(3)
+    assert again.digest == drive.digest != world.drive(4).digest
+    command = [sys.executable, "-m", "inbye", "drive", "--scene", "dead_end", "--seed", "3"]
+    run = subprocess.run([*command, "--json", "--engine", "cpu"], capture_output=True, check=True)
+    assert json.loads(run.stdout)["trace_digest"] == drive.digest
+
+
+def test_trace_and_figures_describe_the_drive() -> None:
+    drive = room().drive()
+    trace, figures = drive.trace, drive.figures
+    assert len(trace) == figures["ticks"]
+    assert trace["time_s"][-1] == drive.time_s == pytest.approx(figures["time_s"])
+    assert trace["mode"][-1] == "arrived"
+    assert trace["gap_m"].min() == pytest.approx(figures["min_clearance_m"])
+    assert np.hypot(trace["x"][-1] - 8.0, trace["y"][-1] - 3.0) < 0.1
+    assert [path.shape[1] for path in drive.paths] == [2] * figures["plans"]
+
+
+def test_controller_in_python_drives() -> None:
+    by_function, controller = room().drive(controller=straight), Recorded()
+    by_object = room().drive(controller=controller)
+    assert by_object.reached
+    assert by_object.digest == by_function.digest != room().drive().digest
+    assert by_object.figures["controller"] == "recorded"
+    assert by_function.figures["controller"] == "straight"
+    assert len(controller.plans) == by_object.figures["plans"]
+    first = controller.inputs[0]
+    assert first.ranges.shape == (360,)
+    assert np.array_equal(first.path, controller.plans[0])
+    assert first.goal == (8.0, 3.0, None)
+    assert first.speed_limits[0] < 0.0 < first.speed_limits[1]
+
+
+def fails(_: inbye.ControllerInput) -> tuple[float, float]:
+    raise KeyError("nothing here")
+
+
+@pytest.mark.parametrize(
+    ("controller", "error"),
+    [
+        (fails, KeyError),
+        (lambda _: "fast", TypeError),
+        (lambda _: (1.0, 2.0, 3.0), ValueError),
+        (7, inbye.InbyeError),
+    ],
+)
+def test_exception_of_a_controller_is_raised(
+    controller: Callable[..., object], error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        room().drive(controller=controller)
+
+
+def test_controller_that_sees_no_way_gives_up() -> None:
+    drive = room(time_limit_s=200.0).drive(controller=lambda _: None)
+    assert not drive.reached
+    assert drive.figures["outcome"] == "failed"
+
+
+def test_recording_of_the_program_replays(tmp_path: Path) -> None:
+    file = tmp_path / "run.mcap"
+    command = [sys.executable, "-m", "inbye", "drive", "--scene", "dead_end", "--record"]
+    subprocess.run([*command, str(file)], capture_output=True, check=True)
+    answer = inbye.replay(file)
+    assert answer["agrees"]
+    assert answer["complete"]
+    assert answer["ticks"] > 100
+    file.write_bytes(b"no recording")
+    with pytest.raises(inbye.InbyeError, match=r"run\.mcap"):
+        inbye.replay(file)
+
+
+ANGLES = {"angle_min": -np.pi, "angle_increment": np.pi / 180, "range_max": 20.0}
+
+
+def walls() -> inbye.Map:
+    cells = np.zeros((80, 120), np.int8)
+    cells[[0, -1]] = 100
+    cells[:, [0, -1]] = 100
+    return inbye.Map(cells, 0.1)
+
+
+def scan(x: float, y: float, yaw: float = 0.0) -> np.ndarray:
+    """Measure the distances to the walls."""
+    angle = yaw - np.pi + np.arange(360) * np.pi / 180
+    sine, cosine = np.sin(angle) + 1e-12, np.cos(angle) + 1e-12
+    across = np.where(cosine > 0, 11.9 - x, x - 0.1) / np.abs(cosine)
+    along = np.where(sine > 0, 7.9 - y, y - 0.1) / np.abs(sine)
+    return np.minimum(across, along)
+
+
+def test_navigator_brings_a_robot_of_the_caller_to_its_goal() -> None:
+    navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)])
+    assert np.allclose(navigator.path[[0, -1]], [[2.0, 3.0], [6.0, 4.5]])
+    x, y, yaw, velocity, decision = 2.0, 3.0, 0.0, (0.0, 0.0), None
+    for tick in range(600):
+        decision = navigator.step(0.1 * tick, (x, y, yaw), velocity, scan(x, y, yaw), **ANGLES)
+        if decision.mode == "arrived":
+            break
+        velocity = decision.command
+        x += 0.1 * velocity[0] * np.cos(yaw)
+        y += 0.1 * velocity[0] * np.sin(yaw)
+        yaw += 0.1 * velocity[1]
+    assert decision is not None
+    assert decision.mode == "arrived", decision.fault
+    assert np.hypot(x - 6.0, y - 4.5) < 0.25
+    blind = navigator.step(100.0, (x, y, yaw), velocity, np.full(360, np.nan), **ANGLES)
+    assert blind.observation_fault is not None
+    with pytest.raises(inbye.InbyeError, match="at least one"):
+        inbye.Navigator(walls(), (2.0, 3.0), [])
+
+
+def test_localizer_corrects_a_wrong_start() -> None:
+    localizer = inbye.Localizer(walls(), (3.1, 4.05, 0.0))
+    for tick in range(30):
+        x = 3.0 + 0.02 * tick
+        localizer.predict(0.1 * tick, (x, 4.0, 0.0))
+        localizer.update(0.1 * tick, scan(x, 4.0), **ANGLES)
+    estimate = localizer.estimate
+    assert estimate.status == "tracking"
+    assert np.hypot(estimate.pose[0] - 3.58, estimate.pose[1] - 4.0) < 0.02
+    assert estimate.covariance[0][0] < 0.01

@@ -1,0 +1,27 @@
+"""The README's Python runs as it stands, in the root of the repository."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_python_of_the_readme_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (ROOT / "python" / "README.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(blocks) == 3
+    (tmp_path / "examples").mkdir()
+    for name in ("mine.yaml", "mine.png"):
+        shutil.copy(ROOT / "examples" / name, tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    # One program: later blocks use the names of earlier ones.
+    exec("".join(blocks), {})
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[-2].startswith("1. inbye: ")
+    assert re.fullmatch(r"2\. careful: \S+, .* by \S+ \(\S+ to \S+\)", printed[-1])
+    assert (tmp_path / "comparison" / "index.html").exists()
