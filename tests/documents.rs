@@ -3,6 +3,7 @@
 mod cases {
     mod documents {
         mod book;
+        mod c_header;
         mod console;
         mod shell_blocks;
     }

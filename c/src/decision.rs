@@ -1,0 +1,142 @@
+//! Single decisions.
+
+use core::ffi::c_char;
+use core::panic::AssertUnwindSafe;
+use core::str::FromStr;
+
+use inbye::bench::EvaluationDigest;
+use inbye::local::{
+    DecisionInput, Detail, Engine, EngineChoice, Explainer, QuantizedProblem, open_engine,
+};
+
+use crate::error::{array, boxed, free, guarded, object, object_mut, text};
+use crate::map::{InbyeConfig, InbyeMap};
+use crate::values::{InbyeMovingDisc, InbyePoint, InbyePose, InbyeTwist};
+
+/// Evaluates samples on the CPU or on a GPU, with the same bits.
+pub struct InbyeEngine(Box<dyn Engine>);
+
+/// The inputs of one decision.
+#[repr(C)]
+pub struct InbyeProblem {
+    pub pose: InbyePose,
+    /// Measured velocity.
+    pub velocity: InbyeTwist,
+    /// The command of the last tick.
+    pub last_command: InbyeTwist,
+    /// The robot faces it at the end of the horizon.
+    pub target: InbyePoint,
+    /// The key node: the trajectory ends near it.
+    pub key_node: InbyePoint,
+    /// Moving obstacles, and their number.
+    pub obstacles: *const InbyeMovingDisc,
+    pub obstacle_count: usize,
+}
+
+/// The answer to one problem.
+#[repr(C)]
+pub struct InbyeDecision {
+    /// Whether a sample is admissible. If not, the robot must stop.
+    pub has_command: bool,
+    /// Velocity of the best sample, and its index.
+    pub command: InbyeTwist,
+    pub index: u32,
+    /// Numbers of samples.
+    pub admissible: u32,
+    pub collision: u32,
+    pub cannot_stop: u32,
+    pub outside: u32,
+    /// SHA-256 of the exact bits of all samples, 64 hexadecimal digits and a zero, as `inbye evaluate` prints it.
+    pub digest: [c_char; 65],
+}
+
+/// Opens an engine: "auto", "cpu", "gpu" or "gpu:NAME". Returns null on failure.
+///
+/// # Safety
+/// `name` points to a text that ends with zero.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_engine_open(
+    name: *const c_char,
+    threads: usize,
+) -> *mut InbyeEngine {
+    boxed(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for the text.
+        let name = unsafe { text(name, "name") }?;
+        let choice = EngineChoice::from_str(name)?;
+        let selected = open_engine(&choice, threads.max(1)).map_err(|error| error.to_string())?;
+        Ok(InbyeEngine(selected.engine))
+    }))
+}
+
+/// Frees an engine.
+///
+/// # Safety
+/// `engine` is null or an engine that was not freed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_engine_free(engine: *mut InbyeEngine) {
+    // SAFETY: the caller vouches for the engine.
+    unsafe { free(engine) };
+}
+
+/// Takes one decision. Limits, footprint and samples are those of the configuration.
+///
+/// # Safety
+/// `engine`, `map` and `config` are alive; `problem` can be read, and so can its obstacles; `decision` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_decide(
+    engine: *mut InbyeEngine,
+    map: *const InbyeMap,
+    config: *const InbyeConfig,
+    problem: *const InbyeProblem,
+    decision: *mut InbyeDecision,
+) -> bool {
+    let decided = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for all of them.
+        let (engine, map) = unsafe { (object_mut(engine, "engine")?, object(map, "map")?) };
+        // SAFETY: likewise.
+        let (config, problem) = unsafe { (object(config, "config")?, object(problem, "problem")?) };
+        // SAFETY: likewise.
+        let answer = unsafe { object_mut(decision, "decision") }?;
+        // SAFETY: likewise.
+        let discs = unsafe { array(problem.obstacles, problem.obstacle_count, "obstacles") }?;
+        let discs: Vec<_> = discs.iter().map(Into::into).collect();
+        let config = &config.0;
+        let input = DecisionInput {
+            field: &map.field,
+            pose: problem.pose.checked("pose")?,
+            twist: problem.velocity.checked("velocity")?,
+            last_command: problem.last_command.checked("last_command")?,
+            obstacles: &discs,
+            target: problem.target.checked("target")?,
+            key_node: problem.key_node.checked("key_node")?,
+            limits: config.robot.limits,
+            footprint: &config.robot.footprint,
+            weights: config.local.weights,
+        };
+        let problem = input.problem(&config.local);
+        let quantized = QuantizedProblem::new(&problem).map_err(|error| error.to_string())?;
+        let evaluation = engine.0.evaluate(&quantized, Detail::Samples);
+        let evaluation = evaluation.map_err(|error| error.to_string())?;
+        let winner = Explainer::new(&problem, &quantized, &evaluation).winner(&evaluation);
+        let mut digest = EvaluationDigest::default();
+        digest.add(&evaluation);
+        let mut letters = [0; 65];
+        for (to, from) in letters.iter_mut().zip(digest.hex().bytes()) {
+            *to = from.cast_signed() as c_char;
+        }
+        let (linear, angular, index) =
+            winner.map_or((0.0, 0.0, 0), |winner| (winner.vx, winner.vtheta, winner.index));
+        *answer = InbyeDecision {
+            has_command: winner.is_some(),
+            command: InbyeTwist { linear, angular },
+            index,
+            admissible: evaluation.counts.admissible,
+            collision: evaluation.counts.collision,
+            cannot_stop: evaluation.counts.cannot_stop,
+            outside: evaluation.counts.outside,
+            digest: letters,
+        };
+        Ok(())
+    }));
+    decided.is_some()
+}

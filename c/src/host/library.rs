@@ -1,0 +1,136 @@
+//! A controller in a shared library.
+
+#![expect(unsafe_code, reason = "functions of a shared library are called by pointers")]
+
+use core::ffi::c_void;
+use std::path::Path;
+
+use libloading::{Library as Loaded, Symbol};
+
+use crate::interface::{Compute, Create, Destroy, InbyeControllerInput, InbyeLimits, InbyeRobot};
+use crate::messages::{Limits, Start, Tick};
+
+/// A velocity, m/s and rad/s.
+pub struct Twist {
+    pub linear: f64,
+    pub angular: f64,
+}
+
+/// An open library.
+pub struct Library {
+    name: String,
+    create: Create,
+    compute: Compute,
+    destroy: Destroy,
+    /// It stays loaded as long as its functions are.
+    _loaded: Loaded,
+}
+
+/// A controller of a library, and the path that it follows.
+pub struct Controller {
+    object: *mut c_void,
+    destroy: Destroy,
+    path: Vec<f64>,
+}
+
+impl Drop for Controller {
+    fn drop(&mut self) {
+        // SAFETY: the library made the object, and is still loaded: `main` drops it first.
+        unsafe { (self.destroy)(self.object) };
+    }
+}
+
+impl Library {
+    pub fn open(file: &Path) -> Result<Self, String> {
+        // SAFETY: the user names a library to run, as a program would be; its initialisers may do anything.
+        let loaded = unsafe { Loaded::new(file) };
+        let loaded = loaded.map_err(|error| format!("{}: {error}", file.display()))?;
+        let missing = |error| format!("{}: {error}: see inbye.h", file.display());
+        // SAFETY: the header declares these functions with these types.
+        let (create, compute, destroy) = unsafe {
+            let create: Symbol<'_, Create> =
+                loaded.get(b"inbye_controller_create\0").map_err(missing)?;
+            let compute: Symbol<'_, Compute> =
+                loaded.get(b"inbye_controller_compute_velocity\0").map_err(missing)?;
+            let destroy: Symbol<'_, Destroy> =
+                loaded.get(b"inbye_controller_destroy\0").map_err(missing)?;
+            (*create, *compute, *destroy)
+        };
+        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { name, create, compute, destroy, _loaded: loaded })
+    }
+
+    /// Its file name without an extension.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub fn controller(&self, start: &Start) -> Result<Controller, String> {
+        let Start { period_s, ref robot } = *start;
+        let limits = to_c(&robot.limits);
+        let robot = InbyeRobot { period_s, radius_m: robot.radius_m, limits };
+        // SAFETY: the header declares the function so.
+        let object = unsafe { (self.create)(&raw const robot) };
+        if object.is_null() {
+            return Err(format!("{}: inbye_controller_create returned null", self.name));
+        }
+        Ok(Controller { object, destroy: self.destroy, path: Vec::new() })
+    }
+
+    /// The velocity of a tick; none if the controller sees no valid one.
+    pub fn velocity(&self, controller: &mut Controller, tick: &Tick) -> Option<Twist> {
+        if let Some(path) = &tick.path {
+            controller.path = path.concat();
+        }
+        let ranges = tick.scan.ranges.iter().map(|range| range.unwrap_or(f64::NAN));
+        let ranges: Vec<f64> = ranges.collect();
+        let moving = tick.moving_obstacles.iter();
+        let moving: Vec<f64> =
+            moving.flat_map(|disc| [disc.x, disc.y, disc.radius, disc.vx, disc.vy]).collect();
+        let (x, y, yaw) = tick.goal;
+        let input = InbyeControllerInput {
+            time_s: tick.time_s,
+            pose: tick.pose,
+            velocity: tick.twist,
+            predicted_pose: tick.predicted_pose,
+            predicted_velocity: tick.predicted_twist,
+            last_command: tick.last_command,
+            limits: to_c(&tick.limits),
+            goal: [x, y],
+            has_goal_yaw: yaw.is_some(),
+            goal_yaw: yaw.unwrap_or_default(),
+            local_target: tick.local_target,
+            path: controller.path.as_ptr(),
+            path_count: controller.path.len() / 2,
+            path_progress_m: tick.path_progress_m,
+            is_reset: tick.reset,
+            ranges: ranges.as_ptr(),
+            range_count: ranges.len(),
+            angle_min: tick.scan.angle_min,
+            angle_increment: tick.scan.angle_increment,
+            range_max: tick.scan.range_max,
+            scan_s: tick.scan_s,
+            moving_obstacles: moving.as_ptr(),
+            moving_obstacle_count: moving.len() / 5,
+        };
+        let (mut linear, mut angular) = (0.0, 0.0);
+        // SAFETY: the header declares the function so; all pointers are valid during the call.
+        let is_valid = unsafe {
+            (self.compute)(controller.object, &raw const input, &raw mut linear, &raw mut angular)
+        };
+        (is_valid && f64::is_finite(linear) && f64::is_finite(angular))
+            .then_some(Twist { linear, angular })
+    }
+}
+
+const fn to_c(limits: &Limits) -> InbyeLimits {
+    InbyeLimits {
+        min_vel_x: limits.min_vel_x,
+        max_vel_x: limits.max_vel_x,
+        max_vel_theta: limits.max_vel_theta,
+        acc_lim_x: limits.acc_lim_x,
+        decel_lim_x: limits.decel_lim_x,
+        acc_lim_theta: limits.acc_lim_theta,
+        decel_lim_theta: limits.decel_lim_theta,
+    }
+}

@@ -1,0 +1,72 @@
+//! `inbye-controller-host LIBRARY`: lets a controller in a shared library decide, as a program that speaks inbye's protocol.
+//!
+//! The library is a process of its own: a crash there is a failed run, and not the end of inbye.
+//!
+//! ```sh
+//! inbye drive --scene mine --controller "inbye-controller-host ./libmy_controller.so"
+//! ```
+
+mod interface;
+mod library;
+mod messages;
+
+use std::io::{self, BufRead, Write};
+use std::process::ExitCode;
+
+use library::Library;
+use messages::{Answer, Message, Ready};
+
+/// Number of the protocol.
+const PROTOCOL: u32 = inbye::external::PROTOCOL;
+
+fn main() -> ExitCode {
+    match serve() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(io::stderr(), "inbye-controller-host: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Answers messages until the input ends.
+fn serve() -> Result<(), String> {
+    let mut arguments = std::env::args_os().skip(1);
+    let (Some(file), None) = (arguments.next(), arguments.next()) else {
+        return Err(
+            "name one shared library: inbye-controller-host ./libmy_controller.so".to_owned()
+        );
+    };
+    let library = Library::open(file.as_ref())?;
+    let mut controller = None;
+    for line in io::stdin().lock().lines() {
+        let line = line.map_err(|error| error.to_string())?;
+        let message = serde_json::from_str(&line).map_err(|error| format!("message: {error}"))?;
+        match message {
+            Message::Start(start) => {
+                controller = Some(library.controller(&start)?);
+                answer(&Ready {
+                    protocol: PROTOCOL,
+                    name: library.name(),
+                    wants: ["moving_obstacles"],
+                })?;
+            }
+            Message::Tick(tick) => {
+                let controller = controller.as_mut().ok_or("a tick came before the start")?;
+                answer(&match library.velocity(controller, &tick) {
+                    Some(twist) => {
+                        Answer::Velocity { linear: twist.linear, angular: twist.angular }
+                    }
+                    None => Answer::Error { error: "no valid velocity".to_owned() },
+                })?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn answer(answer: &impl serde::Serialize) -> Result<(), String> {
+    let line = serde_json::to_string(answer).map_err(|error| error.to_string())?;
+    let mut out = io::stdout().lock();
+    writeln!(out, "{line}").and_then(|()| out.flush()).map_err(|error| error.to_string())
+}

@@ -1,0 +1,147 @@
+//! Maps, configurations, and global paths.
+
+use core::ffi::c_char;
+use core::panic::AssertUnwindSafe;
+use std::path::Path;
+use std::sync::Arc;
+
+use inbye::local::ClearanceField;
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, load};
+use inbye::runtime::Config;
+
+use crate::error::{array, boxed, free, guarded, object, text};
+use crate::values::{InbyePoint, InbyePose};
+
+/// An occupancy grid with the distances to its obstacles. Unknown cells are obstacles.
+pub struct InbyeMap {
+    pub(crate) grid: OccupancyGrid,
+    pub(crate) field: Arc<ClearanceField>,
+}
+
+/// All settings of a robot and its navigation.
+pub struct InbyeConfig(pub(crate) Config);
+
+impl InbyeMap {
+    fn of(grid: OccupancyGrid) -> Result<Self, String> {
+        let obstacles = grid.obstacles(inbye::map::UnknownPolicy::Blocked);
+        let field = ClearanceField::new(&obstacles).map_err(|error| error.to_string())?;
+        Ok(Self { grid, field: Arc::new(field) })
+    }
+}
+
+/// Makes a map of width times height cells, the lowest row first. A cell has its occupancy, 0 to 100 percent, or -1 if it is
+/// unknown: a nav_msgs/OccupancyGrid. The resolution is the side of a cell in metres, the origin the pose of the lower left
+/// corner. Returns null on failure.
+///
+/// # Safety
+/// `cells` points to width times height values.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_map_new(
+    cells: *const i8,
+    width: i32,
+    height: i32,
+    resolution_m: f64,
+    origin: InbyePose,
+) -> *mut InbyeMap {
+    boxed(AssertUnwindSafe(|| {
+        let origin = origin.checked("origin")?;
+        let frame = GridFrame::new(width, height, resolution_m, origin);
+        let frame = frame.map_err(|error| error.to_string())?;
+        // SAFETY: the caller vouches for the cells; the frame has checked that both sides are above zero.
+        let cells = unsafe { array(cells, frame.len(), "cells") }?;
+        if cells.iter().any(|cell| !(-1..=100).contains(cell)) {
+            return Err("cells must be -1, for unknown, or 0 to 100 percent".to_owned());
+        }
+        InbyeMap::of(OccupancyGrid::new(frame, cells.to_vec()))
+    }))
+}
+
+/// Reads a map_server YAML file, a MovingAI map or rows of text. The side of a cell, metres, counts for the last two. Returns
+/// null on failure.
+///
+/// # Safety
+/// `path` points to a text that ends with zero.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_map_load(path: *const c_char, resolution_m: f64) -> *mut InbyeMap {
+    boxed(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for the text.
+        let path = unsafe { text(path, "path") }?;
+        let grid = load(Path::new(path), &LoadOptions { resolution_m });
+        InbyeMap::of(grid.map_err(|error| error.to_string())?)
+    }))
+}
+
+/// Frees a map. Navigators made of it stay valid.
+///
+/// # Safety
+/// `map` is null or a map that was not freed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_map_free(map: *mut InbyeMap) {
+    // SAFETY: the caller vouches for the map.
+    unsafe { free(map) };
+}
+
+/// Makes the default settings with the changes of a text, TOML with the keys of a configuration file; null for no changes.
+/// Returns null on failure.
+///
+/// # Safety
+/// `toml` is null or points to a text that ends with zero.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_config_new(toml: *const c_char) -> *mut InbyeConfig {
+    boxed(AssertUnwindSafe(|| {
+        let base = Config::default();
+        if toml.is_null() {
+            return Ok(InbyeConfig(base));
+        }
+        // SAFETY: the caller vouches for the text.
+        let changes = unsafe { text(toml, "toml") }?;
+        base.with_changes(changes).map(InbyeConfig).map_err(|error| error.to_string())
+    }))
+}
+
+/// Frees a configuration.
+///
+/// # Safety
+/// `config` is null or a configuration that was not freed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_config_free(config: *mut InbyeConfig) {
+    // SAFETY: the caller vouches for the configuration.
+    unsafe { free(config) };
+}
+
+/// Plans a smooth path from a start to a goal. Writes up to `capacity` points into `points`, and the number of all of them into
+/// `count`: where it is larger than the capacity, call again with more room.
+///
+/// # Safety
+/// `map` and `config` are alive; `points` has room for `capacity` points; `count` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_plan(
+    map: *const InbyeMap,
+    config: *const InbyeConfig,
+    start: InbyePoint,
+    goal: InbyePoint,
+    points: *mut InbyePoint,
+    capacity: usize,
+    count: *mut usize,
+) -> bool {
+    let planned = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for both.
+        let (map, config) = unsafe { (object(map, "map")?, object(config, "config")?) };
+        let (start, goal) = (start.checked("start")?, goal.checked("goal")?);
+        let obstacles = map.grid.obstacles(config.0.unknown);
+        let mut planner = config.0.route_planner(map.grid.frame().resolution_m);
+        let plan = planner.plan(&obstacles, start, goal, &mut || 0.0);
+        let path = plan.map_err(|error| error.to_string())?.smoothed;
+        if count.is_null() || (points.is_null() && capacity > 0) {
+            return Err("points or count is null".to_owned());
+        }
+        for (index, point) in path.points().iter().take(capacity).enumerate() {
+            // SAFETY: the caller vouches for the room.
+            unsafe { points.add(index).write(point.into()) };
+        }
+        // SAFETY: the caller vouches for the place.
+        unsafe { count.write(path.points().len()) };
+        Ok(())
+    }));
+    planned.is_some()
+}

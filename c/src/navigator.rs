@@ -1,0 +1,187 @@
+//! The navigator.
+
+use core::ffi::c_char;
+use core::panic::AssertUnwindSafe;
+use std::ffi::CString;
+
+use inbye::local::CpuEngine;
+use inbye::map::{Scan, ScanChange};
+use inbye::navigator::{Goal, Navigator, Observation, Waypoints};
+
+use crate::error::{array, boxed, free, guarded, object, object_mut};
+use crate::map::{InbyeConfig, InbyeMap};
+use crate::values::{InbyePoint, InbyePose, InbyeTwist};
+
+/// Follows global paths to its goals among obstacles that are not in the map.
+pub struct InbyeNavigator {
+    navigator: Navigator,
+    scan_change: ScanChange,
+    fault: CString,
+}
+
+/// A goal, with a yaw or without.
+#[repr(C)]
+pub struct InbyeGoal {
+    pub position: InbyePoint,
+    pub has_yaw: bool,
+    pub yaw: f64,
+}
+
+/// What the robot measures at a tick. All times are of one clock, seconds; that of the tick never goes back.
+#[repr(C)]
+pub struct InbyeObservation {
+    pub time_s: f64,
+    /// Pose in the map, and the time of the measurement that corrected it last.
+    pub pose: InbyePose,
+    pub pose_s: f64,
+    /// Velocity by odometry, and its time.
+    pub velocity: InbyeTwist,
+    pub odometry_s: f64,
+    /// Ranges of the lidar in metres: infinite for nothing within range, NaN for no measurement.
+    pub ranges: *const f64,
+    pub range_count: usize,
+    /// Direction of the first beam in the robot's frame, angle between beams, both in radians, and the longest range.
+    pub angle_min: f64,
+    pub angle_increment: f64,
+    pub range_max: f64,
+    /// Time of the scan; unchanged where there is no newer one.
+    pub scan_s: f64,
+}
+
+/// What the navigator does.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub enum InbyeMode {
+    Driving,
+    Arrived,
+    /// inbye_navigator_fault says why.
+    Failed,
+    /// It brakes: the observation is faulty.
+    SensorFault,
+}
+
+/// The decision of a tick.
+#[repr(C)]
+pub struct InbyeCommand {
+    /// The velocity to send to the base.
+    pub velocity: InbyeTwist,
+    pub mode: InbyeMode,
+    /// The key node that the robot drives to.
+    pub local_target: InbyePoint,
+}
+
+/// Makes a navigator that drives to all goals in turn, and plans a path to each. Its engine is one thread of the CPU. Returns
+/// null on failure.
+///
+/// # Safety
+/// `map` and `config` are alive, `goals` points to this many goals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_new(
+    map: *const InbyeMap,
+    config: *const InbyeConfig,
+    start: InbyePoint,
+    goals: *const InbyeGoal,
+    goal_count: usize,
+) -> *mut InbyeNavigator {
+    boxed(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for both.
+        let (map, config) = unsafe { (object(map, "map")?, object(config, "config")?) };
+        // SAFETY: likewise.
+        let goals = unsafe { array(goals, goal_count, "goals") }?;
+        if goals.is_empty() {
+            return Err("there must be at least one goal".to_owned());
+        }
+        let goal = |goal: &InbyeGoal| {
+            let position = goal.position.checked("a goal")?;
+            if goal.has_yaw && !goal.yaw.is_finite() {
+                return Err("the yaw of a goal is not finite".to_owned());
+            }
+            Ok(Goal { position, yaw: goal.has_yaw.then_some(goal.yaw) })
+        };
+        let goals = goals.iter().map(goal).collect::<Result<_, String>>()?;
+        let waypoints = Waypoints { start: start.checked("start")?, goals };
+        let engine = Box::new(CpuEngine::single_threaded());
+        let known = map.grid.obstacles(config.0.unknown);
+        let navigator = config.0.new_navigator(known, &waypoints, engine, &mut || 0.0);
+        Ok(InbyeNavigator {
+            navigator: navigator.map_err(|error| error.to_string())?,
+            scan_change: ScanChange::default(),
+            fault: CString::default(),
+        })
+    }))
+}
+
+/// Frees a navigator.
+///
+/// # Safety
+/// `navigator` is null or a navigator that was not freed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_free(navigator: *mut InbyeNavigator) {
+    // SAFETY: the caller vouches for the navigator.
+    unsafe { free(navigator) };
+}
+
+/// Decides what to do now. A measurement that is not finite is a faulty observation: the robot brakes.
+///
+/// # Safety
+/// `navigator` is alive; `observation` can be read, and so can its ranges; `command` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_step(
+    navigator: *mut InbyeNavigator,
+    observation: *const InbyeObservation,
+    command: *mut InbyeCommand,
+) -> bool {
+    let decided = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for all of them.
+        let this = unsafe { object_mut(navigator, "navigator") }?;
+        // SAFETY: likewise.
+        let seen = unsafe { object(observation, "observation") }?;
+        // SAFETY: likewise.
+        let answer = unsafe { object_mut(command, "command") }?;
+        // SAFETY: likewise.
+        let ranges = unsafe { array(seen.ranges, seen.range_count, "ranges") }?.to_vec();
+        let InbyePose { x, y, yaw } = seen.pose;
+        let observation = Observation {
+            time_s: seen.time_s,
+            pose: inbye::geometry::Pose::new(x, y, yaw),
+            pose_s: seen.pose_s,
+            lost: None,
+            twist: inbye::geometry::Twist::new(seen.velocity.linear, seen.velocity.angular),
+            odometry_s: seen.odometry_s,
+            scan_changed_s: this.scan_change.update(seen.scan_s, ranges.iter().copied()),
+            scan: Scan {
+                angle_min: seen.angle_min,
+                angle_increment: seen.angle_increment,
+                range_max: seen.range_max,
+                ranges,
+            },
+            scan_s: seen.scan_s,
+            sent: None,
+        };
+        let decision = this.navigator.step(&observation);
+        let fault = this.navigator.fault().map(ToString::to_string).unwrap_or_default();
+        this.fault = CString::new(fault).unwrap_or_default();
+        *answer = InbyeCommand {
+            velocity: (&decision.command).into(),
+            mode: match decision.mode {
+                inbye::navigator::Mode::Arrived => InbyeMode::Arrived,
+                inbye::navigator::Mode::Failed => InbyeMode::Failed,
+                inbye::navigator::Mode::SensorFault => InbyeMode::SensorFault,
+                _ => InbyeMode::Driving,
+            },
+            local_target: (&decision.local_target).into(),
+        };
+        Ok(())
+    }));
+    decided.is_some()
+}
+
+/// Returns why the mission failed; empty if it did not. It stays valid until the next step.
+///
+/// # Safety
+/// `navigator` is alive.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_fault(navigator: *const InbyeNavigator) -> *const c_char {
+    // SAFETY: the caller vouches for the navigator.
+    unsafe { navigator.as_ref() }.map_or(c"".as_ptr(), |this| this.fault.as_ptr())
+}
