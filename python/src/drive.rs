@@ -112,6 +112,8 @@ const TRACE: &[(&str, &str)] = &[
     ("vtheta", "<f8"),
     ("command_vx", "<f8"),
     ("command_vtheta", "<f8"),
+    ("target_x", "<f8"),
+    ("target_y", "<f8"),
     ("gap_m", "<f8"),
     ("admissible", "<u4"),
     ("samples", "<u4"),
@@ -161,7 +163,7 @@ impl Drive {
             for twist in [&row.twist, &row.command] {
                 records.reals([twist.linear, twist.angular]);
             }
-            records.real(row.gap_m);
+            records.reals([row.local_target.x, row.local_target.y, row.gap_m]);
             records.whole(row.admissible);
             records.whole(row.samples);
             records.text(row.mode.as_str(), 12);

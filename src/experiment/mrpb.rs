@@ -4,21 +4,79 @@
 //! A folder of a world has `map.yaml` and `config.txt`, the arguments of MRPB's launch files. Where a world is called
 //! `NAME_partially_unknown`, the robot has its map, and the obstacles are those of the world `NAME`. A file `NAME_dynamic.txt` has
 //! starts and goals for the world `NAME` among people; the scripts of MRPB's people are not part of its maps.
+//!
+//! The robot is MRPB's Pioneer 3-DX with a Hokuyo UTM-30LX, with radius, speeds, accelerations, tolerances and control rate of the
+//! parameters of its DWA (`move_base_benchmark/params`). Its planners go through unknown cells, and so does inbye here.
 
+use core::f64::consts::PI;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::world::Route;
 use super::{ExperimentError, World, WorldKind};
+use crate::base::CollisionMonitorSettings;
 use crate::geometry::{Point, Pose};
-use crate::map::{LoadOptions, OccupancyGrid, load};
-use crate::navigator::Goal;
+use crate::local::LocalSettings;
+use crate::map::{LoadOptions, OccupancyGrid, UnknownPolicy, load};
+use crate::navigator::{Goal, NavigatorSettings};
+use crate::robot::{Footprint, Limits, RobotError};
+use crate::runtime::{Config, RobotConfig, SimulationSettings};
+use crate::sim::Lidar;
 
 /// Ending of the name of a world whose map lacks obstacles.
 const PARTIAL: &str = "_partially_unknown";
 /// Ending of the name of a file with starts and goals among people.
 const DYNAMIC: &str = "_dynamic";
+
+/// Radius of the robot with its padding, metres, and the distance that it keeps beyond that.
+const RADIUS_M: f64 = 0.26;
+const MARGIN_M: f64 = 0.02;
+
+/// The robot and its tolerances.
+fn config() -> Result<Config, RobotError> {
+    Ok(Config {
+        unknown: UnknownPolicy::Free,
+        robot: RobotConfig {
+            footprint: Footprint::round(RADIUS_M)?,
+            track_width_m: 0.33,
+            limits: Limits {
+                // Its DWA does not reverse, its TEB does, at this speed.
+                min_vel_x: -0.2,
+                max_vel_x: 0.55,
+                max_vel_theta: 1.0,
+                acc_lim_x: 2.5,
+                decel_lim_x: -2.5,
+                acc_lim_theta: 3.2,
+                decel_lim_theta: -3.2,
+            },
+        },
+        local: LocalSettings { control_period_s: 0.05, ..LocalSettings::default() },
+        navigator: NavigatorSettings {
+            xy_goal_tolerance: 0.2,
+            yaw_goal_tolerance: 0.1,
+            // It stops within these, as MRPB's planners do.
+            xy_parking_tolerance: 0.2,
+            yaw_parking_tolerance: 0.1,
+            safety_margin_m: MARGIN_M,
+            ..NavigatorSettings::default()
+        },
+        collision_monitor: CollisionMonitorSettings {
+            margin_m: MARGIN_M,
+            ..CollisionMonitorSettings::default()
+        },
+        simulation: SimulationSettings {
+            lidar: Lidar {
+                beams: 1081,
+                field_of_view_rad: 1.5 * PI,
+                range_max_m: 30.0,
+                ..Lidar::default()
+            },
+            ..SimulationSettings::default()
+        },
+        ..Config::default()
+    })
+}
 
 /// Start and goal of a test.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,17 +95,18 @@ pub(super) fn read_worlds(folder: &Path, people: usize) -> Result<Vec<World>, Ex
     let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| Ok(entry?.path())).collect();
     let mut paths = paths.map_err(unreadable)?;
     paths.sort();
-    let mut worlds = Vec::new();
+    let settings = config().map_err(|error| ExperimentError::file(folder, error.to_string()))?;
+    let (settings, mut worlds) = (Arc::new(settings), Vec::new());
     for path in paths {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         if path.join("map.yaml").is_file() {
             let of_truth = name.strip_suffix(PARTIAL).map(|name| folder.join(name));
             let truth = of_truth.map(|truth| map(&truth)).transpose()?;
             let tests = tests(&path.join("config.txt"))?;
-            worlds.extend(routes(&name, &map(&path)?, truth.as_ref(), &tests, 0));
+            worlds.extend(routes(&settings, &name, &map(&path)?, truth.as_ref(), &tests, 0));
         } else if let Some(of) = name.strip_suffix(DYNAMIC).filter(|_| path.is_file()) {
             let map = map(&folder.join(of))?;
-            worlds.extend(routes(&name, &map, None, &tests(&path)?, people));
+            worlds.extend(routes(&settings, &name, &map, None, &tests(&path)?, people));
         }
     }
     if worlds.is_empty() {
@@ -62,6 +121,7 @@ fn map(folder: &Path) -> Result<Arc<OccupancyGrid>, ExperimentError> {
 }
 
 fn routes<'a>(
+    settings: &'a Arc<Config>,
     name: &'a str,
     map: &'a Arc<OccupancyGrid>,
     truth: Option<&'a Arc<OccupancyGrid>>,
@@ -75,7 +135,11 @@ fn routes<'a>(
             truth: truth.cloned(),
             ..Route::new(Arc::clone(map), test.start, goal)
         };
-        World::route(WorldKind::Mrpb, format!("{name} test {}", index + 1), route)
+        let settings = Arc::clone(settings);
+        World {
+            settings,
+            ..World::route(WorldKind::Mrpb, format!("{name} test {}", index + 1), route)
+        }
     })
 }
 

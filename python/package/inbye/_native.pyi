@@ -252,7 +252,7 @@ class Drive:
         """A record of every tick.
 
         The fields are time_s, x, y, yaw, believed_x, believed_y, believed_yaw, vx, vtheta,
-        command_vx, command_vtheta, gap_m, admissible, samples, mode and path.
+        command_vx, command_vtheta, target_x, target_y, gap_m, admissible, samples, mode and path.
         """
     @property
     def paths(self) -> list[Floats]:
