@@ -66,20 +66,20 @@ typedef struct InbyePose {
 } InbyePose;
 
 /*
- A point in the map frame, metres.
- */
-typedef struct InbyePoint {
-  double x;
-  double y;
-} InbyePoint;
-
-/*
  A velocity: m/s forward, and rad/s counter-clockwise.
  */
 typedef struct InbyeTwist {
   double linear;
   double angular;
 } InbyeTwist;
+
+/*
+ A point in the map frame, metres.
+ */
+typedef struct InbyePoint {
+  double x;
+  double y;
+} InbyePoint;
 
 /*
  A moving obstacle in the map frame: centre and radius in metres, velocity in m/s.
@@ -269,7 +269,7 @@ typedef struct InbyeControllerInput {
    */
   bool is_reset;
   /*
-   Ranges of the newest scan, metres: NaN for no measurement, range_max for nothing within range.
+   Ranges of the newest scan, metres: NaN for no measurement, the longest range for nothing within it.
    */
   const double *ranges;
   size_t range_count;
@@ -287,130 +287,6 @@ typedef struct InbyeControllerInput {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
-
-/*
- Returns the message of the last failure in this thread, UTF-8; empty if there was none. It stays valid until the next
- failure in this thread.
- */
-const char *inbye_last_error(void);
-
-/*
- Makes a map of width times height cells, the lowest row first. A cell has its occupancy, 0 to 100 percent, or -1 if it is
- unknown: a nav_msgs/OccupancyGrid. The resolution is the side of a cell in metres, the origin the pose of the lower left
- corner. Returns null on failure.
-
- Precondition: `cells` points to width times height values.
- */
-struct InbyeMap *inbye_map_new(const int8_t *cells,
-                               int32_t width,
-                               int32_t height,
-                               double resolution_m,
-                               struct InbyePose origin);
-
-/*
- Reads a map_server YAML file, a MovingAI map or rows of text. The side of a cell, metres, counts for the last two. Returns
- null on failure.
-
- Precondition: `path` points to a text that ends with zero.
- */
-struct InbyeMap *inbye_map_load(const char *path,
-                                double resolution_m);
-
-/*
- Frees a map. Navigators made of it stay valid.
-
- Precondition: `map` is null or a map that was not freed.
- */
-void inbye_map_free(struct InbyeMap *map);
-
-/*
- Makes the default settings with the changes of a text, TOML with the keys of a configuration file; null for no changes.
- Returns null on failure.
-
- Precondition: `toml` is null or points to a text that ends with zero.
- */
-struct InbyeConfig *inbye_config_new(const char *toml);
-
-/*
- Frees a configuration.
-
- Precondition: `config` is null or a configuration that was not freed.
- */
-void inbye_config_free(struct InbyeConfig *config);
-
-/*
- Plans a smooth path from a start to a goal. Writes up to `capacity` points into `points`, and the number of all of them into
- `count`: where it is larger than the capacity, call again with more room.
-
- Precondition: `map` and `config` are alive; `points` has room for `capacity` points; `count` can be written.
- */
-bool inbye_plan(const struct InbyeMap *map,
-                const struct InbyeConfig *config,
-                struct InbyePoint start,
-                struct InbyePoint goal,
-                struct InbyePoint *points,
-                size_t capacity,
-                size_t *count);
-
-/*
- Opens an engine: "auto", "cpu", "gpu" or "gpu:NAME". Returns null on failure.
-
- Precondition: `name` points to a text that ends with zero.
- */
-struct InbyeEngine *inbye_engine_open(const char *name, size_t threads);
-
-/*
- Frees an engine.
-
- Precondition: `engine` is null or an engine that was not freed.
- */
-void inbye_engine_free(struct InbyeEngine *engine);
-
-/*
- Takes one decision. Limits, footprint and samples are those of the configuration.
-
- Precondition: `engine`, `map` and `config` are alive; `problem` can be read, and so can its obstacles; `decision` can be written.
- */
-bool inbye_decide(struct InbyeEngine *engine,
-                  const struct InbyeMap *map,
-                  const struct InbyeConfig *config,
-                  const struct InbyeProblem *problem,
-                  struct InbyeDecision *decision);
-
-/*
- Makes a navigator that drives to all goals in turn, and plans a path to each. Its engine is one thread of the CPU. Returns
- null on failure.
-
- Precondition: `map` and `config` are alive, `goals` points to this many goals.
- */
-struct InbyeNavigator *inbye_navigator_new(const struct InbyeMap *map,
-                                           const struct InbyeConfig *config,
-                                           struct InbyePoint start,
-                                           const struct InbyeGoal *goals,
-                                           size_t goal_count);
-
-/*
- Frees a navigator.
-
- Precondition: `navigator` is null or a navigator that was not freed.
- */
-void inbye_navigator_free(struct InbyeNavigator *navigator);
-
-/*
- Decides what to do now. A measurement that is not finite is a faulty observation: the robot brakes.
-
- Precondition: `navigator` is alive; `observation` can be read, and so can its ranges; `command` can be written.
- */
-bool inbye_navigator_step(struct InbyeNavigator *navigator,
-                          const struct InbyeObservation *observation,
-                          struct InbyeCommand *command);
-
-/*
- Returns why the mission failed; empty if it did not. It stays valid until the next step.
-
- Precondition: `navigator` is alive.
- */
-const char *inbye_navigator_fault(const struct InbyeNavigator *navigator);
 
 /*
  Returns INBYE_ABI_VERSION of the loaded library.

@@ -4,7 +4,7 @@ use super::group::mean;
 use super::outcome::gap_to_moving_m;
 use crate::geometry::{Point, Vector, wrap_angle};
 use crate::global::Path;
-use crate::robot::Footprint;
+use crate::robot::{Footprint, TrackedDrive};
 use crate::runtime::{Trace, TraceRow};
 
 /// The robot is near an obstacle below this gap, metres: our choice for MRPB's safe distance, which is a parameter there.
@@ -25,6 +25,11 @@ pub(super) struct DriveMetrics {
     pub speed_change_m_s2: Option<f64>,
     /// Root mean square of the jerk along the motion, m/s^3.
     pub jerk_rms_m_s3: Option<f64>,
+    /// Control effort: root mean square of the accelerations of both belts that the commands ask for, m/s^2.
+    pub control_effort_m_s2: Option<f64>,
+    /// Kinetic energy that the belts put into the motion, each with half of the mass, J/kg: without friction, and without what
+    /// braking may recover.
+    pub drive_work_j_per_kg: Option<f64>,
     /// Root mean square distance from the global path of the time, metres.
     pub off_path_rms_m: Option<f64>,
     /// Angle turned per metre driven, rad/m.
@@ -39,7 +44,7 @@ pub(super) struct DriveMetrics {
 
 impl DriveMetrics {
     /// The figures of a trace with this time between two rows, seconds.
-    pub fn of(trace: &Trace, footprint: &Footprint, period_s: f64) -> Self {
+    pub fn of(trace: &Trace, footprint: &Footprint, drive: &TrackedDrive, period_s: f64) -> Self {
         let rows = &trace.rows;
         let share = |is: &dyn Fn(&TraceRow) -> bool| {
             let count = rows.iter().filter(|row| is(row)).count();
@@ -67,6 +72,8 @@ impl DriveMetrics {
             near_share: share(&|row| row.gap_m < NEAR_M),
             speed_change_m_s2: mean(changes.map(f64::abs)).map(|change| change / period_s),
             jerk_rms_m_s3: mean(jerks.map(|jerk| jerk * jerk)).map(f64::sqrt),
+            control_effort_m_s2: control_effort_m_s2(rows, drive, period_s),
+            drive_work_j_per_kg: drive_work_j_per_kg(rows, drive),
             off_path_rms_m: off_path_rms_m(trace),
             angle_per_m: (driven_m > 0.0).then(|| turned_rad / driven_m),
             curvature_per_m: mean_curvature(rows),
@@ -74,6 +81,24 @@ impl DriveMetrics {
             least_time_to_contact_s: least_time_to_contact_s(trace, footprint, period_s),
         }
     }
+}
+
+fn control_effort_m_s2(rows: &[TraceRow], drive: &TrackedDrive, period_s: f64) -> Option<f64> {
+    let squares = rows.windows(2).map(|pair| {
+        let [before, now] = [0, 1].map(|index: usize| drive.tracks(&pair[index].command));
+        let changes = now.zip(before, |now, before| ((now - before) / period_s).powi(2));
+        f64::midpoint(changes.left, changes.right)
+    });
+    mean(squares).map(f64::sqrt)
+}
+
+fn drive_work_j_per_kg(rows: &[TraceRow], drive: &TrackedDrive) -> Option<f64> {
+    let works = rows.windows(2).map(|pair| {
+        let [before, now] = [0, 1].map(|index: usize| drive.tracks(&pair[index].twist));
+        let gains = now.zip(before, |now, before| (now * now - before * before).max(0.0) / 2.0);
+        f64::midpoint(gains.left, gains.right)
+    });
+    (rows.len() > 1).then(|| works.sum())
 }
 
 fn off_path_rms_m(trace: &Trace) -> Option<f64> {
@@ -156,7 +181,8 @@ mod tests {
     }
 
     fn metrics(trace: &Trace) -> DriveMetrics {
-        DriveMetrics::of(trace, &Footprint::round(0.25).expect("a radius"), PERIOD_S)
+        let drive = TrackedDrive { track_width_m: 0.4 };
+        DriveMetrics::of(trace, &Footprint::round(0.25).expect("a radius"), &drive, PERIOD_S)
     }
 
     fn close(value: Option<f64>, expected: f64) -> bool {
@@ -195,6 +221,26 @@ mod tests {
         assert!(close(figures.speed_change_m_s2, 1.0), "{figures:?}");
         assert!(close(figures.jerk_rms_m_s3, 250.0_f64.sqrt()), "{figures:?}");
         assert_eq!(figures.angle_per_m, None);
+    }
+
+    /// Commands 0, 0.1, 0.3, 0.3 m/s ask both belts for 1, 2 and 0 m/s^2. Belts 0.4 m apart that turn by 0.5 rad/s within a period
+    /// change by 0.1 m/s: 1 m/s^2. A robot that drives at 0.3 m/s has 0.045 J/kg, and braking returns nothing.
+    #[test]
+    fn control_effort_and_work_are_those_of_the_belts() {
+        let at = |linear, angular| {
+            let mut row = TraceRow::driving(Pose::default(), Twist::new(linear, angular));
+            row.command = row.twist;
+            row
+        };
+        let figures = |rows: Vec<TraceRow>| metrics(&Trace { rows, ..Trace::default() });
+        let straight = figures([0.0, 0.1, 0.3, 0.3].map(|speed| at(speed, 0.0)).to_vec());
+        assert!(close(straight.control_effort_m_s2, (5.0_f64 / 3.0).sqrt()), "{straight:?}");
+        assert!(close(straight.drive_work_j_per_kg, 0.045), "{straight:?}");
+        let turn = figures([0.0, 0.5, 0.0].map(|rate| at(0.0, rate)).to_vec());
+        assert!(close(turn.control_effort_m_s2, 1.0), "{turn:?}");
+        assert!(close(turn.drive_work_j_per_kg, 0.005), "{turn:?}");
+        let stops = figures([0.3, 0.0].map(|speed| at(speed, 0.0)).to_vec());
+        assert!(close(stops.drive_work_j_per_kg, 0.0), "{stops:?}");
     }
 
     #[test]

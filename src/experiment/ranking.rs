@@ -101,6 +101,10 @@ columns! {
         pub speed_change_m_s2: Option<f64> => 3,
         /// Mean of the jerk's root mean squares, m/s^3.
         pub jerk_rms_m_s3: Option<f64> => 2,
+        /// Mean control effort, m/s^2.
+        pub control_effort_m_s2: Option<f64> => 3,
+        /// Mean work of the drive, J/kg.
+        pub drive_work_j_per_kg: Option<f64> => 2,
         /// Sign changes of the turn rate per metre, 1/m.
         pub omega_sign_changes_per_m: Option<f64> => 3,
         /// Mean angle turned per metre, rad/m.
@@ -198,6 +202,8 @@ fn figures(kind: WorldKind, name: &str, rows: &[&RunRow]) -> RankedPlanner {
         stopped_share: all(|row| row.waited_share),
         speed_change_m_s2: all(|row| row.speed_change_m_s2),
         jerk_rms_m_s3: all(|row| row.jerk_rms_m_s3),
+        control_effort_m_s2: all(|row| row.control_effort_m_s2),
+        drive_work_j_per_kg: all(|row| row.drive_work_j_per_kg),
         omega_sign_changes_per_m: group.omega_sign_changes_per_m,
         angle_per_m: all(|row| row.angle_per_m),
         curvature_per_m: all(|row| row.curvature_per_m),

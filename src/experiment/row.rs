@@ -72,6 +72,10 @@ columns! {
         pub speed_change_m_s2: Option<f64> => 3,
         /// Root mean square of the jerk along the motion, m/s^3.
         pub jerk_rms_m_s3: Option<f64> => 3,
+        /// Control effort: root mean square of the accelerations of both belts that the commands ask for, m/s^2.
+        pub control_effort_m_s2: Option<f64> => 3,
+        /// Kinetic energy that the belts put into the motion, J/kg, each with half of the mass.
+        pub drive_work_j_per_kg: Option<f64> => 3,
         /// Root mean square distance from the global path of the time, metres.
         pub off_path_rms_m: Option<f64> => 3,
         /// Angle turned per metre driven, rad/m.

@@ -57,7 +57,8 @@ impl RunRow {
     fn fill_metrics(&mut self, simulation: &Simulation, config: &Config, result: &MissionResult) {
         let trace = &result.trace;
         let period_s = config.local.control_period_s;
-        let metrics = DriveMetrics::of(trace, &config.robot.footprint, period_s);
+        let metrics =
+            DriveMetrics::of(trace, &config.robot.footprint, &config.robot.drive(), period_s);
         let fastest = match self.optimal_time_s {
             Some(_) => barn::OPTIMAL_SPEED,
             None => config.robot.limits.max_vel_x,
@@ -76,6 +77,8 @@ impl RunRow {
         self.near_share = metrics.near_share;
         self.speed_change_m_s2 = metrics.speed_change_m_s2;
         self.jerk_rms_m_s3 = metrics.jerk_rms_m_s3;
+        self.control_effort_m_s2 = metrics.control_effort_m_s2;
+        self.drive_work_j_per_kg = metrics.drive_work_j_per_kg;
         self.off_path_rms_m = metrics.off_path_rms_m;
         self.angle_per_m = metrics.angle_per_m;
         self.curvature_per_m = metrics.curvature_per_m;

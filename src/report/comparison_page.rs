@@ -28,7 +28,7 @@ pub struct ComparisonReport<'a> {
 }
 
 /// Columns of the table of motions.
-const MOTION: &str = "rank planner path_weighted_success near_share stopped_share speed_change_m_s2 jerk_rms_m_s3 angle_per_m \
+const MOTION: &str = "rank planner path_weighted_success near_share stopped_share speed_change_m_s2 jerk_rms_m_s3 control_effort_m_s2 drive_work_j_per_kg angle_per_m \
     curvature_per_m off_path_rms_m intimate_share personal_share";
 
 /// Returns the files of the report: `index.html`, and rankings and runs as CSV and JSON.

@@ -26,6 +26,8 @@ _MEASURED = (
     "path_weighted_success",
     "speed_change_m_s2",
     "jerk_rms_m_s3",
+    "control_effort_m_s2",
+    "drive_work_j_per_kg",
     "angle_per_m",
     "curvature_per_m",
     "omega_sign_changes_per_m",
