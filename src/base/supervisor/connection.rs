@@ -5,9 +5,9 @@ use super::safety::OutgoingCommand;
 use crate::base::{Base, BaseError, Feedback};
 use crate::geometry::Twist;
 
-/// Zero commands sent before a connection is closed. Three must arrive; a session that waits for a late or missing answer replaces
-/// two of them by the next. Of five, two arrived at an emulated base on a busy machine.
-const STOP_REPEATS: usize = 8;
+/// Zero commands sent before a connection is closed. Three must arrive; a session that waits for a missing answer replaces
+/// two of them by the next.
+const STOP_REPEATS: usize = 5;
 
 /// Opens a connection to a base with a new session.
 pub type OpenBase = Box<dyn FnMut() -> Result<Box<dyn Base + Send>, BaseError> + Send>;

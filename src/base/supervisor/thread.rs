@@ -66,7 +66,7 @@ static SENDERS: AtomicUsize = AtomicUsize::new(0);
 
 /// Sends the current target to a base at a fixed rate, with the guarantees of [its module](super).
 ///
-/// Dropping it stops the base with three or more zero commands and waits for them: about 0.3 s in the worst case.
+/// Dropping it stops the base with three or more zero commands and waits for them: about 0.2 s in the worst case.
 pub struct BaseSupervisor {
     started: Instant,
     shared: Arc<Mutex<SharedState>>,

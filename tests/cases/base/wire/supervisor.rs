@@ -127,7 +127,7 @@ fn dropped_supervisor_sends_three_zeros() {
     assert_ne!(base.last(1), [Twist::STOP]);
     drop(supervisor);
     assert_eq!(base.last(3), [Twist::STOP; 3]);
-    assert_ne!(base.last(9)[0], Twist::STOP, "it drove until the end");
+    assert_ne!(base.last(6)[0], Twist::STOP, "it drove until the end");
 }
 
 #[test]
