@@ -1,11 +1,10 @@
 //! Engines, and decisions with their digests.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use inbye::bench::EvaluationDigest;
 use inbye::local::{
-    Counts, Detail, EngineChoice, Evaluation, Explainer, QuantizedProblem, SampleSi, WinnerSi,
-    open_engine,
+    Detail, EngineChoice, Evaluation, Explainer, QuantizedProblem, SampleSi, WinnerSi, open_engine,
 };
 use pyo3::prelude::*;
 
@@ -17,7 +16,6 @@ use super::records::Records;
 #[pyclass(frozen, module = "inbye")]
 pub struct Decision {
     winner: Option<WinnerSi>,
-    counts: Counts,
     evaluation: Evaluation,
     samples: Option<Vec<SampleSi>>,
 }
@@ -42,7 +40,7 @@ impl Decision {
         let explainer = Explainer::new(&problem.inner, quantized, &evaluation);
         let winner = explainer.winner(&evaluation);
         let samples = evaluation.samples.is_some().then(|| explainer.samples(&evaluation));
-        Self { winner, counts: evaluation.counts, evaluation, samples }
+        Self { winner, evaluation, samples }
     }
 }
 
@@ -66,13 +64,17 @@ impl Decision {
 
     #[getter]
     const fn admissible(&self) -> u32 {
-        self.counts.admissible
+        self.evaluation.counts.admissible
     }
 
     /// Numbers of samples that collide, cannot stop, and leave the map.
     #[getter]
     const fn rejected(&self) -> (u32, u32, u32) {
-        (self.counts.collision, self.counts.cannot_stop, self.counts.outside)
+        (
+            self.evaluation.counts.collision,
+            self.evaluation.counts.cannot_stop,
+            self.evaluation.counts.outside,
+        )
     }
 
     /// SHA-256 of the exact bits of the evaluation, as `inbye evaluate` prints it.
@@ -100,12 +102,12 @@ impl Decision {
     }
 
     fn __repr__(&self) -> String {
-        let samples: u32 = self.counts.to_array().iter().sum();
+        let samples: u32 = self.evaluation.counts.to_array().iter().sum();
         match &self.winner {
             Some(WinnerSi { vx, vtheta, .. }) => {
                 format!(
                     "Decision(command=({vx}, {vtheta}), {} of {samples} admissible)",
-                    self.counts.admissible
+                    self.evaluation.counts.admissible
                 )
             }
             None => format!("Decision(command=None, none of {samples} admissible)"),
@@ -127,24 +129,13 @@ pub fn open(name: &str, threads: usize) -> PyResult<Box<dyn inbye::local::Engine
 }
 
 impl Engine {
-    fn answers(
-        &self,
-        py: Python<'_>,
-        problems: &[&Problem],
-        detail: Detail,
-    ) -> PyResult<Vec<Decision>> {
-        py.detach(|| {
-            let quantized = problems.iter().map(|problem| QuantizedProblem::new(&problem.inner));
-            let quantized: Vec<_> = quantized.collect::<Result<_, _>>().map_err(raise)?;
-            let mut engine = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            let evaluations = engine.evaluate_batch(&quantized, detail).map_err(raise)?;
-            drop(engine);
-            let decisions = problems.iter().zip(&quantized).zip(evaluations);
-            Ok(decisions
-                .map(|((problem, quantized), it)| Decision::new(problem, quantized, it))
-                .collect())
-        })
+    fn open(&self) -> MutexGuard<'_, Box<dyn inbye::local::Engine>> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+const fn detail(samples: bool) -> Detail {
+    if samples { Detail::Samples } else { Detail::Answer }
 }
 
 #[pymethods]
@@ -169,12 +160,9 @@ impl Engine {
         samples: bool,
     ) -> PyResult<Decision> {
         let problem = problem.get();
-        let detail = if samples { Detail::Samples } else { Detail::Answer };
         py.detach(|| {
             let quantized = QuantizedProblem::new(&problem.inner).map_err(raise)?;
-            let mut engine = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            let evaluation = engine.evaluate(&quantized, detail).map_err(raise)?;
-            drop(engine);
+            let evaluation = self.open().evaluate(&quantized, detail(samples)).map_err(raise)?;
             Ok(Decision::new(problem, &quantized, evaluation))
         })
     }
@@ -187,7 +175,16 @@ impl Engine {
         samples: bool,
     ) -> PyResult<Vec<Decision>> {
         let problems: Vec<&Problem> = problems.iter().map(Bound::get).collect();
-        self.answers(py, &problems, if samples { Detail::Samples } else { Detail::Answer })
+        py.detach(|| {
+            let quantized = problems.iter().map(|problem| QuantizedProblem::new(&problem.inner));
+            let quantized: Vec<_> = quantized.collect::<Result<_, _>>().map_err(raise)?;
+            let evaluations =
+                self.open().evaluate_batch(&quantized, detail(samples)).map_err(raise)?;
+            let answers = problems.iter().zip(&quantized).zip(evaluations);
+            Ok(answers
+                .map(|((problem, quantized), it)| Decision::new(problem, quantized, it))
+                .collect())
+        })
     }
 
     fn __repr__(&self) -> String {

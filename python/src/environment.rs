@@ -98,25 +98,24 @@ impl Slot {
     ) -> Result<Self, String> {
         let text = |error: &dyn core::fmt::Display| error.to_string();
         let mission = &simulation.mission;
-        let obstacles = mission.map.obstacles(config.unknown);
         let ends = (mission.start.position(), mission.goal.position);
-        let mut planner = config.route_planner(mission.map.frame().resolution_m);
-        let path = match planner.plan(&obstacles, ends.0, ends.1, &mut || 0.0) {
-            Ok(plan) => plan.smoothed,
-            Err(_) => Path::new(vec![ends.0, ends.1]),
-        };
-        let driver = if is_navigator {
+        let (driver, path) = if is_navigator {
             let robot = simulation.robot(config).map_err(|error| text(&error))?;
             let engine = Box::new(CpuEngine::single_threaded());
             let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
             let (mission, config) = (mission.clone(), Arc::clone(config));
             let run = MissionRun::new(mission, config, engine, robot, &mut observer);
-            Driver::Navigator(Box::new(Mutex::new(run.map_err(|error| text(&error))?)))
+            let run = run.map_err(|error| text(&error))?;
+            let path = run.navigator().plans().first().map(|plan| plan.smoothed.clone());
+            (Driver::Navigator(Box::new(Mutex::new(run))), path)
         } else {
-            Driver::Caller(Box::new(
-                Episode::new(simulation, config).map_err(|error| text(&error))?,
-            ))
+            let obstacles = mission.map.obstacles(config.unknown);
+            let mut planner = config.route_planner(mission.map.frame().resolution_m);
+            let plan = planner.plan(&obstacles, ends.0, ends.1, &mut || 0.0);
+            let episode = Episode::new(simulation, config).map_err(|error| text(&error))?;
+            (Driver::Caller(Box::new(episode)), plan.ok().map(|plan| plan.smoothed))
         };
+        let path = path.unwrap_or_else(|| Path::new(vec![ends.0, ends.1]));
         let mut slot = Self {
             driver,
             job,

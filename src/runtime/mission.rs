@@ -2,7 +2,7 @@
 
 use super::{Config, Contact, Encounters, MissionRun, OdometryReading, Robot, Trace, TraceRow};
 use crate::base::ProtectiveAction;
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::global::Plan;
 use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
 use crate::localization::{LocalizationError, PoseEstimate};
@@ -57,11 +57,30 @@ impl Mission {
         self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
+    /// Number of ticks of this period, seconds, until the time limit.
+    pub(crate) fn ticks(&self, period_s: f64) -> u64 {
+        (self.time_limit_s / period_s).ceil() as u64
+    }
+
+    /// Whether a robot at this pose is done by [`Self::done_within_m`].
+    pub(crate) fn is_done(&self, pose: &Pose) -> bool {
+        let away_m = (pose.position() - self.goal.position).norm();
+        self.done_within_m.is_some_and(|within_m| away_m <= within_m)
+    }
+
     /// All stops in order, the goal last.
     #[must_use]
     pub fn stops(&self) -> Vec<Goal> {
         self.via.iter().chain([&self.goal]).copied().collect()
     }
+}
+
+/// Speed and turn rate below which a robot stands, m/s and rad/s.
+const STANDING: f64 = 0.02;
+
+/// Whether a robot with this motion stands.
+pub(crate) fn stands(twist: &Twist) -> bool {
+    twist.linear.abs() < STANDING && twist.angular.abs() < STANDING
 }
 
 /// What ends a mission early.

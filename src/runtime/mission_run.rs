@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::mission::{
-    Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
+    Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, stands,
 };
 use super::{
     Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource,
@@ -21,8 +21,6 @@ use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
 const BRAKING_S: f64 = 3.0;
-/// Speed and turn rate below which it stands, m/s and rad/s.
-const STANDING: f64 = 0.02;
 
 /// A mission that runs tick by tick, as a caller wants to run it among others. [`run_mission`](super::run_mission) runs a whole one.
 ///
@@ -68,6 +66,8 @@ pub struct MissionRun<R> {
     early_end: Option<EarlyEnd>,
     protective_actions: BTreeMap<&'static str, u64>,
     engine: String,
+    /// Number of ticks until the time limit.
+    ticks: u64,
     is_over: bool,
 }
 
@@ -108,8 +108,10 @@ impl<R: Robot> MissionRun<R> {
             None => navigator.planner().engine_name(),
         };
         let moving_radii = robot.moving_radii_m();
+        let ticks = mission.ticks(config.local.control_period_s);
         Ok(Self {
-            is_over: mission.time_limit_s <= 0.0,
+            ticks,
+            is_over: ticks == 0,
             mission,
             config,
             robot,
@@ -148,11 +150,10 @@ impl<R: Robot> MissionRun<R> {
             || self.has_failed_and_stands(&row)
             || row.gap_m <= 0.0
             || has_stopped
-            || self.is_done(&row.pose);
+            || self.mission.is_done(&row.pose);
         self.early_end = has_stopped.then_some(EarlyEnd::RobotStopped);
         self.trace.rows.push(row);
-        self.is_over |=
-            self.trace.rows.len() as f64 >= (self.mission.time_limit_s / period_s).ceil();
+        self.is_over |= self.trace.rows.len() as u64 >= self.ticks;
         if self.is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
@@ -168,6 +169,12 @@ impl<R: Robot> MissionRun<R> {
         &self.trace
     }
 
+    /// The navigator.
+    #[must_use]
+    pub const fn navigator(&self) -> &Navigator {
+        &self.navigator
+    }
+
     /// Whether the navigator has given up and the robot stands. It may give up at speed: what happens until the robot stands
     /// belongs to the mission.
     fn has_failed_and_stands(&mut self, row: &TraceRow) -> bool {
@@ -175,14 +182,7 @@ impl<R: Robot> MissionRun<R> {
             return false;
         }
         let failed_s = *self.failed_s.get_or_insert(row.time_s);
-        let stands = row.twist.linear.abs() < STANDING && row.twist.angular.abs() < STANDING;
-        stands || row.time_s - failed_s >= BRAKING_S
-    }
-
-    fn is_done(&self, pose: &Pose) -> bool {
-        let away_m = (pose.position() - self.mission.goal.position).norm();
-        let within_m = self.mission.done_within_m;
-        within_m.is_some_and(|within_m| away_m <= within_m)
+        stands(&row.twist) || row.time_s - failed_s >= BRAKING_S
     }
 
     /// Runs one tick. Returns its row, and whether the robot has stopped for good.
@@ -306,7 +306,7 @@ impl<R: Robot> MissionRun<R> {
     /// Whether the robot is at its goal, by the rule of the mission.
     #[must_use]
     pub fn is_reached(&self) -> bool {
-        let at_goal = |row: &TraceRow| row.mode == Mode::Arrived || self.is_done(&row.pose);
+        let at_goal = |row: &TraceRow| row.mode == Mode::Arrived || self.mission.is_done(&row.pose);
         self.trace.rows.last().is_some_and(at_goal)
     }
 

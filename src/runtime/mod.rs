@@ -16,6 +16,7 @@ mod trace;
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
+pub(crate) use mission::stands;
 pub use mission::{
     Decider, EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError,
     TickEvent, run_mission,

@@ -52,8 +52,7 @@ impl ObstacleGap {
 
     /// Whether every disc of the footprint is farther than a distance, metres, from any obstacle, as far as the distance field
     /// alone shows. It may say no where the gap is up to two cells larger.
-    #[must_use]
-    pub fn is_surely_farther(&self, footprint: &Footprint, pose: &Pose, gap_m: f64) -> bool {
+    pub(crate) fn is_surely_farther(&self, footprint: &Footprint, pose: &Pose, gap_m: f64) -> bool {
         let frame = self.obstacles.frame();
         footprint.at(pose).all(|(center, radius)| {
             let free = frame.cell_of(&center).map_or(0.0, |cell| self.free_cells(cell));
@@ -63,8 +62,7 @@ impl ObstacleGap {
 
     /// A lower bound, in cells, of the distance from any point of a cell to the nearest solid square and to the border of the
     /// grid. The distance field measures between centres; a point and a square each extend half a diagonal from theirs.
-    #[must_use]
-    pub fn free_cells(&self, cell: Cell) -> f64 {
+    pub(crate) fn free_cells(&self, cell: Cell) -> f64 {
         let frame = self.obstacles.frame();
         let nearest = self.field.squared_cells()[frame.index(cell)];
         let columns = cell.column.min(frame.width - 1 - cell.column);

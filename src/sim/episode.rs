@@ -3,12 +3,8 @@
 use super::{SimError, SimulatedRobot, Simulation};
 use crate::base::{BaseError, require_finite};
 use crate::geometry::{Pose, Twist, wrap_angle};
-use crate::navigator::Goal;
 use crate::robot::Limits;
-use crate::runtime::{Config, Robot, SensorData};
-
-/// Speed and turn rate below which the robot stands, m/s and rad/s.
-const STANDING: f64 = 0.02;
+use crate::runtime::{Config, Mission, Robot, SensorData, stands};
 
 /// How an episode ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,12 +21,10 @@ pub enum EpisodeEnd {
 /// its protective layer.
 pub struct Episode {
     robot: SimulatedRobot,
-    goal: Goal,
-    done_within_m: Option<f64>,
+    mission: Mission,
     tolerances: (f64, f64),
     limits: Limits,
     period_s: f64,
-    most_ticks: f64,
     ticks: u64,
     sensed: SensorData,
     end: Option<EpisodeEnd>,
@@ -47,12 +41,10 @@ impl Episode {
         let sensed = robot.sense(0.0);
         let mut episode = Self {
             robot,
-            goal: mission.goal,
-            done_within_m: mission.done_within_m,
+            mission: mission.clone(),
             tolerances: (config.navigator.xy_goal_tolerance, config.navigator.yaw_goal_tolerance),
             limits: config.robot.limits,
             period_s,
-            most_ticks: (mission.time_limit_s / period_s).ceil(),
             ticks: 0,
             sensed,
             end: None,
@@ -83,19 +75,18 @@ impl Episode {
         if self.robot.touches() {
             return Some(EpisodeEnd::Contact);
         }
-        let away_m = (pose.position() - self.goal.position).norm();
-        let is_reached = self.done_within_m.map_or_else(
-            || {
-                let stands = twist.linear.abs() < STANDING && twist.angular.abs() < STANDING;
-                let turn = self.goal.yaw.map_or(0.0, |yaw| wrap_angle(pose.yaw - yaw));
-                stands && away_m <= self.tolerances.0 && turn.abs() <= self.tolerances.1
-            },
-            |within_m| away_m <= within_m,
-        );
+        let is_reached = if self.mission.done_within_m.is_some() {
+            self.mission.is_done(pose)
+        } else {
+            let goal = &self.mission.goal;
+            let away_m = (pose.position() - goal.position).norm();
+            let turn = goal.yaw.map_or(0.0, |yaw| wrap_angle(pose.yaw - yaw));
+            stands(twist) && away_m <= self.tolerances.0 && turn.abs() <= self.tolerances.1
+        };
         if is_reached {
             return Some(EpisodeEnd::Reached);
         }
-        (self.ticks as f64 >= self.most_ticks).then_some(EpisodeEnd::Timeout)
+        (self.ticks >= self.mission.ticks(self.period_s)).then_some(EpisodeEnd::Timeout)
     }
 
     /// Time since the start, seconds.
@@ -142,7 +133,7 @@ mod tests {
     use super::*;
     use crate::geometry::Point;
     use crate::map::OccupancyGrid;
-    use crate::runtime::Mission;
+    use crate::navigator::Goal;
 
     fn episode(goal: Point, time_limit_s: f64) -> Episode {
         let rows = vec![".".repeat(80); 40];

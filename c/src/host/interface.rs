@@ -2,8 +2,10 @@
 
 use core::ffi::c_void;
 
+use serde::Deserialize;
+
 /// Limits of the robot, m/s, rad/s, m/s^2 and rad/s^2. Decelerations are below zero.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Deserialize)]
 #[repr(C)]
 pub struct InbyeLimits {
     pub min_vel_x: f64,

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use libloading::{Library as Loaded, Symbol};
 
-use crate::interface::{Compute, Create, Destroy, InbyeControllerInput, InbyeLimits, InbyeRobot};
-use crate::messages::{Limits, Start, Tick};
+use crate::interface::{Compute, Create, Destroy, InbyeControllerInput, InbyeRobot};
+use crate::messages::{Start, Tick};
 
 /// A velocity, m/s and rad/s.
 pub struct Twist {
@@ -67,8 +67,7 @@ impl Library {
 
     pub fn controller(&self, start: &Start) -> Result<Controller, String> {
         let Start { period_s, ref robot } = *start;
-        let limits = to_c(&robot.limits);
-        let robot = InbyeRobot { period_s, radius_m: robot.radius_m, limits };
+        let robot = InbyeRobot { period_s, radius_m: robot.radius_m, limits: robot.limits };
         // SAFETY: the header declares the function so.
         let object = unsafe { (self.create)(&raw const robot) };
         if object.is_null() {
@@ -95,7 +94,7 @@ impl Library {
             predicted_pose: tick.predicted_pose,
             predicted_velocity: tick.predicted_twist,
             last_command: tick.last_command,
-            limits: to_c(&tick.limits),
+            limits: tick.limits,
             goal: [x, y],
             has_goal_yaw: yaw.is_some(),
             goal_yaw: yaw.unwrap_or_default(),
@@ -120,17 +119,5 @@ impl Library {
         };
         (is_valid && f64::is_finite(linear) && f64::is_finite(angular))
             .then_some(Twist { linear, angular })
-    }
-}
-
-const fn to_c(limits: &Limits) -> InbyeLimits {
-    InbyeLimits {
-        min_vel_x: limits.min_vel_x,
-        max_vel_x: limits.max_vel_x,
-        max_vel_theta: limits.max_vel_theta,
-        acc_lim_x: limits.acc_lim_x,
-        decel_lim_x: limits.decel_lim_x,
-        acc_lim_theta: limits.acc_lim_theta,
-        decel_lim_theta: limits.decel_lim_theta,
     }
 }

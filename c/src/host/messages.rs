@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::interface::InbyeLimits;
+
 #[derive(Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Message {
@@ -18,18 +20,7 @@ pub struct Start {
 #[derive(Deserialize)]
 pub struct Robot {
     pub radius_m: f64,
-    pub limits: Limits,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-pub struct Limits {
-    pub min_vel_x: f64,
-    pub max_vel_x: f64,
-    pub max_vel_theta: f64,
-    pub acc_lim_x: f64,
-    pub decel_lim_x: f64,
-    pub acc_lim_theta: f64,
-    pub decel_lim_theta: f64,
+    pub limits: InbyeLimits,
 }
 
 #[derive(Deserialize)]
@@ -40,7 +31,7 @@ pub struct Tick {
     pub predicted_pose: [f64; 3],
     pub predicted_twist: [f64; 2],
     pub last_command: [f64; 2],
-    pub limits: Limits,
+    pub limits: InbyeLimits,
     pub goal: (f64, f64, Option<f64>),
     pub local_target: [f64; 2],
     pub path: Option<Vec<[f64; 2]>>,

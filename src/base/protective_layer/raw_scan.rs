@@ -133,16 +133,16 @@ struct SeenSpace {
 }
 
 impl SeenSpace {
-    /// Whether a point lies in space that was seen free, by [`Self::nearest_free_m`].
-    fn contains(&self, nearest_free_m: &[f64], point: &Point) -> bool {
+    /// Direction and distance as of [`polar`], for a point in space that was seen free, by [`Self::nearest_free_m`].
+    fn free_place(&self, nearest_free_m: &[f64], point: &Point) -> Option<(usize, f64)> {
         let local = self.frame.inverse_transform(point);
-        let away_m = local.to_vector().norm();
-        if away_m >= self.longest_free_m - MOVED_M {
-            return false;
+        // Nothing farther is free, and the direction costs more than the distance.
+        if local.to_vector().norm() >= self.longest_free_m - MOVED_M {
+            return None;
         }
-        let bin = bin_of(libm::atan2(local.y, local.x), BINS);
-        let nearest_m = nearest_free_m.get(bin).filter(|free_m| free_m.is_finite());
-        nearest_m.is_some_and(|free_m| away_m < free_m - MOVED_M)
+        let (bin, away_m) = polar(&local);
+        let nearest_m = nearest_free_m.get(bin).filter(|free_m| free_m.is_finite())?;
+        (away_m < nearest_m - MOVED_M).then_some((bin, away_m))
     }
 
     /// The distance that was seen free in each direction and its neighbours, metres, from another pose. Directions without a
@@ -160,20 +160,14 @@ impl SeenSpace {
         nearest_m
     }
 
-    /// Index of the direction to a point, and its distance, metres.
-    fn polar(&self, point: &Point) -> (usize, f64) {
-        let local = self.frame.inverse_transform(point);
-        (bin_of(libm::atan2(local.y, local.x), BINS), local.to_vector().norm())
-    }
-
     /// The distance in each direction from which an earlier return has vanished, metres; of several the farthest, without any
     /// below zero.
     fn vanished_m<'a>(&self, earlier: impl Iterator<Item = &'a Self>) -> Vec<f64> {
         let mut vanished_m = vec![f64::NEG_INFINITY; BINS];
         for seen in earlier {
             let free_m = self.nearest_free_m(&seen.pose);
-            for point in seen.returns.iter().filter(|point| self.contains(&free_m, point)) {
-                let (bin, away_m) = self.polar(point);
+            let places = seen.returns.iter().filter_map(|point| self.free_place(&free_m, point));
+            for (bin, away_m) in places {
                 if let Some(farthest_m) = vanished_m.get_mut(bin) {
                     *farthest_m = farthest_m.max(away_m);
                 }
@@ -184,7 +178,7 @@ impl SeenSpace {
 
     /// Whether a point lies right behind a vanished return.
     fn is_behind(&self, vanished_m: &[f64], point: &Point) -> bool {
-        let (bin, away_m) = self.polar(point);
+        let (bin, away_m) = polar(&self.frame.inverse_transform(point));
         (0..=2 * NEIGHBOURS)
             .filter_map(|offset| vanished_m.get((bin + BINS + offset - NEIGHBOURS) % BINS))
             .any(|vanished_m| (*vanished_m..*vanished_m + WALKED_M).contains(&away_m))
@@ -286,14 +280,13 @@ impl RawScans {
                 *bin = bin.min(beam.range.min(scan.range_max));
             }
         }
-        let frame_at = |time_s: f64| self.motion.pose_at(time_s).to_frame();
         let kept = thinned(scan);
         let mut at: Option<(f64, Frame)> = None;
         let returns = kept.iter().map(|(beam, _)| {
             // All beams of many scans have one time.
             let (_, frame) = at
                 .filter(|(time_s, _)| *time_s == beam.time_s)
-                .unwrap_or_else(|| (beam.time_s, frame_at(beam.time_s)));
+                .unwrap_or_else(|| (beam.time_s, self.motion.pose_at(beam.time_s).to_frame()));
             at = Some((beam.time_s, frame));
             let (sin, cos) = libm::sincos(beam.angle);
             frame.transform(&Point::new(beam.range * cos, beam.range * sin))
@@ -307,7 +300,7 @@ impl RawScans {
         let earlier: Vec<(&SeenSpace, Vec<f64>)> =
             references.iter().flatten().map(|seen| (*seen, seen.nearest_free_m(&pose))).collect();
         let has_moved = |place: &Point| {
-            earlier.iter().any(|(earlier, free_m)| earlier.contains(free_m, place))
+            earlier.iter().any(|(earlier, free_m)| earlier.free_place(free_m, place).is_some())
                 || seen.is_behind(&vanished_m, place)
         };
         let with_motion = |(place, (_, beams)): (&Point, &(Beam, usize))| Return {
@@ -407,6 +400,11 @@ fn is_usable(scan: &TimedScan, stamp_s: f64) -> bool {
         && (1..=MAX_BEAMS).contains(&scan.beams.len())
         && scan.is_valid()
         && scan.beams.iter().all(is_current)
+}
+
+/// Index of the direction to a point from the origin, and its distance, metres.
+fn polar(point: &Point) -> (usize, f64) {
+    (bin_of(libm::atan2(point.y, point.x), BINS), point.to_vector().norm())
 }
 
 /// Index of a direction among equal parts of a turn.
