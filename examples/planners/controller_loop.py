@@ -60,17 +60,22 @@ def arcs(velocities, times):
     return np.stack([v / bend * np.sin(bend * times), v / bend * (1 - np.cos(bend * times)), yaw], axis=-1)
 
 
-def gaps(poses, points, corners):
+def gaps(poses, points, corners, block=64):
     """Smallest distance of the points from a rectangle at each pose; negative inside. `corners` are those of its body."""
     if len(points) == 0:
         return np.full(poses.shape[:-1], np.inf)
     middle, half = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0) / 2
-    away = points - poses[..., None, :2]
-    cos, sin = np.cos(poses[..., None, 2]), np.sin(poses[..., None, 2])
-    local = np.stack([cos * away[..., 0] + sin * away[..., 1], cos * away[..., 1] - sin * away[..., 0]], axis=-1)
-    outside = np.abs(local - middle) - half
-    distance = np.linalg.norm(np.maximum(outside, 0.0), axis=-1) + np.minimum(outside.max(axis=-1), 0.0)
-    return distance.min(axis=-1)
+    least = []
+    # Blocks of poses fit into the cache: several times faster than all at once.
+    for part in np.split(poses.reshape(-1, 3), range(block, poses.size // 3, block)):
+        cos, sin = np.cos(part[:, 2:]), np.sin(part[:, 2:])
+        away_x, away_y = points[:, 0] - part[:, :1], points[:, 1] - part[:, 1:2]
+        outside_x = np.abs(cos * away_x + sin * away_y - middle[0]) - half[0]
+        outside_y = np.abs(cos * away_y - sin * away_x - middle[1]) - half[1]
+        depth = np.minimum(np.maximum(outside_x, outside_y).min(axis=1), 0.0)
+        squared = np.maximum(outside_x, 0.0) ** 2 + np.maximum(outside_y, 0.0) ** 2
+        least.append(np.sqrt(squared.min(axis=1)) + depth)
+    return np.concatenate(least).reshape(poses.shape[:-1])
 
 
 def corners_of(start):

@@ -7,6 +7,8 @@
 //! are then compared at the sixteen columns between, sixteen at once: about seventeen comparisons per column, vectorised
 //! and without data-dependent branches. A stack-based envelope mispredicts at every other column of rough terrain.
 
+use core::f64::consts::SQRT_2;
+
 use multiversion::multiversion;
 
 use super::{Cell, GridFrame, ObstacleGrid};
@@ -77,6 +79,15 @@ impl DistanceField {
     #[must_use]
     pub fn squared_cells(&self) -> &[u32] {
         &self.squared
+    }
+
+    /// A lower bound, in cells, of the distance from any point of a cell to the nearest obstacle's square, by the squared distance
+    /// between their centres. A point and a square each extend half a diagonal from theirs. Infinite without obstacles.
+    pub(crate) fn free_cells(squared: u32) -> f64 {
+        if squared >= Self::NO_OBSTACLE {
+            return f64::INFINITY;
+        }
+        f64::from(squared).sqrt() - SQRT_2
     }
 
     /// Distance in metres from the centre of a cell to the centre of the nearest obstacle cell; infinite if the grid has

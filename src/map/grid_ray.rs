@@ -15,13 +15,13 @@ pub(crate) struct GridRay {
 }
 
 /// Crossings of a ray with the cell borders of one axis.
-struct Crossing {
+pub(super) struct Crossing {
     /// -1, 0 or 1 cells.
-    step: i32,
+    pub(super) step: i32,
     /// Distance to the next border; infinite for a ray across the axis.
-    next: f64,
+    pub(super) next: f64,
     /// Distance between two borders.
-    pitch: f64,
+    pub(super) pitch: f64,
 }
 
 impl GridRay {
@@ -35,37 +35,8 @@ impl GridRay {
     }
 }
 
-#[cfg(feature = "sim")]
-impl GridRay {
-    /// The present cell, and the distance at which the ray enters it.
-    pub(crate) const fn present(&self) -> (Cell, f64) {
-        (self.cell, self.entered)
-    }
-
-    /// Crosses every border up to a distance. The result is that of as many calls of `next`, to the bit, and faster: the borders of
-    /// one axis follow those of the other.
-    pub(crate) fn advance_to(&mut self, distance: f64) {
-        let columns = self.across_columns.cross_up_to(distance, &mut self.cell.column);
-        let rows = self.across_rows.cross_up_to(distance, &mut self.cell.row);
-        self.entered = self.entered.max(columns).max(rows);
-    }
-}
-
 impl Crossing {
-    /// Crosses the borders up to a distance; returns the distance of the last one, or zero.
-    #[cfg(feature = "sim")]
-    fn cross_up_to(&mut self, distance: f64, coordinate: &mut i32) -> f64 {
-        let (mut at, mut crossed) = (0.0, 0);
-        while self.next <= distance {
-            crossed += self.step;
-            at = self.next;
-            self.next += self.pitch;
-        }
-        *coordinate = coordinate.saturating_add(crossed);
-        at
-    }
-
-    fn new(start: f64, direction: f64) -> Self {
+    pub(super) fn new(start: f64, direction: f64) -> Self {
         let within = start - start.floor();
         if direction > 0.0 {
             Self { step: 1, next: (1.0 - within) / direction, pitch: 1.0 / direction }
@@ -77,7 +48,7 @@ impl Crossing {
     }
 
     /// Crosses the next border; returns its distance.
-    fn cross(&mut self, coordinate: &mut i32) -> f64 {
+    pub(super) fn cross(&mut self, coordinate: &mut i32) -> f64 {
         *coordinate = coordinate.saturating_add(self.step);
         let at = self.next;
         self.next += self.pitch;
@@ -96,34 +67,5 @@ impl Iterator for GridRay {
             self.across_rows.cross(&mut self.cell.row)
         };
         Some(entry)
-    }
-}
-
-#[cfg(all(test, feature = "sim"))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn advanced_ray_equals_one_that_took_each_step_to_the_bit() {
-        for tenth_degrees in 0..3600 {
-            let angle = f64::from(tenth_degrees).to_radians() / 10.0;
-            let direction = Vector::new(libm::cos(angle), libm::sin(angle));
-            let start = Point::new(3.25, -7.6);
-            for distance in [0.0, 0.3, 5.0, 41.7] {
-                let mut stepped = GridRay::new(&start, &direction);
-                while stepped.across_columns.next.min(stepped.across_rows.next) <= distance {
-                    stepped.next();
-                }
-                let mut advanced = GridRay::new(&start, &direction);
-                advanced.advance_to(distance / 3.0);
-                advanced.advance_to(distance);
-                let bits = |ray: &mut GridRay| {
-                    let mut following = || ray.next().map(|(cell, at)| (cell, at.to_bits()));
-                    [following(), following(), following(), following()]
-                };
-                assert_eq!(advanced.present(), stepped.present());
-                assert_eq!(bits(&mut advanced), bits(&mut stepped), "{angle} rad, {distance}");
-            }
-        }
     }
 }

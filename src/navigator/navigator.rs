@@ -239,7 +239,7 @@ impl Navigator {
             host.start_tick();
         }
         let limits = &self.robot.limits;
-        let known = self.obstacles.known();
+        let known = self.obstacles.rays();
         let last = &self.base.last_command;
         let has_new_scan =
             match self.validator.validate(observation, last, limits, &self.settings, known) {

@@ -12,7 +12,7 @@ use super::frozen_scan::FrozenScan;
 use super::scan_health::ScanHealth;
 use crate::geometry::{Pose, Twist, Vector};
 use crate::localization::LostReason;
-use crate::map::{ObstacleGrid, Scan};
+use crate::map::{RayCaster, Scan};
 use crate::robot::{Limits, is_plausible};
 
 /// Jump by which a localisation may correct its pose, metres, beyond what the robot can have driven since.
@@ -205,7 +205,7 @@ impl ObservationValidator {
         commanded: &Twist,
         limits: &Limits,
         settings: &NavigatorSettings,
-        known: &ObstacleGrid,
+        known: &RayCaster,
     ) -> Result<bool, ObservationFault> {
         let checked = self.check(observation, commanded, limits, settings);
         let validated = checked.and_then(|is_new| {

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::NavigatorSettings;
 use super::passive_safety::obstacle_that_may_come;
-use super::scan_visibility::seen_to_m;
+use super::scan_visibility::sees_beyond;
 use super::tracker::{FARTHEST_M, Tracker};
 use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
-use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan};
+use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, RayCaster, Scan};
 
 /// A return within this distance of a moving obstacle belongs to it, metres.
 const MOVING_MARGIN_M: f64 = 0.12;
@@ -122,9 +122,9 @@ impl ObstacleModel {
         }
     }
 
-    /// The obstacles of the map.
-    pub(super) const fn known(&self) -> &ObstacleGrid {
-        &self.map.known
+    /// Casts rays among the obstacles of the map.
+    pub(super) const fn rays(&self) -> &RayCaster {
+        &self.map.rays
     }
 
     /// Forgets marks that no scan hit since a time, seconds, except those within a distance of a place, metres: for a robot
@@ -206,6 +206,7 @@ fn parts(resolution_m: f64, side: i32) -> u16 {
 /// Known obstacles, and the marks of the lidar among them.
 pub(super) struct LocalMap {
     known: ObstacleGrid,
+    rays: RayCaster,
     /// Sine and cosine of the turn from the map frame to the grid's.
     turn: (f64, f64),
     /// Cells that are not next to a known obstacle.
@@ -245,6 +246,7 @@ impl LocalMap {
         Self {
             turn: (-sin, cos),
             apart: FreeSpace::new(&known, KNOWN_MARGIN_M),
+            rays: RayCaster::new(&known),
             slots: vec![0; known.frame().len()],
             known,
             marks: Vec::new(),
@@ -395,8 +397,8 @@ impl LocalMap {
             let distance = (mark.center - robot).norm();
             let seen_through = distance < scan.range_max.min(FARTHEST_M) && {
                 let half_angle = resolution_m / distance.max(resolution_m);
-                seen_to_m(pose, scan, bearing(&robot, &mark.center), half_angle)
-                    .is_some_and(|seen| seen > distance + beyond_m)
+                let direction = bearing(&robot, &mark.center);
+                sees_beyond(pose, scan, direction, half_angle, distance + beyond_m)
             };
             mark.evidence -= u8::from(seen_through);
             mark.evidence == 0

@@ -8,8 +8,8 @@ use core::f64::consts::TAU;
 
 use super::ObservationFault;
 use super::scan_visibility::is_full_turn;
-use crate::geometry::{Point, Pose, Vector, bearing, wrap_angle};
-use crate::map::{GridRay, ObstacleGrid, Scan};
+use crate::geometry::{Pose, bearing, wrap_angle};
+use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
 
 /// Sectors around the robot; the first is centred ahead.
 pub(super) const SECTORS: usize = 16;
@@ -77,7 +77,7 @@ pub(super) struct ScanHealth {
 
 impl ScanHealth {
     /// Judges a new scan from a pose in the map.
-    pub fn update(&mut self, pose: &Pose, scan: &Scan, known: &ObstacleGrid) {
+    pub fn update(&mut self, pose: &Pose, scan: &Scan, known: &RayCaster) {
         let sectors = coverage(pose, scan, known);
         let sum = |count: fn(&Coverage) -> u32| sectors.iter().map(count).sum::<u32>();
         let (expected, missing) = (sum(|one| one.expected), sum(|one| one.missing));
@@ -178,7 +178,7 @@ struct Ray {
 }
 
 /// Compares evenly chosen beams of a scan with the map.
-fn coverage(pose: &Pose, scan: &Scan, known: &ObstacleGrid) -> [Coverage; SECTORS] {
+fn coverage(pose: &Pose, scan: &Scan, rays: &RayCaster) -> [Coverage; SECTORS] {
     let beams = scan.ranges.len();
     let turn = beams as f64 * scan.angle_increment / TAU;
     let count = ((turn * (SECTORS * RAYS) as f64) as usize).clamp(1, SECTORS * RAYS).min(beams);
@@ -186,9 +186,9 @@ fn coverage(pose: &Pose, scan: &Scan, known: &ObstacleGrid) -> [Coverage; SECTOR
     let compare = |ray: usize| {
         let beam = ray * beams / count;
         let (direction, range_m) = (scan.angle(beam), scan.ranges[beam]);
-        let on_map_m = range_on_map(known, pose, direction, sure_m);
+        let on_map = rays.cast(&pose.position(), pose.yaw + direction, sure_m);
         let returns = is_return(scan, range_m);
-        let is_expected = on_map_m.is_some_and(|on_map_m| on_map_m >= MIN_RANGE_M);
+        let is_expected = matches!(on_map, RayEnd::Blocked(on_map_m) if on_map_m >= MIN_RANGE_M);
         let is_on_map = is_expected || range_m > sure_m;
         let is_far = returns && is_on_map && range_m >= OPEN_SHARE * sure_m;
         Ray { sector: sector_of(direction), returns, is_expected, is_far }
@@ -230,19 +230,6 @@ fn judge_gaps(rays: &[Ray], sectors: &mut [Coverage; SECTORS]) {
     }
 }
 
-/// Distance to the first obstacle of the map in a direction of the robot's frame, metres; `None` where there is none within a
-/// distance, or the map ends before.
-fn range_on_map(known: &ObstacleGrid, pose: &Pose, direction: f64, within_m: f64) -> Option<f64> {
-    let frame = known.frame();
-    let (sin, cos) = libm::sincos(pose.yaw + direction - frame.origin.yaw);
-    let within = within_m / frame.resolution_m;
-    let start: Point = frame.to_cell_units(&pose.position());
-    GridRay::new(&start, &Vector::new(cos, sin))
-        .take_while(|&(cell, entered)| entered <= within && frame.contains(cell))
-        .find(|&(cell, _)| known.is_blocked(cell))
-        .map(|(_, entered)| entered * frame.resolution_m)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -278,8 +265,9 @@ mod tests {
 
     fn after(scans: u32, scan: &Scan, known: &ObstacleGrid) -> ScanHealth {
         let mut health = ScanHealth::default();
+        let known = RayCaster::new(known);
         for _ in 0..scans {
-            health.update(&Pose::default(), scan, known);
+            health.update(&Pose::default(), scan, &known);
         }
         health
     }
@@ -308,7 +296,7 @@ mod tests {
         let mut health = after(3, &covered(-0.3, 0.3), &room);
         assert_eq!(health.fault(), Some(ObservationFault::LidarPartlyBlind));
         assert!(health.is_blind_towards(0.0) && !health.is_blind_towards(1.0));
-        health.update(&Pose::default(), &covered(9.0, 9.0), &room);
+        health.update(&Pose::default(), &covered(9.0, 9.0), &RayCaster::new(&room));
         assert_eq!((health.fault(), health.blind_sectors()), (None, 0));
         // To the left: it drives on, and learns nothing there.
         let left = covered(1.2, 2.0);
@@ -380,7 +368,7 @@ mod tests {
         };
         let mut health = after(DARK_SCANS, &scan(|_| false, f64::INFINITY), &room(8.0));
         assert!(health.is_blind_towards(0.0));
-        health.update(&Pose::default(), &scan(open, f64::INFINITY), &roadway);
+        health.update(&Pose::default(), &scan(open, f64::INFINITY), &RayCaster::new(&roadway));
         assert!(!health.is_blind_towards(0.0));
     }
 
@@ -388,7 +376,7 @@ mod tests {
     fn returns_in_a_hall_end_the_blindness_of_a_room() {
         let mut health = after(2, &scan(|_| false, f64::NAN), &room(8.0));
         assert_eq!(health.fault(), Some(ObservationFault::LidarBlind));
-        let hall = room(40.0);
+        let hall = RayCaster::new(&room(40.0));
         health.update(&Pose::default(), &scan(|_| false, f64::NAN), &hall);
         assert!(health.is_suspect(), "a hall shows nothing");
         health.update(&Pose::default(), &scan(|_| true, f64::NAN), &hall);
@@ -403,7 +391,7 @@ mod tests {
         let pose = Pose::new(0.0, 0.0, 1.57);
         let mut health = ScanHealth::default();
         for _ in 0..3 {
-            health.update(&pose, &left, &room(8.0));
+            health.update(&pose, &left, &RayCaster::new(&room(8.0)));
         }
         let mut grid = room(8.0);
         health.block_unseen(&mut grid, &pose, 1.0);
@@ -416,7 +404,7 @@ mod tests {
 
     #[test]
     fn single_blind_scans_with_good_ones_between_do_not_add_up() {
-        let (room, mut health) = (room(8.0), ScanHealth::default());
+        let (room, mut health) = (RayCaster::new(&room(8.0)), ScanHealth::default());
         for _ in 0..3 {
             health.update(&Pose::default(), &scan(|_| false, f64::NAN), &room);
             assert!(health.is_suspect() && health.fault().is_none());
@@ -451,7 +439,7 @@ mod tests {
     #[test]
     fn sector_stays_blind_until_returns_are_seen() {
         let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
-        let mut health = after(3, &left, &room(8.0));
+        let mut health = after(3, &left, &RayCaster::new(&room(8.0)));
         let blind = health.blind_sectors();
         health.update(&Pose::default(), &left, &room(40.0));
         assert_eq!(health.blind_sectors(), blind);
@@ -481,7 +469,7 @@ mod tests {
     #[test]
     fn returns_of_a_blind_sector_are_not_masked() {
         let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
-        let health = after(3, &left, &room(8.0));
+        let health = after(3, &left, &RayCaster::new(&room(8.0)));
         let mut seen = left;
         seen.ranges[270] = 2.0;
         let masked = health.masked(&seen).expect("a blind sector");

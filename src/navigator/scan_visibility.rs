@@ -12,9 +12,14 @@ const PLACE_ERROR_M: f64 = 0.03;
 /// Error of a distance as a share of it: beams meet far surfaces at a flatter angle.
 const MARGIN_SHARE: f64 = 0.01;
 
-/// The shortest range of the beams within an angle of a direction in the map frame, metres, and of the two next to it at least.
-/// A beam without a return saw to the sensor's range. `None` where a beam has no measurement or there is no beam.
-pub(super) fn seen_to_m(pose: &Pose, scan: &Scan, direction: f64, half_angle: f64) -> Option<f64> {
+/// The ranges of the beams within an angle of a direction in the map frame, metres, and of the two next to it at least. `None`
+/// where a direction has no beam.
+fn ranges_towards<'a>(
+    pose: &Pose,
+    scan: &'a Scan,
+    direction: f64,
+    half_angle: f64,
+) -> Option<impl Iterator<Item = f64> + 'a> {
     let beams = scan.ranges.len() as i64;
     if beams == 0 {
         return None;
@@ -29,15 +34,29 @@ pub(super) fn seen_to_m(pose: &Pose, scan: &Scan, direction: f64, half_angle: f6
     if !is_full_turn && (from < 0 || to >= beams) {
         return None;
     }
-    let mut least = scan.range_max;
-    for beam in from..=to {
-        let range = scan.ranges[beam.rem_euclid(beams) as usize];
-        if range.is_nan() {
-            return None;
-        }
-        least = least.min(range);
-    }
-    Some(least)
+    let first = from.rem_euclid(beams) as usize;
+    let count = (to - from + 1).max(0) as usize;
+    Some(scan.ranges[first..].iter().chain(scan.ranges.iter().cycle()).take(count).copied())
+}
+
+/// The shortest of the ranges within an angle of a direction in the map frame, metres. A beam without a return saw to the sensor's
+/// range. `None` where a beam has no measurement or there is no beam.
+pub(super) fn seen_to_m(pose: &Pose, scan: &Scan, direction: f64, half_angle: f64) -> Option<f64> {
+    let nearer = |least: f64, range: f64| (!range.is_nan()).then_some(least.min(range));
+    ranges_towards(pose, scan, direction, half_angle)?.try_fold(scan.range_max, nearer)
+}
+
+/// Whether [`seen_to_m`] is beyond a distance, metres; false where it is unknown.
+pub(super) fn sees_beyond(
+    pose: &Pose,
+    scan: &Scan,
+    direction: f64,
+    half_angle: f64,
+    distance_m: f64,
+) -> bool {
+    scan.range_max > distance_m
+        && ranges_towards(pose, scan, direction, half_angle)
+            .is_some_and(|mut ranges| ranges.all(|range| range > distance_m))
 }
 
 /// Whether the first beam follows the last.
@@ -58,8 +77,7 @@ pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, apart: &Motio
         YAW_ERROR + TURN_ERROR * apart.turned + place_error_m / distance.max(place_error_m);
     let drift_m = (DRIFT * apart.time_s).max(SLIP * apart.driven_m);
     let margin_m = FREE_MARGIN_M + drift_m + MARGIN_SHARE * distance;
-    seen_to_m(pose, scan, bearing(&robot, point), half_angle)
-        .is_some_and(|seen| seen > distance + margin_m)
+    sees_beyond(pose, scan, bearing(&robot, point), half_angle, distance + margin_m)
 }
 
 /// Interval of the kept scans, seconds, and their number.

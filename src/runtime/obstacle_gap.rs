@@ -61,17 +61,13 @@ impl ObstacleGap {
     }
 
     /// A lower bound, in cells, of the distance from any point of a cell to the nearest solid square and to the border of the
-    /// grid. The distance field measures between centres; a point and a square each extend half a diagonal from theirs.
-    pub(crate) fn free_cells(&self, cell: Cell) -> f64 {
+    /// grid.
+    fn free_cells(&self, cell: Cell) -> f64 {
         let frame = self.obstacles.frame();
-        let nearest = self.field.squared_cells()[frame.index(cell)];
         let columns = cell.column.min(frame.width - 1 - cell.column);
         let rows = cell.row.min(frame.height - 1 - cell.row);
-        let to_border = f64::from(columns.min(rows));
-        if nearest >= DistanceField::NO_OBSTACLE {
-            return to_border;
-        }
-        to_border.min(f64::from(nearest).sqrt() - SQRT_2)
+        let nearest = self.field.squared_cells()[frame.index(cell)];
+        DistanceField::free_cells(nearest).min(f64::from(columns.min(rows)))
     }
 
     /// Distance in cells between a polygon, in cell units, and the nearest solid square.
@@ -103,9 +99,7 @@ impl ObstacleGap {
             return least;
         };
         let nearest = self.field.squared_cells()[self.obstacles.frame().index(cell)];
-        if f64::from(nearest).sqrt() - SQRT_2 - half >= least
-            || nearest >= DistanceField::NO_OBSTACLE
-        {
+        if DistanceField::free_cells(nearest) - half >= least {
             return least;
         }
         if half > 1.0 {

@@ -1,19 +1,15 @@
 //! The obstacles of a simulated world, and the gaps to them.
 
-use crate::geometry::{Point, Pose, Twist, Vector};
-use crate::map::{GridRay, MovingDisc, ObstacleGrid};
+use crate::geometry::{Point, Pose, Twist};
+use crate::map::{MovingDisc, ObstacleGrid, RayCaster, RayEnd};
 use crate::robot::Footprint;
 use crate::runtime::{Contact, ObstacleGap, TouchedBody};
-
-/// A ray crosses the free cells around it at once where they reach farther than this, cells.
-const WORTH_SKIPPING: f64 = 2.0;
-/// Far more than the rounding of the distances along a ray, cells.
-const SKIP_MARGIN: f64 = 0.01;
 
 /// Everything that the robot can touch. All gaps are in metres, exact to rounding; at or below zero there is contact.
 #[derive(Clone, Debug)]
 pub struct World {
     obstacles: ObstacleGap,
+    rays: RayCaster,
     /// Moving obstacles at their present positions.
     pub moving: Vec<MovingDisc>,
     /// What a lidar hits of them, each part with the index of its obstacle: legs, or an earlier position. None: the discs of
@@ -25,7 +21,12 @@ impl World {
     /// Creates a world without moving obstacles.
     #[must_use]
     pub fn new(obstacles: ObstacleGrid) -> Self {
-        Self { obstacles: ObstacleGap::new(obstacles), moving: Vec::new(), seen: None }
+        Self {
+            rays: RayCaster::new(&obstacles),
+            obstacles: ObstacleGap::new(obstacles),
+            moving: Vec::new(),
+            seen: None,
+        }
     }
 
     /// The static obstacles.
@@ -54,24 +55,9 @@ impl World {
     /// Range along a ray to the first static obstacle, metres; infinite beyond the longest range.
     #[must_use]
     pub(super) fn range_to_static_m(&self, start: &Point, direction: f64, longest_m: f64) -> f64 {
-        let obstacles = self.obstacles();
-        let frame = obstacles.frame();
-        let (sin, cos) = libm::sincos(direction - frame.origin.yaw);
-        let longest = longest_m / frame.resolution_m;
-        let mut ray = GridRay::new(&frame.to_cell_units(start), &Vector::new(cos, sin));
-        loop {
-            let (cell, entered) = ray.present();
-            if entered > longest {
-                return f64::INFINITY;
-            }
-            if obstacles.is_blocked(cell) {
-                return entered * frame.resolution_m;
-            }
-            let free = self.obstacles.free_cells(cell);
-            if free > WORTH_SKIPPING {
-                ray.advance_to(entered + free - SKIP_MARGIN);
-            }
-            ray.next();
+        match self.rays.cast(start, direction, longest_m) {
+            RayEnd::Blocked(range_m) | RayEnd::Outside(range_m) => range_m,
+            RayEnd::Free => f64::INFINITY,
         }
     }
 

@@ -14,7 +14,7 @@ mod track;
 use nalgebra::Matrix2;
 
 use super::obstacle_model::ReturnOrigin;
-use super::scan_visibility::{Earlier, History, Motion, proves_free, seen_to_m};
+use super::scan_visibility::{Earlier, History, Motion, proves_free, sees_beyond};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Owner, Return, ScanReturns};
@@ -271,8 +271,8 @@ impl Tracker {
             }
             let distance = (track.center() - robot).norm();
             let half_angle = libm::atan2(track.radius.radius_m / 2.0, distance);
-            let seen = seen_to_m(pose, scan, bearing(&robot, &track.center()), half_angle);
-            let is_gone = seen.is_some_and(|seen| seen > distance);
+            let direction = bearing(&robot, &track.center());
+            let is_gone = sees_beyond(pose, scan, direction, half_angle, distance);
             let is_over = track.is_over(time_s, is_gone);
             if is_over && track.is_moving && track.is_leg() {
                 standing.add(time_s, &track.center());

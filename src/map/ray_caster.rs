@@ -1,0 +1,169 @@
+//! The first obstacle along a straight ray.
+
+use super::grid_ray::Crossing;
+use super::{DistanceField, GridFrame, ObstacleGrid};
+use crate::geometry::Point;
+
+/// A ray crosses the free cells around it at once where they reach at least this far, cells; otherwise it takes the next cell.
+const WORTH_SKIPPING: u8 = 4;
+/// Far more than the rounding of the distances along a ray, cells.
+const SKIP_MARGIN: f64 = 0.01;
+/// What [`RayCaster::free`] holds for an obstacle, and for the border outside the grid.
+const BLOCKED: u8 = 0;
+
+/// Where a ray ends, metres from its start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum RayEnd {
+    /// At the first obstacle.
+    Blocked(f64),
+    /// Where it leaves the grid.
+    Outside(f64),
+    /// At its longest range.
+    Free,
+}
+
+/// Casts rays among the obstacles of a grid.
+///
+/// The traversal and its distances are those of [`GridRay`](super::GridRay), to the bit: the borders of one axis follow those of
+/// the other, so a ray in free space may cross several of one axis before those of the other.
+#[derive(Clone, Debug)]
+pub(crate) struct RayCaster {
+    frame: GridFrame,
+    /// How many cells are free around any point of each cell, rounded down; at least one where the cell is free. One cell of
+    /// border on each side.
+    free: Vec<u8>,
+    stride: usize,
+}
+
+impl RayCaster {
+    /// Prepares the obstacles of a grid. Everything outside is solid.
+    pub fn new(obstacles: &ObstacleGrid) -> Self {
+        let frame = *obstacles.frame();
+        let (width, height) = (frame.width as usize, frame.height as usize);
+        let stride = width + 2;
+        let mut free = vec![BLOCKED; stride * (height + 2)];
+        DistanceField::for_each_row(obstacles, |row, squared| {
+            let to_border = row.min(height - 1 - row);
+            let cells = &mut free[(row + 1) * stride + 1..][..width];
+            for (column, (cell, &squared)) in cells.iter_mut().zip(squared).enumerate() {
+                if squared > 0 {
+                    let to_border = to_border.min(column).min(width - 1 - column) as f64;
+                    let cells = DistanceField::free_cells(squared).min(to_border);
+                    *cell = cells.clamp(1.0, f64::from(u8::MAX)) as u8;
+                }
+            }
+        });
+        Self { frame, free, stride }
+    }
+
+    /// Follows a ray from a finite point in a direction of the map frame, radians, to its longest range, metres.
+    pub fn cast(&self, start: &Point, direction: f64, longest_m: f64) -> RayEnd {
+        let frame = &self.frame;
+        let start = frame.to_cell_units(start);
+        let Some(cell) = frame.cell_at_units(&start) else {
+            return RayEnd::Outside(0.0);
+        };
+        let (sin, cos) = libm::sincos(direction - frame.origin.yaw);
+        let longest = longest_m / frame.resolution_m;
+        let mut across_columns = Crossing::new(start.x, cos);
+        let mut across_rows = Crossing::new(start.y, sin);
+        across_rows.step *= self.stride as i32;
+        let mut index = (cell.row + 1) * self.stride as i32 + cell.column + 1;
+        let mut entered = 0.0;
+        while entered <= longest {
+            let free = self.free[index as usize];
+            if free >= WORTH_SKIPPING {
+                let distance = entered + f64::from(free) - SKIP_MARGIN;
+                across_columns.cross_up_to(distance, &mut index);
+                across_rows.cross_up_to(distance, &mut index);
+            } else if free == BLOCKED {
+                let range_m = entered * frame.resolution_m;
+                let is_outside = self.is_border(index as usize);
+                return if is_outside { RayEnd::Outside(range_m) } else { RayEnd::Blocked(range_m) };
+            }
+            let is_column = across_columns.next <= across_rows.next;
+            let crossed = if is_column { &mut across_columns } else { &mut across_rows };
+            entered = crossed.cross(&mut index);
+        }
+        RayEnd::Free
+    }
+
+    const fn is_border(&self, index: usize) -> bool {
+        let (row, column) = (index / self.stride, index % self.stride);
+        row == 0 || column == 0 || column + 1 == self.stride || index + self.stride >= self.free.len()
+    }
+}
+
+impl Crossing {
+    /// Crosses the borders up to a distance.
+    fn cross_up_to(&mut self, distance: f64, index: &mut i32) {
+        let mut crossed = 0;
+        while self.next <= distance {
+            crossed += self.step;
+            self.next += self.pitch;
+        }
+        *index += crossed;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::geometry::{Pose, Vector};
+    use crate::map::GridRay;
+
+    /// Where a ray ends by single steps of the traversal.
+    fn stepped(obstacles: &ObstacleGrid, start: &Point, direction: f64, longest_m: f64) -> RayEnd {
+        let frame = obstacles.frame();
+        let (sin, cos) = libm::sincos(direction - frame.origin.yaw);
+        let ray = GridRay::new(&frame.to_cell_units(start), &Vector::new(cos, sin));
+        for (cell, entered) in ray {
+            if entered > longest_m / frame.resolution_m {
+                return RayEnd::Free;
+            }
+            let range_m = entered * frame.resolution_m;
+            if !frame.contains(cell) {
+                return RayEnd::Outside(range_m);
+            }
+            if obstacles.is_blocked(cell) {
+                return RayEnd::Blocked(range_m);
+            }
+        }
+        RayEnd::Free
+    }
+
+    #[test]
+    fn ray_ends_where_single_steps_end_to_the_bit() {
+        let mut random = Pcg64Mcg::seed_from_u64(7);
+        for (share, origin) in [(0.0, 0.0), (0.002, 0.4), (0.03, -2.0), (0.3, 0.0)] {
+            let frame = GridFrame::new(130, 90, 0.05, Pose::new(1.0, -2.0, origin));
+            let frame = frame.expect("a valid size");
+            let cells = (0..frame.len()).map(|_| random.random::<f64>() < share).collect();
+            let obstacles = ObstacleGrid::new(frame, cells);
+            let caster = RayCaster::new(&obstacles);
+            let mut ends = [0; 3];
+            for case in 0..4000 {
+                // Starts on corners of cells, and directions along the axes, are ties.
+                let place = |random: &mut Pcg64Mcg, cells: f64| {
+                    let at = random.random::<f64>() * (cells + 4.0) - 2.0;
+                    0.05 * if case % 4 == 0 { at.floor() } else { at }
+                };
+                let local = Point::new(place(&mut random, 130.0), place(&mut random, 90.0));
+                let start = frame.origin.transform(&local);
+                let turn = if case % 5 == 0 { f64::from(case / 5) } else { random.random() };
+                let direction = origin + turn * core::f64::consts::FRAC_PI_4 * 8.0;
+                let end = caster.cast(&start, direction, 2.5);
+                assert_eq!(end, stepped(&obstacles, &start, direction, 2.5), "{start} {direction}");
+                ends[match end {
+                    RayEnd::Blocked(_) => 0,
+                    RayEnd::Outside(_) => 1,
+                    RayEnd::Free => 2,
+                }] += 1;
+            }
+            assert!(ends[1] > 0 && (ends[0] > 0) == (share > 0.0), "{ends:?}");
+        }
+    }
+}
