@@ -79,7 +79,11 @@ impl RayCaster {
             } else if free == BLOCKED {
                 let range_m = entered * frame.resolution_m;
                 let is_outside = self.is_border(index as usize);
-                return if is_outside { RayEnd::Outside(range_m) } else { RayEnd::Blocked(range_m) };
+                return if is_outside {
+                    RayEnd::Outside(range_m)
+                } else {
+                    RayEnd::Blocked(range_m)
+                };
             }
             let is_column = across_columns.next <= across_rows.next;
             let crossed = if is_column { &mut across_columns } else { &mut across_rows };
@@ -90,7 +94,10 @@ impl RayCaster {
 
     const fn is_border(&self, index: usize) -> bool {
         let (row, column) = (index / self.stride, index % self.stride);
-        row == 0 || column == 0 || column + 1 == self.stride || index + self.stride >= self.free.len()
+        row == 0
+            || column == 0
+            || column + 1 == self.stride
+            || index + self.stride >= self.free.len()
     }
 }
 
@@ -156,7 +163,11 @@ mod tests {
                 let turn = if case % 5 == 0 { f64::from(case / 5) } else { random.random() };
                 let direction = origin + turn * core::f64::consts::FRAC_PI_4 * 8.0;
                 let end = caster.cast(&start, direction, 2.5);
-                assert_eq!(end, stepped(&obstacles, &start, direction, 2.5), "{start} {direction}");
+                assert_eq!(
+                    end,
+                    stepped(&obstacles, &start, direction, 2.5),
+                    "{start:?} {direction}"
+                );
                 ends[match end {
                     RayEnd::Blocked(_) => 0,
                     RayEnd::Outside(_) => 1,

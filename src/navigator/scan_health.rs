@@ -233,6 +233,7 @@ fn judge_gaps(rays: &[Ray], sectors: &mut [Coverage; SECTORS]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point;
     use crate::map::{Cell, GridFrame};
 
     /// A room of 8 by 8 m, or a hall of 40 by 40 m, with the robot in its middle.
@@ -439,12 +440,12 @@ mod tests {
     #[test]
     fn sector_stays_blind_until_returns_are_seen() {
         let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
-        let mut health = after(3, &left, &RayCaster::new(&room(8.0)));
+        let mut health = after(3, &left, &room(8.0));
         let blind = health.blind_sectors();
-        health.update(&Pose::default(), &left, &room(40.0));
+        health.update(&Pose::default(), &left, &RayCaster::new(&room(40.0)));
         assert_eq!(health.blind_sectors(), blind);
         // Returns from what is not in the map show that the lidar sees.
-        health.update(&Pose::default(), &scan(|_| true, f64::NAN), &room(40.0));
+        health.update(&Pose::default(), &scan(|_| true, f64::NAN), &RayCaster::new(&room(40.0)));
         assert_eq!(health.blind_sectors(), 0);
     }
 
@@ -460,7 +461,7 @@ mod tests {
         for (yaw, left) in [(0.0, 1.57), (1.57, 0.0), (3.0, -1.43)] {
             let mut health = ScanHealth::default();
             for _ in 0..3 {
-                health.update(&Pose::new(0.0, 0.0, yaw), &nothing, &known);
+                health.update(&Pose::new(0.0, 0.0, yaw), &nothing, &RayCaster::new(&known));
             }
             assert!(health.is_blind_towards(left) && !health.is_blind_towards(left + 3.0), "{yaw}");
         }
@@ -469,7 +470,7 @@ mod tests {
     #[test]
     fn returns_of_a_blind_sector_are_not_masked() {
         let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
-        let health = after(3, &left, &RayCaster::new(&room(8.0)));
+        let health = after(3, &left, &room(8.0));
         let mut seen = left;
         seen.ranges[270] = 2.0;
         let masked = health.masked(&seen).expect("a blind sector");

@@ -98,7 +98,7 @@ impl VisibleSpace<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{GridFrame, ObstacleGrid};
+    use crate::map::{GridFrame, ObstacleGrid, RayCaster};
 
     /// A front lidar of 270 degrees with a post ahead on the left.
     fn scan() -> Scan {
@@ -147,6 +147,7 @@ mod tests {
             [at.column, at.row].iter().any(|&at| at == 0 || at == 79)
         };
         let known = ObstacleGrid::new(frame, (0..frame.len()).map(wall).collect());
+        let known = RayCaster::new(&known);
         let mut scan = Scan { ranges: vec![4.0; 541], ..scan() };
         for beam in 0..541 {
             if (scan.angle(beam) - 1.57).abs() < 0.5 {

@@ -4,19 +4,19 @@ use super::ObservationFault::{
     ClockJump, MotionReversed, NoOdometry, NoPose, NoScan, PoseFrozen, PoseJump,
 };
 use super::*;
-use crate::map::GridFrame;
+use crate::map::{GridFrame, ObstacleGrid};
 
 /// Validates observations of a robot in free space at 10 Hz.
 struct Check {
     validator: ObservationValidator,
-    known: ObstacleGrid,
+    known: RayCaster,
     time_s: f64,
 }
 
 impl Check {
     fn new() -> Self {
         let frame = GridFrame::new(10, 10, 1.0, Pose::default()).expect("a small map");
-        let known = ObstacleGrid::new(frame, vec![false; 100]);
+        let known = RayCaster::new(&ObstacleGrid::new(frame, vec![false; 100]));
         Self { validator: ObservationValidator::default(), known, time_s: 100.0 }
     }
 
@@ -168,12 +168,13 @@ fn scan_without_a_measurement_lost_pose_and_frozen_scan_are_faults() {
 /// A room of 10 m with walls, and a lidar without a return.
 #[test]
 fn blind_lidar_is_a_fault_and_teaches_nothing() {
-    let mut check = Check::new();
-    for cell in 0..100 {
-        let at = check.known.frame().cell_at(cell);
-        let is_wall = [at.column, at.row].iter().any(|&at| at == 0 || at == 9);
-        check.known.set(at, is_wall);
-    }
+    let frame = GridFrame::new(10, 10, 1.0, Pose::default()).expect("a small map");
+    let is_wall = |cell: usize| {
+        let at = frame.cell_at(cell);
+        [at.column, at.row].iter().any(|&at| at == 0 || at == 9)
+    };
+    let room = ObstacleGrid::new(frame, (0..100).map(is_wall).collect());
+    let mut check = Check { known: RayCaster::new(&room), ..Check::new() };
     let sees = |check: &mut Check, range: f64| {
         check.time_s += 0.1;
         let mut seen = check.observation();
