@@ -1,6 +1,5 @@
 //! The first obstacle along a straight ray.
 
-use super::grid_ray::Crossing;
 use super::{DistanceField, GridFrame, ObstacleGrid};
 use crate::geometry::Point;
 
@@ -24,7 +23,7 @@ pub(crate) enum RayEnd {
 
 /// Casts rays among the obstacles of a grid.
 ///
-/// The traversal and its distances are those of [`GridRay`](super::GridRay), to the bit: the borders of one axis follow those of
+/// The traversal and its distances are those of single steps (Amanatides and Woo 1987), to the bit: the borders of one axis follow those of
 /// the other, so a ray in free space may cross several of one axis before those of the other.
 #[derive(Clone, Debug)]
 pub(crate) struct RayCaster {
@@ -101,7 +100,36 @@ impl RayCaster {
     }
 }
 
+/// Crossings of a ray with the cell borders of one axis.
+pub(super) struct Crossing {
+    /// -1, 0 or 1 cells.
+    step: i32,
+    /// Distance to the next border; infinite for a ray across the axis.
+    pub(super) next: f64,
+    /// Distance between two borders.
+    pitch: f64,
+}
+
 impl Crossing {
+    pub(super) fn new(start: f64, direction: f64) -> Self {
+        let within = start - start.floor();
+        if direction > 0.0 {
+            Self { step: 1, next: (1.0 - within) / direction, pitch: 1.0 / direction }
+        } else if direction < 0.0 {
+            Self { step: -1, next: within / -direction, pitch: 1.0 / -direction }
+        } else {
+            Self { step: 0, next: f64::INFINITY, pitch: f64::INFINITY }
+        }
+    }
+
+    /// Crosses the next border; returns its distance.
+    pub(super) fn cross(&mut self, coordinate: &mut i32) -> f64 {
+        *coordinate = coordinate.saturating_add(self.step);
+        let at = self.next;
+        self.next += self.pitch;
+        at
+    }
+
     /// Crosses the borders up to a distance.
     fn cross_up_to(&mut self, distance: f64, index: &mut i32) {
         let mut crossed = 0;
