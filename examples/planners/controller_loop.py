@@ -60,14 +60,14 @@ def arcs(velocities, times):
     return np.stack([v / bend * np.sin(bend * times), v / bend * (1 - np.cos(bend * times)), yaw], axis=-1)
 
 
-def gaps(poses, points, corners, block=64):
+def gaps(poses, points, corners):
     """Smallest distance of the points from a rectangle at each pose; negative inside. `corners` are those of its body."""
     if len(points) == 0:
         return np.full(poses.shape[:-1], np.inf)
     middle, half = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0) / 2
     least = []
-    # Blocks of poses fit into the cache: several times faster than all at once.
-    for part in np.split(poses.reshape(-1, 3), range(block, poses.size // 3, block)):
+    # Blocks of 64 poses fit into the cache: several times faster than all at once.
+    for part in np.split(poses.reshape(-1, 3), range(64, poses.size // 3, 64)):
         cos, sin = np.cos(part[:, 2:]), np.sin(part[:, 2:])
         away_x, away_y = points[:, 0] - part[:, :1], points[:, 1] - part[:, 1:2]
         outside_x = np.abs(cos * away_x + sin * away_y - middle[0]) - half[0]

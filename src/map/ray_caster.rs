@@ -25,7 +25,7 @@ pub(crate) enum RayEnd {
 ///
 /// The traversal and its distances are those of single steps (Amanatides and Woo 1987), to the bit: the borders of one axis follow those of
 /// the other, so a ray in free space may cross several of one axis before those of the other.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RayCaster {
     frame: GridFrame,
     /// How many cells are free around any point of each cell, rounded down; at least one where the cell is free. One cell of
@@ -37,22 +37,39 @@ pub(crate) struct RayCaster {
 impl RayCaster {
     /// Prepares the obstacles of a grid. Everything outside is solid.
     pub fn new(obstacles: &ObstacleGrid) -> Self {
-        let frame = *obstacles.frame();
-        let (width, height) = (frame.width as usize, frame.height as usize);
-        let stride = width + 2;
-        let mut free = vec![BLOCKED; stride * (height + 2)];
-        DistanceField::for_each_row(obstacles, |row, squared| {
-            let to_border = row.min(height - 1 - row);
-            let cells = &mut free[(row + 1) * stride + 1..][..width];
-            for (column, (cell, &squared)) in cells.iter_mut().zip(squared).enumerate() {
-                if squared > 0 {
-                    let to_border = to_border.min(column).min(width - 1 - column) as f64;
-                    let cells = DistanceField::free_cells(squared).min(to_border);
-                    *cell = cells.clamp(1.0, f64::from(u8::MAX)) as u8;
-                }
+        let mut caster = Self::without_free_cells(*obstacles.frame());
+        DistanceField::for_each_row(obstacles, |row, squared| caster.set_row(row, squared));
+        caster
+    }
+
+    /// As [`Self::new`], from the distance field of the grid.
+    #[cfg(feature = "sim")]
+    pub fn of_field(field: &DistanceField) -> Self {
+        let frame = *field.frame();
+        let mut caster = Self::without_free_cells(frame);
+        let rows = field.squared_cells().chunks_exact(frame.width as usize);
+        rows.enumerate().for_each(|(row, squared)| caster.set_row(row, squared));
+        caster
+    }
+
+    fn without_free_cells(frame: GridFrame) -> Self {
+        let stride = frame.width as usize + 2;
+        Self { frame, free: vec![BLOCKED; stride * (frame.height as usize + 2)], stride }
+    }
+
+    /// Sets the free cells of a row by its squared distances to the nearest obstacle.
+    fn set_row(&mut self, row: usize, squared: &[u32]) {
+        let last_row = self.frame.height as usize - 1;
+        let last_column = squared.len() - 1;
+        let to_border = row.min(last_row - row);
+        let cells = &mut self.free[(row + 1) * self.stride + 1..][..squared.len()];
+        for (column, (cell, &squared)) in cells.iter_mut().zip(squared).enumerate() {
+            if squared > 0 {
+                let to_border = to_border.min(column).min(last_column - column) as f64;
+                let free = DistanceField::free_cells(squared).min(to_border);
+                *cell = free.clamp(1.0, f64::from(u8::MAX)) as u8;
             }
-        });
-        Self { frame, free, stride }
+        }
     }
 
     /// Follows a ray from a finite point in a direction of the map frame, radians, to its longest range, metres.
@@ -179,6 +196,8 @@ mod tests {
             let cells = (0..frame.len()).map(|_| random.random::<f64>() < share).collect();
             let obstacles = ObstacleGrid::new(frame, cells);
             let caster = RayCaster::new(&obstacles);
+            #[cfg(feature = "sim")]
+            assert_eq!(caster, RayCaster::of_field(&DistanceField::new(&obstacles)));
             let mut ends = [0; 3];
             for case in 0..4000 {
                 // Starts on corners of cells, and directions along the axes, are ties.

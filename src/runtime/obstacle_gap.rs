@@ -29,6 +29,11 @@ impl ObstacleGap {
         &self.obstacles
     }
 
+    /// The distance field of the obstacles.
+    pub(crate) const fn field(&self) -> &DistanceField {
+        &self.field
+    }
+
     /// The smallest gap between the body at a pose and any obstacle, metres; contact at or below zero. A polygon that touches
     /// or overlaps an obstacle has a gap of zero. A disc with its centre inside an obstacle has a gap of minus its radius.
     #[must_use]

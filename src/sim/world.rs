@@ -21,12 +21,9 @@ impl World {
     /// Creates a world without moving obstacles.
     #[must_use]
     pub fn new(obstacles: ObstacleGrid) -> Self {
-        Self {
-            rays: RayCaster::new(&obstacles),
-            obstacles: ObstacleGap::new(obstacles),
-            moving: Vec::new(),
-            seen: None,
-        }
+        let obstacles = ObstacleGap::new(obstacles);
+        let rays = RayCaster::of_field(obstacles.field());
+        Self { obstacles, rays, moving: Vec::new(), seen: None }
     }
 
     /// The static obstacles.
