@@ -100,6 +100,7 @@ struct BatchEntry {
 // The problems of one submission. The answer to a problem has the same index.
 struct Batch {
     count: u32,
+    profiles_per_group: u32,
     problems: array<BatchEntry, MAX_PROBLEMS>,
 }
 
@@ -148,6 +149,10 @@ const DISC_WORDS: u32 = 3u;
 const OBSTACLE_WORDS: u32 = 5u;
 const SEGMENT_WORDS: u32 = 5u;
 
+// A pipeline can be specialised for a batch whose problems all have one disc, or no moving obstacle.
+override ONE_DISC: bool = false;
+override MOVING_OBSTACLES: bool = true;
+
 // Largest number of problems of a batch: they fit into the uniform buffer of 64 KiB that every adapter supports.
 const MAX_PROBLEMS: u32 = 256u;
 
@@ -157,7 +162,7 @@ const MAX_PROBLEMS: u32 = 256u;
 @group(0) @binding(2) var<storage, read> profiles: array<TurnProfile>;
 @group(0) @binding(3) var<storage, read> lists: array<i32>;
 @group(0) @binding(4) var<storage, read> field: array<u32>;
-@group(0) @binding(5) var<storage, read_write> table: array<i32>;
+@group(0) @binding(5) var<storage, read_write> table: array<vec2<i32>>;
 @group(0) @binding(6) var<storage, read_write> records: array<Record>;
 @group(0) @binding(7) var<storage, read_write> partials: array<Partial>;
 @group(0) @binding(8) var<storage, read_write> answers: array<Answer>;
@@ -169,6 +174,14 @@ var<private> offsets: BufferOffsets;
 fn load_problem(problem: u32) {
     header = batch.problems[problem].header;
     offsets = batch.problems[problem].offsets;
+}
+
+fn disc_count() -> u32 {
+    return select(header.disc_count, 1u, ONE_DISC);
+}
+
+fn obstacle_count() -> u32 {
+    return select(0u, header.obstacle_count, MOVING_OBSTACLES);
 }
 
 fn disc(index: u32) -> QuantizedDisc {

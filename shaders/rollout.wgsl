@@ -5,55 +5,7 @@ fn table_words() -> u32 {
 }
 
 fn step_words() -> u32 {
-    return 2u + 2u * header.disc_count;
-}
-
-fn tabulate(row: u32, first: u32) {
-    let profile = profiles[offsets.first_profile + row];
-    var next_segment = row * header.segment_count;
-    var segment = ProfileSegment();
-    var angle = header.heading;
-    var cosine = cos_q20(angle);
-    var sine = sin_q20(angle);
-    var sum_x = 0;
-    var sum_y = 0;
-    var rest_x = 0;
-    var rest_y = 0;
-    var at = first;
-    for (var step = 0u; step < header.steps; step += 1u) {
-        while step == segment.end {
-            segment = profile_segment(next_segment);
-            next_segment += 1u;
-        }
-        let own_x = mul_hi_i32(segment.share, cosine << 2u);
-        let own_y = mul_hi_i32(segment.share, sine << 2u);
-        sum_x += own_x;
-        sum_y += own_y;
-        rest_x += cosine - own_x;
-        rest_y += sine - own_y;
-        angle += segment.turn;
-        segment.turn += segment.turn_growth;
-        segment.share += segment.share_growth;
-        cosine = cos_q20(angle);
-        sine = sin_q20(angle);
-        table[at] = shift_round(sum_x, header.table_bits);
-        table[at + 1u] = shift_round(sum_y, header.table_bits);
-        at += 2u;
-        let base_x = header.start_x + displacement(profile.coarse, rest_x);
-        let base_y = header.start_y + displacement(profile.coarse, rest_y);
-        let cosine_q14 = shift_round(cosine, 6u);
-        let sine_q14 = shift_round(sine, 6u);
-        for (var index = 0u; index < header.disc_count; index += 1u) {
-            let footprint_disc = disc(index);
-            table[at] = base_x + shift_round(footprint_disc.x * cosine_q14 - footprint_disc.y * sine_q14, 14u);
-            table[at + 1u] = base_y + shift_round(footprint_disc.x * sine_q14 + footprint_disc.y * cosine_q14, 14u);
-            at += 2u;
-        }
-    }
-    table[at] = sum_x;
-    table[at + 1u] = sum_y;
-    table[at + 2u] = shift_round(mul_hi_i32(profile.fine, rest_x), header.fine_bits);
-    table[at + 3u] = shift_round(mul_hi_i32(profile.fine, rest_y), header.fine_bits);
+    return 2u + 2u * disc_count();
 }
 
 fn displacement(coarse: i32, sum: i32) -> i32 {
@@ -116,14 +68,16 @@ fn classify(vx: VxSample, profile: TurnProfile, ended_by: u32, free_steps: u32, 
 
 fn clearance_rate(vx: VxSample, profile: TurnProfile) -> ClearanceRate {
     var lever_arm = 0u;
-    for (var index = 0u; index < header.disc_count; index += 1u) {
+    for (var index = 0u; index < disc_count(); index += 1u) {
         let footprint_disc = disc(index);
         lever_arm = max(lever_arm, bitcast<u32>(abs(footprint_disc.x)) + bitcast<u32>(abs(footprint_disc.y)));
     }
     var obstacle_step = 0u;
-    for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
-        let body = obstacle(moving);
-        obstacle_step = max(obstacle_step, bitcast<u32>(abs(body.step_x)) + bitcast<u32>(abs(body.step_y)));
+    if MOVING_OBSTACLES {
+        for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
+            let body = obstacle(moving);
+            obstacle_step = max(obstacle_step, bitcast<u32>(abs(body.step_x)) + bitcast<u32>(abs(body.step_y)));
+        }
     }
     let fastest = bitcast<u32>(max(abs(vx.coarse), abs(profile.coarse)));
     let along = (fastest * (bitcast<u32>(ONE_Q20) >> header.table_bits)) >> header.coarse_bits;
@@ -136,19 +90,21 @@ fn clearance_rate(vx: VxSample, profile: TurnProfile) -> ClearanceRate {
 
 fn skippable_steps(rate: ClearanceRate, step_result: StepResult, min_clearance: i32) -> u32 {
     let slack = min(step_result.static_clearance - min_clearance, step_result.border) - rate.margin;
-    return (bitcast<u32>(max(slack, 0)) * rate.steps_per_unit) >> 16u;
+    return ((bitcast<u32>(max(slack, 0)) & 0xffffu) * (rate.steps_per_unit & 0xffffu)) >> 16u;
 }
 
 fn step_clearance(vx: VxSample, first: u32, step: u32) -> StepResult {
-    var at = first + step * step_words();
-    let moved_x = shift_round(vx.coarse * table[at], header.coarse_bits);
-    let moved_y = shift_round(vx.coarse * table[at + 1u], header.coarse_bits);
+    var at = first + step * (step_words() / 2u);
+    let displaced = table[at];
+    let moved_x = shift_round(vx.coarse * displaced.x, header.coarse_bits);
+    let moved_y = shift_round(vx.coarse * displaced.y, header.coarse_bits);
     var result = StepResult(bitcast<i32>(header.max_clearance), false, 65535, 65535);
-    for (var index = 0u; index < header.disc_count; index += 1u) {
+    for (var index = 0u; index < disc_count(); index += 1u) {
         let radius = disc_radius(index);
-        at += 2u;
-        let x = table[at] + moved_x;
-        let y = table[at + 1u] + moved_y;
+        at += 1u;
+        let centre = table[at];
+        let x = centre.x + moved_x;
+        let y = centre.y + moved_y;
         let distance = clearance_at(x, y);
         if distance >= 0 {
             result.clearance = min(result.clearance, distance - radius);
@@ -160,14 +116,16 @@ fn step_clearance(vx: VxSample, first: u32, step: u32) -> StepResult {
         if header.outside_is_free == 0u {
             result.border = min(result.border, border_distance(x, y));
         }
-        for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
-            let body = obstacle(moving);
-            let reach = result.clearance + radius + body.radius;
-            let gap = capped_distance(body, x, y, step, reach);
-            result.clearance = min(result.clearance, gap - radius - body.radius);
+        if MOVING_OBSTACLES {
+            for (var moving = 0u; moving < header.obstacle_count; moving += 1u) {
+                let body = obstacle(moving);
+                let reach = result.clearance + radius + body.radius;
+                let gap = capped_distance(body, x, y, step, reach);
+                result.clearance = min(result.clearance, gap - radius - body.radius);
+            }
         }
     }
-    if header.obstacle_count > 0u {
+    if MOVING_OBSTACLES && header.obstacle_count > 0u {
         result.static_clearance = min(result.static_clearance, result.clearance);
     }
     return result;
@@ -180,7 +138,8 @@ fn clearance_at(x: i32, y: i32) -> i32 {
     if column >= header.width || row >= header.height {
         return -1;
     }
-    let index = row * header.width + column;
+    // Both factors are below 2^16: some adapters multiply fewer bits faster.
+    let index = (row & 0xffffu) * (header.width & 0xffffu) + column;
     return bitcast<i32>((field[offsets.first_field + (index >> 1u)] >> ((index & 1u) * 16u)) & 0xffffu);
 }
 
@@ -207,10 +166,11 @@ fn capped_distance(body: QuantizedObstacle, x: i32, y: i32, step: u32, reach: i3
 }
 
 fn end_position(vx: VxSample, first: u32) -> vec2<i32> {
-    let at = first + header.steps * step_words();
-    return vec2<i32>(
-        shift_round(mul_hi_i32(vx.fine, table[at]), header.fine_bits) + table[at + 2u],
-        shift_round(mul_hi_i32(vx.fine, table[at + 1u]), header.fine_bits) + table[at + 3u],
+    let at = first + header.steps * (step_words() / 2u);
+    let sums = table[at];
+    return table[at + 1u] + vec2<i32>(
+        shift_round(mul_hi_i32(vx.fine, sums.x), header.fine_bits),
+        shift_round(mul_hi_i32(vx.fine, sums.y), header.fine_bits),
     );
 }
 

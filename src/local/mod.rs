@@ -84,6 +84,6 @@ pub mod internals {
     pub mod gpu {
         pub use crate::local::gpu::batch::*;
         pub use crate::local::gpu::layout::*;
-        pub use crate::local::gpu::pipelines::{ENTRY_POINTS, PARTS, source};
+        pub use crate::local::gpu::pipelines::{PARTS, Pipeline, source};
     }
 }

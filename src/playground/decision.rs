@@ -87,7 +87,7 @@ impl DecisionService {
             Ok(json!({
                 "input": BASE64_STANDARD.encode(&input[..written]),
                 "bytes": batch.sizes(),
-                "workgroups": batch.workgroups(),
+                "dispatches": batch.dispatches(),
                 "velocity_terms": prepared.vx_samples.iter().map(|vx| vx.velocity_term).collect::<Vec<_>>(),
                 "window": window(&problem),
                 "from": problem.pose,

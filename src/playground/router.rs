@@ -1,6 +1,7 @@
 //! Maps paths to responses.
 
 use core::mem::offset_of;
+use std::collections::BTreeMap;
 
 use hyper::Request;
 use hyper::body::Bytes;
@@ -10,7 +11,7 @@ use super::decision::{self, DecisionService, ProblemParser};
 use super::drive::DriveService;
 use super::scene::Scene;
 use crate::local::SampleStatus;
-use crate::local::internals::gpu::{self, ENTRY_POINTS};
+use crate::local::internals::gpu::{self, Pipeline};
 use crate::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use crate::local::internals::gpu::{Answer, BATCH_BYTES, Record};
 use crate::report;
@@ -126,11 +127,24 @@ macro_rules! word_offsets {
     };
 }
 
+/// Entry point and constants of each pipeline, by name.
+fn pipelines() -> Value {
+    let pipeline = |pipeline: &Pipeline| {
+        let constants = pipeline.constants().iter().copied();
+        json!({
+            "name": pipeline,
+            "entry_point": pipeline.entry_point(),
+            "constants": constants.collect::<BTreeMap<_, _>>(),
+        })
+    };
+    Pipeline::ALL.iter().map(pipeline).collect()
+}
+
 /// What the page needs before its first request: the shaders' buffers and structs, the limits, the scenes.
 fn setup(scenes: &[Scene]) -> Value {
     json!({
         "shader": {
-            "entry_points": ENTRY_POINTS,
+            "pipelines": pipelines(),
             "bindings": bindings(),
             "uniform_bytes": BATCH_BYTES,
             "answer": word_offsets!(Answer: counts, sums_low, sums_high, min, max, winner, score_low, score_high, stamp, terms),

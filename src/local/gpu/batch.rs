@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::layout::BINDINGS;
+use super::pipelines::Pipeline;
 use super::layout::{
     Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
-    PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP, sample_records,
+    MAX_PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP, sample_records,
 };
 use crate::local::engine::{Detail, Evaluation};
 use crate::local::kernel_inputs::{
@@ -16,6 +17,11 @@ use crate::local::{ClearanceField, QuantizedProblem, rollout};
 /// Largest number of samples of a batch of several problems: the limit of one problem, so that no batch takes longer
 /// than one problem may.
 const MAX_SAMPLES: u64 = 1 << 22;
+/// Largest number of workgroups of a dispatch that every adapter supports.
+const MAX_WORKGROUPS: u32 = 65_535;
+/// Largest number of samples of a problem for which one workgroup finds the winner: the two dispatches that this saves take
+/// longer on a GPU than its own work.
+const MAX_DECIDED_AT_ONCE: usize = 8192;
 /// Largest binding of a batch of several problems, bytes: every adapter supports it. A single problem may use the
 /// adapter's own limit.
 pub(super) const MAX_BYTES: u64 = 128 << 20;
@@ -30,7 +36,6 @@ struct Amount {
     field_words: u64,
     table_words: u64,
     samples: u64,
-    profile_groups: u64,
     sample_groups: u64,
 }
 
@@ -49,7 +54,6 @@ impl Amount {
         self.list_words += (discs + obstacles + segments) as u64 / 4;
         self.table_words += table_words * profiles;
         self.samples += samples;
-        self.profile_groups += profiles.div_ceil(u64::from(PROFILES_PER_GROUP));
         self.sample_groups += samples.div_ceil(u64::from(SAMPLES_PER_GROUP));
     }
 
@@ -148,6 +152,19 @@ pub(super) fn field_words(field: &ClearanceField) -> u64 {
     (field.units().len() as u64).div_ceil(2)
 }
 
+/// A pipeline and the number of its workgroups.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Dispatch {
+    /// The pipeline.
+    pub pipeline: Pipeline,
+    /// Number of workgroups.
+    pub workgroups: u32,
+}
+
+fn profile_groups_of(problem: &QuantizedProblem, per_group: u32) -> u32 {
+    (problem.profiles.len() as u32).div_ceil(per_group)
+}
+
 /// Problems that are evaluated in one submission, by the engine or by a browser.
 pub struct Batch<'a> {
     /// The problems.
@@ -190,13 +207,41 @@ impl<'a> Batch<'a> {
         self.amount.sizes()
     }
 
-    /// Workgroups of each dispatch, in the order of [`super::pipelines::ENTRY_POINTS`].
+    /// Number of turn profiles that one workgroup tabulates: one, unless there are more than workgroups.
+    fn profiles_per_group(&self) -> u32 {
+        let most = u64::from(MAX_WORKGROUPS) - MAX_PROBLEMS as u64;
+        let per_group = self.amount.profiles.div_ceil(most) as u32;
+        per_group.clamp(1, MAX_PROFILES_PER_GROUP)
+    }
+
+    /// The dispatches of the submission, in order.
     #[must_use]
-    pub const fn workgroups(&self) -> [u32; 5] {
-        let amount = &self.amount;
-        let (profiles, samples) = (amount.profile_groups as u32, amount.sample_groups as u32);
-        let problems = amount.problems as u32;
-        [profiles, samples, problems, samples, problems]
+    pub fn dispatches(&self) -> Vec<Dispatch> {
+        let per_group = self.profiles_per_group();
+        let groups = self.problems.iter().map(|problem| profile_groups_of(problem, per_group));
+        let (profile_groups, sample_groups) = (groups.sum(), self.amount.sample_groups as u32);
+        let is_simple = |problem: &QuantizedProblem| {
+            problem.discs.len() == 1 && problem.obstacles.is_empty()
+        };
+        let evaluate = if self.problems.iter().all(is_simple) {
+            Pipeline::EvaluateOneStaticDisc
+        } else {
+            Pipeline::EvaluateSamples
+        };
+        let problems = self.problems.len() as u32;
+        let mut dispatches =
+            vec![(Pipeline::TabulateProfiles, profile_groups), (evaluate, sample_groups)];
+        if self.problems.iter().all(|problem| problem.len() <= MAX_DECIDED_AT_ONCE) {
+            dispatches.push((Pipeline::Decide, problems));
+        } else {
+            dispatches.extend([
+                (Pipeline::Normalize, problems),
+                (Pipeline::ScoreSamples, sample_groups),
+                (Pipeline::SelectWinner, problems),
+            ]);
+        }
+        let dispatch = |(pipeline, workgroups)| Dispatch { pipeline, workgroups };
+        dispatches.into_iter().map(dispatch).collect()
     }
 
     /// Writes the inputs of the shaders, without the fields, to the start of `input` and returns their length in bytes.
@@ -218,13 +263,15 @@ impl<'a> Batch<'a> {
             input[*at..*at + bytes.len()].copy_from_slice(bytes);
             *at += bytes.len();
         };
-        put(0, bytemuck::bytes_of(&(self.problems.len() as u32)));
+        let per_group = self.profiles_per_group();
+        put(0, bytemuck::bytes_of(&[self.problems.len() as u32, per_group]));
         let mut before = Amount::default();
+        let mut profile_groups = 0;
         for (stamp, problem) in (0..).zip(self.problems) {
             let mut header = problem.header;
             header.stamp = first_stamp.wrapping_add(stamp);
             let offsets = BufferOffsets {
-                first_groups: [before.profile_groups as u32, before.sample_groups as u32],
+                first_groups: [profile_groups, before.sample_groups as u32],
                 first_vx: (speeds_at / size_of::<VxSample>() as u64 + before.vx_samples) as u32,
                 first_profile: (profiles_at / size_of::<TurnProfile>() as u64 + before.profiles)
                     as u32,
@@ -240,6 +287,7 @@ impl<'a> Batch<'a> {
             put(4, bytemuck::cast_slice::<QuantizedObstacle, u8>(&problem.obstacles));
             put(4, bytemuck::cast_slice::<ProfileSegment, u8>(&problem.segments));
             before.add(problem);
+            profile_groups += profile_groups_of(problem, per_group);
         }
         end as usize
     }

@@ -33,9 +33,11 @@ pub const ACCESS: [Access; BINDINGS] = {
     [Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite]
 };
 
-/// Threads per workgroup of `tabulate_profiles`. With this size the largest number of samples, all of them turn rates,
-/// needs no more than the 65,535 workgroups that every adapter supports.
-pub const PROFILES_PER_GROUP: u32 = 96;
+/// Threads per workgroup of `tabulate_profiles`: each has a step.
+pub const STEPS_PER_GROUP: u32 = 64;
+/// Largest number of turn profiles that a workgroup tabulates one after the other. With it the largest number of samples,
+/// all of them turn rates, needs no more than the 65,535 workgroups that every adapter supports.
+pub const MAX_PROFILES_PER_GROUP: u32 = 65;
 /// Threads per workgroup of `evaluate_samples` and `score_samples`.
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.
@@ -43,7 +45,7 @@ pub const PARTIAL_BYTES: u64 = 64;
 
 /// Largest number of problems of a batch: they fit into the uniform buffer of 64 KiB that every adapter supports.
 pub const MAX_PROBLEMS: usize = 256;
-/// Bytes of a `Batch` before its problems: the count and padding to a 16-byte boundary.
+/// Bytes of a `Batch` before its problems: two counts and padding to a 16-byte boundary.
 pub const BATCH_HEAD_BYTES: usize = 16;
 /// Bytes of a `Batch`.
 pub const BATCH_BYTES: usize = BATCH_HEAD_BYTES + MAX_PROBLEMS * size_of::<BatchEntry>();

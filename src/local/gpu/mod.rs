@@ -1,4 +1,4 @@
-//! The GPU engine: transport only. One upload, one submission of five dispatches, one small answer back.
+//! The GPU engine: transport only. One upload, one submission of a few dispatches, one small answer back.
 //!
 //! Every decision is a batch, usually of one problem. Pipelines, buffers and distance fields stay on the device. The
 //! constructor takes a first decision, so its cost does not fall into the first control tick.
@@ -12,14 +12,17 @@ pub mod pipelines;
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use batch::Batch;
+use batch::{Batch, Dispatch};
 use buffers::Buffers;
 use device::Device;
+use pipelines::Pipeline;
 
 pub use device::{Adapter, AdapterSummary, adapters};
 
 use super::engine::{Detail, Engine, Evaluation};
 use super::kernel_inputs::{Header, ProfileSegment, QuantizedDisc, TurnProfile, VxSample};
+use layout::{MAX_PROFILES_PER_GROUP, STEPS_PER_GROUP};
+
 use super::{ClearanceField, EngineError, GpuFailureKind, QuantizedProblem};
 use crate::geometry::Pose;
 use crate::map::{GridFrame, ObstacleGrid};
@@ -30,7 +33,8 @@ const TIMEOUT: Duration = Duration::from_secs(20);
 /// Evaluates on a graphics adapter.
 pub struct GpuEngine {
     device: Device,
-    pipelines: [wgpu::ComputePipeline; 5],
+    /// In the order of [`Pipeline::ALL`].
+    pipelines: [wgpu::ComputePipeline; Pipeline::ALL.len()],
     layout: wgpu::BindGroupLayout,
     /// Buffers of the last answer.
     buffers: Option<Buffers>,
@@ -97,7 +101,12 @@ impl GpuEngine {
         // One iteration per step, disc and obstacle, and up to three more for the square root of a distance; before
         // that, one per disc and obstacle; 40 for the search of the problem in its batch, the roots of the terms and
         // the reduction of the workgroup.
-        let needed = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 40;
+        let evaluation = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 40;
+        // For each chunk of steps of a turn profile: its segments, its discs, and the rounds of the sum over the steps.
+        let per_chunk = 8 + u64::from(header.segment_count) + discs;
+        let chunks = steps.div_ceil(u64::from(STEPS_PER_GROUP));
+        let tabulation = u64::from(MAX_PROFILES_PER_GROUP) * (1 + chunks * per_chunk) + 8;
+        let needed = evaluation.max(tabulation);
         match self.device.loop_iterations {
             Some(most) if needed > most => Err(self.device.too_large(format!(
                 "{steps} steps of {discs} discs among {moving} moving obstacles need up to {needed} loop iterations, the driver allows {most}: use the CPU engine"
@@ -147,9 +156,9 @@ impl GpuEngine {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, &buffers.bind_group, &[]);
-            for (pipeline, groups) in self.pipelines.iter().zip(batch.workgroups()) {
-                pass.set_pipeline(pipeline);
-                pass.dispatch_workgroups(groups, 1, 1);
+            for Dispatch { pipeline, workgroups } in batch.dispatches() {
+                pass.set_pipeline(&self.pipelines[pipeline as usize]);
+                pass.dispatch_workgroups(workgroups, 1, 1);
             }
         }
         let bytes = buffers.copy_out(&mut encoder, batch, detail);

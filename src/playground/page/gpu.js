@@ -1,4 +1,4 @@
-// The five dispatches of the GPU engine in the browser's WebGPU. /setup describes the buffers of the shaders.
+// The dispatches of the GPU engine in the browser's WebGPU. /setup describes the buffers of the shaders.
 
 const FILTERS = ["validation", "out-of-memory", "internal"];
 
@@ -44,8 +44,9 @@ export class Gpu {
       entries: this.shader.bindings.map(({ type }, binding) => ({ binding, visibility: GPUShaderStage.COMPUTE, buffer: { type } })),
     });
     const layout = this.device.createPipelineLayout({ bindGroupLayouts: [this.layout] });
-    this.pipelines = await Promise.all(this.shader.entry_points.map((entryPoint) =>
-      this.device.createComputePipelineAsync({ layout, compute: { module, entryPoint } })));
+    const made = this.shader.pipelines.map(async ({ name, entry_point: entryPoint, constants }) =>
+      [name, await this.device.createComputePipelineAsync({ layout, compute: { module, entryPoint, constants } })]);
+    this.pipelines = Object.fromEntries(await Promise.all(made));
   }
 
   // Creates buffers of at least these sizes, unless the present ones are large enough. Returns whether it created any.
@@ -90,10 +91,10 @@ export class Gpu {
       const encoder = this.device.createCommandEncoder();
       const pass = encoder.beginComputePass();
       pass.setBindGroup(0, this.group);
-      this.pipelines.forEach((pipeline, index) => {
-        pass.setPipeline(pipeline);
-        pass.dispatchWorkgroups(decision.workgroups[index]);
-      });
+      for (const { pipeline, workgroups } of decision.dispatches) {
+        pass.setPipeline(this.pipelines[pipeline]);
+        pass.dispatchWorkgroups(workgroups);
+      }
       pass.end();
       const words = await this.readBack(encoder, "answers", decision.bytes.answers);
       return { words, took: performance.now() - begun, isCold: isCold || uploads };

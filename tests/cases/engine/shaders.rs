@@ -5,9 +5,9 @@ use core::mem::{offset_of, size_of};
 use inbye::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use inbye::local::internals::gpu::{
     Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
-    PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP,
+    MAX_PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP, STEPS_PER_GROUP,
 };
-use inbye::local::internals::gpu::{ENTRY_POINTS, PARTS, source};
+use inbye::local::internals::gpu::{PARTS, Pipeline, source};
 use inbye::local::internals::score::Normalizer;
 use inbye::local::internals::{
     Header, ProfileSegment, QuantizedDisc, QuantizedObstacle, TurnProfile, VxSample,
@@ -47,7 +47,9 @@ fn module() -> (Module, ModuleInfo) {
 fn assembled_module_is_valid_and_has_its_entry_points() {
     let (module, _) = module();
     let names: Vec<&str> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
-    assert_eq!(names, ENTRY_POINTS);
+    let mut used = Pipeline::ALL.map(Pipeline::entry_point).to_vec();
+    used.dedup();
+    assert_eq!(names, used);
     assert!(module.entry_points.iter().all(|entry| entry.stage == ShaderStage::Compute));
 }
 
@@ -78,20 +80,18 @@ fn entry_points_are_within_the_limits_of_every_adapter() {
         assert!(shared <= MAX_WORKGROUP_BYTES, "{}: {shared} bytes", entry.name);
         let buffers = used(|space| matches!(space, AddressSpace::Storage { .. })).count();
         assert!(buffers <= MAX_STORAGE_BUFFERS, "{}: {buffers} buffers", entry.name);
-        let one_invocation_for_each = match entry.name.as_str() {
-            "tabulate_profiles" => Some(PROFILES_PER_GROUP),
-            "evaluate_samples" | "score_samples" => Some(SAMPLES_PER_GROUP),
-            _ => None,
+        let (invocations_x, per_group) = match entry.name.as_str() {
+            "tabulate_profiles" => (STEPS_PER_GROUP, MAX_PROFILES_PER_GROUP),
+            "evaluate_samples" | "score_samples" => (SAMPLES_PER_GROUP, SAMPLES_PER_GROUP),
+            _ => continue,
         };
-        if let Some(per_group) = one_invocation_for_each {
-            assert_eq!(entry.workgroup_size, [per_group, 1, 1], "{}", entry.name);
-            // Each problem of a batch rounds up to whole workgroups.
-            assert!(
-                MAX_SAMPLES.div_ceil(per_group) + MAX_PROBLEMS as u32 <= MAX_WORKGROUPS,
-                "{}",
-                entry.name
-            );
-        }
+        assert_eq!(entry.workgroup_size, [invocations_x, 1, 1], "{}", entry.name);
+        // Each problem of a batch rounds up to whole workgroups.
+        assert!(
+            MAX_SAMPLES.div_ceil(per_group) + MAX_PROBLEMS as u32 <= MAX_WORKGROUPS,
+            "{}",
+            entry.name
+        );
     }
     // All entry points share one bind group layout.
     let storage =
@@ -160,7 +160,8 @@ const TWINS: [Twins; 4] = [
     Twins {
         rust: include_str!("../../../src/local/rollout.rs"),
         shader: "rollout.wgsl",
-        only_rust: &[],
+        // The shader tabulates all steps at once, in tabulate.wgsl.
+        only_rust: &["tabulate"],
         only_shader: &[],
     },
     Twins {
@@ -173,7 +174,7 @@ const TWINS: [Twins; 4] = [
     Twins {
         rust: include_str!("../../../src/local/select.rs"),
         shader: "select.wgsl",
-        // The shader accumulates in its workgroups, in evaluate.wgsl.
+        // The shader accumulates in its workgroups, in evaluate.wgsl and decide.wgsl.
         only_rust: &["count", "accumulate", "merge"],
         // Rust uses a constant and the `<` of i64.
         only_shader: &["no_candidate", "less_signed"],
@@ -244,7 +245,8 @@ fn structs_have_the_same_layout_on_both_sides() {
         assert_eq!(bytes, size, "{name}");
     }
     assert_eq!(struct_of(&module, "Partial").0 as u64, PARTIAL_BYTES);
-    let batch = vec![("count".to_owned(), 0), ("problems".to_owned(), BATCH_HEAD_BYTES)];
+    let batch = [("count", 0), ("profiles_per_group", 4), ("problems", BATCH_HEAD_BYTES)];
+    let batch = batch.map(|(name, offset)| (name.to_owned(), offset)).to_vec();
     assert_eq!(struct_of(&module, "Batch"), (BATCH_BYTES, batch));
 }
 
@@ -284,7 +286,7 @@ fn constants_are_equal_on_both_sides() {
         ("ONE_Q20", i64::from(ONE_Q20)),
         ("QUARTER_TURN", i64::from(QUARTER_TURN)),
         ("HALF_TURN", i64::from(HALF_TURN)),
-        ("PROFILES_PER_GROUP", i64::from(PROFILES_PER_GROUP)),
+        ("STEPS_PER_GROUP", i64::from(STEPS_PER_GROUP)),
         ("SAMPLES_PER_GROUP", i64::from(SAMPLES_PER_GROUP)),
         ("MAX_PROBLEMS", MAX_PROBLEMS as i64),
         ("OK", SampleStatus::Ok as i64),

@@ -19,9 +19,9 @@ async function openDevice() {
 let made = { key: null };
 
 async function pipelines(device, plan) {
-    const entryPoints = plan.dispatches.map(({ entry_point }) => entry_point);
+    const stages = plan.dispatches.map(({ entry_point: entryPoint, constants }) => ({ entryPoint, constants }));
     const layout = plan.bindings.map(({ number, type }) => ({ number, type }));
-    const key = JSON.stringify([plan.wgsl, layout, entryPoints]);
+    const key = JSON.stringify([plan.wgsl, layout, stages]);
     if (made.key === key) return made;
     const module = device.createShaderModule({ code: plan.wgsl });
     const group = device.createBindGroupLayout({
@@ -32,8 +32,8 @@ async function pipelines(device, plan) {
         })),
     });
     const pipelineLayout = device.createPipelineLayout({ bindGroupLayouts: [group] });
-    const list = await Promise.all(entryPoints.map((entryPoint) =>
-        device.createComputePipelineAsync({ layout: pipelineLayout, compute: { module, entryPoint } })));
+    const list = await Promise.all(stages.map((stage) =>
+        device.createComputePipelineAsync({ layout: pipelineLayout, compute: { module, ...stage } })));
     made = { key, group, list };
     return made;
 }

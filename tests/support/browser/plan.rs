@@ -1,10 +1,11 @@
 //! What a page is asked to run: shaders, bindings, dispatches, and what to send back. The page knows nothing more.
 
+use std::collections::BTreeMap;
+
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use inbye::local::Detail;
 use inbye::local::internals::gpu::Batch;
-use inbye::local::internals::gpu::ENTRY_POINTS;
 use inbye::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use libtest_mimic::Failed;
 use serde::Serialize;
@@ -35,6 +36,7 @@ struct Binding {
 #[derive(Serialize)]
 struct Dispatch {
     entry_point: String,
+    constants: BTreeMap<&'static str, f64>,
     workgroups: u32,
 }
 
@@ -84,10 +86,11 @@ impl<'a> Plan<'a> {
             };
             Binding::new(number, access, bytes, contents)
         });
-        let dispatches = ENTRY_POINTS.into_iter().zip(batch.workgroups());
-        let dispatches = dispatches.map(|(entry_point, workgroups)| Dispatch {
-            entry_point: entry_point.to_owned(),
-            workgroups,
+        let dispatches = batch.dispatches();
+        let dispatches = dispatches.iter().map(|dispatch| Dispatch {
+            entry_point: dispatch.pipeline.entry_point().to_owned(),
+            constants: dispatch.pipeline.constants().iter().copied().collect(),
+            workgroups: dispatch.workgroups,
         });
         Self {
             wgsl,
@@ -117,6 +120,7 @@ impl<'a> Plan<'a> {
             ],
             dispatches: vec![Dispatch {
                 entry_point: kernel::entry_point(operation)?,
+                constants: BTreeMap::new(),
                 workgroups: kernel::workgroups(cases),
             }],
             read: vec![output_at],
