@@ -98,7 +98,9 @@ fn total_and_normalize(local: u32, problem: u32) {
     workgroupBarrier();
     if local < 4u {
         let sum = vec2<u32>(total_low[0][local], total_high[0][local]);
-        let by = term_normalizer(header.weights[local], sum, total_min[0][local], total_max[0][local]);
+        // Some compilers move the whole header to slow memory for an index that is not constant.
+        let weight = batch.problems[problem].header.weights[local];
+        let by = term_normalizer(weight, sum, total_min[0][local], total_max[0][local]);
         normalizers[local] = by;
         answers[problem].normalizers[local] = by;
     }

@@ -100,7 +100,8 @@ struct BatchEntry {
 // The problems of one submission. The answer to a problem has the same index.
 struct Batch {
     count: u32,
-    profiles_per_group: u32,
+    // Number of times that a workgroup of turn profiles takes rows.
+    tabulation_rounds: u32,
     problems: array<BatchEntry, MAX_PROBLEMS>,
 }
 

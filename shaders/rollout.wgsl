@@ -124,6 +124,10 @@ fn step_clearance(vx: VxSample, first: u32, step: u32) -> StepResult {
                 result.clearance = min(result.clearance, gap - radius - body.radius);
             }
         }
+        // Lets the compiler see that the loop ends, in spite of the counter that wgpu adds to every loop.
+        if ONE_DISC {
+            break;
+        }
     }
     if MOVING_OBSTACLES && header.obstacle_count > 0u {
         result.static_clearance = min(result.static_clearance, result.clearance);

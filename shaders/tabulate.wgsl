@@ -71,22 +71,25 @@ fn tabulate_step(first: u32, step: u32, profile: TurnProfile, heading: u32, sums
 
 var<workgroup> step_sums: array<vec4<i32>, 2u * STEPS_PER_GROUP>;
 
-// Sums of the values of all invocations up to this one. Each round reads one half of the memory and writes the other; their
-// number is even, so the result is in the first half.
-fn sums_up_to(local: u32, own: vec4<i32>) -> vec4<i32> {
+// Sums of the values of the invocations of a row up to this one. Each round reads one half of the memory and writes the other.
+fn sums_up_to(local: u32, lanes: u32, own: vec4<i32>) -> vec4<i32> {
     var sums = own;
     var read_from = 0u;
     step_sums[local] = sums;
-    for (var distance = 1u; distance < STEPS_PER_GROUP; distance *= 2u) {
+    for (var distance = 1u; distance < lanes; distance *= 2u) {
         workgroupBarrier();
-        if local >= distance {
+        if local % lanes >= distance {
             sums += step_sums[read_from + local - distance];
         }
         read_from = STEPS_PER_GROUP - read_from;
         step_sums[read_from + local] = sums;
     }
-    workgroupBarrier();
     return sums;
+}
+
+// Invocations of a row: the next power of two of the number of steps, at most a workgroup.
+fn lanes_of(steps: u32) -> u32 {
+    return 1u << min(32u - countLeadingZeros(steps - 1u), 6u);
 }
 
 @compute @workgroup_size(STEPS_PER_GROUP)
@@ -94,27 +97,34 @@ fn tabulate_profiles(@builtin(local_invocation_index) local: u32, @builtin(workg
     let problem = problem_of(group.x, OF_PROFILES);
     load_problem(problem);
     // The bounds of loops with barriers come from uniform memory, so that all invocations of a workgroup agree.
-    let per_group = batch.profiles_per_group;
     let steps = batch.problems[problem].header.steps;
-    let first_row = (group.x - batch.problems[problem].offsets.first_groups[OF_PROFILES]) * per_group;
-    let rows = min(per_group, batch.problems[problem].header.profile_count - first_row);
-    for (var row = first_row; row < first_row + rows; row += 1u) {
-        let profile = profiles[offsets.first_profile + row];
+    let lanes = lanes_of(steps);
+    let rows_at_once = STEPS_PER_GROUP / lanes;
+    let rounds = batch.tabulation_rounds;
+    let first_row = (group.x - batch.problems[problem].offsets.first_groups[OF_PROFILES]) * rounds * rows_at_once;
+    for (var round = 0u; round < rounds; round += 1u) {
+        let row = first_row + round * rows_at_once + local / lanes;
         var before = vec4<i32>(0);
-        for (var first_step = 0u; first_step < steps; first_step += STEPS_PER_GROUP) {
-            let step = first_step + local;
+        for (var first_step = 0u; first_step < steps; first_step += lanes) {
+            let step = first_step + local % lanes;
+            let has_step = row < header.profile_count && step < steps;
             var motion = ProfileStep();
             var own = vec4<i32>(0);
-            if step < steps {
+            if has_step {
                 motion = profile_step(row, step);
                 own = displacement_shares(motion);
             }
-            let sums = before + sums_up_to(local, own);
-            if step < steps {
-                tabulate_step(table_start(row), step, profile, motion.after, sums);
+            let sums = before + sums_up_to(local, lanes, own);
+            if has_step {
+                tabulate_step(table_start(row), step, profiles[offsets.first_profile + row], motion.after, sums);
             }
-            before += step_sums[STEPS_PER_GROUP - 1u];
-            workgroupBarrier();
+            // Only rows of a whole workgroup have more steps: the number of rounds is even, the result in the first half.
+            if first_step + lanes < steps {
+                workgroupBarrier();
+                before += step_sums[STEPS_PER_GROUP - 1u];
+                workgroupBarrier();
+            }
         }
+        workgroupBarrier();
     }
 }

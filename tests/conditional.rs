@@ -17,9 +17,11 @@ mod support {
     pub mod hand_png;
     pub mod kernel;
     pub mod loss_trials;
+    pub mod machine_code;
     pub mod map_kinds;
     pub mod mcap_copy;
     pub mod operations;
+    pub mod radv;
     pub mod requirements;
 }
 
@@ -39,6 +41,7 @@ mod cases {
         pub mod playground;
         pub mod public_paths;
         pub mod recording;
+        pub mod shader_statistics;
         pub mod sweep;
     }
 }
@@ -47,6 +50,17 @@ mod cases {
 type Subject = (&'static str, fn() -> Vec<Trial>);
 
 fn main() -> ExitCode {
+    match support::radv::print_if_asked() {
+        Ok(false) => {}
+        Ok(true) => return ExitCode::SUCCESS,
+        Err(error) => {
+            #[expect(clippy::print_stderr, reason = "the process that asks reads it")]
+            {
+                eprintln!("{error}");
+            }
+            return ExitCode::FAILURE;
+        }
+    }
     let subjects: &[Subject] = &[
         ("barn", cases::conditional::barn::trials),
         ("engine parity", cases::conditional::engine_parity::trials),
@@ -62,6 +76,7 @@ fn main() -> ExitCode {
         ("playground", cases::conditional::playground::trials),
         ("public paths", cases::conditional::public_paths::trials),
         ("recording", cases::conditional::recording::trials),
+        ("shader statistics", cases::conditional::shader_statistics::trials),
         ("sweep", cases::conditional::sweep::trials),
     ];
     let mut all = Vec::new();

@@ -11,6 +11,7 @@ mod cases {
         mod contact;
         mod density;
         mod fault_matrix;
+        mod lockstep;
         mod movingai;
         mod paper;
         mod quality;

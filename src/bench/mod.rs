@@ -1,5 +1,6 @@
 //! Measurements: answers are verified before they are timed; times are medians and tails.
 
+mod batches;
 pub(crate) mod columns;
 mod density;
 mod error;
@@ -11,6 +12,7 @@ mod roadway;
 mod timing;
 mod verify;
 
+pub use batches::{BatchRow, measure_batches};
 pub use columns::{Column, ColumnKind, ColumnValue, Columns, csv_text, text_table};
 pub use density::{
     Crossover, Density, DensityPlan, DensityRow, SkippedCell, crossovers, measure_density,

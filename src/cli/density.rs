@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use inbye::bench::{
-    Density, DensityPlan, DensityRow, QualityPlan, QualityRow, crossovers, measure_density,
-    measure_quality, named_sampler, text_table, usual_shape,
+    BatchRow, Density, DensityPlan, DensityRow, QualityPlan, QualityRow, crossovers,
+    measure_batches, measure_density, measure_quality, named_sampler, text_table, usual_shape,
 };
 use inbye::experiment::missions::Rules;
 use inbye::experiment::{Grid, Group, RunRow, built_in_maps, groups, sampling_setups};
@@ -57,6 +57,7 @@ const CLOSED_LOOP: &str = "config samples vx_samples vtheta_samples runs reached
     after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --missions 0 --chart density.svg\n\n\
     Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine that is too slow \
     for a density is skipped there, and listed.\n\
+    Batches: the decisions of 1, 8, 64 and 256 robots in one call, 1,024 arcs each.\n\
     Quality: the regret is the loss of score against the densest sampling (1,048,576 samples of two segments, or --max-samples \
     if larger), as a share of the best sample's gain over the mean admissible one. It is measured over a horizon of 2 s, with \
     windows of 0.1 s and 1 s.\n\
@@ -83,6 +84,9 @@ pub struct DensityArguments {
     /// Random missions driven with each sampling, one after the other on one core; 0 skips them.
     #[arg(long, default_value_t = 12, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100_000))]
     pub missions: usize,
+    /// Do not measure batches of 1 to 256 decisions.
+    #[arg(long)]
+    pub no_batches: bool,
     /// Write the latency rows into this file, CSV or JSON by its extension.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -121,6 +125,11 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     };
     let mut all = with_every_thread_count(machine::all_engines()?, machine::cores())?;
     let density = measure(&mut all, &plan)?;
+    let batches = if arguments.no_batches {
+        Vec::new()
+    } else {
+        measure_batches(&mut all, &plan, &mut wall_clock(), |_| ())?
+    };
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
     let closed_loop = drive(arguments.missions, most, missions)?;
     record.write_rows(&density.rows)?;
@@ -140,10 +149,16 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
         "rows": density.rows,
         "skipped": density.skipped,
         "crossover": crossovers(&density.rows),
+        "batches": batches,
         "quality": quality,
         "closed_loop": closed_loop,
     });
     let mut lines = text(&density, &quality);
+    if !batches.is_empty() {
+        let title = "Batches: the decisions of many robots in one call.";
+        lines.extend([String::new(), title.to_owned()]);
+        lines.extend(text_table(&batches, BatchRow::SUMMARY));
+    }
     if !closed_loop.is_empty() {
         let title = "The same missions in closed loop; a tick is scan, local field and decision, on one core.";
         lines.extend([String::new(), title.to_owned()]);

@@ -76,8 +76,9 @@ impl DecisionService {
             let began = Instant::now();
             let (problem, prepared) = self.prepare(body)?;
             let batch = Batch::first_of(core::slice::from_ref(&prepared));
-            let mut input = vec![0; batch.sizes().input as usize];
-            let written = batch.write(&mut input, 0, |_| 0);
+            let mut input = vec![0; batch.input_bytes() as usize];
+            let put = |at: usize, bytes: &[u8]| input[at..at + bytes.len()].copy_from_slice(bytes);
+            batch.write(put, 0, |_| 0);
             let prepare_ms = milliseconds_since(began);
             let began = Instant::now();
             engine.evaluate(&prepared, Detail::Answer)?;
@@ -85,7 +86,7 @@ impl DecisionService {
             let evaluation = engine.evaluate(&prepared, Detail::Samples)?;
             let drawn = fan(&prepared, &evaluation);
             Ok(json!({
-                "input": BASE64_STANDARD.encode(&input[..written]),
+                "input": BASE64_STANDARD.encode(&input),
                 "bytes": batch.sizes(),
                 "dispatches": batch.dispatches(),
                 "velocity_terms": prepared.vx_samples.iter().map(|vx| vx.velocity_term).collect::<Vec<_>>(),

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use inbye::geometry::Pose;
-use inbye::local::internals::gpu::MAX_PROFILES_PER_GROUP;
+use inbye::local::internals::gpu::MAX_TABULATION_ROUNDS;
 use inbye::local::{Adapter, GpuEngine, adapters};
 use inbye::local::{
     CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, GpuFailureKind, Incidents,
@@ -35,7 +35,7 @@ fn refused() -> Result<QuantizedProblem, Failed> {
     let mut problem =
         QuantizedProblem::new(&Problem { window: window(1, 1), steps: 1, ..plain() })?;
     problem.vx_samples.clear();
-    problem.profiles = vec![problem.profiles[0]; MAX_PROFILES_PER_GROUP as usize * 65_536];
+    problem.profiles = vec![problem.profiles[0]; MAX_TABULATION_ROUNDS as usize * 65_536];
     problem.header.steps = 0;
     Ok(problem)
 }

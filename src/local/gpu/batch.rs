@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 use super::layout::BINDINGS;
-use super::pipelines::Pipeline;
 use super::layout::{
-    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
-    MAX_PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP, sample_records,
+    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS,
+    MAX_TABULATION_ROUNDS, PARTIAL_BYTES, Record, SAMPLES_PER_GROUP, profiles_at_once,
+    sample_records,
 };
+use super::pipelines::Pipeline;
 use crate::local::engine::{Detail, Evaluation};
 use crate::local::kernel_inputs::{
     ProfileSegment, QuantizedDisc, QuantizedObstacle, TurnProfile, VxSample,
@@ -36,6 +37,8 @@ struct Amount {
     field_words: u64,
     table_words: u64,
     samples: u64,
+    /// Workgroups of turn profiles if each takes rows once.
+    profile_groups: u64,
     sample_groups: u64,
 }
 
@@ -53,6 +56,7 @@ impl Amount {
         let segments = size_of_val::<[ProfileSegment]>(&problem.segments);
         self.list_words += (discs + obstacles + segments) as u64 / 4;
         self.table_words += table_words * profiles;
+        self.profile_groups += u64::from(profile_groups_of(problem, 1));
         self.samples += samples;
         self.sample_groups += samples.div_ceil(u64::from(SAMPLES_PER_GROUP));
     }
@@ -161,8 +165,9 @@ pub struct Dispatch {
     pub workgroups: u32,
 }
 
-fn profile_groups_of(problem: &QuantizedProblem, per_group: u32) -> u32 {
-    (problem.profiles.len() as u32).div_ceil(per_group)
+/// Workgroups of the turn profiles of a problem, where each takes rows a number of times.
+fn profile_groups_of(problem: &QuantizedProblem, rounds: u32) -> u32 {
+    (problem.profiles.len() as u32).div_ceil(rounds * profiles_at_once(problem.header.steps))
 }
 
 /// Problems that are evaluated in one submission, by the engine or by a browser.
@@ -207,22 +212,21 @@ impl<'a> Batch<'a> {
         self.amount.sizes()
     }
 
-    /// Number of turn profiles that one workgroup tabulates: one, unless there are more than workgroups.
-    fn profiles_per_group(&self) -> u32 {
+    /// Number of times that a workgroup takes turn profiles: once, unless there are too many.
+    fn tabulation_rounds(&self) -> u32 {
         let most = u64::from(MAX_WORKGROUPS) - MAX_PROBLEMS as u64;
-        let per_group = self.amount.profiles.div_ceil(most) as u32;
-        per_group.clamp(1, MAX_PROFILES_PER_GROUP)
+        let rounds = self.amount.profile_groups.div_ceil(most) as u32;
+        rounds.clamp(1, MAX_TABULATION_ROUNDS)
     }
 
     /// The dispatches of the submission, in order.
     #[must_use]
     pub fn dispatches(&self) -> Vec<Dispatch> {
-        let per_group = self.profiles_per_group();
-        let groups = self.problems.iter().map(|problem| profile_groups_of(problem, per_group));
+        let rounds = self.tabulation_rounds();
+        let groups = self.problems.iter().map(|problem| profile_groups_of(problem, rounds));
         let (profile_groups, sample_groups) = (groups.sum(), self.amount.sample_groups as u32);
-        let is_simple = |problem: &QuantizedProblem| {
-            problem.discs.len() == 1 && problem.obstacles.is_empty()
-        };
+        let is_simple =
+            |problem: &QuantizedProblem| problem.discs.len() == 1 && problem.obstacles.is_empty();
         let evaluate = if self.problems.iter().all(is_simple) {
             Pipeline::EvaluateOneStaticDisc
         } else {
@@ -244,27 +248,31 @@ impl<'a> Batch<'a> {
         dispatches.into_iter().map(dispatch).collect()
     }
 
-    /// Writes the inputs of the shaders, without the fields, to the start of `input` and returns their length in bytes.
-    /// `first_field` returns the word at which a field begins. The answers have consecutive stamps from `first_stamp`.
-    ///
-    /// # Panics
-    /// When `input` is shorter than [`Sizes::input`].
+    /// Length of the inputs of the shaders without the fields, bytes; at most [`Sizes::input`].
+    #[must_use]
+    pub fn input_bytes(&self) -> u64 {
+        let [.., end] = self.amount.input_offsets();
+        end
+    }
+
+    /// Passes each piece of the inputs, without the fields, and its position in bytes to `put`. `first_field` returns the word
+    /// at which a field begins. The answers have consecutive stamps from `first_stamp`.
     pub fn write(
         &self,
-        input: &mut [u8],
+        mut put_at: impl FnMut(usize, &[u8]),
         first_stamp: u32,
         first_field: impl Fn(&ClearanceField) -> u32,
-    ) -> usize {
-        let [speeds_at, profiles_at, lists_at, end] = self.amount.input_offsets();
+    ) {
+        let [speeds_at, profiles_at, lists_at, _] = self.amount.input_offsets();
         let mut writer =
             [0, BATCH_HEAD_BYTES as u64, speeds_at, profiles_at, lists_at].map(|at| at as usize);
         let mut put = |part: usize, bytes: &[u8]| {
             let at = &mut writer[part];
-            input[*at..*at + bytes.len()].copy_from_slice(bytes);
+            put_at(*at, bytes);
             *at += bytes.len();
         };
-        let per_group = self.profiles_per_group();
-        put(0, bytemuck::bytes_of(&[self.problems.len() as u32, per_group]));
+        let rounds = self.tabulation_rounds();
+        put(0, bytemuck::bytes_of(&[self.problems.len() as u32, rounds]));
         let mut before = Amount::default();
         let mut profile_groups = 0;
         for (stamp, problem) in (0..).zip(self.problems) {
@@ -287,9 +295,8 @@ impl<'a> Batch<'a> {
             put(4, bytemuck::cast_slice::<QuantizedObstacle, u8>(&problem.obstacles));
             put(4, bytemuck::cast_slice::<ProfileSegment, u8>(&problem.segments));
             before.add(problem);
-            profile_groups += profile_groups_of(problem, per_group);
+            profile_groups += profile_groups_of(problem, rounds);
         }
-        end as usize
     }
 
     /// Decodes the evaluations from the bytes of all answers and, with [`Detail::Samples`], of all records after them.

@@ -1,4 +1,4 @@
-//! The device's memory for a batch: allocated once, enlarged for a larger batch, written in one piece.
+//! The device's memory for a batch: allocated once, enlarged for a larger batch.
 
 use super::batch::{Batch, MAX_BYTES, Sizes, field_words};
 use super::layout::{ACCESS, Access};
@@ -12,7 +12,8 @@ const MIN_BYTES: u64 = 1 << 20;
 pub(super) struct Buffers {
     pub sizes: Sizes,
     input: wgpu::Buffer,
-    staging: Vec<u8>,
+    /// The inputs on their way to the device; mapped for the host between submissions.
+    pub upload: wgpu::Buffer,
     field: wgpu::Buffer,
     fields: ResidentFields,
     records: wgpu::Buffer,
@@ -37,6 +38,12 @@ impl Buffers {
                 mapped_at_creation: false,
             })
         };
+        let upload = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("upload"),
+            size: sizes.input,
+            usage: Usage::MAP_WRITE | Usage::COPY_SRC,
+            mapped_at_creation: true,
+        });
         let input_usage = Usage::UNIFORM | Usage::STORAGE | Usage::COPY_DST;
         let input = make("input", sizes.input, input_usage);
         let field = make("field", sizes.field, Usage::STORAGE | Usage::COPY_DST);
@@ -66,7 +73,7 @@ impl Buffers {
             entries: &entries,
         });
         Self {
-            staging: vec![0; sizes.input as usize],
+            upload,
             sizes,
             input,
             field,
@@ -78,8 +85,16 @@ impl Buffers {
         }
     }
 
-    /// Writes a batch: the inputs in one piece, and the fields that the device does not hold yet.
-    pub fn upload(&mut self, queue: &wgpu::Queue, batch: &Batch<'_>, first_stamp: u32) {
+    /// Writes a batch to memory that the device can read: the inputs, and the fields that the device does not hold yet.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn write(
+        &mut self,
+        queue: &wgpu::Queue,
+        batch: &Batch<'_>,
+        first_stamp: u32,
+    ) -> Result<(), wgpu::MapRangeError> {
         let buffer = &self.field;
         self.fields.hold(&batch.fields, self.sizes.field, |at, field| {
             write_field(queue, buffer, at, field);
@@ -88,8 +103,21 @@ impl Buffers {
             let held = self.fields.find(field);
             held.expect("the fields of a batch are held by now")
         };
-        let bytes = batch.write(&mut self.staging, first_stamp, first_field);
-        queue.write_buffer(&self.input, 0, &self.staging[..bytes]);
+        {
+            let mut view = self.upload.get_mapped_range_mut(..batch.input_bytes())?;
+            let mut memory = view.slice(..);
+            let put = |at: usize, bytes: &[u8]| {
+                memory.slice(at..at + bytes.len()).copy_from_slice(bytes);
+            };
+            batch.write(put, first_stamp, first_field);
+        }
+        self.upload.unmap();
+        Ok(())
+    }
+
+    /// Copies the inputs that were written to the buffer of the shaders.
+    pub fn copy_in(&self, encoder: &mut wgpu::CommandEncoder, batch: &Batch<'_>) {
+        encoder.copy_buffer_to_buffer(&self.upload, 0, &self.input, 0, batch.input_bytes());
     }
 
     /// Copies the answers, and the records if requested, to the readback buffer. Returns the number of bytes.

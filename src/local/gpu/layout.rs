@@ -33,11 +33,18 @@ pub const ACCESS: [Access; BINDINGS] = {
     [Uniform, Read, Read, Read, Read, ReadWrite, ReadWrite, ReadWrite, ReadWrite]
 };
 
-/// Threads per workgroup of `tabulate_profiles`: each has a step.
+/// Threads per workgroup of `tabulate_profiles`: each has a step of a turn profile.
 pub const STEPS_PER_GROUP: u32 = 64;
-/// Largest number of turn profiles that a workgroup tabulates one after the other. With it the largest number of samples,
-/// all of them turn rates, needs no more than the 65,535 workgroups that every adapter supports.
-pub const MAX_PROFILES_PER_GROUP: u32 = 65;
+/// Largest number of times that a workgroup takes turn profiles. With it the largest number of samples, all of them turn
+/// rates, needs no more than the 65,535 workgroups that every adapter supports.
+pub const MAX_TABULATION_ROUNDS: u32 = 65;
+
+/// Number of turn profiles that a workgroup tabulates at once: a thread has a step, or one of every 64 steps.
+#[must_use]
+pub const fn profiles_at_once(steps: u32) -> u32 {
+    let bits = 32 - steps.wrapping_sub(1).leading_zeros();
+    STEPS_PER_GROUP >> if bits < 6 { bits } else { 6 }
+}
 /// Threads per workgroup of `evaluate_samples` and `score_samples`.
 pub const SAMPLES_PER_GROUP: u32 = 256;
 /// Bytes of a `Partial`.

@@ -21,7 +21,7 @@ pub use device::{Adapter, AdapterSummary, adapters};
 
 use super::engine::{Detail, Engine, Evaluation};
 use super::kernel_inputs::{Header, ProfileSegment, QuantizedDisc, TurnProfile, VxSample};
-use layout::{MAX_PROFILES_PER_GROUP, STEPS_PER_GROUP};
+use layout::{MAX_TABULATION_ROUNDS, STEPS_PER_GROUP};
 
 use super::{ClearanceField, EngineError, GpuFailureKind, QuantizedProblem};
 use crate::geometry::Pose;
@@ -105,7 +105,7 @@ impl GpuEngine {
         // For each chunk of steps of a turn profile: its segments, its discs, and the rounds of the sum over the steps.
         let per_chunk = 8 + u64::from(header.segment_count) + discs;
         let chunks = steps.div_ceil(u64::from(STEPS_PER_GROUP));
-        let tabulation = u64::from(MAX_PROFILES_PER_GROUP) * (1 + chunks * per_chunk) + 8;
+        let tabulation = u64::from(MAX_TABULATION_ROUNDS) * (1 + chunks * per_chunk) + 8;
         let needed = evaluation.max(tabulation);
         match self.device.loop_iterations {
             Some(most) if needed > most => Err(self.device.too_large(format!(
@@ -129,7 +129,9 @@ impl GpuEngine {
         let mut buffers = self.take_buffers(batch)?;
         let first_stamp = self.stamp;
         self.stamp = first_stamp.wrapping_add(batch.problems.len() as u32);
-        buffers.upload(&self.device.queue, batch, first_stamp);
+        buffers
+            .write(&self.device.queue, batch, first_stamp)
+            .map_err(|error| self.unmapped(&error.to_string()))?;
         let (submission, bytes) = self.submit(&buffers, batch, detail);
         let deadline = self.timeout.saturating_mul(batch.problems.len() as u32);
         let evaluations = self
@@ -153,6 +155,7 @@ impl GpuEngine {
     ) -> (wgpu::SubmissionIndex, u64) {
         let mut encoder =
             self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        buffers.copy_in(&mut encoder, batch);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, &buffers.bind_group, &[]);
@@ -165,6 +168,11 @@ impl GpuEngine {
         (self.device.queue.submit([encoder.finish()]), bytes)
     }
 
+    /// The error of a buffer that cannot be mapped: the device is lost.
+    fn unmapped(&self, message: &str) -> EngineError {
+        self.device.reported_or(GpuFailureKind::DeviceLost, message)
+    }
+
     /// Waits for the submission and passes the bytes to `read`.
     fn read_back<T>(
         &self,
@@ -174,19 +182,28 @@ impl GpuEngine {
         deadline: Duration,
         read: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, EngineError> {
-        // Mapping fails only on a lost device.
-        let unmapped = |message| self.device.reported_or(GpuFailureKind::DeviceLost, message);
         let (sender, receiver) = mpsc::channel();
         let slice = buffers.readback.slice(..bytes);
-        slice.map_async(wgpu::MapMode::Read, move |outcome| {
-            // The receiver is gone only after the wait below has failed.
-            let _ = sender.send(outcome);
-        });
-        self.device
-            .wait(submission, deadline, || receiver.try_recv().ok())?
-            .map_err(|error| unmapped(error.to_string()))?;
+        // The inputs of the next batch can be written as soon as this one is done.
+        let upload = (buffers.upload.slice(..), wgpu::MapMode::Write);
+        for (slice, mode) in [upload, (slice, wgpu::MapMode::Read)] {
+            let sender = sender.clone();
+            slice.map_async(mode, move |outcome| {
+                // The receiver is gone only after the wait below has failed.
+                let _ = sender.send(outcome);
+            });
+        }
+        let mut outcomes = Vec::with_capacity(2);
+        self.device.wait(submission, deadline, || {
+            outcomes.extend(receiver.try_iter());
+            (outcomes.len() == 2).then_some(())
+        })?;
+        for outcome in outcomes {
+            outcome.map_err(|error| self.unmapped(&error.to_string()))?;
+        }
         let result = {
-            let view = slice.get_mapped_range().map_err(|error| unmapped(error.to_string()))?;
+            let view =
+                slice.get_mapped_range().map_err(|error| self.unmapped(&error.to_string()))?;
             read(&view)
         };
         buffers.readback.unmap();

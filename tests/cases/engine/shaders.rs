@@ -4,8 +4,8 @@ use core::mem::{offset_of, size_of};
 
 use inbye::local::internals::gpu::{ACCESS, ANSWERS, Access, FIELD, RECORDS};
 use inbye::local::internals::gpu::{
-    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS, PARTIAL_BYTES,
-    MAX_PROFILES_PER_GROUP, Record, SAMPLES_PER_GROUP, STEPS_PER_GROUP,
+    Answer, BATCH_BYTES, BATCH_HEAD_BYTES, BatchEntry, BufferOffsets, MAX_PROBLEMS,
+    MAX_TABULATION_ROUNDS, PARTIAL_BYTES, Record, SAMPLES_PER_GROUP, STEPS_PER_GROUP,
 };
 use inbye::local::internals::gpu::{PARTS, Pipeline, source};
 use inbye::local::internals::score::Normalizer;
@@ -81,7 +81,7 @@ fn entry_points_are_within_the_limits_of_every_adapter() {
         let buffers = used(|space| matches!(space, AddressSpace::Storage { .. })).count();
         assert!(buffers <= MAX_STORAGE_BUFFERS, "{}: {buffers} buffers", entry.name);
         let (invocations_x, per_group) = match entry.name.as_str() {
-            "tabulate_profiles" => (STEPS_PER_GROUP, MAX_PROFILES_PER_GROUP),
+            "tabulate_profiles" => (STEPS_PER_GROUP, MAX_TABULATION_ROUNDS),
             "evaluate_samples" | "score_samples" => (SAMPLES_PER_GROUP, SAMPLES_PER_GROUP),
             _ => continue,
         };
@@ -245,7 +245,7 @@ fn structs_have_the_same_layout_on_both_sides() {
         assert_eq!(bytes, size, "{name}");
     }
     assert_eq!(struct_of(&module, "Partial").0 as u64, PARTIAL_BYTES);
-    let batch = [("count", 0), ("profiles_per_group", 4), ("problems", BATCH_HEAD_BYTES)];
+    let batch = [("count", 0), ("tabulation_rounds", 4), ("problems", BATCH_HEAD_BYTES)];
     let batch = batch.map(|(name, offset)| (name.to_owned(), offset)).to_vec();
     assert_eq!(struct_of(&module, "Batch"), (BATCH_BYTES, batch));
 }

@@ -72,7 +72,8 @@ impl<'a> Plan<'a> {
                 (one.id(), first_word)
             })
             .collect();
-        batch.write(&mut input, first_stamp, |field| {
+        let put = |at: usize, bytes: &[u8]| input[at..at + bytes.len()].copy_from_slice(bytes);
+        batch.write(put, first_stamp, |field| {
             let found = first_words.iter().find(|(id, _)| *id == field.id());
             found.expect("a field of the batch").1 as u32
         });

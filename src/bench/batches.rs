@@ -1,0 +1,140 @@
+//! Decisions per second over the size of a batch, on every engine: the decisions of many robots in one call.
+
+use serde::{Deserialize, Serialize};
+
+use super::columns::columns;
+use super::density::DensityPlan;
+use super::quality::{grid_counts, usual_shape};
+use super::roadway::{Roadway, roadway_field};
+use super::timing::Latencies;
+use super::{BenchError, EvaluationDigest};
+use crate::local::{Detail, Engine, QuantizedProblem, Sampler};
+
+/// Numbers of decisions in a batch: the largest is that of one submission to a GPU.
+const SIZES: [usize; 4] = [1, 8, 64, 256];
+/// Samples of each decision: the usual number of one robot.
+const SAMPLES: usize = 1024;
+/// Least and greatest number of batches that are timed, and the number of an engine that is too slow for the least.
+const MIN_BATCHES: usize = 20;
+const MAX_BATCHES: usize = 5000;
+const MIN_SLOW_BATCHES: usize = 3;
+
+columns! {
+    /// One engine with batches of one size.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    pub struct BatchRow {
+        /// The engine's name for people, with its threads and instructions, or its adapter.
+        pub name: String,
+        /// `cpu` or `gpu`.
+        pub engine: String,
+        /// Decisions in a batch.
+        pub batch: usize,
+        /// Samples of each decision.
+        pub samples: usize,
+        /// Steps of the horizon.
+        pub steps: usize,
+        /// Median time of a batch, end to end, milliseconds.
+        pub p50_ms: f64 => 3,
+        /// 99th percentile, milliseconds.
+        pub p99_ms: f64 => 3,
+        /// Decisions per second at the median.
+        pub decisions_per_s: f64 => 0,
+        /// Batches timed.
+        pub batches: usize,
+    }
+}
+
+impl BatchRow {
+    /// The columns of a short table, separated by spaces.
+    pub const SUMMARY: &str = "name batch samples steps p50_ms p99_ms decisions_per_s batches";
+}
+
+/// Measures every engine with batches of 1, 8, 64 and 256 decisions of 1,024 arcs, from quantized problems to answers. The
+/// answers are compared first. An engine is measured with no larger batches once one takes too long for the plan. `done` is
+/// called after each row.
+///
+/// # Errors
+/// Fails when an engine fails or its answers differ.
+pub fn measure_batches(
+    engines: &mut [Box<dyn Engine>],
+    plan: &DensityPlan,
+    clock: &mut dyn FnMut() -> f64,
+    mut done: impl FnMut(&BatchRow),
+) -> Result<Vec<BatchRow>, BenchError> {
+    let (vx_samples, vtheta_samples) = grid_counts(SAMPLES, usual_shape(Sampler::Arcs));
+    let roadway = Roadway { vx_samples, vtheta_samples, steps: plan.steps, ..Roadway::default() };
+    let field = roadway_field();
+    let problems: Vec<QuantizedProblem> = (0..SIZES[SIZES.len() - 1])
+        .map(|tick| Ok(QuantizedProblem::new(&roadway.problem(&field, tick))?))
+        .collect::<Result<_, BenchError>>()?;
+    let mut rows = Vec::new();
+    let mut expected: [Option<(String, String)>; SIZES.len()] = Default::default();
+    for engine in engines {
+        for (&size, expected) in SIZES.iter().zip(&mut expected) {
+            let problems = &problems[..size];
+            let digest = digest(engine.as_mut(), problems)?;
+            match expected {
+                None => *expected = Some((engine.name(), digest)),
+                Some((first, answers)) if *answers != digest => {
+                    let which = format!("a batch of {size} of {}", roadway.name());
+                    let (engine, first) = (engine.name(), first.clone());
+                    return Err(BenchError::Differs { which, engine, first });
+                }
+                Some(_) => {}
+            }
+            let (latencies, batches) = time(engine.as_mut(), problems, plan, clock)?;
+            let summary = latencies.summary().unwrap_or_default();
+            let row = BatchRow {
+                name: engine.name(),
+                engine: engine.kind().to_owned(),
+                batch: size,
+                samples: roadway.samples(),
+                steps: roadway.steps as usize,
+                p50_ms: summary.p50_ms,
+                p99_ms: summary.p99_ms,
+                decisions_per_s: size as f64 / (summary.p50_ms / 1e3),
+                batches,
+            };
+            done(&row);
+            rows.push(row);
+            if batches < MIN_BATCHES {
+                break;
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// The digest of the answers; warms the engine up.
+fn digest(engine: &mut dyn Engine, problems: &[QuantizedProblem]) -> Result<String, BenchError> {
+    let mut digest = EvaluationDigest::default();
+    for evaluation in &engine.evaluate_batch(problems, Detail::Answer)? {
+        digest.add(evaluation);
+    }
+    Ok(digest.hex())
+}
+
+fn time(
+    engine: &mut dyn Engine,
+    problems: &[QuantizedProblem],
+    plan: &DensityPlan,
+    clock: &mut dyn FnMut() -> f64,
+) -> Result<(Latencies, usize), BenchError> {
+    let mut latencies = Latencies::default();
+    let began = clock();
+    let mut batches = 0;
+    while batches < MAX_BATCHES {
+        let before = clock();
+        engine.evaluate_batch(problems, Detail::Answer)?;
+        let after = clock();
+        latencies.record(after - before)?;
+        batches += 1;
+        let passed_s = after - began;
+        let is_enough = batches >= MIN_BATCHES && passed_s > plan.seconds;
+        let is_too_slow = batches >= MIN_SLOW_BATCHES && passed_s > plan.max_seconds;
+        if is_enough || is_too_slow {
+            break;
+        }
+    }
+    Ok((latencies, batches))
+}
