@@ -63,7 +63,7 @@ for line in open(path):
         labels[label[1]] = len(instructions)
     elif code := re.match(r"\s*/\*[0-9a-f]+\*/\s+(?:@!?U?P\w+\s+)?([A-Z][A-Z0-9_.]*)(.*);", line):
         instructions.append((code[1], code[2]))
-# The loop of the steps is the only one that reads the distance field: the largest loop with a global load and a branch out.
+# The largest loop with a global load and a branch out; in the evaluation that is the loop over the steps.
 largest = 0
 for end, (operation, operands) in enumerate(instructions):
     target = re.search(r"(\.L_x_\d+)", operands)
@@ -80,7 +80,7 @@ PYTHON
     done
 }
 
-echo "pipeline,model,registers,spilled_bytes,stack_bytes,workgroup_bytes,instructions,step_loop_instructions"
+echo "pipeline,model,registers,spilled_bytes,stack_bytes,workgroup_bytes,instructions,largest_loop_instructions"
 compile tabulate_profiles tabulate_profiles
 compile evaluate_samples evaluate_samples
 compile evaluate_one_static_disc evaluate_samples --override ONE_DISC=1 --override MOVING_OBSTACLES=0

@@ -8,7 +8,7 @@ use super::quality::{grid_counts, usual_shape};
 use super::roadway::{Roadway, roadway_field};
 use super::timing::Latencies;
 use super::{BenchError, EvaluationDigest};
-use crate::local::{Detail, Engine, QuantizedProblem, Sampler};
+use crate::local::{Detail, Engine, Evaluation, QuantizedProblem, Sampler};
 
 /// Numbers of decisions in a batch: the largest is that of one submission to a GPU.
 const SIZES: [usize; 4] = [1, 8, 64, 256];
@@ -38,7 +38,7 @@ columns! {
         /// 99th percentile, milliseconds.
         pub p99_ms: f64 => 3,
         /// Decisions per second at the median.
-        pub decisions_per_s: f64 => 0,
+        pub decisions_hz: f64 => 0,
         /// Batches timed.
         pub batches: usize,
     }
@@ -46,7 +46,7 @@ columns! {
 
 impl BatchRow {
     /// The columns of a short table, separated by spaces.
-    pub const SUMMARY: &str = "name batch samples steps p50_ms p99_ms decisions_per_s batches";
+    pub const SUMMARY: &str = "name batch samples steps p50_ms p99_ms decisions_hz batches";
 }
 
 /// Measures every engine with batches of 1, 8, 64 and 256 decisions of 1,024 arcs, from quantized problems to answers. The
@@ -65,14 +65,17 @@ pub fn measure_batches(
     let roadway = Roadway { vx_samples, vtheta_samples, steps: plan.steps, ..Roadway::default() };
     let field = roadway_field();
     let problems: Vec<QuantizedProblem> = (0..SIZES[SIZES.len() - 1])
-        .map(|tick| Ok(QuantizedProblem::new(&roadway.problem(&field, tick))?))
-        .collect::<Result<_, BenchError>>()?;
+        .map(|tick| {
+            QuantizedProblem::new(&roadway.problem(&field, tick))
+                .map_err(|error| BenchError::Problem { which: roadway.name(), error })
+        })
+        .collect::<Result<_, _>>()?;
     let mut rows = Vec::new();
     let mut expected: [Option<(String, String)>; SIZES.len()] = Default::default();
     for engine in engines {
         for (&size, expected) in SIZES.iter().zip(&mut expected) {
             let problems = &problems[..size];
-            let digest = digest(engine.as_mut(), problems)?;
+            let digest = digest(&decide(engine.as_mut(), problems)?);
             match expected {
                 None => *expected = Some((engine.name(), digest)),
                 Some((first, answers)) if *answers != digest => {
@@ -92,7 +95,7 @@ pub fn measure_batches(
                 steps: roadway.steps as usize,
                 p50_ms: summary.p50_ms,
                 p99_ms: summary.p99_ms,
-                decisions_per_s: size as f64 / (summary.p50_ms / 1e3),
+                decisions_hz: size as f64 / (summary.p50_ms / 1e3),
                 batches,
             };
             done(&row);
@@ -105,13 +108,21 @@ pub fn measure_batches(
     Ok(rows)
 }
 
-/// The digest of the answers; warms the engine up.
-fn digest(engine: &mut dyn Engine, problems: &[QuantizedProblem]) -> Result<String, BenchError> {
+/// Takes all decisions in one call.
+fn decide(
+    engine: &mut dyn Engine,
+    problems: &[QuantizedProblem],
+) -> Result<Vec<Evaluation>, BenchError> {
+    engine.evaluate_batch(problems, Detail::Answer).map_err(|error| {
+        let which = format!("a batch of {}", problems.len());
+        BenchError::Engine { which, error }
+    })
+}
+
+fn digest(evaluations: &[Evaluation]) -> String {
     let mut digest = EvaluationDigest::default();
-    for evaluation in &engine.evaluate_batch(problems, Detail::Answer)? {
-        digest.add(evaluation);
-    }
-    Ok(digest.hex())
+    evaluations.iter().for_each(|evaluation| digest.add(evaluation));
+    digest.hex()
 }
 
 fn time(
@@ -125,7 +136,7 @@ fn time(
     let mut batches = 0;
     while batches < MAX_BATCHES {
         let before = clock();
-        engine.evaluate_batch(problems, Detail::Answer)?;
+        decide(engine, problems)?;
         let after = clock();
         latencies.record(after - before)?;
         batches += 1;

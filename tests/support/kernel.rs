@@ -10,9 +10,9 @@ use super::operations::{Arguments, OPERATIONS, Operation, Outcome, cases, differ
 /// Numbers of the bindings: cases and results.
 pub const BINDINGS: [u32; 2] = [20, 21];
 
-/// The tested parts of the shaders, and an entry point per operation.
+/// The parts of the shaders without entry points, and an entry point per operation.
 pub fn source() -> String {
-    let parts = shaders::PARTS.iter().filter(|(name, _)| *name != "evaluate.wgsl");
+    let parts = shaders::PARTS.iter().filter(|(_, text)| !text.contains("@compute"));
     let mut source: Vec<String> = parts.map(|(_, text)| (*text).to_owned()).collect();
     source.push(
         "

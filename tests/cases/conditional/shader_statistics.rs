@@ -3,7 +3,7 @@
 //! A change that is meant to cost something writes the table again:
 //!
 //! ```text
-//! INBYE_WRITE_SHADER_STATISTICS=1 cargo test --test conditional shader_statistics
+//! INBYE_WRITE_SHADER_STATISTICS=1 cargo test --release --test conditional statistics_are
 //! ```
 
 use std::fmt::Write as _;
