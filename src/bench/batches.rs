@@ -50,8 +50,7 @@ impl BatchRow {
 }
 
 /// Measures every engine with batches of 1, 8, 64 and 256 decisions of 1,024 arcs, from quantized problems to answers. The
-/// answers are compared first. An engine is measured with no larger batches once one takes too long for the plan. `done` is
-/// called after each row.
+/// answers are compared first. An engine is measured with no larger batches once one takes too long for the plan.
 ///
 /// # Errors
 /// Fails when an engine fails or its answers differ.
@@ -59,7 +58,6 @@ pub fn measure_batches(
     engines: &mut [Box<dyn Engine>],
     plan: &DensityPlan,
     clock: &mut dyn FnMut() -> f64,
-    mut done: impl FnMut(&BatchRow),
 ) -> Result<Vec<BatchRow>, BenchError> {
     let (vx_samples, vtheta_samples) = grid_counts(SAMPLES, usual_shape(Sampler::Arcs));
     let roadway = Roadway { vx_samples, vtheta_samples, steps: plan.steps, ..Roadway::default() };
@@ -87,7 +85,7 @@ pub fn measure_batches(
             }
             let (latencies, batches) = time(engine.as_mut(), problems, plan, clock)?;
             let summary = latencies.summary().unwrap_or_default();
-            let row = BatchRow {
+            rows.push(BatchRow {
                 name: engine.name(),
                 engine: engine.kind().to_owned(),
                 batch: size,
@@ -97,9 +95,7 @@ pub fn measure_batches(
                 p99_ms: summary.p99_ms,
                 decisions_hz: size as f64 / (summary.p50_ms / 1e3),
                 batches,
-            };
-            done(&row);
-            rows.push(row);
+            });
             if batches < MIN_BATCHES {
                 break;
             }

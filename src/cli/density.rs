@@ -128,7 +128,7 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     let batches = if arguments.no_batches {
         Vec::new()
     } else {
-        measure_batches(&mut all, &plan, &mut wall_clock(), |_| ())?
+        measure_batches(&mut all, &plan, &mut wall_clock())?
     };
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
     let closed_loop = drive(arguments.missions, most, missions)?;

@@ -213,7 +213,7 @@ impl<'a> Batch<'a> {
     }
 
     /// Number of times that a workgroup takes turn profiles: once, unless there are too many.
-    fn tabulation_rounds(&self) -> u32 {
+    pub(super) fn tabulation_rounds(&self) -> u32 {
         let most = u64::from(MAX_WORKGROUPS) - MAX_PROBLEMS as u64;
         let rounds = self.amount.profile_groups.div_ceil(most) as u32;
         rounds.clamp(1, MAX_TABULATION_ROUNDS)

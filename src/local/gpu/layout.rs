@@ -39,7 +39,8 @@ pub const STEPS_PER_GROUP: u32 = 64;
 /// rates, needs no more than the 65,535 workgroups that every adapter supports.
 pub const MAX_TABULATION_ROUNDS: u32 = 65;
 
-/// Number of turn profiles that a workgroup tabulates at once: a thread has a step, or one of every 64 steps.
+/// Number of turn profiles that a workgroup tabulates at once: a thread has a step, or one of every 64 steps. `lanes_of` of
+/// `shaders/tabulate.wgsl` is the number of threads of each.
 #[must_use]
 pub const fn profiles_at_once(steps: u32) -> u32 {
     let bits = 32 - steps.wrapping_sub(1).leading_zeros();

@@ -21,7 +21,7 @@ pub use device::{Adapter, AdapterSummary, adapters};
 
 use super::engine::{Detail, Engine, Evaluation};
 use super::kernel_inputs::{Header, ProfileSegment, QuantizedDisc, TurnProfile, VxSample};
-use layout::{MAX_TABULATION_ROUNDS, STEPS_PER_GROUP};
+use layout::STEPS_PER_GROUP;
 
 use super::{ClearanceField, EngineError, GpuFailureKind, QuantizedProblem};
 use crate::geometry::Pose;
@@ -94,7 +94,7 @@ impl GpuEngine {
     }
 
     /// Rejects a problem that exceeds the driver's limit of loop iterations.
-    fn check_loops(&self, problem: &QuantizedProblem) -> Result<(), EngineError> {
+    fn check_loops(&self, problem: &QuantizedProblem, rounds: u32) -> Result<(), EngineError> {
         let header = &problem.header;
         let (steps, discs) = (u64::from(header.steps), u64::from(header.disc_count));
         let moving = u64::from(header.obstacle_count);
@@ -105,7 +105,7 @@ impl GpuEngine {
         // For each chunk of steps of a turn profile: its segments, its discs, and the rounds of the sum over the steps.
         let per_chunk = 8 + u64::from(header.segment_count) + discs;
         let chunks = steps.div_ceil(u64::from(STEPS_PER_GROUP));
-        let tabulation = u64::from(MAX_TABULATION_ROUNDS) * (1 + chunks * per_chunk) + 8;
+        let tabulation = u64::from(rounds) * (1 + chunks * per_chunk) + 8;
         let needed = evaluation.max(tabulation);
         match self.device.loop_iterations {
             Some(most) if needed > most => Err(self.device.too_large(format!(
@@ -123,7 +123,7 @@ impl GpuEngine {
     ) -> Result<Vec<Evaluation>, EngineError> {
         self.device.check()?;
         for problem in batch.problems {
-            self.check_loops(problem)?;
+            self.check_loops(problem, batch.tabulation_rounds())?;
         }
         // Kept only after an answer: after a failure they may still be mapped, or be written late.
         let mut buffers = self.take_buffers(batch)?;
