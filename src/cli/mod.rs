@@ -30,6 +30,7 @@ mod input_file;
 mod invocation;
 mod latency_lock;
 mod localization;
+mod log_localization;
 mod machine;
 mod map_file;
 mod missions;
@@ -171,7 +172,7 @@ pub enum BenchCommand {
     Dynabarn(worlds::DynaBarnArguments),
     /// Injected faults, simulated and on emulated serial lines: the robot must stand in time and touch nothing.
     Faults(fault_matrix::FaultsArguments),
-    /// Localization by slipping odometry and scan matching, against the true pose: tours, and relocalization.
+    /// Localization by slipping odometry and scan matching, against the true pose: tours, relocalization, logs of real robots.
     Localization(localization::LocalizationArguments),
     /// Grid search against the published optimal lengths of the MovingAI benchmark.
     Movingai(movingai::MovingAiArguments),

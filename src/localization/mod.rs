@@ -25,7 +25,7 @@ mod settings;
 mod signed_distance_field;
 
 pub use agreement::Agreement;
-pub use deskewed_scan::{DeskewedScan, PoseHistory};
+pub use deskewed_scan::{DeskewedScan, Hit, PoseHistory, Ray};
 pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_filters::{PoseFilter, PoseMeasurement};
