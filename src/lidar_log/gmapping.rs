@@ -22,6 +22,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
     let mut records: Vec<LogRecord> = Vec::new();
     let mut updates: Vec<Update> = Vec::new();
     let mut range_max = SICK_RANGE_M;
+    let mut last_stamp_s = None;
     for (index, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
         let name = words.next();
@@ -36,7 +37,9 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
             Some("ODOM") => {
                 let mut fields = fields("ODOM");
                 let odometry = fields.pose("pose")?;
-                let time_s = fields.number("time")?;
+                let stamp_s = fields.number("time")?;
+                // GMapping prints the pose at the reading before with the time of the reading at hand.
+                let time_s = last_stamp_s.replace(stamp_s).unwrap_or(stamp_s);
                 records.push(LogRecord { time_s, odometry, corrected: None, scan: None });
             }
             Some("LASER_READING") => {
