@@ -66,8 +66,7 @@ pub fn localize_log(
     truth: Option<&LogRelations>,
     clock: &mut dyn FnMut() -> f64,
 ) -> Result<LogLocalization, LocalizationError> {
-    let mut localizer =
-        Localizer::new(map, settings, start)?.with_sparse_scans();
+    let mut localizer = Localizer::new(map, settings, start)?.with_sparse_scans();
     let mut estimates: Vec<Option<Pose>> = Vec::with_capacity(log.records.len());
     let (mut times_us, mut spent_s) = (Vec::new(), 0.0);
     let (mut lost_scans, mut lost_s, mut was_lost_at) = (0, 0.0, None);

@@ -100,6 +100,9 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
     if let Some(log) = &arguments.log.log {
         return log_localization::run(arguments, log, json);
     }
+    if arguments.log.truth.relations.is_some() {
+        bail!("--relations belongs to --log: name the log");
+    }
     let site = Arc::new(site(arguments)?);
     let all = LocalizationCase::ALL;
     let cases = if arguments.case.is_empty() { &all[..] } else { &arguments.case };

@@ -23,17 +23,24 @@ pub struct LogArguments {
     /// Log of a real robot instead of simulated drives.
     #[arg(long, value_name = "FILE", conflicts_with_all = OF_DRIVES)]
     pub log: Option<PathBuf>,
+    #[command(flatten)]
+    pub truth: TruthArguments,
+}
+
+/// The ground truth of a log.
+#[derive(Debug, Args)]
+pub struct TruthArguments {
     /// Ground truth of the log: lines of t1 t2 x y z roll pitch yaw.
-    #[arg(long, value_name = "FILE", requires = "log")]
+    #[arg(long, value_name = "FILE")]
     pub relations: Option<PathBuf>,
     /// Time of the relations minus time of the log, seconds.
     #[arg(long, value_name = "S", default_value_t = 0.0, allow_hyphen_values = true, requires = "relations", value_parser = offset)]
     pub time_offset: f64,
 }
 
-impl LogArguments {
+impl TruthArguments {
     /// The ground truth, if it is named.
-    pub fn truth(&self) -> anyhow::Result<Option<LogRelations>> {
+    pub fn read(&self) -> anyhow::Result<Option<LogRelations>> {
         let Some(file) = &self.relations else {
             return Ok(None);
         };
@@ -49,7 +56,7 @@ fn offset(text: &str) -> Result<f64, String> {
 /// Localizes over a log. Returns false if the localizer was lost after the last scan.
 pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow::Result<bool> {
     let log = LidarLog::read(file).context("--log")?;
-    let truth = arguments.log.truth()?;
+    let truth = arguments.log.truth.read()?;
     let config = settings(arguments)?;
     let map = match &arguments.map {
         Some(map) => map_file::load(map, arguments.resolution)?,

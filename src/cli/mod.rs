@@ -33,6 +33,7 @@ mod localization;
 mod log_localization;
 mod machine;
 mod map_file;
+mod map_log;
 mod missions;
 mod movingai;
 mod node;
@@ -111,6 +112,8 @@ pub struct Arguments {
 pub enum Command {
     /// Find a global path on a map.
     Plan(plan::PlanArguments),
+    /// Make a map from the log of a real robot: odometry and lidar scans.
+    Map(map_log::MapLogArguments),
     /// Drive to a goal in a closed loop: simulated, or with --port on a real base.
     Drive(Box<drive::DriveArguments>),
     /// Repeat the decisions of a recording and compare all bits.
@@ -236,6 +239,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     }
     match command {
         Command::Plan(command) => plan::run(command, json),
+        Command::Map(command) => map_log::run(command, json),
         Command::Drive(command) => drive::run(command, json),
         Command::Replay(command) => replay::run(command, json),
         Command::Evaluate(command) => evaluate::run(command, json),

@@ -178,3 +178,123 @@ fn read_text(path: &Path) -> Result<String, LogError> {
         LogError::NotUtf8 { line: 1 + valid.iter().filter(|byte| **byte == b'\n').count() }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RAW: &str = "# a comment\nPARAM robot_frontlaser_offset 0.1\n\
+        ODOM 0 0 0 0.1 0 0 1.0 host 1.0\n\
+        FLASER 3 1.0 2.0 81.91 0.2 0 0 0.1 0 0 1.5 host 1.5\n\
+        FLASER 3 1.0 2.0 81.91 0.3 0 0 0.2 0 0 2.5 host 2.5\n";
+
+    fn near(pose: &Pose, x: f64, y: f64, yaw: f64) -> bool {
+        (pose.x - x).abs() < 1e-9 && (pose.y - y).abs() < 1e-9 && (pose.yaw - yaw).abs() < 1e-9
+    }
+
+    #[test]
+    fn carmen_log_has_odometry_scans_and_mounting() {
+        let log = LidarLog::parse(RAW).expect("it is valid");
+        assert_eq!((log.format, log.has_times, log.scans()), (LogFormat::Carmen, true, 2));
+        assert_eq!(log.records.len(), 3);
+        let record = &log.records[1];
+        let scan = record.scan.as_ref().expect("a scan");
+        assert!(near(&scan.mount, 0.1, 0.0, 0.0), "{:?}", scan.mount);
+        assert_eq!((record.time_s, record.corrected), (1.5, None));
+        // Beams to the right, ahead and to the left; the lidar is 0.1 m before the robot's origin.
+        let ahead = scan.beams.beams[1];
+        assert!((ahead.angle.abs() + (ahead.range - 2.1).abs()) < 1e-9, "{ahead:?}");
+        let right = scan.beams.beams[0];
+        assert!((right.range - libm::hypot(0.1, 1.0)).abs() < 1e-9 && right.angle < -1.4);
+        assert!(scan.beams.beams[2].range.is_nan());
+        assert_eq!(log.start(), Some(Pose::new(0.1, 0.0, 0.0)));
+    }
+
+    #[test]
+    fn laser_poses_that_leave_the_robot_are_corrected_ones() {
+        let text = RAW.replace("0.3 0 0 0.2", "0.5 0.2 0.1 0.2");
+        let log = LidarLog::parse(&text).expect("it is valid");
+        let corrected = log.records[2].corrected.expect("corrected");
+        let (sin, cos) = libm::sincos(0.1);
+        assert!(near(&corrected, 0.5 - 0.1 * cos, 0.2 - 0.1 * sin, 0.1), "{corrected:?}");
+        assert!(near(&log.records[2].odometry, 0.2, 0.0, 0.0));
+    }
+
+    #[test]
+    fn robotlaser_states_its_angles_and_range() {
+        let text = "ROBOTLASER1 0 -1.0 2.0 0.5 8.0 0.01 0 3 1.0 8.0 3.0 1 7 \
+            0.1 0 0 0 0 0 0.2 0 0 0 0 4.5 host 4.5\n";
+        let log = LidarLog::parse(text).expect("it is valid");
+        let scan = log.records[0].scan.as_ref().expect("a scan");
+        let ranges: Vec<bool> = scan.beams.beams.iter().map(|it| it.range.is_finite()).collect();
+        assert_eq!((ranges, log.records[0].time_s), (vec![true, false, true], 4.5));
+    }
+
+    #[test]
+    fn gmapping_poses_are_corrected_and_their_steps_are_odometry() {
+        let text = "ODOM 0 0 0 0 0 0 1 p 1\nODOM 1 0 0 0 0 0 2 p 2\n\
+            FLASER 1 3 1 0.5 0 1 0.5 0 2 p 2\nODOM 1 0.5 0 0 0 0 0 p 0\nNEFF 15\n\
+            ODOM 2 0.5 0 0 0 0 3 p 3\nFLASER 1 3 2 0.4 0 2 0.4 0 3 p 3\n";
+        let log = LidarLog::parse(text).expect("it is valid");
+        assert_eq!(log.format, LogFormat::CarmenGmapping);
+        let last = &log.records[log.records.len() - 1];
+        assert!(near(&last.odometry, 2.0, 0.0, 0.0), "{last:?}");
+        assert_eq!(last.corrected, Some(Pose::new(2.0, 0.4, 0.0)));
+    }
+
+    #[test]
+    fn gfs_poses_are_those_of_the_best_ancestors() {
+        // Particle 0 is better at the first scan; the second scan's best particle stems from particle 1.
+        let text = "PARAM maxrange 80\nODOM 0 0 0 1\nLASER_READING 1 3 0 0 0 1\n\
+            SM_UPDATE 2 0 0 0 9 0 1 0 5\nRESAMPLE 2 1 0\nODOM 0 0 0 2\n\
+            LASER_READING 1 3 1 0 0 2\nSM_UPDATE 2 1 7 0 9 1 8 0 1\n";
+        let log = LidarLog::parse(text).expect("it is valid");
+        let corrected: Vec<Pose> = log.records.iter().filter_map(|it| it.corrected).collect();
+        assert_eq!(corrected, [Pose::new(0.0, 1.0, 0.0), Pose::new(1.0, 7.0, 0.0)]);
+    }
+
+    #[test]
+    fn tinyslam_counts_turn_the_robot() {
+        let line = |time_us: u32, left: i32, right: i32| {
+            let ranges = "1000 ".repeat(682);
+            format!("{time_us} 0 {left} {right} {}{ranges}\n", "0 ".repeat(20))
+        };
+        let text =
+            line(1_000_000, 0, 0) + &line(1_100_000, 2000, 2000) + &line(1_200_000, 1000, 3000);
+        let log = LidarLog::parse(&text).expect("it is valid");
+        let around_m = core::f64::consts::TAU * 0.077;
+        assert!(near(&log.records[1].odometry, around_m, 0.0, 0.0));
+        let turn = around_m / 0.33;
+        assert!((log.records[2].odometry.yaw - turn).abs() < 1e-9, "{:?}", log.records[2].odometry);
+        let scan = log.records[1].scan.as_ref().expect("a scan");
+        assert!((scan.beams.end_s().expect("beams") - 1.1).abs() < 1e-9);
+        assert!(scan.beams.beams[0].time_s < 1.04);
+    }
+
+    #[test]
+    fn stamps_that_do_not_advance_are_replaced() {
+        let log = LidarLog::parse(&RAW.replace("2.5 host", "1.5 host")).expect("it is valid");
+        assert!(!log.has_times);
+        assert_eq!(log.records[2].time_s, 0.2);
+    }
+
+    #[test]
+    fn bad_lines_are_named() {
+        for (from, to, expected) in [
+            ("0.3 0 0 0.2", "0.3 0 x 0.2", "line 5: FLASER has `x` as its laser pose"),
+            ("FLASER 3 1.0", "FLASER 300 1.0", "line 4: FLASER has `host` as its readings"),
+            ("0.1 0 0 1.0 host 1.0", "0.1", "line 3: ODOM ends before its speeds"),
+            ("1.0 2.0", "nan 2.0", "line 4: FLASER has `nan` as its readings"),
+            ("# a comment", "1 2 3", "line 1: a line has `1` as its first word"),
+            ("FLASER", "FLAS", "no line begins with FLASER"),
+        ] {
+            let error = LidarLog::parse(&RAW.replace(from, to)).expect_err(expected);
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+        let text = "LASER_READING 1 3 0 0 0 1\nSM_UPDATE 1 0 0 0 9\nRESAMPLE 1 1\n";
+        let error = LidarLog::parse(text).expect_err("no such particle");
+        assert!(error.to_string().contains("line 3: RESAMPLE has `1` as its parent"), "{error}");
+        let error = LidarLog::read(Path::new("/nowhere.log")).expect_err("it is missing");
+        assert!(error.to_string().starts_with("/nowhere.log: cannot be read"), "{error}");
+    }
+}

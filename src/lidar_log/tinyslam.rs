@@ -3,7 +3,8 @@
 //! Fields, geometry and scale are those of the published tinySLAM source (`test/test_loop_closing.c`, `CoreSLAM_state.c`):
 //! time in microseconds, an unused field, left and right wheel count, 20 unused fields, 682 ranges in millimetres over 240
 //! degrees; wheels of 0.077 m radius with 2000 counts per turn, 0.165 m from the robot's centre; the lidar 0.145 m before it.
-//! The time and the counts are those of the first beam, and a revolution of 360 degrees lasts 0.1 s.
+//! A revolution of 360 degrees lasts 0.1 s. The time and the counts are taken as those of the last beam, since the scans of both
+//! published logs agree better with each other so than with the first beam.
 //!
 //! The range zero, and the values below 20 mm, are codes of the sensor for no measurement.
 
@@ -32,14 +33,8 @@ const SWEEP_S: f64 = 0.1 * 2.0 / 3.0;
 /// Ranges below this are error codes, and those above the sensor's limit are no measurements, metres.
 const RANGE_M: (f64, f64) = (0.02, 5.6);
 
-struct Line {
-    time_s: f64,
-    odometry: Pose,
-    ranges: Vec<f64>,
-}
-
 pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
-    let mut lines: Vec<Line> = Vec::new();
+    let mut records = Vec::new();
     let mut before: Option<(i64, i64)> = None;
     let mut odometry = Pose::default();
     for (index, line) in text.lines().enumerate() {
@@ -56,9 +51,10 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
             let travel_m = |now: i64, before: i64| M_PER_COUNT * now.wrapping_sub(before) as f64;
             odometry = moved(&odometry, travel_m(counts.0, left), travel_m(counts.1, right));
         }
-        lines.push(Line { time_s, odometry, ranges });
+        let scan = Some(scan(&ranges, time_s));
+        records.push(LogRecord { time_s, odometry, corrected: None, scan });
     }
-    Ok(records(&lines))
+    Ok(records)
 }
 
 /// The pose after a travel of the left and right wheel, metres, along an arc.
@@ -69,38 +65,7 @@ fn moved(pose: &Pose, left_m: f64, right_m: f64) -> Pose {
     Pose::new(pose.x + distance_m * cos, pose.y + distance_m * sin, wrap_angle(pose.yaw + turn))
 }
 
-/// A revolution begins at the stamp of its line. It becomes a record at its end, between the odometry of its line and the next.
-fn records(lines: &[Line]) -> Vec<LogRecord> {
-    let mut records = Vec::with_capacity(2 * lines.len());
-    for (index, line) in lines.iter().enumerate() {
-        let Line { time_s, odometry, ranges } = line;
-        records.push(LogRecord {
-            time_s: *time_s,
-            odometry: *odometry,
-            corrected: None,
-            scan: None,
-        });
-        // The last revolution goes on as the robot did before it.
-        let (from, to) = if index + 1 < lines.len() {
-            (line, &lines[index + 1])
-        } else {
-            (&lines[index.saturating_sub(1)], line)
-        };
-        let gap_s = to.time_s - from.time_s;
-        let fraction = if gap_s > 0.0 { (SWEEP_S / gap_s).min(1.0) } else { 0.0 };
-        let step = from.odometry.inverse_transform_pose(&to.odometry);
-        let moved = Pose::default().interpolate(&step, fraction);
-        records.push(LogRecord {
-            time_s: time_s + SWEEP_S.min(gap_s.max(0.0)),
-            odometry: odometry.transform_pose(&moved),
-            corrected: None,
-            scan: Some(scan(ranges, *time_s)),
-        });
-    }
-    records
-}
-
-fn scan(ranges_mm: &[f64], start_s: f64) -> LoggedScan {
+fn scan(ranges_mm: &[f64], end_s: f64) -> LoggedScan {
     let mount = Pose::new(MOUNT_M, 0.0, 0.0);
     let gaps = (RANGES - 1) as f64;
     let beam = |(index, range_mm): (usize, &f64)| {
@@ -110,7 +75,7 @@ fn scan(ranges_mm: &[f64], start_s: f64) -> LoggedScan {
         Beam {
             angle: SIDE_RAD * (2.0 * fraction - 1.0),
             range: if is_measured { range } else { f64::NAN },
-            time_s: start_s + SWEEP_S * fraction,
+            time_s: end_s - SWEEP_S * (1.0 - fraction),
         }
         .from_mount(&mount)
     };

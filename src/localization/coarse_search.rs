@@ -26,26 +26,38 @@ pub(crate) fn coarse_search(
 ) -> Pose {
     let stride = ends.len().div_ceil(BEAMS).max(1);
     let ends: Vec<Point> = ends.step_by(stride).collect();
-    let steps = |sigma: f64, step: f64, most: f64| ((SIGMAS * sigma).min(most) / step).ceil() as i32;
+    let steps =
+        |sigma: f64, step: f64, most: f64| ((SIGMAS * sigma).min(most) / step).ceil() as i32;
     let across = steps(sigma_m, STEP_M, MAX_EXTENT_M);
     let around = steps(sigma_rad, STEP_RAD, MAX_EXTENT_RAD);
     let mut rotated = Vec::with_capacity(ends.len());
     let (mut best, mut best_pose) = (f64::NEG_INFINITY, *prior);
-    for turn in -around..=around {
+    for turn in outwards(around) {
         let turned = STEP_RAD * f64::from(turn);
         let (sin, cos) = libm::sincos(prior.yaw + turned);
         rotated.clear();
-        rotated.extend(ends.iter().map(|end| {
-            (prior.x + cos * end.x - sin * end.y, prior.y + sin * end.x + cos * end.y)
-        }));
+        rotated.extend(
+            ends.iter().map(|end| {
+                (prior.x + cos * end.x - sin * end.y, prior.y + sin * end.x + cos * end.y)
+            }),
+        );
         let of_turn = (turned / sigma_rad) * (turned / sigma_rad);
-        for row in -across..=across {
-            for column in -across..=across {
+        for row in outwards(across) {
+            for column in outwards(across) {
                 let (dx, dy) = (STEP_M * f64::from(column), STEP_M * f64::from(row));
                 let far = (dx * dx + dy * dy) / (sigma_m * sigma_m) + of_turn;
-                let scores = rotated.iter().map(|(x, y)| score(x + dx, y + dy));
-                let total = scores.sum::<f64>() - 0.5 * far;
-                if total > best {
+                let mut total = -0.5 * far;
+                // The highest total that the remaining beams allow.
+                let mut bound = total + rotated.len() as f64;
+                for (x, y) in &rotated {
+                    if bound <= best {
+                        break;
+                    }
+                    let score = score(x + dx, y + dy);
+                    total += score;
+                    bound -= 1.0 - score;
+                }
+                if bound > best && total > best {
                     best = total;
                     best_pose =
                         Pose::new(prior.x + dx, prior.y + dy, wrap_angle(prior.yaw + turned));
@@ -54,6 +66,11 @@ pub(crate) fn coarse_search(
         }
     }
     best_pose
+}
+
+/// The numbers from zero outwards: 0, -1, 1, -2, 2 and so on. A good pose is found early, and most others are given up soon.
+fn outwards(most: i32) -> impl Iterator<Item = i32> {
+    core::iter::once(0).chain((1..=most).flat_map(|step| [-step, step]))
 }
 
 #[cfg(test)]

@@ -34,9 +34,9 @@ pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_filters::{PoseFilter, PoseMeasurement};
 #[cfg(feature = "logs")]
 pub(crate) use scan_matcher::{ScanMatcher, Surfaces};
+pub use settings::LocalizationSettings;
 #[cfg(feature = "logs")]
 pub(crate) use signed_distance_field::DistanceSample;
-pub use settings::LocalizationSettings;
 
 /// An invalid setting or start pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -4,6 +4,10 @@ use core::fmt::Write as _;
 
 use super::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
 
+/// First lines of the files.
+const YAML_HEAD: &str = "# Map written by inbye.";
+const PGM_HEAD: &str = "P5\n# inbye";
+
 /// Grey values of occupied, free and unknown cells, as ROS map savers write them.
 const OCCUPIED_GREY: u8 = 0;
 const FREE_GREY: u8 = 254;
@@ -21,11 +25,11 @@ impl OccupancyGrid {
         // Writing to a string does not fail.
         let _ = write!(
             yaml,
-            "image: \"{quoted}\"\nmode: trinary\nresolution: {:?}\norigin: [{:?}, {:?}, {:?}]\nnegate: 0\n\
+            "{YAML_HEAD}\nimage: \"{quoted}\"\nmode: trinary\nresolution: {:?}\norigin: [{:?}, {:?}, {:?}]\nnegate: 0\n\
              occupied_thresh: 0.65\nfree_thresh: 0.19\n",
             frame.resolution_m, origin.x, origin.y, origin.yaw
         );
-        let mut pgm = format!("P5\n{} {}\n255\n", frame.width, frame.height).into_bytes();
+        let mut pgm = format!("{PGM_HEAD}\n{} {}\n255\n", frame.width, frame.height).into_bytes();
         let grey = |value: &i8| match *value {
             UNKNOWN => UNKNOWN_GREY,
             value if value >= OCCUPIED_THRESHOLD => OCCUPIED_GREY,

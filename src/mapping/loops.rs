@@ -47,15 +47,9 @@ pub(super) struct Loops {
     submaps: Vec<Submap>,
     /// Distance driven since the last attempt, metres.
     since_m: f64,
-    closed: usize,
 }
 
 impl Loops {
-    /// Number of closed loops.
-    pub const fn closed(&self) -> usize {
-        self.closed
-    }
-
     /// Tries to close loops with the last node; adds edges. Returns whether there are new ones.
     pub fn close(&mut self, nodes: &[Node<'_>], poses: &[Pose], edges: &mut Vec<Edge>) -> bool {
         self.add_submap(nodes, poses);
@@ -93,7 +87,6 @@ impl Loops {
             let window = window(&self.submaps[index]);
             edges.extend(self.submaps[index].close(nodes, poses, &points, &window));
         }
-        self.closed += edges.len() - before;
         edges.len() > before
     }
 

@@ -43,7 +43,8 @@ pub(super) struct Solved {
     /// A pose for each scan.
     pub poses: Vec<Pose>,
     pub nodes: usize,
-    pub loops: usize,
+    /// Distances of the closed loops' measured positions from the final ones, metres.
+    pub loop_errors_m: Vec<f64>,
     pub unmatched: usize,
 }
 
@@ -105,11 +106,16 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
         let all: Vec<Edge> = edges.iter().copied().chain(near).collect();
         optimize(&mut poses, &all);
     }
+    let loop_error_m = |edge: &Edge| {
+        let motion = poses[edge.from].inverse_transform_pose(&poses[edge.to]);
+        (motion.position() - edge.motion.position()).norm()
+    };
+    let loop_errors_m = edges.iter().filter(|edge| edge.is_uncertain).map(loop_error_m).collect();
     let pose = |(node, place): &(usize, Pose)| poses[*node].transform_pose(place);
     Solved {
         poses: places.iter().map(pose).collect(),
         nodes: nodes.len(),
-        loops: loops.closed(),
+        loop_errors_m,
         unmatched,
     }
 }
@@ -138,7 +144,8 @@ fn sigmas(scans: &[LogScan], index: usize) -> (f64, f64) {
     };
     let moved = step(index);
     let turns = [index - 1, index, index + 1].map(|to| step(to).yaw.abs());
-    let (distance_m, turned) = (libm::hypot(moved.x, moved.y), turns.into_iter().fold(0.0, f64::max));
+    let (distance_m, turned) =
+        (libm::hypot(moved.x, moved.y), turns.into_iter().fold(0.0, f64::max));
     (
         AT_REST_M + M_PER_M * distance_m.sqrt() + M_PER_RAD * turned,
         AT_REST_RAD + RAD_PER_M * distance_m.sqrt() + RAD_PER_RAD * turned,

@@ -10,11 +10,13 @@ pub const MAP_RESOLUTION_M: f64 = 0.05;
 /// Beams are used up to this range, metres: farther beams are far apart from each other.
 const USED_RANGE_M: f64 = 25.0;
 
-/// A cell is occupied if at least this fraction of the beams that reach it end in it (the value of GMapping).
-const OCCUPIED_FRACTION: f64 = 0.25;
+/// A cell is occupied if at least this fraction of the beams that reach it end in it. GMapping takes 0.25; higher values cut holes
+/// into walls that are seen at small angles.
+const OCCUPIED_FRACTION: f64 = 0.3;
 
-/// A beam does not show free space in the last cells before its end: range noise, and walls at a small angle.
-const UNCERTAIN_CELLS: f64 = 1.5;
+/// A beam does not show free space in the last half cell before its end. A longer distance would move the surfaces of walls
+/// towards the robot.
+const UNCERTAIN_CELLS: f64 = 0.5;
 
 /// Free space around the beam ends, metres.
 const MARGIN_M: f64 = 0.5;

@@ -115,7 +115,12 @@ impl ScoreGrid {
 
     /// The pose in a window around a predicted one at which points in the robot's frame have the highest mean score, and that
     /// score, 0 to 1.
-    pub fn search(&self, points: &[Point], predicted: &Pose, window: &Window) -> Option<(Pose, f64)> {
+    pub fn search(
+        &self,
+        points: &[Point],
+        predicted: &Pose,
+        window: &Window,
+    ) -> Option<(Pose, f64)> {
         let farthest = points.iter().map(|it| it.to_vector().norm()).fold(1.0, f64::max);
         // The farthest point moves by about a cell per step of the angle (Hess et al. 2016, equation 7).
         let cosine = 1.0 - CELL_M * CELL_M / (2.0 * farthest * farthest);
@@ -189,7 +194,8 @@ impl ScoreGrid {
         }
         let half = 1 << (level - 1);
         let mut children = [(0, 0, 0); 4];
-        for (child, (x, y)) in children.iter_mut().zip([(0, 0), (half, 0), (0, half), (half, half)]) {
+        for (child, (x, y)) in children.iter_mut().zip([(0, 0), (half, 0), (0, half), (half, half)])
+        {
             let is_inside = right + x <= extent && up + y <= extent;
             let sum = || self.sum(level - 1, &cells[turn as usize], right + x, up + y);
             *child = (if is_inside { sum() } else { 0 }, right + x, up + y);
@@ -210,7 +216,8 @@ impl ScoreGrid {
         let mut sum = 0;
         for (column, row) in cells {
             let (column, row) = (column + right, row + up);
-            let is_near = column >= -reach && row >= -reach && column < self.columns && row < self.rows;
+            let is_near =
+                column >= -reach && row >= -reach && column < self.columns && row < self.rows;
             if is_near {
                 let (column, row) = (column.max(0), row.max(0));
                 sum += u32::from(scores[(row * self.columns + column) as usize]);
@@ -227,8 +234,10 @@ mod tests {
 
     /// Two walls of a corner.
     fn corner() -> Vec<Surfel> {
-        let point = |x: f64, y: f64| Surfel { point: Point::new(x, y), normal: Vector::new(1.0, 0.0) };
-        let mut surfels: Vec<Surfel> = (0..80).map(|step| point(3.0, 0.05 * f64::from(step))).collect();
+        let point =
+            |x: f64, y: f64| Surfel { point: Point::new(x, y), normal: Vector::new(1.0, 0.0) };
+        let mut surfels: Vec<Surfel> =
+            (0..80).map(|step| point(3.0, 0.05 * f64::from(step))).collect();
         surfels.extend((0..120).map(|step| point(-3.0 + 0.05 * f64::from(step), 4.0)));
         surfels.push(point(0.5, 1.0));
         surfels

@@ -218,10 +218,8 @@ mod tests {
 
     #[test]
     fn single_beams_are_no_surface() {
-        let hits = (0..9).map(|step| Hit {
-            from: Point::default(),
-            end: Point::new(2.0, f64::from(step)),
-        });
+        let hits = (0..9)
+            .map(|step| Hit { from: Point::default(), end: Point::new(2.0, f64::from(step)) });
         let scan = DeskewedScan { hits: hits.collect(), range_max: 10.0, ..Default::default() };
         assert!(surfels(&scan).is_empty());
     }

@@ -39,8 +39,9 @@ pub struct ErrorStatistics {
 }
 
 impl ErrorStatistics {
-    /// None without values.
-    fn of(mut values: Vec<f64>) -> Option<Self> {
+    /// The statistics of values; none without values.
+    #[must_use]
+    pub fn of(mut values: Vec<f64>) -> Option<Self> {
         if values.is_empty() {
             return None;
         }
