@@ -1,8 +1,9 @@
 //! `inbye map`: a map from the log of a real robot.
 
+use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use inbye::bench::{against, percentile};
 use inbye::geometry::Pose;
@@ -11,13 +12,13 @@ use inbye::mapping::{MappedLog, map_log};
 use inbye::trajectory::{ErrorStatistics, absolute_error};
 use serde_json::json;
 
-use super::files::Output;
+use super::files::create_file;
 use super::log_localization::{TruthArguments, relation_text};
 use super::{machine, output};
 
 /// `inbye map`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  inbye map drive.log --out mine.yaml\n\n\
+#[command(after_help = "Example:\n  inbye map drive.log --out made.yaml\n\n\
     Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1), GMapping's gfs, tinySLAM's dat. The map is a ROS map_server map, with its \
     image beside it, that every command reads. Its cells are 0.05 m. The first scan has the log's first pose. Corrected poses of \
     the log are not used; the result is compared with them, and with --relations with ground truth.\n\
@@ -40,9 +41,13 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     if log.scans() == 0 {
         bail!("{}: it has no scans", arguments.log.display());
     }
-    let yaml_file = Output::create("--out", Some(&arguments.out), &["yaml", "yml"])?;
+    let extension = arguments.out.extension().unwrap_or_default();
+    if extension != "yaml" && extension != "yml" {
+        bail!("--out {}: the name must end in .yaml or .yml", arguments.out.display());
+    }
+    let mut yaml_file = create_file("--out", &arguments.out)?;
     let image = arguments.out.with_extension("pgm");
-    let image_file = Output::create("--out", Some(&image), &["pgm"])?;
+    let mut image_file = create_file("--out", &image)?;
     let bar = output::progress(log.scans() as u64, "mapping", "scans");
     let mut clock = machine::wall_clock();
     let (mut times_us, mut before_s) = (Vec::new(), clock());
@@ -56,8 +61,9 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     bar.finish_and_clear();
     let name = image.file_name().unwrap_or_default().to_string_lossy();
     let (yaml, pgm) = mapped.map.to_map_server(&name);
-    yaml_file.write(|| yaml)?;
-    image_file.write(|| pgm)?;
+    let place = || format!("--out {}", arguments.out.display());
+    yaml_file.write_all(yaml.as_bytes()).with_context(place)?;
+    image_file.write_all(&pgm).with_context(place)?;
     let pairs: Vec<(Pose, Pose)> = log
         .records
         .iter()
