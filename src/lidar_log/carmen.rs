@@ -49,7 +49,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
             (mount.position() - first.position()).norm() <= SAME_M
                 && wrap_angle(mount.yaw - first.yaw).abs() <= SAME_RAD
         };
-        of_side.all(|line| is_same(line)).then_some(first)
+        of_side.all(is_same).then_some(first)
     };
     let mounts = [mounting(false), mounting(true)];
     let record = |record: &Record| match record {

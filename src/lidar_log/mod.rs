@@ -175,7 +175,7 @@ fn read_text(path: &Path) -> Result<String, LogError> {
     }
     String::from_utf8(bytes).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        LogError::NotUtf8 { line: 1 + valid.iter().filter(|byte| **byte == b'\n').count() }
+        LogError::NotUtf8 { line: valid.split(|byte| *byte == b'\n').count() }
     })
 }
 
