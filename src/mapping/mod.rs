@@ -64,7 +64,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::{Point, Vector, wrap_angle};
-    use crate::trajectory::absolute_error;
+    use crate::trajectory::{ErrorStatistics, absolute_error};
 
     /// Walls of a ring of corridors 2 m wide, with niches, as segments.
     fn walls() -> Vec<(Point, Point)> {
@@ -152,8 +152,9 @@ mod tests {
         assert!(found.position_m.max < 0.05, "{found:?}");
         assert!(found.yaw_rad.max < 0.01, "{found:?}");
         assert_eq!(mapped.unmatched, 0);
-        assert!(!mapped.loop_errors_m.is_empty());
-        assert!(mapped.loop_errors_m.iter().all(|error_m| *error_m < 0.1));
+        // The corridors of the ring look alike, so some loops are wrong; they lose their weight.
+        let loops = ErrorStatistics::of(mapped.loop_errors_m.clone()).expect("a closed loop");
+        assert!(loops.median < 0.03, "{loops:?}");
         let again = map_log(&log, &mut || ()).expect("a small map");
         assert_eq!((again.map, again.poses), (mapped.map, mapped.poses));
     }
