@@ -14,6 +14,7 @@
 //! | estimate the pose from scans | [`localization::Localizer`] |
 //! | drive a real base | `runtime::hardware::SerialLine` and `runtime::run_mission` (feature `serial`) |
 //! | simulate a drive | `sim::Simulation` (feature `sim`) |
+//! | read a lidar log, make a map from it | `lidar_log::LidarLog`, `mapping::map_log` (feature `logs`) |
 //! | record and replay | `recording` (feature `mcap`) |
 //! | run experiments | `experiment` (feature `experiment`) |
 //!
@@ -53,7 +54,16 @@ pub mod suggest;
 pub mod map;
 pub mod robot;
 
+#[cfg(feature = "logs")]
+pub mod lidar_log;
+
+#[cfg(feature = "logs")]
+pub mod trajectory;
+
 pub mod localization;
+
+#[cfg(feature = "logs")]
+pub mod mapping;
 
 pub mod global;
 

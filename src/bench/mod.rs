@@ -4,6 +4,7 @@ mod batches;
 pub(crate) mod columns;
 mod density;
 mod error;
+mod log_localization;
 pub mod movingai;
 pub mod paper;
 mod problems;
@@ -19,6 +20,7 @@ pub use density::{
     named_sampler,
 };
 pub use error::BenchError;
+pub use log_localization::{LogLocalization, LogRelations, against, localize_log};
 pub use problems::random_problem;
 pub use quality::{
     QualityPlan, QualityRow, RegretBaseline, grid_counts, measure_quality, usual_shape,

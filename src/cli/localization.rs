@@ -15,6 +15,7 @@ use inbye::sim::roadway;
 use serde_json::json;
 
 use super::arguments::{Place, length, number, whole};
+use super::log_localization::{self, LogArguments};
 use super::runs::{RunArguments, unreached};
 use super::{config, map_file, output};
 
@@ -35,16 +36,19 @@ const COLUMNS: &str = "case seed outcome travelled_m pose_error_max_m pose_error
     Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
     of noise.\n\
     With --out the same command resumes where it was interrupted.\n\
-    Exit status 1: a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad, or \
+    With --log the robot is a real one: its odometry and scans, on --map or on the map that the log's own corrected poses show. \
+    The errors are relative to these poses, after a rigid alignment, and with --relations to ground truth. Formats: CARMEN, GMapping's \
+    gfs, tinySLAM.\n\
+    Exit status 1: the localizer was lost at the end of the log; a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad, or \
     a drive of any case did not start.")]
 pub struct LocalizationArguments {
-    /// Map that is the world, of any kind that `drive` reads; with --start and --goal.
-    #[arg(long, requires_all = ["start", "goal"])]
+    /// Map that is the world, of any kind that `drive` reads; with --start and --goal. With --log: the map of the log.
+    #[arg(long)]
     pub map: Option<PathBuf>,
     /// Side of a cell of a .map or text map, metres.
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
     pub resolution: f64,
-    /// Where drives start.
+    /// Where drives start, or the log does.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "map")]
     pub start: Option<Place>,
     /// Where they turn back.
@@ -70,6 +74,8 @@ pub struct LocalizationArguments {
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true, value_parser = slip)]
     pub slip: f64,
     #[command(flatten)]
+    pub log: LogArguments,
+    #[command(flatten)]
     pub run: RunArguments,
 }
 
@@ -91,6 +97,12 @@ fn slip(text: &str) -> Result<f64, String> {
 
 /// Drives all cases. Returns false when a tour was not within its bounds, or a drive did not start.
 pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool> {
+    if let Some(log) = &arguments.log.log {
+        return log_localization::run(arguments, log, json);
+    }
+    if arguments.log.truth.relations.is_some() {
+        bail!("--relations belongs to --log: name the log");
+    }
     let site = Arc::new(site(arguments)?);
     let all = LocalizationCase::ALL;
     let cases = if arguments.case.is_empty() { &all[..] } else { &arguments.case };
@@ -107,7 +119,8 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
     Ok(within)
 }
 
-fn settings(arguments: &LocalizationArguments) -> anyhow::Result<Config> {
+/// The settings of drives and logs.
+pub fn settings(arguments: &LocalizationArguments) -> anyhow::Result<Config> {
     let mut config = match arguments.config.as_deref() {
         None => localization_config(),
         file => config::load("--config", file)?,

@@ -30,8 +30,10 @@ mod input_file;
 mod invocation;
 mod latency_lock;
 mod localization;
+mod log_localization;
 mod machine;
 mod map_file;
+mod map_log;
 mod missions;
 mod movingai;
 mod node;
@@ -110,6 +112,8 @@ pub struct Arguments {
 pub enum Command {
     /// Find a global path on a map.
     Plan(plan::PlanArguments),
+    /// Make a map from the log of a real robot: odometry and lidar scans.
+    Map(map_log::MapLogArguments),
     /// Drive to a goal in a closed loop: simulated, or with --port on a real base.
     Drive(Box<drive::DriveArguments>),
     /// Repeat the decisions of a recording and compare all bits.
@@ -171,7 +175,7 @@ pub enum BenchCommand {
     Dynabarn(worlds::DynaBarnArguments),
     /// Injected faults, simulated and on emulated serial lines: the robot must stand in time and touch nothing.
     Faults(fault_matrix::FaultsArguments),
-    /// Localization by slipping odometry and scan matching, against the true pose: tours, and relocalization.
+    /// Localization by slipping odometry and scan matching, against the true pose: tours, relocalization, logs of real robots.
     Localization(localization::LocalizationArguments),
     /// Grid search against the published optimal lengths of the MovingAI benchmark.
     Movingai(movingai::MovingAiArguments),
@@ -235,6 +239,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     }
     match command {
         Command::Plan(command) => plan::run(command, json),
+        Command::Map(command) => map_log::run(command, json),
         Command::Drive(command) => drive::run(command, json),
         Command::Replay(command) => replay::run(command, json),
         Command::Evaluate(command) => evaluate::run(command, json),

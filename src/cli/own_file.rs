@@ -19,7 +19,7 @@ const PARQUET: &[u8] = b"PAR1";
 const NAME: &[u8] = b"inbye";
 
 /// Kinds of files that this program writes: how they begin, and what their first bytes contain.
-const KINDS: [(&[u8], &[u8]); 8] = [
+const KINDS: [(&[u8], &[u8]); 10] = [
     // A report page.
     (
         b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none';",
@@ -33,6 +33,9 @@ const KINDS: [(&[u8], &[u8]); 8] = [
     (b"\x89MCAP0\r\n", NAME),
     // A picture.
     (b"\x89PNG\r\n\x1a\n", b"Software\0inbye"),
+    // A map and its image.
+    (b"# Map written by inbye.\n", b""),
+    (b"P5\n# inbye\n", b""),
     // Imported settings.
     (b"# Imported from ", b"`inbye config import-nav2`"),
     // A manual page.

@@ -3,8 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::agreement::walled_fraction;
+use super::coarse_search::coarse_search;
 use super::motion_check::MotionCheck;
-use super::pose_filters::{PoseEkf, offset};
+use super::pose_filters::{OdometryNoise, PoseEkf, offset};
 use super::relocalization::{Found, GlobalSearch};
 use super::scan_matcher::{ScanMatch, ScanMatcher};
 use super::signed_distance_field::SignedDistanceField;
@@ -54,6 +55,12 @@ const MAX_FOUND: u32 = 2;
 const SAME_PLACE_M: f64 = 1.0;
 const DRIVEN_ON_M: f64 = 3.0;
 
+/// The stamps of lidar and odometry differ by this at sparse scans, seconds (our choice).
+const STAMPS_DIFFER_S: f64 = 0.15;
+
+/// Beam ends up to this distance from a surface count in the search before the scan matcher, metres.
+const SEARCHED_DISTANCE_M: f64 = 0.2;
+
 /// The last accepted revolution.
 #[derive(Clone, Copy, Debug)]
 struct Anchor {
@@ -100,6 +107,10 @@ pub struct Localizer {
     found: Option<FoundPlace>,
     /// Whether the robot was lost too often at the same place to be found again.
     has_given_up: bool,
+    /// Whether a search precedes the scan matcher.
+    has_sparse_scans: bool,
+    /// Motion within the difference of the stamps at the last scan, metres and radians.
+    stamp_noise: [f64; 2],
     estimate: PoseEstimate,
 }
 
@@ -134,6 +145,8 @@ impl Localizer {
             motion_check: MotionCheck::default(),
             found: None,
             has_given_up: false,
+            has_sparse_scans: false,
+            stamp_noise: [0.0; 2],
             estimate: PoseEstimate {
                 time_s: 0.0,
                 pose: *start,
@@ -147,6 +160,15 @@ impl Localizer {
         };
         localizer.update_estimate();
         Ok(localizer)
+    }
+
+    /// Returns the localiser for scans that are a metre or half a radian apart and for odometry of wheels without a gyro. The
+    /// predicted pose is less certain, and each scan is first matched by a search around it.
+    #[must_use]
+    pub const fn with_sparse_scans(mut self) -> Self {
+        self.ekf.noise = OdometryNoise::WHEELS;
+        self.has_sparse_scans = true;
+        self
     }
 
     /// The latest estimate: of the last revolution, predicted by the odometry since.
@@ -207,6 +229,9 @@ impl Localizer {
         if self.has_given_up {
             return &self.estimate;
         }
+        if self.has_sparse_scans {
+            self.add_stamp_noise();
+        }
         if self.estimate.status.lost_reason().is_some() && self.confirmations.is_none() {
             self.relocalize();
         } else {
@@ -228,7 +253,12 @@ impl Localizer {
         };
         let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
         let prior = self.ekf.pose;
-        let matched = self.matcher().match_scan(&prior, &prior_information, sigma_m);
+        let matched = if self.has_sparse_scans {
+            let begin = self.searched_pose(&prior, sigma_m, covariance[(2, 2)].sqrt());
+            self.matcher().match_scan_from(begin, &prior, &prior_information, 0.0)
+        } else {
+            self.matcher().match_scan(&prior, &prior_information, sigma_m)
+        };
         self.estimate.agreement = self.matcher().agreement(&matched.pose);
         self.estimate.rms_m = matched.rms_m;
         self.estimate.unobservable_directions = matched.unobservable_directions;
@@ -249,6 +279,24 @@ impl Localizer {
         let agreement = self.estimate.agreement.matching_fraction();
         self.anchor = Some(Anchor { odometry, matched: pose, agreement });
         self.accept();
+    }
+
+    /// Adds the motion within the difference of the stamps at this scan and the one before.
+    fn add_stamp_noise(&mut self) {
+        let Some((now_s, now)) = self.history.newest() else { return };
+        let before = self.history.at(now_s - STAMPS_DIFFER_S).unwrap_or(now);
+        let moved = [distance_m(&before, &now), wrap_angle(now.yaw - before.yaw).abs()];
+        let last = core::mem::replace(&mut self.stamp_noise, moved);
+        self.ekf.widen(moved[0].max(last[0]), moved[1].max(last[1]));
+    }
+
+    /// The best pose around the predicted one.
+    fn searched_pose(&self, prior: &Pose, sigma_m: f64, sigma_rad: f64) -> Pose {
+        let ends = self.scan.hits.iter().map(|hit| hit.end);
+        coarse_search(ends, prior, (sigma_m, sigma_rad), |x, y| {
+            let distance_m = self.map.cell_distance_m(x, y).unwrap_or(SEARCHED_DISTANCE_M);
+            (1.0 - distance_m.abs() / SEARCHED_DISTANCE_M).max(0.0)
+        })
     }
 
     /// The newest pose by odometry.

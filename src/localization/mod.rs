@@ -14,6 +14,7 @@
 //! Results are identical on every machine: sums run in the order of the beams, and trigonometry uses `libm`.
 
 mod agreement;
+mod coarse_search;
 mod deskewed_scan;
 mod localizer;
 mod motion_check;
@@ -25,11 +26,17 @@ mod settings;
 mod signed_distance_field;
 
 pub use agreement::Agreement;
-pub use deskewed_scan::{DeskewedScan, PoseHistory};
+#[cfg(feature = "logs")]
+pub(crate) use coarse_search::coarse_search;
+pub use deskewed_scan::{DeskewedScan, Hit, PoseHistory, Ray};
 pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_filters::{PoseFilter, PoseMeasurement};
+#[cfg(feature = "logs")]
+pub(crate) use scan_matcher::{ScanMatcher, Surfaces};
 pub use settings::LocalizationSettings;
+#[cfg(feature = "logs")]
+pub(crate) use signed_distance_field::DistanceSample;
 
 /// An invalid setting or start pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 use super::pose_filters::{offset, shifted};
-use super::signed_distance_field::SignedDistanceField;
+use super::signed_distance_field::{DistanceSample, SignedDistanceField};
 use super::{Agreement, DeskewedScan, LocalizationSettings};
 use crate::geometry::Pose;
 
@@ -24,7 +24,7 @@ const WIDE_SIGMAS: f64 = 3.0;
 
 /// A scan matched to the map.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ScanMatch {
+pub(crate) struct ScanMatch {
     /// The most probable pose given beams and prior.
     pub pose: Pose,
     /// Information of the beams on x, y and yaw at that pose.
@@ -45,15 +45,36 @@ struct NormalEquations {
     squared_range: f64,
 }
 
+/// Surfaces to which beam ends are matched.
+pub(crate) trait Surfaces {
+    /// Half of this is added to the tolerance of outliers, metres.
+    fn resolution_m(&self) -> f64;
+
+    /// Signed distance and gradient at a point in the frame of the surfaces, metres; none where they are unknown. The vector
+    /// points from the robot to the point.
+    fn sample(&self, x: f64, y: f64, from_robot: (f64, f64)) -> Option<DistanceSample>;
+}
+
+impl Surfaces for SignedDistanceField {
+    #[inline]
+    fn resolution_m(&self) -> f64 {
+        self.frame.resolution_m
+    }
+
+    #[inline]
+    fn sample(&self, x: f64, y: f64, _: (f64, f64)) -> Option<DistanceSample> {
+        Self::sample(self, x, y)
+    }
+}
+
 /// Matches a scan to a map.
-#[derive(Clone, Copy)]
-pub(super) struct ScanMatcher<'a> {
-    pub map: &'a SignedDistanceField,
+pub(crate) struct ScanMatcher<'a, S = SignedDistanceField> {
+    pub map: &'a S,
     pub scan: &'a DeskewedScan,
     pub settings: &'a LocalizationSettings,
 }
 
-impl ScanMatcher<'_> {
+impl<S: Surfaces> ScanMatcher<'_, S> {
     /// Moves a pose in the grid's frame to where the beams end on mapped surfaces. The prior pose counts by its information
     /// matrix, the inverse of its covariance.
     pub fn match_scan(
@@ -62,9 +83,20 @@ impl ScanMatcher<'_> {
         prior_information: &Matrix3<f64>,
         prior_sigma_m: f64,
     ) -> ScanMatch {
+        self.match_scan_from(*prior, prior, prior_information, WIDE_SIGMAS * prior_sigma_m)
+    }
+
+    /// Matches a scan like [`Self::match_scan`], beginning at another pose than the prior one. The outlier tolerance begins
+    /// wider by `wide_m`, metres.
+    pub fn match_scan_from(
+        &self,
+        begin: Pose,
+        prior: &Pose,
+        prior_information: &Matrix3<f64>,
+        mut wide_m: f64,
+    ) -> ScanMatch {
         let narrow_m = self.tolerance_m();
-        let mut wide_m = WIDE_SIGMAS * prior_sigma_m;
-        let (mut pose, mut iterations) = (*prior, 0);
+        let (mut pose, mut iterations) = (begin, 0);
         loop {
             let equations = self.normal_equations(&pose, narrow_m + wide_m);
             let (information, gradient, unobservable_directions) = self.observable_part(&equations);
@@ -90,14 +122,9 @@ impl ScanMatcher<'_> {
         }
     }
 
-    /// Numbers of beams that match the map at a pose.
-    pub fn agreement(&self, pose: &Pose) -> Agreement {
-        Agreement::of(self.map, self.scan, pose, self.tolerance_m())
-    }
-
     /// Largest distance of a beam end from a surface that it matches, metres.
     fn tolerance_m(&self) -> f64 {
-        self.settings.outlier_distance_m + 0.5 * self.map.frame.resolution_m
+        self.settings.outlier_distance_m + 0.5 * self.map.resolution_m()
     }
 
     /// Sums in the order of the beams. Tukey's biweight of the distance is one on the surface and zero from the tolerance on.
@@ -106,7 +133,7 @@ impl ScanMatcher<'_> {
         let mut sums = NormalEquations::default();
         for hit in &self.scan.hits {
             let (x, y) = (cos * hit.end.x - sin * hit.end.y, sin * hit.end.x + cos * hit.end.y);
-            let Some(sample) = self.map.sample(pose.x + x, pose.y + y) else {
+            let Some(sample) = self.map.sample(pose.x + x, pose.y + y, (x, y)) else {
                 continue;
             };
             let ratio = sample.distance_m / tolerance_m;
@@ -157,5 +184,12 @@ impl ScanMatcher<'_> {
         let information = from_scaled * hessian * from_scaled * scale;
         let gradient = from_scaled * (projection * (to_scaled * sums.gradient)) * scale;
         (information, gradient, unobservable_directions)
+    }
+}
+
+impl ScanMatcher<'_> {
+    /// Numbers of beams that match the map at a pose.
+    pub fn agreement(&self, pose: &Pose) -> Agreement {
+        Agreement::of(self.map, self.scan, pose, self.tolerance_m())
     }
 }

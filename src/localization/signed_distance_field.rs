@@ -16,7 +16,7 @@ const MAX_CELLS: f64 = 127.0;
 /// the depth of an obstacle cell below the nearest free one. Between a free and an obstacle cell the value crosses zero at
 /// the common edge with slope one on both sides, so a beam that ends on the surface has no bias and a smooth gradient.
 #[derive(Clone, Debug)]
-pub(super) struct SignedDistanceField {
+pub(crate) struct SignedDistanceField {
     pub frame: GridFrame,
     /// In 1/256 of a cell, row-major, lowest row first.
     signed: Vec<i16>,
@@ -24,7 +24,7 @@ pub(super) struct SignedDistanceField {
 
 /// The interpolated field at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct DistanceSample {
+pub(crate) struct DistanceSample {
     /// Signed distance, metres.
     pub distance_m: f64,
     /// Gradient along both axes of the grid, without unit.

@@ -8,11 +8,12 @@ mod distance_field;
 mod error;
 mod free_space;
 mod grid;
-#[cfg(any(test, feature = "sim"))]
+#[cfg(any(test, feature = "logs", feature = "sim"))]
 mod grid_ray;
 mod image;
 mod load;
 mod map_server;
+mod map_server_writer;
 mod moving_disc;
 mod movingai;
 mod ray_caster;
@@ -28,7 +29,7 @@ pub use grid::{
     Cell, Grid, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
     OccupancyGrid, UNKNOWN, UnknownPolicy,
 };
-#[cfg(any(test, feature = "sim"))]
+#[cfg(any(test, feature = "logs", feature = "sim"))]
 pub(crate) use grid_ray::GridRay;
 pub use load::{LoadOptions, load, load_with_warnings};
 pub use moving_disc::MovingDisc;

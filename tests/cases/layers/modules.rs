@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The modules in the order in which data flows. A module may use those before it; the first five use no other.
-const MODULES: [&str; 24] = [
+const MODULES: [&str; 27] = [
     "digest",
     "geometry",
     "numeric",
@@ -12,7 +12,10 @@ const MODULES: [&str; 24] = [
     "suggest",
     "map",
     "robot",
+    "lidar_log",
+    "trajectory",
     "localization",
+    "mapping",
     "global",
     "local",
     "navigator",

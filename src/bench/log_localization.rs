@@ -1,0 +1,143 @@
+//! Localization over the log of a real robot.
+
+use serde::Serialize;
+
+use super::percentile;
+use crate::geometry::Pose;
+use crate::lidar_log::{LidarLog, LogFormat, LogRecord};
+use crate::localization::{LocalizationError, LocalizationSettings, LocalizationStatus, Localizer};
+use crate::map::ObstacleGrid;
+use crate::trajectory::{
+    AbsoluteError, LoggedPose, Relation, RelationError, RelativeError, absolute_error, bridge,
+    relation_error, relative_error,
+};
+
+/// Largest difference between the time of a relation and that of a pose, seconds. Logs print times with six digits, which is
+/// 0.01 s after a quarter of an hour.
+const SAME_TIME_S: f64 = 0.02;
+
+/// Ground truth of a log besides its corrected poses.
+#[derive(Clone, Debug)]
+pub struct LogRelations {
+    /// The relations.
+    pub relations: Vec<Relation>,
+    /// What is added to the times of the log to get those of the relations, seconds.
+    pub offset_s: f64,
+}
+
+/// What a localizer achieved over a log. Figures are null where the log has nothing to compare with.
+#[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
+pub struct LogLocalization {
+    /// Format of the log.
+    pub format: LogFormat,
+    /// Number of scans.
+    pub scans: usize,
+    /// Time from the first scan to the last, seconds; null for a log without usable stamps.
+    pub duration_s: Option<f64>,
+    /// Number of scans after which the localizer reported that it was lost.
+    pub lost_scans: usize,
+    /// Whether it was lost after the last scan.
+    pub is_lost_at_end: bool,
+    /// Time in which it was lost, seconds; null for a log without usable stamps.
+    pub lost_s: Option<f64>,
+    /// Absolute error of the poses at the scans while not lost, after rigid alignment, against the corrected poses.
+    pub absolute: Option<AbsoluteError>,
+    /// Relative error from scan to scan while not lost, against the corrected poses.
+    pub relative: Option<RelativeError>,
+    /// Errors against the relations.
+    pub relations: Option<RelationError>,
+    /// Errors of the log's own corrected poses against the relations: what a comparison with them is worth.
+    pub corrected_relations: Option<RelationError>,
+    /// Median and 99th percentile of the time per scan with the odometry before it, microseconds.
+    pub scan_us: [Option<f64>; 2],
+}
+
+/// Localizes the robot on a map from its pose at the first scan by the odometry and the scans of a log. `clock` returns seconds and serves
+/// the times per scan alone.
+///
+/// # Errors
+/// Returns an error if a setting is out of range or the start is not finite.
+pub fn localize_log(
+    log: &LidarLog,
+    map: &ObstacleGrid,
+    start: &Pose,
+    settings: LocalizationSettings,
+    truth: Option<&LogRelations>,
+    clock: &mut dyn FnMut() -> f64,
+) -> Result<LogLocalization, LocalizationError> {
+    let mut localizer = Localizer::new(map, settings, start)?.with_sparse_scans();
+    let mut estimates: Vec<Option<Pose>> = Vec::with_capacity(log.records.len());
+    let (mut times_us, mut spent_s) = (Vec::new(), 0.0);
+    let (mut lost_scans, mut lost_s, mut was_lost_at) = (0, 0.0, None);
+    let first = log.records.iter().position(|record| record.scan.is_some());
+    let first = first.unwrap_or(log.records.len());
+    estimates.resize(first, None);
+    for record in &log.records[first..] {
+        let before_s = clock();
+        localizer.predict(record.time_s, &record.odometry);
+        let Some(scan) = &record.scan else {
+            spent_s += clock() - before_s;
+            estimates.push(None);
+            continue;
+        };
+        let estimate = localizer.update(&scan.beams);
+        times_us.push((spent_s + clock() - before_s) * 1e6);
+        spent_s = 0.0;
+        if let Some(since_s) = was_lost_at.take() {
+            let since_s: f64 = since_s;
+            lost_s += (record.time_s - since_s).max(0.0);
+        }
+        let is_lost = matches!(estimate.status, LocalizationStatus::Lost(_));
+        estimates.push((!is_lost).then_some(estimate.pose));
+        if is_lost {
+            lost_scans += 1;
+            was_lost_at = Some(record.time_s);
+        }
+    }
+    let pairs: Vec<(Pose, Pose)> = log
+        .records
+        .iter()
+        .zip(&estimates)
+        .filter_map(|(record, estimate)| Some(((*estimate)?, record.corrected?)))
+        .collect();
+    let truth = truth.filter(|_| log.has_times);
+    let corrected: Vec<Option<Pose>> = log.records.iter().map(|record| record.corrected).collect();
+    Ok(LogLocalization {
+        format: log.format,
+        scans: times_us.len(),
+        duration_s: duration_s(log),
+        lost_scans,
+        is_lost_at_end: was_lost_at.is_some(),
+        lost_s: log.has_times.then_some(lost_s),
+        absolute: absolute_error(&pairs),
+        relative: relative_error(&pairs),
+        relations: truth.and_then(|truth| against(log, &estimates, truth)),
+        corrected_relations: truth.and_then(|truth| against(log, &corrected, truth)),
+        scan_us: [0.5, 0.99].map(|share| percentile(times_us.clone(), share)),
+    })
+}
+
+/// Errors of estimated poses, one or none for each record of a log, against relations. Between two estimates, the trajectory
+/// follows odometry.
+#[must_use]
+pub fn against(
+    log: &LidarLog,
+    estimates: &[Option<Pose>],
+    truth: &LogRelations,
+) -> Option<RelationError> {
+    let logged = |(record, estimate): (&LogRecord, &Option<Pose>)| LoggedPose {
+        time_s: record.time_s,
+        odometry: record.odometry,
+        estimate: *estimate,
+    };
+    let poses: Vec<LoggedPose> = log.records.iter().zip(estimates).map(logged).collect();
+    relation_error(&bridge(&poses), &truth.relations, truth.offset_s, SAME_TIME_S)
+}
+
+fn duration_s(log: &LidarLog) -> Option<f64> {
+    let mut scans = log.records.iter().filter(|record| record.scan.is_some());
+    let first = scans.next()?;
+    let last = scans.next_back().unwrap_or(first);
+    log.has_times.then_some(last.time_s - first.time_s)
+}

@@ -1,0 +1,143 @@
+//! `inbye bench localization --log`: the localizer over the log of a real robot.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use inbye::bench::{LogLocalization, LogRelations, localize_log};
+use inbye::lidar_log::LidarLog;
+use inbye::map::OccupancyGrid;
+use inbye::mapping::{log_scans, render};
+use inbye::trajectory::{ErrorStatistics, RelationError, read_relations};
+
+use super::arguments::number;
+use super::localization::{LocalizationArguments, settings};
+use super::{machine, map_file, output};
+
+/// The flags of drives, which a log does not have.
+const OF_DRIVES: [&str; 7] = ["goal", "case", "seeds", "seed", "tour", "slip", "out"];
+
+/// The flags of a log.
+#[derive(Debug, Args)]
+pub struct LogArguments {
+    /// Log of a real robot instead of simulated drives.
+    #[arg(long, value_name = "FILE", conflicts_with_all = OF_DRIVES)]
+    pub log: Option<PathBuf>,
+    #[command(flatten)]
+    pub truth: TruthArguments,
+}
+
+/// The ground truth of a log.
+#[derive(Debug, Args)]
+pub struct TruthArguments {
+    /// Ground truth of the log: lines of t1 t2 x y z roll pitch yaw.
+    #[arg(long, value_name = "FILE")]
+    pub relations: Option<PathBuf>,
+    /// Time of the relations minus time of the log, seconds.
+    #[arg(long, value_name = "S", default_value_t = 0.0, allow_hyphen_values = true, requires = "relations", value_parser = offset)]
+    pub time_offset: f64,
+}
+
+impl TruthArguments {
+    /// The ground truth, if it is named.
+    pub fn read(&self) -> anyhow::Result<Option<LogRelations>> {
+        let Some(file) = &self.relations else {
+            return Ok(None);
+        };
+        let relations = read_relations(file).context("--relations")?;
+        Ok(Some(LogRelations { relations, offset_s: self.time_offset }))
+    }
+}
+
+fn offset(text: &str) -> Result<f64, String> {
+    number(text, f64::is_finite, "seconds")
+}
+
+/// Localizes over a log. Returns false if the localizer was lost after the last scan.
+pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow::Result<bool> {
+    let log = LidarLog::read(file).context("--log")?;
+    let truth = arguments.log.truth.read()?;
+    let config = settings(arguments)?;
+    let map = match &arguments.map {
+        Some(map) => map_file::load(map, arguments.resolution)?,
+        None => own_map(&log, file)?,
+    };
+    let start = arguments.start.as_ref().map(super::arguments::Place::pose).or_else(|| log.start());
+    let Some(start) = start else {
+        bail!("--log {}: it has no scans", file.display());
+    };
+    let mut clock = machine::wall_clock();
+    let obstacles = map.obstacles(config.unknown);
+    let truth = truth.as_ref();
+    let result = localize_log(&log, &obstacles, &start, config.localization, truth, &mut clock)?;
+    output::result(json, &result, lines(&result))?;
+    Ok(!result.is_lost_at_end)
+}
+
+/// The map that the corrected poses of a log show.
+fn own_map(log: &LidarLog, file: &Path) -> anyhow::Result<OccupancyGrid> {
+    let scans = log_scans(log);
+    let known = scans.iter().filter_map(|scan| Some((scan.corrected?, &scan.scan)));
+    if known.clone().next().is_none() {
+        bail!(
+            "--log {}: it has no corrected poses to make a map from: name a map with --map, and make it with `inbye map`",
+            file.display()
+        );
+    }
+    Ok(render(known)?)
+}
+
+fn lines(result: &LogLocalization) -> Vec<String> {
+    let metres = |it: &ErrorStatistics| {
+        format!(
+            "rmse {:.4} m, mean {:.4} m, median {:.4} m, max {:.3} m",
+            it.rmse, it.mean, it.median, it.max
+        )
+    };
+    let degrees = |it: &ErrorStatistics| {
+        format!("rmse {:.3} deg, max {:.2} deg", it.rmse.to_degrees(), it.max.to_degrees())
+    };
+    let mut lines = vec![format!(
+        "log          {} scans{}, lost after {} of them{}",
+        result.scans,
+        result.duration_s.map_or_else(String::new, |it| format!(" in {it:.1} s")),
+        result.lost_scans,
+        result.lost_s.map_or_else(String::new, |it| format!(", for {it:.1} s")),
+    )];
+    if let Some(error) = &result.absolute {
+        lines.push(format!(
+            "absolute     {}; {}",
+            metres(&error.position_m),
+            degrees(&error.yaw_rad)
+        ));
+    }
+    if let Some(error) = &result.relative {
+        lines.push(format!(
+            "relative     {}; {}",
+            metres(&error.translation_m),
+            degrees(&error.rotation_rad)
+        ));
+    }
+    let relations = [("relations", &result.relations), ("log's own", &result.corrected_relations)];
+    for (name, error) in relations {
+        lines.extend(error.as_ref().map(|error| format!("{name:<12} {}", relation_text(error))));
+    }
+    if let [Some(median), Some(tail)] = result.scan_us {
+        lines.push(format!("time         {median:.0} us a scan (median), {tail:.0} us (p99)"));
+    }
+    lines
+}
+
+/// Errors against relations, as they are published.
+pub fn relation_text(error: &RelationError) -> String {
+    format!(
+        "{:.4} +- {:.4} m, {:.3} +- {:.3} deg, median {:.4} m and {:.3} deg, over {} relations",
+        error.translation_m.mean,
+        error.translation_m.sd,
+        error.rotation_deg.mean,
+        error.rotation_deg.sd,
+        error.translation_m.median,
+        error.rotation_deg.median,
+        error.relations
+    )
+}

@@ -1,0 +1,142 @@
+//! `inbye map`: a map from the log of a real robot.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use inbye::bench::{against, percentile};
+use inbye::geometry::Pose;
+use inbye::lidar_log::LidarLog;
+use inbye::mapping::{MappedLog, map_log};
+use inbye::trajectory::{ErrorStatistics, absolute_error};
+use serde_json::json;
+
+use super::files::create_file;
+use super::log_localization::{TruthArguments, relation_text};
+use super::{machine, output};
+
+/// `inbye map`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  inbye map drive.log --out made.yaml\n\n\
+    Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1), GMapping's gfs, tinySLAM's dat. The map is a ROS map_server map, with its \
+    image beside it, that every command reads. Its cells are 0.05 m. The first scan has the log's first pose. Corrected poses of \
+    the log are not used; the result is compared with them, and with --relations with ground truth.\n\
+    The same log gives the same map, to the bit.")]
+pub struct MapLogArguments {
+    /// The log.
+    #[arg(value_name = "LOG")]
+    pub log: PathBuf,
+    /// The map to write; its image gets the same name with .pgm.
+    #[arg(long, value_name = "FILE.yaml")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub truth: TruthArguments,
+}
+
+/// Makes the map and writes it.
+pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
+    let log = LidarLog::read(&arguments.log)?;
+    let truth = arguments.truth.read()?;
+    if log.scans() == 0 {
+        bail!("{}: it has no scans", arguments.log.display());
+    }
+    let extension = arguments.out.extension().unwrap_or_default();
+    if extension != "yaml" && extension != "yml" {
+        bail!("--out {}: the name must end in .yaml or .yml", arguments.out.display());
+    }
+    let mut yaml_file = create_file("--out", &arguments.out)?;
+    let image = arguments.out.with_extension("pgm");
+    let mut image_file = create_file("--out", &image)?;
+    let bar = output::progress(log.scans() as u64, "mapping", "scans");
+    let mut clock = machine::wall_clock();
+    let (mut times_us, mut before_s) = (Vec::new(), clock());
+    let mapped = map_log(&log, &mut || {
+        let now_s = clock();
+        times_us.push((now_s - before_s) * 1e6);
+        before_s = now_s;
+        bar.inc(1);
+    })?;
+    let total_s = clock();
+    bar.finish_and_clear();
+    let name = image.file_name().unwrap_or_default().to_string_lossy();
+    let (yaml, pgm) = mapped.map.to_map_server(&name);
+    let place = || format!("--out {}", arguments.out.display());
+    yaml_file.write_all(yaml.as_bytes()).with_context(place)?;
+    image_file.write_all(&pgm).with_context(place)?;
+    let pairs: Vec<(Pose, Pose)> = log
+        .records
+        .iter()
+        .zip(&mapped.poses)
+        .filter_map(|(record, pose)| Some(((*pose)?, record.corrected?)))
+        .collect();
+    let absolute = absolute_error(&pairs);
+    let truth = truth.filter(|_| log.has_times);
+    let relations = truth.as_ref().and_then(|truth| against(&log, &mapped.poses, truth));
+    let loops = ErrorStatistics::of(mapped.loop_errors_m.clone());
+    let scan_us = [0.5, 0.99].map(|share| percentile(times_us.clone(), share));
+    let frame = mapped.map.frame();
+    let object = json!({
+        "map": arguments.out,
+        "image": image,
+        "width": frame.width,
+        "height": frame.height,
+        "resolution_m": frame.resolution_m,
+        "format": log.format,
+        "scans": log.scans(),
+        "nodes": mapped.nodes,
+        "unmatched": mapped.unmatched,
+        "loops": mapped.loop_errors_m.len(),
+        "loop_error_m": loops,
+        "absolute": absolute,
+        "relations": relations,
+        "scan_us": scan_us,
+        "total_s": total_s,
+    });
+    let mut lines = vec![
+        format!(
+            "map          {} ({} x {} cells)",
+            arguments.out.display(),
+            frame.width,
+            frame.height
+        ),
+        scans_text(&log, &mapped, loops.as_ref()),
+    ];
+    lines.extend(absolute.map(|error| {
+        let (position, yaw) = (error.position_m, error.yaw_rad);
+        format!(
+            "absolute     rmse {:.4} m, mean {:.4} m, max {:.3} m; mean {:.3} deg from the log's corrected poses",
+            position.rmse,
+            position.mean,
+            position.max,
+            yaw.mean.to_degrees()
+        )
+    }));
+    lines.extend(relations.map(|error| format!("relations    {}", relation_text(&error))));
+    if let [Some(median), Some(tail)] = scan_us {
+        lines.push(format!(
+            "time         {median:.0} us a scan (median), {tail:.0} us (p99), {total_s:.1} s in all"
+        ));
+    }
+    output::result(json, &object, lines)?;
+    Ok(true)
+}
+
+fn scans_text(log: &LidarLog, mapped: &MappedLog, loops: Option<&ErrorStatistics>) -> String {
+    let loops = loops.map_or_else(
+        || "no closed loop".to_owned(),
+        |error| {
+            format!(
+                "{} closed loops that agree within {:.3} m (median)",
+                mapped.loop_errors_m.len(),
+                error.median
+            )
+        },
+    );
+    format!(
+        "log          {} scans, {} nodes, {} scans not matched, {loops}",
+        log.scans(),
+        mapped.nodes,
+        mapped.unmatched
+    )
+}

@@ -1,0 +1,71 @@
+//! From the readings of a line to the beams of a scan.
+
+use core::f64::consts::{FRAC_PI_2, PI};
+use std::collections::BTreeMap;
+
+use super::{LogRecord, LoggedScan};
+use crate::geometry::Pose;
+use crate::map::{Beam, TimedScan};
+
+/// Longest range of a SICK LMS, metres: readings of 81.83 m and more are its codes for no echo, dazzle and faults (13 bits,
+/// 8183 and up; SICK, "Telegrams for Operating/Configuring the LMS 2xx", 2006).
+pub(super) const SICK_RANGE_M: f64 = 80.0;
+
+/// A largest reading that is at least this fraction of all readings is the sensor's value for no echo.
+const SATURATED_FRACTION: f64 = 0.005;
+
+/// Direction of the first beam and angle between beams of a scan without stated angles, radians: a half turn in front of the
+/// lidar, as CARMEN assumes. 180 and 360 readings lack the last one of 181 and 361.
+pub(super) fn half_turn(readings: usize) -> (f64, f64) {
+    let gaps = if readings.is_multiple_of(2) { readings } else { readings - 1 };
+    (-FRAC_PI_2, PI / gaps.max(1) as f64)
+}
+
+/// A scan without beam times. Readings outside the lidar's range are no measurements: glass and black surfaces give no echo
+/// either, so such a beam shows no free space.
+pub(super) fn scan(
+    readings: &[f64],
+    (first, step): (f64, f64),
+    range_max: f64,
+    mount: &Pose,
+    time_s: f64,
+) -> LoggedScan {
+    let beam = |(index, &range): (usize, &f64)| {
+        let range = if range > 0.0 && range <= range_max { range } else { f64::NAN };
+        Beam { angle: first + step * index as f64, range, time_s }.from_mount(mount)
+    };
+    let beams = readings.iter().enumerate().map(beam).collect();
+    LoggedScan { mount: *mount, beams: TimedScan { beams, range_max } }
+}
+
+/// Removes the readings at the largest value if they are too many for a measured distance: a sensor that reports its limit.
+pub(super) fn remove_saturated(records: &mut [LogRecord]) {
+    let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
+    let (mut readings, mut largest) = (0_usize, 0.0_f64);
+    // The mount is removed again, since the readings are equal in the lidar's frame.
+    let range_of = |scan: &LoggedScan, beam: &Beam| {
+        let (x, y) = (beam.range * libm::cos(beam.angle), beam.range * libm::sin(beam.angle));
+        let range = libm::hypot(x - scan.mount.x, y - scan.mount.y);
+        (range * 1000.0).round() / 1000.0
+    };
+    for scan in records.iter().filter_map(|record| record.scan.as_ref()) {
+        for beam in scan.beams.beams.iter().filter(|beam| beam.range.is_finite()) {
+            let range = range_of(scan, beam);
+            readings += 1;
+            largest = largest.max(range);
+            *counts.entry(range.to_bits()).or_default() += 1;
+        }
+    }
+    let at_largest = counts.get(&largest.to_bits()).copied().unwrap_or_default();
+    if at_largest < 10 || (at_largest as f64) < SATURATED_FRACTION * readings as f64 {
+        return;
+    }
+    for scan in records.iter_mut().filter_map(|record| record.scan.as_mut()) {
+        let ranges: Vec<f64> = scan.beams.beams.iter().map(|beam| range_of(scan, beam)).collect();
+        for (beam, range) in scan.beams.beams.iter_mut().zip(ranges) {
+            if range == largest {
+                beam.range = f64::NAN;
+            }
+        }
+    }
+}

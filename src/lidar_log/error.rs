@@ -1,0 +1,76 @@
+//! Errors of lidar logs.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// A lidar log that cannot be used. Each message is one line: file, line, cause and remedy.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// A problem in the named file.
+    #[error("{}: {problem}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// The problem.
+        problem: Box<LogError>,
+    },
+    /// A file that the operating system cannot read.
+    #[error("cannot be read ({reason}): check the path and its permissions")]
+    Unreadable {
+        /// The operating system's message.
+        reason: String,
+    },
+    /// A file larger than the reader holds in memory.
+    #[error("holds more than {limit} bytes: split the log")]
+    TooLarge {
+        /// Largest size accepted, bytes.
+        limit: u64,
+    },
+    /// A file that is not UTF-8 text.
+    #[error("line {line}: not UTF-8 text: it is no CARMEN, GMapping or tinySLAM log")]
+    NotUtf8 {
+        /// First line that is not UTF-8, from one.
+        line: usize,
+    },
+    /// A file of no known format.
+    #[error(
+        "no line begins with FLASER, RLASER, ROBOTLASER1, LASER_READING or 706 numbers: it is no CARMEN, GMapping or tinySLAM log"
+    )]
+    UnknownFormat,
+    /// A line that ends too early.
+    #[error("line {line}: {record} ends before its {field}: the line is cut; remove it")]
+    Missing {
+        /// Line number, from one.
+        line: usize,
+        /// The kind of the record.
+        record: &'static str,
+        /// The missing field.
+        field: &'static str,
+    },
+    /// A field with an invalid value.
+    #[error("line {line}: {record} has `{value}` as its {field}: it must be {expected}")]
+    BadField {
+        /// Line number, from one.
+        line: usize,
+        /// The kind of the record.
+        record: &'static str,
+        /// The field.
+        field: &'static str,
+        /// The value found.
+        value: String,
+        /// What the field may be.
+        expected: &'static str,
+    },
+    /// A record that needs another one before it.
+    #[error("line {line}: {record} has no {needed} before it: the log is incomplete")]
+    OutOfOrder {
+        /// Line number, from one.
+        line: usize,
+        /// The kind of the record.
+        record: &'static str,
+        /// The record that it needs.
+        needed: &'static str,
+    },
+}

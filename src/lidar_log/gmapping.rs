@@ -1,0 +1,113 @@
+//! GMapping's `.gfs` files (Grisetti, Stachniss and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized
+//! Particle Filters", IEEE Transactions on Robotics, 2007): odometry, scans, and the poses of all particles.
+//!
+//! `SM_UPDATE` holds pose and log weight of each particle after a scan, and `RESAMPLE` the parent of each particle. The
+//! corrected poses are those of the ancestors of the particle with the largest sum of log weights, as in `gfs2log`.
+
+use super::beams::{self, SICK_RANGE_M};
+use super::fields::Fields;
+use super::{LogError, LogRecord};
+use crate::geometry::Pose;
+
+/// Poses and log weights of the particles after a scan, and the parent of each after the resampling that follows.
+struct Update {
+    /// Index of the scan's record.
+    record: usize,
+    particles: Vec<(Pose, f64)>,
+    /// The particle before the resampling of each particle after it.
+    parents: Option<Vec<usize>>,
+}
+
+pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
+    let mut records: Vec<LogRecord> = Vec::new();
+    let mut updates: Vec<Update> = Vec::new();
+    let mut range_max = SICK_RANGE_M;
+    let mut last_stamp_s = None;
+    for (index, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        let name = words.next();
+        let fields = |record| Fields::new(index + 1, record, words);
+        match name {
+            Some("PARAM") => {
+                let mut fields = fields("PARAM");
+                if fields.word("name")? == "maxrange" {
+                    range_max = fields.number("value")?.min(SICK_RANGE_M);
+                }
+            }
+            Some("ODOM") => {
+                let mut fields = fields("ODOM");
+                let odometry = fields.pose("pose")?;
+                let stamp_s = fields.number("time")?;
+                // GMapping prints the pose at the reading before with the time of the reading at hand.
+                let time_s = last_stamp_s.replace(stamp_s).unwrap_or(stamp_s);
+                records.push(LogRecord { time_s, odometry, corrected: None, scan: None });
+            }
+            Some("LASER_READING") => {
+                let mut fields = fields("LASER_READING");
+                let count = fields.count("number of readings")?;
+                let readings = fields.numbers(count, "readings")?;
+                let odometry = fields.pose("pose")?;
+                let time_s = fields.number("time")?;
+                let angles = beams::half_turn(count);
+                let scan = beams::scan(&readings, angles, range_max, &Pose::default(), time_s);
+                records.push(LogRecord { time_s, odometry, corrected: None, scan: Some(scan) });
+            }
+            Some("SM_UPDATE") => updates.push(update(fields("SM_UPDATE"), &records)?),
+            Some("RESAMPLE") => resample(fields("RESAMPLE"), &mut updates)?,
+            _ => {}
+        }
+    }
+    correct(&mut records, &updates);
+    Ok(records)
+}
+
+fn update(mut fields: Fields<'_>, records: &[LogRecord]) -> Result<Update, LogError> {
+    let needed = "LASER_READING";
+    let missing = LogError::OutOfOrder { line: fields.line, record: "SM_UPDATE", needed };
+    let record = records.iter().rposition(|record| record.scan.is_some()).ok_or(missing)?;
+    let count = fields.count("number of particles")?;
+    let mut particle = || Ok((fields.pose("particle pose")?, fields.number("particle weight")?));
+    let particles = (0..count).map(|_| particle()).collect::<Result<_, LogError>>()?;
+    Ok(Update { record, particles, parents: None })
+}
+
+fn resample(mut fields: Fields<'_>, updates: &mut [Update]) -> Result<(), LogError> {
+    let needed = "SM_UPDATE";
+    let missing = LogError::OutOfOrder { line: fields.line, record: "RESAMPLE", needed };
+    let update = updates.last_mut().ok_or(missing)?;
+    let count = fields.count("number of particles")?;
+    let before = update.particles.len();
+    let mut parent = || {
+        let word = fields.word("parent")?;
+        let parent = word.parse().ok().filter(|parent| *parent < before);
+        parent.ok_or_else(|| fields.bad("parent", word, "the index of a particle"))
+    };
+    update.parents = Some((0..count).map(|_| parent()).collect::<Result<_, LogError>>()?);
+    Ok(())
+}
+
+/// Sets the corrected poses to those of the best particle's ancestors.
+fn correct(records: &mut [LogRecord], updates: &[Update]) {
+    // Sums of log weights along the ancestry of each particle.
+    let mut sums: Vec<f64> = Vec::new();
+    for update in updates {
+        sums.resize(update.particles.len(), 0.0);
+        for (sum, (_, weight)) in sums.iter_mut().zip(&update.particles) {
+            *sum += weight;
+        }
+        if let Some(parents) = &update.parents {
+            sums = parents.iter().map(|&parent| sums[parent]).collect();
+        }
+    }
+    let best = sums.iter().enumerate().max_by(|one, other| one.1.total_cmp(other.1));
+    let Some((mut particle, _)) = best else {
+        return;
+    };
+    for update in updates.iter().rev() {
+        if let Some(parents) = &update.parents {
+            particle = parents.get(particle).copied().unwrap_or_default();
+        }
+        let pose = update.particles.get(particle).map(|(pose, _)| *pose);
+        records[update.record].corrected = pose;
+    }
+}

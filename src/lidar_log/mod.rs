@@ -1,0 +1,300 @@
+//! Logs of real robots: lidar scans, wheel odometry and, where the file has them, corrected poses.
+//!
+//! Three text formats are read (the first significant lines tell which):
+//!
+//! - CARMEN logs (<http://carmen.sourceforge.net>): `ODOM`, `FLASER`, `RLASER`, `ROBOTLASER1`. Also the form that GMapping's
+//!   `gfs2log` writes, whose poses are those of the best particle.
+//! - GMapping's own `.gfs` files: `ODOM`, `LASER_READING`, `SM_UPDATE`, `RESAMPLE`, `SCANMATCH`.
+//! - The `.dat` files of tinySLAM (Steux and El Hamzaoui, "tinySLAM: A SLAM algorithm in less than 200 lines C-language
+//!   program", ICARCV 2010): wheel counts and the 682 ranges of a Hokuyo URG-04LX.
+//!
+//! All become one sequence of [`LogRecord`]s. A bad line gives an error with file and line.
+
+mod beams;
+mod carmen;
+mod error;
+mod fields;
+mod gmapping;
+mod tinyslam;
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+use serde::Serialize;
+
+pub use error::LogError;
+
+use crate::geometry::Pose;
+use crate::map::TimedScan;
+
+/// Largest file accepted, bytes.
+const MAX_BYTES: u64 = 1 << 30;
+
+/// Time between the records of a log whose stamps do not advance, seconds.
+const ASSUMED_PERIOD_S: f64 = 0.1;
+
+/// The format of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum LogFormat {
+    /// A CARMEN log with poses by odometry, or with corrected laser poses beside them.
+    Carmen,
+    /// A CARMEN log with the poses of GMapping's best particle.
+    CarmenGmapping,
+    /// A GMapping `.gfs` file.
+    Gfs,
+    /// A tinySLAM `.dat` file.
+    TinySlam,
+}
+
+/// One measurement of a log, in the order of the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogRecord {
+    /// Time, seconds. Real logs have stamps that go back by a fraction of a second.
+    pub time_s: f64,
+    /// The robot's pose by wheel odometry at that time, metres and radians.
+    pub odometry: Pose,
+    /// The robot's pose as corrected by the program that wrote the log.
+    pub corrected: Option<Pose>,
+    /// The scan that ends at that time.
+    pub scan: Option<LoggedScan>,
+}
+
+/// A scan of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoggedScan {
+    /// Pose of the lidar in the robot's frame.
+    pub mount: Pose,
+    /// The beams in the robot's frame.
+    pub beams: TimedScan,
+}
+
+/// A log as one sequence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LidarLog {
+    /// The format of the file.
+    pub format: LogFormat,
+    /// The measurements in the order of the file.
+    pub records: Vec<LogRecord>,
+    /// Whether the stamps of the file advance. Otherwise (they are printed with too few digits) each record is 0.1 s after
+    /// the one before.
+    pub has_times: bool,
+}
+
+impl LidarLog {
+    /// Reads a log from a file.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read, has an unknown format or a bad line; the message names file and line.
+    pub fn read(path: &Path) -> Result<Self, LogError> {
+        let text = read_text(path).and_then(|text| Self::parse(&text));
+        text.map_err(|problem| LogError::InFile {
+            path: path.to_path_buf(),
+            problem: Box::new(problem),
+        })
+    }
+
+    /// Reads a log from its text.
+    ///
+    /// # Errors
+    /// Returns an error if the text has an unknown format or a bad line; the message names the line.
+    pub fn parse(text: &str) -> Result<Self, LogError> {
+        let format = format_of(text).ok_or(LogError::UnknownFormat)?;
+        let mut records = match format {
+            LogFormat::Carmen => carmen::parse(text)?,
+            LogFormat::CarmenGmapping => carmen::parse_gmapping(text)?,
+            LogFormat::Gfs => gmapping::parse(text)?,
+            LogFormat::TinySlam => tinyslam::parse(text)?,
+        };
+        beams::remove_saturated(&mut records);
+        let has_times = times_advance(&records);
+        if !has_times {
+            for (index, record) in records.iter_mut().enumerate() {
+                let time_s = ASSUMED_PERIOD_S * index as f64;
+                record.time_s = time_s;
+                let beams = record.scan.iter_mut().flat_map(|scan| &mut scan.beams.beams);
+                beams.for_each(|beam| beam.time_s = time_s);
+            }
+        }
+        Ok(Self { format, records, has_times })
+    }
+
+    /// Number of scans.
+    #[must_use]
+    pub fn scans(&self) -> usize {
+        self.records.iter().filter(|record| record.scan.is_some()).count()
+    }
+
+    /// The pose at the first scan: the corrected one, or that by odometry. None for a log without scans.
+    #[must_use]
+    pub fn start(&self) -> Option<Pose> {
+        let first = self.records.iter().find(|record| record.scan.is_some())?;
+        Some(first.corrected.unwrap_or(first.odometry))
+    }
+}
+
+/// Whether most pairs of scans have different stamps.
+fn times_advance(records: &[LogRecord]) -> bool {
+    let scans: Vec<f64> =
+        records.iter().filter(|record| record.scan.is_some()).map(|record| record.time_s).collect();
+    let advances = scans.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    2 * advances >= scans.len().saturating_sub(1)
+}
+
+/// The format of a text, by its first scan.
+fn format_of(text: &str) -> Option<LogFormat> {
+    let is_corrected = || text.lines().any(|line| line.starts_with("NEFF"));
+    text.lines().find_map(|line| {
+        let mut words = line.split_whitespace();
+        match words.next()? {
+            "LASER_READING" => Some(LogFormat::Gfs),
+            "FLASER" | "RLASER" if is_corrected() => Some(LogFormat::CarmenGmapping),
+            "FLASER" | "RLASER" | "ROBOTLASER1" => Some(LogFormat::Carmen),
+            first if first.parse::<u64>().is_ok() && words.count() + 1 >= tinyslam::FIELDS => {
+                Some(LogFormat::TinySlam)
+            }
+            _ => None,
+        }
+    })
+}
+
+fn read_text(path: &Path) -> Result<String, LogError> {
+    let unreadable = |reason: String| LogError::Unreadable { reason };
+    // Opening a pipe waits for its writer, possibly for ever.
+    let metadata = fs::metadata(path).map_err(|error| unreadable(error.to_string()))?;
+    if !metadata.is_file() {
+        return Err(unreadable("it is no regular file".to_owned()));
+    }
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    read.map_err(|error| unreadable(error.to_string()))?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(LogError::TooLarge { limit: MAX_BYTES });
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        LogError::NotUtf8 { line: valid.split(|byte| *byte == b'\n').count() }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RAW: &str = "# a comment\nPARAM robot_frontlaser_offset 0.1\n\
+        ODOM 0 0 0 0.1 0 0 1.0 host 1.0\n\
+        FLASER 3 1.0 2.0 81.91 0.2 0 0 0.1 0 0 1.5 host 1.5\n\
+        FLASER 3 1.0 2.0 81.91 0.3 0 0 0.2 0 0 2.5 host 2.5\n";
+
+    fn near(pose: &Pose, x: f64, y: f64, yaw: f64) -> bool {
+        (pose.x - x).abs() < 1e-9 && (pose.y - y).abs() < 1e-9 && (pose.yaw - yaw).abs() < 1e-9
+    }
+
+    #[test]
+    fn carmen_log_has_odometry_scans_and_mounting() {
+        let log = LidarLog::parse(RAW).expect("it is valid");
+        assert_eq!((log.format, log.has_times, log.scans()), (LogFormat::Carmen, true, 2));
+        assert_eq!(log.records.len(), 3);
+        let record = &log.records[1];
+        let scan = record.scan.as_ref().expect("a scan");
+        assert!(near(&scan.mount, 0.1, 0.0, 0.0), "{:?}", scan.mount);
+        assert_eq!((record.time_s, record.corrected), (1.5, None));
+        // Beams to the right, ahead and to the left; the lidar is 0.1 m before the robot's origin.
+        let ahead = scan.beams.beams[1];
+        assert!((ahead.angle.abs() + (ahead.range - 2.1).abs()) < 1e-9, "{ahead:?}");
+        let right = scan.beams.beams[0];
+        assert!((right.range - libm::hypot(0.1, 1.0)).abs() < 1e-9 && right.angle < -1.4);
+        assert!(scan.beams.beams[2].range.is_nan());
+        assert_eq!(log.start(), Some(Pose::new(0.1, 0.0, 0.0)));
+    }
+
+    #[test]
+    fn laser_poses_that_leave_the_robot_are_corrected_ones() {
+        let text = RAW.replace("0.3 0 0 0.2", "0.5 0.2 0.1 0.2");
+        let log = LidarLog::parse(&text).expect("it is valid");
+        let corrected = log.records[2].corrected.expect("corrected");
+        let (sin, cos) = libm::sincos(0.1);
+        assert!(near(&corrected, 0.5 - 0.1 * cos, 0.2 - 0.1 * sin, 0.1), "{corrected:?}");
+        assert!(near(&log.records[2].odometry, 0.2, 0.0, 0.0));
+    }
+
+    #[test]
+    fn robotlaser_states_its_angles_and_range() {
+        let text = "ROBOTLASER1 0 -1.0 2.0 0.5 8.0 0.01 0 3 1.0 8.0 3.0 1 7 \
+            0.1 0 0 0 0 0 0.2 0 0 0 0 4.5 host 4.5\n";
+        let log = LidarLog::parse(text).expect("it is valid");
+        let scan = log.records[0].scan.as_ref().expect("a scan");
+        let ranges: Vec<bool> = scan.beams.beams.iter().map(|it| it.range.is_finite()).collect();
+        assert_eq!((ranges, log.records[0].time_s), (vec![true, false, true], 4.5));
+    }
+
+    #[test]
+    fn gmapping_poses_are_corrected_and_their_steps_are_odometry() {
+        let text = "ODOM 0 0 0 0 0 0 1 p 1\nODOM 1 0 0 0 0 0 2 p 2\n\
+            FLASER 1 3 1 0.5 0 1 0.5 0 2 p 2\nODOM 1 0.5 0 0 0 0 0 p 0\nNEFF 15\n\
+            ODOM 2 0.5 0 0 0 0 3 p 3\nFLASER 1 3 2 0.4 0 2 0.4 0 3 p 3\n";
+        let log = LidarLog::parse(text).expect("it is valid");
+        assert_eq!(log.format, LogFormat::CarmenGmapping);
+        let last = &log.records[log.records.len() - 1];
+        assert!(near(&last.odometry, 2.0, 0.0, 0.0), "{last:?}");
+        assert_eq!(last.corrected, Some(Pose::new(2.0, 0.4, 0.0)));
+    }
+
+    #[test]
+    fn gfs_poses_are_those_of_the_best_ancestors() {
+        // Particle 0 is better at the first scan; the second scan's best particle stems from particle 1.
+        let text = "PARAM maxrange 80\nODOM 0 0 0 1\nLASER_READING 1 3 0 0 0 1\n\
+            SM_UPDATE 2 0 0 0 9 0 1 0 5\nRESAMPLE 2 1 0\nODOM 0 0 0 2\n\
+            LASER_READING 1 3 1 0 0 2\nSM_UPDATE 2 1 7 0 9 1 8 0 1\n";
+        let log = LidarLog::parse(text).expect("it is valid");
+        let corrected: Vec<Pose> = log.records.iter().filter_map(|it| it.corrected).collect();
+        assert_eq!(corrected, [Pose::new(0.0, 1.0, 0.0), Pose::new(1.0, 7.0, 0.0)]);
+    }
+
+    #[test]
+    fn tinyslam_counts_turn_the_robot() {
+        let line = |time_us: u32, left: i32, right: i32| {
+            let ranges = "1000 ".repeat(682);
+            format!("{time_us} 0 {left} {right} {}{ranges}\n", "0 ".repeat(20))
+        };
+        let text =
+            line(1_000_000, 0, 0) + &line(1_100_000, 2000, 2000) + &line(1_200_000, 1000, 3000);
+        let log = LidarLog::parse(&text).expect("it is valid");
+        let around_m = core::f64::consts::TAU * 0.077;
+        assert!(near(&log.records[1].odometry, around_m, 0.0, 0.0));
+        let turn = around_m / 0.33;
+        assert!((log.records[2].odometry.yaw - turn).abs() < 1e-9, "{:?}", log.records[2].odometry);
+        let scan = log.records[1].scan.as_ref().expect("a scan");
+        assert!((scan.beams.end_s().expect("beams") - 1.1).abs() < 1e-9);
+        assert!(scan.beams.beams[0].time_s < 1.04);
+    }
+
+    #[test]
+    fn stamps_that_do_not_advance_are_replaced() {
+        let log = LidarLog::parse(&RAW.replace("2.5 host", "1.5 host")).expect("it is valid");
+        assert!(!log.has_times);
+        assert_eq!(log.records[2].time_s, 0.2);
+    }
+
+    #[test]
+    fn bad_lines_are_named() {
+        for (from, to, expected) in [
+            ("0.3 0 0 0.2", "0.3 0 x 0.2", "line 5: FLASER has `x` as its laser pose"),
+            ("FLASER 3 1.0", "FLASER 300 1.0", "line 4: FLASER has `host` as its readings"),
+            ("0.1 0 0 1.0 host 1.0", "0.1", "line 3: ODOM ends before its speeds"),
+            ("1.0 2.0", "nan 2.0", "line 4: FLASER has `nan` as its readings"),
+            ("# a comment", "1 2 3", "line 1: a line has `1` as its first word"),
+            ("FLASER", "FLAS", "no line begins with FLASER"),
+        ] {
+            let error = LidarLog::parse(&RAW.replace(from, to)).expect_err(expected);
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+        let text = "LASER_READING 1 3 0 0 0 1\nSM_UPDATE 1 0 0 0 9\nRESAMPLE 1 1\n";
+        let error = LidarLog::parse(text).expect_err("no such particle");
+        assert!(error.to_string().contains("line 3: RESAMPLE has `1` as its parent"), "{error}");
+        let error = LidarLog::read(Path::new("/nowhere.log")).expect_err("it is missing");
+        assert!(error.to_string().starts_with("/nowhere.log: cannot be read"), "{error}");
+    }
+}

@@ -1,0 +1,213 @@
+//! From the scans of a log to poses: scan matching to the latest scans, closed loops, refinement.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::log_scans::LogScan;
+use super::loops::Loops;
+use super::matching::{Match, match_scan};
+use super::pose_graph::{Edge, optimize};
+use super::score_grid::ScoreGrid;
+use super::surfels::{Surfel, SurfelMap, surfels};
+use crate::geometry::Pose;
+use crate::localization::{DeskewedScan, coarse_search};
+
+/// A scan becomes a node of the graph when the robot moved by this since the last one, metres or radians.
+const NODE_M: f64 = 0.25;
+const NODE_RAD: f64 = 0.2;
+
+/// A scan is matched to at most this many of the latest nodes, and to those within a distance, metres.
+const LOCAL_NODES: usize = 20;
+const LOCAL_M: f64 = 10.0;
+
+/// Standard deviations of odometry after one metre and one radian, as those of a localizer for sparse scans, and at rest.
+const M_PER_M: f64 = 0.05;
+const M_PER_RAD: f64 = 0.05;
+const RAD_PER_M: f64 = 0.03;
+const RAD_PER_RAD: f64 = 0.2;
+const AT_REST_M: f64 = 0.01;
+const AT_REST_RAD: f64 = 0.02;
+
+/// Nodes near each other are matched again after all loops are closed: distance, metres, number for each node, and rounds.
+const REFINED_M: f64 = 5.0;
+const REFINED_NODES: usize = 10;
+const ROUNDS: usize = 3;
+
+/// A node: a scan with its surface points, in the robot's frame.
+pub(super) struct Node<'a> {
+    pub scan: &'a DeskewedScan,
+    pub surfels: Vec<Surfel>,
+}
+
+/// Poses of scans, and what they rest on.
+pub(super) struct Solved {
+    /// A pose for each scan.
+    pub poses: Vec<Pose>,
+    pub nodes: usize,
+    /// Distances of the closed loops' measured positions from the final ones, metres.
+    pub loop_errors_m: Vec<f64>,
+    pub unmatched: usize,
+}
+
+/// The latest nodes as a map.
+struct LocalMap {
+    surfels: SurfelMap,
+    scores: Option<ScoreGrid>,
+}
+
+/// Estimates the poses of scans. The first scan is at `start`. `on_scan` is called after each.
+pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) -> Solved {
+    let mut nodes: Vec<Node<'_>> = Vec::new();
+    let mut poses: Vec<Pose> = Vec::new();
+    let mut edges: Vec<Edge> = Vec::new();
+    // Node and pose in its frame of each scan.
+    let mut places: Vec<(usize, Pose)> = Vec::new();
+    let mut loops = Loops::default();
+    let mut local = None;
+    let mut unmatched = 0;
+    for (index, scan) in scans.iter().enumerate() {
+        let Some(last) = nodes.len().checked_sub(1) else {
+            nodes.push(Node { scan: &scan.scan, surfels: surfels(&scan.scan) });
+            poses.push(*start);
+            places.push((0, Pose::default()));
+            on_scan();
+            continue;
+        };
+        let (_, before) = places[index - 1];
+        let moved = scans[index - 1].odometry.inverse_transform_pose(&scan.odometry);
+        let predicted = before.transform_pose(&moved);
+        let local = local.get_or_insert_with(|| local_map(&nodes, &poses));
+        let (found, is_matched) = track(&scan.scan, local, &predicted, sigmas(scans, index));
+        unmatched += usize::from(!is_matched);
+        let far = libm::hypot(found.pose.x, found.pose.y);
+        if far < NODE_M && found.pose.yaw.abs() < NODE_RAD {
+            places.push((last, found.pose));
+            on_scan();
+            continue;
+        }
+        let node = nodes.len();
+        nodes.push(Node { scan: &scan.scan, surfels: surfels(&scan.scan) });
+        poses.push(poses[last].transform_pose(&found.pose));
+        edges.push(Edge {
+            from: last,
+            to: node,
+            motion: found.pose,
+            information: found.information,
+            is_uncertain: false,
+        });
+        places.push((node, Pose::default()));
+        if loops.close(&nodes, &poses, &mut edges) {
+            optimize(&mut poses, &edges);
+        }
+        *local = local_map(&nodes, &poses);
+        on_scan();
+    }
+    for _ in 0..ROUNDS {
+        let near = refined(&nodes, &poses);
+        let all: Vec<Edge> = edges.iter().copied().chain(near).collect();
+        optimize(&mut poses, &all);
+    }
+    let loop_error_m = |edge: &Edge| {
+        let motion = poses[edge.from].inverse_transform_pose(&poses[edge.to]);
+        (motion.position() - edge.motion.position()).norm()
+    };
+    let loop_errors_m = edges.iter().filter(|edge| edge.is_uncertain).map(loop_error_m).collect();
+    let pose = |(node, place): &(usize, Pose)| poses[*node].transform_pose(place);
+    Solved {
+        poses: places.iter().map(pose).collect(),
+        nodes: nodes.len(),
+        loop_errors_m,
+        unmatched,
+    }
+}
+
+/// The latest nodes in the frame of the last one.
+fn local_map(nodes: &[Node<'_>], poses: &[Pose]) -> LocalMap {
+    let last = poses[poses.len() - 1];
+    let first = nodes.len().saturating_sub(LOCAL_NODES);
+    let is_near = |node: &usize| (poses[*node].position() - last.position()).norm() < LOCAL_M;
+    let used = (first..nodes.len()).filter(is_near);
+    let surfels = SurfelMap::new(
+        used.map(|node| (last.inverse_transform_pose(&poses[node]), &nodes[node].surfels[..])),
+    );
+    let scores = ScoreGrid::fine(surfels.surfels());
+    LocalMap { surfels, scores }
+}
+
+/// Standard deviations of the odometry from the scan before to a scan, metres and radians. The stamps of lidar and odometry may
+/// differ, so the turns just before and after count as well.
+fn sigmas(scans: &[LogScan], index: usize) -> (f64, f64) {
+    let step = |to: usize| {
+        let ends = to.checked_sub(1).and_then(|from| Some((scans.get(from)?, scans.get(to)?)));
+        ends.map_or_else(Pose::default, |(from, to)| {
+            from.odometry.inverse_transform_pose(&to.odometry)
+        })
+    };
+    let moved = step(index);
+    let turns = [index - 1, index, index + 1].map(|to| step(to).yaw.abs());
+    let (distance_m, turned) =
+        (libm::hypot(moved.x, moved.y), turns.into_iter().fold(0.0, f64::max));
+    (
+        AT_REST_M + M_PER_M * distance_m.sqrt() + M_PER_RAD * turned,
+        AT_REST_RAD + RAD_PER_M * distance_m.sqrt() + RAD_PER_RAD * turned,
+    )
+}
+
+/// Matches a scan to the latest nodes; the odometry's pose if it does not match.
+fn track(
+    scan: &DeskewedScan,
+    local: &LocalMap,
+    predicted: &Pose,
+    (sigma_m, sigma_rad): (f64, f64),
+) -> (Match, bool) {
+    let begin = local.scores.as_ref().map_or(*predicted, |scores| {
+        let ends = scan.hits.iter().map(|hit| hit.end);
+        coarse_search(ends, predicted, (sigma_m, sigma_rad), |x, y| scores.score(x, y))
+    });
+    let prior = Matrix3::from_diagonal(&Vector3::new(
+        sigma_m.powi(-2),
+        sigma_m.powi(-2),
+        sigma_rad.powi(-2),
+    ));
+    let mut found = match_scan(&local.surfels, scan, begin, predicted, &prior);
+    let is_good = found.is_good();
+    if is_good {
+        found.information += prior;
+    } else {
+        (found.pose, found.information) = (*predicted, prior);
+    }
+    (found, is_good)
+}
+
+/// Edges between each node and those near it that are not its neighbours in time.
+fn refined(nodes: &[Node<'_>], poses: &[Pose]) -> Vec<Edge> {
+    let mut wanted: Vec<(usize, usize)> = Vec::new();
+    for to in 0..nodes.len() {
+        let mut near: Vec<(f64, usize)> = (0..to.saturating_sub(1))
+            .map(|from| ((poses[from].position() - poses[to].position()).norm(), from))
+            .filter(|(distance_m, _)| *distance_m < REFINED_M)
+            .collect();
+        near.sort_by(|one, other| one.0.total_cmp(&other.0));
+        wanted.extend(near.iter().take(REFINED_NODES).map(|(_, from)| (*from, to)));
+    }
+    wanted.sort_unstable();
+    let prior = Matrix3::from_diagonal(&Vector3::new(100.0, 100.0, 1000.0));
+    let mut edges = Vec::new();
+    let mut map: Option<(usize, SurfelMap)> = None;
+    for (from, to) in wanted {
+        if map.as_ref().is_none_or(|(node, _)| *node != from) {
+            let around = from.saturating_sub(1)..(from + 2).min(nodes.len());
+            let placed = around.map(|node| {
+                (poses[from].inverse_transform_pose(&poses[node]), &nodes[node].surfels[..])
+            });
+            map = Some((from, SurfelMap::new(placed)));
+        }
+        let Some((_, map)) = &map else { continue };
+        let predicted = poses[from].inverse_transform_pose(&poses[to]);
+        let found = match_scan(map, nodes[to].scan, predicted, &predicted, &prior);
+        if found.is_good() {
+            let (motion, information) = (found.pose, found.information);
+            edges.push(Edge { from, to, motion, information, is_uncertain: true });
+        }
+    }
+    edges
+}

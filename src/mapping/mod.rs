@@ -1,0 +1,168 @@
+//! Maps from lidar logs: simultaneous localization and mapping, after the drive.
+//!
+//! Each scan is matched to the latest ones, by the scan matcher of [`localization`](crate::localization). A node of the pose
+//! graph that sees an earlier part of the map closes a loop: branch and bound correlative scan matching over submaps (Hess et
+//! al. 2016) finds its place, and the graph is optimised. At the end, all nodes that are near each other are matched again.
+//!
+//! Results are identical at every run and on every machine: all sums run in a fixed order on one thread, and trigonometry uses
+//! `libm`.
+
+mod log_scans;
+mod loops;
+mod mapper;
+mod matching;
+mod pose_graph;
+mod render;
+mod score_grid;
+mod surfels;
+
+pub use log_scans::{LogScan, log_scans};
+pub use render::{MAP_RESOLUTION_M, render};
+
+use crate::geometry::Pose;
+use crate::lidar_log::LidarLog;
+use crate::map::{MapError, OccupancyGrid};
+
+/// A map from a log, with the poses that it rests on.
+#[derive(Clone, Debug)]
+pub struct MappedLog {
+    /// Free, occupied and unknown cells. The first scan has the pose [`LidarLog::start`].
+    pub map: OccupancyGrid,
+    /// For each record of the log with a scan, its pose in the map frame.
+    pub poses: Vec<Option<Pose>>,
+    /// Number of nodes of the pose graph.
+    pub nodes: usize,
+    /// For each closed loop, the distance between its measured and its final position, metres.
+    pub loop_errors_m: Vec<f64>,
+    /// Number of scans that did not match the scans before them, and follow odometry.
+    pub unmatched: usize,
+}
+
+/// Makes a map from the odometry and the scans of a log. Its corrected poses are not used, except for the first. `on_scan` is
+/// called after each scan.
+///
+/// # Errors
+/// Returns an error if the map is too large for a grid.
+pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, MapError> {
+    let scans = log_scans(log);
+    let start = log.start().unwrap_or_default();
+    let solved = mapper::solve(&scans, &start, on_scan);
+    let placed = solved.poses.iter().copied().zip(scans.iter().map(|scan| &scan.scan));
+    let map = render(placed)?;
+    let mut poses = vec![None; log.records.len()];
+    for (scan, pose) in scans.iter().zip(&solved.poses) {
+        poses[scan.record] = Some(*pose);
+    }
+    let mapper::Solved { nodes, loop_errors_m, unmatched, .. } = solved;
+    Ok(MappedLog { map, poses, nodes, loop_errors_m, unmatched })
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::{FRAC_PI_2, PI};
+    use core::fmt::Write as _;
+
+    use super::*;
+    use crate::geometry::{Point, Vector, wrap_angle};
+    use crate::trajectory::{ErrorStatistics, absolute_error};
+
+    /// Walls of a ring of corridors 2 m wide, with niches, as segments.
+    fn walls() -> Vec<(Point, Point)> {
+        let mut walls = Vec::new();
+        let mut line = |points: &[(f64, f64)]| {
+            for pair in points.windows(2) {
+                let [from, to] = [pair[0], pair[1]].map(|(x, y)| Point::new(x, y));
+                walls.push((from, to));
+            }
+        };
+        line(&[(0.0, 0.0), (5.0, 0.0), (5.0, -0.8), (6.5, -0.8), (6.5, 0.0), (14.0, 0.0)]);
+        line(&[(14.0, 0.0), (14.0, 3.0), (14.6, 3.0), (14.6, 3.7), (14.0, 3.7), (14.0, 10.0)]);
+        line(&[(14.0, 10.0), (9.0, 10.0), (9.0, 10.9), (7.0, 10.9), (7.0, 10.0), (0.0, 10.0)]);
+        line(&[(0.0, 10.0), (0.0, 6.0), (-0.5, 6.0), (-0.5, 5.2), (0.0, 5.2), (0.0, 0.0)]);
+        line(&[(2.0, 2.0), (12.0, 2.0), (12.0, 8.0), (2.0, 8.0), (2.0, 2.0)]);
+        walls
+    }
+
+    fn range(walls: &[(Point, Point)], from: &Point, angle: f64) -> f64 {
+        let direction = Vector::new(libm::cos(angle), libm::sin(angle));
+        let hit = |(start, end): &(Point, Point)| {
+            let (wall, to) = (*end - *start, *start - *from);
+            let cross = |a: &Vector, b: &Vector| a.x * b.y - a.y * b.x;
+            let denominator = cross(&direction, &wall);
+            let (along, at) =
+                (cross(&to, &wall) / denominator, cross(&to, &direction) / denominator);
+            (along > 0.0 && (0.0..=1.0).contains(&at)).then_some(along)
+        };
+        walls.iter().filter_map(hit).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A drive one and a half times around the ring: true poses, and a log whose odometry turns and slips.
+    fn drive() -> (Vec<Pose>, String) {
+        let corners = [(1.0, 1.0), (13.0, 1.0), (13.0, 9.0), (1.0, 9.0)];
+        let mut truth = Vec::new();
+        for leg in 0..6 {
+            let [from, to] = [corners[leg % 4], corners[(leg + 1) % 4]];
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            let steps = (libm::hypot(dx, dy) / 0.4).round() as usize;
+            let yaw = libm::atan2(dy, dx);
+            for step in 0..steps {
+                let along = step as f64 / steps as f64;
+                truth.push(Pose::new(from.0 + along * dx, from.1 + along * dy, yaw));
+            }
+            for turn in 1..4 {
+                let yaw = wrap_angle(yaw + FRAC_PI_2 * f64::from(turn) / 4.0);
+                truth.push(Pose::new(to.0, to.1, yaw));
+            }
+        }
+        let walls = walls();
+        let mut odometry = Pose::default();
+        let mut text = String::new();
+        for (index, pose) in truth.iter().enumerate() {
+            if index > 0 {
+                let step = truth[index - 1].inverse_transform_pose(pose);
+                let wrong = Pose::new(0.95 * step.x, step.y, 0.97 * step.yaw + 0.006);
+                odometry = odometry.transform_pose(&wrong);
+            }
+            let _ = write!(text, "FLASER 181");
+            for beam in 0..181 {
+                let angle = pose.yaw - FRAC_PI_2 + PI * f64::from(beam) / 180.0;
+                let noise = 0.01 * libm::sin(12.9 * f64::from(beam) + 7.3 * index as f64);
+                let _ = write!(text, " {:.3}", range(&walls, &pose.position(), angle) + noise);
+            }
+            let Pose { x, y, yaw } = odometry;
+            let time_s = 0.5 * index as f64;
+            let _ = writeln!(text, " {x} {y} {yaw} {x} {y} {yaw} {time_s} host {time_s}");
+        }
+        (truth, text)
+    }
+
+    #[test]
+    fn map_of_a_ring_is_straight_and_equal_at_every_run() {
+        let (truth, text) = drive();
+        let log = LidarLog::parse(&text).expect("a valid log");
+        let mapped = map_log(&log, &mut || ()).expect("a small map");
+        let poses: Vec<Pose> = mapped.poses.iter().flatten().copied().collect();
+        let error = |poses: &[Pose]| {
+            let pairs: Vec<_> = poses.iter().copied().zip(truth.iter().copied()).collect();
+            absolute_error(&pairs).expect("there are poses")
+        };
+        let odometry: Vec<Pose> = log.records.iter().map(|record| record.odometry).collect();
+        assert!(error(&odometry).position_m.max > 1.0);
+        let found = error(&poses);
+        assert!(found.position_m.max < 0.05, "{found:?}");
+        assert!(found.yaw_rad.max < 0.01, "{found:?}");
+        assert_eq!(mapped.unmatched, 0);
+        // The corridors of the ring look alike, so some loops are wrong; they lose their weight.
+        let loops = ErrorStatistics::of(mapped.loop_errors_m.clone()).expect("a closed loop");
+        assert!(loops.median < 0.03, "{loops:?}");
+        let again = map_log(&log, &mut || ()).expect("a small map");
+        assert_eq!((again.map, again.poses), (mapped.map, mapped.poses));
+    }
+
+    #[test]
+    fn log_without_scans_has_an_empty_map() {
+        let log = LidarLog::parse("FLASER 1 3 0 0 0 0 0 0 1 host 1\n").expect("a valid log");
+        let mapped = map_log(&log, &mut || ()).expect("a small map");
+        assert_eq!(mapped.poses, [Some(Pose::default())]);
+    }
+}

@@ -1,0 +1,135 @@
+//! An occupancy map from scans at known poses.
+
+use crate::geometry::{Point, Pose};
+use crate::localization::DeskewedScan;
+use crate::map::{GridFrame, GridRay, MapError, OccupancyGrid, UNKNOWN};
+
+/// Side of a cell, metres.
+pub const MAP_RESOLUTION_M: f64 = 0.05;
+
+/// Beams are used up to this range, metres: farther beams are far apart from each other.
+const USED_RANGE_M: f64 = 25.0;
+
+/// A cell is occupied if at least this fraction of the beams that reach it end in it. GMapping takes 0.25; higher values cut holes
+/// into walls that are seen at small angles.
+const OCCUPIED_FRACTION: f64 = 0.3;
+
+/// A beam does not show free space in the last half cell before its end. A longer distance would move the surfaces of walls
+/// towards the robot.
+const UNCERTAIN_CELLS: f64 = 0.5;
+
+/// Free space around the beam ends, metres.
+const MARGIN_M: f64 = 0.5;
+
+const FREE: i8 = 0;
+const OCCUPIED: i8 = 100;
+
+/// Counts of the beams of a cell.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    ends: u16,
+    passes: u16,
+}
+
+/// The map that scans show at their poses: cells in which beams end are occupied, cells through which they pass are free, and
+/// others are unknown. Without returns it is one unknown cell.
+///
+/// # Errors
+/// Returns an error if the scans cover too large an area for a grid.
+pub fn render<'a>(
+    scans: impl Iterator<Item = (Pose, &'a DeskewedScan)> + Clone,
+) -> Result<OccupancyGrid, MapError> {
+    let frame = frame(scans.clone())?;
+    let mut counts = vec![Counts::default(); frame.len()];
+    for (pose, scan) in scans {
+        for (from, end) in used(&pose, scan) {
+            add(&mut counts, &frame, &from, &end);
+        }
+    }
+    let value = |counts: &Counts| {
+        let (ends, all) =
+            (f64::from(counts.ends), f64::from(counts.ends) + f64::from(counts.passes));
+        if all == 0.0 {
+            UNKNOWN
+        } else if ends >= OCCUPIED_FRACTION * all {
+            OCCUPIED
+        } else {
+            FREE
+        }
+    };
+    Ok(OccupancyGrid::new(frame, counts.iter().map(value).collect()))
+}
+
+/// The used beams in the map frame: start and end.
+fn used<'a>(pose: &Pose, scan: &'a DeskewedScan) -> impl Iterator<Item = (Point, Point)> + 'a {
+    let pose = *pose;
+    let near = |(from, end): &(Point, Point)| (*end - *from).norm() <= USED_RANGE_M;
+    let hits = scan.hits.iter().map(|hit| (hit.from, hit.end)).filter(near);
+    hits.map(move |(from, end)| (pose.transform(&from), pose.transform(&end)))
+}
+
+fn frame<'a>(scans: impl Iterator<Item = (Pose, &'a DeskewedScan)>) -> Result<GridFrame, MapError> {
+    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    for (pose, scan) in scans {
+        for point in used(&pose, scan).flat_map(|(from, end)| [from, end]) {
+            for (axis, at) in [point.x, point.y].into_iter().enumerate() {
+                low[axis] = low[axis].min(at);
+                high[axis] = high[axis].max(at);
+            }
+        }
+    }
+    if low[0] > high[0] {
+        return GridFrame::new(1, 1, MAP_RESOLUTION_M, Pose::default());
+    }
+    let corner = low.map(|at| ((at - MARGIN_M) / MAP_RESOLUTION_M).floor() * MAP_RESOLUTION_M);
+    let side = |axis: usize| {
+        ((high[axis] + MARGIN_M - corner[axis]) / MAP_RESOLUTION_M).ceil().min(1e9) as i32
+    };
+    GridFrame::new(side(0), side(1), MAP_RESOLUTION_M, Pose::new(corner[0], corner[1], 0.0))
+}
+
+fn add(counts: &mut [Counts], frame: &GridFrame, from: &Point, end: &Point) {
+    let (from, to) = (frame.to_cell_units(from), frame.to_cell_units(end));
+    let length = (to - from).norm();
+    if let Some(cell) = frame.cell_at_units(&to) {
+        let ends = &mut counts[frame.index(cell)].ends;
+        *ends = ends.saturating_add(1);
+    }
+    if length <= UNCERTAIN_CELLS {
+        return;
+    }
+    let direction = (to - from) * (1.0 / length);
+    let free = GridRay::new(&from, &direction)
+        .take_while(|(_, entered)| *entered < length - UNCERTAIN_CELLS);
+    for (cell, _) in free {
+        if frame.contains(cell) {
+            let passes = &mut counts[frame.index(cell)].passes;
+            *passes = passes.saturating_add(1);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::localization::Hit;
+
+    #[test]
+    fn beams_show_free_occupied_and_unknown_cells() {
+        let hit = Hit { from: Point::default(), end: Point::new(1.025, 0.02) };
+        let far = Hit { from: Point::default(), end: Point::new(-40.0, 0.0) };
+        let scan =
+            DeskewedScan { hits: vec![hit, far], range_max: 50.0, ..DeskewedScan::default() };
+        let map = render([(Pose::new(0.0, 0.0, 0.0), &scan)].into_iter()).expect("a small map");
+        let value = |x: f64, y: f64| {
+            let cell = map.frame().cell_of(&Point::new(x, y)).expect("inside");
+            map.cells()[map.frame().index(cell)]
+        };
+        assert_eq!(value(1.025, 0.02), OCCUPIED);
+        assert_eq!(value(0.5, 0.01), FREE);
+        assert_eq!(value(0.5, 0.3), UNKNOWN);
+        assert_eq!(value(1.2, 0.02), UNKNOWN);
+        let empty = render(core::iter::empty()).expect("one cell");
+        assert_eq!(empty.cells(), [UNKNOWN]);
+    }
+}

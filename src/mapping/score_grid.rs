@@ -1,0 +1,289 @@
+//! Loop closure: branch and bound correlative scan matching.
+//!
+//! The search of Hess, Kohler, Rapp and Andor, "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016: the best pose of a scan in
+//! a window on a grid of scores. Coarser levels hold the maximum of the scores of 2^k x 2^k cells, so that a node's score is an
+//! upper bound of the scores of all poses below it.
+
+use crate::geometry::{Point, Pose, wrap_angle};
+
+use super::surfels::Surfel;
+
+/// Side of a cell, metres.
+const CELL_M: f64 = 0.05;
+/// Number of levels: the coarsest node covers 64 x 64 translations.
+const LEVELS: usize = 7;
+/// A cell scores by the distance from the next surface point, up to this number of cells.
+const REACH: i32 = 3;
+/// Highest score of a cell.
+const FULL: u8 = 200;
+/// Largest number of cells, so that memory stays small.
+const MAX_CELLS: usize = 6_000_000;
+
+/// The window of a search around a pose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    pub extent_m: f64,
+    pub extent_rad: f64,
+    /// Results below this score are none.
+    pub min_score: f64,
+}
+
+/// Scores of places by their distance from surfaces.
+pub(super) struct ScoreGrid {
+    corner: Point,
+    columns: i32,
+    rows: i32,
+    /// Level k holds at each cell the maximum over 2^k columns to the right and 2^k rows up.
+    levels: Vec<Vec<u8>>,
+}
+
+impl ScoreGrid {
+    /// Scores of the finest level alone: enough for [`Self::score`].
+    pub fn fine(surfels: &[Surfel]) -> Option<Self> {
+        let first = surfels.first()?.point;
+        let (mut low, mut high) = (first, first);
+        for Surfel { point, .. } in surfels {
+            low = Point::new(low.x.min(point.x), low.y.min(point.y));
+            high = Point::new(high.x.max(point.x), high.y.max(point.y));
+        }
+        let margin_m = CELL_M * f64::from(REACH + 1);
+        let corner = Point::new(low.x - margin_m, low.y - margin_m);
+        let cells = |most: f64, least: f64| ((most + margin_m - least) / CELL_M).ceil();
+        let (columns, rows) = (cells(high.x, corner.x), cells(high.y, corner.y));
+        if columns * rows > MAX_CELLS as f64 {
+            return None;
+        }
+        let (columns, rows) = (columns as i32, rows as i32);
+        let mut kernel = Vec::new();
+        for up in -REACH..=REACH {
+            for right in -REACH..=REACH {
+                let far = f64::from(up * up + right * right).sqrt() / f64::from(REACH + 1);
+                kernel.push((right, up, ((1.0 - far).max(0.0) * f64::from(FULL)).round() as u8));
+            }
+        }
+        let mut scores = vec![0_u8; columns as usize * rows as usize];
+        for Surfel { point, .. } in surfels {
+            let column = ((point.x - corner.x) / CELL_M) as i32;
+            let row = ((point.y - corner.y) / CELL_M) as i32;
+            for &(right, up, score) in &kernel {
+                let (column, row) = (column + right, row + up);
+                if column >= 0 && row >= 0 && column < columns && row < rows {
+                    let cell = &mut scores[(row * columns + column) as usize];
+                    *cell = score.max(*cell);
+                }
+            }
+        }
+        Some(Self { corner, columns, rows, levels: vec![scores] })
+    }
+
+    /// Scores of all levels.
+    pub fn new(surfels: &[Surfel]) -> Option<Self> {
+        let mut grid = Self::fine(surfels)?;
+        let (columns, rows) = (grid.columns as usize, grid.rows as usize);
+        for level in 1..LEVELS {
+            let reach = 1 << (level - 1);
+            let below = &grid.levels[level - 1];
+            let at = |column: usize, row: usize| {
+                if column < columns && row < rows { below[row * columns + column] } else { 0 }
+            };
+            let mut scores = vec![0; below.len()];
+            for row in 0..rows {
+                for column in 0..columns {
+                    let lower = at(column, row).max(at(column + reach, row));
+                    let upper = at(column, row + reach).max(at(column + reach, row + reach));
+                    scores[row * columns + column] = lower.max(upper);
+                }
+            }
+            grid.levels.push(scores);
+        }
+        Some(grid)
+    }
+
+    /// The score of a place, 0 to 1.
+    pub fn score(&self, x: f64, y: f64) -> f64 {
+        let (column, row) = ((x - self.corner.x) / CELL_M, (y - self.corner.y) / CELL_M);
+        let is_inside = column >= 0.0
+            && row >= 0.0
+            && column < f64::from(self.columns)
+            && row < f64::from(self.rows);
+        if !is_inside {
+            return 0.0;
+        }
+        let index = row as usize * self.columns as usize + column as usize;
+        f64::from(self.levels[0][index]) / f64::from(FULL)
+    }
+
+    /// The pose in a window around a predicted one at which points in the robot's frame have the highest mean score, and that
+    /// score, 0 to 1.
+    pub fn search(
+        &self,
+        points: &[Point],
+        predicted: &Pose,
+        window: &Window,
+    ) -> Option<(Pose, f64)> {
+        let farthest = points.iter().map(|it| it.to_vector().norm()).fold(1.0, f64::max);
+        // The farthest point moves by about a cell per step of the angle (Hess et al. 2016, equation 7).
+        let cosine = 1.0 - CELL_M * CELL_M / (2.0 * farthest * farthest);
+        let step_rad = libm::acos(cosine);
+        let turns = (window.extent_rad / step_rad).ceil() as i32;
+        let extent = (window.extent_m / CELL_M).ceil() as i32;
+        let top = LEVELS - 1;
+        let side = 1 << top;
+        // The sum of scores that a result must exceed.
+        let mut best_sum = (window.min_score * f64::from(FULL) * points.len() as f64) as u32;
+        let mut best: Option<(i32, i32, i32)> = None;
+        // Cells of the points for each angle.
+        let cells: Vec<Vec<(i32, i32)>> = (-turns..=turns)
+            .map(|turn| {
+                let (sin, cos) = libm::sincos(predicted.yaw + step_rad * f64::from(turn));
+                let cell = |point: &Point| {
+                    let x = predicted.x + cos * point.x - sin * point.y - self.corner.x;
+                    let y = predicted.y + sin * point.x + cos * point.y - self.corner.y;
+                    ((x / CELL_M).floor() as i32, (y / CELL_M).floor() as i32)
+                };
+                points.iter().map(cell).collect()
+            })
+            .collect();
+        let mut roots = Vec::new();
+        for (turn, cells) in cells.iter().enumerate() {
+            let mut up = -extent;
+            while up <= extent {
+                let mut right = -extent;
+                while right <= extent {
+                    let sum = self.sum(top, cells, right, up);
+                    if sum > best_sum {
+                        roots.push((sum, turn as i32, right, up));
+                    }
+                    right += side;
+                }
+                up += side;
+            }
+        }
+        // The best bound first; equal bounds in a fixed order.
+        roots.sort_by(|one, other| other.0.cmp(&one.0).then(one.cmp(other)));
+        for (bound, turn, right, up) in roots {
+            if bound <= best_sum {
+                break;
+            }
+            let node = (turn, right, up);
+            self.descend(top, &cells, node, extent, &mut best_sum, &mut best);
+        }
+        let (turn, right, up) = best?;
+        let yaw = wrap_angle(predicted.yaw + step_rad * f64::from(turn - turns));
+        let (dx, dy) = (CELL_M * f64::from(right), CELL_M * f64::from(up));
+        let score = f64::from(best_sum) / (f64::from(FULL) * points.len() as f64);
+        Some((Pose::new(predicted.x + dx, predicted.y + dy, yaw), score))
+    }
+
+    /// Searches the translations below a node that can be better than the best one.
+    fn descend(
+        &self,
+        level: usize,
+        cells: &[Vec<(i32, i32)>],
+        (turn, right, up): (i32, i32, i32),
+        extent: i32,
+        best_sum: &mut u32,
+        best: &mut Option<(i32, i32, i32)>,
+    ) {
+        if level == 0 {
+            let sum = self.sum(0, &cells[turn as usize], right, up);
+            if sum > *best_sum {
+                (*best_sum, *best) = (sum, Some((turn, right, up)));
+            }
+            return;
+        }
+        let half = 1 << (level - 1);
+        let mut children = [(0, 0, 0); 4];
+        for (child, (x, y)) in children.iter_mut().zip([(0, 0), (half, 0), (0, half), (half, half)])
+        {
+            let is_inside = right + x <= extent && up + y <= extent;
+            let sum = || self.sum(level - 1, &cells[turn as usize], right + x, up + y);
+            *child = (if is_inside { sum() } else { 0 }, right + x, up + y);
+        }
+        children.sort_by(|one, other| other.0.cmp(&one.0).then(one.cmp(other)));
+        for (bound, right, up) in children {
+            if bound > *best_sum {
+                self.descend(level - 1, cells, (turn, right, up), extent, best_sum, best);
+            }
+        }
+    }
+
+    /// Sum of the scores of cells, moved by a translation.
+    fn sum(&self, level: usize, cells: &[(i32, i32)], right: i32, up: i32) -> u32 {
+        let scores = &self.levels[level];
+        // A cell left of or below the grid still covers cells of the grid at a coarse level.
+        let reach = (1 << level) - 1;
+        let mut sum = 0;
+        for (column, row) in cells {
+            let (column, row) = (column + right, row + up);
+            let is_near =
+                column >= -reach && row >= -reach && column < self.columns && row < self.rows;
+            if is_near {
+                let (column, row) = (column.max(0), row.max(0));
+                sum += u32::from(scores[(row * self.columns + column) as usize]);
+            }
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vector;
+
+    /// Two walls of a corner.
+    fn corner() -> Vec<Surfel> {
+        let point =
+            |x: f64, y: f64| Surfel { point: Point::new(x, y), normal: Vector::new(1.0, 0.0) };
+        let mut surfels: Vec<Surfel> =
+            (0..80).map(|step| point(3.0, 0.05 * f64::from(step))).collect();
+        surfels.extend((0..120).map(|step| point(-3.0 + 0.05 * f64::from(step), 4.0)));
+        surfels.push(point(0.5, 1.0));
+        surfels
+    }
+
+    /// The best score over all poses of the window, without bounds.
+    fn searched(grid: &ScoreGrid, points: &[Point], window: &Window) -> f64 {
+        let farthest = points.iter().map(|it| it.to_vector().norm()).fold(1.0, f64::max);
+        let step = libm::acos(1.0 - CELL_M * CELL_M / (2.0 * farthest * farthest));
+        let turns = (window.extent_rad / step).ceil() as i32;
+        let extent = (window.extent_m / CELL_M).ceil() as i32;
+        let mut best = 0.0_f64;
+        for turn in -turns..=turns {
+            let (sin, cos) = libm::sincos(step * f64::from(turn));
+            for up in -extent..=extent {
+                for right in -extent..=extent {
+                    let total: f64 = points
+                        .iter()
+                        .map(|point| {
+                            let x = cos * point.x - sin * point.y + CELL_M * f64::from(right);
+                            let y = sin * point.x + cos * point.y + CELL_M * f64::from(up);
+                            grid.score(x, y)
+                        })
+                        .sum();
+                    best = best.max(total / points.len() as f64);
+                }
+            }
+        }
+        best
+    }
+
+    #[test]
+    fn branch_and_bound_finds_the_best_pose_of_the_window() {
+        let surfels = corner();
+        let grid = ScoreGrid::new(&surfels).expect("a small grid");
+        let truth = Pose::new(0.62, -0.4, 0.21);
+        let points: Vec<Point> =
+            surfels.iter().step_by(3).map(|it| truth.inverse_transform(&it.point)).collect();
+        let window = Window { extent_m: 1.0, extent_rad: 0.3, min_score: 0.5 };
+        let found = grid.search(&points, &Pose::default(), &window);
+        let (pose, score) = found.expect("it is in the window");
+        assert!((pose.position() - truth.position()).norm() < 0.1, "{pose:?}");
+        assert!((pose.yaw - truth.yaw).abs() < 0.02, "{pose:?}");
+        assert!((score - searched(&grid, &points, &window)).abs() < 1e-6, "{score}");
+        // Outside of the window there is no good pose.
+        let small = Window { extent_m: 0.2, extent_rad: 0.05, min_score: 0.9 };
+        assert!(grid.search(&points, &Pose::default(), &small).is_none());
+    }
+}
