@@ -123,7 +123,10 @@ impl Submap {
         let to = nodes.len() - 1;
         let predicted = poses[self.middle].inverse_transform_pose(&poses[to]);
         let (found, _) = self.scores.as_ref()?.search(points, &predicted, window)?;
-        let (position, yaw) = (SEARCHED_SIGMA_M.powi(-2), SEARCHED_SIGMA_RAD.powi(-2));
+        let (position, yaw) = (
+            1.0 / (SEARCHED_SIGMA_M * SEARCHED_SIGMA_M),
+            1.0 / (SEARCHED_SIGMA_RAD * SEARCHED_SIGMA_RAD),
+        );
         let prior = Matrix3::from_diagonal(&Vector3::new(position, position, yaw));
         let matched = match_scan(&self.surfels, nodes[to].scan, found, &found, &prior);
         let is_closed = matched.is_good()
