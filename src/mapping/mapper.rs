@@ -164,9 +164,9 @@ fn track(
         coarse_search(ends, predicted, (sigma_m, sigma_rad), |x, y| scores.score(x, y))
     });
     let prior = Matrix3::from_diagonal(&Vector3::new(
-        sigma_m.powi(-2),
-        sigma_m.powi(-2),
-        sigma_rad.powi(-2),
+        1.0 / (sigma_m * sigma_m),
+        1.0 / (sigma_m * sigma_m),
+        1.0 / (sigma_rad * sigma_rad),
     ));
     let mut found = match_scan(&local.surfels, scan, begin, predicted, &prior);
     let is_good = found.is_good();
