@@ -131,8 +131,11 @@ mod tests {
     fn relations(of: &[TimedPose]) -> Vec<Relation> {
         let relation = |index: usize| {
             let (from, to) = (&of[index], &of[(index * 37 + 11) % of.len()]);
-            let wrong =
-                if index % 2 == 0 { Pose::new(-0.03, 0.0, 0.0) } else { Pose::new(0.0, 0.0, 0.01) };
+            let wrong = if index.is_multiple_of(2) {
+                Pose::new(-0.03, 0.0, 0.0)
+            } else {
+                Pose::new(0.0, 0.0, 0.01)
+            };
             let motion = from.pose.inverse_transform_pose(&to.pose).transform_pose(&wrong);
             Relation { times_s: [from.time_s + 1000.0, to.time_s + 1000.0], motion }
         };
