@@ -18,6 +18,7 @@ mod cases {
         mod first_steps;
         mod help;
         mod localization;
+        mod logs;
         mod memory;
         mod movingai;
         #[cfg(unix)]

@@ -31,6 +31,7 @@ mod cases {
         pub mod engine_parity;
         pub mod fuzzed;
         pub mod live;
+        pub mod logs;
         pub mod map_reader;
         pub mod missions;
         pub mod movingai;
@@ -66,6 +67,7 @@ fn main() -> ExitCode {
         ("engine parity", cases::conditional::engine_parity::trials),
         ("fuzzed", cases::conditional::fuzzed::trials),
         ("live", cases::conditional::live::trials),
+        ("logs", cases::conditional::logs::trials),
         ("map reader", cases::conditional::map_reader::trials),
         ("missions", cases::conditional::missions::trials),
         ("movingai", cases::conditional::movingai::trials),

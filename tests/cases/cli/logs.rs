@@ -1,0 +1,95 @@
+//! `inbye map` and `inbye bench localization --log`.
+
+use core::fmt::Write as _;
+
+use super::program::Workplace;
+
+/// Half the sides of a room with its origin in the middle, metres, and the radius of the robot's circle in it.
+const HALF_ROOM_M: (f64, f64) = (4.0, 3.0);
+const CIRCLE_M: f64 = 1.5;
+/// Scans of two rounds, and beams of a scan, one degree apart.
+const SCANS: u32 = 160;
+const BEAMS: i32 = 181;
+
+/// A CARMEN log of a drive in a circle. Its laser poses are the true ones. The wheels measure `scale` times the distance.
+fn drive_log(scale: f64) -> String {
+    let mut log = String::from("PARAM robot_frontlaser_offset 0.0\n");
+    let (mut x, mut y, mut yaw) = (CIRCLE_M, 0.0, core::f64::consts::FRAC_PI_2);
+    let step_rad = 2.0 * core::f64::consts::TAU / f64::from(SCANS);
+    for index in 0..SCANS {
+        let around = step_rad * f64::from(index);
+        let (sin, cos) = libm::sincos(around);
+        let (true_x, true_y) = (CIRCLE_M * cos, CIRCLE_M * sin);
+        let true_yaw = around + core::f64::consts::FRAC_PI_2;
+        let _ = write!(log, "FLASER {BEAMS}");
+        for beam in 0..BEAMS {
+            let angle = true_yaw + f64::from(beam - 90).to_radians();
+            let _ = write!(log, " {:.4}", range_m((true_x, true_y), angle));
+        }
+        let time_s = 0.5 * f64::from(index + 1);
+        let yaw_of_log = libm::remainder(true_yaw, core::f64::consts::TAU);
+        let _ =
+            writeln!(log, " {true_x} {true_y} {yaw_of_log} {x} {y} {yaw} {time_s} host {time_s}");
+        // The wheels' own circle.
+        let chord = scale * 2.0 * CIRCLE_M * libm::sin(0.5 * step_rad);
+        let (sin, cos) = libm::sincos(yaw + 0.5 * step_rad);
+        (x, y) = (x + chord * cos, y + chord * sin);
+        yaw = libm::remainder(yaw + step_rad, core::f64::consts::TAU);
+    }
+    log
+}
+
+/// Distance to the wall of the room.
+fn range_m((x, y): (f64, f64), angle: f64) -> f64 {
+    let (sin, cos) = libm::sincos(angle);
+    let along = |direction: f64, position: f64, half_m: f64| {
+        if direction.abs() < 1e-12 {
+            f64::INFINITY
+        } else {
+            (half_m.copysign(direction) - position) / direction
+        }
+    };
+    along(cos, x, HALF_ROOM_M.0).min(along(sin, y, HALF_ROOM_M.1))
+}
+
+#[test]
+fn map_of_a_log_is_read_by_plan_and_by_localization() {
+    let place = Workplace::new();
+    place.write("drive.log", drive_log(1.02));
+    let (status, object) = place.json("map drive.log --out room.yaml");
+    assert_eq!(status, 0, "{object}");
+    assert_eq!((&object["scans"], &object["unmatched"]), (&SCANS.into(), &0.into()), "{object}");
+    let mean_m = object["absolute"]["position_m"]["mean"].as_f64().expect("a mean");
+    assert!(mean_m < 0.03, "{object}");
+    let plan = place.run("plan --map room.yaml --start 1.5,0 --goal -1.5,0");
+    assert_eq!(plan.status, 0, "{}", plan.stderr);
+    let (again, _) = place.json("map drive.log --out again.yaml");
+    assert_eq!(again, 0);
+    let image = |name: &str| std::fs::read(place.path(name)).expect("an image");
+    assert!(image("room.pgm") == image("again.pgm"), "the same log gives the same map");
+    for map in ["", "--map room.yaml "] {
+        let (status, object) = place.json(&format!("bench localization --log drive.log {map}"));
+        assert_eq!((status, &object["lost_scans"]), (0, &0.into()), "{object}");
+        let mean_m = object["absolute"]["position_m"]["mean"].as_f64().expect("a mean");
+        assert!(mean_m < 0.03, "{object}");
+    }
+}
+
+#[test]
+fn unusable_logs_are_refused() {
+    let place = Workplace::new();
+    place.write("bad.log", drive_log(1.0).replacen(" 1.5 0 ", " 1.5 nought ", 1));
+    place.write("empty.log", "");
+    place.write("drive.log", drive_log(1.0));
+    for (command, expected) in [
+        ("map bad.log --out room.yaml", "bad.log: line 2: FLASER has `nought`"),
+        ("map empty.log --out room.yaml", "empty.log"),
+        ("map drive.log --out room.png", "must end in .yaml"),
+        ("bench localization --log none.log", "none.log"),
+        ("bench localization --relations none.txt", "--relations belongs to --log"),
+        ("bench localization --map room.yaml", "--start"),
+    ] {
+        let refusal = place.refusal(command);
+        assert!(refusal.contains(expected), "{command}: {refusal}");
+    }
+}
