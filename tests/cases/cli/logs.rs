@@ -62,7 +62,7 @@ fn map_of_a_log_is_read_by_plan_and_by_localization() {
     let mean_m = object["absolute"]["position_m"]["mean"].as_f64().expect("a mean");
     assert!(mean_m < 0.03, "{object}");
     let plan = place.run("plan --map room.yaml --start 1.5,0 --goal -1.5,0");
-    assert_eq!(plan.status, 0, "{}", plan.errors);
+    assert_eq!(plan.status, 0, "{:?}", plan.errors);
     let (again, _) = place.json("map drive.log --out again.yaml");
     assert_eq!(again, 0);
     let image = |name: &str| std::fs::read(place.path(name)).expect("an image");
