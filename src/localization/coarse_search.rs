@@ -2,6 +2,8 @@
 //!
 //! This is correlative scan matching (Olson, "Real-Time Correlative Scan Matching", ICRA 2009) with a small window.
 
+use super::DeskewedScan;
+use super::signed_distance_field::SignedDistanceField;
 use crate::geometry::{Point, Pose, wrap_angle};
 
 /// Steps of the search, metres and radians, and its largest extent to each side.
@@ -15,6 +17,23 @@ const SIGMAS: f64 = 3.0;
 
 /// Number of beams that are scored.
 const BEAMS: usize = 60;
+
+/// Beam ends up to this distance from a surface count on a map, metres.
+const SCORED_DISTANCE_M: f64 = 0.2;
+
+/// The pose on a map around a predicted one from which the beams end nearest to surfaces. The prior counts by its standard
+/// deviations, metres and radians.
+pub(super) fn search_map(
+    map: &SignedDistanceField,
+    scan: &DeskewedScan,
+    prior: &Pose,
+    sigmas: (f64, f64),
+) -> Pose {
+    coarse_search(scan.hits.iter().map(|hit| hit.end), prior, sigmas, |x, y| {
+        let distance_m = map.cell_distance_m(x, y).unwrap_or(SCORED_DISTANCE_M);
+        (1.0 - distance_m.abs() / SCORED_DISTANCE_M).max(0.0)
+    })
+}
 
 /// The pose around a predicted one at which the beam ends have the highest sum of scores. `score` is 0 to 1 at a point; the
 /// prior counts by its standard deviations, metres and radians. Ends are in the robot's frame.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::geometry::{Point, Pose, Vector};
+use crate::geometry::{Point, Pose, Vector, wrap_angle};
 use crate::map::{Scan, TimedScan};
 
 /// Length of the history, seconds: a few lidar revolutions.
@@ -65,6 +65,16 @@ impl PoseHistory {
             return Some(before);
         };
         Some(before.interpolate(&after, (time_s - before_s) / (after_s - before_s)))
+    }
+
+    /// Distance and turn between the newest pose and the one this many seconds before it, metres and radians.
+    pub(super) fn motion_within(&self, time_s: f64) -> [f64; 2] {
+        let Some((now_s, now)) = self.newest() else {
+            return [0.0; 2];
+        };
+        let before = self.at(now_s - time_s).unwrap_or(now);
+        let distance_m = (before.position() - now.position()).norm();
+        [distance_m, wrap_angle(now.yaw - before.yaw).abs()]
     }
 }
 

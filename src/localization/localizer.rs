@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::agreement::walled_fraction;
-use super::coarse_search::coarse_search;
+use super::coarse_search::search_map;
 use super::motion_check::MotionCheck;
 use super::pose_filters::{OdometryNoise, PoseEkf, offset};
 use super::relocalization::{Found, GlobalSearch};
@@ -57,9 +57,6 @@ const DRIVEN_ON_M: f64 = 3.0;
 
 /// The stamps of lidar and odometry differ by this at sparse scans, seconds (our choice).
 const STAMPS_DIFFER_S: f64 = 0.15;
-
-/// Beam ends up to this distance from a surface count in the search before the scan matcher, metres.
-const SEARCHED_DISTANCE_M: f64 = 0.2;
 
 /// The last accepted revolution.
 #[derive(Clone, Copy, Debug)]
@@ -254,7 +251,8 @@ impl Localizer {
         let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
         let prior = self.ekf.pose;
         let matched = if self.has_sparse_scans {
-            let begin = self.searched_pose(&prior, sigma_m, covariance[(2, 2)].sqrt());
+            let sigmas = (sigma_m, covariance[(2, 2)].sqrt());
+            let begin = search_map(&self.map, &self.scan, &prior, sigmas);
             self.matcher().match_scan_from(begin, &prior, &prior_information, 0.0)
         } else {
             self.matcher().match_scan(&prior, &prior_information, sigma_m)
@@ -283,20 +281,9 @@ impl Localizer {
 
     /// Adds the motion within the difference of the stamps at this scan and the one before.
     fn add_stamp_noise(&mut self) {
-        let Some((now_s, now)) = self.history.newest() else { return };
-        let before = self.history.at(now_s - STAMPS_DIFFER_S).unwrap_or(now);
-        let moved = [distance_m(&before, &now), wrap_angle(now.yaw - before.yaw).abs()];
+        let moved = self.history.motion_within(STAMPS_DIFFER_S);
         let last = core::mem::replace(&mut self.stamp_noise, moved);
         self.ekf.widen(moved[0].max(last[0]), moved[1].max(last[1]));
-    }
-
-    /// The best pose around the predicted one.
-    fn searched_pose(&self, prior: &Pose, sigma_m: f64, sigma_rad: f64) -> Pose {
-        let ends = self.scan.hits.iter().map(|hit| hit.end);
-        coarse_search(ends, prior, (sigma_m, sigma_rad), |x, y| {
-            let distance_m = self.map.cell_distance_m(x, y).unwrap_or(SEARCHED_DISTANCE_M);
-            (1.0 - distance_m.abs() / SEARCHED_DISTANCE_M).max(0.0)
-        })
     }
 
     /// The newest pose by odometry.

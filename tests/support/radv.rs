@@ -228,15 +228,15 @@ impl Compiler {
         let mut count = 0;
         // SAFETY: the first call counts, the second returns sizes, the third fills buffers of these sizes.
         unsafe {
-            call(device, info, &mut count, core::ptr::null_mut()).result()?;
+            call(device, info, &raw mut count, core::ptr::null_mut()).result()?;
             let mut all =
                 vec![vk::PipelineExecutableInternalRepresentationKHR::default(); count as usize];
-            call(device, info, &mut count, all.as_mut_ptr()).result()?;
+            call(device, info, &raw mut count, all.as_mut_ptr()).result()?;
             let mut texts: Vec<Vec<u8>> = all.iter().map(|one| vec![0; one.data_size]).collect();
             for (one, text) in all.iter_mut().zip(&mut texts) {
                 one.p_data = text.as_mut_ptr().cast();
             }
-            call(device, info, &mut count, all.as_mut_ptr()).result()?;
+            call(device, info, &raw mut count, all.as_mut_ptr()).result()?;
             let last = texts.last().ok_or("RADV returns no machine code")?;
             Ok(CStr::from_bytes_until_nul(last)?.to_string_lossy().into_owned())
         }

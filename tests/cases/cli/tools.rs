@@ -51,7 +51,9 @@ fn density_measures_latency() {
         "rows list, rows[].engine text, rows[].threads whole, rows[].samples whole, rows[].steps whole, \
          rows[].p50_ms real, rows[].p95_ms real, rows[].p99_ms real, rows[].max_ms real, rows[].decisions whole, \
          rows[].steps_per_s real, rows[].name text, rows[].missed_20_hz whole, rows[].missed_50_hz whole, \
-         rows[].missed_100_hz whole, skipped list, crossover list, quality list, closed_loop list",
+         rows[].missed_100_hz whole, skipped list, crossover list, batches[].name text, batches[].engine text, \
+         batches[].batch whole, batches[].samples whole, batches[].steps whole, batches[].p50_ms real, batches[].p99_ms real, \
+         batches[].decisions_hz real, batches[].batches whole, quality list, closed_loop list",
     );
     let rows = object["rows"].as_array().unwrap();
     // The key exists for engines without an adapter, too.
@@ -84,7 +86,8 @@ fn density_measures_latency() {
     assert_eq!(run.status, 0, "{run:?}");
     let record = fs::read_to_string(place.path("rows.json")).expect("the record is there");
     let rows: Vec<serde_json::Value> = serde_json::from_str(&record).expect("the record is JSON");
-    let printed = run.stdout.lines().skip_while(|line| !line.starts_with("name")).skip(1);
+    let tables = run.stdout.lines().skip_while(|line| !line.starts_with("name"));
+    let printed = tables.skip(1).take_while(|line| !line.is_empty());
     assert_eq!(rows.len(), printed.count(), "{run:?}");
     assert!(rows.iter().all(|row| row["steps"] == 7));
     let nothing = fs::read_to_string(place.path("quality.csv")).expect("the record is there");

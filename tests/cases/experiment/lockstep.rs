@@ -99,6 +99,7 @@ fn order_is_a_bijection() {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "the table of the book")]
 fn bands_keep_more_of_a_wave_busy() {
     let field = roadway_field();
     println!("| samples | window, s | alone | wave of 32 | of 64 | speeds fastest: 32 | 64 |");
