@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collect();
     let quantized: Vec<_> = problems.iter().map(QuantizedProblem::new).collect::<Result<_, _>>()?;
 
-    let mut selected = open_engine(&EngineChoice::Auto, 1)?;
+    let mut selected = open_engine(&EngineChoice::Cpu, 1)?;
     let answers = selected.engine.evaluate_batch(&quantized, Detail::Answer)?;
     println!("{}", selected.reason);
     for (problem, answer) in problems.iter().zip(answers) {

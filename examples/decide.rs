@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let target = Point::new(9.0, 1.5);
     let problem = Problem::new(field, &Footprint::round(0.3)?, pose, twist, target);
 
-    let mut selected = open_engine(&EngineChoice::Auto, 1)?;
+    let mut selected = open_engine(&EngineChoice::Cpu, 1)?;
     let decision = selected.engine.decide(&problem)?;
     println!("{}: {:?}", selected.reason, decision.command());
     Ok(())

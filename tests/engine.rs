@@ -18,6 +18,7 @@ mod cases {
         mod oracle;
         mod rollout;
         mod shaders;
+        mod shared;
         mod window;
     }
 }

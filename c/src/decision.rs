@@ -3,11 +3,11 @@
 use core::ffi::c_char;
 use core::panic::AssertUnwindSafe;
 use core::str::FromStr;
+use std::thread;
+use std::time::Instant;
 
-use inbye::bench::EvaluationDigest;
-use inbye::local::{
-    DecisionInput, Detail, Engine, EngineChoice, Explainer, QuantizedProblem, open_engine,
-};
+use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
+use inbye::local::{DecisionInput, Detail, Engine, Explainer, LocalSettings, QuantizedProblem};
 
 use crate::error::{array, boxed, free, guarded, object, object_mut, text};
 use crate::map::{InbyeConfig, InbyeMap};
@@ -50,7 +50,7 @@ pub struct InbyeDecision {
     pub digest: [c_char; 65],
 }
 
-/// Opens an engine: "auto", "cpu", "gpu" or "gpu:NAME". Returns null on failure.
+/// Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME". Returns null on failure.
 ///
 /// # Safety
 /// `name` points to a text that ends with zero.
@@ -62,9 +62,13 @@ pub unsafe extern "C" fn inbye_engine_open(
     boxed(AssertUnwindSafe(|| {
         // SAFETY: the caller vouches for the text.
         let name = unsafe { text(name, "name") }?;
-        let choice = EngineChoice::from_str(name)?;
-        let selected = open_engine(&choice, threads.max(1)).map_err(|error| error.to_string())?;
-        Ok(InbyeEngine(selected.engine))
+        let request = EngineRequest::from_str(name)?;
+        let size = DecisionSize::new(&LocalSettings::default(), 1);
+        let started = Instant::now();
+        let clock = &mut || started.elapsed().as_secs_f64();
+        let threads = threads.max(1);
+        let engine = open_requested(&request, &size, threads, clock, &mut thread::sleep);
+        Ok(InbyeEngine(engine.map_err(|error| error.to_string())?))
     }))
 }
 

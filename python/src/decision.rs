@@ -1,10 +1,12 @@
 //! Engines, and decisions with their digests.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Instant;
 
-use inbye::bench::EvaluationDigest;
+use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
 use inbye::local::{
-    Detail, EngineChoice, Evaluation, Explainer, QuantizedProblem, SampleSi, WinnerSi, open_engine,
+    Detail, Evaluation, Explainer, LocalSettings, QuantizedProblem, SampleSi, WinnerSi,
 };
 use pyo3::prelude::*;
 
@@ -122,10 +124,13 @@ pub struct Engine {
     inner: Mutex<Box<dyn inbye::local::Engine>>,
 }
 
-/// Opens an engine by its name: "auto", "cpu", "gpu" or "gpu:NAME".
+/// Opens an engine by its name: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME".
 pub fn open(name: &str, threads: usize) -> PyResult<Box<dyn inbye::local::Engine>> {
-    let choice: EngineChoice = name.parse().map_err(raise)?;
-    Ok(open_engine(&choice, threads.max(1)).map_err(raise)?.engine)
+    let request: EngineRequest = name.parse().map_err(raise)?;
+    let size = DecisionSize::new(&LocalSettings::default(), 1);
+    let started = Instant::now();
+    let clock = &mut || started.elapsed().as_secs_f64();
+    open_requested(&request, &size, threads.max(1), clock, &mut thread::sleep).map_err(raise)
 }
 
 impl Engine {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use inbye::experiment::World as ExperimentWorld;
 use inbye::geometry::{Pose, Twist};
 use inbye::global::Path;
-use inbye::local::CpuEngine;
+use inbye::local::{Engine, EngineChoice, SharedEngines};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, LidarData, MissionRun, Observer, TickEvent};
 use inbye::sim::{Episode, EpisodeEnd, SimulatedRobot, Simulation};
@@ -20,6 +20,9 @@ use super::settings::changed;
 
 /// Reward at the goal; contact costs as much.
 const REACHED_REWARD: f64 = 10.0;
+
+/// Largest number of robots that wait for a GPU at a time: the size of its batch.
+const MOST_WAITING: usize = 256;
 
 /// Who decides the velocities.
 enum Driver {
@@ -69,6 +72,8 @@ pub struct Environments {
     is_navigator: bool,
     slots: Vec<Slot>,
     finished: Vec<Option<Finished>>,
+    engine: EngineChoice,
+    engines: SharedEngines,
     pool: ThreadPool,
 }
 
@@ -76,7 +81,13 @@ impl Environments {
     fn start(&self, job: (usize, u64)) -> Result<Slot, String> {
         let (world, config) = &self.worlds[job.0];
         let made = world.simulation(job.1, config).map_err(|error| error.to_string())?;
-        Slot::start(&made.simulation, config, job, self.is_navigator, self.range_max)
+        let engine = if self.is_navigator {
+            let engine = self.engines.open(&self.engine, 1);
+            Some(engine.map_err(|error| error.to_string())?)
+        } else {
+            None
+        };
+        Slot::start(&made.simulation, config, job, engine, self.range_max)
     }
 
     /// The jobs after the last one that was given out.
@@ -93,15 +104,14 @@ impl Slot {
         simulation: &Simulation,
         config: &Arc<Config>,
         job: (usize, u64),
-        is_navigator: bool,
+        engine: Option<Box<dyn Engine>>,
         range_max: f64,
     ) -> Result<Self, String> {
         let text = |error: &dyn core::fmt::Display| error.to_string();
         let mission = &simulation.mission;
         let ends = (mission.start.position(), mission.goal.position);
-        let (driver, path) = if is_navigator {
+        let (driver, path) = if let Some(engine) = engine {
             let robot = simulation.robot(config).map_err(|error| text(&error))?;
-            let engine = Box::new(CpuEngine::single_threaded());
             let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
             let (mission, config) = (mission.clone(), Arc::clone(config));
             let run = MissionRun::new(mission, config, engine, robot, &mut observer);
@@ -254,14 +264,15 @@ impl Arrays<'_> {
 #[pymethods]
 impl Environments {
     #[new]
-    #[pyo3(signature = (worlds, count, *, seeds, config=None, navigator=false, threads=1))]
+    #[pyo3(signature = (worlds, count, *, seeds, config=None, navigator=false, engine="cpu", threads=None))]
     fn new(
         worlds: Vec<Bound<'_, World>>,
         count: usize,
         seeds: Vec<u64>,
         config: Option<&Bound<'_, PyAny>>,
         navigator: bool,
-        threads: usize,
+        engine: &str,
+        threads: Option<usize>,
     ) -> PyResult<Self> {
         if worlds.is_empty() || seeds.is_empty() || count == 0 {
             return Err(raise("there must be at least one world, one seed and one environment"));
@@ -280,7 +291,11 @@ impl Environments {
             ));
         }
         let jobs = seeds.iter().flat_map(|&seed| (0..prepared.len()).map(move |it| (it, seed)));
-        let pool = ThreadPoolBuilder::new().num_threads(threads.max(1)).build().map_err(raise)?;
+        let engine: EngineChoice = engine.parse().map_err(raise)?;
+        // A robot waits in its thread for the answer of the GPU, which evaluates what all threads ask at that time.
+        let usual = if engine == EngineChoice::Cpu { 1 } else { count.min(MOST_WAITING) };
+        let threads = threads.unwrap_or(usual).max(1);
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(raise)?;
         Ok(Self {
             jobs: jobs.collect(),
             worlds: prepared,
@@ -290,6 +305,8 @@ impl Environments {
             is_navigator: navigator,
             slots: Vec::with_capacity(count),
             finished: (0..count).map(|_| None).collect(),
+            engine,
+            engines: SharedEngines::default(),
             pool,
         })
     }

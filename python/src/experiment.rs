@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use inbye::experiment::{Cell, Grid, Plan, RunRow, open_engine, rankings, run_cell, run_in_order};
+use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::parse_toml;
 use pyo3::prelude::*;
@@ -50,11 +51,12 @@ fn rows(
     let cells = grid.distinct();
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64();
+    let engines = SharedEngines::default();
     let own = |cell: &&Cell| {
         // Ctrl-C counts between two runs.
         Python::attach(|py| -> PyResult<_> {
             py.check_signals()?;
-            open_engine(cell).map_err(raise)
+            open_engine(cell, &engines).map_err(raise)
         })
         .map(|engine| run_cell(cell, engine, &mut { clock }, "").row)
     };

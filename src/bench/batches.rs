@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::columns::columns;
-use super::density::DensityPlan;
+use super::density::{DensityPlan, raise_clock};
 use super::quality::{grid_counts, usual_shape};
 use super::roadway::{Roadway, roadway_field};
 use super::timing::Latencies;
@@ -82,6 +82,9 @@ pub fn measure_batches(
                     return Err(BenchError::Differs { which, engine, first });
                 }
                 Some(_) => {}
+            }
+            if engine.kind() == "gpu" {
+                raise_clock(clock, plan.seconds, || Ok(drop(decide(engine.as_mut(), problems)?)))?;
             }
             let (latencies, batches) = time(engine.as_mut(), problems, plan, clock)?;
             let summary = latencies.summary().unwrap_or_default();

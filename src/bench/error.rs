@@ -35,6 +35,9 @@ pub enum BenchError {
         /// Why.
         error: EngineError,
     },
+    /// An engine that does not open.
+    #[error(transparent)]
+    Open(#[from] EngineError),
     /// An engine's answer differs from the first engine's; its times would be meaningless.
     #[error("{which}: {engine} gave other bits than {first}: run `inbye verify`")]
     Differs {

@@ -3,6 +3,7 @@
 mod batches;
 pub(crate) mod columns;
 mod density;
+mod engine_times;
 mod error;
 mod log_localization;
 pub mod movingai;
@@ -19,6 +20,7 @@ pub use density::{
     Crossover, Density, DensityPlan, DensityRow, SkippedCell, crossovers, measure_density,
     named_sampler,
 };
+pub use engine_times::{DecisionSize, EngineRequest, EngineTime, measure_engines, open_requested};
 pub use error::BenchError;
 pub use log_localization::{LogLocalization, LogRelations, against, localize_log};
 pub use problems::random_problem;

@@ -7,31 +7,38 @@ use std::str::FromStr;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args, Command, Error};
 use inbye::base::Protocol;
+use inbye::bench::{DecisionSize, EngineRequest};
 use inbye::geometry::{Point, Pose};
-use inbye::local::{Engine, EngineChoice};
+use inbye::local::Engine;
 use inbye::map::UnknownPolicy;
-use inbye::runtime::{PlantKind, PoseSource};
+use inbye::runtime::{Config, PlantKind, PoseSource};
 use inbye::sim::SCENE_NAMES;
 
-use super::{machine, output};
+use super::{engine_selection, machine, output};
 
 /// The engine that decides in a closed loop.
 #[derive(Debug, Args)]
 pub struct EngineArguments {
-    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    /// Engine: `auto` measures once which is fastest; gpu:NAME is an adapter whose name contains NAME.
     #[arg(long, default_value = "auto", value_parser = engine())]
-    pub engine: EngineChoice,
-    /// CPU threads [default: all cores].
+    pub engine: EngineRequest,
+    /// CPU threads; of `auto`, at most [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub threads: Option<usize>,
 }
 
 impl EngineArguments {
     /// Opens the engine, a GPU only with the CPU as fallback, and prints which one and why to standard error.
-    pub fn open(&self, gpu_required: bool) -> anyhow::Result<Box<dyn Engine>> {
+    pub fn open(&self, config: &Config, gpu_required: bool) -> anyhow::Result<Box<dyn Engine>> {
         let threads = self.threads.unwrap_or_else(machine::cores);
-        machine::engine_to_drive(&self.engine, threads, gpu_required)
+        let size = decision_size(config);
+        engine_selection::open_to_drive(&self.engine, &size, threads, gpu_required)
     }
+}
+
+/// Size of the decisions with these settings.
+pub fn decision_size(config: &Config) -> DecisionSize {
+    DecisionSize::new(&config.local, config.robot.footprint.discs().len())
 }
 
 /// Largest coordinate, metres.
@@ -132,7 +139,7 @@ pub struct KeywordParser<T> {
 }
 
 /// Parses an engine: `auto`, `cpu`, `gpu`, or `gpu:` with part of an adapter's name.
-pub fn engine() -> KeywordParser<EngineChoice> {
+pub fn engine() -> KeywordParser<EngineRequest> {
     KeywordParser { keywords: vec!["auto", "cpu", "gpu"], parse: str::parse }
 }
 

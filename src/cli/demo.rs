@@ -3,17 +3,18 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use inbye::bench::{DensityPlan, crossovers, verify};
-use inbye::local::{Engine, EngineChoice, SelectedEngine, open_with_fallback};
+use inbye::bench::{DensityPlan, EngineRequest, crossovers, verify};
+use inbye::local::Engine;
 use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, Mission, MissionResult};
 use inbye::sim::{Scene, Simulation, mine, scenes};
 use serde_json::json;
 
+use super::arguments::decision_size;
 use super::drive::DriveObservers;
 use super::files::ReportFolder;
-use super::{Arguments, density, drive, drive_text, machine, output};
+use super::{Arguments, density, drive, drive_text, engine_selection, machine, output};
 
 /// Default folder of the report.
 const FOLDER: &str = "inbye-report";
@@ -43,11 +44,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let config = Config::default();
     let mut drives = Vec::new();
     for scene in [mine()].into_iter().chain(scenes()) {
-        let SelectedEngine { engine, reason, .. } =
-            open_with_fallback(&EngineChoice::Auto, machine::cores(), false)?;
-        if drives.is_empty() {
-            output::note(format!("engine: {reason}"));
-        }
+        let size = decision_size(&config);
+        let (request, cores) = (EngineRequest::Auto, machine::cores());
+        let engine = engine_selection::open_to_drive(&request, &size, cores, false)?;
         let drive = Drive::new(scene, &config, engine)?;
         if !arguments.json {
             let text = drive_text::coloured_line(&drive.result);

@@ -123,7 +123,7 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
         samplers: Sampler::ALL.to_vec(),
         ..DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds)
     };
-    let mut all = with_every_thread_count(machine::all_engines()?, machine::cores())?;
+    let mut all = machine::engines_to_time()?;
     let density = measure(&mut all, &plan)?;
     let batches = if arguments.no_batches {
         Vec::new()
@@ -166,19 +166,6 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     }
     output::result(json, &object, lines)?;
     Ok(true)
-}
-
-/// Adds CPU engines of 2, 4, 8... threads, fewer than cores, after the single-threaded one.
-pub fn with_every_thread_count(
-    mut all: Vec<Box<dyn Engine>>,
-    cores: usize,
-) -> anyhow::Result<Vec<Box<dyn Engine>>> {
-    let doubled = std::iter::successors(Some(2_usize), |threads| threads.checked_mul(2));
-    for (place, threads) in doubled.take_while(|&threads| threads < cores).enumerate() {
-        let engine = CpuEngine::with_threads(threads)?;
-        all.insert((place + 1).min(all.len()), Box::new(engine));
-    }
-    Ok(all)
 }
 
 /// Measures with a progress bar.
@@ -262,30 +249,4 @@ pub fn text(Density { rows, skipped, .. }: &Density, quality: &[QualityRow]) -> 
         lines.extend(text_table(quality, QualityRow::SUMMARY));
     }
     lines
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn engines_have_every_power_of_two_of_threads_up_to_the_cores() {
-        let threads = |cores: usize| -> Vec<usize> {
-            let mut first: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
-            if cores > 1 {
-                first.push(Box::new(CpuEngine::with_threads(cores).expect("threads")));
-            }
-            let all = with_every_thread_count(first, cores).expect("threads");
-            all.iter().map(|engine| engine.threads()).collect()
-        };
-        for (cores, expected) in [
-            (1, &[1][..]),
-            (2, &[1, 2]),
-            (3, &[1, 2, 3]),
-            (8, &[1, 2, 4, 8]),
-            (12, &[1, 2, 4, 8, 12]),
-        ] {
-            assert_eq!(threads(cores), expected, "{cores} cores");
-        }
-    }
 }

@@ -3,12 +3,12 @@
 use std::fmt;
 
 use clap::Args;
-use inbye::bench::{DensityPlan, DensityRow};
-use inbye::local::{CpuEngine, EngineChoice, open_engine};
+use inbye::bench::{DecisionSize, DensityPlan, DensityRow};
+use inbye::local::LocalSettings;
 use serde::Serialize;
 use serde_json::json;
 
-use super::{density, machine, output};
+use super::{density, engine_selection, machine, output};
 
 /// `inbye doctor`.
 #[derive(Debug, Args)]
@@ -74,12 +74,9 @@ fn processor() -> Check {
 
 /// Times decisions by thread count. Returns the check, and the fastest count for the smaller number of samples.
 fn thread_counts(seconds: f64) -> anyhow::Result<(Check, usize)> {
-    let first = CpuEngine::single_threaded();
     let cores = machine::cores();
-    let mut engines = density::with_every_thread_count(vec![Box::new(first)], cores)?;
-    if cores > 1 {
-        engines.push(Box::new(CpuEngine::with_threads(cores)?));
-    }
+    let mut engines = machine::engines_to_time()?;
+    engines.retain(|engine| engine.kind() == "cpu");
     let plan = DensityPlan {
         samples: SAMPLES.to_vec(),
         ..DensityPlan::powers_of_four(STEPS, SAMPLES[0], SAMPLES[1], seconds)
@@ -114,11 +111,16 @@ fn gpu() -> Check {
     Check::good("GPU", names.join("; "))
 }
 
-/// The engine that `--engine auto` takes.
+/// The engine that `--engine auto` takes for the default settings, measured anew.
 fn engine() -> Check {
-    match open_engine(&EngineChoice::Auto, machine::cores()) {
-        Ok(selected) => Check::good("auto", format!("--engine auto takes {}", selected.reason)),
-        Err(error) => Check::bad("auto", error.to_string(), "use --engine cpu"),
+    let size = DecisionSize::new(&LocalSettings::default(), 1);
+    match engine_selection::engine_times(&size, machine::cores(), true) {
+        Ok(times) => {
+            let fastest = times.first().map_or("the CPU", |first| &first.name);
+            let reason = engine_selection::fastest_text(&times, &size);
+            Check::good("auto", format!("--engine auto takes {fastest}: {reason}"))
+        }
+        Err(error) => Check::bad("auto", format!("{error:#}"), "use --engine cpu"),
     }
 }
 

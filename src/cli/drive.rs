@@ -171,7 +171,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         })
     };
     let mission = &simulation.mission;
-    let engine = arguments.engine.open(arguments.require_gpu)?;
+    let engine = arguments.engine.open(&config, arguments.require_gpu)?;
     // The live page records the ticks itself.
     let mut playback = if arguments.live.is_none() { files.playback() } else { None };
     let mut recording = files

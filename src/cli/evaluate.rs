@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use inbye::bench::EvaluationDigest;
-use inbye::local::{Detail, EngineChoice, Explainer, QuantizedProblem, Sampling, TrajectoryFan};
+use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest};
+use inbye::local::{Detail, Explainer, QuantizedProblem, Sampling, TrajectoryFan};
 use inbye::report::{DecisionView, decision_svg};
 use serde_json::json;
 
 use super::arguments::engine;
 use super::files::Output;
-use super::{machine, map_file, output, problem_file};
+use super::{engine_selection, machine, map_file, output, problem_file};
 
 /// `inbye evaluate`.
 #[derive(Debug, Args)]
@@ -20,9 +20,9 @@ pub struct EvaluateArguments {
     /// The problem, JSON.
     #[arg(long, value_name = "FILE.json")]
     pub problem: PathBuf,
-    /// Engine, or gpu:NAME for an adapter whose name contains NAME.
+    /// Engine: `auto` measures once which is fastest; gpu:NAME is an adapter whose name contains NAME.
     #[arg(long, default_value = "auto", value_parser = engine())]
-    pub engine: EngineChoice,
+    pub engine: EngineRequest,
     /// Also return every sample, in SI units.
     #[arg(long)]
     pub samples: bool,
@@ -40,7 +40,14 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     let (problem, map) = problem_file::read(&arguments.problem, map_file::load)?;
     let quantized =
         QuantizedProblem::new(&problem).with_context(|| arguments.problem.display().to_string())?;
-    let mut engine = machine::engine(&arguments.engine)?;
+    let size = DecisionSize {
+        vx_samples: problem.window.vx.count,
+        vtheta_samples: problem.window.vtheta.count,
+        steps: problem.steps,
+        discs: problem.footprint.discs().len(),
+        sampler: problem.sampler,
+    };
+    let mut engine = engine_selection::open(&arguments.engine, &size, machine::cores())?;
     let evaluation = engine.evaluate(&quantized, Detail::Samples)?;
     let mut digest = EvaluationDigest::default();
     digest.add(&evaluation);

@@ -8,10 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use inbye::base::BaseSupervisor;
-use inbye::local::{
-    Engine, EngineChoice, EngineError, SelectedEngine, open_all_engines, open_engine,
-    open_with_fallback,
-};
+use inbye::local::{Engine, EngineError, open_all_engines, open_engines_to_time};
 use serde_json::{Value, json};
 
 use super::output;
@@ -76,32 +73,6 @@ pub fn description() -> String {
     format!("{model}, {} cores, {ARCH}, {OS}", cores())
 }
 
-/// Opens the chosen engine and prints which one and why to standard error.
-pub fn engine(choice: &EngineChoice) -> anyhow::Result<Box<dyn Engine>> {
-    announce(|| open_engine(choice, cores()))
-}
-
-/// Opens the chosen engine for a drive, a GPU only with the CPU as fallback, and prints which one and why to standard error.
-pub fn engine_to_drive(
-    choice: &EngineChoice,
-    threads: usize,
-    gpu_required: bool,
-) -> anyhow::Result<Box<dyn Engine>> {
-    announce(|| open_with_fallback(choice, threads, gpu_required))
-}
-
-/// Opens an engine and prints its name, the reason for it and the time it took to open.
-fn announce(
-    open: impl FnOnce() -> Result<SelectedEngine, EngineError>,
-) -> anyhow::Result<Box<dyn Engine>> {
-    let started = Instant::now();
-    let SelectedEngine { engine, reason, .. } = open().map_err(with_option)?;
-    output::note(format!("engine: {reason}"));
-    let ms = started.elapsed().as_secs_f64() * 1e3;
-    output::detail(format!("{} ready after {ms:.0} ms", engine.name()));
-    Ok(engine)
-}
-
 /// Adds the command-line option that avoids an engine error.
 pub fn with_option(error: EngineError) -> anyhow::Error {
     let option = match error {
@@ -117,6 +88,11 @@ pub fn with_option(error: EngineError) -> anyhow::Error {
 /// Opens every engine. An adapter that cannot be opened is skipped with a note.
 pub fn all_engines() -> anyhow::Result<Vec<Box<dyn Engine>>> {
     Ok(open_all_engines(cores(), note_skipped)?)
+}
+
+/// As [`all_engines`], with CPU engines of 1, 2, 4... threads.
+pub fn engines_to_time() -> anyhow::Result<Vec<Box<dyn Engine>>> {
+    Ok(open_engines_to_time(cores(), true, note_skipped)?)
 }
 
 /// Notes an adapter that cannot be opened.

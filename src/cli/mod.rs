@@ -22,6 +22,7 @@ mod drive_text;
 mod emulated_person;
 #[cfg(all(unix, feature = "serial"))]
 mod emulated_surroundings;
+mod engine_selection;
 mod evaluate;
 mod fault_matrix;
 mod files;

@@ -46,7 +46,7 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
     let file = File::open(&arguments.file)
         .with_context(|| format!("{}: cannot be read: name a recording", name()))?;
     let mut recording = Reader::open(BufReader::new(file)).with_context(name)?;
-    let engine = arguments.engine.open(false)?;
+    let engine = arguments.engine.open(&recording.metadata().config, false)?;
     let recorded_engine = recording.metadata().engine.clone();
     let pictures = Pictures::create(&arguments.pictures)?;
     let config = recording.metadata().config.clone();

@@ -9,6 +9,7 @@ use inbye::experiment::{
     Cell, CellFile, ContactCause, Grid, Group, Manifest, RunOutcome, RunRow, WorldKind, merge,
     open_engine, run_cell, run_in_order, run_jobs,
 };
+use inbye::local::SharedEngines;
 use indicatif::ProgressBar;
 
 use super::arguments::whole;
@@ -68,11 +69,17 @@ impl RunArguments {
 pub fn run_grid(grid: &Grid, out: Option<&Path>, jobs: usize) -> anyhow::Result<Vec<RunRow>> {
     let machine = machine::description();
     let Some(out) = out else {
-        return in_memory(grid, jobs, |cell| run_alone(cell, &machine));
+        let engines = SharedEngines::default();
+        return in_memory(grid, jobs, |cell| run_alone(cell, &engines, &machine));
     };
     let manifest = Manifest::of(grid);
     let store = ResultStore::open(out, &manifest)?;
-    let workers = Workers { store: &store, machine: &machine, title: &grid.title };
+    let workers = Workers {
+        store: &store,
+        machine: &machine,
+        title: &grid.title,
+        engines: SharedEngines::default(),
+    };
     let done = workers.run(&grid.distinct(), jobs)?;
     if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
         bail!("{reason}");
@@ -104,6 +111,8 @@ pub struct Workers<'a> {
     pub machine: &'a str,
     /// Title of the progress bar.
     pub title: &'a str,
+    /// The engines of cells that run side by side.
+    pub engines: SharedEngines,
 }
 
 /// What was done with a cell.
@@ -190,7 +199,7 @@ impl Workers<'_> {
         }
         let _lock = latency_lock::of(cell)?;
         store.log(&cell.row.key, "begun");
-        let engine = match open_engine(cell) {
+        let engine = match open_engine(cell, &self.engines) {
             Ok(engine) => engine,
             Err(error) => return Ok(Done::NoEngine(error.to_string())),
         };
@@ -202,9 +211,13 @@ impl Workers<'_> {
 }
 
 /// Runs a cell without keeping its result.
-pub fn run_alone(cell: &Cell, machine_name: &str) -> anyhow::Result<CellFile> {
+pub fn run_alone(
+    cell: &Cell,
+    engines: &SharedEngines,
+    machine_name: &str,
+) -> anyhow::Result<CellFile> {
     let _lock = latency_lock::of(cell)?;
-    Ok(run_cell(cell, open_engine(cell)?, &mut wall_clock(), machine_name))
+    Ok(run_cell(cell, open_engine(cell, engines)?, &mut wall_clock(), machine_name))
 }
 
 /// A table of groups.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
+use inbye::bench::EngineRequest;
 use inbye::experiment::{
     Cell, Comparison, Grid, IdentifiedMotion, RunRow, Setup, Share, SoakSummary, Spread,
     compare_digests, run_cell, spread_evenly,
@@ -13,12 +14,12 @@ use inbye::report::BenchReport;
 use inbye::runtime::{Config, PlantKind, PoseSource};
 use serde_json::json;
 
-use super::arguments::{engine, plants, pose_source, whole};
+use super::arguments::{decision_size, engine, plants, pose_source, whole};
 use super::files::{PAGE, ReportFolder, create_file};
 use super::machine::{self, wall_clock};
 use super::missions::{MissionsArguments, share, sort};
 use super::runs::{group_table, in_memory, run_text, unreached};
-use super::{output, recording, run_page};
+use super::{engine_selection, output, recording, run_page};
 
 const INTRO: &str = "Random missions, simulated in a closed loop; map and seed determine a mission: start and goal in free space, \
     and moving obstacles.";
@@ -58,7 +59,7 @@ pub struct SoakArguments {
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
     #[arg(long, default_value = "cpu", value_parser = engine())]
-    pub engine: EngineChoice,
+    pub engine: EngineRequest,
     /// Drive this many missions, evenly spread, again on every other engine, and compare their traces: on all GPU adapters,
     /// or without one on the CPU with other instructions.
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<usize>(0, 1_000_000))]
@@ -92,6 +93,7 @@ fn setups(arguments: &SoakArguments, mut config: Config) -> Vec<Setup> {
 pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     let missions = &arguments.missions_of;
     let (config, worlds) = missions.read(arguments.unmapped)?;
+    let size = decision_size(&config);
     let setups = setups(arguments, config);
     let grid = Grid::of_missions("soak", &worlds, &setups, arguments.missions, missions.seed)?;
     if let Some((seed, folder)) = arguments.replay.zip(arguments.report.as_deref()) {
@@ -101,7 +103,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         return replay(cell, folder, json);
     }
     let report = ReportFolder::create(arguments.report.as_deref())?;
-    let first = open_engine(&arguments.engine, 1).map_err(machine::with_option)?.engine;
+    let first = engine_selection::open(&arguments.engine, &size, 1)?;
     let grid = match first.kind() {
         "gpu" => grid.on_engine(&format!("gpu:{}", first.name())),
         _ => grid,

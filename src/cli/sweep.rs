@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
 use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard};
+use inbye::local::SharedEngines;
 use inbye::runtime::parse_toml;
 use serde_json::json;
 
@@ -96,7 +97,12 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     }
     let out = out.unwrap_or(Path::new(FOLDER));
     let folder = ResultStore::open(out, &manifest)?;
-    let workers = Workers { store: &folder, machine: &machine, title: "cells of the sweep" };
+    let workers = Workers {
+        store: &folder,
+        machine: &machine,
+        title: "cells of the sweep",
+        engines: SharedEngines::default(),
+    };
     machine::interrupt_flag()?;
     let done = workers.run(&cells, arguments.jobs.unwrap_or_else(machine::cores))?;
     let (mut found, mut driven, mut errors, mut left) = (0, 0, 0, Vec::new());
@@ -175,8 +181,9 @@ fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Re
 /// Runs cells and prints the content of their files; as JSON also their rows.
 fn print(cells: &[&Cell], machine: &str, json: bool) -> anyhow::Result<bool> {
     let mut files = Vec::new();
+    let engines = SharedEngines::default();
     for cell in cells {
-        let file = run_alone(cell, machine)?;
+        let file = run_alone(cell, &engines, machine)?;
         if json {
             files.push(json!({ "key": file.row.key, "row": file.row, "file": file.text() }));
         } else {

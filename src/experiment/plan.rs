@@ -216,8 +216,7 @@ impl Plan {
         let samplings: Vec<String> = self.sampling.iter().map(ToString::to_string).collect();
         distinct("sampling", &samplings)?;
         for engine in &self.engines {
-            let known = engine.parse::<EngineChoice>();
-            let is_one = known.is_ok_and(|engine| engine != EngineChoice::Auto);
+            let is_one = engine.parse::<EngineChoice>().is_ok();
             let expected = "cpu, gpu or gpu:ADAPTER-NAME: a cell must name its engine";
             require(is_one, "engines", engine, expected)?;
         }

@@ -6,7 +6,7 @@ use super::outcome::outcome;
 use super::row_figures::fault_name;
 use super::world::WorldSource;
 use super::{Cell, CellFile, ExperimentError, RunOutcome, RunRow, World, WorldSimulation};
-use crate::local::{Engine, EngineChoice, EngineError, open_with_fallback};
+use crate::local::{Engine, EngineChoice, EngineError, SharedEngines, open_with_fallback};
 use crate::runtime::{Config, Decider, MissionError, MissionResult, Observer, PoseSource};
 use crate::sim::SimError;
 
@@ -96,15 +96,19 @@ impl World {
     }
 }
 
-/// Opens the engine of a cell.
+/// Opens the engine of a cell. Cells on a GPU share it, so the decisions of those that run side by side are evaluated in batches; a
+/// cell whose latency is measured has its engine to itself.
 ///
 /// # Errors
 /// Fails when this machine does not have the engine. That is no result of the cell: another machine may have it.
-pub fn open_engine(cell: &Cell) -> Result<Box<dyn Engine>, EngineError> {
+pub fn open_engine(cell: &Cell, shared: &SharedEngines) -> Result<Box<dyn Engine>, EngineError> {
     // The plan's check accepts no other names.
-    let preference: EngineChoice = cell.row.engine.parse().unwrap_or_default();
-    let is_gpu = matches!(preference, EngineChoice::Gpu(_));
-    Ok(open_with_fallback(&preference, cell.threads, is_gpu)?.engine)
+    let choice: EngineChoice = cell.row.engine.parse().unwrap_or_default();
+    if cell.row.latency {
+        let is_gpu = choice != EngineChoice::Cpu;
+        return Ok(open_with_fallback(&choice, cell.threads, is_gpu)?.engine);
+    }
+    shared.open(&choice, cell.threads)
 }
 
 /// Drives a cell on its engine. `clock`, in seconds, times the ticks of a timed cell on a machine of this name; other

@@ -1,4 +1,4 @@
-//! Selects an engine by the user's choice and the machine's adapters, and gives the reason.
+//! Opens the engine that the user chose, or all engines of the machine.
 
 use core::str::FromStr;
 use std::time::Duration;
@@ -11,15 +11,12 @@ use super::{BackgroundOpener, CpuEngine, Engine, EngineError, Failover, Instruct
 /// answer within it.
 const DRIVING_TIMEOUT: Duration = Duration::from_millis(50);
 
-/// The engine that the user chooses.
+/// The engine that the user chooses. [`measure_engines`](crate::bench::measure_engines) finds the fastest one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum EngineChoice {
-    /// A hardware GPU if there is one, otherwise the CPU. A software adapter is never taken: it runs on the same cores,
-    /// slower.
-    #[default]
-    Auto,
     /// The CPU.
+    #[default]
     Cpu,
     /// A GPU, hardware before software. With a name: the first adapter whose name contains it, ignoring case.
     Gpu(Option<String>),
@@ -30,63 +27,73 @@ impl FromStr for EngineChoice {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         match text.split_once(':') {
-            None if text == "auto" => Ok(Self::Auto),
             None if text == "cpu" => Ok(Self::Cpu),
             None if text == "gpu" => Ok(Self::Gpu(None)),
             Some(("gpu", name)) if !name.is_empty() => Ok(Self::Gpu(Some(name.to_owned()))),
             _ => Err(format!(
-                "`{}` is not an engine: use auto, cpu, gpu or gpu:ADAPTER-NAME",
+                "`{}` is not an engine: use cpu, gpu or gpu:ADAPTER-NAME",
                 text.escape_debug()
             )),
         }
     }
 }
 
-/// An engine and the reason for its selection.
+/// An open engine.
 #[non_exhaustive]
 pub struct SelectedEngine {
     /// The engine.
     pub engine: Box<dyn Engine>,
-    /// Name of the engine and reason, one sentence.
-    pub reason: String,
+    /// Its name, the kind of an adapter, and why it is the CPU where a GPU was asked for.
+    pub description: String,
 }
 
 /// Opens the chosen engine. A CPU engine gets `threads` threads.
 ///
 /// # Errors
-/// When the choice is a GPU and no matching adapter opens. [`EngineChoice::Auto`] falls back to the CPU and gives the
-/// cause as the reason.
+/// When the choice is a GPU and no matching adapter opens, or the system refuses a thread.
 pub fn open_engine(choice: &EngineChoice, threads: usize) -> Result<SelectedEngine, EngineError> {
-    if *choice == EngineChoice::Cpu {
-        return open_cpu(threads, "requested");
-    }
-    match open_gpu(choice, None) {
-        Err(error) if *choice == EngineChoice::Auto => open_cpu(threads, &no_gpu_reason(&error)),
-        opened => opened,
+    match choice {
+        EngineChoice::Cpu => open_cpu(threads),
+        EngineChoice::Gpu(name) => open_gpu(name.as_deref(), None),
     }
 }
 
 /// Opens the chosen engine for driving. As [`open_engine`], but a GPU gets a CPU fallback: after any GPU failure the
-/// CPU continues with the same bits and the GPU is reopened later, see [`Failover`](super::Failover).
+/// CPU continues with the same bits and the GPU is reopened later, see [`Failover`](super::Failover). Unless `gpu_required`
+/// is set, the same is true of a GPU that does not open at the start.
 ///
-/// The GPU has 50 ms for each answer. [`EngineChoice::Auto`] also retries a GPU that is missing at the start, unless
-/// there is a software adapter: no GPU was lost then, and the software adapter is no better than the CPU.
+/// The GPU has 50 ms for each answer.
 ///
 /// # Errors
-/// As [`open_engine`]; also when `gpu_required` is set and the selected engine is the CPU.
+/// With `gpu_required`, when the choice is the CPU or the GPU does not open. When the system refuses a thread.
 pub fn open_with_fallback(
     choice: &EngineChoice,
     threads: usize,
     gpu_required: bool,
 ) -> Result<SelectedEngine, EngineError> {
-    let selected = match choice {
-        EngineChoice::Cpu => open_cpu(threads, "requested"),
-        _ => open_gpu_with_fallback(choice, threads),
-    }?;
-    if gpu_required && selected.engine.kind() != "gpu" {
-        return Err(EngineError::GpuRequired { selected: selected.reason });
-    }
-    Ok(selected)
+    let EngineChoice::Gpu(name) = choice else {
+        let selected = open_cpu(threads)?;
+        return if gpu_required {
+            Err(EngineError::GpuRequired { selected: selected.description })
+        } else {
+            Ok(selected)
+        };
+    };
+    let cpu = CpuEngine::with_threads(threads)?;
+    let (gpu, description) = match open_gpu(name.as_deref(), Some(DRIVING_TIMEOUT)) {
+        Ok(opened) => (Ok(opened.engine), opened.description),
+        Err(error) if gpu_required || matches!(error, EngineError::NoGpuSupport) => {
+            return Err(error);
+        }
+        Err(error) => {
+            let description = format!("{} until the GPU opens ({error})", cpu.name());
+            (Err(error), description)
+        }
+    };
+    let name = name.clone();
+    let reopen = move || Ok(open_gpu(name.as_deref(), Some(DRIVING_TIMEOUT))?.engine);
+    let engine = Failover::new(gpu, BackgroundOpener::new(reopen), cpu);
+    Ok(SelectedEngine { engine: Box::new(engine), description })
 }
 
 /// Opens every engine of this machine: the CPU on one thread, the CPU on all `threads` if there are more, then each
@@ -98,7 +105,10 @@ pub fn open_all_engines(
     threads: usize,
     left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
-    with_others(vec![Box::new(CpuEngine::single_threaded())], threads, left_out)
+    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
+    push_threaded(&mut engines, threads)?;
+    engines.extend(open_adapters(true, left_out));
+    Ok(engines)
 }
 
 /// Opens every engine variant for a comparison: each instruction set on one thread, the scalar reference first; the
@@ -114,104 +124,93 @@ pub fn open_all_variants(
     for instructions in InstructionSet::ALL.into_iter().filter(|one| one.is_available()) {
         engines.push(Box::new(CpuEngine::with_instruction_set(instructions, 1)?));
     }
-    with_others(engines, threads, left_out)
+    push_threaded(&mut engines, threads)?;
+    engines.extend(open_adapters(true, left_out));
+    Ok(engines)
 }
 
-/// Adds the CPU on all threads if there are several, and all adapters.
-fn with_others(
-    mut engines: Vec<Box<dyn Engine>>,
+/// Opens the engines that are worth timing: the CPU on 1, 2, 4, 8... and on all `threads`, then each adapter, hardware first;
+/// software adapters, which run on the same cores, only with `software`.
+///
+/// # Errors
+/// When the system refuses a thread.
+pub fn open_engines_to_time(
     threads: usize,
-    mut left_out: impl FnMut(&EngineError),
+    software: bool,
+    left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
+    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
+    let doubled = core::iter::successors(Some(2_usize), |threads| threads.checked_mul(2));
+    for fewer in doubled.take_while(|&fewer| fewer < threads) {
+        push_threaded(&mut engines, fewer)?;
+    }
+    push_threaded(&mut engines, threads)?;
+    engines.extend(open_adapters(software, left_out));
+    Ok(engines)
+}
+
+/// Adds the CPU on this number of threads, if there are several.
+fn push_threaded(engines: &mut Vec<Box<dyn Engine>>, threads: usize) -> Result<(), EngineError> {
     if threads > 1 {
         engines.push(Box::new(CpuEngine::with_threads(threads)?));
     }
-    #[cfg(feature = "gpu")]
-    for adapter in adapters() {
-        match GpuEngine::new(&adapter) {
+    Ok(())
+}
+
+/// Opens the adapters, hardware first.
+#[cfg(feature = "gpu")]
+fn open_adapters(software: bool, mut left_out: impl FnMut(&EngineError)) -> Vec<Box<dyn Engine>> {
+    let mut engines: Vec<Box<dyn Engine>> = Vec::new();
+    for adapter in adapters().iter().filter(|adapter| software || !adapter.summary.software) {
+        match GpuEngine::new(adapter) {
             Ok(engine) => engines.push(Box::new(engine)),
             Err(error) => left_out(&error),
         }
     }
-    #[cfg(not(feature = "gpu"))]
+    engines
+}
+
+#[cfg(not(feature = "gpu"))]
+fn open_adapters(_: bool, mut left_out: impl FnMut(&EngineError)) -> Vec<Box<dyn Engine>> {
     left_out(&EngineError::NoGpuSupport);
-    Ok(engines)
+    Vec::new()
 }
 
-fn open_cpu(threads: usize, reason: &str) -> Result<SelectedEngine, EngineError> {
+fn open_cpu(threads: usize) -> Result<SelectedEngine, EngineError> {
     let engine = CpuEngine::with_threads(threads)?;
-    Ok(SelectedEngine { reason: format!("{}: {reason}", engine.name()), engine: Box::new(engine) })
+    Ok(SelectedEngine { description: engine.name(), engine: Box::new(engine) })
 }
 
-/// The reason for the CPU when the best GPU does not open.
-fn no_gpu_reason(error: &EngineError) -> String {
-    match error {
-        EngineError::NoGpuSupport => "this build has no GPU engine".to_owned(),
-        EngineError::NoAdapter => "no GPU adapter found".to_owned(),
-        EngineError::SoftwareAdapterOnly { .. } => error.to_string(),
-        _ => format!("the GPU could not be opened ({error})"),
-    }
-}
-
-/// Opens the GPU of a choice other than the CPU, with another timeout than the default if one is given.
+/// Opens the first adapter, or the first one whose name contains `requested`; with another timeout than the default if one is
+/// given.
 #[cfg(feature = "gpu")]
 fn open_gpu(
-    choice: &EngineChoice,
+    requested: Option<&str>,
     timeout: Option<Duration>,
 ) -> Result<SelectedEngine, EngineError> {
     let adapters = adapters();
     let mut adapter = adapters.first().ok_or(EngineError::NoAdapter)?;
-    if let EngineChoice::Gpu(Some(requested)) = choice {
+    if let Some(requested) = requested {
         let pattern = requested.to_lowercase();
         let matches = |one: &&Adapter| one.summary.name.to_lowercase().contains(&pattern);
         adapter = adapters.iter().find(matches).ok_or_else(|| {
             let names: Vec<&str> = adapters.iter().map(|one| one.summary.name.as_str()).collect();
             EngineError::AdapterNotFound {
-                requested: requested.clone(),
+                requested: requested.to_owned(),
                 available: names.join(", "),
             }
         })?;
     }
     let AdapterSummary { name, software, .. } = &adapter.summary;
-    let cause = match (choice, software) {
-        (EngineChoice::Auto, true) => {
-            return Err(EngineError::SoftwareAdapterOnly { adapter: name.clone() });
-        }
-        (EngineChoice::Auto, false) => "hardware adapter found",
-        (_, true) => "requested, software adapter",
-        (_, false) => "requested, hardware adapter",
-    };
+    let kind = if *software { "software adapter" } else { "hardware adapter" };
     let mut engine = GpuEngine::new(adapter)?;
     if let Some(timeout) = timeout {
         engine.set_timeout(timeout);
     }
-    Ok(SelectedEngine { engine: Box::new(engine), reason: format!("GPU, {name}: {cause}") })
+    Ok(SelectedEngine { engine: Box::new(engine), description: format!("GPU, {name}, {kind}") })
 }
 
 #[cfg(not(feature = "gpu"))]
-fn open_gpu(_: &EngineChoice, _: Option<Duration>) -> Result<SelectedEngine, EngineError> {
+fn open_gpu(_: Option<&str>, _: Option<Duration>) -> Result<SelectedEngine, EngineError> {
     Err(EngineError::NoGpuSupport)
-}
-
-fn open_gpu_with_fallback(
-    choice: &EngineChoice,
-    threads: usize,
-) -> Result<SelectedEngine, EngineError> {
-    let cpu = CpuEngine::with_threads(threads)?;
-    let (gpu, reason) = match open_gpu(choice, Some(DRIVING_TIMEOUT)) {
-        Ok(opened) => (Ok(opened.engine), opened.reason),
-        Err(error) if *choice != EngineChoice::Auto => return Err(error),
-        Err(error) => {
-            let reason = format!("{}: {}", cpu.name(), no_gpu_reason(&error));
-            if matches!(error, EngineError::SoftwareAdapterOnly { .. } | EngineError::NoGpuSupport)
-            {
-                return Ok(SelectedEngine { engine: Box::new(cpu), reason });
-            }
-            (Err(error), reason)
-        }
-    };
-    let choice = choice.clone();
-    let reopen = move || Ok(open_gpu(&choice, Some(DRIVING_TIMEOUT))?.engine);
-    let engine = Failover::new(gpu, BackgroundOpener::new(reopen), cpu);
-    Ok(SelectedEngine { engine: Box::new(engine), reason })
 }

@@ -104,18 +104,12 @@ pub enum EngineError {
         /// Message of the device.
         message: String,
     },
-    /// The only adapter is software that runs on the CPU.
-    #[error("the only GPU adapter, {adapter}, is software on this CPU")]
-    SoftwareAdapterOnly {
-        /// Name of the adapter.
-        adapter: String,
-    },
     /// A GPU is required and the selected engine is the CPU.
     #[error(
         "a GPU is required, and the selected engine is the CPU ({selected}): install a driver, or choose a software adapter by name"
     )]
     GpuRequired {
-        /// The selected engine and the reason.
+        /// The selected engine.
         selected: String,
     },
     /// The processor lacks the requested vector instructions.
@@ -189,7 +183,6 @@ impl EngineError {
             Self::NoAdapter
             | Self::AdapterNotFound { .. }
             | Self::NoGpuSupport
-            | Self::SoftwareAdapterOnly { .. }
             | Self::GpuRequired { .. } => GpuFailureKind::Absent,
             Self::Lost { kind, .. } => *kind,
             Self::TooLarge { .. } => GpuFailureKind::TooLarge,

@@ -27,6 +27,8 @@ mod sampler;
 mod score;
 mod select;
 mod settings;
+mod shared_engine;
+mod shared_engines;
 mod window;
 
 pub use clearance_error::clearance_error_m;
@@ -36,7 +38,7 @@ pub use engine::{
 };
 pub use engine_selection::{
     EngineChoice, SelectedEngine, open_all_engines, open_all_variants, open_engine,
-    open_with_fallback,
+    open_engines_to_time, open_with_fallback,
 };
 pub use error::{DecisionError, EngineError, GpuFailureKind, ProblemError};
 pub use explain::{Decision, Explainer, FanArc, SampleSi, TermsSi, TrajectoryFan, WinnerSi};
@@ -49,6 +51,8 @@ pub use problem::{DecisionInput, MAX_DISCS, Normalization, Outside, Problem, Sto
 pub use quantize::QuantizedProblem;
 pub use sampler::{Sampler, SamplerInputs};
 pub use settings::{LocalSettings, Sampling};
+pub use shared_engine::SharedEngine;
+pub use shared_engines::SharedEngines;
 pub use window::{Axis, Window};
 
 /// Parts of the kernels that the tests, the benchmarks and the playground of this package use. Not part of the API:

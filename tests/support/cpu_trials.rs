@@ -10,11 +10,13 @@ use libtest_mimic::{Failed, Trial};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use super::batch_trials::random_batches;
 use super::operations::{OPERATIONS, cases, differences};
 
 pub fn trials() -> Vec<Trial> {
     vec![
         Trial::test("threads_change_no_bit", threads_change_no_bit),
+        Trial::test("batches_on_threads_change_no_bit", batches_on_threads_change_no_bit),
         Trial::test("instruction_sets_change_no_bit", instruction_sets_change_no_bit),
         Trial::test("step_pruning_changes_no_bit", step_pruning_changes_no_bit),
         Trial::test("digest_equals_the_pinned_one", digest_equals_the_pinned_one),
@@ -26,9 +28,23 @@ pub fn trials() -> Vec<Trial> {
 fn threads_change_no_bit() -> Result<(), Failed> {
     let mut engines: Vec<Box<dyn Engine>> = Vec::new();
     for threads in 1..=3 {
-        engines.push(Box::new(CpuEngine::with_threads(threads)?));
+        let mut engine = CpuEngine::with_threads(threads)?;
+        engine.use_all_threads();
+        engines.push(Box::new(engine));
     }
     agree(&mut engines, 200, 31)
+}
+
+/// Batches that all threads divide, that they take together, and of more and fewer problems than threads.
+fn batches_on_threads_change_no_bit() -> Result<(), Failed> {
+    let batches = [(0, 1), (1, 2), (3, 7), (10, 64), (74, 0), (0, 100), (20, 3)];
+    for threads in [1, 2, 5] {
+        let mut engine = CpuEngine::with_threads(threads)?;
+        random_batches(&mut engine, 46, &batches)?;
+        engine.use_all_threads();
+        random_batches(&mut engine, 46, &batches)?;
+    }
+    Ok(())
 }
 
 /// One engine per available instruction set, the scalar reference first.

@@ -440,7 +440,8 @@ class Environments:
         seeds: Sequence[int],
         config: Settings | None = None,
         navigator: bool = False,
-        threads: int = 1,
+        engine: str = "cpu",
+        threads: int | None = None,
     ) -> Environments:
         """Make ``count`` environments that take the missions of all seeds and worlds in turn."""
     @property

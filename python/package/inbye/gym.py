@@ -76,7 +76,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
     velocities, and what the agent sees is what inbye decided from. A robot whose mission ends
     begins the next one in the same step; what it saw last is in ``info["final_obs"]``, and
     ``info["final_info"]`` has the outcome, world, seed, time and, for inbye, the digest of its
-    trace, which is that of a single run.
+    trace, which is that of a single run. On a GPU, ``engine="gpu"``, the decisions of all robots
+    are evaluated in batches.
+
+    ``threads`` is 1 by default, and on a GPU the number of robots, up to 256.
     """
 
     def __init__(
@@ -87,7 +90,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
         seeds: Sequence[int] = range(1),
         config: Settings | None = None,
         navigator: bool = False,
-        threads: int = 1,
+        engine: str = "cpu",
+        threads: int | None = None,
     ) -> None:
         self._native = _native.Environments(
             list(worlds),
@@ -95,6 +99,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
             seeds=list(seeds),
             config=config,
             navigator=navigator,
+            engine=engine,
             threads=threads,
         )
         self.num_envs = num_envs

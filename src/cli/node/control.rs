@@ -30,7 +30,7 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let config = config::load("--config", arguments.config.as_deref())?;
     let settings = dds_settings(arguments)?;
     settings.check()?;
-    let engine = arguments.engine.open(false)?;
+    let engine = arguments.engine.open(&config, false)?;
     let stop = interrupt_flag()?;
     let mut clock = wall_clock();
     let mut link = NetworkLink::new(new_command(arguments, config.node.network_memory_mib));

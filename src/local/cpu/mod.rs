@@ -1,11 +1,12 @@
 //! The CPU engine: threads evaluate rows of samples, one row per turn rate, with the best instruction set of the
-//! processor.
+//! processor. Of a batch, each thread evaluates whole problems.
 
 pub mod arithmetic;
 mod clearance_bounds;
 mod disc_lookup;
 mod displacement_bounds;
 mod displacement_table;
+mod evaluator;
 mod instruction_set;
 pub mod lanes;
 mod min_pyramid;
@@ -25,39 +26,35 @@ mod thread_pool;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use evaluator::Evaluator;
 use instruction_set::Kernel;
-use min_pyramid::{BuildMinPyramid, MinPyramid};
-use row_argmax::TermScale;
-use row_shard::{ArgmaxInputs, RowShard};
-use sample_stats::SampleStats;
-use soa_inputs::SoaInputs;
-use thread_pool::ThreadPool;
+use thread_pool::{Counter, ThreadPool};
 
 pub use instruction_set::InstructionSet;
 
-use super::engine::{Detail, Engine, Evaluation, SampleRecord, Winner};
-use super::select::{Candidate, NO_CANDIDATE, better};
-use super::{EngineError, QuantizedProblem, score};
+use super::engine::{Detail, Engine, Evaluation};
+use super::{EngineError, QuantizedProblem};
 
-/// Shards per thread when there are several threads: enough that a late thread leaves little work to the others.
-const SHARDS_PER_THREAD: usize = 4;
+/// Work of a thread for which it pays to start it, in the units of [`work`]: about 15 us with AVX-512. Measured with 1 to 16
+/// threads: with more of them a decision of 256 to 4,096 arcs takes longer.
+const WORK_PER_THREAD: u64 = 1 << 15;
 
-/// Number of samples from which the selection uses all threads. Below it one thread is faster.
-const PARALLEL_ARGMAX_SAMPLES: usize = 1 << 15;
+/// Work of a turn profile's step in its table, in that of a sample's step.
+const TABLE_WORK: u64 = 32;
 
 /// Evaluates on the cores of this machine.
 pub struct CpuEngine {
     instructions: InstructionSet,
-    kernel: Kernel,
     /// `None` when the caller's thread does all work.
     pool: Option<ThreadPool>,
     threads: usize,
-    inputs: SoaInputs,
-    pyramid: MinPyramid,
-    shards: Vec<Mutex<RowShard>>,
+    work_per_thread: u64,
+    /// Evaluates with all threads.
+    together: Evaluator,
+    /// Of each thread, for batches.
+    alone: Vec<Mutex<Evaluator>>,
 }
 
 impl CpuEngine {
@@ -68,7 +65,8 @@ impl CpuEngine {
         Self::new(instructions, Kernel::of(instructions).unwrap_or(Kernel::Portable), None, 1)
     }
 
-    /// An engine that works in the caller's thread and `threads - 1` others; with 0 or 1 in the caller's alone.
+    /// An engine that works in the caller's thread and up to `threads - 1` others, fewer for small problems; with 0 or 1 in the
+    /// caller's alone.
     ///
     /// # Errors
     /// When the system refuses a thread.
@@ -96,15 +94,14 @@ impl CpuEngine {
         pool: Option<ThreadPool>,
         threads: usize,
     ) -> Self {
-        let shards = if threads > 1 { threads * SHARDS_PER_THREAD } else { 1 };
+        let lone = if threads > 1 { threads } else { 0 };
         Self {
             instructions,
-            kernel,
             pool,
             threads,
-            inputs: SoaInputs::default(),
-            pyramid: MinPyramid::default(),
-            shards: (0..shards).map(|_| Mutex::default()).collect(),
+            work_per_thread: WORK_PER_THREAD,
+            together: Evaluator::new(kernel, threads),
+            alone: (0..lone).map(|_| Mutex::new(Evaluator::new(kernel, 1))).collect(),
         }
     }
 
@@ -114,104 +111,59 @@ impl CpuEngine {
         self.instructions
     }
 
-    /// Evaluates every shard.
-    fn evaluate_rows(&mut self, problem: &QuantizedProblem) {
-        let (kernel, shards) = (self.kernel, &self.shards);
-        let (inputs, pyramid) = (&self.inputs, &self.pyramid);
-        let rows = problem.profiles.len();
-        let share = |number: usize| rows * number / shards.len();
-        for_each_shard(self.pool.as_mut(), shards, |number, shard| {
-            let rows = share(number)..share(number + 1);
-            shard.evaluate(kernel, problem, inputs, pyramid, rows);
-        });
+    /// Uses all threads for every problem, however small, so that a test of threads needs no large problems.
+    #[doc(hidden)]
+    pub const fn use_all_threads(&mut self) {
+        self.work_per_thread = 1;
     }
 
-    /// Statistics of all samples, and the best sample.
-    fn select(&mut self, problem: &QuantizedProblem) -> (SampleStats, Candidate) {
-        let mut stats = SampleStats::default();
-        for shard in &mut self.shards {
-            stats.merge(&unlocked(shard).total);
-        }
-        let normalizers = score::normalizers(&problem.header, &stats.totals);
-        let argmax = ArgmaxInputs {
-            kernel: self.kernel,
-            problem,
-            inputs: &self.inputs,
-            scales: normalizers.map(|normalizer| TermScale::new(&normalizer)),
-        };
-        // The row with the largest bound comes first: few other rows can beat its best sample.
-        let mut first = (NO_CANDIDATE, 0);
-        for (number, shard) in self.shards.iter_mut().enumerate() {
-            let bound = unlocked(shard).compute_bounds(&argmax);
-            if better(first.0, bound) == bound {
-                first = (bound, number);
+    /// Threads that evaluate a problem together.
+    fn threads_for(&self, problem: &QuantizedProblem) -> usize {
+        let most = work(problem) / self.work_per_thread;
+        usize::try_from(most).map_or(self.threads, |most| most.clamp(1, self.threads))
+    }
+
+    /// Whether a batch is evaluated sooner with a problem per thread than with all threads for one problem after the other.
+    fn divides(&self, problems: &[QuantizedProblem]) -> bool {
+        let total: u64 = problems.iter().map(work).sum();
+        let one_by_one =
+            problems.iter().map(|problem| work(problem) / self.threads_for(problem) as u64);
+        let largest = problems.iter().map(work).max().unwrap_or_default();
+        // The last problem may begin when all other threads are done.
+        let divided = largest.max(total.div_ceil(self.threads as u64));
+        problems.len() > 1 && divided <= one_by_one.sum()
+    }
+
+    /// Each thread evaluates the next problem until none is left.
+    fn evaluate_divided(
+        pool: &mut ThreadPool,
+        evaluators: &[Mutex<Evaluator>],
+        problems: &[QuantizedProblem],
+        detail: Detail,
+    ) -> Vec<Evaluation> {
+        let answers: Vec<Mutex<Evaluation>> = problems.iter().map(|_| Mutex::default()).collect();
+        let (workers, next) = (Counter::default(), Counter::default());
+        let most = evaluators.len().min(problems.len());
+        pool.run(most - 1, &|| {
+            let Some(evaluator) = evaluators.get(workers.take()) else { return };
+            let mut evaluator = evaluator.lock().unwrap_or_else(PoisonError::into_inner);
+            while let Some((problem, answer)) = {
+                let number = next.take();
+                problems.get(number).zip(answers.get(number))
+            } {
+                let evaluation = evaluator.evaluate(None, 1, problem, detail);
+                *answer.lock().unwrap_or_else(PoisonError::into_inner) = evaluation;
             }
-        }
-        let (bound, number) = first;
-        if bound == NO_CANDIDATE {
-            return (stats, NO_CANDIDATE);
-        }
-        let row = bound.1 as usize / problem.vx_samples.len();
-        let candidate = unlocked(&mut self.shards[number]).best_of_row(&argmax, row, NO_CANDIDATE);
-        let shards = &self.shards;
-        let pool = self.pool.as_mut().filter(|_| problem.len() >= PARALLEL_ARGMAX_SAMPLES);
-        for_each_shard(pool, shards, |_, shard| {
-            shard.select_best(&argmax, candidate);
         });
-        let best = self.shards.iter_mut().map(|shard| unlocked(shard).best);
-        (stats, best.fold(NO_CANDIDATE, better))
-    }
-
-    /// The winner; `None` when no sample is admissible.
-    fn winner(&mut self, problem: &QuantizedProblem, (score, index): Candidate) -> Option<Winner> {
-        let vx_count = problem.vx_samples.len();
-        let (row, column) = (index as usize / vx_count, index as usize % vx_count);
-        let inputs = &self.inputs;
-        let mut shards = self.shards.iter_mut().map(unlocked);
-        let shard = shards.find(|shard| shard.rows.contains(&row))?;
-        Some(Winner { index, score, terms: shard.sample(problem, inputs, row, column).terms })
-    }
-
-    /// All samples in order of index: shards and their rows are in that order.
-    fn samples(&mut self, problem: &QuantizedProblem) -> Vec<SampleRecord> {
-        let inputs = &self.inputs;
-        let mut samples = Vec::with_capacity(problem.len());
-        for shard in &mut self.shards {
-            let shard = unlocked(shard);
-            for row in shard.rows.clone() {
-                let row = (0..problem.vx_samples.len())
-                    .map(|index| shard.sample(problem, inputs, row, index));
-                samples.extend(row);
-            }
-        }
-        samples
+        let answers = answers.into_iter();
+        answers.map(|answer| answer.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
     }
 }
 
-/// Calls `each` with every shard; each idle thread takes the next one.
-fn for_each_shard(
-    pool: Option<&mut ThreadPool>,
-    shards: &[Mutex<RowShard>],
-    each: impl Fn(usize, &mut RowShard) + Sync,
-) {
-    let next = AtomicUsize::new(0);
-    let work = || {
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(shard) = shards.get(number) else {
-                break;
-            };
-            each(number, &mut shard.lock().unwrap_or_else(PoisonError::into_inner));
-        }
-    };
-    match pool {
-        None => work(),
-        Some(pool) => pool.run(&work),
-    }
-}
-
-fn unlocked(shard: &mut Mutex<RowShard>) -> &mut RowShard {
-    shard.get_mut().unwrap_or_else(PoisonError::into_inner)
+/// Work of a problem: steps of samples, and of the tables.
+fn work(problem: &QuantizedProblem) -> u64 {
+    let tables = TABLE_WORK * problem.profiles.len() as u64;
+    u64::from(problem.header.steps) * (problem.len() as u64 + tables)
 }
 
 impl Engine for CpuEngine {
@@ -230,16 +182,21 @@ impl Engine for CpuEngine {
         problem: &QuantizedProblem,
         detail: Detail,
     ) -> Result<Evaluation, EngineError> {
-        self.inputs.fill(problem);
-        self.pyramid.clear();
-        let is_scalar = matches!(self.kernel, Kernel::Scalar);
-        if !is_scalar && self.inputs.order_free && self.inputs.allows_pruning {
-            self.kernel.run(BuildMinPyramid { pyramid: &mut self.pyramid, problem });
+        let threads = self.threads_for(problem);
+        Ok(self.together.evaluate(self.pool.as_mut(), threads, problem, detail))
+    }
+
+    fn evaluate_batch(
+        &mut self,
+        problems: &[QuantizedProblem],
+        detail: Detail,
+    ) -> Result<Vec<Evaluation>, EngineError> {
+        let divides = self.divides(problems);
+        match &mut self.pool {
+            Some(pool) if divides => {
+                Ok(Self::evaluate_divided(pool, &self.alone, problems, detail))
+            }
+            _ => problems.iter().map(|problem| self.evaluate(problem, detail)).collect(),
         }
-        self.evaluate_rows(problem);
-        let (stats, best) = self.select(problem);
-        let winner = self.winner(problem, best);
-        let samples = (detail == Detail::Samples).then(|| self.samples(problem));
-        Ok(Evaluation { counts: stats.counts, totals: stats.totals, winner, samples })
     }
 }

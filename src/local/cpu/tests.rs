@@ -124,13 +124,13 @@ fn engines() -> Vec<CpuEngine> {
 
 /// Groups of steps looked up for the last tile, and all of its groups, over its discs and chunks.
 fn looked_up_groups(engine: &mut CpuEngine) -> Option<(usize, usize)> {
-    if engine.pyramid.is_empty() {
+    if engine.together.pyramid.is_empty() {
         return None;
     }
-    let shard = engine.shards[0].get_mut().expect("no thread panicked");
+    let shard = engine.together.shards[0].get_mut().expect("no thread panicked");
     let lists = &shard.scratch.pruning.selected;
     let looked_up = lists.iter().map(|list| list.as_slice().len()).sum();
-    Some((looked_up, lists.len() * engine.inputs.groups))
+    Some((looked_up, lists.len() * engine.together.inputs.groups))
 }
 
 /// Asserts that every engine's answer equals the first one's.
@@ -168,7 +168,7 @@ fn step_pruning_changes_no_sample_of_dense_problems() {
     let groups = compare_all(&mut engines, dense_problem);
     for engine in &mut engines {
         let is_with_registers = engine.instructions() == InstructionSet::Avx512;
-        let shard = engine.shards[0].get_mut().expect("no thread panicked");
+        let shard = engine.together.shards[0].get_mut().expect("no thread panicked");
         assert_eq!(
             shard.scratch.pruning.register_tiles.looked_up > 0,
             is_with_registers,
@@ -237,7 +237,7 @@ fn bound_that_is_too_high_changes_samples() {
         let quantized = quantized(&dense_problem(case));
         let mut engine = CpuEngine::single_threaded();
         let expected = engine.evaluate(&quantized, Detail::Samples);
-        engine.pyramid.entries.fill(u16::MAX);
+        engine.together.pyramid.entries.fill(u16::MAX);
         engine.evaluate_rows(&quantized);
         let chosen = engine.select(&quantized);
         let samples = engine.samples(&quantized);
@@ -258,10 +258,10 @@ fn every_visited_cell_is_in_the_reachable_region() {
         let quantized = quantized(&problem);
         let mut engine = CpuEngine::single_threaded();
         engine.evaluate(&quantized, Detail::Answer).expect("the CPU engine never fails");
-        if engine.pyramid.is_empty() {
+        if engine.together.pyramid.is_empty() {
             continue;
         }
-        let region = engine.pyramid.region;
+        let region = engine.together.pyramid.region;
         for index in 0..problem.window.len() as u32 {
             let twist = problem.window.twist(index);
             let mut pose = problem.pose;

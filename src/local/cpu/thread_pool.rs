@@ -1,14 +1,14 @@
 //! A pool of threads that run one task together with the caller.
 //!
 //! A decision takes 0.1 ms, so starting the task must cost microseconds and no allocation. A worker spins for a short
-//! time before it sleeps. The caller works too, so a worker that wakes late delays nothing.
+//! time before it sleeps. The caller works too, and does not wait for a worker that wakes after the work is done.
 #![expect(
     unsafe_code,
     reason = "a pool that takes borrowed task without allocating; the usual one allocates for each decision"
 )]
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
@@ -25,19 +25,24 @@ pub struct ThreadPool {
     workers: Vec<JoinHandle<()>>,
 }
 
+#[derive(Default)]
 struct Shared {
     state: Mutex<TaskState>,
-    /// Number of the last task, for spinning without the lock.
-    task_number: AtomicU64,
-    /// Workers that have not finished the task.
-    busy: AtomicU64,
+    /// [`TaskState::open`], for spinning without the lock.
+    open: AtomicUsize,
+    /// [`TaskState::running`], for spinning without the lock.
+    running: AtomicUsize,
     wake: Condvar,
     done: Condvar,
 }
 
+#[derive(Default)]
 struct TaskState {
-    number: u64,
     task: Option<Task<'static>>,
+    /// Calls of the task that a worker may still begin.
+    open: usize,
+    /// Calls of the task that workers have begun and not ended.
+    running: usize,
     panicked: bool,
     shutdown: bool,
 }
@@ -48,18 +53,7 @@ impl ThreadPool {
     /// # Errors
     /// When the system refuses a thread.
     pub fn new(workers: usize) -> Result<Self, EngineError> {
-        let shared = Arc::new(Shared {
-            state: Mutex::new(TaskState {
-                number: 0,
-                task: None,
-                panicked: false,
-                shutdown: false,
-            }),
-            task_number: AtomicU64::new(0),
-            busy: AtomicU64::new(0),
-            wake: Condvar::new(),
-            done: Condvar::new(),
-        });
+        let shared = Arc::new(Shared::default());
         let mut pool = Self { shared, workers: Vec::with_capacity(workers) };
         for _ in 0..workers {
             let shared = Arc::clone(&pool.shared);
@@ -73,17 +67,18 @@ impl ThreadPool {
         Ok(pool)
     }
 
-    /// Calls `task` once in the caller's thread and once in each worker. Returns when all calls have returned.
+    /// Calls `task` in the caller's thread, and up to `helpers` times in workers that are ready before the caller's call
+    /// returns. Returns when all calls have returned. Each call must therefore work until nothing is left to do.
     ///
     /// # Panics
     /// When `task` panics in any thread, after all calls have returned.
-    pub fn run(&mut self, task: Task<'_>) {
-        // SAFETY: only the lifetime changes. Workers use the reference between the start and their report of
-        // completion, and this function waits for all reports below, also when `task` panics in this thread.
+    pub fn run(&mut self, helpers: usize, task: Task<'_>) {
+        // SAFETY: only the lifetime changes. A worker uses the reference between `next_task`, which counts it as running, and
+        // its report. `finish` closes the task and then waits until none is running, also when `task` panics in this thread.
         let unbounded = unsafe { core::mem::transmute::<Task<'_>, Task<'static>>(task) };
-        self.shared.start(unbounded, self.workers.len() as u64);
+        self.shared.start(unbounded, helpers.min(self.workers.len()));
         let own = catch_unwind(AssertUnwindSafe(task));
-        let panicked = self.shared.wait();
+        let panicked = self.shared.finish();
         if let Err(cause) = own {
             resume_unwind(cause);
         }
@@ -94,7 +89,8 @@ impl ThreadPool {
 impl Drop for ThreadPool {
     fn drop(&mut self) {
         self.shared.lock().shutdown = true;
-        self.shared.task_number.store(u64::MAX, Ordering::Release);
+        // Ends the spinning.
+        self.shared.open.store(1, Ordering::Release);
         self.shared.wake.notify_all();
         for worker in self.workers.drain(..) {
             // Workers catch panics, so the result carries no information.
@@ -108,58 +104,81 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn start(&self, task: Task<'static>, workers: u64) {
+    fn start(&self, task: Task<'static>, helpers: usize) {
         let mut state = self.lock();
-        state.number += 1;
         state.task = Some(task);
+        state.open = helpers;
         state.panicked = false;
-        self.busy.store(workers, Ordering::Release);
-        self.task_number.store(state.number, Ordering::Release);
+        self.open.store(helpers, Ordering::Release);
         drop(state);
-        self.wake.notify_all();
+        for _ in 0..helpers {
+            self.wake.notify_one();
+        }
     }
 
-    /// Waits until no worker is busy. Returns whether one panicked.
-    fn wait(&self) -> bool {
-        spin_until(|| self.busy.load(Ordering::Acquire) == 0);
+    /// Lets no further worker begin, and waits for those that have begun. Returns whether one panicked.
+    fn finish(&self) -> bool {
+        {
+            let mut state = self.lock();
+            state.task = None;
+            state.open = 0;
+            self.open.store(0, Ordering::Release);
+        }
+        spin_until(|| self.running.load(Ordering::Acquire) == 0);
         let mut state = self.lock();
-        while self.busy.load(Ordering::Acquire) > 0 {
+        while state.running > 0 {
             state = self.done.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        state.task = None;
         state.panicked
     }
 
     /// The loop of a worker.
     fn run_worker(&self) {
-        let mut last = 0;
-        while let Some((number, task)) = self.next_task(last) {
-            last = number;
+        while let Some(task) = self.next_task() {
             let outcome = catch_unwind(AssertUnwindSafe(task));
             let mut state = self.lock();
             state.panicked |= outcome.is_err();
-            if self.busy.fetch_sub(1, Ordering::AcqRel) == 1 {
+            state.running -= 1;
+            self.running.store(state.running, Ordering::Release);
+            if state.running == 0 {
                 drop(state);
                 self.done.notify_one();
             }
         }
     }
 
-    /// The next task after `last`; `None` when the pool shuts down.
-    fn next_task(&self, last: u64) -> Option<(u64, Task<'static>)> {
-        spin_until(|| self.task_number.load(Ordering::Acquire) != last);
+    /// Begins the next call; `None` when the pool shuts down.
+    fn next_task(&self) -> Option<Task<'static>> {
+        spin_until(|| self.open.load(Ordering::Acquire) > 0);
         let mut state = self.lock();
         loop {
             if state.shutdown {
                 return None;
             }
             match state.task {
-                Some(task) if state.number != last => return Some((state.number, task)),
+                Some(task) if state.open > 0 => {
+                    state.open -= 1;
+                    state.running += 1;
+                    self.open.store(state.open, Ordering::Release);
+                    self.running.store(state.running, Ordering::Release);
+                    return Some(task);
+                }
                 _ => {
                     state = self.wake.wait(state).unwrap_or_else(PoisonError::into_inner);
                 }
             }
         }
+    }
+}
+
+/// Hands out the numbers from zero, each once, to all threads.
+#[derive(Default)]
+pub struct Counter(AtomicUsize);
+
+impl Counter {
+    /// The next number.
+    pub fn take(&self) -> usize {
+        self.0.fetch_add(1, Ordering::Relaxed)
     }
 }
 
@@ -176,18 +195,38 @@ fn spin_until(condition: impl Fn() -> bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Barrier;
     use std::sync::atomic::AtomicUsize;
 
+    /// All threads meet in each task, so a thread that does not come would stop the test.
     #[test]
-    fn thread_pool_runs_each_task_once_per_thread() {
+    fn thread_pool_runs_the_task_in_as_many_threads_as_asked() {
         let mut pool = ThreadPool::new(3).expect("three threads");
-        let calls = AtomicUsize::new(0);
-        for task in 1..=1000 {
-            pool.run(&|| {
+        for task in 0..1000 {
+            let helpers = task % 4;
+            let (barrier, calls) = (Barrier::new(helpers + 1), AtomicUsize::new(0));
+            pool.run(helpers, &|| {
+                barrier.wait();
                 calls.fetch_add(1, Ordering::Relaxed);
             });
-            assert_eq!(calls.load(Ordering::Relaxed), 4 * task);
+            assert_eq!(calls.load(Ordering::Relaxed), helpers + 1, "task {task}");
         }
+    }
+
+    /// The caller ends at once. A worker that comes later must not call the task: its data is gone.
+    #[test]
+    fn thread_pool_has_no_call_after_run_returns() {
+        let mut pool = ThreadPool::new(3).expect("three threads");
+        let late = AtomicUsize::new(0);
+        for _ in 0..1000 {
+            let over = AtomicUsize::new(0);
+            pool.run(3, &|| {
+                late.fetch_add(over.load(Ordering::SeqCst), Ordering::Relaxed);
+            });
+            over.store(1, Ordering::SeqCst);
+        }
+        assert_eq!(late.load(Ordering::Relaxed), 0);
+        assert_eq!(pool.shared.lock().running, 0);
     }
 
     #[test]
@@ -195,16 +234,19 @@ mod tests {
         let mut pool = ThreadPool::new(2).expect("two threads");
         let caller = std::thread::current().id();
         for in_caller in [true, false] {
+            let barrier = Barrier::new(3);
             let outcome = catch_unwind(AssertUnwindSafe(|| {
-                pool.run(&|| {
+                pool.run(2, &|| {
+                    barrier.wait();
                     let here = std::thread::current().id() == caller;
                     assert_ne!(here, in_caller, "the panic of this test");
                 });
             }));
             assert!(outcome.is_err());
         }
-        let calls = AtomicUsize::new(0);
-        pool.run(&|| {
+        let (barrier, calls) = (Barrier::new(3), AtomicUsize::new(0));
+        pool.run(2, &|| {
+            barrier.wait();
             calls.fetch_add(1, Ordering::Relaxed);
         });
         assert_eq!(calls.load(Ordering::Relaxed), 3);

@@ -95,13 +95,49 @@ fn drive_text_states_outcome() {
     assert!(run.stdout.starts_with("did not reach the goal: "), "{run:?}");
     assert_eq!(run.engine_note.as_deref().map(|note| note.contains("requested")), Some(true));
     let auto = place.run(&DRIVE.replace("--engine cpu", "--engine auto --time-limit 0.1"));
-    assert!(auto.engine_note.is_some(), "{auto:?}");
+    let note = auto.engine_note.expect("a note");
+    assert!(note.contains("fastest for 20 x 40 arcs of 25 steps"), "{note}");
+}
+
+/// The file of the times that `--engine auto` has measured here, as JSON.
+fn measured(place: &Workplace) -> Value {
+    let text = fs::read_to_string(place.path("inbye/engine-times.json")).expect("it is kept");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+#[test]
+fn auto_measures_once_for_each_size() {
+    let place = room();
+    let short = DRIVE.replace("--engine cpu", "--time-limit 0.1");
+    place.run(&short);
+    let mut kept = measured(&place);
+    assert_eq!(kept.as_array().map(Vec::len), Some(1), "{kept}");
+    // The next command believes the file.
+    kept[0]["times"] = json!([{ "name": "CPU, 3 threads", "threads": 3, "p50_ms": 0.001 }]);
+    place.write("inbye/engine-times.json", kept.to_string());
+    let note = place.run(&short).engine_note.expect("a note");
+    assert!(note.contains("CPU, 3 threads") && note.contains("0.001 ms"), "{note}");
+    assert_eq!(measured(&place), kept);
+    place.write("dense.toml", "[local]\nvx_samples = 21\n");
+    place.run(&format!("{short} --config dense.toml"));
+    assert_eq!(measured(&place).as_array().map(Vec::len), Some(2));
+    // A file that is damaged is measured again, without a word.
+    place.write("inbye/engine-times.json", "[{");
+    let run = place.run(&short);
+    assert!(run.errors.is_empty(), "{run:?}");
+    assert_eq!(measured(&place).as_array().map(Vec::len), Some(1));
 }
 
 #[test]
 fn missing_gpu_is_counted_and_cpu_gives_same_digest() {
     let place = room();
     let cpu = place.json(DRIVE).1;
+    let auto = place.json(&DRIVE.replace("--engine cpu", "")).1;
+    assert_eq!(digest(&auto), digest(&cpu));
+    // The GPU that was fastest when it was measured is missing now.
+    let mut kept = measured(&place);
+    kept[0]["times"] = json!([{ "name": "a GPU of yesterday", "threads": 0, "p50_ms": 0.001 }]);
+    place.write("inbye/engine-times.json", kept.to_string());
     let auto = place.json(&DRIVE.replace("--engine cpu", "")).1;
     assert_eq!(digest(&auto), digest(&cpu));
     if cfg!(feature = "gpu") {

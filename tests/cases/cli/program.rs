@@ -84,6 +84,7 @@ impl Workplace {
         command
             .current_dir(self.0.path())
             .env("XDG_RUNTIME_DIR", self.0.path())
+            .env("XDG_CACHE_HOME", self.0.path())
             .env("VK_DRIVER_FILES", "/nonexistent")
             .env("VK_ICD_FILENAMES", "/nonexistent");
         command

@@ -9,6 +9,7 @@ use inbye::experiment::{
     World, localization_config, open_engine, run_cell,
 };
 use inbye::geometry::{Point, Pose};
+use inbye::local::SharedEngines;
 use inbye::map::OccupancyGrid;
 
 /// A grid of one drive among people in a room that is too small for them.
@@ -31,7 +32,12 @@ fn crowded() -> Grid {
 }
 
 fn run(cell: &Cell) -> CellFile {
-    run_cell(cell, open_engine(cell).expect("the CPU"), &mut || 0.0, "machine")
+    run_cell(
+        cell,
+        open_engine(cell, &SharedEngines::default()).expect("the CPU"),
+        &mut || 0.0,
+        "machine",
+    )
 }
 
 /// The text of a cell's file with this line and its digest.

@@ -15,8 +15,10 @@ pub const TESTS: &[Test] = &[
     ("fan shows the evaluated window", fans),
 ];
 
-pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
-    [("trace on the GPU equals that on the CPU", gpu)];
+pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 2] = [
+    ("trace on the GPU equals that on the CPU", gpu),
+    ("traces on a shared GPU equal that on the CPU", shared_gpu),
+];
 
 /// Digest of the short drive below. It changes only with a change to planning, navigation or simulation that is meant to
 /// change decisions.
@@ -106,6 +108,22 @@ fn fans() {
     // An observer that asks for fans changes nothing.
     assert_eq!(driven.expect("a mission that can start").trace.digest(), GOLDEN);
     assert!(seen > 50 && unseen > 0, "{seen} and {unseen}");
+}
+
+/// Robots that share an adapter, each in its own thread, drive as the one that has it alone.
+fn shared_gpu(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
+    let shared = inbye::local::SharedEngine::new(Box::new(inbye::local::GpuEngine::new(adapter)?));
+    let expected = on(CpuEngine::single_threaded()).trace.digest();
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..3).map(|_| scope.spawn(|| on(shared.clone()))).collect();
+        for thread in threads {
+            let driven = thread.join().expect("the mission can start");
+            assert_eq!(driven.trace.digest(), expected);
+        }
+    });
+    let (batches, decisions) = shared.counts();
+    assert!(batches < decisions, "{batches} batches of {decisions} decisions");
+    Ok(())
 }
 
 fn gpu(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {

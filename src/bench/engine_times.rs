@@ -1,0 +1,188 @@
+//! Which engine decides fastest on this machine, by measurement.
+
+use std::fmt;
+use std::str::FromStr;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::BenchError;
+use super::roadway::{Roadway, roadway_field};
+use super::timing::Latencies;
+use crate::local::{
+    Engine, EngineChoice, EngineError, LocalSettings, Sampler, open_engine, open_engines_to_time,
+};
+
+/// Rounds of one decision on each engine: the first ones are not timed. They end early when the decisions take long.
+const WARM_UP_ROUNDS: usize = 3;
+const ROUNDS: usize = 15;
+const MIN_ROUNDS: usize = 3;
+/// Time after which no further round begins, seconds.
+const MAX_SECONDS: f64 = 0.5;
+/// Pause before each round. A robot does not decide all the time either: threads sleep, and a GPU lowers its clock.
+const PAUSE: Duration = Duration::from_millis(5);
+
+/// The engine that a user asks for: `auto`, the fastest of this machine by [`measure_engines`], or one by name.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum EngineRequest {
+    /// The fastest.
+    #[default]
+    Auto,
+    /// This one.
+    Chosen(EngineChoice),
+}
+
+impl FromStr for EngineRequest {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.parse() {
+            _ if text == "auto" => Ok(Self::Auto),
+            Ok(choice) => Ok(Self::Chosen(choice)),
+            Err(_) => Err(format!(
+                "`{}` is not an engine: use auto, cpu, gpu or gpu:ADAPTER-NAME",
+                text.escape_debug()
+            )),
+        }
+    }
+}
+
+/// Opens the engine of a request. For `auto` it measures first, see [`measure_engines`]; an adapter that does not open is left
+/// out.
+///
+/// # Errors
+/// Fails when the engine does not open, or fails while it is measured.
+pub fn open_requested(
+    request: &EngineRequest,
+    size: &DecisionSize,
+    threads: usize,
+    clock: &mut dyn FnMut() -> f64,
+    pause: &mut dyn FnMut(Duration),
+) -> Result<Box<dyn Engine>, BenchError> {
+    let (choice, threads) = match request {
+        EngineRequest::Chosen(choice) => (choice.clone(), threads),
+        EngineRequest::Auto => {
+            let times = measure_engines(size, threads, clock, pause, |_| {})?;
+            times.first().map_or((EngineChoice::Cpu, threads), |first| first.choice(threads))
+        }
+    };
+    Ok(open_engine(&choice, threads)?.engine)
+}
+
+/// The size of a decision, which tells how long it takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DecisionSize {
+    /// Number of forward speeds.
+    pub vx_samples: u32,
+    /// Number of turn rates.
+    pub vtheta_samples: u32,
+    /// Steps of the horizon.
+    pub steps: u32,
+    /// Discs of the footprint, 1 to 8.
+    pub discs: usize,
+    /// Motion of the samples.
+    pub sampler: Sampler,
+}
+
+impl DecisionSize {
+    /// The size with these settings, of a robot whose footprint has this number of discs.
+    #[must_use]
+    pub fn new(settings: &LocalSettings, discs: usize) -> Self {
+        Self {
+            vx_samples: settings.vx_samples,
+            vtheta_samples: settings.vtheta_samples,
+            steps: settings.steps(),
+            discs,
+            sampler: settings.sampler,
+        }
+    }
+}
+
+impl fmt::Display for DecisionSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { vx_samples, vtheta_samples, steps, discs, sampler } = self;
+        let (sampler, plural) = (sampler.as_str(), if *discs == 1 { "" } else { "s" });
+        write!(
+            f,
+            "{vx_samples} x {vtheta_samples} {sampler} of {steps} steps, {discs} disc{plural}"
+        )
+    }
+}
+
+/// The median time of a decision on one engine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EngineTime {
+    /// The engine's name.
+    pub name: String,
+    /// Threads of a CPU engine; zero for a GPU engine.
+    pub threads: usize,
+    /// Median, milliseconds.
+    pub p50_ms: f64,
+}
+
+impl EngineTime {
+    /// The choice that opens the engine, and its threads; for a GPU, those of its fallback.
+    #[must_use]
+    pub fn choice(&self, threads: usize) -> (EngineChoice, usize) {
+        match self.threads {
+            0 => (EngineChoice::Gpu(Some(self.name.clone())), threads),
+            own => (EngineChoice::Cpu, own),
+        }
+    }
+}
+
+impl fmt::Display for EngineTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {:.3} ms", self.name, self.p50_ms)
+    }
+}
+
+/// Times each engine with decisions of one size: the CPU on 1, 2, 4... and on all `threads`, and each hardware adapter. Software
+/// adapters run on the same cores, slower. The fastest comes first.
+///
+/// The engines take turns, with pauses between the rounds, as on a robot that decides a few times a second; this takes 0.1 to
+/// 0.6 s, and a GPU's driver needs up to a second to open. `pause` waits for the given time. `left_out` receives the
+/// error of each adapter that does not open.
+///
+/// # Errors
+/// Fails when an engine fails, or the size is outside its range.
+pub fn measure_engines(
+    size: &DecisionSize,
+    threads: usize,
+    clock: &mut dyn FnMut() -> f64,
+    pause: &mut dyn FnMut(Duration),
+    left_out: impl FnMut(&EngineError),
+) -> Result<Vec<EngineTime>, BenchError> {
+    let &DecisionSize { vx_samples, vtheta_samples, steps, discs, sampler } = size;
+    let roadway =
+        Roadway { vx_samples, vtheta_samples, steps, window_s: 0.1, discs, people: 0, sampler };
+    let engines = open_engines_to_time(threads, false, left_out)?;
+    let mut timed: Vec<(Box<dyn Engine>, Latencies)> =
+        engines.into_iter().map(|engine| (engine, Latencies::default())).collect();
+    let field = roadway_field();
+    let began = clock();
+    for round in 0..WARM_UP_ROUNDS + ROUNDS {
+        pause(PAUSE);
+        for (engine, latencies) in &mut timed {
+            let before = clock();
+            roadway.decide(engine.as_mut(), &field, round)?;
+            let seconds = clock() - before;
+            if round >= WARM_UP_ROUNDS {
+                latencies.record(seconds)?;
+            }
+        }
+        if round >= WARM_UP_ROUNDS + MIN_ROUNDS && clock() - began > MAX_SECONDS {
+            break;
+        }
+    }
+    let mut times: Vec<EngineTime> = timed
+        .iter()
+        .map(|(engine, latencies)| EngineTime {
+            name: engine.name(),
+            threads: engine.threads(),
+            p50_ms: latencies.quantile_ms(0.5).unwrap_or(f64::INFINITY),
+        })
+        .collect();
+    times.sort_by(|one, other| one.p50_ms.total_cmp(&other.p50_ms));
+    Ok(times)
+}

@@ -1,0 +1,237 @@
+//! The engine of a command. What `--engine auto` measured is kept in a file of the user, so that later commands start at once.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Instant;
+
+use anyhow::Context;
+use inbye::bench::{DecisionSize, EngineRequest, EngineTime, measure_engines};
+use inbye::local::{
+    Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_with_fallback,
+};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::{machine, output};
+
+/// Name of the file in the user's cache folder.
+const FILE: &str = "engine-times.json";
+/// Number of measurements that it keeps, the newest.
+const KEPT: usize = 32;
+
+/// A measurement, and what it holds for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Measurement {
+    /// Version of inbye, processor and its vector instructions.
+    machine: String,
+    /// Adapters with their drivers.
+    adapters: Vec<String>,
+    threads: usize,
+    size: DecisionSize,
+    /// The fastest first.
+    times: Vec<EngineTime>,
+}
+
+impl Measurement {
+    /// Whether it holds here: the same processor and size, and no adapter that was not measured. A missing adapter may come
+    /// back.
+    fn is_for(
+        &self,
+        machine: &str,
+        adapters: &[String],
+        threads: usize,
+        size: &DecisionSize,
+    ) -> bool {
+        (&*self.machine, self.threads, &self.size) == (machine, threads, size)
+            && adapters.iter().all(|adapter| self.adapters.contains(adapter))
+    }
+}
+
+/// Times of the engines for decisions of one size, the fastest first: from the user's file, or measured if the file has none, or
+/// with `again`.
+pub fn engine_times(
+    size: &DecisionSize,
+    threads: usize,
+    again: bool,
+) -> anyhow::Result<Vec<EngineTime>> {
+    let features = machine::cpu_features().join(" ");
+    let machine = format!("{}, {}, {features}", env!("CARGO_PKG_VERSION"), machine::description());
+    let adapters: Vec<String> = machine::adapters().iter().map(machine::adapter_text).collect();
+    let file = cache_folder().map(|folder| folder.join(FILE));
+    let mut kept = file.as_deref().map(read).unwrap_or_default();
+    let is_for = |one: &Measurement| one.is_for(&machine, &adapters, threads, size);
+    if let Some(known) = kept.iter().find(|one| !again && is_for(one)) {
+        return Ok(known.times.clone());
+    }
+    let mut clock = machine::wall_clock();
+    let times = measure_engines(size, threads, &mut clock, &mut thread::sleep, |error| {
+        output::note(format!("not measured: {error}"));
+    })?;
+    kept.retain(|one| !is_for(one));
+    let excess = (kept.len() + 1).saturating_sub(KEPT);
+    kept.drain(..excess);
+    let (size, times) = (*size, times);
+    kept.push(Measurement { machine, adapters, threads, size, times: times.clone() });
+    match file.map(|file| write(&file, &kept)) {
+        Some(Err(error)) => {
+            output::detail(format!("the times of the engines are not kept: {error:#}"))
+        }
+        None => output::detail("the times of the engines are not kept: no HOME"),
+        Some(Ok(())) => {}
+    }
+    Ok(times)
+}
+
+/// The measurements of a file. One that cannot be read has none: it is written anew.
+fn read(file: &Path) -> Vec<Measurement> {
+    let text = fs::read_to_string(file).unwrap_or_default();
+    let all: Vec<Value> = serde_json::from_str(&text).unwrap_or_default();
+    // Of another version, some may not fit.
+    all.into_iter().filter_map(|one| serde_json::from_value(one).ok()).collect()
+}
+
+/// Replaces the file as a whole: other commands may read or replace it at the same time.
+fn write(file: &Path, kept: &[Measurement]) -> anyhow::Result<()> {
+    let part = file.with_extension(format!("{}.part", std::process::id()));
+    let place = || file.display().to_string();
+    let text = serde_json::to_string_pretty(kept)?;
+    if let Some(folder) = file.parent() {
+        fs::create_dir_all(folder).with_context(place)?;
+    }
+    fs::write(&part, text).and_then(|()| fs::rename(&part, file)).with_context(place)
+}
+
+/// The user's folder for what can be made again.
+fn cache_folder() -> Option<PathBuf> {
+    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
+    let cache = variable("XDG_CACHE_HOME").filter(|folder| folder.is_absolute());
+    let folder = cache.or_else(|| Some(variable("HOME")?.join(".cache")))?;
+    Some(folder.join("inbye"))
+}
+
+/// The engine to open, its threads, and why.
+struct Selection {
+    choice: EngineChoice,
+    threads: usize,
+    reason: String,
+    is_named: bool,
+}
+
+impl Selection {
+    fn new(request: &EngineRequest, size: &DecisionSize, threads: usize) -> anyhow::Result<Self> {
+        if let EngineRequest::Chosen(choice) = request {
+            let (choice, reason) = (choice.clone(), "requested".to_owned());
+            return Ok(Self { choice, threads, reason, is_named: true });
+        }
+        let times = engine_times(size, threads, false)?;
+        let reason = fastest_text(&times, size);
+        let first = times.first().context("no engine was measured")?;
+        let (choice, threads) = first.choice(threads);
+        Ok(Self { choice, threads, reason, is_named: false })
+    }
+}
+
+/// Which engine is fastest, and the best times.
+pub fn fastest_text(times: &[EngineTime], size: &DecisionSize) -> String {
+    let gpu = times.iter().find(|time| time.threads == 0);
+    let cpu = times.iter().find(|time| time.threads > 0);
+    let best = |time: Option<&EngineTime>| time.map(ToString::to_string);
+    let best: Vec<String> = [cpu, gpu].into_iter().filter_map(best).collect();
+    format!("fastest for {size} ({})", best.join("; "))
+}
+
+/// Opens the engine of a request and prints which one and why to standard error.
+pub fn open(
+    request: &EngineRequest,
+    size: &DecisionSize,
+    threads: usize,
+) -> anyhow::Result<Box<dyn Engine>> {
+    let selection = Selection::new(request, size, threads)?;
+    announce(&selection.reason, || open_engine(&selection.choice, selection.threads))
+}
+
+/// As [`open`], for a drive: a GPU has the CPU as fallback.
+pub fn open_to_drive(
+    request: &EngineRequest,
+    size: &DecisionSize,
+    threads: usize,
+    gpu_required: bool,
+) -> anyhow::Result<Box<dyn Engine>> {
+    let Selection { choice, threads, reason, is_named } = Selection::new(request, size, threads)?;
+    // A GPU that was measured once may be missing now; one that the user names must be there.
+    let gpu_required = gpu_required || is_named && choice != EngineChoice::Cpu;
+    announce(&reason, || open_with_fallback(&choice, threads, gpu_required))
+}
+
+/// Opens an engine and prints its name, the reason for it and the time it took to open.
+fn announce(
+    reason: &str,
+    open: impl FnOnce() -> Result<SelectedEngine, EngineError>,
+) -> anyhow::Result<Box<dyn Engine>> {
+    let started = Instant::now();
+    let SelectedEngine { engine, description, .. } = open().map_err(machine::with_option)?;
+    output::note(format!("engine: {description}: {reason}"));
+    let ms = started.elapsed().as_secs_f64() * 1e3;
+    output::detail(format!("{} ready after {ms:.0} ms", engine.name()));
+    Ok(engine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use inbye::local::LocalSettings;
+
+    fn measurement(adapters: &[&str]) -> Measurement {
+        let size = DecisionSize::new(&LocalSettings::default(), 1);
+        let time =
+            |name: &str, threads, p50_ms| EngineTime { name: name.to_owned(), threads, p50_ms };
+        Measurement {
+            machine: "machine".to_owned(),
+            adapters: adapters.iter().map(ToString::to_string).collect(),
+            threads: 4,
+            size,
+            times: vec![time("GPU", 0, 0.1), time("CPU, 4 threads", 4, 0.2)],
+        }
+    }
+
+    #[test]
+    fn measurement_holds_until_machine_size_threads_change_or_an_adapter_is_new() {
+        let kept = measurement(&["one", "two"]);
+        let adapters = |names: &[&str]| names.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let is_for = |machine, names: &[&str], threads, size| {
+            kept.is_for(machine, &adapters(names), threads, size)
+        };
+        assert!(is_for("machine", &["one", "two"], 4, &kept.size));
+        assert!(is_for("machine", &["two"], 4, &kept.size), "a missing adapter may come back");
+        assert!(!is_for("machine", &["two", "three"], 4, &kept.size));
+        assert!(!is_for("other", &["one"], 4, &kept.size));
+        assert!(!is_for("machine", &["one"], 2, &kept.size));
+        let larger = DecisionSize { steps: kept.size.steps + 1, ..kept.size };
+        assert!(!is_for("machine", &["one"], 4, &larger));
+    }
+
+    #[test]
+    fn text_names_best_cpu_and_best_gpu() {
+        let kept = measurement(&[]);
+        assert_eq!(
+            fastest_text(&kept.times, &kept.size),
+            "fastest for 20 x 40 arcs of 25 steps, 1 disc (CPU, 4 threads 0.200 ms; GPU 0.100 ms)"
+        );
+    }
+
+    #[test]
+    fn file_is_read_again_and_a_broken_one_holds_nothing() {
+        let folder =
+            std::env::temp_dir().join(format!("inbye-engine-times-{}", std::process::id()));
+        let file = folder.join("below").join(FILE);
+        let kept = vec![measurement(&["one"]), measurement(&[])];
+        write(&file, &kept).expect("the folder is made");
+        assert_eq!(read(&file), kept);
+        fs::write(&file, "[{\"machine\": 1}, ").expect("writable");
+        assert_eq!(read(&file), []);
+        fs::write(&file, "[{\"machine\": 1}]").expect("writable");
+        assert_eq!(read(&file), []);
+        fs::remove_dir_all(&folder).expect("removable");
+    }
+}
