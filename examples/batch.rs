@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut selected = open_engine(&EngineChoice::Cpu, 1)?;
     let answers = selected.engine.evaluate_batch(&quantized, Detail::Answer)?;
-    println!("{}", selected.reason);
+    println!("{}", selected.description);
     for (problem, answer) in problems.iter().zip(answers) {
         match answer.winner {
             Some(winner) => println!("{:?}", problem.command(winner.index)),

@@ -21,6 +21,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut selected = open_engine(&EngineChoice::Cpu, 1)?;
     let decision = selected.engine.decide(&problem)?;
-    println!("{}: {:?}", selected.reason, decision.command());
+    println!("{}: {:?}", selected.description, decision.command());
     Ok(())
 }

@@ -10,6 +10,7 @@ mod support {
     pub mod adapters;
     pub mod batch_trials;
     pub mod browser;
+    pub mod carried;
     pub mod cpu_trials;
     pub mod extremes;
     pub mod gap;
@@ -28,6 +29,7 @@ mod support {
 mod cases {
     pub mod conditional {
         pub mod barn;
+        pub mod carried;
         pub mod engine_parity;
         pub mod fuzzed;
         pub mod live;
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
     }
     let subjects: &[Subject] = &[
         ("barn", cases::conditional::barn::trials),
+        ("carried", cases::conditional::carried::trials),
         ("engine parity", cases::conditional::engine_parity::trials),
         ("fuzzed", cases::conditional::fuzzed::trials),
         ("live", cases::conditional::live::trials),

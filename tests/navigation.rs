@@ -1,5 +1,9 @@
 //! What the navigator is made of: localisation, tracking of moving obstacles, deadlines, odometry.
 
+mod support {
+    pub mod carried;
+}
+
 mod cases {
     mod navigation {
         mod corridor;

@@ -95,12 +95,7 @@ pub fn localize_log(
             was_lost_at = Some(record.time_s);
         }
     }
-    let pairs: Vec<(Pose, Pose)> = log
-        .records
-        .iter()
-        .zip(&estimates)
-        .filter_map(|(record, estimate)| Some(((*estimate)?, record.corrected?)))
-        .collect();
+    let pairs = corrected_pairs(log, &estimates);
     let truth = truth.filter(|_| log.has_times);
     let corrected: Vec<Option<Pose>> = log.records.iter().map(|record| record.corrected).collect();
     Ok(LogLocalization {
@@ -133,6 +128,14 @@ pub fn against(
     };
     let poses: Vec<LoggedPose> = log.records.iter().zip(estimates).map(logged).collect();
     relation_error(&bridge(&poses), &truth.relations, truth.offset_s, SAME_TIME_S)
+}
+
+/// The estimated poses of a log that have a corrected one, each with it.
+#[must_use]
+pub fn corrected_pairs(log: &LidarLog, estimates: &[Option<Pose>]) -> Vec<(Pose, Pose)> {
+    let pair =
+        |(record, estimate): (&LogRecord, &Option<Pose>)| Some(((*estimate)?, record.corrected?));
+    log.records.iter().zip(estimates).filter_map(pair).collect()
 }
 
 fn duration_s(log: &LidarLog) -> Option<f64> {

@@ -52,6 +52,9 @@ pub struct DriveArguments {
     /// An intermediate stop, metres, and optionally its yaw, radians; repeat --via for each stop in order.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
+    /// Do not tell the robot where it starts: it stands until its scans match one place of the map. Needs the pose from scans.
+    #[arg(long)]
+    pub unknown_start: bool,
     /// Number of pedestrians, or a JSON or TOML file of moving obstacles [default: 0, or those of the scene].
     #[arg(long, value_name = "N or FILE", allow_negative_numbers = true)]
     pub obstacles: Option<Obstacles>,
@@ -148,6 +151,10 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         );
         config.pose_source = PoseSource::Scans;
     }
+    anyhow::ensure!(
+        !arguments.unknown_start || config.pose_source == PoseSource::Scans,
+        "--unknown-start needs the pose from scans: add --set pose_source=scans, or --lidar on a real robot"
+    );
     let interrupt = interrupt_flag()?;
     let mut hardware = arguments.hardware.connect(start.pose(), &config)?;
     if let Some(hardware) = &hardware {
@@ -165,6 +172,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         seed,
         ..Simulation::new(Mission {
             via: arguments.via.iter().map(stop).collect(),
+            is_start_unknown: arguments.unknown_start,
             time_limit_s: arguments.time_limit,
             interrupt: Some(interrupt),
             ..Mission::new(Arc::new(map), start.pose(), stop(&goal))

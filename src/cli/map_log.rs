@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use inbye::bench::{against, percentile};
-use inbye::geometry::Pose;
+use inbye::bench::{against, corrected_pairs, percentile};
 use inbye::lidar_log::LidarLog;
 use inbye::mapping::{MappedLog, map_log};
 use inbye::trajectory::{ErrorStatistics, absolute_error};
@@ -64,13 +63,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     let place = || format!("--out {}", arguments.out.display());
     yaml_file.write_all(yaml.as_bytes()).with_context(place)?;
     image_file.write_all(&pgm).with_context(place)?;
-    let pairs: Vec<(Pose, Pose)> = log
-        .records
-        .iter()
-        .zip(&mapped.poses)
-        .filter_map(|(record, pose)| Some(((*pose)?, record.corrected?)))
-        .collect();
-    let absolute = absolute_error(&pairs);
+    let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
     let truth = truth.filter(|_| log.has_times);
     let relations = truth.as_ref().and_then(|truth| against(&log, &mapped.poses, truth));
     let loops = ErrorStatistics::of(mapped.loop_errors_m.clone());

@@ -1,13 +1,16 @@
 //! The localiser: fuses odometry with matched scans.
 
-use nalgebra::{Matrix3, Vector3};
+mod search;
+
+use nalgebra::Matrix3;
 
 use super::agreement::walled_fraction;
 use super::coarse_search::search_map;
 use super::motion_check::MotionCheck;
+use search::Searches;
+
 use super::pose_filters::{OdometryNoise, PoseEkf, offset};
-use super::relocalization::{Found, GlobalSearch};
-use super::scan_matcher::{ScanMatch, ScanMatcher};
+use super::scan_matcher::{ScanMatch, ScanMatcher, information_of};
 use super::signed_distance_field::SignedDistanceField;
 use super::{
     Agreement, DeskewedScan, LocalizationError, LocalizationSettings, LocalizationStatus,
@@ -23,16 +26,12 @@ const MAX_CORRECTION_SIGMAS2: f64 = 30.0;
 /// If the map has surfaces in a larger fraction of all directions than this, a lidar with few returns is occluded.
 const MIN_WALLED_FRACTION: f64 = 0.3;
 
-/// A lost robot is still where its odometry predicts if this fraction of the beams agrees there.
+/// A robot is still at a place if this fraction of the beams agrees there.
 const SAME_PLACE_AGREEMENT: f64 = 0.85;
 
 /// Distance by odometry after which a relocalised pose is confirmed, metres. Until then, this many rejected revolutions lose it.
 const CONFIRMED_M: f64 = 1.0;
 const REJECTIONS_BEFORE: u32 = 2;
-
-/// A robot that stands does not move by more than this between two revolutions of a search, metres and radians.
-const STANDING_M: f64 = 0.05;
-const STANDING_RAD: f64 = 0.03;
 
 /// Motion by odometry since the last accepted revolution, metres and radians. A scan that still matches there, within the
 /// second value, then shows a robot that does not move.
@@ -51,7 +50,7 @@ const JUMP_SIGMA_RAD: f64 = 0.03;
 
 /// A robot that was found and lost this many times at the same place is not found again.
 const MAX_FOUND: u32 = 2;
-/// The same place, metres, and the distance driven on from it that makes earlier losses irrelevant, metres.
+/// The same place, and the distance driven on from it that makes earlier losses irrelevant, metres.
 const SAME_PLACE_M: f64 = 1.0;
 const DRIVEN_ON_M: f64 = 3.0;
 
@@ -98,7 +97,7 @@ pub struct Localizer {
     rejections: u32,
     /// While relocalising: the number of consecutive revolutions that match the candidate pose.
     confirmations: Option<u32>,
-    search: Option<GlobalSearch>,
+    searches: Searches,
     anchor: Option<Anchor>,
     motion_check: MotionCheck,
     found: Option<FoundPlace>,
@@ -137,7 +136,7 @@ impl Localizer {
             scan: DeskewedScan::default(),
             rejections: 0,
             confirmations: None,
-            search: None,
+            searches: Searches::default(),
             anchor: None,
             motion_check: MotionCheck::default(),
             found: None,
@@ -156,6 +155,19 @@ impl Localizer {
             },
         };
         localizer.update_estimate();
+        Ok(localizer)
+    }
+
+    /// Creates a localiser that does not know the pose: it is lost until it has found the one place of the map that matches.
+    ///
+    /// # Errors
+    /// Returns an error if a setting is out of range.
+    pub fn without_pose(
+        map: &ObstacleGrid,
+        settings: LocalizationSettings,
+    ) -> Result<Self, LocalizationError> {
+        let mut localizer = Self::new(map, settings, &map.frame().origin)?;
+        localizer.lose(LostReason::NoPose);
         Ok(localizer)
     }
 
@@ -276,6 +288,9 @@ impl Localizer {
         }
         let agreement = self.estimate.agreement.matching_fraction();
         self.anchor = Some(Anchor { odometry, matched: pose, agreement });
+        if self.confirmations.is_none() && self.is_better_elsewhere() {
+            return self.lose(LostReason::BetterElsewhere);
+        }
         self.accept();
     }
 
@@ -299,8 +314,7 @@ impl Localizer {
         if !has_moved(&anchor.odometry, &self.odometry(), MOVED_M, MOVED_RAD) {
             return false;
         }
-        let (position, yaw) = (SAME_SIGMA_M.powi(-2), SAME_SIGMA_RAD.powi(-2));
-        let information = Matrix3::from_diagonal(&Vector3::new(position, position, yaw));
+        let information = information_of(SAME_SIGMA_M, SAME_SIGMA_RAD);
         let matched = self.matcher().match_scan(&anchor.matched, &information, SAME_SIGMA_M);
         let agreement = self.matcher().agreement(&matched.pose).matching_fraction();
         matched.unobservable_directions == 0
@@ -334,7 +348,7 @@ impl Localizer {
         if agreement.through_walls_fraction() > settings.max_through_walls {
             return Some(LostReason::BeamsThroughWalls);
         }
-        let min_agreement = match (self.confirmations, &self.search) {
+        let min_agreement = match (self.confirmations, &self.searches.of_lost) {
             // The pose is the predicted one, which no search compared with other places.
             (Some(_), None) => settings.relocalized_agreement.max(SAME_PLACE_AGREEMENT),
             (Some(_), Some(_)) => settings.relocalized_agreement,
@@ -354,7 +368,7 @@ impl Localizer {
         let is_candidate = self.confirmations.take().is_some();
         if self.estimate.status.lost_reason().is_some() {
             if is_candidate {
-                self.search = None;
+                self.searches.of_lost = None;
                 self.estimate.status = LocalizationStatus::Lost(reason);
             }
         } else if self.rejections >= self.max_rejections() {
@@ -385,7 +399,7 @@ impl Localizer {
             }
             self.confirmations = None;
             self.rejections = 0;
-            self.search = None;
+            self.searches.of_lost = None;
             self.motion_check.clear();
             let (pose, odometry) = (self.ekf.pose, self.odometry());
             let before = self.found.filter(|found| distance_m(&found.pose, &pose) < SAME_PLACE_M);
@@ -406,7 +420,7 @@ impl Localizer {
 
     fn lose(&mut self, reason: LostReason) {
         self.confirmations = None;
-        self.search = None;
+        self.searches.of_lost = None;
         self.motion_check.clear();
         if reason == LostReason::PoseJump && !self.is_unconfirmed() {
             self.ekf.widen(JUMP_SIGMA_M, JUMP_SIGMA_RAD);
@@ -427,65 +441,6 @@ impl Localizer {
             _ => {}
         }
         self.estimate.status = LocalizationStatus::Lost(reason);
-    }
-
-    /// Searches for the pose of a lost robot: where odometry predicts it, and then on the whole map while the robot stands. The
-    /// next revolutions must confirm a candidate.
-    fn relocalize(&mut self) {
-        if self.scan.hits.len() < self.settings.min_returns {
-            return;
-        }
-        // Where the scans do not constrain the pose, a match at the predicted one is no evidence.
-        let is_unconstrained = matches!(
-            self.estimate.status.lost_reason(),
-            Some(LostReason::HighUncertainty | LostReason::Ambiguous)
-        );
-        if !is_unconstrained && self.is_at_predicted_pose() {
-            self.search = None;
-            self.confirmations = Some(0);
-            return self.track();
-        }
-        let odometry = self.odometry();
-        let stands = |search: &GlobalSearch| {
-            !has_moved(&search.odometry, &odometry, STANDING_M, STANDING_RAD)
-        };
-        let mut search = match self.search.take().filter(stands) {
-            Some(search) => search,
-            None => GlobalSearch::new(&self.scan, &odometry),
-        };
-        match search.step(&self.map, &self.settings) {
-            None => self.search = Some(search),
-            Some(Found::Unique(pose)) => {
-                let moved = search.odometry.inverse_transform_pose(&odometry);
-                let pose = pose.transform_pose(&moved);
-                self.ekf = self.ekf.reset_pose(pose, &self.settings);
-                self.anchor = None;
-                self.confirmations = Some(0);
-                self.search = Some(search);
-                self.track();
-            }
-            // The next revolution starts another search: people may have moved.
-            Some(Found::Ambiguous) if !is_unconstrained => {
-                self.estimate.status = LocalizationStatus::Lost(LostReason::Ambiguous);
-            }
-            Some(Found::Ambiguous | Found::Nothing) => {}
-        }
-    }
-
-    /// Whether the scan matches at the predicted pose so well that the robot is still there.
-    fn is_at_predicted_pose(&self) -> bool {
-        let covariance = self.ekf.pose_covariance();
-        let Some(information) = covariance.try_inverse() else {
-            return false;
-        };
-        let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
-        let prior = self.ekf.pose;
-        let matched = self.matcher().match_scan(&prior, &information, sigma_m);
-        let correction = offset(&prior, &matched.pose);
-        let agreement = self.matcher().agreement(&matched.pose);
-        agreement.matching_fraction() >= SAME_PLACE_AGREEMENT
-            && agreement.through_walls_fraction() <= self.settings.max_through_walls / 2.0
-            && (correction.transpose() * information * correction)[0] <= MAX_CORRECTION_SIGMAS2
     }
 
     /// Converts the filter's pose and covariance to the map frame.

@@ -17,11 +17,13 @@ mod agreement;
 mod coarse_search;
 mod deskewed_scan;
 mod localizer;
+mod map_scores;
 mod motion_check;
 mod pose_estimate;
 mod pose_filters;
 mod relocalization;
 mod scan_matcher;
+mod score_pyramid;
 mod settings;
 mod signed_distance_field;
 
@@ -33,7 +35,9 @@ pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_filters::{PoseFilter, PoseMeasurement};
 #[cfg(feature = "logs")]
-pub(crate) use scan_matcher::{ScanMatcher, Surfaces};
+pub(crate) use scan_matcher::{ScanMatcher, Surfaces, information_of};
+#[cfg(feature = "logs")]
+pub(crate) use score_pyramid::ScorePyramid;
 pub use settings::LocalizationSettings;
 #[cfg(feature = "logs")]
 pub(crate) use signed_distance_field::DistanceSample;

@@ -34,6 +34,12 @@ pub enum LostReason {
     /// The pose was found and lost again at the same place several times.
     #[error("the pose is found and lost again and again at the same place")]
     LostAgain,
+    /// Another place of the map matches much better.
+    #[error("another place of the map matches the scan much better")]
+    BetterElsewhere,
+    /// No pose was given at the start.
+    #[error("no pose was given at the start")]
+    NoPose,
 }
 
 /// Reliability of the pose.

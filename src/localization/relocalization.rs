@@ -1,48 +1,51 @@
 //! Relocalisation: a search of the whole map for the one place at which a revolution matches it.
 //!
 //! The search covers the whole map, because a robot that was carried may be anywhere. A place near the last pose may agree with
-//! most beams by chance; only the comparison with all other places excludes it. The search is spread over many revolutions, so
-//! that each costs a bounded time. The robot stands meanwhile.
+//! most beams by chance; only the comparison with all other places excludes it.
+//!
+//! Branch and bound: nodes are blocks of translations at one yaw, with a bound of the scores in them. The node with the highest bound
+//! is divided first, so poses come in the order of their scores, and the search ends when no other place can be nearly as good as
+//! the best one. It is spread over revolutions, so that each costs a bounded time. The robot stands meanwhile.
 
+use core::cmp::Reverse;
 use core::f64::consts::TAU;
+use std::collections::BinaryHeap;
 
-use nalgebra::{Matrix3, Vector3};
-
-use super::scan_matcher::ScanMatcher;
+use super::map_scores::{FULL, MapScores};
+use super::scan_matcher::{ScanMatcher, information_of};
 use super::signed_distance_field::SignedDistanceField;
 use super::{Agreement, DeskewedScan, LocalizationSettings};
 use crate::geometry::{Pose, wrap_angle};
 
-/// Spacing of the sampled poses: metres, and number of yaw angles.
-const STEP_M: f64 = 0.2;
-const YAWS: u32 = 60;
+/// Beams that are scored, evenly distributed over the revolution.
+const BEAMS: usize = 60;
 
-/// Beams used to score a sampled pose, evenly distributed over the revolution, and the number after which a poor pose is
-/// given up.
-const BEAMS: usize = 40;
-const FIRST_BEAMS: usize = 10;
+/// A step of the yaw moves the end of a long beam by this, metres; the beam is longer than most. The smallest and the largest step.
+const STEP_M: f64 = 0.3;
+const LONG_BEAM_SHARE: f64 = 0.8;
+const STEP_RAD: (f64, f64) = (0.02, 0.1);
 
-/// Share of the highest score that a sampled pose must have.
+/// Share of the highest score that a pose must have, and by how much less than the best pose.
 const MIN_SCORE: f64 = 0.3;
+const SCORE_MARGIN: f64 = 0.25;
 
-/// Beam ends up to this distance from a surface contribute to the score, metres.
-const MAX_SCORED_DISTANCE_M: f64 = 0.3;
-
-/// Number of best samples that are refined, and their smallest separation, metres and radians.
+/// Number of best poses that are refined, and their smallest separation, metres and radians.
 const REFINED: usize = 24;
 const SEPARATION_M: f64 = 0.5;
 const SEPARATION_RAD: f64 = 0.3;
+/// If so many places are as good as the best one but for this share of the highest score, no place is unique.
+const SAME_SCORE: f64 = 0.08;
 
 /// Two places are distinct beyond this distance, metres and radians.
 const DISTINCT_M: f64 = 1.0;
 const DISTINCT_RAD: f64 = 0.5;
 
-/// Standard deviation of a sampled pose, metres and radians.
+/// Standard deviation of a found pose, metres and radians.
 const SIGMA_M: f64 = 0.2;
 const SIGMA_RAD: f64 = 0.1;
 
-/// Number of poses that are scored at each revolution: a few milliseconds.
-const POSES_PER_STEP: usize = 60_000;
+/// Largest number of nodes that are bounded.
+const MAX_NODES: usize = 20_000_000;
 
 fn is_apart(one: &Pose, other: &Pose, distance_m: f64, angle_rad: f64) -> bool {
     (one.position() - other.position()).norm() > distance_m
@@ -54,100 +57,165 @@ fn is_apart(one: &Pose, other: &Pose, distance_m: f64, angle_rad: f64) -> bool {
 pub(super) enum Found {
     /// One place matches, and no other nearly as well: its pose in the grid's frame.
     Unique(Pose),
-    /// Several places match about as well.
-    Ambiguous,
+    /// Several places match about as well: the best one, unless there were too many to compare.
+    Ambiguous(Option<Pose>),
     /// No place matches.
     Nothing,
 }
 
-/// A search for the pose of a standing robot, spread over its revolutions.
+/// A block of translations at one yaw, the highest bound first; of equal bounds the smallest block, and then in a fixed order.
+type Node = (u32, Reverse<u8>, Reverse<[i32; 3]>);
+
+/// A search for the pose of a robot at one revolution, spread over its revolutions.
 #[derive(Clone, Debug)]
 pub(super) struct GlobalSearch {
     /// The revolution to be matched, and the odometry at its time.
     scan: DeskewedScan,
     pub odometry: Pose,
-    /// Number of finished lines of samples: one for each yaw and row of samples.
-    lines: u64,
-    /// The best samples with their scores, separated from each other.
-    best: Vec<(f64, Pose)>,
+    /// Cells of the beam ends relative to the robot, for each yaw.
+    turns: Vec<Vec<(i32, i32)>>,
+    /// Number of finished blocks of the largest size.
+    roots: usize,
+    nodes: BinaryHeap<Node>,
+    bounded: usize,
+    /// The best poses with their scores, separated from each other, the best first.
+    best: Vec<(u32, Pose)>,
 }
 
 impl GlobalSearch {
     /// Starts a search for the place of a revolution.
-    pub fn new(scan: &DeskewedScan, odometry: &Pose) -> Self {
+    pub fn new(scan: &DeskewedScan, odometry: &Pose, map: &MapScores) -> Self {
+        let stride = scan.hits.len().div_ceil(BEAMS).max(1);
+        let ends: Vec<_> = scan.hits.iter().step_by(stride).map(|hit| hit.end).collect();
+        let mut lengths: Vec<f64> = ends.iter().map(|end| end.to_vector().norm()).collect();
+        lengths.sort_by(f64::total_cmp);
+        let long = lengths.get((LONG_BEAM_SHARE * lengths.len() as f64) as usize);
+        let step_rad = (STEP_M / long.copied().unwrap_or(1.0)).clamp(STEP_RAD.0, STEP_RAD.1);
+        let count = (TAU / step_rad).ceil();
+        let cells = |turn: u32| {
+            let (sin, cos) = libm::sincos(TAU * f64::from(turn) / count);
+            // The robot stands in the middle of a cell.
+            let cell = |along: f64| (along / map.cell_m + 0.5).floor() as i32;
+            let turned = |x: f64, y: f64| (cell(cos * x - sin * y), cell(sin * x + cos * y));
+            ends.iter().map(|end| turned(end.x, end.y)).collect()
+        };
         Self {
             scan: scan.clone(),
             odometry: *odometry,
-            lines: 0,
-            best: Vec::with_capacity(REFINED + 1),
+            turns: (0..count as u32).map(cells).collect(),
+            roots: 0,
+            nodes: BinaryHeap::new(),
+            bounded: 0,
+            best: Vec::with_capacity(REFINED),
         }
     }
 
-    /// Continues the search; returns its result when the whole map was searched.
+    /// Continues the search by a number of nodes; returns its result when the whole map was searched.
     pub fn step(
         &mut self,
         map: &SignedDistanceField,
+        scores: &MapScores,
         settings: &LocalizationSettings,
+        nodes: usize,
     ) -> Option<Found> {
-        let frame = &map.frame;
-        let samples = |cells: i32| (f64::from(cells) * frame.resolution_m / STEP_M).ceil() as u32;
-        let (columns, rows) = (samples(frame.width), samples(frame.height));
-        let lines = u64::from(YAWS) * u64::from(rows);
-        let stride = self.scan.hits.len().div_ceil(BEAMS).max(1);
-        let mut scored = 0;
-        let mut ends = Vec::with_capacity(BEAMS);
-        let mut rotated_to = None;
-        while self.lines < lines && scored < POSES_PER_STEP {
-            let turn = (self.lines / u64::from(rows)) as u32;
-            let row = (self.lines % u64::from(rows)) as u32;
-            let yaw = wrap_angle(TAU * f64::from(turn) / f64::from(YAWS));
-            if rotated_to.replace(turn) != Some(turn) {
-                let (sin, cos) = libm::sincos(yaw);
-                ends.clear();
-                ends.extend(self.scan.hits.iter().step_by(stride).map(|hit| {
-                    let end = &hit.end;
-                    (cos * end.x - sin * end.y, sin * end.x + cos * end.y)
-                }));
+        let until = self.bounded + nodes;
+        self.bound_largest(scores, until);
+        while self.bounded < until {
+            let Some((bound, Reverse(level), Reverse([turn, right, up]))) = self.nodes.pop() else {
+                return Some(self.conclude(map, settings));
+            };
+            if bound < self.least() || self.best.len() == REFINED {
+                self.nodes.clear();
+                return Some(self.conclude(map, settings));
             }
-            for column in 0..columns {
-                let at = |index: u32| STEP_M * (f64::from(index) + 0.5);
-                let (x, y) = (at(column), at(row));
-                // The robot stands in free space.
-                if map.cell_distance_m(x, y).is_none_or(|distance_m| distance_m <= 0.0) {
-                    continue;
-                }
-                scored += 1;
-                if let Some(score) = score(map, &ends, x, y) {
-                    self.keep(score, Pose::new(x, y, yaw));
-                }
+            if level == 0 {
+                self.keep(bound, self.pose(scores, [turn, right, up]));
+                continue;
             }
-            self.lines += 1;
+            let half = 1 << (level - 1);
+            for (x, y) in [(0, 0), (half, 0), (0, half), (half, half)] {
+                self.bound(scores, level - 1, [turn, right + x, up + y]);
+            }
         }
-        (self.lines >= lines).then(|| self.conclude(map, settings))
+        (self.bounded > MAX_NODES).then_some(Found::Ambiguous(None))
     }
 
-    /// Keeps a sample if it is one of the best, and better than its neighbours.
-    fn keep(&mut self, score: f64, pose: Pose) {
-        if self.best.len() == REFINED && self.best.last().is_some_and(|worst| worst.0 >= score) {
+    /// Whether the revolution agrees much better with the map at a pose than at the believed one, and the two are distinct.
+    pub fn is_better(
+        &self,
+        map: &SignedDistanceField,
+        settings: &LocalizationSettings,
+        pose: &Pose,
+        believed: &Pose,
+    ) -> bool {
+        let matcher = ScanMatcher { map, scan: &self.scan, settings };
+        let share = |pose: &Pose| matcher.agreement(pose).matching_fraction();
+        is_apart(pose, believed, DISTINCT_M, DISTINCT_RAD)
+            && share(pose) >= share(believed) + settings.relocalization_margin
+    }
+
+    /// Bounds the blocks of the largest size, up to a number of nodes.
+    fn bound_largest(&mut self, scores: &MapScores, until: usize) {
+        let top = scores.scores.top();
+        let side = 1_usize << top;
+        let columns = (scores.scores.columns() as usize).div_ceil(side);
+        let blocks = columns * (scores.scores.rows() as usize).div_ceil(side);
+        let all = blocks * self.turns.len();
+        while self.roots < all && self.bounded < until {
+            let (turn, block) = (self.roots / blocks, self.roots % blocks);
+            let (right, up) = (block % columns * side, block / columns * side);
+            self.bound(scores, top as u8, [turn as i32, right as i32, up as i32]);
+            self.roots += 1;
+        }
+    }
+
+    /// Adds a node if a pose in it can be good enough.
+    fn bound(&mut self, scores: &MapScores, level: u8, node: [i32; 3]) {
+        let [turn, right, up] = node;
+        let at = usize::from(level);
+        // The robot stands in free space.
+        if scores.free.sum_of(at, &[(0, 0)], right, up) == 0 {
             return;
         }
+        self.bounded += 1;
+        let bound = scores.scores.sum_of(at, &self.turns[turn as usize], right, up);
+        if bound >= self.least() {
+            self.nodes.push((bound, Reverse(level), Reverse(node)));
+        }
+    }
+
+    /// The smallest score that a pose must have.
+    fn least(&self) -> u32 {
+        let full = f64::from(FULL) * self.beams() as f64;
+        let best = self.best.first().map_or(0, |best| best.0);
+        let near = best.saturating_sub((SCORE_MARGIN * full) as u32);
+        near.max((MIN_SCORE * full) as u32).max(1)
+    }
+
+    fn beams(&self) -> usize {
+        self.turns.first().map_or(0, Vec::len)
+    }
+
+    fn pose(&self, scores: &MapScores, [turn, right, up]: [i32; 3]) -> Pose {
+        let at = |cell: i32| scores.cell_m * (f64::from(cell) + 0.5);
+        let yaw = TAU * f64::from(turn) / self.turns.len() as f64;
+        Pose::new(at(right), at(up), wrap_angle(yaw))
+    }
+
+    /// Keeps a pose unless it is near a better one: they come in the order of their scores.
+    fn keep(&mut self, score: u32, pose: Pose) {
         let is_near =
-            |other: &(f64, Pose)| !is_apart(&other.1, &pose, SEPARATION_M, SEPARATION_RAD);
-        if self.best.iter().any(|other| is_near(other) && other.0 >= score) {
-            return;
+            |other: &(u32, Pose)| !is_apart(&other.1, &pose, SEPARATION_M, SEPARATION_RAD);
+        if !self.best.iter().any(is_near) {
+            self.best.push((score, pose));
         }
-        self.best.retain(|other| !is_near(other));
-        let index = self.best.partition_point(|other| other.0 >= score);
-        self.best.insert(index, (score, pose));
-        self.best.truncate(REFINED);
     }
 
-    /// Refines the best samples, and compares the best place with all others.
+    /// Refines the best poses, and compares the best place with all others.
     fn conclude(&self, map: &SignedDistanceField, settings: &LocalizationSettings) -> Found {
         let matcher = ScanMatcher { map, scan: &self.scan, settings };
-        let sigmas = Vector3::new(SIGMA_M, SIGMA_M, SIGMA_RAD);
-        let information = Matrix3::from_diagonal(&sigmas.map(|sigma| 1.0 / (sigma * sigma)));
-        let refine = |(_, pose): &(f64, Pose)| {
+        let information = information_of(SIGMA_M, SIGMA_RAD);
+        let refine = |(_, pose): &(u32, Pose)| {
             let pose = matcher.match_scan(pose, &information, 0.5 * SIGMA_M).pose;
             (matcher.agreement(&pose), pose)
         };
@@ -159,6 +227,8 @@ impl GlobalSearch {
         let Some((agreement, pose)) = best else {
             return Found::Nothing;
         };
+        let same = (SAME_SCORE * f64::from(FULL) * self.beams() as f64) as u32;
+        let is_cut = self.best.len() == REFINED && self.best[REFINED - 1].0 + same > self.best[0].0;
         let is_good = agreement.matching_fraction() >= settings.relocalized_agreement
             && agreement.through_walls_fraction() <= settings.max_through_walls / 2.0;
         if !is_good {
@@ -169,30 +239,12 @@ impl GlobalSearch {
             .filter(|(_, other)| is_apart(other, pose, DISTINCT_M, DISTINCT_RAD))
             .map(|(agreement, _)| agreement.matching_fraction())
             .fold(0.0, f64::max);
-        if agreement.matching_fraction() >= second + settings.relocalization_margin {
+        if !is_cut && agreement.matching_fraction() >= second + settings.relocalization_margin {
             Found::Unique(*pose)
         } else {
-            Found::Ambiguous
+            Found::Ambiguous(Some(*pose))
         }
     }
-}
-
-/// How near beam ends lie to surfaces of the map, for a robot at a point; none for a poor pose.
-fn score(map: &SignedDistanceField, ends: &[(f64, f64)], x: f64, y: f64) -> Option<f64> {
-    let of = |(along, up): &(f64, f64)| {
-        let distance_m =
-            map.cell_distance_m(x + along, y + up).map_or(MAX_SCORED_DISTANCE_M, f64::abs);
-        (1.0 - distance_m / MAX_SCORED_DISTANCE_M).max(0.0)
-    };
-    // A few beams all around decide about most poses.
-    let stride = ends.len().div_ceil(FIRST_BEAMS).max(1);
-    let first: f64 = ends.iter().step_by(stride).map(of).sum();
-    let firsts = ends.len().div_ceil(stride);
-    if first < 0.5 * MIN_SCORE * firsts as f64 {
-        return None;
-    }
-    let sum: f64 = ends.iter().map(of).sum();
-    (sum >= MIN_SCORE * ends.len() as f64).then_some(sum)
 }
 
 #[cfg(test)]
@@ -200,15 +252,14 @@ mod tests {
     use super::*;
     use crate::map::{GridFrame, ObstacleGrid};
 
-    /// 71,582,789 rows of samples: 60 times that is 44 more than the range of 32 bits.
+    /// A map without surfaces, 14 million kilometres high: its cells are few and large.
     #[test]
     fn very_high_map_is_searched_to_its_end() {
         let frame = GridFrame::new(1, 32_767, 436.92, Pose::default()).expect("a valid size");
         let map = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![false; frame.len()]));
-        let settings = LocalizationSettings::default();
-        let mut search = GlobalSearch::new(&DeskewedScan::default(), &Pose::default());
-        for _ in 0..4 {
-            assert_eq!(search.step(&map, &settings), None);
-        }
+        let (scores, settings) = (MapScores::new(&map), LocalizationSettings::default());
+        let mut search = GlobalSearch::new(&DeskewedScan::default(), &Pose::default(), &scores);
+        let found = (0..20).find_map(|_| search.step(&map, &scores, &settings, 150_000));
+        assert_eq!(found, Some(Found::Nothing));
     }
 }

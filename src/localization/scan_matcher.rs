@@ -22,6 +22,12 @@ const MAX_STEP_RAD: f64 = 0.3;
 /// iteration halves the addition.
 const WIDE_SIGMAS: f64 = 3.0;
 
+/// The information of a prior pose by its standard deviations, metres and radians.
+pub(crate) fn information_of(sigma_m: f64, sigma_rad: f64) -> Matrix3<f64> {
+    let position = 1.0 / (sigma_m * sigma_m);
+    Matrix3::from_diagonal(&Vector3::new(position, position, 1.0 / (sigma_rad * sigma_rad)))
+}
+
 /// A scan matched to the map.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScanMatch {

@@ -3,14 +3,13 @@
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::mapper::Node;
 use super::matching::match_scan;
 use super::pose_graph::Edge;
 use super::score_grid::{ScoreGrid, Window};
 use super::surfels::SurfelMap;
 use crate::geometry::{Point, Pose};
+use crate::localization::information_of;
 
 /// Number of consecutive nodes of a submap.
 const SUBMAP_NODES: usize = 12;
@@ -123,11 +122,7 @@ impl Submap {
         let to = nodes.len() - 1;
         let predicted = poses[self.middle].inverse_transform_pose(&poses[to]);
         let (found, _) = self.scores.as_ref()?.search(points, &predicted, window)?;
-        let (position, yaw) = (
-            1.0 / (SEARCHED_SIGMA_M * SEARCHED_SIGMA_M),
-            1.0 / (SEARCHED_SIGMA_RAD * SEARCHED_SIGMA_RAD),
-        );
-        let prior = Matrix3::from_diagonal(&Vector3::new(position, position, yaw));
+        let prior = information_of(SEARCHED_SIGMA_M, SEARCHED_SIGMA_RAD);
         let matched = match_scan(&self.surfels, nodes[to].scan, found, &found, &prior);
         let is_closed = matched.is_good()
             && matched.overlaps(MIN_OVERLAP)

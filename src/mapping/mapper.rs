@@ -1,7 +1,5 @@
 //! From the scans of a log to poses: scan matching to the latest scans, closed loops, refinement.
 
-use nalgebra::{Matrix3, Vector3};
-
 use super::log_scans::LogScan;
 use super::loops::Loops;
 use super::matching::{Match, match_scan};
@@ -9,7 +7,7 @@ use super::pose_graph::{Edge, optimize};
 use super::score_grid::ScoreGrid;
 use super::surfels::{Surfel, SurfelMap, surfels};
 use crate::geometry::Pose;
-use crate::localization::{DeskewedScan, coarse_search};
+use crate::localization::{DeskewedScan, coarse_search, information_of};
 
 /// A scan becomes a node of the graph when the robot moved by this since the last one, metres or radians.
 const NODE_M: f64 = 0.25;
@@ -31,6 +29,9 @@ const AT_REST_RAD: f64 = 0.02;
 const REFINED_M: f64 = 5.0;
 const REFINED_NODES: usize = 10;
 const ROUNDS: usize = 3;
+/// Standard deviations of their poses relative to each other, metres and radians (information 100 and 1000).
+const REFINED_SIGMA_M: f64 = 0.1;
+const REFINED_SIGMA_RAD: f64 = 0.0316;
 
 /// A node: a scan with its surface points, in the robot's frame.
 pub(super) struct Node<'a> {
@@ -163,11 +164,7 @@ fn track(
         let ends = scan.hits.iter().map(|hit| hit.end);
         coarse_search(ends, predicted, (sigma_m, sigma_rad), |x, y| scores.score(x, y))
     });
-    let prior = Matrix3::from_diagonal(&Vector3::new(
-        1.0 / (sigma_m * sigma_m),
-        1.0 / (sigma_m * sigma_m),
-        1.0 / (sigma_rad * sigma_rad),
-    ));
+    let prior = information_of(sigma_m, sigma_rad);
     let mut found = match_scan(&local.surfels, scan, begin, predicted, &prior);
     let is_good = found.is_good();
     if is_good {
@@ -190,7 +187,7 @@ fn refined(nodes: &[Node<'_>], poses: &[Pose]) -> Vec<Edge> {
         wanted.extend(near.iter().take(REFINED_NODES).map(|(_, from)| (*from, to)));
     }
     wanted.sort_unstable();
-    let prior = Matrix3::from_diagonal(&Vector3::new(100.0, 100.0, 1000.0));
+    let prior = information_of(REFINED_SIGMA_M, REFINED_SIGMA_RAD);
     let mut edges = Vec::new();
     let mut map: Option<(usize, SurfelMap)> = None;
     for (from, to) in wanted {

@@ -1,12 +1,11 @@
 //! Loop closure: branch and bound correlative scan matching.
 //!
 //! The search of Hess, Kohler, Rapp and Andor, "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016: the best pose of a scan in
-//! a window on a grid of scores. Coarser levels hold the maximum of the scores of 2^k x 2^k cells, so that a node's score is an
-//! upper bound of the scores of all poses below it.
-
-use crate::geometry::{Point, Pose, wrap_angle};
+//! a window on a grid of scores.
 
 use super::surfels::Surfel;
+use crate::geometry::{Point, Pose, wrap_angle};
+use crate::localization::ScorePyramid;
 
 /// Side of a cell, metres.
 const CELL_M: f64 = 0.05;
@@ -31,15 +30,21 @@ pub(super) struct Window {
 /// Scores of places by their distance from surfaces.
 pub(super) struct ScoreGrid {
     corner: Point,
-    columns: i32,
-    rows: i32,
-    /// Level k holds at each cell the maximum over 2^k columns to the right and 2^k rows up.
-    levels: Vec<Vec<u8>>,
+    scores: ScorePyramid,
 }
 
 impl ScoreGrid {
     /// Scores of the finest level alone: enough for [`Self::score`].
     pub fn fine(surfels: &[Surfel]) -> Option<Self> {
+        Self::with_levels(surfels, 1)
+    }
+
+    /// Scores of all levels.
+    pub fn new(surfels: &[Surfel]) -> Option<Self> {
+        Self::with_levels(surfels, LEVELS)
+    }
+
+    fn with_levels(surfels: &[Surfel], levels: usize) -> Option<Self> {
         let first = surfels.first()?.point;
         let (mut low, mut high) = (first, first);
         for Surfel { point, .. } in surfels {
@@ -73,44 +78,14 @@ impl ScoreGrid {
                 }
             }
         }
-        Some(Self { corner, columns, rows, levels: vec![scores] })
-    }
-
-    /// Scores of all levels.
-    pub fn new(surfels: &[Surfel]) -> Option<Self> {
-        let mut grid = Self::fine(surfels)?;
-        let (columns, rows) = (grid.columns as usize, grid.rows as usize);
-        for level in 1..LEVELS {
-            let reach = 1 << (level - 1);
-            let below = &grid.levels[level - 1];
-            let at = |column: usize, row: usize| {
-                if column < columns && row < rows { below[row * columns + column] } else { 0 }
-            };
-            let mut scores = vec![0; below.len()];
-            for row in 0..rows {
-                for column in 0..columns {
-                    let lower = at(column, row).max(at(column + reach, row));
-                    let upper = at(column, row + reach).max(at(column + reach, row + reach));
-                    scores[row * columns + column] = lower.max(upper);
-                }
-            }
-            grid.levels.push(scores);
-        }
-        Some(grid)
+        Some(Self { corner, scores: ScorePyramid::new(columns, rows, scores, levels) })
     }
 
     /// The score of a place, 0 to 1.
     pub fn score(&self, x: f64, y: f64) -> f64 {
-        let (column, row) = ((x - self.corner.x) / CELL_M, (y - self.corner.y) / CELL_M);
-        let is_inside = column >= 0.0
-            && row >= 0.0
-            && column < f64::from(self.columns)
-            && row < f64::from(self.rows);
-        if !is_inside {
-            return 0.0;
-        }
-        let index = row as usize * self.columns as usize + column as usize;
-        f64::from(self.levels[0][index]) / f64::from(FULL)
+        let cell = |along: f64| (along / CELL_M).floor() as i32;
+        let score = self.scores.score(cell(x - self.corner.x), cell(y - self.corner.y));
+        f64::from(score) / f64::from(FULL)
     }
 
     /// The pose in a window around a predicted one at which points in the robot's frame have the highest mean score, and that
@@ -127,7 +102,7 @@ impl ScoreGrid {
         let step_rad = libm::acos(cosine);
         let turns = (window.extent_rad / step_rad).ceil() as i32;
         let extent = (window.extent_m / CELL_M).ceil() as i32;
-        let top = LEVELS - 1;
+        let top = self.scores.top();
         let side = 1 << top;
         // The sum of scores that a result must exceed.
         let mut best_sum = (window.min_score * f64::from(FULL) * points.len() as f64) as u32;
@@ -150,7 +125,7 @@ impl ScoreGrid {
             while up <= extent {
                 let mut right = -extent;
                 while right <= extent {
-                    let sum = self.sum(top, cells, right, up);
+                    let sum = self.scores.sum_of(top, cells, right, up);
                     if sum > best_sum {
                         roots.push((sum, turn as i32, right, up));
                     }
@@ -186,7 +161,7 @@ impl ScoreGrid {
         best: &mut Option<(i32, i32, i32)>,
     ) {
         if level == 0 {
-            let sum = self.sum(0, &cells[turn as usize], right, up);
+            let sum = self.scores.sum_of(0, &cells[turn as usize], right, up);
             if sum > *best_sum {
                 (*best_sum, *best) = (sum, Some((turn, right, up)));
             }
@@ -197,7 +172,7 @@ impl ScoreGrid {
         for (child, (x, y)) in children.iter_mut().zip([(0, 0), (half, 0), (0, half), (half, half)])
         {
             let is_inside = right + x <= extent && up + y <= extent;
-            let sum = || self.sum(level - 1, &cells[turn as usize], right + x, up + y);
+            let sum = || self.scores.sum_of(level - 1, &cells[turn as usize], right + x, up + y);
             *child = (if is_inside { sum() } else { 0 }, right + x, up + y);
         }
         children.sort_by(|one, other| other.0.cmp(&one.0).then(one.cmp(other)));
@@ -206,24 +181,6 @@ impl ScoreGrid {
                 self.descend(level - 1, cells, (turn, right, up), extent, best_sum, best);
             }
         }
-    }
-
-    /// Sum of the scores of cells, moved by a translation.
-    fn sum(&self, level: usize, cells: &[(i32, i32)], right: i32, up: i32) -> u32 {
-        let scores = &self.levels[level];
-        // A cell left of or below the grid still covers cells of the grid at a coarse level.
-        let reach = (1 << level) - 1;
-        let mut sum = 0;
-        for (column, row) in cells {
-            let (column, row) = (column + right, row + up);
-            let is_near =
-                column >= -reach && row >= -reach && column < self.columns && row < self.rows;
-            if is_near {
-                let (column, row) = (column.max(0), row.max(0));
-                sum += u32::from(scores[(row * self.columns + column) as usize]);
-            }
-        }
-        sum
     }
 }
 

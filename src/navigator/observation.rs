@@ -155,6 +155,8 @@ impl Serialize for ObservationFault {
             Self::Lost(LostReason::Ambiguous) => "lost_ambiguous",
             Self::Lost(LostReason::NotMoving) => "lost_not_moving",
             Self::Lost(LostReason::LostAgain) => "lost_again",
+            Self::Lost(LostReason::BetterElsewhere) => "lost_better_elsewhere",
+            Self::Lost(LostReason::NoPose) => "lost_no_pose",
             Self::PoseJump => "pose_jump",
             Self::PoseFrozen => "pose_frozen",
             Self::MotionReversed => "motion_reversed",

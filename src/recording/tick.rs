@@ -45,7 +45,7 @@ const MODES: [Mode; 10] = [
 ];
 
 /// The reasons in the order of their numbers in the message, from one.
-const LOST_REASONS: [LostReason; 8] = [
+const LOST_REASONS: [LostReason; 10] = [
     LostReason::NoReturns,
     LostReason::BeamsThroughWalls,
     LostReason::PoorMatch,
@@ -54,6 +54,8 @@ const LOST_REASONS: [LostReason; 8] = [
     LostReason::Ambiguous,
     LostReason::NotMoving,
     LostReason::LostAgain,
+    LostReason::BetterElsewhere,
+    LostReason::NoPose,
 ];
 
 #[expect(

@@ -24,6 +24,8 @@ pub struct Mission {
     pub map: Arc<OccupancyGrid>,
     /// Pose at the start, where the robot stands still.
     pub start: Pose,
+    /// Whether the robot is not told where it starts. It then finds itself by its scans, and the start only serves the first plan.
+    pub is_start_unknown: bool,
     /// Stops before the goal, in order.
     pub via: Vec<Goal>,
     /// The last stop.
@@ -44,6 +46,7 @@ impl Mission {
         Self {
             map,
             start,
+            is_start_unknown: false,
             via: Vec::new(),
             goal,
             time_limit_s: 3600.0,

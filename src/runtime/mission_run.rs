@@ -85,7 +85,7 @@ impl<R: Robot> MissionRun<R> {
     ) -> Result<Self, MissionError> {
         config.validate()?;
         let known = mission.map.obstacles(config.unknown);
-        let pose_estimator = PoseEstimator::new(&config, &known, mission.start)?;
+        let pose_estimator = PoseEstimator::new(&config, &known, &mission)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
         let real_time = robot.is_real_time().then(|| Config::clone(&config).in_real_time());
         let navigator_config = real_time.as_ref().unwrap_or(&config);
@@ -353,14 +353,19 @@ enum PoseEstimator {
 }
 
 impl PoseEstimator {
-    fn new(config: &Config, known: &ObstacleGrid, start: Pose) -> Result<Self, LocalizationError> {
-        Ok(match config.pose_source {
-            PoseSource::Fixes => Self::Fixes(start, None),
-            PoseSource::Scans => Self::Scans {
-                localizer: Box::new(Localizer::new(known, config.localization, &start)?),
-                matched_s: 0.0,
-            },
-        })
+    fn new(
+        config: &Config,
+        known: &ObstacleGrid,
+        mission: &Mission,
+    ) -> Result<Self, LocalizationError> {
+        let localizer = match config.pose_source {
+            PoseSource::Fixes => return Ok(Self::Fixes(mission.start, None)),
+            PoseSource::Scans if mission.is_start_unknown => {
+                Localizer::without_pose(known, config.localization)
+            }
+            PoseSource::Scans => Localizer::new(known, config.localization, &mission.start),
+        };
+        Ok(Self::Scans { localizer: Box::new(localizer?), matched_s: 0.0 })
     }
 
     /// Updates the estimate with one tick. Without positioning of its own, the robot's pose is that of its odometry.

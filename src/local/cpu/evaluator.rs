@@ -65,7 +65,7 @@ impl Evaluator {
     }
 
     /// Evaluates every shard.
-    fn evaluate_rows(&mut self, problem: &QuantizedProblem, team: &mut Team<'_>) {
+    pub fn evaluate_rows(&mut self, problem: &QuantizedProblem, team: &mut Team<'_>) {
         let (kernel, shards) = (self.kernel, &self.shards[..self.used]);
         let (inputs, pyramid) = (&self.inputs, &self.pyramid);
         let rows = problem.profiles.len();
@@ -77,7 +77,7 @@ impl Evaluator {
     }
 
     /// Statistics of all samples, and the best sample.
-    fn select(
+    pub fn select(
         &mut self,
         problem: &QuantizedProblem,
         mut team: Team<'_>,
@@ -129,7 +129,7 @@ impl Evaluator {
     }
 
     /// All samples in order of index: shards and their rows are in that order.
-    fn samples(&mut self, problem: &QuantizedProblem) -> Vec<SampleRecord> {
+    pub fn samples(&mut self, problem: &QuantizedProblem) -> Vec<SampleRecord> {
         let inputs = &self.inputs;
         let mut samples = Vec::with_capacity(problem.len());
         for shard in &mut self.shards[..self.used] {
@@ -149,8 +149,9 @@ const fn shards_of(threads: usize) -> usize {
     if threads > 1 { threads * SHARDS_PER_THREAD } else { 1 }
 }
 
-/// The threads that evaluate a problem.
-struct Team<'a> {
+/// The threads that evaluate a problem; by default the caller's alone.
+#[derive(Default)]
+pub struct Team<'a> {
     pool: Option<&'a mut ThreadPool>,
     threads: usize,
 }

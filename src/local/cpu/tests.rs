@@ -6,6 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::geometry::{Point, Pose};
+use crate::local::cpu::evaluator::Team;
 use crate::local::cpu::soa_inputs::SoaInputs;
 use crate::local::cpu::step_pruning::steps_of;
 use crate::local::cpu::{CpuEngine, InstructionSet};
@@ -226,7 +227,7 @@ fn last_group_longer_than_the_tables_is_clipped() {
     let quantized = quantized(&slow_problem(176));
     let mut engines = engines();
     compare(&mut engines, &quantized, "176 steps");
-    let SoaInputs { groups, group, steps, .. } = engines[0].inputs;
+    let SoaInputs { groups, group, steps, .. } = engines[0].together.inputs;
     assert!(groups * group as usize > steps, "{groups} of {group}");
 }
 
@@ -238,9 +239,10 @@ fn bound_that_is_too_high_changes_samples() {
         let mut engine = CpuEngine::single_threaded();
         let expected = engine.evaluate(&quantized, Detail::Samples);
         engine.together.pyramid.entries.fill(u16::MAX);
-        engine.evaluate_rows(&quantized);
-        let chosen = engine.select(&quantized);
-        let samples = engine.samples(&quantized);
+        let evaluator = &mut engine.together;
+        evaluator.evaluate_rows(&quantized, &mut Team::default());
+        let chosen = evaluator.select(&quantized, Team::default());
+        let samples = evaluator.samples(&quantized);
         let expected = expected.expect("the CPU engine never fails");
         let same =
             expected.samples.as_ref() == Some(&samples) && expected.totals == chosen.0.totals;

@@ -99,6 +99,18 @@ fn drive_text_states_outcome() {
     assert!(note.contains("fastest for 20 x 40 arcs of 25 steps"), "{note}");
 }
 
+#[test]
+fn robot_that_is_not_told_its_start_finds_itself() {
+    let place = Workplace::new();
+    let drive = "drive --scene roadway --engine cpu --unknown-start";
+    let (status, object) = place.json(&format!("{drive} --set pose_source=\"scans\""));
+    assert_eq!((status, &object["reached"]), (0, &json!(true)), "{object}");
+    let unknown = object["observation_faults"]["lost_no_pose"].as_u64();
+    assert!(unknown.is_some_and(|ticks| (1..50).contains(&ticks)), "{object}");
+    let refusal = place.refusal(drive);
+    assert!(refusal.contains("pose_source"), "{refusal}");
+}
+
 /// The file of the times that `--engine auto` has measured here, as JSON.
 fn measured(place: &Workplace) -> Value {
     let text = fs::read_to_string(place.path("inbye/engine-times.json")).expect("it is kept");

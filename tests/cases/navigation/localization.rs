@@ -1,5 +1,6 @@
 //! The localiser: convergence on a map, long drives with track slip, and detection of a lost pose.
 
+mod carried;
 mod lost;
 mod odometry_fusion;
 mod room;

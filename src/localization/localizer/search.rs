@@ -1,0 +1,134 @@
+//! Searches of the whole map: by a localizer that is lost, and by one that doubts.
+
+use super::{Localizer, MAX_CORRECTION_SIGMAS2, SAME_PLACE_AGREEMENT, has_moved};
+use crate::geometry::Pose;
+use crate::localization::map_scores::MapScores;
+use crate::localization::pose_filters::offset;
+use crate::localization::relocalization::{Found, GlobalSearch};
+use crate::localization::{LocalizationStatus, LostReason};
+
+/// A robot that stands does not move by more than this between two revolutions of a search, metres and radians.
+const STANDING_M: f64 = 0.05;
+const STANDING_RAD: f64 = 0.03;
+
+/// Nodes of a search at each revolution: some ten milliseconds; and the part of them while the robot drives.
+const NODES: usize = 150_000;
+const DOUBT_SHARE: usize = 5;
+
+/// Number of consecutive revolutions with poor agreement before a search.
+const DOUBTFUL_SCANS: u32 = 15;
+
+/// What the searches keep between revolutions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Searches {
+    /// Of a lost robot.
+    pub of_lost: Option<GlobalSearch>,
+    /// Of a robot that is not lost.
+    doubt: Option<Doubt>,
+    doubtful: u32,
+    /// Made for the first search.
+    scores: Option<MapScores>,
+}
+
+/// A search for a better place than the believed one.
+#[derive(Clone, Debug)]
+struct Doubt {
+    search: GlobalSearch,
+    /// The pose at the start of the search, in the grid's frame.
+    believed: Pose,
+}
+
+impl Localizer {
+    /// Searches for the pose of a lost robot: where odometry predicts it, and then on the whole map while the robot stands. The
+    /// next revolutions must confirm a candidate.
+    pub(super) fn relocalize(&mut self) {
+        if self.scan.hits.len() < self.settings.min_returns {
+            return;
+        }
+        // Where the scans do not constrain the pose, a match at the predicted one is no evidence.
+        let reason = self.estimate.status.lost_reason();
+        let is_unconstrained = matches!(
+            reason,
+            Some(LostReason::HighUncertainty | LostReason::Ambiguous | LostReason::NoPose)
+        );
+        if !is_unconstrained && self.is_at_predicted_pose() {
+            self.searches.of_lost = None;
+            self.confirmations = Some(0);
+            return self.track();
+        }
+        let odometry = self.odometry();
+        let stands = |search: &GlobalSearch| {
+            !has_moved(&search.odometry, &odometry, STANDING_M, STANDING_RAD)
+        };
+        let scores = self.searches.scores.get_or_insert_with(|| MapScores::new(&self.map));
+        let search = self.searches.of_lost.take().filter(stands);
+        let mut search = search.unwrap_or_else(|| GlobalSearch::new(&self.scan, &odometry, scores));
+        match search.step(&self.map, scores, &self.settings, NODES) {
+            None => self.searches.of_lost = Some(search),
+            Some(Found::Unique(pose)) => {
+                let moved = search.odometry.inverse_transform_pose(&odometry);
+                let pose = pose.transform_pose(&moved);
+                self.ekf = self.ekf.reset_pose(pose, &self.settings);
+                self.anchor = None;
+                self.confirmations = Some(0);
+                self.searches.of_lost = Some(search);
+                self.track();
+            }
+            // The next revolution starts another search: people may have moved.
+            Some(Found::Ambiguous(_)) if reason != Some(LostReason::HighUncertainty) => {
+                self.estimate.status = LocalizationStatus::Lost(LostReason::Ambiguous);
+            }
+            Some(Found::Ambiguous(_) | Found::Nothing) => {}
+        }
+    }
+
+    /// Whether another place of the map matches much better than the present one. While too few beams agree, the map is searched
+    /// now and then; a wrong place may agree with half of them.
+    pub(super) fn is_better_elsewhere(&mut self) -> bool {
+        let Self { settings, map, scan, searches, .. } = self;
+        let is_doubtful =
+            self.estimate.agreement.matching_fraction() < settings.relocalized_agreement;
+        searches.doubtful = if is_doubtful { searches.doubtful + 1 } else { 0 };
+        let odometry = self.odometry.map_or_else(Pose::default, |(_, pose)| pose);
+        let mut doubt = match searches.doubt.take() {
+            Some(doubt) => doubt,
+            None if searches.doubtful < DOUBTFUL_SCANS => return false,
+            None => {
+                searches.doubtful = 0;
+                let scores = searches.scores.get_or_insert_with(|| MapScores::new(map));
+                Doubt {
+                    search: GlobalSearch::new(scan, &odometry, scores),
+                    believed: self.ekf.pose,
+                }
+            }
+        };
+        let scores = searches.scores.get_or_insert_with(|| MapScores::new(map));
+        let found = doubt.search.step(map, scores, settings, NODES / DOUBT_SHARE);
+        match found {
+            None => {
+                searches.doubt = Some(doubt);
+                false
+            }
+            Some(Found::Unique(pose) | Found::Ambiguous(Some(pose))) => {
+                doubt.search.is_better(map, settings, &pose, &doubt.believed)
+            }
+            Some(Found::Ambiguous(None) | Found::Nothing) => false,
+        }
+    }
+
+    /// Whether the scan matches at the predicted pose so well that the robot is still there.
+    fn is_at_predicted_pose(&self) -> bool {
+        let covariance = self.ekf.pose_covariance();
+        let Some(information) = covariance.try_inverse() else {
+            return false;
+        };
+        let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
+        let prior = self.ekf.pose;
+        let matched = self.matcher().match_scan(&prior, &information, sigma_m);
+        let correction = offset(&prior, &matched.pose);
+        let agreement = self.matcher().agreement(&matched.pose);
+        agreement.matching_fraction() >= SAME_PLACE_AGREEMENT
+            && agreement.through_walls_fraction() <= self.settings.max_through_walls / 2.0
+            && (correction.transpose() * information * correction)[0] <= MAX_CORRECTION_SIGMAS2
+    }
+}

@@ -1,0 +1,55 @@
+//! Robots that were carried somewhere on a public map are found there or refused, and never found elsewhere.
+//!
+//! The maps are expected next to the repository; without them the trials are ignored. `-- --nocapture` prints the counts.
+
+use std::path::Path;
+
+use inbye::map::{LoadOptions, UnknownPolicy, load};
+use libtest_mimic::{Completion, Failed, Trial};
+
+use crate::support::carried::{Answers, Belief, carry};
+
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
+
+/// Maps with narrow and wide, unique and repeated places, and the robots on each. In the small sandbox most places look alike.
+const MAPS: [(&str, u32); 6] = [
+    ("mine/niosh_sr_coal_mine.yaml", 12),
+    ("rosmaps/aws_small_warehouse_005.yaml", 20),
+    ("rosmaps/depot.yaml", 20),
+    ("rosmaps/stata_basement.yaml", 20),
+    ("rosmaps/tb3_sandbox.yaml", 20),
+    ("rosmaps/willow-full-0.05.yaml", 12),
+];
+const SEED: u64 = 21;
+
+pub fn trials() -> Vec<Trial> {
+    let trial = |(name, robots): (&'static str, u32)| {
+        Trial::ignorable_test(format!("robots carried on {name}"), move || found(name, robots))
+    };
+    MAPS.map(trial).into()
+}
+
+fn found(name: &str, robots: u32) -> Result<Completion, Failed> {
+    let path = Path::new(DATA).join(name);
+    if !path.exists() {
+        return Ok(Completion::ignored_with("the development data are missing"));
+    }
+    let map = load(&path, &LoadOptions::default())?.obstacles(UnknownPolicy::Blocked);
+    let mut right = 0;
+    for belief in [Belief::None, Belief::Elsewhere] {
+        let answers = carry(&map, robots, belief, SEED)?;
+        #[expect(clippy::print_stdout, reason = "figures for the book")]
+        {
+            println!("{name}, {belief:?}: {answers:?}");
+        }
+        let Answers { wrong, open, .. } = answers;
+        if wrong + open > 0 {
+            return Err(format!("{belief:?}: {answers:?}").into());
+        }
+        right += answers.right;
+    }
+    if right == 0 {
+        return Err("every robot was refused".into());
+    }
+    Ok(Completion::Completed)
+}
