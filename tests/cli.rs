@@ -28,6 +28,7 @@ mod cases {
         mod program;
         mod recording;
         mod records;
+        mod ros_logs;
         mod shells;
         mod soak;
         mod tools;

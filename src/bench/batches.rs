@@ -84,7 +84,7 @@ pub fn measure_batches(
                 Some(_) => {}
             }
             if engine.kind() == "gpu" {
-                raise_clock(clock, plan.seconds, || Ok(drop(decide(engine.as_mut(), problems)?)))?;
+                raise_clock(clock, plan.seconds, || decide(engine.as_mut(), problems))?;
             }
             let (latencies, batches) = time(engine.as_mut(), problems, plan, clock)?;
             let summary = latencies.summary().unwrap_or_default();

@@ -182,10 +182,10 @@ pub fn measure_density(
 }
 
 /// Works for a while without being timed: a GPU that was idle needs up to half a second until its clock is high.
-pub(super) fn raise_clock(
+pub(super) fn raise_clock<T>(
     clock: &mut dyn FnMut() -> f64,
     seconds: f64,
-    mut work: impl FnMut() -> Result<(), BenchError>,
+    mut work: impl FnMut() -> Result<T, BenchError>,
 ) -> Result<(), BenchError> {
     let began = clock();
     for _ in 0..MAX_DECISIONS {
@@ -229,7 +229,7 @@ fn warm_up(
         digest.add(&roadway.decide(engine, field, tick)?.evaluation);
     }
     if engine.kind() == "gpu" {
-        raise_clock(clock, plan.seconds, || Ok(drop(roadway.decide(engine, field, 0)?)))?;
+        raise_clock(clock, plan.seconds, || roadway.decide(engine, field, 0))?;
     }
     Ok(digest.hex())
 }

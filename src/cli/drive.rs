@@ -131,6 +131,26 @@ fn factor(text: &str) -> Result<f64, String> {
     number(text, is_valid, "a factor from 0.01 to 1000")
 }
 
+/// The pose comes from scans with a real lidar; only then, or where the settings say so, a robot finds its own start.
+fn set_pose_source(
+    arguments: &DriveArguments,
+    obstacles: &Obstacles,
+    config: &mut Config,
+) -> anyhow::Result<()> {
+    if arguments.hardware.lidar.is_some() {
+        anyhow::ensure!(
+            matches!(obstacles, Obstacles::Count(0)),
+            "--obstacles are simulated, but --lidar measures real ones: leave one of them out"
+        );
+        config.pose_source = PoseSource::Scans;
+    }
+    anyhow::ensure!(
+        !arguments.unknown_start || config.pose_source == PoseSource::Scans,
+        "--unknown-start needs the pose from scans: add --set pose_source=scans, or --lidar on a real robot"
+    );
+    Ok(())
+}
+
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let MapInput { name: map_name, map, mut config, scene } = map_file::read(&arguments.map)?;
@@ -144,17 +164,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(deadline_ms) = arguments.deadline {
         config.navigator.deadline_s = Some(deadline_ms / 1e3);
     }
-    if arguments.hardware.lidar.is_some() {
-        anyhow::ensure!(
-            matches!(obstacles, Obstacles::Count(0)),
-            "--obstacles are simulated, but --lidar measures real ones: leave one of them out"
-        );
-        config.pose_source = PoseSource::Scans;
-    }
-    anyhow::ensure!(
-        !arguments.unknown_start || config.pose_source == PoseSource::Scans,
-        "--unknown-start needs the pose from scans: add --set pose_source=scans, or --lidar on a real robot"
-    );
+    set_pose_source(arguments, &obstacles, &mut config)?;
     let interrupt = interrupt_flag()?;
     let mut hardware = arguments.hardware.connect(start.pose(), &config)?;
     if let Some(hardware) = &hardware {

@@ -75,7 +75,7 @@ pub fn engine_times(
     kept.push(Measurement { machine, adapters, threads, size, times: times.clone() });
     match file.map(|file| write(&file, &kept)) {
         Some(Err(error)) => {
-            output::detail(format!("the times of the engines are not kept: {error:#}"))
+            output::detail(format!("the times of the engines are not kept: {error:#}"));
         }
         None => output::detail("the times of the engines are not kept: no HOME"),
         Some(Ok(())) => {}

@@ -12,6 +12,7 @@ use inbye::trajectory::{ErrorStatistics, RelationError, read_relations};
 
 use super::arguments::number;
 use super::localization::{LocalizationArguments, settings};
+use super::log_file::LogFileArguments;
 use super::{machine, map_file, output};
 
 /// The flags of drives, which a log does not have.
@@ -23,6 +24,8 @@ pub struct LogArguments {
     /// Log of a real robot instead of simulated drives.
     #[arg(long, value_name = "FILE", conflicts_with_all = OF_DRIVES)]
     pub log: Option<PathBuf>,
+    #[command(flatten)]
+    pub file: LogFileArguments,
     #[command(flatten)]
     pub truth: TruthArguments,
 }
@@ -55,7 +58,7 @@ fn offset(text: &str) -> Result<f64, String> {
 
 /// Localizes over a log. Returns false if the localizer was lost after the last scan.
 pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow::Result<bool> {
-    let log = LidarLog::read(file).context("--log")?;
+    let log = arguments.log.file.read(file).context("--log")?;
     let truth = arguments.log.truth.read()?;
     let config = settings(arguments)?;
     let map = match &arguments.map {

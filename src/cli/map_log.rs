@@ -12,13 +12,15 @@ use inbye::trajectory::{ErrorStatistics, absolute_error};
 use serde_json::json;
 
 use super::files::create_file;
+use super::log_file::LogFileArguments;
 use super::log_localization::{TruthArguments, relation_text};
 use super::{machine, output};
 
 /// `inbye map`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye map drive.log --out made.yaml\n\n\
-    Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1), GMapping's gfs, tinySLAM's dat. The map is a ROS map_server map, with its \
+    Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1), GMapping's gfs, tinySLAM's dat, and recordings of ROS 2 in MCAP, a file or the \
+    folder of rosbag2, with LaserScan, Odometry and /tf_static. The map is a ROS map_server map, with its \
     image beside it, that every command reads. Its cells are 0.05 m. The first scan has the log's first pose. Corrected poses of \
     the log are not used; the result is compared with them, and with --relations with ground truth.\n\
     The same log gives the same map, to the bit.")]
@@ -30,12 +32,14 @@ pub struct MapLogArguments {
     #[arg(long, value_name = "FILE.yaml")]
     pub out: PathBuf,
     #[command(flatten)]
+    pub file: LogFileArguments,
+    #[command(flatten)]
     pub truth: TruthArguments,
 }
 
 /// Makes the map and writes it.
 pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
-    let log = LidarLog::read(&arguments.log)?;
+    let log = arguments.file.read(&arguments.log)?;
     let truth = arguments.truth.read()?;
     if log.scans() == 0 {
         bail!("{}: it has no scans", arguments.log.display());

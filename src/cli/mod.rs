@@ -31,6 +31,7 @@ mod input_file;
 mod invocation;
 mod latency_lock;
 mod localization;
+mod log_file;
 mod log_localization;
 mod machine;
 mod map_file;

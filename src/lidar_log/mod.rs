@@ -47,6 +47,8 @@ pub enum LogFormat {
     Gfs,
     /// A tinySLAM `.dat` file.
     TinySlam,
+    /// A recording of ROS 2 in MCAP, see `recording::RosLogReader`.
+    Ros2,
 }
 
 /// One measurement of a log, in the order of the file.
@@ -107,6 +109,7 @@ impl LidarLog {
             LogFormat::CarmenGmapping => carmen::parse_gmapping(text)?,
             LogFormat::Gfs => gmapping::parse(text)?,
             LogFormat::TinySlam => tinyslam::parse(text)?,
+            LogFormat::Ros2 => return Err(LogError::UnknownFormat),
         };
         beams::remove_saturated(&mut records);
         let has_times = times_advance(&records);

@@ -55,6 +55,7 @@ impl ScorePyramid {
     }
 
     /// The score of a cell; 0 outside.
+    #[cfg(any(test, feature = "logs"))]
     pub fn score(&self, column: i32, row: i32) -> u8 {
         self.sum_of(0, &[(column, row)], 0, 0) as u8
     }

@@ -6,7 +6,7 @@ use crate::map::MapError;
 use crate::navigator::Fault;
 use crate::settings::SettingError;
 
-/// Why a recording cannot be written or replayed.
+/// Why a recording cannot be written, replayed or read as a log.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
@@ -17,7 +17,7 @@ pub enum RecordingError {
     #[error("no thread for the recorder: {0}")]
     NoThread(io::Error),
     /// The file is no MCAP file.
-    #[error("the file is no MCAP file: choose a recording of inbye")]
+    #[error("the file is no MCAP file: choose a recording")]
     NotMcap,
     /// The file is no recording of inbye.
     #[error(
@@ -50,6 +50,68 @@ pub enum RecordingError {
     Damaged {
         /// Number of ticks before the damage.
         ticks: u64,
+        /// The cause.
+        reason: String,
+    },
+    /// A log without messages of a type.
+    #[error(
+        "the file has no {missing}: a log needs sensor_msgs/LaserScan and nav_msgs/Odometry, and /tf_static; record their topics"
+    )]
+    NoMessages {
+        /// The type of the messages.
+        missing: &'static str,
+    },
+    /// A log with scans of several lidars.
+    #[error("the file has scans on {topics}: name one of them with --scan-topic")]
+    SeveralTopics {
+        /// The topics.
+        topics: String,
+    },
+    /// No scans on the requested topic.
+    #[error("the file has no scans on {topic}: they are on {topics}")]
+    NoScansOn {
+        /// The requested topic.
+        topic: String,
+        /// The topics with scans.
+        topics: String,
+    },
+    /// The place of the lidar on the robot is not known.
+    #[error(
+        "the file has no transform from {base} to {lidar}, the place of the lidar on the robot: record /tf_static as well"
+    )]
+    NoMount {
+        /// Frame of the scans.
+        lidar: String,
+        /// Frame of the robot.
+        base: String,
+    },
+    /// A message that cannot be used.
+    #[error("message {number} of the file, on {topic}: {reason}")]
+    InvalidMessage {
+        /// Its topic.
+        topic: String,
+        /// Its number, from one.
+        number: u64,
+        /// The cause.
+        reason: String,
+    },
+    /// Messages that are not in CDR.
+    #[error(
+        "the messages on {topic} are in {encoding}: convert the file to a ROS 2 recording in MCAP"
+    )]
+    OtherEncoding {
+        /// The topic.
+        topic: String,
+        /// The encoding.
+        encoding: String,
+    },
+    /// The file is damaged.
+    #[error(
+        "the file is damaged after {messages} messages: {reason}; use another copy of the file"
+    )]
+    DamagedLog {
+        /// Number of messages before the damage.
+        messages: u64,
         /// The cause.
         reason: String,
     },

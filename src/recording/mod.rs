@@ -21,6 +21,7 @@ mod metadata;
 mod reader;
 mod recorder;
 mod replay;
+mod ros_log;
 mod tick;
 mod writer;
 
@@ -29,4 +30,5 @@ pub use metadata::{DriveMetadata, DriveSummary};
 pub use reader::Reader;
 pub use recorder::{BackpressurePolicy, Recorder, RecordingReport};
 pub use replay::{Difference, FieldValue, Replay, replay};
+pub use ros_log::RosLogReader;
 pub use tick::RecordedTick;

@@ -38,6 +38,8 @@ struct Shared {
 
 #[derive(Default)]
 struct TaskState {
+    /// Workers that have begun to wait for tasks.
+    started: usize,
     task: Option<Task<'static>>,
     /// Calls of the task that a worker may still begin.
     open: usize,
@@ -64,6 +66,12 @@ impl ThreadPool {
                 message: error.to_string(),
             })?);
         }
+        // The system allocates memory for a thread when it begins to run, which no decision may cost.
+        let mut state = pool.shared.lock();
+        while state.started < workers {
+            state = pool.shared.done.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        drop(state);
         Ok(pool)
     }
 
@@ -134,6 +142,8 @@ impl Shared {
 
     /// The loop of a worker.
     fn run_worker(&self) {
+        self.lock().started += 1;
+        self.done.notify_one();
         while let Some(task) = self.next_task() {
             let outcome = catch_unwind(AssertUnwindSafe(task));
             let mut state = self.lock();

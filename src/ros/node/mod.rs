@@ -17,6 +17,12 @@ mod notices;
 mod protection;
 mod scan;
 
+#[cfg(feature = "mcap")]
+pub(crate) use frames::Frames;
 pub use incoming::IncomingMessage;
+#[cfg(feature = "mcap")]
+pub(crate) use incoming::planar_pose;
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;
+#[cfg(feature = "mcap")]
+pub(crate) use scan::{laser_scan, timed_scan};

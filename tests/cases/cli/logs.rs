@@ -6,7 +6,7 @@ use super::program::Workplace;
 
 /// Half the sides of a room with its origin in the middle, metres, and the radius of the robot's circle in it.
 const HALF_ROOM_M: (f64, f64) = (4.0, 3.0);
-const CIRCLE_M: f64 = 1.5;
+pub const CIRCLE_M: f64 = 1.5;
 /// Scans of two rounds, and beams of a scan, one degree apart.
 const SCANS: u32 = 160;
 const BEAMS: i32 = 181;
@@ -40,7 +40,7 @@ fn drive_log(scale: f64) -> String {
 }
 
 /// Distance to the wall of the room.
-fn range_m((x, y): (f64, f64), angle: f64) -> f64 {
+pub fn range_m((x, y): (f64, f64), angle: f64) -> f64 {
     let (sin, cos) = libm::sincos(angle);
     let along = |direction: f64, position: f64, half_m: f64| {
         if direction.abs() < 1e-12 {

@@ -28,14 +28,15 @@ fn carried_robots_are_found_or_refused_in_a_mine() {
     }
 }
 
-/// Two equal rooms with a niche, and a third one whose niche is elsewhere.
+/// Two equal rooms with a niche, and a longer and narrower one.
 #[test]
 fn twin_rooms_are_refused_and_the_third_room_is_found() {
-    let room = |x: f64, y: f64, niche: f64| {
-        [[x, y, x + 4.0, y + 3.0], [x + niche, y + 3.0, x + niche + 0.8, y + 3.8]]
+    let room = |x: f64, y: f64, length_m: f64, width_m: f64| {
+        let top = y + width_m;
+        [[x, y, x + length_m, top], [x + 0.4, top, x + 1.2, top + 0.8]]
     };
-    let rooms = [room(1.0, 1.0, 0.4), room(7.0, 1.0, 0.4), room(1.0, 7.0, 2.2)].concat();
-    let map = ground(Pose::default(), &rooms);
+    let rooms = [room(1.0, 1.0, 4.0, 3.0), room(7.0, 1.0, 4.0, 3.0), room(1.0, 7.0, 6.5, 2.2)];
+    let map = ground(Pose::default(), &rooms.concat());
     let world = World::new(map.clone());
     let status_at = |truth: &Pose| {
         let mut rng = Pcg64Mcg::seed_from_u64(8);
@@ -53,7 +54,7 @@ fn twin_rooms_are_refused_and_the_third_room_is_found() {
         let status = status_at(&truth).status;
         assert_eq!(status, LocalizationStatus::Lost(LostReason::Ambiguous), "{truth:?}");
     }
-    let truth = Pose::new(3.4, 8.2, 1.0);
+    let truth = Pose::new(4.4, 8.0, 1.0);
     let found = status_at(&truth);
     assert_eq!(found.status, LocalizationStatus::Tracking);
     let error = found.pose.position() - Point::new(truth.x, truth.y);

@@ -1,0 +1,70 @@
+//! Logs of real robots: text files, and recordings of ROS 2.
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use inbye::lidar_log::LidarLog;
+
+/// How a log is read.
+#[derive(Debug, Args)]
+pub struct LogFileArguments {
+    /// Topic of the scans in a recording of ROS 2 with several.
+    #[arg(long, value_name = "TOPIC")]
+    pub scan_topic: Option<String>,
+}
+
+impl LogFileArguments {
+    /// Reads a log: a text file, an MCAP file, or a folder of `rosbag2` with MCAP files.
+    pub fn read(&self, path: &Path) -> anyhow::Result<LidarLog> {
+        let has_extension =
+            |path: &Path, wanted: &str| path.extension().is_some_and(|found| found == wanted);
+        let mut files = if path.is_dir() { listed(path)? } else { vec![path.to_path_buf()] };
+        if files.iter().any(|file| has_extension(file, "db3")) {
+            bail!(
+                "{}: is a recording in SQLite: convert it to MCAP with `ros2 bag convert`",
+                path.display()
+            );
+        }
+        if path.is_dir() {
+            files.retain(|file| has_extension(file, "mcap"));
+            if files.is_empty() {
+                bail!("{}: the folder has no .mcap file: name a log", path.display());
+            }
+        } else if !has_extension(path, "mcap") {
+            if self.scan_topic.is_some() {
+                bail!("--scan-topic: {} is no recording of ROS 2", path.display());
+            }
+            return Ok(LidarLog::read(path)?);
+        }
+        self.read_recording(&files)
+    }
+
+    #[cfg(feature = "mcap")]
+    fn read_recording(&self, files: &[PathBuf]) -> anyhow::Result<LidarLog> {
+        let mut reader = inbye::recording::RosLogReader::new(self.scan_topic.as_deref());
+        let mut last = PathBuf::new();
+        for path in files {
+            let place = || path.display().to_string();
+            let file = File::open(path).with_context(place)?;
+            reader.read(BufReader::new(file)).with_context(place)?;
+            last.clone_from(path);
+        }
+        reader.finish().with_context(|| last.display().to_string())
+    }
+
+    #[cfg(not(feature = "mcap"))]
+    fn read_recording(&self, _: &[PathBuf]) -> anyhow::Result<LidarLog> {
+        bail!("this build reads no MCAP files: build it with the feature mcap")
+    }
+}
+
+/// The files of a folder in the order of their numbers: `run_2.mcap` before `run_10.mcap`.
+fn listed(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder).with_context(|| folder.display().to_string())?;
+    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
+    Ok(files)
+}

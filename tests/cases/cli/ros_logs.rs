@@ -1,0 +1,238 @@
+//! Logs from recordings of ROS 2.
+#![cfg(all(feature = "mcap", feature = "logs"))]
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use inbye::geometry::Pose;
+use inbye::map::TimedScan;
+use inbye::recording::{RecordingError, RosLogReader};
+use inbye::ros::msg::{self, Header, LaserScan, Message, Odometry, TFMessage, Time};
+use mcap::records::MessageHeader;
+use mcap::write::{WriteOptions, Writer};
+
+use super::logs::{CIRCLE_M, range_m};
+use super::program::Workplace;
+
+/// Time of the first message, seconds since 1970.
+const EPOCH_S: f64 = 1_700_000_000.0;
+/// Pose of the lidar on the robot.
+const MOUNT: Pose = Pose { x: 0.2, y: -0.1, yaw: 0.7 };
+const BEAMS: usize = 360;
+/// Time between two beams, seconds; the robot turns meanwhile.
+const BEAM_S: f64 = 0.0002;
+const RADIANS_PER_S: f64 = 0.4;
+
+/// What is different in a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Odd {
+    no_mount: bool,
+    no_odometry: bool,
+    second_lidar: bool,
+    short_message: bool,
+    other_encoding: bool,
+}
+
+/// The true pose on a circle in a room.
+fn truth(time_s: f64) -> Pose {
+    let (sin, cos) = libm::sincos(RADIANS_PER_S * time_s);
+    let yaw = RADIANS_PER_S * time_s + core::f64::consts::FRAC_PI_2;
+    Pose::new(CIRCLE_M * cos, CIRCLE_M * sin, libm::remainder(yaw, core::f64::consts::TAU))
+}
+
+/// Odometry starts at zero.
+fn odometry(time_s: f64) -> Pose {
+    truth(0.0).inverse_transform_pose(&truth(time_s))
+}
+
+fn header(time_s: f64, frame: &str) -> Header {
+    Header { stamp: Time::from_seconds(EPOCH_S + time_s), frame_id: frame.to_owned() }
+}
+
+fn scan(begin_s: f64, frame: &str) -> LaserScan {
+    let step = core::f64::consts::TAU / BEAMS as f64;
+    let range = |beam: usize| {
+        let lidar = truth(begin_s + BEAM_S * beam as f64).transform_pose(&MOUNT);
+        range_m((lidar.x, lidar.y), lidar.yaw + step * beam as f64) as f32
+    };
+    LaserScan {
+        header: header(begin_s, frame),
+        angle_max: (step * (BEAMS - 1) as f64) as f32,
+        angle_increment: step as f32,
+        time_increment: BEAM_S as f32,
+        range_min: 0.05,
+        range_max: 20.0,
+        ranges: (0..BEAMS).map(range).collect(),
+        ..LaserScan::default()
+    }
+}
+
+fn transform(time_s: f64, [parent, child]: [&str; 2], pose: &Pose) -> TFMessage {
+    let transform = msg::Transform::from(pose);
+    let stamped = msg::TransformStamped {
+        header: header(time_s, parent),
+        child_frame_id: child.to_owned(),
+        transform,
+    };
+    TFMessage { transforms: vec![stamped] }
+}
+
+/// A recording of 20 s, as `rosbag2` writes it.
+fn recording(odd: Odd) -> Vec<u8> {
+    let mut file = Bag::new();
+    let encoding = if odd.other_encoding { "ros1" } else { "cdr" };
+    let statics = file.channel::<TFMessage>("/tf_static", "cdr");
+    let transforms = file.channel::<TFMessage>("/tf", "cdr");
+    let scans = file.channel::<LaserScan>("/front/scan", encoding);
+    let rear = odd.second_lidar.then(|| file.channel::<LaserScan>("/rear/scan", "cdr"));
+    let odometries = (!odd.no_odometry).then(|| file.channel::<Odometry>("/odom", "cdr"));
+    if !odd.no_mount {
+        file.write(statics, 0.0, &transform(0.0, ["base_link", "laser"], &MOUNT).to_cdr());
+    }
+    file.write(transforms, 0.0, &transform(0.0, ["map", "odom"], &truth(0.0)).to_cdr());
+    for tick in 0..1000_u32 {
+        let time_s = 0.02 * f64::from(tick);
+        if let Some(channel) = odometries {
+            let message = Odometry {
+                header: header(time_s, "odom"),
+                child_frame_id: "base_link".to_owned(),
+                pose: msg::PoseWithCovariance {
+                    pose: msg::Pose::from(&odometry(time_s)),
+                    ..Default::default()
+                },
+                ..Odometry::default()
+            };
+            let moved = transform(time_s, ["odom", "base_link"], &odometry(time_s));
+            file.write(transforms, time_s, &moved.to_cdr());
+            file.write(channel, time_s, &message.to_cdr());
+        }
+        if tick % 5 == 0 {
+            let mut message = scan(time_s + 0.003, "laser").to_cdr();
+            if odd.short_message && tick == 50 {
+                message.truncate(40);
+            }
+            // A scan is published at its end.
+            file.write(scans, time_s + 0.075, &message);
+            if let Some(rear) = rear {
+                file.write(rear, time_s + 0.075, &scan(time_s + 0.003, "laser").to_cdr());
+            }
+        }
+    }
+    file.finish()
+}
+
+struct Bag(Writer<Cursor<Vec<u8>>>);
+
+impl Bag {
+    fn new() -> Self {
+        let file = WriteOptions::new().profile("ros2").create(Cursor::new(Vec::new()));
+        Self(file.expect("writable memory"))
+    }
+
+    fn channel<M: Message>(&mut self, topic: &str, encoding: &str) -> u16 {
+        let name = format!("{}/msg/{}", M::PACKAGE, M::NAME);
+        let schema = self.0.add_schema(&name, "ros2msg", M::schema().as_bytes());
+        let schema = schema.expect("writable memory");
+        let channel = self.0.add_channel(schema, topic, encoding, &BTreeMap::new());
+        channel.expect("writable memory")
+    }
+
+    fn write(&mut self, channel_id: u16, time_s: f64, data: &[u8]) {
+        let nanoseconds = ((EPOCH_S + time_s) * 1e9) as u64;
+        let header = MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: nanoseconds,
+            publish_time: nanoseconds,
+        };
+        self.0.write_to_known_channel(&header, data).expect("writable memory");
+    }
+
+    fn finish(mut self) -> Vec<u8> {
+        self.0.finish().expect("writable memory");
+        self.0.into_inner().into_inner()
+    }
+}
+
+fn read(file: &[u8], topic: Option<&str>) -> Result<inbye::lidar_log::LidarLog, RecordingError> {
+    let mut reader = RosLogReader::new(topic);
+    reader.read(Cursor::new(file))?;
+    reader.finish()
+}
+
+#[test]
+fn scans_have_odometry_of_their_end_and_the_place_of_the_lidar() {
+    let log = read(&recording(Odd::default()), None).expect("a log");
+    assert_eq!(log.scans(), 200, "the last one ended before the last odometry");
+    let mut last_s = -1.0;
+    for record in &log.records {
+        assert!(record.time_s >= last_s, "records are in the order of their times");
+        last_s = record.time_s;
+        let expected = odometry(record.time_s);
+        let error = record.odometry.position() - expected.position();
+        assert!(error.norm() < 1e-4, "{record:?}");
+        let corrected = record.corrected.expect("the map's frame is there");
+        assert!((corrected.position() - truth(record.time_s).position()).norm() < 0.015);
+        let Some(scan) = &record.scan else { continue };
+        let TimedScan { beams, .. } = &scan.beams;
+        assert_eq!((beams.len(), scan.mount.x, scan.mount.y), (BEAMS, MOUNT.x, MOUNT.y));
+        let end_s = beams.last().expect("beams").time_s;
+        assert!((end_s - record.time_s).abs() < 1e-6, "{end_s} {}", record.time_s);
+    }
+    assert_eq!(log.records[0].time_s, 0.0);
+}
+
+#[test]
+fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
+    let place = Workplace::new();
+    let whole = recording(Odd::default());
+    place.write("bag/bag_0.mcap", &whole);
+    let (status, object) = place.json("map bag --out room.yaml");
+    assert_eq!((status, &object["scans"]), (0, &200.into()), "{object}");
+    let mean_m = object["absolute"]["position_m"]["mean"].as_f64().expect("a mean");
+    assert!(mean_m < 0.02, "{object}");
+    let (status, object) = place.json("bench localization --log bag/bag_0.mcap --map room.yaml");
+    assert_eq!((status, &object["lost_scans"]), (0, &0.into()), "{object}");
+    let refused = |odd: Odd, arguments: &str| {
+        place.write("odd.mcap", recording(odd));
+        place.refusal(&format!("map odd.mcap --out odd.yaml{arguments}"))
+    };
+    let plain = Odd::default();
+    let no_mount = refused(Odd { no_mount: true, ..plain }, "");
+    assert!(no_mount.contains("no transform from base_link to laser"), "{no_mount}");
+    let no_odometry = refused(Odd { no_odometry: true, ..plain }, "");
+    assert!(no_odometry.contains("no Odometry"), "{no_odometry}");
+    let two = refused(Odd { second_lidar: true, ..plain }, "");
+    assert!(two.contains("/front/scan, /rear/scan") && two.contains("--scan-topic"), "{two}");
+    let unknown = refused(plain, " --scan-topic /scan");
+    assert!(unknown.contains("no scans on /scan: they are on /front/scan"), "{unknown}");
+    let short = refused(Odd { short_message: true, ..plain }, "");
+    assert!(short.contains("on /front/scan") && short.contains("odd.mcap"), "{short}");
+    let other = refused(Odd { other_encoding: true, ..plain }, "");
+    assert!(other.contains("ros1"), "{other}");
+    place.write("bag/bag_0.db3", b"SQLite format 3");
+    let sqlite = place.refusal("map bag --out odd.yaml");
+    assert!(sqlite.contains("ros2 bag convert"), "{sqlite}");
+    place.write("odd.mcap", recording(Odd { second_lidar: true, ..plain }));
+    assert_eq!(place.run("map odd.mcap --out odd.yaml --scan-topic /rear/scan").status, 0);
+}
+
+/// A file that was cut off is readable up to its last whole chunk; other damage is an error.
+#[test]
+fn truncated_recording_is_read_and_a_damaged_one_is_refused() {
+    let whole = recording(Odd::default());
+    let log = read(&whole[..whole.len() * 2 / 3], None).expect("most of the log");
+    assert!((50..200).contains(&log.scans()), "{}", log.scans());
+    assert!(matches!(read(b"no file", None), Err(RecordingError::NotMcap)));
+}
+
+#[test]
+fn drive_of_inbye_is_a_log_too() {
+    let place = Workplace::new();
+    let drive = place.run("drive --scene dead_end --engine cpu --record run.mcap");
+    assert_eq!(drive.status, 0, "{drive:?}");
+    let (status, object) = place.json("map run.mcap --out own.yaml");
+    assert_eq!(status, 0, "{object}");
+    let mean_m = object["absolute"]["position_m"]["mean"].as_f64().expect("a mean");
+    assert!(mean_m < 0.1, "{object}");
+}
