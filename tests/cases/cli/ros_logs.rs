@@ -24,13 +24,14 @@ const BEAM_S: f64 = 0.0002;
 const RADIANS_PER_S: f64 = 0.4;
 
 /// What is different in a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Odd {
-    no_mount: bool,
-    no_odometry: bool,
-    second_lidar: bool,
-    short_message: bool,
-    other_encoding: bool,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Odd {
+    Nothing,
+    NoMount,
+    NoOdometry,
+    SecondLidar,
+    ShortMessage,
+    OtherEncoding,
 }
 
 /// The true pose on a circle in a room.
@@ -80,13 +81,13 @@ fn transform(time_s: f64, [parent, child]: [&str; 2], pose: &Pose) -> TFMessage 
 /// A recording of 20 s, as `rosbag2` writes it.
 fn recording(odd: Odd) -> Vec<u8> {
     let mut file = Bag::new();
-    let encoding = if odd.other_encoding { "ros1" } else { "cdr" };
+    let encoding = if odd == Odd::OtherEncoding { "ros1" } else { "cdr" };
     let statics = file.channel::<TFMessage>("/tf_static", "cdr");
     let transforms = file.channel::<TFMessage>("/tf", "cdr");
     let scans = file.channel::<LaserScan>("/front/scan", encoding);
-    let rear = odd.second_lidar.then(|| file.channel::<LaserScan>("/rear/scan", "cdr"));
-    let odometries = (!odd.no_odometry).then(|| file.channel::<Odometry>("/odom", "cdr"));
-    if !odd.no_mount {
+    let rear = (odd == Odd::SecondLidar).then(|| file.channel::<LaserScan>("/rear/scan", "cdr"));
+    let odometries = (odd != Odd::NoOdometry).then(|| file.channel::<Odometry>("/odom", "cdr"));
+    if odd != Odd::NoMount {
         file.write(statics, 0.0, &transform(0.0, ["base_link", "laser"], &MOUNT).to_cdr());
     }
     file.write(transforms, 0.0, &transform(0.0, ["map", "odom"], &truth(0.0)).to_cdr());
@@ -108,7 +109,7 @@ fn recording(odd: Odd) -> Vec<u8> {
         }
         if tick % 5 == 0 {
             let mut message = scan(time_s + 0.003, "laser").to_cdr();
-            if odd.short_message && tick == 50 {
+            if odd == Odd::ShortMessage && tick == 50 {
                 message.truncate(40);
             }
             // A scan is published at its end.
@@ -162,7 +163,7 @@ fn read(file: &[u8], topic: Option<&str>) -> Result<inbye::lidar_log::LidarLog, 
 
 #[test]
 fn scans_have_odometry_of_their_end_and_the_place_of_the_lidar() {
-    let log = read(&recording(Odd::default()), None).expect("a log");
+    let log = read(&recording(Odd::Nothing), None).expect("a log");
     assert_eq!(log.scans(), 200, "the last one ended before the last odometry");
     let mut last_s = -1.0;
     for record in &log.records {
@@ -185,7 +186,7 @@ fn scans_have_odometry_of_their_end_and_the_place_of_the_lidar() {
 #[test]
 fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
     let place = Workplace::new();
-    let whole = recording(Odd::default());
+    let whole = recording(Odd::Nothing);
     place.write("bag/bag_0.mcap", &whole);
     let (status, object) = place.json("map bag --out room.yaml");
     assert_eq!((status, &object["scans"]), (0, &200.into()), "{object}");
@@ -197,30 +198,29 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
         place.write("odd.mcap", recording(odd));
         place.refusal(&format!("map odd.mcap --out odd.yaml{arguments}"))
     };
-    let plain = Odd::default();
-    let no_mount = refused(Odd { no_mount: true, ..plain }, "");
+    let no_mount = refused(Odd::NoMount, "");
     assert!(no_mount.contains("no transform from base_link to laser"), "{no_mount}");
-    let no_odometry = refused(Odd { no_odometry: true, ..plain }, "");
+    let no_odometry = refused(Odd::NoOdometry, "");
     assert!(no_odometry.contains("no Odometry"), "{no_odometry}");
-    let two = refused(Odd { second_lidar: true, ..plain }, "");
+    let two = refused(Odd::SecondLidar, "");
     assert!(two.contains("/front/scan, /rear/scan") && two.contains("--scan-topic"), "{two}");
-    let unknown = refused(plain, " --scan-topic /scan");
+    let unknown = refused(Odd::Nothing, " --scan-topic /scan");
     assert!(unknown.contains("no scans on /scan: they are on /front/scan"), "{unknown}");
-    let short = refused(Odd { short_message: true, ..plain }, "");
+    let short = refused(Odd::ShortMessage, "");
     assert!(short.contains("on /front/scan") && short.contains("odd.mcap"), "{short}");
-    let other = refused(Odd { other_encoding: true, ..plain }, "");
+    let other = refused(Odd::OtherEncoding, "");
     assert!(other.contains("ros1"), "{other}");
     place.write("bag/bag_0.db3", b"SQLite format 3");
     let sqlite = place.refusal("map bag --out odd.yaml");
     assert!(sqlite.contains("ros2 bag convert"), "{sqlite}");
-    place.write("odd.mcap", recording(Odd { second_lidar: true, ..plain }));
+    place.write("odd.mcap", recording(Odd::SecondLidar));
     assert_eq!(place.run("map odd.mcap --out odd.yaml --scan-topic /rear/scan").status, 0);
 }
 
 /// A file that was cut off is readable up to its last whole chunk; other damage is an error.
 #[test]
 fn truncated_recording_is_read_and_a_damaged_one_is_refused() {
-    let whole = recording(Odd::default());
+    let whole = recording(Odd::Nothing);
     let log = read(&whole[..whole.len() * 2 / 3], None).expect("most of the log");
     assert!((50..200).contains(&log.scans()), "{}", log.scans());
     assert!(matches!(read(b"no file", None), Err(RecordingError::NotMcap)));
