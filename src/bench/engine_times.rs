@@ -186,3 +186,56 @@ pub fn measure_engines(
     times.sort_by(|one, other| one.p50_ms.total_cmp(&other.p50_ms));
     Ok(times)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small() -> DecisionSize {
+        let settings = LocalSettings { vx_samples: 4, vtheta_samples: 4, ..Default::default() };
+        DecisionSize::new(&settings, 1)
+    }
+
+    /// A clock that shows a later time by each call.
+    fn clock(step_s: f64) -> impl FnMut() -> f64 {
+        let mut now_s = 0.0;
+        move || {
+            now_s += step_s;
+            now_s
+        }
+    }
+
+    #[test]
+    fn every_thread_count_is_timed_with_pauses_between_the_rounds() {
+        let mut pauses = 0;
+        let mut pause = |time: Duration| {
+            assert_eq!(time, PAUSE);
+            pauses += 1;
+        };
+        let times = measure_engines(&small(), 3, &mut clock(1e-6), &mut pause, |_| {});
+        let times = times.expect("the CPU never fails");
+        let mut threads: Vec<usize> = times.iter().map(|time| time.threads).collect();
+        threads.retain(|&threads| threads > 0);
+        threads.sort_unstable();
+        assert_eq!(threads, [1, 2, 3]);
+        assert!(times.windows(2).all(|pair| pair[0].p50_ms <= pair[1].p50_ms), "{times:?}");
+        assert_eq!(pauses, WARM_UP_ROUNDS + ROUNDS);
+    }
+
+    #[test]
+    fn slow_decisions_are_timed_less_often() {
+        let mut pauses = 0;
+        let times = measure_engines(&small(), 1, &mut clock(0.1), &mut |_| pauses += 1, |_| {});
+        assert!(times.is_ok_and(|times| times[0].p50_ms > 99.0));
+        assert_eq!(pauses, WARM_UP_ROUNDS + MIN_ROUNDS + 1);
+    }
+
+    #[test]
+    fn request_is_auto_or_an_engine() {
+        assert_eq!("auto".parse(), Ok(EngineRequest::Auto));
+        assert_eq!("cpu".parse(), Ok(EngineRequest::Chosen(EngineChoice::Cpu)));
+        let named = EngineChoice::Gpu(Some("H200".to_owned()));
+        assert_eq!("gpu:H200".parse(), Ok(EngineRequest::Chosen(named)));
+        assert!("gpu:".parse::<EngineRequest>().is_err_and(|error| error.contains("auto, cpu")));
+    }
+}

@@ -420,7 +420,7 @@ impl Localizer {
 
     fn lose(&mut self, reason: LostReason) {
         self.confirmations = None;
-        self.searches.of_lost = None;
+        self.searches.stop();
         self.motion_check.clear();
         if reason == LostReason::PoseJump && !self.is_unconfirmed() {
             self.ekf.widen(JUMP_SIGMA_M, JUMP_SIGMA_RAD);

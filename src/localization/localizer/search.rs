@@ -30,6 +30,13 @@ pub(super) struct Searches {
     scores: Option<MapScores>,
 }
 
+impl Searches {
+    /// Ends all searches: what they began with no longer holds.
+    pub fn stop(&mut self) {
+        (self.of_lost, self.doubt, self.doubtful) = (None, None, 0);
+    }
+}
+
 /// A search for a better place than the believed one.
 #[derive(Clone, Debug)]
 struct Doubt {
