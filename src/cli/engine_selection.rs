@@ -1,7 +1,7 @@
 //! The engine of a command. What `--engine auto` measured is kept in a file of the user, so that later commands start at once.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::thread;
 use std::time::Instant;
 
@@ -58,7 +58,7 @@ pub fn engine_times(
     let features = machine::cpu_features().join(" ");
     let machine = format!("{}, {}, {features}", env!("CARGO_PKG_VERSION"), machine::description());
     let adapters: Vec<String> = machine::adapters().iter().map(machine::adapter_text).collect();
-    let file = cache_folder().map(|folder| folder.join(FILE));
+    let file = machine::cache_folder().map(|folder| folder.join(FILE));
     let mut kept = file.as_deref().map(read).unwrap_or_default();
     let is_for = |one: &Measurement| one.is_for(&machine, &adapters, threads, size);
     if let Some(known) = kept.iter().find(|one| !again && is_for(one)) {
@@ -100,14 +100,6 @@ fn write(file: &Path, kept: &[Measurement]) -> anyhow::Result<()> {
         fs::create_dir_all(folder).with_context(place)?;
     }
     fs::write(&part, text).and_then(|()| fs::rename(&part, file)).with_context(place)
-}
-
-/// The user's folder for what can be made again.
-fn cache_folder() -> Option<PathBuf> {
-    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
-    let cache = variable("XDG_CACHE_HOME").filter(|folder| folder.is_absolute());
-    let folder = cache.or_else(|| Some(variable("HOME")?.join(".cache")))?;
-    Some(folder.join("inbye"))
 }
 
 /// The engine to open, its threads, and why.

@@ -7,8 +7,8 @@ use std::sync::Once;
 use anyhow::Context;
 use inbye::experiment::Cell;
 
-use super::output;
 use super::result_store::NO_LOCKS;
+use super::{machine, output};
 
 /// Name of the lock file.
 const NAME: &str = "inbye-latency.lock";
@@ -47,6 +47,5 @@ pub fn of(cell: &Cell) -> anyhow::Result<File> {
 fn folder() -> PathBuf {
     let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
     let runtime = variable("XDG_RUNTIME_DIR").filter(|folder| folder.is_dir());
-    let cache = || Some(variable("HOME")?.join(".cache").join("inbye"));
-    runtime.or_else(cache).unwrap_or_else(std::env::temp_dir)
+    runtime.or_else(machine::cache_folder).unwrap_or_else(std::env::temp_dir)
 }

@@ -1,5 +1,6 @@
 //! This machine: its engines, clock and signals; `inbye devices` lists them.
 
+use std::path::PathBuf;
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -60,6 +61,14 @@ pub fn interrupt_flag() -> anyhow::Result<Arc<AtomicBool>> {
 /// Number of cores available to this process.
 pub fn cores() -> usize {
     available_parallelism().map_or(1, usize::from)
+}
+
+/// The user's folder for what can be made again.
+pub fn cache_folder() -> Option<PathBuf> {
+    let variable = |name: &str| std::env::var_os(name).map(PathBuf::from);
+    let cache = variable("XDG_CACHE_HOME").filter(|folder| folder.is_absolute());
+    let folder = cache.or_else(|| Some(variable("HOME")?.join(".cache")))?;
+    Some(folder.join("inbye"))
 }
 
 /// Describes this machine for records: processor, cores, system.

@@ -126,8 +126,9 @@ struct Bag(Writer<Cursor<Vec<u8>>>);
 
 impl Bag {
     fn new() -> Self {
-        let file = WriteOptions::new().profile("ros2").create(Cursor::new(Vec::new()));
-        Self(file.expect("writable memory"))
+        // Several chunks: a truncated file is readable up to its last whole one.
+        let options = WriteOptions::new().profile("ros2").chunk_size(Some(1 << 16));
+        Self(options.create(Cursor::new(Vec::new())).expect("writable memory"))
     }
 
     fn channel<M: Message>(&mut self, topic: &str, encoding: &str) -> u16 {
