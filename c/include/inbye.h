@@ -294,7 +294,7 @@ extern "C" {
 uint32_t inbye_abi_version(void);
 
 /*
- Opens an engine: "auto", "cpu", "gpu" or "gpu:NAME". Returns null on failure.
+ Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME". Returns null on failure.
 
  Precondition: `name` points to a text that ends with zero.
  */
