@@ -298,7 +298,8 @@ uint32_t inbye_abi_version(void);
 
  Precondition: `name` points to a text that ends with zero.
  */
-struct InbyeEngine *inbye_engine_open(const char *name, size_t threads);
+struct InbyeEngine *inbye_engine_open(const char *name,
+                                      size_t threads);
 
 /*
  Frees an engine.

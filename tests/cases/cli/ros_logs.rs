@@ -224,7 +224,7 @@ fn truncated_recording_is_read_and_a_damaged_one_is_refused() {
     let whole = recording(Odd::Nothing);
     let log = read(&whole[..whole.len() * 2 / 3], None).expect("most of the log");
     assert!((50..200).contains(&log.scans()), "{}", log.scans());
-    assert!(matches!(read(b"no file", None), Err(RecordingError::NotMcap)));
+    assert!(matches!(read(b"a text, and no MCAP file", None), Err(RecordingError::NotMcap)));
 }
 
 #[test]
