@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Instant;
 
 use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
-use inbye::local::{DecisionInput, Detail, Engine, Explainer, LocalSettings, QuantizedProblem};
+use inbye::local::{DecisionInput, Detail, Engine, Explainer, QuantizedProblem};
 
 use crate::error::{array, boxed, free, guarded, object, object_mut, text};
 use crate::map::{InbyeConfig, InbyeMap};
@@ -63,7 +63,7 @@ pub unsafe extern "C" fn inbye_engine_open(
         // SAFETY: the caller vouches for the text.
         let name = unsafe { text(name, "name") }?;
         let request = EngineRequest::from_str(name)?;
-        let size = DecisionSize::new(&LocalSettings::default(), 1);
+        let size = DecisionSize::default();
         let started = Instant::now();
         let clock = &mut || started.elapsed().as_secs_f64();
         let threads = threads.max(1);

@@ -5,9 +5,7 @@ use std::thread;
 use std::time::Instant;
 
 use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
-use inbye::local::{
-    Detail, Evaluation, Explainer, LocalSettings, QuantizedProblem, SampleSi, WinnerSi,
-};
+use inbye::local::{Detail, Evaluation, Explainer, QuantizedProblem, SampleSi, WinnerSi};
 use pyo3::prelude::*;
 
 use super::conversion::raise;
@@ -127,7 +125,7 @@ pub struct Engine {
 /// Opens an engine by its name: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME".
 pub fn open(name: &str, threads: usize) -> PyResult<Box<dyn inbye::local::Engine>> {
     let request: EngineRequest = name.parse().map_err(raise)?;
-    let size = DecisionSize::new(&LocalSettings::default(), 1);
+    let size = DecisionSize::default();
     let started = Instant::now();
     let clock = &mut || started.elapsed().as_secs_f64();
     open_requested(&request, &size, threads.max(1), clock, &mut thread::sleep).map_err(raise)

@@ -83,9 +83,7 @@ pub fn measure_batches(
                 }
                 Some(_) => {}
             }
-            if engine.kind() == "gpu" {
-                raise_clock(clock, plan.seconds, || decide(engine.as_mut(), problems))?;
-            }
+            raise_clock(engine.as_mut(), plan, clock, |engine| decide(engine, problems))?;
             let (latencies, batches) = time(engine.as_mut(), problems, plan, clock)?;
             let summary = latencies.summary().unwrap_or_default();
             rows.push(BatchRow {

@@ -181,18 +181,22 @@ pub fn measure_density(
     Ok(density)
 }
 
-/// Works for a while without being timed: a GPU that was idle needs up to half a second until its clock is high.
+/// Lets a GPU work for the measuring time without timing it: one that was idle needs up to half a second until its clock is high.
 pub(super) fn raise_clock<T>(
+    engine: &mut dyn Engine,
+    plan: &DensityPlan,
     clock: &mut dyn FnMut() -> f64,
-    seconds: f64,
-    mut work: impl FnMut() -> Result<T, BenchError>,
+    mut work: impl FnMut(&mut dyn Engine) -> Result<T, BenchError>,
 ) -> Result<(), BenchError> {
+    if engine.kind() != "gpu" {
+        return Ok(());
+    }
     let began = clock();
     for _ in 0..MAX_DECISIONS {
-        if clock() - began >= seconds {
+        if clock() - began >= plan.seconds {
             break;
         }
-        work()?;
+        work(engine)?;
     }
     Ok(())
 }
@@ -228,9 +232,7 @@ fn warm_up(
     for tick in 0..WARM_UP {
         digest.add(&roadway.decide(engine, field, tick)?.evaluation);
     }
-    if engine.kind() == "gpu" {
-        raise_clock(clock, plan.seconds, || roadway.decide(engine, field, 0))?;
-    }
+    raise_clock(engine, plan, clock, |engine| roadway.decide(engine, field, 0))?;
     Ok(digest.hex())
 }
 

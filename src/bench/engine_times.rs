@@ -98,6 +98,13 @@ impl DecisionSize {
     }
 }
 
+impl Default for DecisionSize {
+    /// The size with the default settings, of a robot with one disc.
+    fn default() -> Self {
+        Self::new(&LocalSettings::default(), 1)
+    }
+}
+
 impl fmt::Display for DecisionSize {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { vx_samples, vtheta_samples, steps, discs, sampler } = self;

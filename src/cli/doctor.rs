@@ -4,7 +4,7 @@ use std::fmt;
 
 use clap::Args;
 use inbye::bench::{DecisionSize, DensityPlan, DensityRow};
-use inbye::local::LocalSettings;
+use inbye::local::open_cpu_engines;
 use serde::Serialize;
 use serde_json::json;
 
@@ -75,8 +75,7 @@ fn processor() -> Check {
 /// Times decisions by thread count. Returns the check, and the fastest count for the smaller number of samples.
 fn thread_counts(seconds: f64) -> anyhow::Result<(Check, usize)> {
     let cores = machine::cores();
-    let mut engines = machine::engines_to_time()?;
-    engines.retain(|engine| engine.kind() == "cpu");
+    let mut engines = open_cpu_engines(cores)?;
     let plan = DensityPlan {
         samples: SAMPLES.to_vec(),
         ..DensityPlan::powers_of_four(STEPS, SAMPLES[0], SAMPLES[1], seconds)
@@ -111,9 +110,9 @@ fn gpu() -> Check {
     Check::good("GPU", names.join("; "))
 }
 
-/// The engine that `--engine auto` takes for the default settings, measured anew.
+/// The engine that `--engine auto` takes for the default settings, measured again.
 fn engine() -> Check {
-    let size = DecisionSize::new(&LocalSettings::default(), 1);
+    let size = DecisionSize::default();
     match engine_selection::engine_times(&size, machine::cores(), true) {
         Ok(times) => {
             let fastest = times.first().map_or("the CPU", |first| &first.name);

@@ -52,7 +52,7 @@ pub struct DriveArguments {
     /// An intermediate stop, metres, and optionally its yaw, radians; repeat --via for each stop in order.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
-    /// Do not tell the robot where it starts: it stands until its scans match one place of the map. Needs the pose from scans.
+    /// The robot does not know where it starts: it stands until its scans match one place of the map. Needs the pose from scans.
     #[arg(long)]
     pub unknown_start: bool,
     /// Number of pedestrians, or a JSON or TOML file of moving obstacles [default: 0, or those of the scene].

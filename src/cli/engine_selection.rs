@@ -71,8 +71,7 @@ pub fn engine_times(
     kept.retain(|one| !is_for(one));
     let excess = (kept.len() + 1).saturating_sub(KEPT);
     kept.drain(..excess);
-    let (size, times) = (*size, times);
-    kept.push(Measurement { machine, adapters, threads, size, times: times.clone() });
+    kept.push(Measurement { machine, adapters, threads, size: *size, times: times.clone() });
     match file.map(|file| write(&file, &kept)) {
         Some(Err(error)) => {
             output::detail(format!("the times of the engines are not kept: {error:#}"));
@@ -83,7 +82,7 @@ pub fn engine_times(
     Ok(times)
 }
 
-/// The measurements of a file. One that cannot be read has none: it is written anew.
+/// The measurements of a file. One that cannot be read has none: it is replaced.
 fn read(file: &Path) -> Vec<Measurement> {
     let text = fs::read_to_string(file).unwrap_or_default();
     let all: Vec<Value> = serde_json::from_str(&text).unwrap_or_default();
@@ -172,10 +171,9 @@ fn announce(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use inbye::local::LocalSettings;
 
     fn measurement(adapters: &[&str]) -> Measurement {
-        let size = DecisionSize::new(&LocalSettings::default(), 1);
+        let size = DecisionSize::default();
         let time =
             |name: &str, threads, p50_ms| EngineTime { name: name.to_owned(), threads, p50_ms };
         Measurement {

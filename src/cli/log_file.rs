@@ -45,13 +45,12 @@ impl LogFileArguments {
     #[cfg(feature = "mcap")]
     fn read_recording(&self, files: &[PathBuf]) -> anyhow::Result<LidarLog> {
         let mut reader = inbye::recording::RosLogReader::new(self.scan_topic.as_deref());
-        let mut last = PathBuf::new();
         for path in files {
             let place = || path.display().to_string();
             let file = File::open(path).with_context(place)?;
             reader.read(BufReader::new(file)).with_context(place)?;
-            last.clone_from(path);
         }
+        let last = files.last().map_or(Path::new(""), PathBuf::as_path);
         reader.finish().with_context(|| last.display().to_string())
     }
 

@@ -129,8 +129,8 @@ pub fn open_all_variants(
     Ok(engines)
 }
 
-/// Opens the engines that are worth timing: the CPU on 1, 2, 4, 8... and on all `threads`, then each adapter, hardware first;
-/// software adapters, which run on the same cores, only with `software`.
+/// Opens the engines that are worth timing: those of [`open_cpu_engines`], then each adapter, hardware first; software adapters,
+/// which run on the same cores, only with `software`.
 ///
 /// # Errors
 /// When the system refuses a thread.
@@ -139,13 +139,22 @@ pub fn open_engines_to_time(
     software: bool,
     left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
+    let mut engines = open_cpu_engines(threads)?;
+    engines.extend(open_adapters(software, left_out));
+    Ok(engines)
+}
+
+/// Opens the CPU on 1, 2, 4, 8... and on all `threads`.
+///
+/// # Errors
+/// When the system refuses a thread.
+pub fn open_cpu_engines(threads: usize) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
     let doubled = core::iter::successors(Some(2_usize), |threads| threads.checked_mul(2));
     for fewer in doubled.take_while(|&fewer| fewer < threads) {
         push_threaded(&mut engines, fewer)?;
     }
     push_threaded(&mut engines, threads)?;
-    engines.extend(open_adapters(software, left_out));
     Ok(engines)
 }
 

@@ -34,7 +34,7 @@ impl SharedEngines {
         Ok(Box::new(Failover::new(Ok(gpu), BackgroundOpener::new(reopen), cpu)))
     }
 
-    /// The GPU of a choice, opened anew after it has failed.
+    /// The GPU of a choice, opened again after it has failed.
     fn gpu(&self, choice: &EngineChoice) -> Result<SharedEngine, EngineError> {
         let mut gpus = self.gpus.lock().unwrap_or_else(PoisonError::into_inner);
         gpus.retain(|(_, engine)| !engine.has_failed());

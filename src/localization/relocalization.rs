@@ -33,7 +33,7 @@ const SCORE_MARGIN: f64 = 0.25;
 const REFINED: usize = 24;
 const SEPARATION_M: f64 = 0.5;
 const SEPARATION_RAD: f64 = 0.3;
-/// If so many places are as good as the best one but for this share of the highest score, no place is unique.
+/// If all of them score as the best one but for this share of the highest score, no place is unique.
 const SAME_SCORE: f64 = 0.08;
 
 /// Two places are distinct beyond this distance, metres and radians.
@@ -186,14 +186,15 @@ impl GlobalSearch {
 
     /// The smallest score that a pose must have.
     fn least(&self) -> u32 {
-        let full = f64::from(FULL) * self.beams() as f64;
         let best = self.best.first().map_or(0, |best| best.0);
-        let near = best.saturating_sub((SCORE_MARGIN * full) as u32);
-        near.max((MIN_SCORE * full) as u32).max(1)
+        let near = best.saturating_sub(self.of_full(SCORE_MARGIN));
+        near.max(self.of_full(MIN_SCORE)).max(1)
     }
 
-    fn beams(&self) -> usize {
-        self.turns.first().map_or(0, Vec::len)
+    /// A share of the highest score.
+    fn of_full(&self, share: f64) -> u32 {
+        let beams = self.turns.first().map_or(0, Vec::len);
+        (share * (f64::from(FULL) * beams as f64)) as u32
     }
 
     fn pose(&self, scores: &MapScores, [turn, right, up]: [i32; 3]) -> Pose {
@@ -227,8 +228,8 @@ impl GlobalSearch {
         let Some((agreement, pose)) = best else {
             return Found::Nothing;
         };
-        let same = (SAME_SCORE * f64::from(FULL) * self.beams() as f64) as u32;
-        let is_cut = self.best.len() == REFINED && self.best[REFINED - 1].0 + same > self.best[0].0;
+        let is_cut = self.best.len() == REFINED
+            && self.best[REFINED - 1].0 + self.of_full(SAME_SCORE) > self.best[0].0;
         let is_good = agreement.matching_fraction() >= settings.relocalized_agreement
             && agreement.through_walls_fraction() <= settings.max_through_walls / 2.0;
         if !is_good {

@@ -24,7 +24,7 @@ pub struct Mission {
     pub map: Arc<OccupancyGrid>,
     /// Pose at the start, where the robot stands still.
     pub start: Pose,
-    /// Whether the robot is not told where it starts. It then finds itself by its scans, and the start only serves the first plan.
+    /// Whether the robot does not know where it starts. It then finds itself by its scans, and the start only serves the first plan.
     pub is_start_unknown: bool,
     /// Stops before the goal, in order.
     pub via: Vec<Goal>,

@@ -36,7 +36,19 @@ pub enum Belief {
     Elsewhere,
 }
 
-/// Sets robots down at random places of a map, with a lidar of 12 m.
+/// A lidar all around, with whole revolutions at one time.
+pub fn lidar() -> Lidar {
+    Lidar::default()
+        .beams(360)
+        .field_of_view_rad(TAU)
+        .range_min_m(0.05)
+        .range_max_m(12.0)
+        .range_sigma_m(0.01)
+        .dropout(0.01)
+        .sweep_s(0.0)
+}
+
+/// Sets robots down at random places of a map, with this lidar.
 pub fn carry(
     obstacles: &ObstacleGrid,
     robots: u32,
@@ -45,14 +57,7 @@ pub fn carry(
 ) -> Result<Answers, String> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let (field, world) = (DistanceField::new(obstacles), World::new(obstacles.clone()));
-    let lidar = Lidar::default()
-        .beams(360)
-        .field_of_view_rad(TAU)
-        .range_min_m(0.05)
-        .range_max_m(12.0)
-        .range_sigma_m(0.01)
-        .dropout(0.01)
-        .sweep_s(0.0);
+    let lidar = lidar();
     let frame = *obstacles.frame();
     let place = |rng: &mut Pcg64Mcg| {
         for _ in 0..100_000 {

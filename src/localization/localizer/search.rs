@@ -92,24 +92,22 @@ impl Localizer {
     /// Whether another place of the map matches much better than the present one. While too few beams agree, the map is searched
     /// now and then; a wrong place may agree with half of them.
     pub(super) fn is_better_elsewhere(&mut self) -> bool {
+        let odometry = self.odometry();
         let Self { settings, map, scan, searches, .. } = self;
         let is_doubtful =
             self.estimate.agreement.matching_fraction() < settings.relocalized_agreement;
         searches.doubtful = if is_doubtful { searches.doubtful + 1 } else { 0 };
-        let odometry = self.odometry.map_or_else(Pose::default, |(_, pose)| pose);
-        let mut doubt = match searches.doubt.take() {
-            Some(doubt) => doubt,
-            None if searches.doubtful < DOUBTFUL_SCANS => return false,
-            None => {
-                searches.doubtful = 0;
-                let scores = searches.scores.get_or_insert_with(|| MapScores::new(map));
-                Doubt {
-                    search: GlobalSearch::new(scan, &odometry, scores),
-                    believed: self.ekf.pose,
-                }
+        if searches.doubt.is_none() {
+            if searches.doubtful < DOUBTFUL_SCANS {
+                return false;
             }
-        };
+            searches.doubtful = 0;
+        }
         let scores = searches.scores.get_or_insert_with(|| MapScores::new(map));
+        let mut doubt = searches.doubt.take().unwrap_or_else(|| Doubt {
+            search: GlobalSearch::new(scan, &odometry, scores),
+            believed: self.ekf.pose,
+        });
         let found = doubt.search.step(map, scores, settings, NODES / DOUBT_SHARE);
         match found {
             None => {

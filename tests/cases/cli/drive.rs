@@ -100,7 +100,7 @@ fn drive_text_states_outcome() {
 }
 
 #[test]
-fn robot_that_is_not_told_its_start_finds_itself() {
+fn robot_with_unknown_start_finds_its_pose() {
     let place = Workplace::new();
     let drive = "drive --scene roadway --engine cpu --unknown-start";
     let (status, object) = place.json(&format!("{drive} --set pose_source=\"scans\""));

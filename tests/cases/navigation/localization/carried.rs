@@ -1,4 +1,4 @@
-//! Robots without a pose, or with a wrong one, in a mine, and in two roadways that look alike.
+//! Robots without a pose, or with a wrong one, in a mine, and in rooms that look alike.
 
 use inbye::geometry::{Point, Pose};
 use inbye::localization::{LocalizationSettings, LocalizationStatus, Localizer, LostReason};

@@ -1,7 +1,5 @@
 //! Consecutive revolutions in a room with known walls.
 
-use std::f64::consts::TAU;
-
 use inbye::geometry::{Point, Pose, wrap_angle};
 use inbye::localization::{
     LocalizationError, LocalizationSettings, LocalizationStatus, Localizer, LostReason,
@@ -12,16 +10,7 @@ use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-pub fn lidar() -> Lidar {
-    Lidar::default()
-        .beams(360)
-        .field_of_view_rad(TAU)
-        .range_min_m(0.05)
-        .range_max_m(12.0)
-        .range_sigma_m(0.01)
-        .dropout(0.01)
-        .sweep_s(0.0)
-}
+pub use crate::support::carried::lidar;
 
 /// Free boxes in solid rock, each from lower left to upper right corner, metres in the grid's frame; cells of 5 cm.
 pub fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
