@@ -6,6 +6,7 @@ use nalgebra::Matrix3;
 
 use super::agreement::walled_fraction;
 use super::coarse_search::search_map;
+use super::map_scores::MapScores;
 use super::motion_check::MotionCheck;
 use search::Searches;
 
@@ -168,7 +169,36 @@ impl Localizer {
     ) -> Result<Self, LocalizationError> {
         let mut localizer = Self::new(map, settings, &map.frame().origin)?;
         localizer.lose(LostReason::NoPose);
+        localizer.searches.scores = Some(MapScores::new(&localizer.map));
         Ok(localizer)
+    }
+
+    /// Continues with pose, odometry and status of a localiser on another map in the same frame.
+    pub fn continue_from(&mut self, before: &Self) {
+        let pose = self.map.to_grid(before.pose());
+        let is_turned = self.map.frame.origin.yaw != before.map.frame.origin.yaw;
+        self.ekf = before.ekf;
+        self.ekf.pose = pose;
+        if is_turned {
+            self.ekf = before.ekf.reset_pose(pose, &self.settings);
+        }
+        self.odometry = before.odometry;
+        self.history = before.history.clone();
+        self.scan = before.scan.clone();
+        self.rejections = before.rejections;
+        self.has_sparse_scans = before.has_sparse_scans;
+        self.stamp_noise = before.stamp_noise;
+        self.searches.hint = before.searches.hint.map(|hint| hint.on(&self.map, &before.map));
+        self.estimate = before.estimate;
+        self.update_estimate();
+    }
+
+    /// Odometry starts in another frame: the next pose by odometry only sets the reference.
+    pub fn restart_odometry(&mut self) {
+        self.odometry = None;
+        self.history = PoseHistory::new();
+        self.anchor = None;
+        self.motion_check.clear();
     }
 
     /// Returns the localiser for scans that are a metre or half a radian apart and for odometry of wheels without a gyro. The
@@ -399,7 +429,7 @@ impl Localizer {
             }
             self.confirmations = None;
             self.rejections = 0;
-            self.searches.of_lost = None;
+            (self.searches.of_lost, self.searches.hint) = (None, None);
             self.motion_check.clear();
             let (pose, odometry) = (self.ekf.pose, self.odometry());
             let before = self.found.filter(|found| distance_m(&found.pose, &pose) < SAME_PLACE_M);

@@ -21,6 +21,7 @@ mod map_scores;
 mod motion_check;
 mod pose_estimate;
 mod pose_filters;
+mod pose_hint;
 mod relocalization;
 mod scan_matcher;
 mod score_pyramid;
@@ -34,6 +35,7 @@ pub use deskewed_scan::{DeskewedScan, Hit, PoseHistory, Ray};
 pub use localizer::Localizer;
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_filters::{PoseFilter, PoseMeasurement};
+pub use pose_hint::PoseHint;
 #[cfg(feature = "logs")]
 pub(crate) use scan_matcher::{ScanMatcher, Surfaces, information_of};
 #[cfg(feature = "logs")]

@@ -15,7 +15,7 @@ use super::map_scores::{FULL, MapScores};
 use super::scan_matcher::{ScanMatcher, information_of};
 use super::signed_distance_field::SignedDistanceField;
 use super::{Agreement, DeskewedScan, LocalizationSettings};
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Point, Pose, wrap_angle};
 
 /// Beams that are scored, evenly distributed over the revolution.
 const BEAMS: usize = 60;
@@ -63,6 +63,27 @@ pub(super) enum Found {
     Nothing,
 }
 
+/// The poses among which a search looks, in the grid's frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SearchRegion {
+    pub center: Pose,
+    pub radius_m: f64,
+    pub half_angle_rad: f64,
+}
+
+impl SearchRegion {
+    /// Whether it has a pose with a yaw in a square with this lower left corner and side, metres.
+    fn overlaps(&self, yaw: f64, corner: Point, side_m: f64) -> bool {
+        let center = self.center.position();
+        let nearest = Point::new(
+            center.x.clamp(corner.x, corner.x + side_m),
+            center.y.clamp(corner.y, corner.y + side_m),
+        );
+        wrap_angle(yaw - self.center.yaw).abs() <= self.half_angle_rad
+            && (nearest - center).norm() <= self.radius_m
+    }
+}
+
 /// A block of translations at one yaw, the highest bound first; of equal bounds the smallest block, and then in a fixed order.
 type Node = (u32, Reverse<u8>, Reverse<[i32; 3]>);
 
@@ -72,6 +93,8 @@ pub(super) struct GlobalSearch {
     /// The revolution to be matched, and the odometry at its time.
     scan: DeskewedScan,
     pub odometry: Pose,
+    /// `None` for the whole map.
+    region: Option<SearchRegion>,
     /// Cells of the beam ends relative to the robot, for each yaw.
     turns: Vec<Vec<(i32, i32)>>,
     /// Number of finished blocks of the largest size.
@@ -83,7 +106,7 @@ pub(super) struct GlobalSearch {
 }
 
 impl GlobalSearch {
-    /// Starts a search for the place of a revolution.
+    /// Starts a search for the place of a revolution on the whole map.
     pub fn new(scan: &DeskewedScan, odometry: &Pose, map: &MapScores) -> Self {
         let stride = scan.hits.len().div_ceil(BEAMS).max(1);
         let ends: Vec<_> = scan.hits.iter().step_by(stride).map(|hit| hit.end).collect();
@@ -102,6 +125,7 @@ impl GlobalSearch {
         Self {
             scan: scan.clone(),
             odometry: *odometry,
+            region: None,
             turns: (0..count as u32).map(cells).collect(),
             roots: 0,
             nodes: BinaryHeap::new(),
@@ -110,7 +134,17 @@ impl GlobalSearch {
         }
     }
 
-    /// Continues the search by a number of nodes; returns its result when the whole map was searched.
+    /// The search restricted to a region, before its first step.
+    pub fn within(self, region: SearchRegion) -> Self {
+        Self { region: Some(region), ..self }
+    }
+
+    /// Whether the search is restricted to a region.
+    pub const fn is_restricted(&self) -> bool {
+        self.region.is_some()
+    }
+
+    /// Continues the search by a number of nodes; returns its result when all of the map or region was searched.
     pub fn step(
         &mut self,
         map: &SignedDistanceField,
@@ -173,6 +207,14 @@ impl GlobalSearch {
     fn bound(&mut self, scores: &MapScores, level: u8, node: [i32; 3]) {
         let [turn, right, up] = node;
         let at = usize::from(level);
+        let is_outside = |region: &SearchRegion| {
+            let corner = |cell: i32| scores.cell_m * f64::from(cell);
+            let side_m = scores.cell_m * f64::from(1 << level);
+            !region.overlaps(self.yaw(turn), Point::new(corner(right), corner(up)), side_m)
+        };
+        if self.region.as_ref().is_some_and(is_outside) {
+            return;
+        }
         // The robot stands in free space.
         if scores.free.sum_of(at, &[(0, 0)], right, up) == 0 {
             return;
@@ -199,8 +241,11 @@ impl GlobalSearch {
 
     fn pose(&self, scores: &MapScores, [turn, right, up]: [i32; 3]) -> Pose {
         let at = |cell: i32| scores.cell_m * (f64::from(cell) + 0.5);
-        let yaw = TAU * f64::from(turn) / self.turns.len() as f64;
-        Pose::new(at(right), at(up), wrap_angle(yaw))
+        Pose::new(at(right), at(up), self.yaw(turn))
+    }
+
+    fn yaw(&self, turn: i32) -> f64 {
+        wrap_angle(TAU * f64::from(turn) / self.turns.len() as f64)
     }
 
     /// Keeps a pose unless it is near a better one: they come in the order of their scores.

@@ -11,6 +11,7 @@ use inbye::ros::msg::TwistStamped;
 use inbye::ros::node::dds::DdsSettings;
 use inbye::ros::node::network::{LinkEvents, NetworkLink, ToNetwork};
 use inbye::ros::node::{NodeCore, NodeSettings, Outgoing};
+use inbye::runtime::PoseSource;
 use serde_json::json;
 
 use super::network_process::{dds_settings, now};
@@ -28,6 +29,12 @@ const RECOVER_S: f64 = 3.0;
 /// Runs the node until Ctrl-C.
 pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let config = config::load("--config", arguments.config.as_deref())?;
+    if arguments.odom_is_map && config.pose_source == PoseSource::Scans {
+        bail!(
+            "--odom-is-map: the settings have pose_source = \"scans\", by which the node measures the odometry's pose in the map: \
+             leave one of the two out"
+        );
+    }
     let settings = dds_settings(arguments)?;
     settings.check()?;
     let engine = arguments.engine.open(&config, false)?;
@@ -123,7 +130,7 @@ fn receive(core: &mut NodeCore, events: LinkEvents) {
 }
 
 fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
-    let Outgoing { command, path, markers, diagnostics, notices, .. } = outgoing;
+    let Outgoing { command, path, markers, transforms, diagnostics, notices, .. } = outgoing;
     notices.into_iter().for_each(output::note);
     if !link.is_up() {
         return;
@@ -132,15 +139,13 @@ fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
         Some(command) => ToNetwork::Command(TwistStamped::new(&command, now(), base_frame)),
         None => ToNetwork::Alive,
     });
-    if let Some(path) = path {
-        link.send(ToNetwork::Path(path));
-    }
-    if let Some(markers) = markers {
-        link.send(ToNetwork::Markers(markers));
-    }
-    if let Some(diagnostics) = diagnostics {
-        link.send(ToNetwork::Diagnostics(diagnostics));
-    }
+    let others = [
+        transforms.map(ToNetwork::Transforms),
+        path.map(ToNetwork::Path),
+        markers.map(ToNetwork::Markers),
+        diagnostics.map(ToNetwork::Diagnostics),
+    ];
+    others.into_iter().flatten().for_each(|frame| link.send(frame));
 }
 
 /// Publishes the last zeros. If the network process is down, it is started for them.

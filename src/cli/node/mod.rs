@@ -11,14 +11,15 @@ use super::arguments::{EngineArguments, duration};
 #[command(
     after_help = "Example:\n  inbye node --config robot.toml --namespace /rover --arm --for 60\n\n\
     Subscriptions, with the names and types of ROS 2: map (OccupancyGrid, latched), scan (LaserScan), odom (Odometry), goal_pose \
-    (PoseStamped, in the map's frame), tf and tf_static, inbye/arm and inbye/stop (Bool). Publications: cmd_vel (Twist, or \
-    TwistStamped with --stamped), plan (Path, latched), local_markers (MarkerArray), diagnostics (DiagnosticArray). All names are \
+    (PoseStamped, in the map's frame), initialpose (PoseWithCovarianceStamped), tf and tf_static, inbye/arm and inbye/stop (Bool). Publications: cmd_vel (Twist, or \
+    TwistStamped with --stamped), plan (Path, latched), local_markers (MarkerArray), diagnostics (DiagnosticArray), tf (with pose_source = \"scans\"). All names are \
     within the namespace, tf too.\n\
     The robot moves only while it is armed: by --arm, the typed word `arm`, POST /arm on --operator-port, or true on inbye/arm. A \
     goal never arms it. Enter, POST /stop, or true on inbye/stop stops it until it is armed again. Every velocity passes the \
     protective layer ([collision_monitor] in the settings), which limits it by the raw scan.\n\
     The robot's pose is the odometry's pose, transformed to the map's frame by tf. With --odom-is-map, or if both frames have the \
-    same name, it needs no tf. The lidar's pose on the robot comes from tf at the scan's stamp; a scan from a frame that tf does not \
+    same name, it needs no tf. With pose_source = \"scans\" the node localises the robot on the map itself, near initialpose or on the whole \
+    map, and publishes the transform of the odometry's frame. The lidar's pose on the robot comes from tf at the scan's stamp; a scan from a frame that tf does not \
     know is rejected. The stamps of scan and odometry compensate the motion during a scan.\n\
     Without a goal the node publishes nothing. With a goal it publishes a velocity at each control_period_s. The robot brakes to \
     zero while map, scan or odometry are missing, older than scan_timeout_s or odometry_timeout_s, or a transform on tf is older than \

@@ -4,8 +4,9 @@ use super::{Localizer, MAX_CORRECTION_SIGMAS2, SAME_PLACE_AGREEMENT, has_moved};
 use crate::geometry::Pose;
 use crate::localization::map_scores::MapScores;
 use crate::localization::pose_filters::offset;
-use crate::localization::relocalization::{Found, GlobalSearch};
-use crate::localization::{LocalizationStatus, LostReason};
+use crate::localization::relocalization::{Found, GlobalSearch, SearchRegion};
+use crate::localization::signed_distance_field::SignedDistanceField;
+use crate::localization::{LocalizationError, LocalizationStatus, LostReason, PoseHint};
 
 /// A robot that stands does not move by more than this between two revolutions of a search, metres and radians.
 const STANDING_M: f64 = 0.05;
@@ -23,17 +24,41 @@ const DOUBTFUL_SCANS: u32 = 15;
 pub(super) struct Searches {
     /// Of a lost robot.
     pub of_lost: Option<GlobalSearch>,
+    /// Where a lost robot is searched first.
+    pub hint: Option<HintedRegion>,
     /// Of a robot that is not lost.
     doubt: Option<Doubt>,
     doubtful: u32,
     /// Made for the first search.
-    scores: Option<MapScores>,
+    pub scores: Option<MapScores>,
+}
+
+/// The region of a hint, and the odometry at the time of the hint; `None` before the first odometry.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HintedRegion {
+    pub region: SearchRegion,
+    pub odometry: Option<Pose>,
+}
+
+impl HintedRegion {
+    /// The region on another map.
+    pub fn on(self, map: &SignedDistanceField, before: &SignedDistanceField) -> Self {
+        let center = map.to_grid(&before.to_map(&self.region.center));
+        Self { region: SearchRegion { center, ..self.region }, ..self }
+    }
+
+    /// The region for a robot that has moved since.
+    fn moved_to(&mut self, odometry: &Pose) -> SearchRegion {
+        let before = self.odometry.get_or_insert(*odometry);
+        let moved = before.inverse_transform_pose(odometry);
+        SearchRegion { center: self.region.center.transform_pose(&moved), ..self.region }
+    }
 }
 
 impl Searches {
     /// Ends all searches: what they began with no longer holds.
     pub fn stop(&mut self) {
-        (self.of_lost, self.doubt, self.doubtful) = (None, None, 0);
+        (self.of_lost, self.hint, self.doubt, self.doubtful) = (None, None, None, 0);
     }
 }
 
@@ -46,8 +71,28 @@ struct Doubt {
 }
 
 impl Localizer {
-    /// Searches for the pose of a lost robot: where odometry predicts it, and then on the whole map while the robot stands. The
-    /// next revolutions must confirm a candidate.
+    /// Discards the pose. The robot is searched near the hint first, and on the whole map if nothing matches there. Within the
+    /// hint's region too it is found only where one place matches better than all others a metre away: a hint of less than 0.15 m
+    /// leaves no other.
+    ///
+    /// # Errors
+    /// Returns an error if the pose is not finite or a standard deviation is out of range.
+    pub fn search_near(&mut self, hint: &PoseHint) -> Result<(), LocalizationError> {
+        let region = hint.region()?;
+        self.found = None;
+        self.has_given_up = false;
+        self.lose(LostReason::NoPose);
+        let center = self.map.to_grid(&hint.pose);
+        let odometry = self.odometry.map(|(_, pose)| pose);
+        let region = SearchRegion { center, ..region };
+        self.searches.hint = Some(HintedRegion { region, odometry });
+        self.ekf = self.ekf.reset_pose(center, &self.settings);
+        self.update_estimate();
+        Ok(())
+    }
+
+    /// Searches for the pose of a lost robot while it stands: where odometry predicts it, then near a hint, and then on the whole
+    /// map. The next revolutions must confirm a candidate.
     pub(super) fn relocalize(&mut self) {
         if self.scan.hits.len() < self.settings.min_returns {
             return;
@@ -69,7 +114,14 @@ impl Localizer {
         };
         let scores = self.searches.scores.get_or_insert_with(|| MapScores::new(&self.map));
         let search = self.searches.of_lost.take().filter(stands);
-        let mut search = search.unwrap_or_else(|| GlobalSearch::new(&self.scan, &odometry, scores));
+        let hint = &mut self.searches.hint;
+        let mut search = search.unwrap_or_else(|| {
+            let search = GlobalSearch::new(&self.scan, &odometry, scores);
+            match hint {
+                Some(hint) => search.within(hint.moved_to(&odometry)),
+                None => search,
+            }
+        });
         match search.step(&self.map, scores, &self.settings, NODES) {
             None => self.searches.of_lost = Some(search),
             Some(Found::Unique(pose)) => {
@@ -85,7 +137,12 @@ impl Localizer {
             Some(Found::Ambiguous(_)) if reason != Some(LostReason::HighUncertainty) => {
                 self.estimate.status = LocalizationStatus::Lost(LostReason::Ambiguous);
             }
-            Some(Found::Ambiguous(_) | Found::Nothing) => {}
+            Some(Found::Ambiguous(_)) => {}
+            Some(Found::Nothing) => {
+                if search.is_restricted() {
+                    self.searches.hint = None;
+                }
+            }
         }
     }
 

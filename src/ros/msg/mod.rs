@@ -175,6 +175,15 @@ messages! {
         covariance: [[f64; 6]; 6],
     }
 
+    /// A pose with its uncertainty, time and frame.
+    #[derive(Default)]
+    geometry_msgs / PoseWithCovarianceStamped {
+        /// Time and frame.
+        header: Header,
+        /// The pose.
+        pose: PoseWithCovariance,
+    }
+
     /// A velocity.
     #[derive(Copy, Default)]
     geometry_msgs / Twist {

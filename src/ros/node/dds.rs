@@ -89,6 +89,7 @@ pub struct DdsNode {
     scan: Input<msg::LaserScan>,
     odometry: Input<msg::Odometry>,
     goal: Input<msg::PoseStamped>,
+    initial_pose: Input<msg::PoseWithCovarianceStamped>,
     transforms: Input<msg::TFMessage>,
     static_transforms: Input<msg::TFMessage>,
     arm: Input<msg::Bool>,
@@ -97,6 +98,7 @@ pub struct DdsNode {
     path: Publisher<msg::Path>,
     markers: Publisher<msg::MarkerArray>,
     diagnostics: Publisher<msg::DiagnosticArray>,
+    own_transforms: Publisher<msg::TFMessage>,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -153,6 +155,7 @@ impl DdsNode {
             scan: builder.input("scan", sensor_data())?,
             odometry: builder.input("odom", sensor_data())?,
             goal: builder.input("goal_pose", reliable(1))?,
+            initial_pose: builder.input("initialpose", reliable(1))?,
             transforms: builder.input("tf", reliable(TRANSFORM_DEPTH))?,
             static_transforms: builder.input("tf_static", latched(TRANSFORM_DEPTH))?,
             // Not latched: a message from before the start of the node must not arm the robot.
@@ -166,6 +169,7 @@ impl DdsNode {
             path: builder.publisher("plan", latched(1))?,
             markers: builder.publisher("local_markers", reliable(1))?,
             diagnostics: builder.publisher("diagnostics", reliable(1))?,
+            own_transforms: builder.publisher("tf", reliable(TRANSFORM_DEPTH))?,
             unsent: 0,
             _node: node,
         })
@@ -180,6 +184,8 @@ impl DdsNode {
         self.odometry.take(|message| IncomingMessage::Odometry(Box::new(message)), &mut all);
         self.scan.take(IncomingMessage::Scan, &mut all);
         self.goal.take(IncomingMessage::Goal, &mut all);
+        let initial_pose = |message| IncomingMessage::InitialPose(Box::new(message));
+        self.initial_pose.take(initial_pose, &mut all);
         // Of both at once, the stop counts.
         self.arm.take(IncomingMessage::Arm, &mut all);
         self.stop.take(IncomingMessage::Stop, &mut all);
@@ -197,6 +203,7 @@ impl DdsNode {
             ToNetwork::Path(path) => self.path.publish(path).is_ok(),
             ToNetwork::Markers(markers) => self.markers.publish(markers).is_ok(),
             ToNetwork::Diagnostics(diagnostics) => self.diagnostics.publish(diagnostics).is_ok(),
+            ToNetwork::Transforms(transforms) => self.own_transforms.publish(transforms).is_ok(),
         };
         self.unsent += u64::from(!is_sent);
     }

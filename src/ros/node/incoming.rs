@@ -2,6 +2,7 @@
 
 use super::notices::MessageError;
 use crate::geometry::{Point, Pose, Twist};
+use crate::localization::PoseHint;
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
 use crate::navigator::Goal;
 use crate::robot::{MAX_RATE, is_plausible};
@@ -28,6 +29,8 @@ pub enum IncomingMessage {
     Odometry(Box<msg::Odometry>),
     /// On `goal_pose`.
     Goal(msg::PoseStamped),
+    /// On `initialpose`: about where the robot is.
+    InitialPose(Box<msg::PoseWithCovarianceStamped>),
     /// On `inbye/arm`: true arms the robot, false disarms it.
     Arm(msg::Bool),
     /// On `inbye/stop`: true stops the robot until it is armed again; false changes nothing.
@@ -55,6 +58,7 @@ impl IncomingMessage {
             ("scan", msg::LaserScan::NAME),
             ("odom", msg::Odometry::NAME),
             ("goal_pose", msg::PoseStamped::NAME),
+            ("initialpose", msg::PoseWithCovarianceStamped::NAME),
             ("inbye/arm", msg::Bool::NAME),
             ("inbye/stop", msg::Bool::NAME),
             ("tf", msg::TFMessage::NAME),
@@ -71,6 +75,7 @@ impl IncomingMessage {
             Self::Scan(_) => "scan",
             Self::Odometry(_) => "odom",
             Self::Goal(_) => "goal_pose",
+            Self::InitialPose(_) => "initialpose",
             Self::Arm(_) => "inbye/arm",
             Self::Stop(_) => "inbye/stop",
             Self::Transforms(_) => "tf",
@@ -170,6 +175,26 @@ pub fn goal(message: &msg::PoseStamped) -> Result<(String, Goal), MessageError> 
     let goal =
         Goal { position: Point::new(pose.x, pose.y), yaw: (!is_yaw_free).then_some(pose.yaw) };
     Ok((frame, goal))
+}
+
+/// A rough pose and its frame. Its standard deviations are those of the position along its worse axis and of the yaw.
+///
+/// # Errors
+/// When the pose, the covariance or the frame is invalid.
+pub fn pose_hint(
+    message: &msg::PoseWithCovarianceStamped,
+) -> Result<(String, PoseHint), MessageError> {
+    let frame = frame_name("header.frame_id", &message.header.frame_id)?;
+    let msg::PoseWithCovariance { pose, covariance } = &message.pose;
+    let pose = planar_pose("pose.pose", pose)?;
+    let [[xx, xy, ..], [_, yy, ..], .., [.., yaw]] = *covariance;
+    let (mean, half) = (f64::midpoint(xx, yy), (xx - yy) / 2.0);
+    let sigma_m = (mean + libm::hypot(half, xy)).sqrt();
+    let sigma_rad = yaw.sqrt();
+    if !(sigma_m > 0.0 && sigma_rad > 0.0) {
+        return Err(MessageError::NoCovariance);
+    }
+    Ok((frame, PoseHint { pose, sigma_m, sigma_rad }))
 }
 
 /// Projects a pose on the ground plane.

@@ -6,7 +6,7 @@ use super::incoming::{MapInput, OdometryInput, frame_name};
 use super::notices::{MessageError, MissingInput};
 use super::scan::{deskew, laser_scan, timed_scan, to_robot_frame};
 use crate::geometry::{Pose, Twist, wrap_angle};
-use crate::localization::PoseHistory;
+use crate::localization::{LostReason, PoseHistory};
 use crate::map::{Beam, Scan, ScanChange, TimedScan};
 use crate::navigator::Observation;
 use crate::ros::msg::{LaserScan, Odometry, Time};
@@ -25,6 +25,24 @@ pub struct AgeLimits {
     pub odometry_s: f64,
     pub transform_s: f64,
     pub clock_ahead_s: f64,
+}
+
+/// The pose of the odometry's frame in the map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OdometryFrame {
+    /// Both frames are the same.
+    IsMap,
+    /// By `tf`.
+    ByTransforms,
+    /// By a localiser in this program.
+    Measured {
+        /// The pose.
+        pose: Pose,
+        /// Time of the measurement, seconds by the node's clock; minus infinity before the first.
+        time_s: f64,
+        /// Why the pose is not known, if it is not.
+        lost: Option<LostReason>,
+    },
 }
 
 /// The newest input of each kind. Times are seconds since 1970 by the node's clock, stamps those of the senders' clocks.
@@ -179,7 +197,7 @@ impl LatestInputs {
         &self,
         now_s: f64,
         limits: &AgeLimits,
-        odom_is_map: bool,
+        odometry_frame: &OdometryFrame,
     ) -> Result<Observation, MissingInput> {
         let map = self.map.as_ref().ok_or(MissingInput::Map)?;
         let odometry = self.odometry.as_ref().ok_or(MissingInput::Odometry)?;
@@ -187,15 +205,18 @@ impl LatestInputs {
         if now_s - (odometry_s - self.odometry_delay.ahead_s()) > limits.odometry_s {
             return Err(MissingInput::RecentOdometry);
         }
-        let (frame, pose_s) = if odom_is_map {
-            (Pose::default(), now_s)
-        } else {
-            let found = self.frames.pose_in(&map.frame, &odometry.frame, odometry_s);
-            let found = found.ok_or_else(|| MissingInput::Transform {
-                odometry: odometry.frame.clone(),
-                map: map.frame.clone(),
-            })?;
-            (fresh(now_s, &found, limits, &odometry.frame, &map.frame)?, found.time_s.min(now_s))
+        let (frame, pose_s, lost) = match *odometry_frame {
+            OdometryFrame::IsMap => (Pose::default(), now_s, None),
+            OdometryFrame::ByTransforms => {
+                let found = self.frames.pose_in(&map.frame, &odometry.frame, odometry_s);
+                let found = found.ok_or_else(|| MissingInput::Transform {
+                    odometry: odometry.frame.clone(),
+                    map: map.frame.clone(),
+                })?;
+                let pose = fresh(now_s, &found, limits, &odometry.frame, &map.frame)?;
+                (pose, found.time_s.min(now_s), None)
+            }
+            OdometryFrame::Measured { pose, time_s, lost } => (pose, time_s.min(now_s), lost),
         };
         let scan = self.scan.as_ref().ok_or(MissingInput::Scan)?;
         let mount = self.mount(now_s, scan, &odometry.base_frame, limits)?;
@@ -203,7 +224,7 @@ impl LatestInputs {
             time_s: now_s,
             pose: frame.transform_pose(&odometry.pose),
             pose_s,
-            lost: None,
+            lost,
             twist: odometry.twist,
             odometry_s: odometry_s - self.odometry_delay.ahead_s(),
             scan: self.current_scan(scan, &mount),
@@ -338,7 +359,8 @@ mod tests {
     /// The largest distance of the scan's points from the wall, metres.
     fn error_m(mount: &Pose, message: &LaserScan) -> f64 {
         let (inputs, now_s) = (inputs(mount, message), START_S + 0.15);
-        let observation = inputs.observation(now_s, &LIMITS, false).expect("all inputs");
+        let observation =
+            inputs.observation(now_s, &LIMITS, &OdometryFrame::ByTransforms).expect("all inputs");
         let hits: Vec<Point> = observation.scan.hits(&observation.pose).collect();
         assert!(hits.len() > BEAMS / 2, "{}", hits.len());
         let errors = hits.iter().map(|hit| (hit.to_vector().norm() - RADIUS_M).abs());

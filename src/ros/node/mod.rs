@@ -7,9 +7,12 @@
 mod arrival_delay;
 #[cfg(feature = "ros2")]
 pub mod dds;
+mod diagnostics;
+mod engine;
 mod frames;
 mod incoming;
 mod latest_inputs;
+mod localization;
 mod map_update;
 pub mod network;
 mod node_core;

@@ -1,21 +1,25 @@
 //! The node without its transport.
 
-use std::fmt::Display;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+mod display;
+mod localization;
 
-use super::incoming::{self, IncomingMessage, MapInput};
-use super::latest_inputs::{AgeLimits, LatestInputs};
+use std::fmt::Display;
+
+use super::diagnostics::Diagnostics;
+use super::engine::NodeEngine;
+use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
+use super::latest_inputs::{AgeLimits, LatestInputs, OdometryFrame};
+use super::localization::NodeLocalization;
 use super::map_update::MapUpdate;
-use super::notices::{MessageError, NodeStats, Notices};
+use super::notices::{MessageError, MissingInput, NodeStats, Notices};
 use super::protection::Protection;
 use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
-use crate::local::{Detail, Engine, EngineError, Evaluation, QuantizedProblem};
+use crate::local::Engine;
 use crate::map::GridFrame;
 use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Observation, Waypoints};
-use crate::ros::convert::{self, SAMPLING, markers};
-use crate::ros::msg::{self, Duration, Header, Time};
-use crate::runtime::Config;
+use crate::ros::msg;
+use crate::runtime::{Config, PoseSource};
 use crate::settings::SettingError;
 
 /// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
@@ -28,18 +32,16 @@ const RESUME_HOLD_S: f64 = 2.0;
 const TRANSPORT_SETTLE_S: f64 = 5.0;
 /// Longest time between two ticks, seconds. After a longer one the world may have changed: the robot starts again from zero.
 const MAX_TICK_GAP_S: f64 = 0.3;
-/// Interval of the markers, seconds.
-const MARKER_INTERVAL_S: f64 = 0.2;
-/// Lifetime of a marker: markers disappear if the node stops.
-const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 500_000_000 };
 
 /// Settings of a node.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct NodeSettings {
-    /// Robot, planners and navigator. Settings of the simulated world have no effect, and it runs in real time.
+    /// Robot, planners, navigator and localisation. Settings of the simulated world have no effect, and it runs in real time. With
+    /// the pose source `scans` the node localises the robot on the map itself; otherwise `tf` gives the pose of the odometry's
+    /// frame in the map.
     pub config: Config,
-    /// Treats the odometry frame as the map frame.
+    /// Treats the odometry frame as the map frame, unless the pose source is `scans`.
     pub odom_is_map: bool,
 }
 
@@ -53,7 +55,9 @@ pub struct Outgoing {
     pub path: Option<msg::Path>,
     /// For `local_markers`.
     pub markers: Option<msg::MarkerArray>,
-    /// For `diagnostics`: what the protective layer and the operator's switch do.
+    /// For `tf`: the frame of the odometry in the map, while the node localises the robot and knows its pose.
+    pub transforms: Option<msg::TFMessage>,
+    /// For `diagnostics`: what the protective layer and the operator's switch do, and the localisation.
     pub diagnostics: Option<msg::DiagnosticArray>,
     /// New notices for the user, a line each.
     pub notices: Vec<String>,
@@ -68,8 +72,10 @@ pub struct Outgoing {
 /// clock. Ages are those of the stamps: the clocks of the senders must agree with it.
 pub struct NodeCore {
     settings: NodeSettings,
-    engine: SharedEngine,
+    engine: NodeEngine,
     inputs: LatestInputs,
+    /// `None` where others localise the robot.
+    localization: Option<NodeLocalization>,
     /// The goal and its frame.
     goal: Option<(String, Goal)>,
     navigator: Option<Navigator>,
@@ -84,6 +90,7 @@ pub struct NodeCore {
     /// Time of the last tick, seconds.
     ticked_s: Option<f64>,
     command: Twist,
+    diagnostics: Diagnostics,
     notices: Notices,
     stats: NodeStats,
 }
@@ -105,10 +112,13 @@ impl NodeCore {
     /// A setting of the protective layer or a limit out of range.
     pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Result<Self, SettingError> {
         settings.config = settings.config.in_real_time();
+        let config = &settings.config;
         Ok(Self {
-            protection: Protection::new(&settings.config)?,
+            protection: Protection::new(config)?,
+            localization: (config.pose_source == PoseSource::Scans)
+                .then(|| NodeLocalization::new(config.localization, config.unknown)),
             settings,
-            engine: Arc::new(Mutex::new(engine)),
+            engine: NodeEngine::new(engine),
             inputs: LatestInputs::default(),
             goal: None,
             navigator: None,
@@ -120,6 +130,7 @@ impl NodeCore {
             markers_s: f64::NEG_INFINITY,
             ticked_s: None,
             command: Twist::STOP,
+            diagnostics: Diagnostics::default(),
             notices: Notices::default(),
             stats: NodeStats::default(),
         })
@@ -165,6 +176,9 @@ impl NodeCore {
     pub fn transport_lost(&mut self) {
         self.command = Twist::STOP;
         self.inputs.forget_motion();
+        if let Some(localization) = &mut self.localization {
+            localization.forget_scans();
+        }
         self.hold = Hold::UntilInputs;
         if self.goal.is_some() {
             self.zero_until_s = f64::INFINITY;
@@ -184,14 +198,23 @@ impl NodeCore {
                 self.inputs.set_scan(now_s, scan, &limits)?;
                 if let Some(scan) = self.inputs.raw_scan(now_s, &limits) {
                     self.protection.update_scan(&scan);
+                    if let Some(localization) = &mut self.localization {
+                        localization.update_scan(scan);
+                    }
                 }
             }
             IncomingMessage::Odometry(odometry) => {
                 self.inputs.set_odometry(now_s, odometry, &self.age_limits())?;
                 if let Some((measured, stamp_s)) = self.inputs.motion() {
                     self.protection.update_motion(&measured, stamp_s);
+                    if let (Some(localization), Some(OdometryInput { frame, pose, .. })) =
+                        (&mut self.localization, &self.inputs.odometry)
+                    {
+                        localization.update_odometry(frame, stamp_s, pose);
+                    }
                 }
             }
+            IncomingMessage::InitialPose(hint) => self.set_hint(incoming::pose_hint(hint)?)?,
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
             IncomingMessage::Arm(msg::Bool { data: true }) => self.operator().arm(),
             IncomingMessage::Arm(msg::Bool { data: false }) => self.operator().disarm(),
@@ -225,6 +248,9 @@ impl NodeCore {
         if is_other_size {
             self.notices.push(notice);
         }
+        if let (Some(localization), Some(map)) = (&mut self.localization, &self.inputs.map) {
+            localization.set_map(&map.grid);
+        }
         if self.ended_s.is_some() {
             return;
         }
@@ -252,12 +278,19 @@ impl NodeCore {
         }
     }
 
-    fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
-        let map = self.inputs.map.as_ref().map(|map| &map.frame);
-        if let Some(expected) = map.filter(|frame| **frame != found) {
-            let expected = expected.clone();
-            return Err(MessageError::WrongFrame { found, expected });
+    /// Rejects what is not in the frame of the map.
+    fn check_map_frame(&self, found: &str) -> Result<(), MessageError> {
+        match self.inputs.map.as_ref().map(|map| &map.frame) {
+            Some(expected) if expected != found => Err(MessageError::WrongFrame {
+                found: found.to_owned(),
+                expected: expected.clone(),
+            }),
+            _ => Ok(()),
         }
+    }
+
+    fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
+        self.check_map_frame(&found)?;
         self.goal = Some((found, goal));
         self.navigator = None;
         self.ended_s = None;
@@ -278,8 +311,13 @@ impl NodeCore {
                 navigator.forget_commands();
             }
         }
+        if let Some(localization) = &mut self.localization {
+            localization.tick();
+        }
+        let odometry_frame = self.odometry_frame();
+        outgoing.transforms = self.transforms(now_s, &odometry_frame);
         if self.goal.is_some() {
-            let decision = self.decide(now_s, clock);
+            let decision = self.decide(now_s, odometry_frame, clock);
             let wanted =
                 decision.as_ref().map_or_else(|| self.brake(), |decision| decision.command);
             self.command = self.protection.command(&wanted, &self.command, now_s);
@@ -292,7 +330,9 @@ impl NodeCore {
         }
         self.notices.operator(self.protection.state());
         self.notices.protective_action(now_s, self.protection.action());
-        outgoing.diagnostics = self.protection.diagnostics(now_s);
+        let localization = self.localization.as_ref().map(NodeLocalization::status);
+        let statuses = [Some(self.protection.status()), localization].into_iter().flatten();
+        outgoing.diagnostics = self.diagnostics.message(now_s, statuses.collect());
         outgoing.notices = self.notices.take();
         outgoing
     }
@@ -333,9 +373,20 @@ impl NodeCore {
     }
 
     /// The navigator's decision; none if an input is missing, the robot must stop before planning, or there is no path.
-    fn decide(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Option<Decision> {
+    fn decide(
+        &mut self,
+        now_s: f64,
+        odometry_frame: Result<OdometryFrame, MissingInput>,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Option<Decision> {
         let limits = self.age_limits();
-        let observation = self.inputs.observation(now_s, &limits, self.settings.odom_is_map);
+        let observation = odometry_frame
+            .and_then(|frame| self.inputs.observation(now_s, &limits, &frame))
+            .and_then(|observation| match observation.lost {
+                // A navigator plans from a known pose; later it judges itself how long the pose may be unknown.
+                Some(reason) if self.navigator.is_none() => Err(MissingInput::Pose(reason)),
+                _ => Ok(observation),
+            });
         let observation = match observation {
             Ok(observation) => Observation { sent: Some(self.command), ..observation },
             Err(missing) => {
@@ -436,58 +487,5 @@ impl NodeCore {
             self.navigator = None;
             self.ended_s = None;
         }
-    }
-
-    /// Adds a new plan, and markers at their interval.
-    fn add_plan_and_markers(
-        &mut self,
-        now_s: f64,
-        decision: Option<&Decision>,
-        outgoing: &mut Outgoing,
-    ) {
-        let (Some(navigator), Some(map), Some(decision)) =
-            (&self.navigator, &self.inputs.map, decision)
-        else {
-            return;
-        };
-        let header = Header { stamp: Time::from_seconds(now_s), frame_id: map.frame.clone() };
-        let plans = navigator.plans();
-        let new_plan = plans.get(self.published_plans..).and_then(<[_]>::last);
-        outgoing.path = new_plan.map(|plan| convert::path(plan.smoothed.points(), &header));
-        self.published_plans = plans.len();
-        if now_s - self.markers_s >= MARKER_INTERVAL_S {
-            self.markers_s = now_s;
-            let counts = decision.counts.as_ref();
-            let fan = counts.and_then(|_| navigator.planner().trajectory_fan(SAMPLING));
-            let moving = navigator.obstacle_model().moving();
-            let markers = markers(fan.as_ref(), moving, &header, MARKER_LIFETIME);
-            outgoing.markers = Some(markers);
-        }
-    }
-}
-
-/// An engine for successive navigators: opening one can take seconds, and a navigator owns its engine.
-type SharedEngine = Arc<Mutex<Box<dyn Engine>>>;
-
-fn lock(engine: &SharedEngine) -> MutexGuard<'_, Box<dyn Engine>> {
-    // An engine is usable after a panic.
-    engine.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Engine for SharedEngine {
-    fn name(&self) -> String {
-        lock(self).name()
-    }
-
-    fn threads(&self) -> usize {
-        lock(self).threads()
-    }
-
-    fn evaluate(
-        &mut self,
-        problem: &QuantizedProblem,
-        detail: Detail,
-    ) -> Result<Evaluation, EngineError> {
-        lock(self).evaluate(problem, detail)
     }
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::base::{OperatorState, ProtectiveAction};
+use crate::localization::{LocalizationError, LostReason};
 use crate::map::MapError;
 use crate::navigator::{Mode, Navigator};
 use crate::settings::SettingError;
@@ -63,6 +64,14 @@ pub enum MessageError {
     WrongBeamCount { found: usize, expected: f64 },
     #[error(transparent)]
     OutOfRange(#[from] SettingError),
+    #[error(
+        "the variances of x, y and yaw must be above zero: state how uncertain the pose is, such as 0.25 m^2 and 0.07 rad^2"
+    )]
+    NoCovariance,
+    #[error("the node does not localise the robot: set pose_source = \"scans\"")]
+    NotLocalizing,
+    #[error(transparent)]
+    Localization(#[from] LocalizationError),
     /// A message is a repetition or older than the last.
     #[error("its stamp is not after the stamp of the last one: check the clock of the sender")]
     NotNewer,
@@ -73,6 +82,10 @@ pub enum MessageError {
 pub enum MissingInput {
     #[error("no map was received")]
     Map,
+    #[error("the map is being prepared")]
+    PreparedMap,
+    #[error("the robot's pose is being searched ({0})")]
+    Pose(LostReason),
     #[error("no odometry was received")]
     Odometry,
     /// The last odometry is too old.
@@ -80,7 +93,7 @@ pub enum MissingInput {
     RecentOdometry,
     #[error(
         "odometry is in the frame `{odometry}` and tf does not connect it to `{map}`: start a localization node, or set \
-         odom_is_map"
+         pose_source = \"scans\" or odom_is_map"
     )]
     Transform { odometry: String, map: String },
     /// A dynamic transform is too old.

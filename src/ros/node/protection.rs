@@ -4,12 +4,9 @@ use crate::base::{OperatorState, OperatorSwitch, ProtectiveAction, ProtectiveLay
 use crate::geometry::Twist;
 use crate::map::TimedScan;
 use crate::ros::convert::key_value;
-use crate::ros::msg::{DiagnosticArray, DiagnosticStatus, Header, Time};
+use crate::ros::msg::DiagnosticStatus;
 use crate::runtime::Config;
 use crate::settings::SettingError;
-
-/// Interval of the diagnostics of a status that does not change, seconds.
-const DIAGNOSTICS_INTERVAL_S: f64 = 1.0;
 
 /// The protective layer of a node. Times are seconds by the node's clock.
 #[derive(Debug)]
@@ -18,8 +15,6 @@ pub struct Protection {
     limits_by_scans: bool,
     /// What the layer does to the present command; nothing without one.
     action: ProtectiveAction,
-    /// The last status in diagnostics, and its time.
-    published: Option<((OperatorState, &'static str), f64)>,
 }
 
 impl Protection {
@@ -32,7 +27,6 @@ impl Protection {
             layer: config.protective_layer(config.local.control_period_s)?,
             limits_by_scans: config.collision_monitor.enabled,
             action: ProtectiveAction::Pass,
-            published: None,
         })
     }
 
@@ -80,20 +74,8 @@ impl Protection {
         &self.action
     }
 
-    /// The status for `diagnostics`: when it changes, and once a second.
-    pub fn diagnostics(&mut self, now_s: f64) -> Option<DiagnosticArray> {
-        let status = (self.state(), self.action.name());
-        if self.published.is_some_and(|(before, published_s)| {
-            before == status && (0.0..DIAGNOSTICS_INTERVAL_S).contains(&(now_s - published_s))
-        }) {
-            return None;
-        }
-        self.published = Some((status, now_s));
-        let header = Header { stamp: Time::from_seconds(now_s), ..Header::default() };
-        Some(DiagnosticArray { header, status: vec![self.status()] })
-    }
-
-    fn status(&self) -> DiagnosticStatus {
+    /// The status for `diagnostics`, with the names of its states.
+    pub fn status(&self) -> (DiagnosticStatus, Vec<&'static str>) {
         let state = self.state();
         let (level, message) = match (state, &self.action) {
             (OperatorState::NotArmed, _) => {
@@ -108,7 +90,7 @@ impl Protection {
             (OperatorState::Armed, action) => (DiagnosticStatus::WARN, action.to_string()),
         };
         let (delay_s, braking_m_s2) = self.layer.stopping();
-        DiagnosticStatus {
+        let status = DiagnosticStatus {
             level,
             name: "inbye: protection".to_owned(),
             message,
@@ -119,6 +101,7 @@ impl Protection {
                 key_value("delay_s", delay_s),
                 key_value("braking_m_s2", braking_m_s2),
             ],
-        }
+        };
+        (status, vec![state.name(), self.action.name()])
     }
 }

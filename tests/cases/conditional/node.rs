@@ -24,8 +24,9 @@ const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
-    let scenarios: [(&'static str, Check); 9] = [
+    let scenarios: [(&'static str, Check); 10] = [
         ("drives_to_goal", drives_to_goal),
+        ("localizes", localizes),
         ("late_joiner", late_joiner),
         ("missing_inputs", missing_inputs),
         ("invalid_messages", invalid_messages),
@@ -56,6 +57,18 @@ fn drives_to_goal(facts: &Value) -> Result<(), Failed> {
     // One may be in the pipe between the two processes of the node.
     holds(number(facts, "commands_after_end") <= 1.0, "no command after the goal", facts)?;
     holds(facts["stats"]["reached"] == 1, "the goal is counted", facts)?;
+    ends_cleanly(facts)
+}
+
+/// The robot without a localization node reaches the goal, and `tf` has where its odometry began.
+fn localizes(facts: &Value) -> Result<(), Failed> {
+    holds(facts["stats"]["received"]["initialpose"] == 1, "the rough pose is received", facts)?;
+    holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
+    holds(number(facts, "away_m") < 0.15, "near the goal", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
+    holds(number(facts, "transforms") > 100.0, "at each tick", facts)?;
+    // A cell of the map is 0.1 m, and a beam ends in steps of 0.03 m.
+    holds(number(facts, "largest_error_m") < 0.2, "where the odometry began", facts)?;
     ends_cleanly(facts)
 }
 

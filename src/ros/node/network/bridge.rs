@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use super::frame::{FromNetwork, ToNetwork, read_frame, write_frame};
 use super::watchdog::CommandWatchdog;
-use crate::ros::msg::{DiagnosticArray, MarkerArray, Path, Time, Twist, TwistStamped};
+use crate::ros::msg::{DiagnosticArray, MarkerArray, Path, TFMessage, Time, Twist, TwistStamped};
 use crate::ros::node::dds::{DdsNode, DdsSettings, NodeError};
 
 /// Interval at which messages are taken on both sides.
@@ -30,6 +30,7 @@ struct Inbox {
     path: Option<Path>,
     markers: Option<MarkerArray>,
     diagnostics: Option<DiagnosticArray>,
+    transforms: Option<TFMessage>,
     has_frame: bool,
     is_closed: bool,
 }
@@ -69,7 +70,8 @@ pub fn run_bridge(
     let mut alive_s = f64::NEG_INFINITY;
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();
-        let Inbox { command, path, markers, diagnostics, has_frame, is_closed } = take(&inbox);
+        let Inbox { command, path, markers, diagnostics, transforms, has_frame, is_closed } =
+            take(&inbox);
         if has_frame {
             watchdog.on_frame(now_s);
         }
@@ -78,10 +80,13 @@ pub fn run_bridge(
             last_command = Some(command.clone());
             dds.publish(ToNetwork::Command(command));
         }
-        path.into_iter().for_each(|path| dds.publish(ToNetwork::Path(path)));
-        markers.into_iter().for_each(|markers| dds.publish(ToNetwork::Markers(markers)));
-        let diagnostics = diagnostics.map(ToNetwork::Diagnostics);
-        diagnostics.into_iter().for_each(|diagnostics| dds.publish(diagnostics));
+        let others = [
+            transforms.map(ToNetwork::Transforms),
+            path.map(ToNetwork::Path),
+            markers.map(ToNetwork::Markers),
+            diagnostics.map(ToNetwork::Diagnostics),
+        ];
+        others.into_iter().flatten().for_each(|message| dds.publish(message));
         if is_closed {
             break;
         }
@@ -157,6 +162,7 @@ fn read_all(input: impl Read, inbox: &Mutex<Inbox>) {
             ToNetwork::Path(path) => inbox.path = Some(path),
             ToNetwork::Markers(markers) => inbox.markers = Some(markers),
             ToNetwork::Diagnostics(diagnostics) => inbox.diagnostics = Some(diagnostics),
+            ToNetwork::Transforms(transforms) => inbox.transforms = Some(transforms),
         }
     }
     lock(inbox).is_closed = true;

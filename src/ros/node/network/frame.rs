@@ -41,6 +41,8 @@ pub enum ToNetwork {
     Markers(msg::MarkerArray),
     /// For `diagnostics`.
     Diagnostics(msg::DiagnosticArray),
+    /// For `tf`.
+    Transforms(msg::TFMessage),
 }
 
 /// A type of frames.
@@ -57,7 +59,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 => Some(MAX_LARGE),
-            0 | 1 | 3..=10 => Some(MAX_SMALL),
+            0 | 1 | 3..=11 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -79,6 +81,7 @@ impl Frame for FromNetwork {
                 }
                 IncomingMessage::Arm(message) => (9, message.to_cdr()),
                 IncomingMessage::Stop(message) => (10, message.to_cdr()),
+                IncomingMessage::InitialPose(message) => (11, message.to_cdr()),
             },
         }
     }
@@ -103,6 +106,7 @@ impl Frame for FromNetwork {
             }
             9 => IncomingMessage::Arm(Message::from_cdr(payload)?),
             10 => IncomingMessage::Stop(Message::from_cdr(payload)?),
+            11 => IncomingMessage::InitialPose(Box::new(Message::from_cdr(payload)?)),
             _ => return None,
         };
         Some(Self::Message(message))
@@ -112,7 +116,7 @@ impl Frame for FromNetwork {
 impl Frame for ToNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
-            0 | 1 | 4 => Some(MAX_SMALL),
+            0 | 1 | 4 | 5 => Some(MAX_SMALL),
             2 | 3 => Some(MAX_LARGE),
             _ => None,
         }
@@ -125,6 +129,7 @@ impl Frame for ToNetwork {
             Self::Path(message) => (2, message.to_cdr()),
             Self::Markers(message) => (3, message.to_cdr()),
             Self::Diagnostics(message) => (4, message.to_cdr()),
+            Self::Transforms(message) => (5, message.to_cdr()),
         }
     }
 
@@ -135,6 +140,7 @@ impl Frame for ToNetwork {
             2 => Message::from_cdr(payload).map(Self::Path),
             3 => Message::from_cdr(payload).map(Self::Markers),
             4 => Message::from_cdr(payload).map(Self::Diagnostics),
+            5 => Message::from_cdr(payload).map(Self::Transforms),
             _ => None,
         }
     }

@@ -62,6 +62,12 @@ class PoseWithCovariance(IdlStruct, typename=ros("geometry_msgs", "PoseWithCovar
 
 
 @dataclass
+class PoseWithCovarianceStamped(IdlStruct, typename=ros("geometry_msgs", "PoseWithCovarianceStamped")):
+    header: Header
+    pose: PoseWithCovariance
+
+
+@dataclass
 class Twist(IdlStruct, typename=ros("geometry_msgs", "Twist")):
     linear: Vector3
     angular: Vector3

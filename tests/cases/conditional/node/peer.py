@@ -126,16 +126,16 @@ class Robot:
         info = m.MapMetaData(stamp(), RESOLUTION_M, COLUMNS, ROWS, pose(0.0, 0.0, 0.0))
         self.map.write(m.OccupancyGrid(header("map"), info, self.cells.flatten().tolist()))
 
-    def publish_frames(self, mount):
-        """The odometry frame in the map frame, and the lidar on the robot."""
+    def publish_frames(self, mount, localized=True):
+        """The lidar on the robot, and the odometry frame in the map frame unless the node measures it."""
         def transform(parent, child, x, y, yaw):
             place = m.Transform(m.Vector3(x, y, 0.0), facing(yaw))
             return m.TransformStamped(header(parent), child, place)
 
-        self.tf.write(m.TFMessage([
-            transform("map", self.frame, *self.place),
-            transform("base_link", "laser", *mount),
-        ]))
+        frames = [transform("base_link", "laser", *mount)]
+        if localized:
+            frames.append(transform("map", self.frame, *self.place))
+        self.tf.write(m.TFMessage(frames))
 
     def send_goal(self, x, y, yaw):
         self.goal.write(m.PoseStamped(header("map"), pose(x, y, yaw)))
@@ -218,9 +218,9 @@ class Robot:
 class Program:
     """`inbye node`, armed at its start unless `arm` is false."""
 
-    def __init__(self, program, *arguments, arm=True):
+    def __init__(self, program, *arguments, arm=True, settings=""):
         self.settings = tempfile.NamedTemporaryFile("w", suffix=".toml")
-        self.settings.write(SETTINGS)
+        self.settings.write(settings + SETTINGS)
         self.settings.flush()
         self.child = subprocess.Popen(
             [program, "node", "--json", "--engine", "cpu", "--threads", "1",
@@ -276,6 +276,43 @@ def drives_to_goal(program):
         "contacts": robot.contacts,
         "markers": sorted(shown),
         "commands_after_end": len(robot.commands) - count,
+        **node.end(),
+    }
+
+
+def localizes(program):
+    """The node finds the robot by its scans, a rough pose from the operator helps, and tf has the result."""
+    place = (1.0, 0.5, 0.4)
+    robot = Robot(frame="odom", place=place)
+    robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0), localized=False)
+    node = Program(program, settings='pose_source = "scans"\n')
+    hint = robot.writer("initialpose", m.PoseWithCovarianceStamped, RELIABLE)
+    transforms = robot.reader("tf", m.TFMessage, RELIABLE)
+    robot.until(lambda: False, 2.0)
+    covariance = [0.0] * 36
+    covariance[0] = covariance[7] = 0.25
+    covariance[35] = 0.07
+    rough = m.PoseWithCovariance(pose(robot.x + 0.3, robot.y - 0.2, robot.yaw + 0.2), covariance)
+    hint.write(m.PoseWithCovarianceStamped(header("map"), rough))
+    robot.send_goal(*GOAL)
+    errors = []
+
+    def stands():
+        for message in transforms.take(N=20):
+            for stamped in getattr(message, "transforms", []):
+                at = stamped.transform.translation
+                assert (stamped.header.frame_id, stamped.child_frame_id) == ("map", "odom")
+                errors.append(distance((at.x, at.y), place))
+        return robot.stands_near(*GOAL[:2])
+
+    took_s = robot.until(stands, 90.0)
+    return {
+        "took_s": took_s,
+        "away_m": robot.away_m(*GOAL[:2]),
+        "contacts": robot.contacts,
+        "transforms": len(errors),
+        "largest_error_m": max(errors, default=None),
         **node.end(),
     }
 

@@ -1,8 +1,10 @@
 //! Robots without a pose, or with a wrong one, in a mine, and in rooms that look alike.
 
 use inbye::geometry::{Point, Pose};
-use inbye::localization::{LocalizationSettings, LocalizationStatus, Localizer, LostReason};
-use inbye::map::{TimedScan, UnknownPolicy};
+use inbye::localization::{
+    LocalizationSettings, LocalizationStatus, Localizer, LostReason, PoseEstimate, PoseHint,
+};
+use inbye::map::{Cell, GridFrame, ObstacleGrid, TimedScan, UnknownPolicy};
 use inbye::sim::{World, mine};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -35,10 +37,14 @@ fn twin_rooms_are_refused_and_a_third_one_is_found() {
     let corner = [[1.0, 7.0, 5.0, 10.0], [5.0, 7.0, 10.0, 8.4]];
     let map = ground(Pose::default(), &[room(1.0), room(7.0), corner].concat());
     let world = World::new(map.clone());
-    let status_at = |truth: &Pose| {
+    let estimate_at = |truth: &Pose, hint: Option<Pose>| {
         let mut rng = Pcg64Mcg::seed_from_u64(8);
         let localizer = Localizer::without_pose(&map, LocalizationSettings::default());
         let mut localizer = localizer.expect("valid settings");
+        if let Some(pose) = hint {
+            let hint = PoseHint { pose, sigma_m: 0.3, sigma_rad: 0.2 };
+            localizer.search_near(&hint).expect("a valid hint");
+        }
         for tick in 0..20 {
             let time_s = 0.1 * f64::from(tick);
             localizer.predict(time_s, &Pose::default());
@@ -48,12 +54,76 @@ fn twin_rooms_are_refused_and_a_third_one_is_found() {
         *localizer.estimate()
     };
     for truth in [Pose::new(2.0, 2.1, 0.3), Pose::new(9.4, 3.0, -2.0)] {
-        let status = status_at(&truth).status;
+        let status = estimate_at(&truth, None).status;
         assert_eq!(status, LocalizationStatus::Lost(LostReason::Ambiguous), "{truth:?}");
     }
     let truth = Pose::new(3.8, 7.9, 1.0);
-    let found = status_at(&truth);
-    assert_eq!(found.status, LocalizationStatus::Tracking);
-    let error = found.pose.position() - Point::new(truth.x, truth.y);
-    assert!(error.norm() < 0.03 && (found.pose.yaw - truth.yaw).abs() < 0.02, "{found:?}");
+    let is_found = |found: &PoseEstimate, at: &Pose| {
+        assert_eq!(found.status, LocalizationStatus::Tracking);
+        let error = found.pose.position() - Point::new(at.x, at.y);
+        assert!(error.norm() < 0.03 && (found.pose.yaw - at.yaw).abs() < 0.02, "{found:?}");
+    };
+    is_found(&estimate_at(&truth, None), &truth);
+    // A hint decides between the twins, and where nothing matches near it, it decides nothing.
+    let (left, right) = (Pose::new(2.0, 2.1, 0.3), Pose::new(8.0, 2.1, 0.3));
+    for twin in [&left, &right] {
+        let hint = Pose::new(twin.x + 0.4, twin.y - 0.3, twin.yaw - 0.2);
+        is_found(&estimate_at(&left, Some(hint)), twin);
+    }
+    is_found(&estimate_at(&truth, Some(left)), &truth);
+}
+
+#[test]
+fn hint_of_an_invalid_number_is_rejected() {
+    let map = ground(Pose::default(), &ROOM);
+    let mut localizer =
+        Localizer::without_pose(&map, LocalizationSettings::default()).expect("valid settings");
+    let pose = Pose::new(2.0, 2.0, 0.0);
+    let bad_pose = Pose::new(f64::NAN, 2.0, 0.0);
+    for (pose, sigma_m, sigma_rad) in
+        [(pose, 0.0, 0.1), (pose, 0.1, f64::NAN), (bad_pose, 0.1, 0.1)]
+    {
+        let hint = PoseHint { pose, sigma_m, sigma_rad };
+        assert!(localizer.search_near(&hint).is_err(), "{hint:?}");
+    }
+}
+
+/// A map that grows to the left: the same place has other coordinates in the grid.
+#[test]
+fn robot_stays_localized_on_a_larger_map() {
+    let settings = LocalizationSettings::default();
+    let (truth, mut rng) = (Pose::new(3.0, 4.1, 0.3), Pcg64Mcg::seed_from_u64(8));
+    let map = ground(Pose::default(), &ROOM);
+    let world = World::new(map.clone());
+    let mut localizer = Localizer::new(&map, settings, &truth).expect("a valid pose");
+    let mut drive = |localizer: &mut Localizer, ticks: core::ops::Range<u32>| {
+        for tick in ticks {
+            let time_s = 0.1 * f64::from(tick);
+            localizer.predict(time_s, &Pose::new(5.0, 1.0, 0.2));
+            let seen = lidar().scan(&world, &truth, &mut rng);
+            let status = localizer.update(&TimedScan::from_scan(&seen.scan, time_s, 0.0)).status;
+            assert!(status.lost_reason().is_none(), "{status:?}");
+        }
+    };
+    drive(&mut localizer, 0..10);
+    let frame = *map.frame();
+    let grown = GridFrame {
+        width: frame.width + 20,
+        origin: Pose::new(-20.0 * frame.resolution_m, 0.0, 0.0),
+        ..frame
+    };
+    let mut cells = vec![true; grown.len()];
+    for row in 0..frame.height {
+        for column in 0..frame.width {
+            let from = frame.index(Cell::new(column, row));
+            cells[grown.index(Cell::new(column + 20, row))] = map.cells()[from];
+        }
+    }
+    let larger = ObstacleGrid::new(grown, cells);
+    let mut after = Localizer::without_pose(&larger, settings).expect("valid settings");
+    after.continue_from(&localizer);
+    assert!((after.pose().position() - localizer.pose().position()).norm() < 1e-9);
+    drive(&mut after, 10..20);
+    let error = after.pose().position() - truth.position();
+    assert!(error.norm() < 0.02, "{error:?}");
 }

@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Pose, Twist};
 use inbye::local::CpuEngine;
-use inbye::map::{OccupancyGrid, UnknownPolicy};
+use inbye::map::{Cell, OccupancyGrid, UnknownPolicy};
 use inbye::ros::msg;
 use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings, Outgoing};
 use inbye::sim::{Lidar, World};
@@ -87,6 +87,8 @@ pub struct Robot {
     pub paths: Vec<msg::Path>,
     pub markers: Vec<msg::MarkerArray>,
     pub diagnostics: Vec<msg::DiagnosticArray>,
+    /// What the node published on `tf`.
+    pub transforms: Vec<msg::TFMessage>,
     world: World,
     twist: Twist,
 }
@@ -125,9 +127,19 @@ impl Robot {
             paths: Vec::new(),
             markers: Vec::new(),
             diagnostics: Vec::new(),
+            transforms: Vec::new(),
             world: World::new(grid(29).obstacles(UnknownPolicy::Blocked)),
             twist: Twist::STOP,
         }
+    }
+
+    /// Takes the wall across the room away.
+    pub fn without_wall(&mut self) {
+        let mut open = grid(29).obstacles(UnknownPolicy::Blocked);
+        for row in 1..15 {
+            (29..31).for_each(|column| open.set(Cell::new(column, row), false));
+        }
+        self.world = World::new(open);
     }
 
     /// An armed robot with map, goal and the lidar's place.
@@ -166,8 +178,9 @@ impl Robot {
         if self.has_scan {
             self.receive(&IncomingMessage::Scan(self.scan()));
         }
-        let Outgoing { command, path, markers, diagnostics, notices, .. } =
+        let Outgoing { command, path, markers, transforms, diagnostics, notices, .. } =
             self.core.tick(self.now_s, &mut || 0.0);
+        self.transforms.extend(transforms);
         self.diagnostics.extend(diagnostics);
         self.notices.extend(notices);
         self.paths.extend(path);

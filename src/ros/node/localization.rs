@@ -1,0 +1,189 @@
+//! The node's own localisation: the frame of the odometry in the map, from scans.
+
+use std::collections::VecDeque;
+use std::thread::{Builder, JoinHandle};
+
+use super::latest_inputs::OdometryFrame;
+use super::notices::MissingInput;
+use crate::geometry::Pose;
+use crate::localization::{
+    LocalizationError, LocalizationSettings, LocalizationStatus, Localizer, PoseEstimate, PoseHint,
+};
+use crate::map::{OccupancyGrid, TimedScan, UnknownPolicy};
+use crate::ros::convert::key_value;
+use crate::ros::msg::DiagnosticStatus;
+
+/// Scans that wait for the odometry of their time. More mean that odometry is a second late: the oldest goes.
+const MAX_WAITING: usize = 16;
+
+/// A localiser on the newest map. Times are seconds by the node's clock.
+#[derive(Debug)]
+pub struct NodeLocalization {
+    settings: LocalizationSettings,
+    unknown: UnknownPolicy,
+    localizer: Option<Localizer>,
+    /// Prepares a localiser for a new map: that takes time in proportion to the map's area.
+    preparation: Option<JoinHandle<Result<Localizer, LocalizationError>>>,
+    /// A hint that came before the map.
+    hint: Option<PoseHint>,
+    /// Frame, time and pose of the newest odometry.
+    odometry: Option<(String, f64, Pose)>,
+    waiting: VecDeque<TimedScan>,
+    /// End of the last scan that was matched.
+    matched_s: Option<f64>,
+}
+
+impl NodeLocalization {
+    /// A localisation without a map.
+    pub const fn new(settings: LocalizationSettings, unknown: UnknownPolicy) -> Self {
+        Self {
+            settings,
+            unknown,
+            localizer: None,
+            preparation: None,
+            hint: None,
+            odometry: None,
+            waiting: VecDeque::new(),
+            matched_s: None,
+        }
+    }
+
+    /// Prepares a new map on a thread of its own. Until then the present map is used.
+    pub fn set_map(&mut self, map: &OccupancyGrid) {
+        let (map, settings, unknown) = (map.clone(), self.settings, self.unknown);
+        let prepare = move || Localizer::without_pose(&map.obstacles(unknown), settings);
+        // A thread that prepares an older map ends by itself.
+        self.preparation = Builder::new().name("inbye-localizer".to_owned()).spawn(prepare).ok();
+    }
+
+    /// Discards the pose and searches near a hint.
+    ///
+    /// # Errors
+    /// When a number of the hint is out of range.
+    pub fn set_hint(&mut self, hint: PoseHint) -> Result<(), LocalizationError> {
+        match &mut self.localizer {
+            Some(localizer) => localizer.search_near(&hint)?,
+            None => hint.validate()?,
+        }
+        // A map that is being prepared may be in another place.
+        self.hint = self.preparation.is_some().then_some(hint).or(self.hint.take());
+        Ok(())
+    }
+
+    /// Takes odometry of a time, and matches the scans that waited for it.
+    pub fn update_odometry(&mut self, frame: &str, time_s: f64, pose: &Pose) {
+        let continues = self.odometry.as_ref().is_some_and(|(before, ..)| before == frame);
+        self.odometry = Some((frame.to_owned(), time_s, *pose));
+        let Some(localizer) = &mut self.localizer else {
+            return;
+        };
+        if !continues {
+            localizer.restart_odometry();
+        }
+        localizer.predict(time_s, pose);
+        self.match_scans();
+    }
+
+    /// Takes a new scan as measured, in the robot's frame.
+    pub fn update_scan(&mut self, scan: TimedScan) {
+        if self.waiting.len() == MAX_WAITING {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back(scan);
+        self.match_scans();
+    }
+
+    /// The transport was lost: scans that wait are old when odometry returns.
+    pub fn forget_scans(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// Uses a prepared map. Call it at each tick.
+    pub fn tick(&mut self) {
+        let Some(finished) = self.preparation.take_if(|running| running.is_finished()) else {
+            return;
+        };
+        // The settings were checked, so that only a panic of the thread leaves no localiser.
+        let Ok(Ok(mut localizer)) = finished.join() else {
+            return;
+        };
+        if let Some(before) = &self.localizer {
+            localizer.continue_from(before);
+        } else if let Some((_, time_s, pose)) = &self.odometry {
+            localizer.predict(*time_s, pose);
+        }
+        if let Some(hint) = self.hint.take() {
+            // It was checked when it came.
+            let _ = localizer.search_near(&hint);
+        }
+        self.localizer = Some(localizer);
+    }
+
+    /// The frame of the odometry in the map.
+    ///
+    /// # Errors
+    /// While the first map is being prepared.
+    pub fn odometry_frame(&self) -> Result<OdometryFrame, MissingInput> {
+        let (Some(localizer), Some((_, _, odometry))) = (&self.localizer, &self.odometry) else {
+            return Err(MissingInput::PreparedMap);
+        };
+        let back = odometry.inverse_transform_pose(&Pose::default());
+        Ok(OdometryFrame::Measured {
+            pose: localizer.pose().transform_pose(&back),
+            time_s: self.matched_s.unwrap_or(f64::NEG_INFINITY),
+            lost: localizer.estimate().status.lost_reason(),
+        })
+    }
+
+    /// The status for `diagnostics`, with the name of its state.
+    pub fn status(&self) -> (DiagnosticStatus, Vec<&'static str>) {
+        let estimate = self.localizer.as_ref().map(Localizer::estimate);
+        let status = estimate.map(|estimate| estimate.status);
+        let (level, name, message) = match status {
+            None => (DiagnosticStatus::WARN, "no map", "no map is prepared".to_owned()),
+            Some(LocalizationStatus::Tracking) => {
+                (DiagnosticStatus::OK, "tracking", "the scans match the map".to_owned())
+            }
+            Some(LocalizationStatus::Uncertain) => {
+                let message = "recent scans do not match, or the pose is not yet certain";
+                (DiagnosticStatus::WARN, "uncertain", message.to_owned())
+            }
+            Some(LocalizationStatus::Lost(reason)) => {
+                (DiagnosticStatus::ERROR, "lost", format!("the pose is searched: {reason}"))
+            }
+        };
+        let number = |value: fn(&PoseEstimate) -> f64| {
+            estimate.map_or_else(String::new, |estimate| format!("{:.3}", value(estimate)))
+        };
+        let status = DiagnosticStatus {
+            level,
+            name: "inbye: localization".to_owned(),
+            message,
+            hardware_id: String::new(),
+            values: vec![
+                key_value("status", name),
+                key_value("agreement", number(|it| it.agreement.matching_fraction())),
+                key_value("sigma_m", number(PoseEstimate::sigma_m)),
+                key_value("sigma_rad", number(PoseEstimate::sigma_rad)),
+            ],
+        };
+        (status, vec![name])
+    }
+
+    /// Matches the waiting scans whose last beam is not newer than the odometry.
+    fn match_scans(&mut self) {
+        let (Some(localizer), Some((_, newest_s, _))) = (&mut self.localizer, &self.odometry)
+        else {
+            return;
+        };
+        while let Some(end_s) = self.waiting.front().map(TimedScan::end_s) {
+            if end_s.is_some_and(|end_s| end_s > *newest_s) {
+                return;
+            }
+            if let Some(scan) = self.waiting.pop_front() {
+                localizer.update(&scan);
+                self.matched_s = end_s.or(self.matched_s);
+            }
+        }
+    }
+}
