@@ -153,8 +153,12 @@ fn set_pose_source(
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
-    let MapInput { name: map_name, map, mut config, scene } = map_file::read(&arguments.map)?;
+    let MapInput { name: map_name, map, zones, mut config, scene } =
+        map_file::read(&arguments.map)?;
     let (start, goal) = arguments.ends.resolve(scene.as_ref())?;
+    let vias = arguments.via.iter().map(|via| ("--via", via));
+    let places: Vec<_> = [("--start", &start), ("--goal", &goal)].into_iter().chain(vias).collect();
+    arguments.map.zones.check(zones.as_deref(), &places)?;
     let seed = arguments.seed.or(scene.as_ref().map(|scene| scene.seed)).unwrap_or(0);
     // A lidar measures the real surroundings: no scene's pedestrians are among them.
     let pedestrians = scene.filter(|_| arguments.hardware.lidar.is_none());
@@ -181,6 +185,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         moving_obstacles,
         seed,
         ..Simulation::new(Mission {
+            zones,
             via: arguments.via.iter().map(stop).collect(),
             is_start_unknown: arguments.unknown_start,
             time_limit_s: arguments.time_limit,

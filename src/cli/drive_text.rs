@@ -4,7 +4,7 @@ use inbye::bench::Latencies;
 use inbye::local::{GpuFailureKind, Incidents, Sampling};
 use inbye::navigator::{DeadlineStats, Mode};
 use inbye::report::{MissionView, Report, html};
-use inbye::runtime::{EarlyEnd, FaultEvents, MissionResult, StopError, TickEvent};
+use inbye::runtime::{EarlyEnd, FaultEvents, MissionResult, StopError, TickEvent, ZoneCompliance};
 use serde_json::{Value, json};
 
 use super::output;
@@ -60,6 +60,12 @@ pub fn object(result: &MissionResult) -> Value {
         "motion": result.motion,
         "odometry_scale": result.odometry_scale.map(|(distance, turn)| json!({ "distance": distance, "turn": turn })),
         "protective_actions": result.protective_actions,
+        "zones": result.zones.map(|zones| json!({
+            "min_gap_m": zones.min_gap_m.is_finite().then_some(zones.min_gap_m),
+            "intrusions": zones.intrusions,
+            "limited_ticks": zones.limited,
+            "max_excess": zones.max_excess,
+        })),
     })
 }
 
@@ -114,9 +120,28 @@ pub fn lines(result: &MissionResult) -> Vec<String> {
     }
     lines.push(format!("{:<12} {}", "motion", motion(result)));
     lines.push(format!("{:<12} {}", "response", response(result)));
+    lines.extend(
+        result.zones.as_ref().map(|zones| format!("{:<12} {}", "zones", zones_text(zones))),
+    );
     lines.extend(incidents(result).iter().map(|(name, fact)| format!("{name:<12} {fact}")));
     lines.push(format!("trace        {}", result.trace.digest()));
     lines
+}
+
+/// How the robot kept the zones.
+fn zones_text(zones: &ZoneCompliance) -> String {
+    let closed = match zones.intrusions {
+        _ if zones.min_gap_m.is_infinite() => "none closed".to_owned(),
+        0 => format!("{:.3} m from closed ones at least", zones.min_gap_m),
+        ticks => format!("{ticks} ticks in closed ones"),
+    };
+    let limited = match zones.limited {
+        0 => "no speed limit met".to_owned(),
+        ticks => {
+            format!("{ticks} ticks with a speed limit, at most {:.3} m/s above", zones.max_excess)
+        }
+    };
+    format!("{closed}; {limited}")
 }
 
 /// How smoothly the robot drove, and what people cost it.

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use inbye::geometry::{Point, Pose};
 use inbye::map::{
-    GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, load_with_warnings,
+    GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones, load_with_warnings,
 };
 use inbye::runtime::Config;
 use inbye::sim::{Scene, scene as scene_of};
@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use super::arguments::{Place, length, scene, unknown};
 use super::files::quoted;
+use super::zones::ZoneArguments;
 use super::{config, output};
 
 /// A map or a built-in scene, and its settings.
@@ -30,6 +31,8 @@ pub struct MapArguments {
     /// Built-in scene instead of a map. Its start, goal, pedestrians and seed are the defaults.
     #[arg(long, value_name = "NAME", conflicts_with = "map", value_parser = scene())]
     pub scene: Option<&'static str>,
+    #[command(flatten)]
+    pub zones: ZoneArguments,
     #[command(flatten)]
     pub settings: MapSettings,
 }
@@ -77,6 +80,7 @@ pub struct MapInput {
     /// The file as given, or the name of the scene.
     pub name: String,
     pub map: OccupancyGrid,
+    pub zones: Option<Arc<Zones>>,
     pub config: Config,
     /// The scene of the map, if it is a built-in one.
     pub scene: Option<Scene>,
@@ -149,7 +153,8 @@ pub fn read(arguments: &MapArguments) -> anyhow::Result<MapInput> {
             "map: {name}: {width} x {height} cells of {resolution_m} m; {unknown}",
         ));
     }
-    Ok(MapInput { name, map, config, scene })
+    let zones = arguments.zones.read(&map, settings.resolution)?;
+    Ok(MapInput { name, map, zones, config, scene })
 }
 
 /// Loads a map of any format; `resolution_m` applies to a format without its own. Warnings go to standard error.

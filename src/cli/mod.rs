@@ -69,6 +69,7 @@ mod tune;
 mod verify;
 mod vulkan_environment;
 mod worlds;
+mod zones;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

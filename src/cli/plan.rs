@@ -7,6 +7,7 @@ use clap::Args;
 use inbye::geometry::Point;
 use inbye::global::PlanError;
 use inbye::map::{FreeSpace, OccupancyGrid, UNKNOWN, UnknownPolicy};
+use inbye::navigator::NavigationMap;
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
@@ -49,9 +50,14 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     let input = map_file::read(&arguments.map)?;
     let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
     let task = PlanTask { start, goal, via: &arguments.via, radius_m: arguments.radius };
-    let MapInput { map, config, .. } = &input;
+    let MapInput { map, zones, config, .. } = &input;
+    let vias = arguments.via.iter().map(|via| ("--via", via));
+    let places: Vec<_> = [("--start", &start), ("--goal", &goal)].into_iter().chain(vias).collect();
+    arguments.map.zones.check(zones.as_deref(), &places)?;
+    let known =
+        NavigationMap { obstacles: map.obstacles(config.unknown), zones: zones.clone() }.closed();
     let drawing = Drawing::create(arguments)?;
-    let plan = plan_result::plan(&task, config, &map.obstacles(config.unknown));
+    let plan = plan_result::plan(&task, config, &known);
     drawing.write(&task, &input, &plan)?;
     if let Some(failure) = &plan.failure {
         return no_path(failure, &input, json);

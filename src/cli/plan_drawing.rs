@@ -77,6 +77,7 @@ impl<'a> Drawing<'a> {
         let svg = plan_svg(&PlanView {
             title: &title(task, &input.name),
             map: &input.map,
+            zones: input.zones.as_deref(),
             start: start(&task.start, stages.smoothed),
             stops: &stops,
             goal: task.goal.position,

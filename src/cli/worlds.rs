@@ -140,6 +140,7 @@ fn picture(title: &str, simulation: &Simulation, result: &MissionResult) -> Stri
         title,
         caption: &one_line(result),
         map: truth.as_ref().unwrap_or(&mission.map),
+        zones: mission.zones.as_deref(),
         start: mission.start,
         goal: mission.goal.position,
         trace: &result.trace,

@@ -20,6 +20,7 @@ mod ray_caster;
 mod scan;
 mod scan_change;
 pub(crate) mod yaml;
+mod zones;
 
 pub(crate) use bit_grid::BitGrid;
 pub use distance_field::DistanceField;
@@ -37,3 +38,4 @@ pub use movingai::{Scenario, cell_from_top_left, parse_scen, read_scen};
 pub(crate) use ray_caster::{RayCaster, RayEnd};
 pub use scan::{Beam, Scan, TimedScan};
 pub use scan_change::ScanChange;
+pub use zones::Zones;

@@ -1,32 +1,37 @@
 //! A new map for a navigator that drives.
 
+use std::sync::Arc;
+
 use super::async_planner::AsyncPlanner;
 use super::obstacle_model::LocalMap;
 use super::occlusion::standing_room;
 use super::replanning::Reason;
-use super::{Fault, GlobalPlanner, Navigator, NavigatorSettings};
-use crate::map::{FreeSpace, ObstacleGrid};
+use super::{Fault, GlobalPlanner, NavigationMap, Navigator, NavigatorSettings};
+use crate::map::{FreeSpace, Zones};
 
 /// What a navigator needs of a new map. To prepare it takes time in proportion to the map's area: do it on another thread.
 pub struct PreparedMap {
     pub(super) local: LocalMap,
     pub(super) standing_room: Option<FreeSpace>,
     pub(super) planner: AsyncPlanner<Reason>,
+    pub(super) zones: Option<Arc<Zones>>,
 }
 
 impl PreparedMap {
-    /// Prepares a map with the obstacles that it knows, for a navigator with these settings.
+    /// Prepares a map for a navigator with these settings.
     ///
     /// # Errors
     /// When the planning thread does not start.
     pub fn new(
-        known: ObstacleGrid,
+        map: impl Into<NavigationMap>,
         planner: Box<dyn GlobalPlanner>,
         settings: &NavigatorSettings,
     ) -> Result<Self, Fault> {
-        let planner = AsyncPlanner::new(known.clone(), planner)?;
-        let standing_room = standing_room(&known, settings);
-        Ok(Self { local: LocalMap::new(known), standing_room, planner })
+        let map = map.into();
+        let planner = AsyncPlanner::new(map.closed(), planner)?;
+        let standing_room = standing_room(&map.obstacles, settings);
+        let zones = map.zones.clone();
+        Ok(Self { local: LocalMap::new(map), standing_room, planner, zones })
     }
 }
 
@@ -36,6 +41,7 @@ impl Navigator {
     pub fn replace_map(&mut self, map: PreparedMap) {
         self.obstacles.replace_map(map.local);
         self.standing_room = map.standing_room;
+        self.zones = map.zones;
         self.replanner.replace_map(map.planner);
     }
 }

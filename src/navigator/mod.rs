@@ -16,6 +16,7 @@ mod frozen_scan;
 mod global_planner;
 mod inflated_bodies;
 mod map_update;
+mod navigation_map;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
 mod navigator;
 mod observation;
@@ -42,6 +43,7 @@ pub use deadline::{COMMAND_LIFETIME_S, DeadlineStats};
 pub use decision::{Decision, Fault, Mode};
 pub use global_planner::GlobalPlanner;
 pub use map_update::PreparedMap;
+pub use navigation_map::NavigationMap;
 pub use navigator::Navigator;
 pub use observation::{Observation, ObservationFault};
 pub use obstacle_model::ObstacleModel;

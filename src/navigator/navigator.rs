@@ -1,6 +1,7 @@
 //! The navigator: one decision for each observation.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::base_response::BaseResponse;
 use super::behaviours::Behaviours;
@@ -17,12 +18,13 @@ use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
     Controller, ControllerReply, DeadlineStats, Decision, Fault, GlobalPlanner, Goal, Mode,
-    NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route, Waypoints,
+    NavigationMap, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
+    Waypoints,
 };
-use crate::geometry::Twist;
+use crate::geometry::{Point, Twist};
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
-use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
+use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
 use crate::robot::MotionEstimate;
 
 /// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
@@ -31,6 +33,9 @@ const WINDOW_CLEARANCE_M: f64 = 1.5;
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
 const UNSEEN_GAP_M: f64 = 0.4;
+
+/// Share of the braking limit with which the robot slows down before a zone with a speed limit.
+const ZONE_BRAKING: f64 = 0.6;
 
 /// Follows global paths to its goals among obstacles that are not in the map.
 pub struct Navigator {
@@ -47,6 +52,9 @@ pub struct Navigator {
     people: RecentPeople,
     /// Where the map has room for a person; `None` if hidden people are not considered.
     pub(super) standing_room: Option<FreeSpace>,
+    pub(super) zones: Option<Arc<Zones>>,
+    /// For everywhere, m/s.
+    speed_limit: Option<f64>,
     waypoints: WaypointQueue,
     route: Route,
     plans: Vec<Plan>,
@@ -66,7 +74,7 @@ impl Navigator {
     /// # Errors
     /// When there is no path to a goal, or the planning thread does not start.
     pub fn new(
-        known: ObstacleGrid,
+        map: impl Into<NavigationMap>,
         waypoints: &Waypoints,
         robot: RobotModel,
         planner: LocalPlanner,
@@ -74,8 +82,10 @@ impl Navigator {
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
+        let map = map.into();
+        let closed = map.closed();
         let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
-            global_planner.plan(&known, from, to, clock)
+            global_planner.plan(&closed, from, to, clock)
         })?;
         let is_tracking = settings.features.tracking;
         let new_model =
@@ -83,7 +93,9 @@ impl Navigator {
         let deadline = settings
             .deadline_s
             .map(|limit_s| Deadline::new(limit_s, planner.settings(), &robot.limits));
-        let mut obstacles = new_model(known.clone());
+        let standing_room = standing_room(&map.obstacles, &settings);
+        let zones = map.zones.clone();
+        let mut obstacles = new_model(map);
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
             period_s: planner.settings().control_period_s,
@@ -91,12 +103,14 @@ impl Navigator {
             validator: ObservationValidator::default(),
             obstacles,
             people: RecentPeople::default(),
-            standing_room: standing_room(&known, &settings),
+            standing_room,
+            zones,
+            speed_limit: None,
             waypoints,
             route: Route::new(&plan, &settings),
             plans: vec![plan],
             progress: ProgressChecker::default(),
-            replanner: Replanner::new(known, global_planner)?,
+            replanner: Replanner::new(closed, global_planner)?,
             behaviours: Behaviours::new(planner),
             controller: None,
             mode: Mode::Driving,
@@ -362,6 +376,7 @@ impl Navigator {
             .window_with(&robot, self.window_half_m, hide_unseen)
             .map_err(|error| Fault::Choose(error.into()))?;
         let (mut new_route, mut has_new_route) = (None, false);
+        let fastest = self.limited_speed(&robot);
         let mut state = State {
             settings: &self.settings,
             robot: &self.robot,
@@ -387,7 +402,7 @@ impl Navigator {
             mode: self.mode,
             is_at_goal: false,
             stuck_s: 0.0,
-            speed_limit: f64::INFINITY,
+            speed_limit: fastest,
         };
         state.follow(&self.route);
         state.is_at_goal = match &mut self.controller {
@@ -433,12 +448,33 @@ impl Navigator {
             self.route = route;
         }
         let mut decision = decided?;
+        if decision.mode != Mode::Evading && decision.command.linear.abs() > fastest {
+            // The same arc, slower.
+            let share = fastest / decision.command.linear.abs();
+            let Twist { linear, angular } = decision.command;
+            let slower = Twist::new(share * linear, share * angular);
+            decision.command = self.robot.limits.reachable(&now.twist, &slower, self.period_s);
+        }
         self.progress.count(decision.mode);
         if decision.mode == Mode::Arrived && self.waypoints.has_next() {
             self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
             decision.mode = Mode::AtWaypoint;
         }
         Ok(decision)
+    }
+
+    /// Limits the speed everywhere, m/s; `None` for no limit. A robot that is faster brakes.
+    pub const fn set_speed_limit(&mut self, limit: Option<f64>) {
+        self.speed_limit = limit;
+    }
+
+    /// The highest speed that keeps the limit for everywhere and those of zones around a place, m/s; infinite without any.
+    fn limited_speed(&self, place: &Point) -> f64 {
+        let limits = &self.robot.limits;
+        let braking_m_s2 = -ZONE_BRAKING * limits.decel_lim_x;
+        let in_zones = |zones: &Arc<Zones>| zones.fastest(place, limits.max_vel_x, braking_m_s2);
+        let in_zones = self.zones.as_ref().map_or(f64::INFINITY, in_zones);
+        in_zones.min(self.speed_limit.unwrap_or(f64::INFINITY))
     }
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {

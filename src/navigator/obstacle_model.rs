@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::NavigatorSettings;
 use super::passive_safety::obstacle_that_may_come;
 use super::scan_visibility::sees_beyond;
 use super::tracker::{FARTHEST_M, Tracker};
+use super::{NavigationMap, NavigatorSettings};
 use crate::geometry::{Point, Pose, bearing};
 use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, RayCaster, Scan};
@@ -40,15 +40,15 @@ pub struct ObstacleModel {
 }
 
 impl ObstacleModel {
-    /// A model over the known obstacles, without any others.
+    /// A model over the obstacles of a map, without any others.
     #[must_use]
-    pub fn new(known: ObstacleGrid) -> Self {
-        Self { map: LocalMap::new(known), tracker: Some(Tracker::default()) }
+    pub fn new(map: impl Into<NavigationMap>) -> Self {
+        Self { map: LocalMap::new(map.into()), tracker: Some(Tracker::default()) }
     }
 
     /// As [`Self::new`], but without tracking: every obstacle counts as static.
-    pub(crate) fn without_tracking(known: ObstacleGrid) -> Self {
-        Self { map: LocalMap::new(known), tracker: None }
+    pub(crate) fn without_tracking(map: impl Into<NavigationMap>) -> Self {
+        Self { map: LocalMap::new(map.into()), tracker: None }
     }
 
     /// Updates the model with a scan made at a time, seconds, from a pose in the map frame: tracks moving obstacles, marks the
@@ -140,7 +140,7 @@ impl ObstacleModel {
     }
 
     /// The distance field between areas of a square window around a point, `half_m` to each side, aligned with the map's cells.
-    /// Cells outside the map are obstacles. Cells larger than 5 cm are divided.
+    /// Closed zones and cells outside the map are obstacles. Cells larger than 5 cm are divided.
     ///
     /// # Errors
     /// When the map's resolution is out of range, or the window has more than 4095 cells a side.
@@ -155,7 +155,7 @@ impl ObstacleModel {
         half_m: f64,
         change: impl FnOnce(&mut ObstacleGrid),
     ) -> Result<Arc<ClearanceField>, ProblemError> {
-        let known = &self.map.known;
+        let known = self.map.closed.as_ref().unwrap_or(&self.map.known);
         let frame = *known.frame();
         let units = frame.to_cell_units(center);
         let half_cells = (half_m / frame.resolution_m).ceil();
@@ -206,6 +206,8 @@ fn parts(resolution_m: f64, side: i32) -> u16 {
 /// Known obstacles, and the marks of the lidar among them.
 pub(super) struct LocalMap {
     known: ObstacleGrid,
+    /// The known obstacles and the closed zones, if there are any.
+    closed: Option<ObstacleGrid>,
     rays: RayCaster,
     /// Sine and cosine of the turn from the map frame to the grid's.
     turn: (f64, f64),
@@ -241,7 +243,9 @@ pub(super) enum ReturnOrigin {
 
 impl LocalMap {
     /// A local map over the known obstacles, without marks.
-    pub fn new(known: ObstacleGrid) -> Self {
+    pub fn new(map: NavigationMap) -> Self {
+        let closed = map.zones.as_ref().filter(|zones| !zones.is_open()).map(|_| map.closed());
+        let known = map.obstacles;
         let (sin, cos) = libm::sincos(known.frame().origin.yaw);
         Self {
             turn: (-sin, cos),
@@ -249,6 +253,7 @@ impl LocalMap {
             rays: RayCaster::new(&known),
             slots: vec![0; known.frame().len()],
             known,
+            closed,
             marks: Vec::new(),
         }
     }

@@ -34,11 +34,13 @@ pub enum Topic {
     Diagnostics,
     /// Observation and decision of each tick to the bit.
     Tick,
+    /// The zones, once, if there are any.
+    Zones,
 }
 
 impl Topic {
     /// All topics in the order of their numbers.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Map,
         Self::Plan,
         Self::Scan,
@@ -48,6 +50,7 @@ impl Topic {
         Self::Markers,
         Self::Diagnostics,
         Self::Tick,
+        Self::Zones,
     ];
 
     /// The name of the topic in ROS.
@@ -69,14 +72,15 @@ impl Topic {
             Self::Transforms => of::<TFMessage>("/tf"),
             Self::Markers => of::<msg::MarkerArray>("/local_plan/markers"),
             Self::Diagnostics => of::<DiagnosticArray>("/diagnostics"),
+            Self::Zones => of::<msg::OccupancyGrid>("/zones"),
             Self::Tick => ("/inbye/tick", "inbye_msgs/msg/Tick".to_owned(), tick::schema()),
         }
     }
 
-    /// The quality of service in the format of `rosbag2`: map and plan also for late subscribers, scans with possible loss.
+    /// The quality of service in the format of `rosbag2`: map, zones and plan also for late subscribers, scans with possible loss.
     pub fn quality_of_service(self) -> String {
         let (depth, reliability, durability) = match self {
-            Self::Map | Self::Plan => (1, RELIABLE, TRANSIENT_LOCAL),
+            Self::Map | Self::Zones | Self::Plan => (1, RELIABLE, TRANSIENT_LOCAL),
             Self::Scan => (5, BEST_EFFORT, VOLATILE),
             Self::Transforms => (100, RELIABLE, VOLATILE),
             _ => (10, RELIABLE, VOLATILE),

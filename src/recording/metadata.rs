@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::{FORMAT, RecordingError};
 use crate::geometry::{Point, Pose};
-use crate::map::{GridFrame, OccupancyGrid};
+use crate::map::{GridFrame, OccupancyGrid, Zones};
 use crate::navigator::{Goal, Waypoints};
 use crate::runtime::{Config, Mission};
 
@@ -24,6 +24,8 @@ pub struct DriveMetadata {
     pub waypoints: Waypoints,
     /// The robot's map.
     pub map: Arc<OccupancyGrid>,
+    /// Zones of the map, if there are any.
+    pub zones: Option<Arc<Zones>>,
     /// Name of the engine.
     pub engine: String,
     /// Name of the controller that decided in place of inbye's behaviours, if there was one.
@@ -48,6 +50,7 @@ impl DriveMetadata {
             config: config.clone(),
             waypoints: Waypoints { start: mission.start.position(), goals: mission.stops() },
             map: Arc::clone(&mission.map),
+            zones: mission.zones.clone(),
             engine,
             controller: config.controller.name(),
         }
@@ -62,13 +65,24 @@ impl DriveMetadata {
             controller: self.controller.clone(),
             start: [self.waypoints.start.x, self.waypoints.start.y],
             map: *self.map.frame(),
+            has_zones: self.zones.is_some(),
             stops: self.waypoints.goals.iter().map(Stop::of).collect(),
         };
         Ok([(CONFIG, toml(CONFIG, &self.config)?), (DRIVE, toml(DRIVE, &drive)?)])
     }
 
-    /// Parses the attachments. The cells of the map come from its message.
-    pub(super) fn read(config: &str, drive: &str, cells: Vec<i8>) -> Result<Self, RecordingError> {
+    /// Whether the drive of an attachment has zones.
+    pub(super) fn has_zones(drive: &str) -> Result<bool, RecordingError> {
+        parse::<DriveFile>(DRIVE, drive).map(|drive| drive.has_zones)
+    }
+
+    /// Parses the attachments. The cells of the map and of its zones come from their messages.
+    pub(super) fn read(
+        config: &str,
+        drive: &str,
+        cells: Vec<i8>,
+        zones: Option<Vec<i8>>,
+    ) -> Result<Self, RecordingError> {
         let drive: DriveFile = parse(DRIVE, drive)?;
         if drive.format != FORMAT {
             return Err(RecordingError::OtherFormat {
@@ -80,9 +94,11 @@ impl DriveMetadata {
         config.validate()?;
         let GridFrame { width, height, resolution_m, origin } = drive.map;
         let frame = GridFrame::new(width, height, resolution_m, origin)?;
-        if cells.len() != frame.len() {
-            let reason = format!("{} cells of {width} x {height}", cells.len());
-            return Err(RecordingError::BadMetadata { name: DRIVE, reason });
+        for cells in [Some(&cells), zones.as_ref()].into_iter().flatten() {
+            if cells.len() != frame.len() {
+                let reason = format!("{} cells of {width} x {height}", cells.len());
+                return Err(RecordingError::BadMetadata { name: DRIVE, reason });
+            }
         }
         let [x, y] = drive.start;
         Ok(Self {
@@ -92,6 +108,7 @@ impl DriveMetadata {
                 goals: drive.stops.iter().map(Stop::goal).collect(),
             },
             map: Arc::new(OccupancyGrid::new(frame, cells)),
+            zones: zones.map(|cells| Arc::new(Zones::from_grid(&OccupancyGrid::new(frame, cells)))),
             engine: drive.engine,
             controller: drive.controller,
         })
@@ -106,6 +123,8 @@ struct DriveFile {
     engine: String,
     controller: Option<String>,
     start: [f64; 2],
+    #[serde(default)]
+    has_zones: bool,
     #[serde(with = "MapFrame")]
     map: GridFrame,
     stops: Vec<Stop>,

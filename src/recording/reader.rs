@@ -30,6 +30,9 @@ struct Parts {
     config: Option<String>,
     drive: Option<String>,
     map_channel: Option<u16>,
+    expects_zones: bool,
+    zones: Option<Vec<i8>>,
+    zones_channel: Option<u16>,
     cells: Option<Vec<i8>>,
 }
 
@@ -129,7 +132,8 @@ impl<R: Read + Seek> Reader<R> {
 
 impl Parts {
     const fn are_complete(&self) -> bool {
-        self.config.is_some() && self.drive.is_some() && self.cells.is_some()
+        let has_zones = self.zones.is_some() || !self.expects_zones;
+        self.config.is_some() && self.drive.is_some() && self.cells.is_some() && has_zones
     }
 
     fn take(&mut self, record: Record<'_>) -> Result<(), RecordingError> {
@@ -138,18 +142,21 @@ impl Parts {
                 self.config = Some(text(CONFIG, data.into_owned())?);
             }
             Record::Attachment { header, data, .. } if header.name == DRIVE => {
-                self.drive = Some(text(DRIVE, data.into_owned())?);
+                let drive = text(DRIVE, data.into_owned())?;
+                self.expects_zones = DriveMetadata::has_zones(&drive)?;
+                self.drive = Some(drive);
             }
             Record::Channel(channel) if channel.topic == Topic::Map.name() => {
                 self.map_channel = Some(channel.id);
             }
+            Record::Channel(channel) if channel.topic == Topic::Zones.name() => {
+                self.zones_channel = Some(channel.id);
+            }
             Record::Message { header, data } if Some(header.channel_id) == self.map_channel => {
-                let map = OccupancyGrid::from_cdr(&data);
-                let map = map.ok_or_else(|| RecordingError::Damaged {
-                    ticks: 0,
-                    reason: "the map is invalid".to_owned(),
-                })?;
-                self.cells = Some(map.data);
+                self.cells = Some(cells("the map", &data)?);
+            }
+            Record::Message { header, data } if Some(header.channel_id) == self.zones_channel => {
+                self.zones = Some(cells("the map of zones", &data)?);
             }
             _ => {}
         }
@@ -161,8 +168,18 @@ impl Parts {
         let config = self.config.ok_or(missing("attachment config.toml"))?;
         let drive = self.drive.ok_or(missing("attachment drive.toml"))?;
         let cells = self.cells.ok_or(missing("message on /map"))?;
-        DriveMetadata::read(&config, &drive, cells)
+        if self.expects_zones && self.zones.is_none() {
+            return Err(missing("message on /zones"));
+        }
+        DriveMetadata::read(&config, &drive, cells, self.zones)
     }
+}
+
+/// The cells of a map's message.
+fn cells(what: &str, message: &[u8]) -> Result<Vec<i8>, RecordingError> {
+    OccupancyGrid::from_cdr(message)
+        .map(|map| map.data)
+        .ok_or_else(|| RecordingError::Damaged { ticks: 0, reason: format!("{what} is invalid") })
 }
 
 fn text(name: &'static str, bytes: Vec<u8>) -> Result<String, RecordingError> {

@@ -11,7 +11,7 @@ use super::tick::RecordedTick;
 use crate::base::ProtectiveAction;
 use crate::geometry::Pose;
 use crate::local::Engine;
-use crate::navigator::{Controller, Decision, Goal, Navigator};
+use crate::navigator::{Controller, Decision, Goal, NavigationMap, Navigator};
 use crate::runtime::{
     Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow,
 };
@@ -96,9 +96,10 @@ pub fn replay<R: Read + Seek>(
     engine: Box<dyn Engine>,
     on_tick: &mut dyn FnMut(&TickEvent<'_>),
 ) -> Result<Replay, RecordingError> {
-    let DriveMetadata { config, waypoints, map, controller, .. } = reader.metadata().clone();
-    let known = map.obstacles(config.unknown);
-    let (gap, footprint) = (ObstacleGap::new(known.clone()), &config.robot.footprint);
+    let DriveMetadata { config, waypoints, map, zones, controller, .. } = reader.metadata().clone();
+    let known = NavigationMap { obstacles: map.obstacles(config.unknown), zones: zones.clone() };
+    let footprint = &config.robot.footprint;
+    let gap = ObstacleGap::new(known.obstacles.clone());
     // The clock measures the duration of planning, which no decision depends on.
     let (controller, next_reply) = controller.map(RecordedController::new).unzip();
     let controller = controller.map(|it| Box::new(it) as Box<dyn Controller>);
@@ -129,7 +130,7 @@ pub fn replay<R: Read + Seek>(
         Some((goal, via)) => (via.to_vec(), *goal),
         None => (Vec::new(), Goal { position: place, yaw: None }),
     };
-    let mission = Mission { via, ..Mission::new(map, start, goal) };
+    let mission = Mission { zones, via, ..Mission::new(map, start, goal) };
     let drive = MissionResult::of_drive(&mission, trace, &navigator, decision_s, engine.clone());
     let is_complete = reader.is_complete();
     Ok(Replay { mission, drive, ticks, first_difference, is_complete, engine })

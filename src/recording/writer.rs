@@ -10,6 +10,7 @@ use mcap::{Attachment, McapError, WriteOptions};
 use super::error::RecordingError;
 use super::messages::{self, Topic};
 use super::metadata::{DriveMetadata, DriveSummary};
+use crate::map::OccupancyGrid;
 use crate::ros::msg::Message;
 
 /// Name and keys of the metadata record with the summary of the drive.
@@ -45,7 +46,7 @@ pub struct RecordingWriter<W: Write> {
 }
 
 impl<W: Write> RecordingWriter<W> {
-    /// Writes the metadata as attachments, then the map.
+    /// Writes the metadata as attachments, then the map and its zones.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -68,7 +69,8 @@ impl<W: Write> RecordingWriter<W> {
             file.attach(&attachment).map_err(io_error)?;
         }
         let mut channels = Vec::new();
-        for topic in Topic::ALL {
+        let has_zones = metadata.zones.is_some();
+        for topic in Topic::ALL.into_iter().filter(|topic| has_zones || *topic != Topic::Zones) {
             let (name, message_type, schema) = topic.description();
             let schema =
                 file.add_schema(&message_type, "ros2msg", schema.as_bytes()).map_err(io_error)?;
@@ -87,9 +89,15 @@ impl<W: Write> RecordingWriter<W> {
             buffered: 0,
             written: 0,
         };
-        let map =
-            Entry { topic: Topic::Map, time_ns: 0, bytes: messages::map(&metadata.map).to_cdr() };
-        writer.write(&[map])?;
+        let entry = |topic: Topic, grid: &OccupancyGrid| Entry {
+            topic,
+            time_ns: 0,
+            bytes: messages::map(grid).to_cdr(),
+        };
+        writer.write(&[entry(Topic::Map, &metadata.map)])?;
+        if let Some(zones) = &metadata.zones {
+            writer.write(&[entry(Topic::Zones, &zones.to_grid())])?;
+        }
         writer.end_chunk()?;
         Ok(writer)
     }

@@ -7,7 +7,7 @@ use super::map::{
     Encounters, MapPanel, PAGE_RASTER, PLAYER_RASTER, PathStages, STANDALONE_RASTER,
     STANDALONE_TOLERANCE, StandaloneMap, Viewport, contacts, end_legend, goal_mark, ground,
     ground_legend, labels, nearest_mark, path, stage_legend, stages, start_mark, stop_mark,
-    top_speed, track, track_legend, trail_legend, trails,
+    top_speed, track, track_legend, trail_legend, trails, zones, zones_legend,
 };
 use super::mission_charts::closest;
 use super::mission_page::MissionView;
@@ -15,7 +15,7 @@ use super::number::{coordinate, fixed};
 use super::player::PlaybackRecorder;
 use super::svg::{LegendEntry, TOLERANCE};
 use crate::geometry::{Point, Pose};
-use crate::map::OccupancyGrid;
+use crate::map::{OccupancyGrid, Zones};
 use crate::runtime::Trace;
 
 /// A plan shows no robot on its smoothed path, so the path is narrower than in other maps.
@@ -31,6 +31,8 @@ pub struct PlanView<'a> {
     pub title: &'a str,
     /// The map.
     pub map: &'a OccupancyGrid,
+    /// Its zones, if there are any.
+    pub zones: Option<&'a Zones>,
     /// The start pose.
     pub start: Pose,
     /// The stops, in their order.
@@ -80,6 +82,8 @@ pub struct DriveView<'a> {
     pub caption: &'a str,
     /// The map.
     pub map: &'a OccupancyGrid,
+    /// Its zones, if there are any.
+    pub zones: Option<&'a Zones>,
     /// The start pose.
     pub start: Pose,
     /// The goal.
@@ -116,6 +120,7 @@ pub fn plan_svg(plan: &PlanView) -> String {
 fn plan_layers(plan: &PlanView, nearest: Option<Point>, view: &Viewport) -> Markup {
     html! {
         (ground(plan.map, view, STANDALONE_RASTER))
+        (zones(plan.zones, view))
         (stages(view, &plan.stages, STANDALONE_TOLERANCE))
         @for (index, stop) in plan.stops.iter().enumerate().filter(|(_, stop)| view.shows(stop)) {
             (stop_mark(view.at(stop), index + 1))
@@ -140,6 +145,7 @@ fn plan_legend(plan: &PlanView, has_nearest: bool, view: &Viewport) -> Vec<Legen
     if has_nearest {
         legend.push(LegendEntry::new(nearest_mark([14.0, 7.0]), "nearest reachable point"));
     }
+    legend.extend(zones_legend(plan.zones));
     legend.extend(ground_legend(plan.map, view));
     legend
 }
@@ -180,6 +186,7 @@ pub fn drive_svg(drive: &DriveView) -> String {
     let view = &Viewport::around(points, drive.map.frame());
     let layers = html! {
         (ground(drive.map, view, STANDALONE_RASTER))
+        (zones(drive.zones, view))
         (trails(trace, view))
         @for planned in &trace.paths { (path(view, "planned", planned, STANDALONE_TOLERANCE)) }
         (track(&trace.rows, view))
@@ -196,6 +203,7 @@ pub fn drive_svg(drive: &DriveView) -> String {
         LegendEntry::line("track speed-3", format!("track, up to {fastest} m/s")),
     ]);
     legend.extend(trail_legend(trace, view));
+    legend.extend(zones_legend(drive.zones));
     legend.extend(ground_legend(drive.map, view));
     let (title, caption) = (drive.title, drive.caption);
     StandaloneMap { title, caption, style: DRIVE_STYLE, layers, legend }.svg(view)
@@ -251,6 +259,7 @@ fn mission_layers(of: &MissionView, view: &Viewport, encounters: &Encounters) ->
     let raster_side = if of.playback.is_some() { PLAYER_RASTER } else { PAGE_RASTER };
     html! {
         (ground(&mission.map, view, raster_side))
+        (zones(mission.zones.as_deref(), view))
         (trails(trace, view))
         (stages(view, &of.stages(), TOLERANCE))
         @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
@@ -292,6 +301,7 @@ fn mission_legend(
         let mark = html! { path class="contact-mark" d="M9 2l10 10m0 -10l-10 10" {} };
         legend.push(LegendEntry::new(mark, "contact"));
     }
+    legend.extend(zones_legend(mission.mission.zones.as_deref()));
     legend.extend(ground_legend(&mission.mission.map, view));
     legend
 }

@@ -10,10 +10,10 @@ use crate::external::{ProcessController, ProcessPlanner, ProgramSettings};
 use crate::global;
 use crate::local::{Engine, LocalPlanner, LocalSettings, MAX_DISCS};
 use crate::localization::LocalizationSettings;
-use crate::map::{ObstacleGrid, UnknownPolicy};
+use crate::map::UnknownPolicy;
 use crate::navigator::{
-    Controller, Fault, GlobalPlanner, Navigator, NavigatorSettings, RobotModel, RoutePlanner,
-    Waypoints,
+    Controller, Fault, GlobalPlanner, NavigationMap, Navigator, NavigatorSettings, RobotModel,
+    RoutePlanner, Waypoints,
 };
 use crate::robot::{Footprint, Limits, Polygon, TrackedDrive};
 use crate::settings::{SettingError, choices, require, setting_schema, settings};
@@ -192,20 +192,21 @@ impl Config {
         RoutePlanner::new(&self.robot.footprint, &self.navigator, self.global.clone(), resolution_m)
     }
 
-    /// Creates the navigator of this robot on a map with the obstacles that it knows, with the controller and the global planner
+    /// Creates the navigator of this robot on a map, with the controller and the global planner
     /// of the settings. The clock measures the first planning.
     ///
     /// # Errors
     /// No path leads to a goal, or a program of the settings cannot be started.
     pub fn new_navigator(
         &self,
-        known: ObstacleGrid,
+        map: impl Into<NavigationMap>,
         waypoints: &Waypoints,
         engine: Box<dyn Engine>,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Navigator, Fault> {
-        let controller = self.new_controller(&known)?;
-        self.new_navigator_with(known, waypoints, engine, controller, clock)
+        let map = map.into();
+        let controller = self.new_controller(&map)?;
+        self.new_navigator_with(map, waypoints, engine, controller, clock)
     }
 
     /// As [`Self::new_navigator`], with this controller in place of that of the settings; none for inbye's own behaviours.
@@ -214,30 +215,31 @@ impl Config {
     /// As [`Self::new_navigator`].
     pub fn new_navigator_with(
         &self,
-        known: ObstacleGrid,
+        map: impl Into<NavigationMap>,
         waypoints: &Waypoints,
         engine: Box<dyn Engine>,
         controller: Option<Box<dyn Controller>>,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Navigator, Fault> {
-        let global_planner = self.new_global_planner(known.frame().resolution_m)?;
+        let map = map.into();
+        let global_planner = self.new_global_planner(map.obstacles.frame().resolution_m)?;
         let planner = LocalPlanner::new(engine, self.local.clone());
         let (robot, settings) = (self.robot.model(), self.navigator.clone());
         let navigator =
-            Navigator::new(known, waypoints, robot, planner, global_planner, settings, clock)?;
+            Navigator::new(map, waypoints, robot, planner, global_planner, settings, clock)?;
         Ok(match controller {
             Some(controller) => navigator.with_controller(controller),
             None => navigator,
         })
     }
 
-    /// Starts the controller of the settings; none for inbye's own behaviours.
+    /// Starts the controller of the settings; none for inbye's own behaviours. To the controller closed zones are obstacles.
     ///
     /// # Errors
     /// When the program cannot be started.
     pub fn new_controller(
         &self,
-        known: &ObstacleGrid,
+        map: &NavigationMap,
     ) -> Result<Option<Box<dyn Controller>>, Fault> {
         if !self.controller.is_set() {
             return Ok(None);
@@ -245,7 +247,7 @@ impl Config {
         let (robot, period_s) = (self.robot.model(), self.local.control_period_s);
         let budget_s = self.navigator.deadline_s;
         let controller =
-            ProcessController::start(&self.controller, &robot, period_s, budget_s, known)?;
+            ProcessController::start(&self.controller, &robot, period_s, budget_s, &map.closed())?;
         Ok(Some(Box::new(controller)))
     }
 

@@ -1,14 +1,17 @@
 //! A mission, the events of its ticks and their faults, and its result.
 
-use super::{Config, Contact, Encounters, MissionRun, OdometryReading, Robot, Trace, TraceRow};
+use super::{
+    Config, Contact, Encounters, MissionRun, OdometryReading, Robot, Trace, TraceRow,
+    ZoneCompliance,
+};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::global::Plan;
 use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
 use crate::localization::{LocalizationError, PoseEstimate};
-use crate::map::OccupancyGrid;
+use crate::map::{OccupancyGrid, UnknownPolicy, Zones};
 use crate::navigator::{
-    Controller, DeadlineStats, Decision, Fault, Goal, Mode, Navigator, Observation,
+    Controller, DeadlineStats, Decision, Fault, Goal, Mode, NavigationMap, Navigator, Observation,
     ObservationFault,
 };
 use crate::robot::MotionEstimate;
@@ -22,6 +25,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Mission {
     /// The map that the robot has.
     pub map: Arc<OccupancyGrid>,
+    /// Zones on the cells of the map in which the robot must not drive, or only slowly.
+    pub zones: Option<Arc<Zones>>,
     /// Pose at the start, where the robot stands still.
     pub start: Pose,
     /// Whether the robot does not know where it starts. It then finds itself by its scans, and the start only serves the first plan.
@@ -45,6 +50,7 @@ impl Mission {
     pub const fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
         Self {
             map,
+            zones: None,
             start,
             is_start_unknown: false,
             via: Vec::new(),
@@ -53,6 +59,11 @@ impl Mission {
             done_within_m: None,
             interrupt: None,
         }
+    }
+
+    /// The map for the navigator.
+    pub(crate) fn navigation_map(&self, unknown: UnknownPolicy) -> NavigationMap {
+        NavigationMap { obstacles: self.map.obstacles(unknown), zones: self.zones.clone() }
     }
 
     /// Whether the mission is to end now.
@@ -125,6 +136,8 @@ pub struct MissionResult {
     pub travelled_m: f64,
     /// Smallest gap to anything solid, metres.
     pub min_clearance_m: f64,
+    /// How the robot kept the zones, if there are any.
+    pub zones: Option<ZoneCompliance>,
     /// The people that the robot met, where their positions are known.
     pub encounters: Encounters,
     /// Final position minus the goal's, along x and y.
@@ -179,6 +192,7 @@ impl MissionResult {
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
             travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),
+            zones: None,
             encounters: Encounters::default(),
             min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
             final_error_m: (error.x_m, error.y_m),

@@ -9,7 +9,7 @@ use super::mission::{
 };
 use super::{
     Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource,
-    Robot, SensorData, Trace, TraceRow,
+    Robot, RobotConfig, SensorData, Trace, TraceRow, ZoneCompliance,
 };
 use crate::geometry::{Pose, Twist};
 use crate::local::{CpuEngine, Engine};
@@ -84,20 +84,20 @@ impl<R: Robot> MissionRun<R> {
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
         config.validate()?;
-        let known = mission.map.obstacles(config.unknown);
-        let pose_estimator = PoseEstimator::new(&config, &known, &mission)?;
+        let map = mission.navigation_map(config.unknown);
+        let pose_estimator = PoseEstimator::new(&config, &map.obstacles, &mission)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
         let real_time = robot.is_real_time().then(|| Config::clone(&config).in_real_time());
         let navigator_config = real_time.as_ref().unwrap_or(&config);
         let (engine, controller) = match decider.into() {
-            Decider::Navigator(engine) => (engine, navigator_config.new_controller(&known)?),
+            Decider::Navigator(engine) => (engine, navigator_config.new_controller(&map)?),
             // The local planner is not used.
             Decider::Controller(controller) => {
                 (Box::new(CpuEngine::single_threaded()) as Box<dyn Engine>, Some(controller))
             }
         };
         let navigator = navigator_config.new_navigator_with(
-            known,
+            map,
             &waypoints,
             engine,
             controller,
@@ -327,7 +327,14 @@ impl<R: Robot> MissionRun<R> {
             let map = self.mission.map.obstacles(self.config.unknown);
             Encounters::of(&drive.trace, &map, self.config.local.control_period_s)
         };
+        let RobotConfig { footprint, limits, .. } = &self.config.robot;
+        let zones = self
+            .mission
+            .zones
+            .as_ref()
+            .map(|zones| ZoneCompliance::of(&drive.trace, zones, footprint, limits.max_vel_x));
         MissionResult {
+            zones,
             encounters,
             reached,
             contact: self.contact,

@@ -12,6 +12,7 @@ mod robot_interface;
 pub(crate) mod simulation_settings;
 mod toml_text;
 mod trace;
+mod zone_compliance;
 
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
@@ -30,3 +31,4 @@ pub use toml_text::{TomlError, parse_toml};
 #[doc(hidden)]
 pub use toml_text::{is_other_variant, plain_message};
 pub use trace::{Trace, TraceRow};
+pub use zone_compliance::ZoneCompliance;

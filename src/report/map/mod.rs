@@ -6,6 +6,7 @@ mod layers;
 mod raster;
 mod standalone;
 mod viewport;
+mod zones;
 
 pub(super) use decorations::{
     end_legend, goal_mark, labels, nearest_mark, node_mark, scaled, start_mark, stop_mark,
@@ -18,3 +19,4 @@ pub(super) use layers::{
 };
 pub(super) use standalone::{MapPanel, MapsSideBySide, STANDALONE_TOLERANCE, StandaloneMap};
 pub(super) use viewport::{MAP_WIDTH, Viewport};
+pub(super) use zones::{zones, zones_legend};

@@ -322,6 +322,43 @@ messages! {
 }
 
 messages! {
+    /// What the mask of a costmap filter means.
+    #[derive(Default)]
+    nav2_msgs / CostmapFilterInfo {
+        /// Time and frame.
+        header: Header,
+        /// Kind of filter: [`Self::KEEPOUT`], [`Self::SPEED_PERCENT`] or [`Self::SPEED_ABSOLUTE`].
+        r#type: u8,
+        /// Topic of the mask.
+        filter_mask_topic: String,
+        /// Added to a scaled value of the mask.
+        base: f32,
+        /// Scale of the values of the mask.
+        multiplier: f32,
+    }
+
+    /// A speed limit.
+    #[derive(Default)]
+    nav2_msgs / SpeedLimit {
+        /// Time and frame.
+        header: Header,
+        /// Whether the limit is in percent of the largest speed.
+        percentage: bool,
+        /// The limit, percent or m/s; zero for none.
+        speed_limit: f64,
+    }
+}
+
+impl CostmapFilterInfo {
+    /// Kind of a keepout filter.
+    pub const KEEPOUT: u8 = 0;
+    /// Kind of a speed filter in percent.
+    pub const SPEED_PERCENT: u8 = 1;
+    /// Kind of a speed filter in m/s.
+    pub const SPEED_ABSOLUTE: u8 = 2;
+}
+
+messages! {
     /// A truth value.
     #[derive(Copy, Default, Eq)]
     std_msgs / Bool {

@@ -14,6 +14,7 @@ use thiserror::Error;
 
 use super::incoming::IncomingMessage;
 use super::network::ToNetwork;
+use super::zones::{KEEPOUT_MASK, SPEED_MASK};
 use crate::ros::msg::{self, Message};
 
 /// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
@@ -22,6 +23,9 @@ const MAX_MESSAGES: usize = 64;
 const SENSOR_DEPTH: usize = 5;
 /// Number of queued messages of transforms: each message has only some of the frames.
 const TRANSFORM_DEPTH: usize = 100;
+
+/// Number of queued descriptions of filters.
+const FILTERS_DEPTH: usize = 5;
 
 /// Settings of the DDS transport.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -88,6 +92,10 @@ pub struct DdsNode {
     map: Input<msg::OccupancyGrid>,
     scan: Input<msg::LaserScan>,
     odometry: Input<msg::Odometry>,
+    keepout_mask: Input<msg::OccupancyGrid>,
+    speed_mask: Input<msg::OccupancyGrid>,
+    filter_info: Input<msg::CostmapFilterInfo>,
+    speed_limit: Input<msg::SpeedLimit>,
     goal: Input<msg::PoseStamped>,
     initial_pose: Input<msg::PoseWithCovarianceStamped>,
     transforms: Input<msg::TFMessage>,
@@ -154,6 +162,11 @@ impl DdsNode {
             map: builder.input("map", latched(1))?,
             scan: builder.input("scan", sensor_data())?,
             odometry: builder.input("odom", sensor_data())?,
+            keepout_mask: builder.input(KEEPOUT_MASK, latched(1))?,
+            speed_mask: builder.input(SPEED_MASK, latched(1))?,
+            // Of each filter.
+            filter_info: builder.input("costmap_filter_info", latched(FILTERS_DEPTH))?,
+            speed_limit: builder.input("speed_limit", reliable(1))?,
             goal: builder.input("goal_pose", reliable(1))?,
             initial_pose: builder.input("initialpose", reliable(1))?,
             transforms: builder.input("tf", reliable(TRANSFORM_DEPTH))?,
@@ -181,6 +194,10 @@ impl DdsNode {
         self.static_transforms.take(IncomingMessage::StaticTransforms, &mut all);
         self.transforms.take(IncomingMessage::Transforms, &mut all);
         self.map.take(IncomingMessage::Map, &mut all);
+        self.keepout_mask.take(IncomingMessage::KeepoutMask, &mut all);
+        self.speed_mask.take(IncomingMessage::SpeedMask, &mut all);
+        self.filter_info.take(IncomingMessage::FilterInfo, &mut all);
+        self.speed_limit.take(IncomingMessage::SpeedLimit, &mut all);
         self.odometry.take(|message| IncomingMessage::Odometry(Box::new(message)), &mut all);
         self.scan.take(IncomingMessage::Scan, &mut all);
         self.goal.take(IncomingMessage::Goal, &mut all);

@@ -1,6 +1,7 @@
 //! Incoming messages, validated and converted to the types of this crate.
 
 use super::notices::MessageError;
+use super::zones::{KEEPOUT_MASK, SPEED_MASK};
 use crate::geometry::{Point, Pose, Twist};
 use crate::localization::PoseHint;
 use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
@@ -27,6 +28,14 @@ pub enum IncomingMessage {
     Scan(msg::LaserScan),
     /// On `odom`.
     Odometry(Box<msg::Odometry>),
+    /// On `keepout_filter_mask`: closed zones.
+    KeepoutMask(msg::OccupancyGrid),
+    /// On `speed_filter_mask`: zones with a speed limit.
+    SpeedMask(msg::OccupancyGrid),
+    /// On `costmap_filter_info`: what the speed mask means.
+    FilterInfo(msg::CostmapFilterInfo),
+    /// On `speed_limit`: a limit for everywhere.
+    SpeedLimit(msg::SpeedLimit),
     /// On `goal_pose`.
     Goal(msg::PoseStamped),
     /// On `initialpose`: about where the robot is.
@@ -57,6 +66,10 @@ impl IncomingMessage {
             ("map", msg::OccupancyGrid::NAME),
             ("scan", msg::LaserScan::NAME),
             ("odom", msg::Odometry::NAME),
+            (KEEPOUT_MASK, msg::OccupancyGrid::NAME),
+            (SPEED_MASK, msg::OccupancyGrid::NAME),
+            ("costmap_filter_info", msg::CostmapFilterInfo::NAME),
+            ("speed_limit", msg::SpeedLimit::NAME),
             ("goal_pose", msg::PoseStamped::NAME),
             ("initialpose", msg::PoseWithCovarianceStamped::NAME),
             ("inbye/arm", msg::Bool::NAME),
@@ -74,6 +87,10 @@ impl IncomingMessage {
             Self::Map(_) => "map",
             Self::Scan(_) => "scan",
             Self::Odometry(_) => "odom",
+            Self::KeepoutMask(_) => KEEPOUT_MASK,
+            Self::SpeedMask(_) => SPEED_MASK,
+            Self::FilterInfo(_) => "costmap_filter_info",
+            Self::SpeedLimit(_) => "speed_limit",
             Self::Goal(_) => "goal_pose",
             Self::InitialPose(_) => "initialpose",
             Self::Arm(_) => "inbye/arm",

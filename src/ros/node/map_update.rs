@@ -2,8 +2,7 @@
 
 use std::thread::{Builder, JoinHandle};
 
-use crate::map::OccupancyGrid;
-use crate::navigator::{Fault, PreparedMap};
+use crate::navigator::{Fault, NavigationMap, PreparedMap};
 use crate::runtime::Config;
 
 /// The preparation of the newest map.
@@ -16,16 +15,16 @@ pub struct MapUpdate {
 
 impl MapUpdate {
     /// The map has changed. Returns false if no thread starts.
-    pub fn start(&mut self, map: &OccupancyGrid, config: &Config) -> bool {
+    pub fn start(&mut self, map: &NavigationMap, config: &Config) -> bool {
         if self.running.is_some() {
             self.is_outdated = true;
             return true;
         }
         let (map, config) = (map.clone(), config.clone());
         let prepare = move || {
-            let known = map.obstacles(config.unknown);
-            let route_planner = config.new_global_planner(known.frame().resolution_m)?;
-            PreparedMap::new(known, route_planner, &config.navigator)
+            let resolution_m = map.obstacles.frame().resolution_m;
+            let route_planner = config.new_global_planner(resolution_m)?;
+            PreparedMap::new(map, route_planner, &config.navigator)
         };
         self.running = Builder::new().name("inbye-map".to_owned()).spawn(prepare).ok();
         self.is_outdated = false;
@@ -35,14 +34,14 @@ impl MapUpdate {
     /// The prepared map, once. With the error the robot must stop and start again on the newest map.
     pub fn take(
         &mut self,
-        map: &OccupancyGrid,
+        newest: impl FnOnce() -> Option<NavigationMap>,
         config: &Config,
     ) -> Result<Option<PreparedMap>, ()> {
         let Some(finished) = self.running.take_if(|running| running.is_finished()) else {
             return Ok(None);
         };
         let prepared = finished.join().ok().and_then(Result::ok).ok_or(())?;
-        if self.is_outdated && !self.start(map, config) {
+        if self.is_outdated && !newest().is_some_and(|map| self.start(&map, config)) {
             return Err(());
         }
         Ok(Some(prepared))

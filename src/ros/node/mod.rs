@@ -19,6 +19,7 @@ mod node_core;
 mod notices;
 mod protection;
 mod scan;
+mod zones;
 
 #[cfg(feature = "mcap")]
 pub(crate) use frames::Frames;

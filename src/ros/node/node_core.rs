@@ -2,6 +2,7 @@
 
 mod display;
 mod localization;
+mod map;
 
 use std::fmt::Display;
 
@@ -13,6 +14,7 @@ use super::localization::NodeLocalization;
 use super::map_update::MapUpdate;
 use super::notices::{MessageError, MissingInput, NodeStats, Notices};
 use super::protection::Protection;
+use super::zones::ZoneInputs;
 use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
@@ -76,6 +78,7 @@ pub struct NodeCore {
     inputs: LatestInputs,
     /// `None` where others localise the robot.
     localization: Option<NodeLocalization>,
+    zones: ZoneInputs,
     /// The goal and its frame.
     goal: Option<(String, Goal)>,
     navigator: Option<Navigator>,
@@ -120,6 +123,7 @@ impl NodeCore {
             settings,
             engine: NodeEngine::new(engine),
             inputs: LatestInputs::default(),
+            zones: ZoneInputs::default(),
             goal: None,
             navigator: None,
             map_update: MapUpdate::default(),
@@ -216,6 +220,19 @@ impl NodeCore {
             }
             IncomingMessage::InitialPose(hint) => self.set_hint(incoming::pose_hint(hint)?)?,
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
+            IncomingMessage::KeepoutMask(mask) => {
+                let is_new = self.zones.set_keepout(MapInput::new(mask)?);
+                self.prepare_if(is_new);
+            }
+            IncomingMessage::SpeedMask(mask) => {
+                let is_new = self.zones.set_speed(MapInput::new(mask)?);
+                self.prepare_if(is_new);
+            }
+            IncomingMessage::FilterInfo(info) => {
+                let is_new = self.zones.set_info(info)?;
+                self.prepare_if(is_new);
+            }
+            IncomingMessage::SpeedLimit(limit) => self.zones.set_limit(limit)?,
             IncomingMessage::Arm(msg::Bool { data: true }) => self.operator().arm(),
             IncomingMessage::Arm(msg::Bool { data: false }) => self.operator().disarm(),
             IncomingMessage::Stop(msg::Bool { data: true }) => self.operator().stop(),
@@ -258,23 +275,8 @@ impl NodeCore {
             let expected = frame;
             self.navigator = None;
             self.abort(now_s, &MessageError::WrongFrame { found, expected });
-        } else if let (Some(_), Some(map)) = (&self.navigator, &self.inputs.map)
-            && !self.map_update.start(&map.grid, &self.settings.config)
-        {
-            self.navigator = None;
-        }
-    }
-
-    /// Gives the navigator a changed map that is prepared.
-    fn update_map(&mut self) {
-        let (Some(navigator), Some(map)) = (&mut self.navigator, &self.inputs.map) else {
-            return;
-        };
-        match self.map_update.take(&map.grid, &self.settings.config) {
-            Ok(Some(prepared)) => navigator.replace_map(prepared),
-            Ok(None) => {}
-            // The robot stops, and a new navigator plans.
-            Err(()) => self.navigator = None,
+        } else {
+            self.prepare_if(true);
         }
     }
 
@@ -382,6 +384,10 @@ impl NodeCore {
         let limits = self.age_limits();
         let observation = odometry_frame
             .and_then(|frame| self.inputs.observation(now_s, &limits, &frame))
+            .and_then(|observation| match self.missing_zones() {
+                Some(missing) => Err(missing),
+                None => Ok(observation),
+            })
             .and_then(|observation| match observation.lost {
                 // A navigator plans from a known pose; later it judges itself how long the pose may be unknown.
                 Some(reason) if self.navigator.is_none() => Err(MissingInput::Pose(reason)),
@@ -415,6 +421,7 @@ impl NodeCore {
             }
         }
         let navigator = self.navigator.as_mut()?;
+        navigator.set_speed_limit(self.zones.limit(self.settings.config.robot.limits.max_vel_x));
         let (decision, _) = navigator.step_by(&observation, clock);
         self.notices.sensor_fault(decision.mode, navigator);
         self.check_end(now_s, decision.mode);
@@ -439,13 +446,12 @@ impl NodeCore {
         pose: &Pose,
         clock: &mut dyn FnMut() -> f64,
     ) -> Option<Result<Navigator, Fault>> {
-        let map = self.inputs.map.as_ref()?;
+        let map = self.navigation_map()?;
         let (_, goal) = self.goal.as_ref()?;
         let config = &self.settings.config;
-        let known = map.grid.obstacles(config.unknown);
         let waypoints = Waypoints { start: pose.position(), goals: vec![*goal] };
         let engine = Box::new(self.engine.clone());
-        Some(config.new_navigator(known, &waypoints, engine, clock))
+        Some(config.new_navigator(map, &waypoints, engine, clock))
     }
 
     fn start(&mut self, navigator: Navigator) {

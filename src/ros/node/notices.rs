@@ -68,6 +68,16 @@ pub enum MessageError {
         "the variances of x, y and yaw must be above zero: state how uncertain the pose is, such as 0.25 m^2 and 0.07 rad^2"
     )]
     NoCovariance,
+    #[error("its speed_limit is {0}: it must be zero for no limit, or above")]
+    BadSpeedLimit(f64),
+    #[error(
+        "its type is {kind}: the node knows 0 (keepout), 1 (speed in percent) and 2 (speed in m/s)"
+    )]
+    UnknownFilter { kind: u8 },
+    #[error(
+        "its filter_mask_topic is `{found}`: the node reads `{expected}`; publish the mask there"
+    )]
+    OtherMask { found: String, expected: &'static str },
     #[error("the node does not localise the robot: set pose_source = \"scans\"")]
     NotLocalizing,
     #[error(transparent)]
@@ -82,6 +92,12 @@ pub enum MessageError {
 pub enum MissingInput {
     #[error("no map was received")]
     Map,
+    #[error("the mask on {topic} is in the frame `{found}`, the map in `{expected}`")]
+    MaskInMapFrame { topic: &'static str, found: String, expected: String },
+    #[error(
+        "the mask on speed_filter_mask has no meaning without a message on costmap_filter_info: start the server of the filter's info"
+    )]
+    FilterInfo,
     #[error("the map is being prepared")]
     PreparedMap,
     #[error("the robot's pose is being searched ({0})")]

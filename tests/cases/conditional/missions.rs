@@ -18,6 +18,7 @@ mod places;
 mod scene_drives;
 mod script;
 mod traces;
+mod zones;
 
 /// A test by its name.
 type Test = (&'static str, fn());
@@ -32,6 +33,7 @@ pub fn trials() -> Vec<Trial> {
         script::TESTS,
         observation_faults::TESTS,
         traces::TESTS,
+        zones::TESTS,
     ];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.push(mine::trial());

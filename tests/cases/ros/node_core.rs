@@ -6,6 +6,7 @@ mod messages;
 mod protection;
 mod robot;
 mod transport;
+mod zones;
 
 use inbye::geometry::{Pose, Twist};
 use inbye::ros::msg::{PoseStamped, TFMessage};

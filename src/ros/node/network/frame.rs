@@ -58,8 +58,8 @@ pub trait Frame: Sized {
 impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
-            2 => Some(MAX_LARGE),
-            0 | 1 | 3..=11 => Some(MAX_SMALL),
+            2 | 12 | 13 => Some(MAX_LARGE),
+            0 | 1 | 3..=11 | 14 | 15 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -82,6 +82,10 @@ impl Frame for FromNetwork {
                 IncomingMessage::Arm(message) => (9, message.to_cdr()),
                 IncomingMessage::Stop(message) => (10, message.to_cdr()),
                 IncomingMessage::InitialPose(message) => (11, message.to_cdr()),
+                IncomingMessage::KeepoutMask(message) => (12, message.to_cdr()),
+                IncomingMessage::SpeedMask(message) => (13, message.to_cdr()),
+                IncomingMessage::FilterInfo(message) => (14, message.to_cdr()),
+                IncomingMessage::SpeedLimit(message) => (15, message.to_cdr()),
             },
         }
     }
@@ -107,6 +111,10 @@ impl Frame for FromNetwork {
             9 => IncomingMessage::Arm(Message::from_cdr(payload)?),
             10 => IncomingMessage::Stop(Message::from_cdr(payload)?),
             11 => IncomingMessage::InitialPose(Box::new(Message::from_cdr(payload)?)),
+            12 => IncomingMessage::KeepoutMask(Message::from_cdr(payload)?),
+            13 => IncomingMessage::SpeedMask(Message::from_cdr(payload)?),
+            14 => IncomingMessage::FilterInfo(Message::from_cdr(payload)?),
+            15 => IncomingMessage::SpeedLimit(Message::from_cdr(payload)?),
             _ => return None,
         };
         Some(Self::Message(message))
@@ -209,6 +217,11 @@ mod tests {
             FromNetwork::Message(IncomingMessage::Undecodable { topic, expected, reason }),
             FromNetwork::Message(IncomingMessage::Arm(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::Stop(msg::Bool { data: true })),
+            FromNetwork::Message(IncomingMessage::InitialPose(Box::default())),
+            FromNetwork::Message(IncomingMessage::KeepoutMask(msg::OccupancyGrid::default())),
+            FromNetwork::Message(IncomingMessage::SpeedMask(msg::OccupancyGrid::default())),
+            FromNetwork::Message(IncomingMessage::FilterInfo(msg::CostmapFilterInfo::default())),
+            FromNetwork::Message(IncomingMessage::SpeedLimit(msg::SpeedLimit::default())),
         ];
         let mut bytes = Vec::new();
         for frame in &frames {

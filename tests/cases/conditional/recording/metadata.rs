@@ -32,6 +32,7 @@ fn metadata() -> DriveMetadata {
     config.navigator.deadline_s = Some(0.1_f64.next_down());
     let goal = |yaw| Goal { position: Point::new(0.1_f64.next_up(), -1e22), yaw };
     DriveMetadata {
+        zones: None,
         controller: None,
         config,
         waypoints: Waypoints {

@@ -14,6 +14,7 @@ fn picture(path: &[Point], width: i32, height: i32) -> String {
     plan_svg(&PlanView {
         title: "A plan on a free map",
         map: &OccupancyGrid::new(frame, vec![0; frame.len()]),
+        zones: None,
         start: Pose::new(first.x, first.y, 0.0),
         stops: &[],
         goal: last,

@@ -1,0 +1,264 @@
+//! Zones of a map in which a robot must not drive, or only slowly.
+//!
+//! They say nothing about surfaces: a lidar sees through them, and people may walk there. The sources are masks in the form of
+//! maps, as those of Nav2's keepout and speed filters.
+
+use core::ops::RangeInclusive;
+
+use super::{Cell, GridFrame, ObstacleGrid, OccupancyGrid};
+use crate::geometry::Point;
+
+/// The value of a cell in which the robot must not drive.
+const KEEPOUT: u8 = 100;
+/// Two grids of the same cells differ by rounding: a smaller overlap of two cells is none, in cells.
+const ROUNDING: f64 = 1e-6;
+
+/// For each cell of a map whether it is closed, or how fast the robot may drive there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zones {
+    frame: GridFrame,
+    /// 0 for no zone, 1 to 99 for a speed in percent of the robot's largest, 100 for a closed cell.
+    cells: Vec<u8>,
+    has_speed_limits: bool,
+}
+
+impl Zones {
+    /// No zones on a map.
+    #[must_use]
+    pub fn new(map: &GridFrame) -> Self {
+        Self { frame: *map, cells: vec![0; map.len()], has_speed_limits: false }
+    }
+
+    /// The zones that [`Self::to_grid`] returned; other values are no zones.
+    #[must_use]
+    pub fn from_grid(grid: &OccupancyGrid) -> Self {
+        let cells: Vec<u8> = grid.cells().iter().map(|&value| value.max(0) as u8).collect();
+        let has_speed_limits = cells.iter().any(|cell| (1..KEEPOUT).contains(cell));
+        Self { frame: *grid.frame(), cells, has_speed_limits }
+    }
+
+    /// The zones as a map: 0 for no zone, 1 to 99 for a speed in percent of the robot's largest, 100 for a closed cell.
+    #[must_use]
+    pub fn to_grid(&self) -> OccupancyGrid {
+        OccupancyGrid::new(self.frame, self.cells.iter().map(|&cell| cell as i8).collect())
+    }
+
+    /// Size and pose of the map.
+    #[must_use]
+    pub const fn frame(&self) -> &GridFrame {
+        &self.frame
+    }
+
+    /// Closes every cell that an occupied cell of a mask touches: those of 100 percent, as in Nav2's keepout filter.
+    pub fn close(&mut self, mask: &OccupancyGrid) {
+        self.mark(mask, |value| (value >= KEEPOUT as i8).then_some(KEEPOUT));
+    }
+
+    /// Limits the speed in every cell that a cell of a mask touches; of several limits the lowest counts. `percent` is the limit for a
+    /// value of the mask, in percent of the robot's largest speed, rounded down to whole percents but at least one; none, zero and 100
+    /// or more are no limit.
+    pub fn limit_speed(&mut self, mask: &OccupancyGrid, percent: impl Fn(i8) -> Option<f64>) {
+        let limit = |value: i8| {
+            let percent = percent(value).filter(|percent| *percent > 0.0 && *percent < 100.0)?;
+            Some((percent as u8).max(1))
+        };
+        self.mark(mask, limit);
+        self.has_speed_limits |= self.cells.iter().any(|cell| (1..KEEPOUT).contains(cell));
+    }
+
+    /// Sets the cells that a mask touches: closed cells stay closed, and of two limits the lower stays.
+    fn mark(&mut self, mask: &OccupancyGrid, new: impl Fn(i8) -> Option<u8>) {
+        let by_value: Vec<Option<u8>> = (i8::MIN..=i8::MAX).map(new).collect();
+        for (index, &value) in mask.cells().iter().enumerate() {
+            let Some(new) = by_value[(i16::from(value) - i16::from(i8::MIN)) as usize] else {
+                continue;
+            };
+            let (columns, rows) = self.touched(mask.frame(), mask.frame().cell_at(index));
+            for row in rows {
+                for column in columns.clone() {
+                    let index = self.frame.index(Cell::new(column, row));
+                    let before = self.cells[index];
+                    let is_stricter = before == 0 || new == KEEPOUT || new < before;
+                    if before != KEEPOUT && is_stricter {
+                        self.cells[index] = new;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Columns and rows of the map that a cell of a mask touches: those of its bounding box.
+    fn touched(&self, mask: &GridFrame, cell: Cell) -> (RangeInclusive<i32>, RangeInclusive<i32>) {
+        let (x, y) = (f64::from(cell.column), f64::from(cell.row));
+        let corners = [(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)]
+            .map(|(x, y)| self.frame.to_cell_units(&mask.from_cell_units(&Point::new(x, y))));
+        let range = |along: fn(&Point) -> f64, cells: i32| {
+            let low = corners.iter().map(along).fold(f64::INFINITY, f64::min);
+            let high = corners.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+            let first = (low + ROUNDING).floor().max(0.0) as i32;
+            let last = (high - ROUNDING).floor().min(f64::from(cells - 1)) as i32;
+            first..=last
+        };
+        (range(|point| point.x, self.frame.width), range(|point| point.y, self.frame.height))
+    }
+
+    /// Whether no cell is closed.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        !self.cells.contains(&KEEPOUT)
+    }
+
+    /// Whether a cell has a speed limit.
+    #[must_use]
+    pub const fn has_speed_limits(&self) -> bool {
+        self.has_speed_limits
+    }
+
+    /// The closed cells.
+    #[must_use]
+    pub fn closed(&self) -> ObstacleGrid {
+        ObstacleGrid::new(self.frame, self.cells.iter().map(|&cell| cell == KEEPOUT).collect())
+    }
+
+    /// The obstacles of the map together with the closed cells.
+    ///
+    /// # Panics
+    /// Panics if the obstacles have another number of cells.
+    #[must_use]
+    pub fn with_obstacles(&self, obstacles: &ObstacleGrid) -> ObstacleGrid {
+        assert_eq!(obstacles.cells().len(), self.cells.len(), "zones of the same map");
+        let is_blocked = |(&cell, &blocked): (&u8, &bool)| blocked || cell == KEEPOUT;
+        let cells = self.cells.iter().zip(obstacles.cells());
+        ObstacleGrid::new(self.frame, cells.map(is_blocked).collect())
+    }
+
+    /// The speed limit at a place, m/s, for a robot with this largest speed; none without a limit.
+    #[must_use]
+    pub fn speed_limit(&self, place: &Point, max_speed: f64) -> Option<f64> {
+        let cell = self.cells[self.frame.index(self.frame.cell_of(place)?)];
+        (1..KEEPOUT).contains(&cell).then(|| f64::from(cell) / 100.0 * max_speed)
+    }
+
+    /// The largest speed, m/s, from which a robot at a place keeps every speed limit, whatever direction it takes, if it brakes by
+    /// this, m/s²; `max_speed` where no limit is near.
+    #[must_use]
+    pub fn fastest(&self, place: &Point, max_speed: f64, braking_m_s2: f64) -> f64 {
+        if !self.has_speed_limits {
+            return max_speed;
+        }
+        let resolution_m = self.frame.resolution_m;
+        let at = self.frame.to_cell_units(place);
+        let reach = max_speed * max_speed / (2.0 * braking_m_s2 * resolution_m);
+        let range = |at: f64, cells: i32| {
+            let last = f64::from(cells - 1);
+            ((at - reach).floor().max(0.0) as i32)..=((at + reach).floor().min(last) as i32)
+        };
+        let columns = range(at.x, self.frame.width);
+        let mut least2 = max_speed * max_speed;
+        for row in range(at.y, self.frame.height) {
+            for column in columns.clone() {
+                let cell = self.cells[self.frame.index(Cell::new(column, row))];
+                if !(1..KEEPOUT).contains(&cell) {
+                    continue;
+                }
+                let (x, y) = (f64::from(column), f64::from(row));
+                let nearest = Point::new(at.x.clamp(x, x + 1.0), at.y.clamp(y, y + 1.0));
+                let limit = f64::from(cell) / 100.0 * max_speed;
+                let distance_m = resolution_m * (nearest - at).norm();
+                least2 = least2.min(limit * limit + 2.0 * braking_m_s2 * distance_m);
+            }
+        }
+        least2.sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+
+    fn frame(width: i32, height: i32, resolution_m: f64, origin: Pose) -> GridFrame {
+        GridFrame::new(width, height, resolution_m, origin).expect("a frame")
+    }
+
+    /// A mask whose only cell with a value is the given one.
+    fn mask(frame: GridFrame, cell: Cell, value: i8) -> OccupancyGrid {
+        let mut cells = vec![0; frame.len()];
+        cells[frame.index(cell)] = value;
+        OccupancyGrid::new(frame, cells)
+    }
+
+    fn closed_cells(zones: &Zones) -> Vec<(i32, i32)> {
+        let closed = zones.closed();
+        let all = (0..closed.frame().len()).map(|index| closed.frame().cell_at(index));
+        all.filter(|cell| closed.is_blocked(*cell)).map(|cell| (cell.column, cell.row)).collect()
+    }
+
+    #[test]
+    fn mask_of_the_same_cells_closes_exactly_these() {
+        for origin in [Pose::default(), Pose::new(-3.17, 12.4, 0.7)] {
+            let map = frame(20, 10, 0.05, origin);
+            let mut zones = Zones::new(&map);
+            zones.close(&mask(map, Cell::new(7, 3), 100));
+            assert_eq!(closed_cells(&zones), [(7, 3)]);
+        }
+    }
+
+    #[test]
+    fn mask_of_other_cells_closes_all_that_it_touches() {
+        let map = frame(20, 10, 0.1, Pose::new(1.0, 2.0, 0.0));
+        // Cells of 0.25 m: the one from (1.25, 2.0) to (1.5, 2.25).
+        let coarse = frame(8, 4, 0.25, Pose::new(1.0, 2.0, 0.0));
+        let mut zones = Zones::new(&map);
+        zones.close(&mask(coarse, Cell::new(1, 0), 100));
+        let expected: Vec<_> = (0..3).flat_map(|row| (2..5).map(move |column| (column, row)));
+        assert_eq!(closed_cells(&zones), expected.collect::<Vec<_>>());
+        // A thin line that misses the centres.
+        let fine = frame(200, 100, 0.01, Pose::new(1.0, 2.0, 0.0));
+        let mut zones = Zones::new(&map);
+        zones.close(&mask(fine, Cell::new(31, 58), 100));
+        assert_eq!(closed_cells(&zones), [(3, 5)]);
+        // A mask that lies elsewhere, and values below 100.
+        let mut zones = Zones::new(&map);
+        zones.close(&mask(frame(3, 3, 0.1, Pose::new(50.0, 2.0, 0.0)), Cell::new(1, 1), 100));
+        zones.close(&mask(map, Cell::new(1, 1), 99));
+        zones.close(&mask(map, Cell::new(1, 1), -1));
+        assert!(zones.is_open());
+    }
+
+    #[test]
+    fn lowest_limit_stays_and_closed_cells_stay_closed() {
+        let map = frame(4, 1, 1.0, Pose::default());
+        let values = OccupancyGrid::new(map, vec![0, 40, 100, -1]);
+        let percent = |value: i8| (value >= 0).then(|| f64::from(value));
+        let mut zones = Zones::new(&map);
+        zones.limit_speed(&values, percent);
+        zones.limit_speed(&OccupancyGrid::new(map, vec![60, 60, 0, 0]), percent);
+        let limit = |zones: &Zones, x: f64| zones.speed_limit(&Point::new(x, 0.5), 2.0);
+        assert_eq!(
+            [0.5, 1.5, 2.5, 3.5].map(|x| limit(&zones, x)),
+            [Some(1.2), Some(0.8), None, None]
+        );
+        zones.close(&OccupancyGrid::new(map, vec![0, 100, 0, 0]));
+        zones.limit_speed(&values, percent);
+        assert_eq!(closed_cells(&zones), [(1, 0)]);
+        assert_eq!(limit(&zones, 1.5), None);
+        assert_eq!(Zones::from_grid(&zones.to_grid()), zones);
+        let obstacles = ObstacleGrid::new(map, vec![true, false, false, false]);
+        assert_eq!(zones.with_obstacles(&obstacles).cells(), [true, true, false, false]);
+    }
+
+    /// A robot that drives at the largest permitted speed at each place and brakes by the limit keeps it.
+    #[test]
+    fn fastest_speed_keeps_a_limit_ahead() {
+        let map = frame(100, 3, 0.1, Pose::default());
+        let mut zones = Zones::new(&map);
+        zones.limit_speed(&mask(map, Cell::new(80, 1), 30), |value| Some(f64::from(value)));
+        let fastest = |x: f64| zones.fastest(&Point::new(x, 0.15), 1.0, 0.5);
+        assert_eq!(fastest(1.0), 1.0);
+        assert!((fastest(7.5) - (0.09_f64 + 0.5).sqrt()).abs() < 1e-9, "{}", fastest(7.5));
+        assert!((fastest(8.05) - 0.3).abs() < 1e-9);
+        assert!((fastest(8.6) - fastest(7.5)).abs() < 1e-9, "behind the zone as before it");
+        assert_eq!(zones.fastest(&Point::new(f64::NAN, 0.0), 1.0, 0.5), 1.0);
+    }
+}
