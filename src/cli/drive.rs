@@ -13,24 +13,25 @@ use inbye::geometry::Point;
 use inbye::global::PlanError;
 use inbye::live::{LiveDrive, LiveView};
 use inbye::local::{DecisionError, Engine};
-use inbye::map::OccupancyGrid;
+use inbye::map::{ObstacleGrid, OccupancyGrid};
 use inbye::navigator::{Fault, Goal};
 use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::{
     Config, Mission, MissionError, MissionResult, Observer, PoseSource, TickEvent, run_mission,
 };
 use inbye::sim::{MovingObstacles, SimError, Simulation};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::arguments::{EngineArguments, Place, duration, number, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
 use super::files::{command_line, create_file};
-use super::hardware_drive::{HardwareArguments, HardwareDrive};
+use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
+use super::map_output::MapOutput;
 use super::own_programs::ProgramArguments;
-use super::recording::Recording;
+use super::recording::{Ending, Recording};
 use super::{output, plan};
 
 /// `inbye drive`.
@@ -55,6 +56,12 @@ pub struct DriveArguments {
     /// The robot does not know where it starts: it stands until its scans match one place of the map. Needs the pose from scans.
     #[arg(long)]
     pub unknown_start: bool,
+    /// Map of the world as it is, with the cells of --map, where it differs from what the robot knows.
+    #[arg(long, value_name = "FILE", conflicts_with = "port")]
+    pub truth: Option<PathBuf>,
+    /// Write the map with what the scans contradicted for a minute: obstacles that appeared or vanished. Needs the pose from scans.
+    #[arg(long, value_name = "FILE.yaml")]
+    pub update_map: Option<PathBuf>,
     /// Number of pedestrians, or a JSON or TOML file of moving obstacles [default: 0, or those of the scene].
     #[arg(long, value_name = "N or FILE", allow_negative_numbers = true)]
     pub obstacles: Option<Obstacles>,
@@ -148,7 +155,29 @@ fn set_pose_source(
         !arguments.unknown_start || config.pose_source == PoseSource::Scans,
         "--unknown-start needs the pose from scans: add --set pose_source=scans, or --lidar on a real robot"
     );
+    anyhow::ensure!(
+        arguments.update_map.is_none() || config.pose_source == PoseSource::Scans,
+        "--update-map needs the pose from scans: add --set pose_source=scans, or --lidar on a real robot"
+    );
     Ok(())
+}
+
+/// The obstacles of the world, where it differs from the map.
+fn truth(
+    arguments: &DriveArguments,
+    map: &OccupancyGrid,
+    config: &Config,
+) -> anyhow::Result<Option<ObstacleGrid>> {
+    let Some(file) = &arguments.truth else {
+        return Ok(None);
+    };
+    let truth = map_file::load(file, arguments.map.settings.resolution)?;
+    anyhow::ensure!(
+        truth.frame() == map.frame(),
+        "--truth {}: it must have the size, the resolution and the origin of --map",
+        file.display()
+    );
+    Ok(Some(truth.obstacles(config.unknown)))
 }
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
@@ -179,9 +208,11 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         Ok(moving_obstacles) => moving_obstacles,
         Err(error) => return no_path_or(error, &map_name, &map, &config, json),
     };
+    let truth = truth(arguments, &map, &config)?;
     let files = DriveFiles::create(arguments)?;
     let stop = |place: &Place| Goal { position: place.position, yaw: place.yaw };
     let simulation = Simulation {
+        truth,
         moving_obstacles,
         seed,
         ..Simulation::new(Mission {
@@ -236,7 +267,28 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         };
         files.pictures.write(arguments.hardware.description(), view, playback)?;
     }
-    let mut object = drive_text::object(&result);
+    if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
+        output.write(&changes.applied_to(&mission.map))?;
+    }
+    let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
+    output::result(json, &object, lines)?;
+    let is_recorded = recording.is_none_or(|recording| recording.is_whole);
+    Ok(result.reached && !result.collided && is_recorded)
+}
+
+/// The result as JSON and as text.
+fn outcome(
+    result: &MissionResult,
+    mission: &Mission,
+    config: &Config,
+    base: Option<HardwareReport>,
+    recording: Option<&Ending>,
+) -> (Value, Vec<String>) {
+    let mut object = drive_text::object(result);
+    object["map_changes"] = json!(result.map_changes.as_ref().map(|changes| {
+        let [appeared, vanished] = changes.areas(mission.map.frame());
+        json!({ "appeared": appeared, "vanished": vanished })
+    }));
     object["unknown"] = map_file::unknown_cells_json(&mission.map, config.unknown);
     object["recording"] = json!(recording.as_ref().map(|recording| &recording.object));
     if let Some(base) = &base {
@@ -245,27 +297,32 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
             object["fault"] = base.object["stop_cause"].clone();
         }
     }
-    let mut lines = drive_text::lines(&result);
+    let mut lines = drive_text::lines(result);
+    lines.extend(drive_text::map_changes(result, mission.map.frame()));
     let unknown = map_file::unknown_cells_text(&mission.map, config.unknown);
     lines.extend(unknown.map(|text| format!("unknown      {text}")));
     lines.extend(base.into_iter().flat_map(|base| base.lines));
     lines.extend(recording.as_ref().map(|recording| recording.line.clone()));
-    output::result(json, &object, lines)?;
-    let is_recorded = recording.is_none_or(|recording| recording.is_whole);
-    Ok(result.reached && !result.collided && is_recorded)
+    (object, lines)
 }
 
 /// The output files of a drive. They are created before it: a wrong name must not cost an hour of driving.
 struct DriveFiles<'a> {
     recording: Option<(File, &'a Path)>,
     pictures: Pictures<'a>,
+    updated_map: Option<MapOutput<'a>>,
 }
 
 impl<'a> DriveFiles<'a> {
     fn create(arguments: &'a DriveArguments) -> anyhow::Result<Self> {
         let name = arguments.record.as_deref();
         let recording = name.map(|name| create_file("--record", name)).transpose()?.zip(name);
-        Ok(Self { recording, pictures: Pictures::create(&arguments.pictures)? })
+        let updated = arguments.update_map.as_deref();
+        Ok(Self {
+            recording,
+            pictures: Pictures::create(&arguments.pictures)?,
+            updated_map: updated.map(|name| MapOutput::create("--update-map", name)).transpose()?,
+        })
     }
 
     /// The recorder of what the pictures show. It costs time in every tick.

@@ -2,6 +2,8 @@
 
 use inbye::bench::Latencies;
 use inbye::local::{GpuFailureKind, Incidents, Sampling};
+use inbye::localization::ChangedArea;
+use inbye::map::GridFrame;
 use inbye::navigator::{DeadlineStats, Mode};
 use inbye::report::{MissionView, Report, html};
 use inbye::runtime::{EarlyEnd, FaultEvents, MissionResult, StopError, TickEvent, ZoneCompliance};
@@ -126,6 +128,27 @@ pub fn lines(result: &MissionResult) -> Vec<String> {
     lines.extend(incidents(result).iter().map(|(name, fact)| format!("{name:<12} {fact}")));
     lines.push(format!("trace        {}", result.trace.digest()));
     lines
+}
+
+/// What the scans contradicted in the map, a line; none without a pose from scans.
+pub fn map_changes(result: &MissionResult, frame: &GridFrame) -> Option<String> {
+    let changes = result.map_changes.as_ref()?;
+    let largest = |areas: &[ChangedArea]| match areas {
+        [] => "nothing".to_owned(),
+        [area, rest @ ..] => {
+            let &ChangedArea { x, y, width_m, height_m, .. } = area;
+            let more =
+                if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+            format!("{width_m:.2} x {height_m:.2} m at ({x:.2}, {y:.2}){more}")
+        }
+    };
+    let [appeared, vanished] = changes.areas(frame);
+    Some(format!(
+        "{:<12} appeared: {}; vanished: {}",
+        "map changes",
+        largest(&appeared),
+        largest(&vanished)
+    ))
 }
 
 /// How the robot kept the zones.

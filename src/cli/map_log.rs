@@ -1,9 +1,8 @@
 //! `inbye map`: a map from the log of a real robot.
 
-use std::io::Write;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use inbye::bench::{against, corrected_pairs, percentile};
 use inbye::lidar_log::LidarLog;
@@ -11,9 +10,9 @@ use inbye::mapping::{MappedLog, map_log};
 use inbye::trajectory::{ErrorStatistics, absolute_error};
 use serde_json::json;
 
-use super::files::create_file;
 use super::log_file::LogFileArguments;
 use super::log_localization::{TruthArguments, relation_text};
+use super::map_output::MapOutput;
 use super::{machine, output};
 
 /// `inbye map`.
@@ -44,13 +43,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     if log.scans() == 0 {
         bail!("{}: it has no scans", arguments.log.display());
     }
-    let extension = arguments.out.extension().unwrap_or_default();
-    if extension != "yaml" && extension != "yml" {
-        bail!("--out {}: the name must end in .yaml or .yml", arguments.out.display());
-    }
-    let mut yaml_file = create_file("--out", &arguments.out)?;
-    let image = arguments.out.with_extension("pgm");
-    let mut image_file = create_file("--out", &image)?;
+    let output = MapOutput::create("--out", &arguments.out)?;
     let bar = output::progress(log.scans() as u64, "mapping", "scans");
     let mut clock = machine::wall_clock();
     let (mut times_us, mut before_s) = (Vec::new(), clock());
@@ -62,11 +55,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     })?;
     let total_s = clock();
     bar.finish_and_clear();
-    let name = image.file_name().unwrap_or_default().to_string_lossy();
-    let (yaml, pgm) = mapped.map.to_map_server(&name);
-    let place = || format!("--out {}", arguments.out.display());
-    yaml_file.write_all(yaml.as_bytes()).with_context(place)?;
-    image_file.write_all(&pgm).with_context(place)?;
+    let image = output.write(&mapped.map)?;
     let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
     let truth = truth.filter(|_| log.has_times);
     let relations = truth.as_ref().and_then(|truth| against(&log, &mapped.poses, truth));

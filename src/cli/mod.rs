@@ -36,6 +36,7 @@ mod log_localization;
 mod machine;
 mod map_file;
 mod map_log;
+mod map_output;
 mod missions;
 mod movingai;
 mod node;

@@ -1,10 +1,12 @@
 //! The localiser: fuses odometry with matched scans.
 
+mod continuation;
 mod search;
 
 use nalgebra::Matrix3;
 
 use super::agreement::walled_fraction;
+use super::change_detector::ChangeDetector;
 use super::coarse_search::search_map;
 use super::map_scores::MapScores;
 use super::motion_check::MotionCheck;
@@ -15,10 +17,10 @@ use super::scan_matcher::{ScanMatch, ScanMatcher, information_of};
 use super::signed_distance_field::SignedDistanceField;
 use super::{
     Agreement, DeskewedScan, LocalizationError, LocalizationSettings, LocalizationStatus,
-    LostReason, PoseEstimate, PoseHistory,
+    LostReason, MapChanges, PoseEstimate, PoseHistory,
 };
 use crate::geometry::{Pose, wrap_angle};
-use crate::map::{ObstacleGrid, TimedScan};
+use crate::map::{ObstacleGrid, OccupancyGrid, TimedScan};
 
 /// A correction by more than this many standard deviations, squared, is a jump. It occurs by chance once in a million
 /// revolutions (chi-square distribution with three degrees of freedom).
@@ -99,6 +101,7 @@ pub struct Localizer {
     /// While relocalising: the number of consecutive revolutions that match the candidate pose.
     confirmations: Option<u32>,
     searches: Searches,
+    changes: ChangeDetector,
     anchor: Option<Anchor>,
     motion_check: MotionCheck,
     found: Option<FoundPlace>,
@@ -138,6 +141,7 @@ impl Localizer {
             rejections: 0,
             confirmations: None,
             searches: Searches::default(),
+            changes: ChangeDetector::default(),
             anchor: None,
             motion_check: MotionCheck::default(),
             found: None,
@@ -173,34 +177,6 @@ impl Localizer {
         Ok(localizer)
     }
 
-    /// Continues with pose, odometry and status of a localiser on another map in the same frame.
-    pub fn continue_from(&mut self, before: &Self) {
-        let pose = self.map.to_grid(before.pose());
-        let is_turned = self.map.frame.origin.yaw != before.map.frame.origin.yaw;
-        self.ekf = before.ekf;
-        self.ekf.pose = pose;
-        if is_turned {
-            self.ekf = before.ekf.reset_pose(pose, &self.settings);
-        }
-        self.odometry = before.odometry;
-        self.history = before.history.clone();
-        self.scan = before.scan.clone();
-        self.rejections = before.rejections;
-        self.has_sparse_scans = before.has_sparse_scans;
-        self.stamp_noise = before.stamp_noise;
-        self.searches.hint = before.searches.hint.map(|hint| hint.on(&self.map, &before.map));
-        self.estimate = before.estimate;
-        self.update_estimate();
-    }
-
-    /// Odometry starts in another frame: the next pose by odometry only sets the reference.
-    pub fn restart_odometry(&mut self) {
-        self.odometry = None;
-        self.history = PoseHistory::new();
-        self.anchor = None;
-        self.motion_check.clear();
-    }
-
     /// Returns the localiser for scans that are a metre or half a radian apart and for odometry of wheels without a gyro. The
     /// predicted pose is less certain, and each scan is first matched by a search around it.
     #[must_use]
@@ -232,6 +208,15 @@ impl Localizer {
     #[must_use]
     pub const fn odometry_scale(&self) -> (f64, f64) {
         self.ekf.odometry_scale()
+    }
+
+    /// What the scans have contradicted in the map for minutes. The map must be that of the localiser.
+    ///
+    /// # Panics
+    /// Panics if the map has fewer cells.
+    #[must_use]
+    pub fn map_changes(&self, map: &OccupancyGrid) -> MapChanges {
+        MapChanges::of(map, self.changes.changed())
     }
 
     /// Predicts the pose from odometry: a pose in the odometry frame at a time, seconds. The first call only sets the
@@ -446,6 +431,10 @@ impl Localizer {
         } else {
             LocalizationStatus::Uncertain
         };
+        if self.estimate.status == LocalizationStatus::Tracking {
+            let near_m = self.settings.outlier_distance_m + 0.5 * self.map.frame.resolution_m;
+            self.changes.update(&self.map, &self.scan, &self.ekf.pose, near_m);
+        }
     }
 
     fn lose(&mut self, reason: LostReason) {

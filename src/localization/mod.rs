@@ -14,9 +14,11 @@
 //! Results are identical on every machine: sums run in the order of the beams, and trigonometry uses `libm`.
 
 mod agreement;
+mod change_detector;
 mod coarse_search;
 mod deskewed_scan;
 mod localizer;
+mod map_changes;
 mod map_scores;
 mod motion_check;
 mod pose_estimate;
@@ -33,6 +35,7 @@ pub use agreement::Agreement;
 pub(crate) use coarse_search::coarse_search;
 pub use deskewed_scan::{DeskewedScan, Hit, PoseHistory, Ray};
 pub use localizer::Localizer;
+pub use map_changes::{ChangedArea, MapChanges};
 pub use pose_estimate::{LocalizationStatus, LostReason, PoseEstimate};
 pub use pose_filters::{PoseFilter, PoseMeasurement};
 pub use pose_hint::PoseHint;

@@ -94,6 +94,11 @@ impl SignedDistanceField {
         })
     }
 
+    /// The distance of the cell with this index, metres.
+    pub fn of_cell_m(&self, index: usize) -> f64 {
+        f64::from(self.signed[index]) / STEPS_PER_CELL * self.frame.resolution_m
+    }
+
     /// The distance of the cell at a point, metres, without interpolation: faster, with an error of up to a cell.
     #[inline]
     pub fn cell_distance_m(&self, x: f64, y: f64) -> Option<f64> {

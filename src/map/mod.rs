@@ -8,7 +8,7 @@ mod distance_field;
 mod error;
 mod free_space;
 mod grid;
-#[cfg(any(test, feature = "logs", feature = "sim"))]
+
 mod grid_ray;
 mod image;
 mod load;
@@ -30,7 +30,7 @@ pub use grid::{
     Cell, Grid, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
     OccupancyGrid, UNKNOWN, UnknownPolicy,
 };
-#[cfg(any(test, feature = "logs", feature = "sim"))]
+
 pub(crate) use grid_ray::GridRay;
 pub use load::{LoadOptions, load, load_with_warnings};
 pub use moving_disc::MovingDisc;

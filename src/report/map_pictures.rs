@@ -6,8 +6,9 @@ use super::figure::{Table, figure};
 use super::map::{
     Encounters, MapPanel, PAGE_RASTER, PLAYER_RASTER, PathStages, STANDALONE_RASTER,
     STANDALONE_TOLERANCE, StandaloneMap, Viewport, contacts, end_legend, goal_mark, ground,
-    ground_legend, labels, nearest_mark, path, stage_legend, stages, start_mark, stop_mark,
-    top_speed, track, track_legend, trail_legend, trails, zones, zones_legend,
+    ground_legend, labels, map_changes, map_changes_legend, nearest_mark, path, stage_legend,
+    stages, start_mark, stop_mark, top_speed, track, track_legend, trail_legend, trails, zones,
+    zones_legend,
 };
 use super::mission_charts::closest;
 use super::mission_page::MissionView;
@@ -260,6 +261,7 @@ fn mission_layers(of: &MissionView, view: &Viewport, encounters: &Encounters) ->
     html! {
         (ground(&mission.map, view, raster_side))
         (zones(mission.zones.as_deref(), view))
+        (map_changes(of.result.map_changes.as_ref(), mission.map.frame(), view))
         (trails(trace, view))
         (stages(view, &of.stages(), TOLERANCE))
         @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
@@ -302,6 +304,7 @@ fn mission_legend(
         legend.push(LegendEntry::new(mark, "contact"));
     }
     legend.extend(zones_legend(mission.mission.zones.as_deref()));
+    legend.extend(map_changes_legend(mission.result.map_changes.as_ref()));
     legend.extend(ground_legend(&mission.mission.map, view));
     legend
 }

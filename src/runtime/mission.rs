@@ -8,7 +8,7 @@ use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::global::Plan;
 use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
-use crate::localization::{LocalizationError, PoseEstimate};
+use crate::localization::{LocalizationError, MapChanges, PoseEstimate};
 use crate::map::{OccupancyGrid, UnknownPolicy, Zones};
 use crate::navigator::{
     Controller, DeadlineStats, Decision, Fault, Goal, Mode, NavigationMap, Navigator, Observation,
@@ -168,6 +168,8 @@ pub struct MissionResult {
     pub motion: MotionEstimate,
     /// Learned scale of odometry's distances and turns, for a pose from scans; below one for slipping tracks.
     pub odometry_scale: Option<(f64, f64)>,
+    /// What the scans contradicted in the map for minutes, for a pose from scans.
+    pub map_changes: Option<MapChanges>,
 }
 
 impl MissionResult {
@@ -207,6 +209,7 @@ impl MissionResult {
             deadline_stats: navigator.deadline_stats(),
             motion: *navigator.motion(),
             odometry_scale: None,
+            map_changes: None,
             decision_s,
             engine,
             plans,

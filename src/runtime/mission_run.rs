@@ -14,9 +14,9 @@ use super::{
 use crate::geometry::{Pose, Twist};
 use crate::local::{CpuEngine, Engine};
 use crate::localization::{
-    DeskewedScan, LocalizationError, Localizer, LostReason, PoseEstimate, PoseHistory,
+    DeskewedScan, LocalizationError, Localizer, LostReason, MapChanges, PoseEstimate, PoseHistory,
 };
-use crate::map::{ObstacleGrid, Scan, ScanChange, TimedScan};
+use crate::map::{ObstacleGrid, OccupancyGrid, Scan, ScanChange, TimedScan};
 use crate::navigator::{Mode, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
@@ -343,6 +343,7 @@ impl<R: Robot> MissionRun<R> {
             robot_fault: self.robot.fault(),
             protective_actions: self.protective_actions,
             odometry_scale: self.pose_estimator.odometry_scale(),
+            map_changes: self.pose_estimator.map_changes(&self.mission.map),
             ..drive
         }
     }
@@ -416,6 +417,14 @@ impl PoseEstimator {
         match self {
             Self::Fixes(_, corrected_s) => corrected_s.unwrap_or(odometry_s),
             Self::Scans { matched_s, .. } => *matched_s,
+        }
+    }
+
+    /// What the scans contradicted in the map for minutes.
+    fn map_changes(&self, map: &OccupancyGrid) -> Option<MapChanges> {
+        match self {
+            Self::Fixes(..) => None,
+            Self::Scans { localizer, .. } => Some(localizer.map_changes(map)),
         }
     }
 

@@ -1,13 +1,14 @@
 //! Parts of map pictures: the viewport, the layers, encounters, decorations, and standalone pictures.
 
+mod areas;
 mod decorations;
 mod encounters;
 mod layers;
 mod raster;
 mod standalone;
 mod viewport;
-mod zones;
 
+pub(super) use areas::{map_changes, map_changes_legend, zones, zones_legend};
 pub(super) use decorations::{
     end_legend, goal_mark, labels, nearest_mark, node_mark, scaled, start_mark, stop_mark,
 };
@@ -19,4 +20,3 @@ pub(super) use layers::{
 };
 pub(super) use standalone::{MapPanel, MapsSideBySide, STANDALONE_TOLERANCE, StandaloneMap};
 pub(super) use viewport::{MAP_WIDTH, Viewport};
-pub(super) use zones::{zones, zones_legend};

@@ -1,4 +1,4 @@
-//! The zones of a map: areas that are closed, and areas with a speed limit.
+//! Areas of a map: zones that are closed or have a speed limit, and what has changed.
 
 use std::fmt::Write;
 
@@ -6,7 +6,8 @@ use maud::{Markup, html};
 
 use super::viewport::Viewport;
 use crate::geometry::Point;
-use crate::map::{OccupancyGrid, Zones};
+use crate::localization::MapChanges;
+use crate::map::{GridFrame, OccupancyGrid, Zones};
 use crate::report::number::coordinate;
 use crate::report::svg::LegendEntry;
 
@@ -37,6 +38,44 @@ pub(crate) fn zones_legend(zones: Option<&Zones>) -> Vec<LegendEntry> {
             .is_some_and(|grid| grid.cells().iter().any(|cell| (low..=high).contains(cell)))
     };
     let present = KINDS.iter().filter(|(_, _, values)| has(*values));
+    present.map(|(class, text, _)| LegendEntry::area(class, *text)).collect()
+}
+
+/// The classes of changed cells with their legends, and the values of such cells.
+const CHANGES: [(&str, &str, i8); 2] =
+    [("appeared", "appeared, not on the map", 1), ("vanished", "vanished, still on the map", 2)];
+
+/// The cells of a map that have changed, with the values of [`CHANGES`].
+fn changed_cells(changes: &MapChanges, frame: &GridFrame) -> OccupancyGrid {
+    let mut cells = vec![0; frame.len()];
+    for (changed, value) in [(&changes.appeared, 1), (&changes.vanished, 2)] {
+        changed.iter().for_each(|cell| cells[frame.index(*cell)] = value);
+    }
+    OccupancyGrid::new(*frame, cells)
+}
+
+/// What has changed on a map.
+pub(crate) fn map_changes(
+    changes: Option<&MapChanges>,
+    frame: &GridFrame,
+    view: &Viewport,
+) -> Markup {
+    let grid = changes.filter(|it| !it.is_empty()).map(|changes| changed_cells(changes, frame));
+    html! {
+        @if let Some(grid) = &grid {
+            @for (class, _, value) in CHANGES {
+                path class=(class) d=(outline(grid, [value, value], view)) {}
+            }
+        }
+    }
+}
+
+/// The legend of what has changed.
+pub(crate) fn map_changes_legend(changes: Option<&MapChanges>) -> Vec<LegendEntry> {
+    let has = |value: i8| {
+        changes.is_some_and(|it| !if value == 1 { &it.appeared } else { &it.vanished }.is_empty())
+    };
+    let present = CHANGES.iter().filter(|(_, _, value)| has(*value));
     present.map(|(class, text, _)| LegendEntry::area(class, *text)).collect()
 }
 
