@@ -19,6 +19,7 @@ mod cases {
         mod help;
         mod localization;
         mod logs;
+        mod map_masks;
         mod memory;
         mod movingai;
         #[cfg(unix)]

@@ -18,8 +18,8 @@ const INTERVAL_S: f64 = 0.5;
 const CHANGED_S: f64 = 60.0;
 const MIN_SCANS: u32 = 20;
 const MAX_AGREEING: f64 = 0.2;
-/// A beam passes a cell if it ends farther than this beyond it, metres: pose, range and map err.
-const BEYOND_M: f64 = 0.2;
+/// A beam passes a cell if it ends farther than this and a cell beyond it, metres: pose, range and map err.
+const BEYOND_M: f64 = 0.1;
 /// Least cosine of the angle between a beam and the normal of a mapped surface. Along a wall a small error of the pose leads a beam
 /// through it.
 const MIN_COSINE: f64 = 0.5;
@@ -99,12 +99,13 @@ impl ChangeDetector {
     /// The mapped cells that beams pass steeply, and those with evidence of a new obstacle that they pass.
     fn passed(&self, map: &SignedDistanceField, scan: &DeskewedScan, pose: &Pose) -> BTreeSet<u32> {
         let resolution_m = map.frame.resolution_m;
+        let beyond_m = BEYOND_M + resolution_m;
         let closed = scan.hits.iter().map(|hit| (hit.from, (hit.end - hit.from)));
         let open = scan.open.iter().map(|ray| (ray.from, ray.direction * scan.range_max));
         let mut passed = BTreeSet::new();
         for (from, along) in closed.chain(open) {
             let length_m = along.norm();
-            if length_m <= BEYOND_M {
+            if length_m <= beyond_m {
                 continue;
             }
             let Point { x, y } = pose.transform(&from);
@@ -113,20 +114,19 @@ impl ChangeDetector {
             let direction =
                 Vector::new(cos * along.x - sin * along.y, sin * along.x + cos * along.y)
                     / length_m;
-            let until = (length_m - BEYOND_M) / resolution_m;
+            let until = (length_m - beyond_m) / resolution_m;
             for (cell, entered) in GridRay::new(&start, &direction) {
                 if entered > until || !map.frame.contains(cell) {
                     break;
                 }
                 let index = map.frame.index(cell) as u32;
-                let center = cell.center().to_vector() * resolution_m;
-                let Some(sample) = map.sample(center.x, center.y) else {
-                    continue;
+                let is_mapped = map.of_cell_m(index as usize) < 0.0;
+                let counts = if is_mapped {
+                    is_steep(map, cell, &direction)
+                } else {
+                    self.evidence.contains_key(&index)
                 };
-                let [x, y] = sample.gradient;
-                let is_steep = (direction.x * x + direction.y * y).abs() >= MIN_COSINE;
-                let is_mapped = sample.distance_m < 0.0;
-                if is_mapped && is_steep || !is_mapped && self.evidence.contains_key(&index) {
+                if counts {
                     passed.insert(index);
                 }
             }
@@ -144,7 +144,7 @@ impl ChangeDetector {
         evidence.against_map += 1;
     }
 
-    /// Evidence for the map. A cell that agrees more often than not has no evidence left: the next contradiction starts anew.
+    /// Evidence for the map. A cell that agrees more often than not has no evidence left: the next contradiction starts from zero.
     fn agree(&mut self, cell: u32) {
         if let Some(evidence) = self.evidence.get_mut(&cell) {
             evidence.for_map += 1;
@@ -159,6 +159,25 @@ impl ChangeDetector {
         let changed = self.evidence.iter().filter(|(_, evidence)| evidence.is_change());
         changed.map(|(&cell, _)| cell)
     }
+}
+
+/// Whether a direction crosses the surface of a mapped obstacle steeply. In the middle of a thin wall the distance has a ridge, so
+/// the larger difference to both neighbours counts.
+fn is_steep(map: &SignedDistanceField, cell: Cell, direction: &Vector) -> bool {
+    let Cell { column, row } = cell;
+    let value = |column: i32, row: i32| {
+        let cell = Cell::new(column, row);
+        map.frame.contains(cell).then(|| map.of_cell_m(map.frame.index(cell)))
+    };
+    let slope = |before: Option<f64>, after: Option<f64>| {
+        let here = map.of_cell_m(map.frame.index(cell));
+        let [before, after] = [before.map(|it| here - it), after.map(|it| it - here)];
+        let larger = |one: f64, other: f64| if other.abs() > one.abs() { other } else { one };
+        larger(before.unwrap_or(0.0), after.unwrap_or(0.0)) / map.frame.resolution_m
+    };
+    let x = slope(value(column - 1, row), value(column + 1, row));
+    let y = slope(value(column, row - 1), value(column, row + 1));
+    (direction.x * x + direction.y * y).abs() >= MIN_COSINE * libm::hypot(x, y)
 }
 
 fn cell_at(frame: &GridFrame, point: &Point) -> Option<u32> {

@@ -26,6 +26,9 @@ use crate::map::{ObstacleGrid, OccupancyGrid, TimedScan};
 /// revolutions (chi-square distribution with three degrees of freedom).
 const MAX_CORRECTION_SIGMAS2: f64 = 30.0;
 
+/// Where walls were taken away, beams may pass through this share of as many mapped walls as agree.
+const WALLS_SHARE: f64 = 0.5;
+
 /// If the map has surfaces in a larger fraction of all directions than this, a lidar with few returns is occluded.
 const MIN_WALLED_FRACTION: f64 = 0.3;
 
@@ -42,6 +45,8 @@ const MOVED_M: f64 = 0.18;
 const MOVED_RAD: f64 = 0.18;
 const SAME_M: f64 = 0.1;
 const SAME_RAD: f64 = 0.08;
+/// By how much more the scan agrees there than at the predicted pose.
+const NOT_PREDICTED: f64 = 0.05;
 /// Standard deviations of that pose, metres and radians.
 const SAME_SIGMA_M: f64 = 0.03;
 const SAME_SIGMA_RAD: f64 = 0.03;
@@ -289,7 +294,7 @@ impl Localizer {
         self.estimate.unobservable_directions = matched.unobservable_directions;
         self.estimate.iterations = matched.iterations;
         if let Some(reason) = self.rejection(&matched, &prior, &prior_information) {
-            if self.is_at_anchor() {
+            if self.is_at_anchor(&prior) {
                 return self.lose_without_motion();
             }
             return self.reject(reason);
@@ -322,7 +327,7 @@ impl Localizer {
     }
 
     /// Whether the scan still matches where the last accepted one did, although odometry has moved since.
-    fn is_at_anchor(&self) -> bool {
+    fn is_at_anchor(&self, predicted: &Pose) -> bool {
         let Some(anchor) = &self.anchor else {
             return false;
         };
@@ -331,10 +336,13 @@ impl Localizer {
         }
         let information = information_of(SAME_SIGMA_M, SAME_SIGMA_RAD);
         let matched = self.matcher().match_scan(&anchor.matched, &information, SAME_SIGMA_M);
-        let agreement = self.matcher().agreement(&matched.pose).matching_fraction();
+        let share = |pose: &Pose| self.matcher().agreement(pose).matching_fraction();
+        let agreement = share(&matched.pose);
         matched.unobservable_directions == 0
             && !has_moved(&anchor.matched, &matched.pose, SAME_M, SAME_RAD)
             && agreement >= self.settings.min_agreement.max(SAME_PLACE_AGREEMENT * anchor.agreement)
+            // Among walls that have changed, the robot may be rejected where it is predicted.
+            && agreement >= share(predicted) + NOT_PREDICTED
     }
 
     /// Loses a robot that does not move although its odometry does. It stands where it was matched last.
@@ -360,7 +368,10 @@ impl Localizer {
             // In open terrain, a scan without returns is consistent with the map.
             return expects_returns().then_some(LostReason::NoReturns);
         }
-        if agreement.through_walls_fraction() > settings.max_through_walls {
+        let through_walls = agreement.through_walls_fraction();
+        if through_walls
+            > settings.max_through_walls.max(WALLS_SHARE * agreement.matching_fraction())
+        {
             return Some(LostReason::BeamsThroughWalls);
         }
         let min_agreement = match (self.confirmations, &self.searches.of_lost) {

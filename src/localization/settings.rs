@@ -34,7 +34,8 @@ settings! {
         pub min_returns: usize = 30, ["", 1 to 10000];
         /// A revolution is rejected if less than this fraction of its beams agrees with the map.
         pub min_agreement: f64 = 0.5, ["", 0 to 1];
-        /// A revolution is rejected if more than this fraction of its beams passes through mapped obstacles.
+        /// A revolution is rejected if more than this fraction of its beams passes through mapped obstacles, and more than half as
+        /// many as agree with the map.
         pub max_through_walls: f64 = 0.25, ["", 0 to 1];
         /// Localisation is lost when rejected revolutions outnumber accepted ones by this many.
         pub lost_after_scans: u32 = 5, ["", 1 to 1000];

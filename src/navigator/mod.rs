@@ -30,6 +30,7 @@ mod route_planner;
 mod scan_health;
 mod scan_visibility;
 mod settings;
+mod speed_limits;
 mod state;
 #[cfg(test)]
 mod test_state;

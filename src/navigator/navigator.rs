@@ -21,7 +21,7 @@ use super::{
     NavigationMap, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
     Waypoints,
 };
-use crate::geometry::{Point, Twist};
+use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::{LocalPlanner, LocalSettings};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
@@ -34,14 +34,11 @@ const WINDOW_CLEARANCE_M: f64 = 1.5;
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
 const UNSEEN_GAP_M: f64 = 0.4;
 
-/// Share of the braking limit with which the robot slows down before a zone with a speed limit.
-const ZONE_BRAKING: f64 = 0.6;
-
 /// Follows global paths to its goals among obstacles that are not in the map.
 pub struct Navigator {
     settings: NavigatorSettings,
     /// The robot with the identified acceleration and braking.
-    robot: RobotModel,
+    pub(super) robot: RobotModel,
     base: BaseResponse,
     /// Control period, seconds.
     period_s: f64,
@@ -54,7 +51,7 @@ pub struct Navigator {
     pub(super) standing_room: Option<FreeSpace>,
     pub(super) zones: Option<Arc<Zones>>,
     /// For everywhere, m/s.
-    speed_limit: Option<f64>,
+    pub(super) speed_limit: Option<f64>,
     waypoints: WaypointQueue,
     route: Route,
     plans: Vec<Plan>,
@@ -175,6 +172,12 @@ impl Navigator {
     #[must_use]
     pub const fn goals_passed(&self) -> usize {
         self.waypoints.passed
+    }
+
+    /// Length of the path ahead, metres.
+    #[must_use]
+    pub fn distance_left_m(&self) -> f64 {
+        self.route.left_m()
     }
 
     /// Obstacles that are not in the map.
@@ -461,20 +464,6 @@ impl Navigator {
             decision.mode = Mode::AtWaypoint;
         }
         Ok(decision)
-    }
-
-    /// Limits the speed everywhere, m/s; `None` for no limit. A robot that is faster brakes.
-    pub const fn set_speed_limit(&mut self, limit: Option<f64>) {
-        self.speed_limit = limit;
-    }
-
-    /// The highest speed that keeps the limit for everywhere and those of zones around a place, m/s; infinite without any.
-    fn limited_speed(&self, place: &Point) -> f64 {
-        let limits = &self.robot.limits;
-        let braking_m_s2 = -ZONE_BRAKING * limits.decel_lim_x;
-        let in_zones = |zones: &Arc<Zones>| zones.fastest(place, limits.max_vel_x, braking_m_s2);
-        let in_zones = self.zones.as_ref().map_or(f64::INFINITY, in_zones);
-        in_zones.min(self.speed_limit.unwrap_or(f64::INFINITY))
     }
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {

@@ -5,10 +5,10 @@ use crate::base::ProtectiveAction;
 use crate::geometry::Pose;
 use crate::map::{OccupancyGrid, Scan};
 use crate::navigator::Mode;
-use crate::ros::convert::key_value;
+use crate::ros::convert::{self, key_value};
 use crate::ros::msg::{
-    self, DiagnosticArray, DiagnosticStatus, Header, LaserScan, MapMetaData, Message, TFMessage,
-    Time, TransformStamped,
+    self, DiagnosticArray, DiagnosticStatus, Header, LaserScan, Message, TFMessage, Time,
+    TransformStamped,
 };
 use crate::runtime::{OdometryReading, TickEvent};
 
@@ -113,18 +113,7 @@ pub fn header(time_s: f64, frame: &str) -> Header {
 
 /// The map. Its resolution is rounded to float32.
 pub fn map(grid: &OccupancyGrid) -> msg::OccupancyGrid {
-    let frame = grid.frame();
-    msg::OccupancyGrid {
-        header: header(0.0, MAP_FRAME),
-        info: MapMetaData {
-            map_load_time: Time::default(),
-            resolution: frame.resolution_m as f32,
-            width: frame.width as u32,
-            height: frame.height as u32,
-            origin: msg::Pose::from(&frame.origin),
-        },
-        data: grid.cells().to_vec(),
-    }
+    convert::occupancy_grid(grid, header(0.0, MAP_FRAME))
 }
 
 /// A scan of a lidar with a shortest range. All numbers are rounded to float32.

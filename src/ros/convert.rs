@@ -3,12 +3,12 @@
 use core::fmt::Display;
 
 use super::msg::{
-    ColorRGBA, Duration, Header, KeyValue, Marker, MarkerArray, Path, Point, Pose, PoseStamped,
-    Quaternion, Time, Transform, Twist, TwistStamped, Vector3,
+    ColorRGBA, Duration, Header, KeyValue, MapMetaData, Marker, MarkerArray, OccupancyGrid, Path,
+    Point, Pose, PoseStamped, Quaternion, Time, Transform, Twist, TwistStamped, Vector3,
 };
 use crate::geometry::{self, bearing};
 use crate::local::{Sampling, TrajectoryFan};
-use crate::map::MovingDisc;
+use crate::map::{self, MovingDisc};
 
 const NANOSECONDS: u64 = 1_000_000_000;
 
@@ -73,6 +73,23 @@ impl TwistStamped {
     #[must_use]
     pub fn new(twist: &geometry::Twist, stamp: Time, frame: &str) -> Self {
         Self { header: Header { stamp, frame_id: frame.to_owned() }, twist: Twist::from(twist) }
+    }
+}
+
+/// A map. Its resolution is rounded to float32.
+#[must_use]
+pub(crate) fn occupancy_grid(grid: &map::OccupancyGrid, header: Header) -> OccupancyGrid {
+    let frame = grid.frame();
+    OccupancyGrid {
+        header,
+        info: MapMetaData {
+            map_load_time: Time::default(),
+            resolution: frame.resolution_m as f32,
+            width: frame.width as u32,
+            height: frame.height as u32,
+            origin: Pose::from(&frame.origin),
+        },
+        data: grid.cells().to_vec(),
     }
 }
 

@@ -130,7 +130,17 @@ fn receive(core: &mut NodeCore, events: LinkEvents) {
 }
 
 fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
-    let Outgoing { command, path, markers, transforms, diagnostics, notices, .. } = outgoing;
+    let Outgoing {
+        command,
+        path,
+        markers,
+        transforms,
+        updated_map,
+        diagnostics,
+        action,
+        notices,
+        ..
+    } = outgoing;
     notices.into_iter().for_each(output::note);
     if !link.is_up() {
         return;
@@ -144,8 +154,10 @@ fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
         path.map(ToNetwork::Path),
         markers.map(ToNetwork::Markers),
         diagnostics.map(ToNetwork::Diagnostics),
+        updated_map.map(ToNetwork::UpdatedMap),
     ];
-    others.into_iter().flatten().for_each(|frame| link.send(frame));
+    let others = others.into_iter().flatten().chain(action.into_iter().map(ToNetwork::Action));
+    others.for_each(|frame| link.send(frame));
 }
 
 /// Publishes the last zeros. If the network process is down, it is started for them.

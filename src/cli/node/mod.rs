@@ -11,9 +11,14 @@ use super::arguments::{EngineArguments, duration};
 #[command(
     after_help = "Example:\n  inbye node --config robot.toml --namespace /rover --arm --for 60\n\n\
     Subscriptions, with the names and types of ROS 2: map (OccupancyGrid, latched), scan (LaserScan), odom (Odometry), goal_pose \
-    (PoseStamped, in the map's frame), initialpose (PoseWithCovarianceStamped), tf and tf_static, inbye/arm and inbye/stop (Bool). Publications: cmd_vel (Twist, or \
-    TwistStamped with --stamped), plan (Path, latched), local_markers (MarkerArray), diagnostics (DiagnosticArray), tf (with pose_source = \"scans\"). All names are \
+    (PoseStamped, in the map's frame), initialpose (PoseWithCovarianceStamped), \
+    keepout_filter_mask and speed_filter_mask (OccupancyGrid, latched), costmap_filter_info (CostmapFilterInfo), speed_limit (SpeedLimit), tf and \
+    tf_static, inbye/arm and inbye/stop (Bool). Publications: cmd_vel (Twist, or \
+    TwistStamped with --stamped), plan (Path, latched), local_markers (MarkerArray), diagnostics (DiagnosticArray), tf and inbye/updated_map (with \
+    pose_source = \"scans\"). All names are \
     within the namespace, tf too.\n\
+    Action: navigate_to_pose (NavigateToPose), with feedback, cancel and result. RMW_IMPLEMENTATION=rmw_cyclonedds_cpp speaks to clients on \
+    Cyclone DDS; the default is that of rmw_fastrtps_cpp.\n\
     The robot moves only while it is armed: by --arm, the typed word `arm`, POST /arm on --operator-port, or true on inbye/arm. A \
     goal never arms it. Enter, POST /stop, or true on inbye/stop stops it until it is armed again. Every velocity passes the \
     protective layer ([collision_monitor] in the settings), which limits it by the raw scan.\n\

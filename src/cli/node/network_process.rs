@@ -51,6 +51,8 @@ pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
     settings.domain = domain()?;
     settings.localhost_only = is_localhost_only();
     settings.stamped = arguments.stamped;
+    settings.cyclone_services =
+        env::var("RMW_IMPLEMENTATION").is_ok_and(|rmw| rmw == "rmw_cyclonedds_cpp");
     Ok(settings)
 }
 

@@ -192,7 +192,7 @@ macro_rules! numbers {
     )* };
 }
 numbers! {
-    i8: "int8", u8: "uint8", i32: "int32", u32: "uint32", u64: "uint64", f32: "float32", f64: "float64"
+    i8: "int8", u8: "uint8", i16: "int16", u16: "uint16", i32: "int32", u32: "uint32", u64: "uint64", f32: "float32", f64: "float64"
 }
 
 impl FieldType for bool {
@@ -251,6 +251,21 @@ impl<T: FieldType> FieldType for Vec<T> {
         // `collect` does not allocate by this length, which can exceed the message.
         let length = u32::decode(decoder)?;
         (0..length).map(|_| T::decode(decoder)).collect()
+    }
+}
+
+/// An identity.
+impl FieldType for [u8; 16] {
+    fn type_name() -> String {
+        "uint8[16]".to_owned()
+    }
+
+    fn encode(&self, encoder: &mut Encoder) {
+        encoder.0.extend_from_slice(self);
+    }
+
+    fn decode(decoder: &mut Decoder<'_>) -> Option<Self> {
+        decoder.take(16)?.try_into().ok()
     }
 }
 

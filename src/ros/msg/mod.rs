@@ -1,12 +1,19 @@
 //! ROS 2 message types: each is declared once, for CDR and for its definition.
 //!
 //! CDR has no field names: the order of the fields is the format. The types are those of the repositories
-//! `ros2/common_interfaces`, `ros2/geometry2` (`tf2_msgs`) and `ros2/rcl_interfaces` (`builtin_interfaces`). A covariance is
+//! `ros2/common_interfaces`, `ros2/geometry2` (`tf2_msgs`), `ros2/rcl_interfaces` (`builtin_interfaces`) and
+//! `ros-navigation/navigation2` (`nav2_msgs`). A covariance is
 //! 6 rows of 6 numbers here and `float64[36]` there: the bytes are the same.
 
 pub(crate) mod declaration;
+mod nav2;
 
 pub use declaration::Message;
+pub use nav2::{
+    ActionAnswer, ActionCancel, ActionCancelAnswer, ActionEnd, ActionFeedback, ActionGoal,
+    CostmapFilterInfo, NavigateToPoseFeedback, NavigateToPoseGoal, NavigateToPoseResult,
+    SpeedLimit,
+};
 
 use declaration::{Decoder, Encoder, FieldType, messages};
 
@@ -319,43 +326,6 @@ messages! {
         /// Strength of each return.
         intensities: Vec<f32>,
     }
-}
-
-messages! {
-    /// What the mask of a costmap filter means.
-    #[derive(Default)]
-    nav2_msgs / CostmapFilterInfo {
-        /// Time and frame.
-        header: Header,
-        /// Kind of filter: [`Self::KEEPOUT`], [`Self::SPEED_PERCENT`] or [`Self::SPEED_ABSOLUTE`].
-        r#type: u8,
-        /// Topic of the mask.
-        filter_mask_topic: String,
-        /// Added to a scaled value of the mask.
-        base: f32,
-        /// Scale of the values of the mask.
-        multiplier: f32,
-    }
-
-    /// A speed limit.
-    #[derive(Default)]
-    nav2_msgs / SpeedLimit {
-        /// Time and frame.
-        header: Header,
-        /// Whether the limit is in percent of the largest speed.
-        percentage: bool,
-        /// The limit, percent or m/s; zero for none.
-        speed_limit: f64,
-    }
-}
-
-impl CostmapFilterInfo {
-    /// Kind of a keepout filter.
-    pub const KEEPOUT: u8 = 0;
-    /// Kind of a speed filter in percent.
-    pub const SPEED_PERCENT: u8 = 1;
-    /// Kind of a speed filter in m/s.
-    pub const SPEED_ABSOLUTE: u8 = 2;
 }
 
 messages! {

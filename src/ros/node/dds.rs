@@ -6,13 +6,15 @@ use ros2_client::dds::rustdds::{self, DomainParticipantBuilder};
 use ros2_client::names::NameError;
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{
-    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, Subscription,
+    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, ServiceMapping,
+    Subscription,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-use super::incoming::IncomingMessage;
+use super::action_server::{ActionQos, NavigateServer};
+use super::incoming::{IncomingMessage, NAVIGATE};
 use super::network::ToNetwork;
 use super::zones::{KEEPOUT_MASK, SPEED_MASK};
 use crate::ros::msg::{self, Message};
@@ -24,6 +26,8 @@ const SENSOR_DEPTH: usize = 5;
 /// Number of queued messages of transforms: each message has only some of the frames.
 const TRANSFORM_DEPTH: usize = 100;
 
+/// Number of queued requests, answers and feedback messages of the action.
+const SERVICE_DEPTH: usize = 10;
 /// Number of queued descriptions of filters.
 const FILTERS_DEPTH: usize = 5;
 
@@ -39,6 +43,8 @@ pub struct DdsSettings {
     pub localhost_only: bool,
     /// Publishes `cmd_vel` as `TwistStamped` instead of `Twist`.
     pub stamped: bool,
+    /// Speaks services as `rmw_cyclonedds_cpp` does, instead of `rmw_fastrtps_cpp`: the two number requests differently.
+    pub cyclone_services: bool,
 }
 
 impl DdsSettings {
@@ -107,6 +113,8 @@ pub struct DdsNode {
     markers: Publisher<msg::MarkerArray>,
     diagnostics: Publisher<msg::DiagnosticArray>,
     own_transforms: Publisher<msg::TFMessage>,
+    updated_map: Publisher<msg::OccupancyGrid>,
+    navigate: NavigateServer,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -157,6 +165,18 @@ impl DdsNode {
         // The node has no ROS parameters and no ROS log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let mut node = context.new_node(name, options).map_err(dds_error)?;
+        let mapping = if settings.cyclone_services {
+            ServiceMapping::Cyclone
+        } else {
+            ServiceMapping::Enhanced
+        };
+        let qos = ActionQos {
+            service: reliable(SERVICE_DEPTH),
+            feedback: reliable(SERVICE_DEPTH),
+            status: latched(1),
+        };
+        let name = topic_name(namespace, NAVIGATE)?;
+        let navigate = NavigateServer::new(&mut node, mapping, &name, qos).map_err(dds_error)?;
         let mut builder = EndpointBuilder { node: &mut node, namespace };
         Ok(Self {
             map: builder.input("map", latched(1))?,
@@ -182,7 +202,9 @@ impl DdsNode {
             path: builder.publisher("plan", latched(1))?,
             markers: builder.publisher("local_markers", reliable(1))?,
             diagnostics: builder.publisher("diagnostics", reliable(1))?,
+            updated_map: builder.publisher("inbye/updated_map", latched(1))?,
             own_transforms: builder.publisher("tf", reliable(TRANSFORM_DEPTH))?,
+            navigate,
             unsent: 0,
             _node: node,
         })
@@ -201,6 +223,7 @@ impl DdsNode {
         self.odometry.take(|message| IncomingMessage::Odometry(Box::new(message)), &mut all);
         self.scan.take(IncomingMessage::Scan, &mut all);
         self.goal.take(IncomingMessage::Goal, &mut all);
+        self.navigate.receive(&mut all);
         let initial_pose = |message| IncomingMessage::InitialPose(Box::new(message));
         self.initial_pose.take(initial_pose, &mut all);
         // Of both at once, the stop counts.
@@ -220,6 +243,8 @@ impl DdsNode {
             ToNetwork::Path(path) => self.path.publish(path).is_ok(),
             ToNetwork::Markers(markers) => self.markers.publish(markers).is_ok(),
             ToNetwork::Diagnostics(diagnostics) => self.diagnostics.publish(diagnostics).is_ok(),
+            ToNetwork::Action(update) => self.navigate.publish(update),
+            ToNetwork::UpdatedMap(map) => self.updated_map.publish(map).is_ok(),
             ToNetwork::Transforms(transforms) => self.own_transforms.publish(transforms).is_ok(),
         };
         self.unsent += u64::from(!is_sent);

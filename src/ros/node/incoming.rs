@@ -18,6 +18,9 @@ const MIN_UPRIGHT: f64 = 0.5;
 /// Longest name of a frame, bytes.
 const MAX_FRAME_NAME: usize = 256;
 
+/// The name of the action.
+pub const NAVIGATE: &str = "navigate_to_pose";
+
 /// A received message.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -38,6 +41,10 @@ pub enum IncomingMessage {
     SpeedLimit(msg::SpeedLimit),
     /// On `goal_pose`.
     Goal(msg::PoseStamped),
+    /// A goal of the action `navigate_to_pose`.
+    Navigate(Box<msg::ActionGoal>),
+    /// A request to cancel goals of that action.
+    Cancel(msg::ActionCancel),
     /// On `initialpose`: about where the robot is.
     InitialPose(Box<msg::PoseWithCovarianceStamped>),
     /// On `inbye/arm`: true arms the robot, false disarms it.
@@ -71,6 +78,7 @@ impl IncomingMessage {
             ("costmap_filter_info", msg::CostmapFilterInfo::NAME),
             ("speed_limit", msg::SpeedLimit::NAME),
             ("goal_pose", msg::PoseStamped::NAME),
+            (NAVIGATE, msg::NavigateToPoseGoal::NAME),
             ("initialpose", msg::PoseWithCovarianceStamped::NAME),
             ("inbye/arm", msg::Bool::NAME),
             ("inbye/stop", msg::Bool::NAME),
@@ -92,6 +100,7 @@ impl IncomingMessage {
             Self::FilterInfo(_) => "costmap_filter_info",
             Self::SpeedLimit(_) => "speed_limit",
             Self::Goal(_) => "goal_pose",
+            Self::Navigate(_) | Self::Cancel(_) => NAVIGATE,
             Self::InitialPose(_) => "initialpose",
             Self::Arm(_) => "inbye/arm",
             Self::Stop(_) => "inbye/stop",

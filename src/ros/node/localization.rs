@@ -7,7 +7,8 @@ use super::latest_inputs::OdometryFrame;
 use super::notices::MissingInput;
 use crate::geometry::Pose;
 use crate::localization::{
-    LocalizationError, LocalizationSettings, LocalizationStatus, Localizer, PoseEstimate, PoseHint,
+    LocalizationError, LocalizationSettings, LocalizationStatus, Localizer, MapChanges,
+    PoseEstimate, PoseHint,
 };
 use crate::map::{OccupancyGrid, TimedScan, UnknownPolicy};
 use crate::ros::convert::key_value;
@@ -133,6 +134,12 @@ impl NodeLocalization {
             time_s: self.matched_s.unwrap_or(f64::NEG_INFINITY),
             lost: localizer.estimate().status.lost_reason(),
         })
+    }
+
+    /// What the scans have contradicted for minutes in the map, which must be the newest.
+    pub fn map_changes(&self, map: &OccupancyGrid) -> Option<MapChanges> {
+        let localizer = self.localizer.as_ref().filter(|_| self.preparation.is_none())?;
+        Some(localizer.map_changes(map))
     }
 
     /// The status for `diagnostics`, with the name of its state.

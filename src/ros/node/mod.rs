@@ -4,6 +4,9 @@
 //! messages to publish. With the feature `ros2`, `dds` transports them over DDS, without a ROS installation; [`network`] keeps
 //! DDS in a process of its own.
 
+mod action;
+#[cfg(feature = "ros2")]
+mod action_server;
 mod arrival_delay;
 #[cfg(feature = "ros2")]
 pub mod dds;
@@ -21,6 +24,7 @@ mod protection;
 mod scan;
 mod zones;
 
+pub use action::ActionUpdate;
 #[cfg(feature = "mcap")]
 pub(crate) use frames::Frames;
 pub use incoming::IncomingMessage;

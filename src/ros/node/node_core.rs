@@ -1,15 +1,17 @@
 //! The node without its transport.
 
+mod action;
+mod ages;
 mod display;
+mod goal_end;
 mod localization;
 mod map;
 
-use std::fmt::Display;
-
+use super::action::{ActionUpdate, ActiveGoal, UNKNOWN, error_code};
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
 use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
-use super::latest_inputs::{AgeLimits, LatestInputs, OdometryFrame};
+use super::latest_inputs::{LatestInputs, OdometryFrame};
 use super::localization::NodeLocalization;
 use super::map_update::MapUpdate;
 use super::notices::{MessageError, MissingInput, NodeStats, Notices};
@@ -19,13 +21,12 @@ use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
 use crate::map::GridFrame;
-use crate::navigator::{Decision, Fault, Goal, Mode, Navigator, Observation, Waypoints};
-use crate::ros::msg;
+use crate::navigator::{Decision, Fault, Goal, Navigator, Observation, Waypoints};
+use crate::ros::msg::{self, ActionEnd};
 use crate::runtime::{Config, PoseSource};
 use crate::settings::SettingError;
+use map::ContradictedMap;
 
-/// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
-const STOP_S: f64 = 1.0;
 /// Time for which the robot stands after the return of the transport and of all inputs, seconds: a base that discovers the node
 /// meanwhile gets zeros first.
 const RESUME_HOLD_S: f64 = 2.0;
@@ -59,8 +60,12 @@ pub struct Outgoing {
     pub markers: Option<msg::MarkerArray>,
     /// For `tf`: the frame of the odometry in the map, while the node localises the robot and knows its pose.
     pub transforms: Option<msg::TFMessage>,
+    /// For `inbye/updated_map`: the map with what the scans contradicted for minutes, when that changes.
+    pub updated_map: Option<msg::OccupancyGrid>,
     /// For `diagnostics`: what the protective layer and the operator's switch do, and the localisation.
     pub diagnostics: Option<msg::DiagnosticArray>,
+    /// For the clients of the action `navigate_to_pose`.
+    pub action: Vec<ActionUpdate>,
     /// New notices for the user, a line each.
     pub notices: Vec<String>,
 }
@@ -79,6 +84,13 @@ pub struct NodeCore {
     /// `None` where others localise the robot.
     localization: Option<NodeLocalization>,
     zones: ZoneInputs,
+    contradicted: ContradictedMap,
+    /// The goal of a client of the action, if the present goal is one.
+    action: Option<ActiveGoal>,
+    /// What the clients get at the next tick.
+    updates: Vec<ActionUpdate>,
+    /// The newest pose in the map.
+    pose: Pose,
     /// The goal and its frame.
     goal: Option<(String, Goal)>,
     navigator: Option<Navigator>,
@@ -124,6 +136,10 @@ impl NodeCore {
             engine: NodeEngine::new(engine),
             inputs: LatestInputs::default(),
             zones: ZoneInputs::default(),
+            contradicted: ContradictedMap::default(),
+            action: None,
+            updates: Vec::new(),
+            pose: Pose::default(),
             goal: None,
             navigator: None,
             map_update: MapUpdate::default(),
@@ -219,6 +235,8 @@ impl NodeCore {
                 }
             }
             IncomingMessage::InitialPose(hint) => self.set_hint(incoming::pose_hint(hint)?)?,
+            IncomingMessage::Navigate(goal) => self.navigate(now_s, goal)?,
+            IncomingMessage::Cancel(request) => self.cancel(now_s, *request),
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
             IncomingMessage::KeepoutMask(mask) => {
                 let is_new = self.zones.set_keepout(MapInput::new(mask)?);
@@ -267,6 +285,7 @@ impl NodeCore {
         }
         if let (Some(localization), Some(map)) = (&mut self.localization, &self.inputs.map) {
             localization.set_map(&map.grid);
+            self.contradicted = ContradictedMap::default();
         }
         if self.ended_s.is_some() {
             return;
@@ -274,7 +293,7 @@ impl NodeCore {
         if let Some((found, _)) = self.goal.clone().filter(|(found, _)| *found != frame) {
             let expected = frame;
             self.navigator = None;
-            self.abort(now_s, &MessageError::WrongFrame { found, expected });
+            self.abort(now_s, UNKNOWN, &MessageError::WrongFrame { found, expected });
         } else {
             self.prepare_if(true);
         }
@@ -293,6 +312,7 @@ impl NodeCore {
 
     fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
         self.check_map_frame(&found)?;
+        self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
         self.goal = Some((found, goal));
         self.navigator = None;
         self.ended_s = None;
@@ -316,6 +336,7 @@ impl NodeCore {
         if let Some(localization) = &mut self.localization {
             localization.tick();
         }
+        outgoing.updated_map = self.look_for_changes(now_s);
         let odometry_frame = self.odometry_frame();
         outgoing.transforms = self.transforms(now_s, &odometry_frame);
         if self.goal.is_some() {
@@ -326,6 +347,8 @@ impl NodeCore {
             self.stats.count_command(self.protection.action());
             outgoing.command = Some(self.command);
             self.add_plan_and_markers(now_s, decision.as_ref(), &mut outgoing);
+            self.add_feedback(now_s, decision.as_ref());
+            self.end_cancelled(self.command == Twist::STOP);
             self.drop_ended_goal(now_s);
         } else {
             self.protection.idle();
@@ -335,6 +358,7 @@ impl NodeCore {
         let localization = self.localization.as_ref().map(NodeLocalization::status);
         let statuses = [Some(self.protection.status()), localization].into_iter().flatten();
         outgoing.diagnostics = self.diagnostics.message(now_s, statuses.collect());
+        outgoing.action = std::mem::take(&mut self.updates);
         outgoing.notices = self.notices.take();
         outgoing
     }
@@ -343,30 +367,6 @@ impl NodeCore {
     #[must_use]
     pub fn final_command(&self) -> Option<Twist> {
         (self.stats.commands > 0).then_some(Twist::STOP)
-    }
-
-    fn age_limits(&self) -> AgeLimits {
-        let config = &self.settings.config;
-        AgeLimits {
-            odometry_s: config.navigator.odometry_timeout_s,
-            transform_s: config.node.transform_timeout_s,
-            clock_ahead_s: config.node.max_clock_ahead_s,
-        }
-    }
-
-    /// Counts the delays of scans and odometry, and reports those that are late.
-    fn check_delays(&mut self) {
-        let settings = &self.settings.config.navigator;
-        let delays = [
-            ("odom", &self.inputs.odometry_delay, settings.odometry_timeout_s),
-            ("scan", &self.inputs.scan_delay, settings.scan_timeout_s),
-        ];
-        for (topic, delay, limit_s) in delays {
-            if let Some(least_s) = delay.least_s() {
-                self.stats.least_delay_s.insert(topic, least_s);
-                self.notices.late(topic, least_s, limit_s);
-            }
-        }
     }
 
     fn brake(&self) -> Twist {
@@ -401,6 +401,7 @@ impl NodeCore {
             }
         };
         self.notices.missing(None);
+        self.pose = observation.pose;
         if self.is_held(now_s) {
             return None;
         }
@@ -417,7 +418,7 @@ impl NodeCore {
             }
             match self.new_navigator(&observation.pose, clock)? {
                 Ok(navigator) => self.start(navigator),
-                Err(fault) => self.abort(now_s, &fault),
+                Err(fault) => self.abort(now_s, error_code(&fault), &fault),
             }
         }
         let navigator = self.navigator.as_mut()?;
@@ -462,36 +463,5 @@ impl NodeCore {
         self.map_update = MapUpdate::default();
         self.navigator = Some(navigator);
         self.published_plans = 0;
-    }
-
-    fn check_end(&mut self, now_s: f64, mode: Mode) {
-        if self.ended_s.is_some() {
-            return;
-        }
-        if mode == Mode::Arrived {
-            self.stats.reached += 1;
-            self.ended_s = Some(now_s);
-            self.notices.push("reached the goal");
-        }
-        let fault = self.navigator.as_ref().and_then(Navigator::fault).cloned();
-        if let Some(fault) = fault {
-            self.abort(now_s, &fault);
-        }
-    }
-
-    fn abort(&mut self, now_s: f64, cause: &dyn Display) {
-        self.stats.aborted += 1;
-        self.ended_s = Some(now_s);
-        self.notices.push(format!("aborted the goal: {cause}"));
-    }
-
-    /// Drops an ended goal after the robot has stood for a while.
-    fn drop_ended_goal(&mut self, now_s: f64) {
-        let is_over = |ended_s: f64| now_s - ended_s >= STOP_S && now_s >= self.zero_until_s;
-        if self.ended_s.is_some_and(is_over) && self.command == Twist::STOP {
-            self.goal = None;
-            self.navigator = None;
-            self.ended_s = None;
-        }
     }
 }

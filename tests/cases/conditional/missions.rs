@@ -8,6 +8,7 @@ use libtest_mimic::Trial;
 use crate::support::adapters;
 
 mod audit;
+mod changed_walls;
 mod doors;
 mod driving;
 mod ground;
@@ -26,6 +27,7 @@ type Test = (&'static str, fn());
 pub fn trials() -> Vec<Trial> {
     let tests = [
         audit::TESTS,
+        changed_walls::TESTS,
         doors::TESTS,
         people::TESTS,
         places::TESTS,

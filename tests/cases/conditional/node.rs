@@ -24,9 +24,10 @@ const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
-    let scenarios: [(&'static str, Check); 10] = [
+    let scenarios: [(&'static str, Check); 11] = [
         ("drives_to_goal", drives_to_goal),
         ("localizes", localizes),
+        ("navigates", navigates),
         ("late_joiner", late_joiner),
         ("missing_inputs", missing_inputs),
         ("invalid_messages", invalid_messages),
@@ -69,6 +70,27 @@ fn localizes(facts: &Value) -> Result<(), Failed> {
     holds(number(facts, "transforms") > 100.0, "at each tick", facts)?;
     // A cell of the map is 0.1 m, and a beam ends in steps of 0.03 m.
     holds(number(facts, "largest_error_m") < 0.2, "where the odometry began", facts)?;
+    ends_cleanly(facts)
+}
+
+/// A client of the action `navigate_to_pose`, with services as Cyclone DDS's RMW speaks them.
+fn navigates(facts: &Value) -> Result<(), Failed> {
+    holds(facts["first_accepted"] == true, "the first goal is accepted", facts)?;
+    holds(facts["started_s"].is_number(), "the robot drives", facts)?;
+    holds(facts["cancel_code"] == 0, "the request to cancel is accepted", facts)?;
+    holds(facts["canceling"] == serde_json::json!([true]), "it names the goal", facts)?;
+    holds(facts["first_status"] == 5, "the first goal is cancelled", facts)?;
+    holds(number(facts, "crept_m") < 0.01, "the robot stands", facts)?;
+    holds(facts["second_accepted"] == true, "the second goal is accepted", facts)?;
+    holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
+    holds(facts["second_status"] == 4, "the second goal has succeeded", facts)?;
+    holds(facts["second_error"] == serde_json::json!([0, ""]), "without an error", facts)?;
+    holds(facts["statuses"].to_string().contains("[2,4]"), "a status says so", facts)?;
+    holds(facts["third_accepted"] == false, "a goal nowhere is rejected", facts)?;
+    let feedback = &facts["feedback"];
+    let at = |index: usize| feedback[index].as_f64().unwrap_or(f64::NAN);
+    holds(at(0) > 20.0 && at(1) > 3.0 && at(2) < 1.0, "the distance falls", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
     ends_cleanly(facts)
 }
 

@@ -1,5 +1,6 @@
 //! The ROS 2 node without DDS: messages in, messages out, and a simulated clock.
 
+mod action;
 mod ages;
 mod localization;
 mod messages;

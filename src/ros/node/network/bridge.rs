@@ -10,7 +10,10 @@ use std::time::Duration;
 
 use super::frame::{FromNetwork, ToNetwork, read_frame, write_frame};
 use super::watchdog::CommandWatchdog;
-use crate::ros::msg::{DiagnosticArray, MarkerArray, Path, TFMessage, Time, Twist, TwistStamped};
+use crate::ros::msg::{
+    DiagnosticArray, MarkerArray, OccupancyGrid, Path, TFMessage, Time, Twist, TwistStamped,
+};
+use crate::ros::node::ActionUpdate;
 use crate::ros::node::dds::{DdsNode, DdsSettings, NodeError};
 
 /// Interval at which messages are taken on both sides.
@@ -31,6 +34,9 @@ struct Inbox {
     markers: Option<MarkerArray>,
     diagnostics: Option<DiagnosticArray>,
     transforms: Option<TFMessage>,
+    updated_map: Option<OccupancyGrid>,
+    /// In their order: none may be left out.
+    action: Vec<ActionUpdate>,
     has_frame: bool,
     is_closed: bool,
 }
@@ -70,8 +76,17 @@ pub fn run_bridge(
     let mut alive_s = f64::NEG_INFINITY;
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();
-        let Inbox { command, path, markers, diagnostics, transforms, has_frame, is_closed } =
-            take(&inbox);
+        let Inbox {
+            command,
+            path,
+            markers,
+            diagnostics,
+            transforms,
+            updated_map,
+            action,
+            has_frame,
+            is_closed,
+        } = take(&inbox);
         if has_frame {
             watchdog.on_frame(now_s);
         }
@@ -85,8 +100,10 @@ pub fn run_bridge(
             path.map(ToNetwork::Path),
             markers.map(ToNetwork::Markers),
             diagnostics.map(ToNetwork::Diagnostics),
+            updated_map.map(ToNetwork::UpdatedMap),
         ];
-        others.into_iter().flatten().for_each(|message| dds.publish(message));
+        let others = others.into_iter().flatten().chain(action.into_iter().map(ToNetwork::Action));
+        others.for_each(|message| dds.publish(message));
         if is_closed {
             break;
         }
@@ -163,6 +180,8 @@ fn read_all(input: impl Read, inbox: &Mutex<Inbox>) {
             ToNetwork::Markers(markers) => inbox.markers = Some(markers),
             ToNetwork::Diagnostics(diagnostics) => inbox.diagnostics = Some(diagnostics),
             ToNetwork::Transforms(transforms) => inbox.transforms = Some(transforms),
+            ToNetwork::UpdatedMap(map) => inbox.updated_map = Some(map),
+            ToNetwork::Action(update) => inbox.action.push(update),
         }
     }
     lock(inbox).is_closed = true;

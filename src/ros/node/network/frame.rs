@@ -5,7 +5,7 @@
 use std::io::{self, Read, Write};
 
 use crate::ros::msg::{self, KeyValue, Message};
-use crate::ros::node::IncomingMessage;
+use crate::ros::node::{ActionUpdate, IncomingMessage};
 
 /// Longest payload of a map, a path or markers, bytes.
 const MAX_LARGE: u32 = 256 << 20;
@@ -43,6 +43,10 @@ pub enum ToNetwork {
     Diagnostics(msg::DiagnosticArray),
     /// For `tf`.
     Transforms(msg::TFMessage),
+    /// For `inbye/updated_map`.
+    UpdatedMap(msg::OccupancyGrid),
+    /// For the clients of the action.
+    Action(ActionUpdate),
 }
 
 /// A type of frames.
@@ -59,7 +63,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 | 12 | 13 => Some(MAX_LARGE),
-            0 | 1 | 3..=11 | 14 | 15 => Some(MAX_SMALL),
+            0 | 1 | 3..=11 | 14..=17 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -86,6 +90,8 @@ impl Frame for FromNetwork {
                 IncomingMessage::SpeedMask(message) => (13, message.to_cdr()),
                 IncomingMessage::FilterInfo(message) => (14, message.to_cdr()),
                 IncomingMessage::SpeedLimit(message) => (15, message.to_cdr()),
+                IncomingMessage::Navigate(message) => (16, message.to_cdr()),
+                IncomingMessage::Cancel(message) => (17, message.to_cdr()),
             },
         }
     }
@@ -115,6 +121,8 @@ impl Frame for FromNetwork {
             13 => IncomingMessage::SpeedMask(Message::from_cdr(payload)?),
             14 => IncomingMessage::FilterInfo(Message::from_cdr(payload)?),
             15 => IncomingMessage::SpeedLimit(Message::from_cdr(payload)?),
+            16 => IncomingMessage::Navigate(Box::new(Message::from_cdr(payload)?)),
+            17 => IncomingMessage::Cancel(Message::from_cdr(payload)?),
             _ => return None,
         };
         Some(Self::Message(message))
@@ -124,8 +132,8 @@ impl Frame for FromNetwork {
 impl Frame for ToNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
-            0 | 1 | 4 | 5 => Some(MAX_SMALL),
-            2 | 3 => Some(MAX_LARGE),
+            0 | 1 | 4 | 5 | 7..=10 => Some(MAX_SMALL),
+            2 | 3 | 6 => Some(MAX_LARGE),
             _ => None,
         }
     }
@@ -138,6 +146,13 @@ impl Frame for ToNetwork {
             Self::Markers(message) => (3, message.to_cdr()),
             Self::Diagnostics(message) => (4, message.to_cdr()),
             Self::Transforms(message) => (5, message.to_cdr()),
+            Self::UpdatedMap(message) => (6, message.to_cdr()),
+            Self::Action(update) => match update {
+                ActionUpdate::Answer(message) => (7, message.to_cdr()),
+                ActionUpdate::CancelAnswer(message) => (8, message.to_cdr()),
+                ActionUpdate::Feedback(message) => (9, message.to_cdr()),
+                ActionUpdate::End(message) => (10, message.to_cdr()),
+            },
         }
     }
 
@@ -149,6 +164,11 @@ impl Frame for ToNetwork {
             3 => Message::from_cdr(payload).map(Self::Markers),
             4 => Message::from_cdr(payload).map(Self::Diagnostics),
             5 => Message::from_cdr(payload).map(Self::Transforms),
+            6 => Message::from_cdr(payload).map(Self::UpdatedMap),
+            7 => Message::from_cdr(payload).map(ActionUpdate::Answer).map(Self::Action),
+            8 => Message::from_cdr(payload).map(ActionUpdate::CancelAnswer).map(Self::Action),
+            9 => Message::from_cdr(payload).map(ActionUpdate::Feedback).map(Self::Action),
+            10 => Message::from_cdr(payload).map(ActionUpdate::End).map(Self::Action),
             _ => None,
         }
     }

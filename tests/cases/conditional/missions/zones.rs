@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use inbye::experiment::built_in_maps;
 use inbye::experiment::missions::Rules;
-use inbye::geometry::Point;
+use inbye::geometry::{Point, Pose};
 use inbye::local::CpuEngine;
-use inbye::map::{GridFrame, ObstacleGrid, OccupancyGrid, UnknownPolicy, Zones};
-use inbye::runtime::{Config, MissionResult, ZoneCompliance};
+use inbye::map::{GridFrame, OccupancyGrid, UnknownPolicy, Zones};
+use inbye::runtime::{Config, MissionResult, ObstacleGap, ZoneCompliance};
 use inbye::sim::Simulation;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -26,6 +26,9 @@ pub const TESTS: &[Test] = &[
 
 /// Random missions in CI. `INBYE_ZONE_MISSIONS=1000` drives more.
 const MISSIONS: u64 = 12;
+
+/// Gap between a closed zone and the robot at its start and at its goal, metres.
+const END_GAP_M: f64 = 0.1;
 
 /// How far from the straight line random zones lie, metres.
 const ASIDE_M: f64 = 3.0;
@@ -105,9 +108,15 @@ fn random_zones(simulation: &Simulation, config: &Config, rng: &mut Pcg64Mcg) ->
     let obstacles = map.obstacles(UnknownPolicy::Blocked);
     let frame = *map.frame();
     let (start, goal) = (simulation.mission.start.position(), simulation.mission.goal.position);
+    let goal_yaw = simulation.mission.goal.yaw.unwrap_or(0.0);
     let mut planner = config.route_planner(frame.resolution_m);
-    let mut leaves_a_path =
-        |obstacles: &ObstacleGrid| planner.plan(obstacles, start, goal, &mut || 0.0).is_ok();
+    let ends = [simulation.mission.start, Pose::new(goal.x, goal.y, goal_yaw)];
+    let mut leaves_a_path = |zones: &Zones| {
+        let gap = ObstacleGap::new(zones.closed());
+        let is_apart = |end: &Pose| gap.gap_m(&config.robot.footprint, end) > END_GAP_M;
+        let obstacles = zones.with_obstacles(&obstacles);
+        ends.iter().all(is_apart) && planner.plan(&obstacles, start, goal, &mut || 0.0).is_ok()
+    };
     let mut zones = Zones::new(&frame);
     let zone = |rng: &mut Pcg64Mcg, value: i8| {
         // Near the straight line, where zones matter.
@@ -131,7 +140,7 @@ fn random_zones(simulation: &Simulation, config: &Config, rng: &mut Pcg64Mcg) ->
     for _ in 0..rng.random_range(1..=3) {
         let mut tried = zones.clone();
         tried.close(&zone(rng, 100));
-        if leaves_a_path(&tried.with_obstacles(&obstacles)) {
+        if leaves_a_path(&tried) {
             zones = tried;
         }
     }

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int8, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import (
+    array, float32, float64, int8, int16, int32, int64, sequence, uint8, uint16, uint32, uint64,
+)
 
 
 def ros(package, name):
@@ -226,3 +228,85 @@ class Marker(IdlStruct, typename=ros("visualization_msgs", "Marker")):
 @dataclass
 class MarkerArray(IdlStruct, typename=ros("visualization_msgs", "MarkerArray")):
     markers: sequence[Marker]
+
+
+# Services as `rmw_cyclonedds_cpp` speaks them: each request and reply starts with the client and the number of the request.
+
+
+@dataclass
+class GoalInfo(IdlStruct, typename=ros("action_msgs", "GoalInfo")):
+    goal_id: array[uint8, 16]
+    stamp: Time
+
+
+@dataclass
+class GoalStatus(IdlStruct, typename=ros("action_msgs", "GoalStatus")):
+    goal_info: GoalInfo
+    status: int8
+
+
+@dataclass
+class GoalStatusArray(IdlStruct, typename=ros("action_msgs", "GoalStatusArray")):
+    status_list: sequence[GoalStatus]
+
+
+def navigate(name):
+    return f"nav2_msgs::action::dds_::NavigateToPose_{name}_"
+
+
+@dataclass
+class SendGoalRequest(IdlStruct, typename=navigate("SendGoal_Request")):
+    client: uint64
+    number: int64
+    goal_id: array[uint8, 16]
+    pose: PoseStamped
+    behavior_tree: str
+
+
+@dataclass
+class SendGoalReply(IdlStruct, typename=navigate("SendGoal_Response")):
+    client: uint64
+    number: int64
+    accepted: bool
+    stamp: Time
+
+
+@dataclass
+class GetResultRequest(IdlStruct, typename=navigate("GetResult_Request")):
+    client: uint64
+    number: int64
+    goal_id: array[uint8, 16]
+
+
+@dataclass
+class GetResultReply(IdlStruct, typename=navigate("GetResult_Response")):
+    client: uint64
+    number: int64
+    status: int8
+    error_code: uint16
+    error_msg: str
+
+
+@dataclass
+class CancelGoalRequest(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Request_"):
+    client: uint64
+    number: int64
+    goal_info: GoalInfo
+
+
+@dataclass
+class CancelGoalReply(IdlStruct, typename="action_msgs::srv::dds_::CancelGoal_Response_"):
+    client: uint64
+    number: int64
+    return_code: int8
+    goals_canceling: sequence[GoalInfo]
+
+
+@dataclass
+class Feedback(IdlStruct, typename=navigate("FeedbackMessage")):
+    goal_id: array[uint8, 16]
+    current_pose: PoseStamped
+    navigation_time: Duration
+    estimated_time_remaining: Duration
+    number_of_recoveries: int16
+    distance_remaining: float32

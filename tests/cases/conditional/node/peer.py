@@ -317,6 +317,100 @@ def localizes(program):
     }
 
 
+class ActionClient:
+    """A client of the action `navigate_to_pose`."""
+
+    CLIENT = 0x1234_5678_9ABC_DEF0
+
+    def __init__(self, robot):
+        self.robot, self.number, self.services = robot, 0, {}
+        depth = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(50))
+        action = "navigate_to_pose/_action"
+        kinds = {
+            "send_goal": (m.SendGoalRequest, m.SendGoalReply),
+            "cancel_goal": (m.CancelGoalRequest, m.CancelGoalReply),
+            "get_result": (m.GetResultRequest, m.GetResultReply),
+        }
+        for name, (request, reply) in kinds.items():
+            requests = Topic(robot.participant, f"rq/{action}/{name}Request", request)
+            replies = Topic(robot.participant, f"rr/{action}/{name}Reply", reply)
+            writer = DataWriter(robot.participant, requests, qos=depth)
+            self.services[name] = (request, writer, DataReader(robot.participant, replies, qos=depth))
+        self.feedback = robot.reader(f"{action}/feedback", m.Feedback, depth)
+        self.statuses = robot.reader(f"{action}/status", m.GoalStatusArray, LATCHED)
+
+    def call(self, name, *arguments):
+        """Sends a request and returns its number."""
+        request, writer, _ = self.services[name]
+        self.number += 1
+        writer.write(request(self.CLIENT, self.number, *arguments))
+        return self.number
+
+    def reply(self, name, number, within_s):
+        """Steps until the reply to a request."""
+        got = []
+
+        def has_reply():
+            for reply in self.services[name][2].take(N=10):
+                if (getattr(reply, "client", None), getattr(reply, "number", None)) == (self.CLIENT, number):
+                    got.append(reply)
+            return got
+
+        self.robot.until(has_reply, within_s)
+        return got[0] if got else None
+
+    def send_goal(self, number, x, y, yaw):
+        """The identity of a goal, and whether it is accepted."""
+        goal_id = [number] * 16
+        pose_stamped = m.PoseStamped(header("map"), pose(x, y, yaw))
+        reply = self.reply("send_goal", self.call("send_goal", goal_id, pose_stamped, ""), 10.0)
+        return goal_id, reply and reply.accepted
+
+
+def navigates(program):
+    """A client of the action cancels its first goal and reaches its second one."""
+    os.environ["RMW_IMPLEMENTATION"] = "rmw_cyclonedds_cpp"
+    robot = Robot()
+    robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0))
+    node = Program(program)
+    client = ActionClient(robot)
+    robot.until(lambda: False, 3.0)
+    first, accepted = client.send_goal(1, *GOAL)
+    facts = {"first_accepted": accepted}
+    wanted = client.call("get_result", first)
+    facts["started_s"] = robot.until(lambda: robot.v > 0.3, 20.0)
+    cancel = client.call("cancel_goal", m.GoalInfo(first, m.Time(0, 0)))
+    answer = client.reply("cancel_goal", cancel, 10.0)
+    facts["cancel_code"] = answer and answer.return_code
+    facts["canceling"] = answer and [list(info.goal_id) == first for info in answer.goals_canceling]
+    result = client.reply("get_result", wanted, 20.0)
+    facts["first_status"] = result and result.status
+    robot.until(robot.is_commanded_to_stop, 5.0)
+    stood_at = (robot.x, robot.y)
+    robot.until(lambda: False, 1.0)
+    facts["crept_m"] = distance(stood_at, (robot.x, robot.y))
+    second, facts["second_accepted"] = client.send_goal(2, *GOAL)
+    client.feedback.take(N=50)
+    left_m = []
+
+    def ends():
+        for message in client.feedback.take(N=50):
+            if list(getattr(message, "goal_id", [])) == second:
+                left_m.append(message.distance_remaining)
+        return robot.stands_near(*GOAL[:2])
+
+    facts["took_s"] = robot.until(ends, 90.0)
+    result = client.reply("get_result", client.call("get_result", second), 20.0)
+    facts["second_status"] = result and result.status
+    facts["second_error"] = result and [result.error_code, result.error_msg]
+    statuses = [one for array in client.statuses.take(N=10) for one in getattr(array, "status_list", [])]
+    facts["statuses"] = sorted({(one.goal_info.goal_id[0], one.status) for one in statuses})
+    facts["feedback"] = [len(left_m), left_m[0] if left_m else None, left_m[-1] if left_m else None]
+    third, facts["third_accepted"] = client.send_goal(3, math.nan, 0.0, 0.0)
+    return {**facts, "contacts": robot.contacts, **node.end()}
+
+
 def late_joiner(program):
     """The map is older than the node, the plan older than its reader."""
     robot = Robot()

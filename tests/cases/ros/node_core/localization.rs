@@ -159,6 +159,44 @@ fn robot_keeps_its_pose_on_a_map_that_grows() {
     assert!(robot.away_m() < 0.1, "{:?}", robot.pose);
 }
 
+/// The passage beside the wall is blocked but for a gap at the upper border; the robot has seen that for minutes.
+#[test]
+fn obstacle_that_is_not_on_the_map_is_reported_and_planned_around() {
+    let mut robot = localizing();
+    robot.publish_mount();
+    robot.receive(&IncomingMessage::Map(map(&grid(29))));
+    let rough = initial_pose("map", &robot.pose.clone());
+    robot.receive(&rough);
+    until_prepared(&mut robot);
+    // From (4.8, 3.0) to (5.2, 4.4).
+    robot.rebuild(24..26, 15..22, true);
+    robot.until(950, |robot| !robot.updated_maps.is_empty());
+    assert!(
+        robot.has_notice(
+            "the scans contradict the map for minutes: 1 obstacles appeared, 0 vanished"
+        )
+    );
+    let updated = &robot.updated_maps[0];
+    let occupied = |row: usize, column: usize| updated.data[row * 60 + column] == 100;
+    let near = (15..22).filter(|row| occupied(*row, 24)).count();
+    assert!(near >= 5, "{near} of 7 cells of the side that faces the robot");
+    assert!(updated.header.frame_id == "map" && updated.info.resolution == 0.2);
+    robot.receive(&IncomingMessage::Goal(goal(9.5, 1.5)));
+    robot.until(50, |robot| !robot.paths.is_empty());
+    let steps = robot.paths[0].poses.windows(2);
+    let beside = |step: &[msg::PoseStamped]| {
+        let [from, to] = [&step[0].pose.position, &step[1].pose.position];
+        let share = (5.0 - from.x) / (to.x - from.x);
+        (0.0..=1.0).contains(&share).then(|| from.y + share * (to.y - from.y))
+    };
+    let crossed_m: Vec<f64> = steps.filter_map(beside).collect();
+    let [y] = crossed_m.as_slice() else {
+        panic!("crosses x = 5 at {crossed_m:?}");
+    };
+    assert!(!(2.8..4.6).contains(y), "{y}");
+    robot.until(900, |robot| robot.has_notice("reached the goal"));
+}
+
 #[test]
 fn invalid_initial_poses_are_rejected() {
     let mut robot = localizing().with_goal();

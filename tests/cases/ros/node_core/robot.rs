@@ -1,10 +1,12 @@
 //! A simulated robot that exchanges messages with a node, tick by tick, without DDS.
 
+use std::ops::Range;
+
 use inbye::geometry::{Pose, Twist};
 use inbye::local::CpuEngine;
 use inbye::map::{Cell, OccupancyGrid, UnknownPolicy};
 use inbye::ros::msg;
-use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings, Outgoing};
+use inbye::ros::node::{ActionUpdate, IncomingMessage, NodeCore, NodeSettings, Outgoing};
 use inbye::sim::{Lidar, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -89,6 +91,8 @@ pub struct Robot {
     pub diagnostics: Vec<msg::DiagnosticArray>,
     /// What the node published on `tf`.
     pub transforms: Vec<msg::TFMessage>,
+    pub updated_maps: Vec<msg::OccupancyGrid>,
+    pub actions: Vec<ActionUpdate>,
     world: World,
     twist: Twist,
 }
@@ -128,6 +132,8 @@ impl Robot {
             markers: Vec::new(),
             diagnostics: Vec::new(),
             transforms: Vec::new(),
+            updated_maps: Vec::new(),
+            actions: Vec::new(),
             world: World::new(grid(29).obstacles(UnknownPolicy::Blocked)),
             twist: Twist::STOP,
         }
@@ -135,16 +141,29 @@ impl Robot {
 
     /// Takes the wall across the room away.
     pub fn without_wall(&mut self) {
-        let mut open = grid(29).obstacles(UnknownPolicy::Blocked);
-        for row in 1..15 {
-            (29..31).for_each(|column| open.set(Cell::new(column, row), false));
+        self.rebuild(29..31, 1..15, false);
+    }
+
+    /// Sets cells of the world.
+    pub fn rebuild(&mut self, columns: Range<i32>, rows: Range<i32>, blocked: bool) {
+        let mut world = grid(29).obstacles(UnknownPolicy::Blocked);
+        for row in rows {
+            columns.clone().for_each(|column| world.set(Cell::new(column, row), blocked));
         }
-        self.world = World::new(open);
+        self.world = World::new(world);
     }
 
     /// An armed robot with map, goal and the lidar's place.
     pub fn ready() -> Self {
         Self::new(false).with_goal()
+    }
+
+    /// An armed robot with map and the lidar's place.
+    pub fn with_map() -> Self {
+        let mut robot = Self::new(false);
+        robot.publish_mount();
+        robot.receive(&IncomingMessage::Map(map(&grid(29))));
+        robot
     }
 
     /// The robot with map, goal and the lidar's place.
@@ -178,8 +197,19 @@ impl Robot {
         if self.has_scan {
             self.receive(&IncomingMessage::Scan(self.scan()));
         }
-        let Outgoing { command, path, markers, transforms, diagnostics, notices, .. } =
-            self.core.tick(self.now_s, &mut || 0.0);
+        let Outgoing {
+            command,
+            path,
+            markers,
+            transforms,
+            updated_map,
+            diagnostics,
+            action,
+            notices,
+            ..
+        } = self.core.tick(self.now_s, &mut || 0.0);
+        self.updated_maps.extend(updated_map);
+        self.actions.extend(action);
         self.transforms.extend(transforms);
         self.diagnostics.extend(diagnostics);
         self.notices.extend(notices);

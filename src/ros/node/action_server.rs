@@ -1,0 +1,279 @@
+//! The server of the action `navigate_to_pose` over DDS.
+//!
+//! The control process decides about goals; this keeps what their clients still ask for: answers, statuses and results.
+
+use std::collections::VecDeque;
+
+use ros2_client::action::{
+    ActionServer, ActionServerQosPolicies, GetResultResponse, GoalId, GoalInfo, GoalStatusEnum,
+    SendGoalResponse,
+};
+use ros2_client::action_msgs::{
+    CancelGoalRequest, CancelGoalResponse, CancelGoalResponseEnum, GoalStatus, GoalStatusArray,
+};
+use ros2_client::builtin_interfaces::Time;
+use ros2_client::qos::QosProfile;
+use ros2_client::{ActionTypeName, Name, Node, RmwRequestId, ServiceMapping};
+
+use super::action::ActionUpdate;
+use super::incoming::{IncomingMessage, NAVIGATE};
+use crate::ros::msg::{
+    ActionCancel, ActionEnd, ActionGoal, NavigateToPoseFeedback, NavigateToPoseGoal,
+    NavigateToPoseResult,
+};
+
+impl ros2_client::Message for NavigateToPoseGoal {}
+impl ros2_client::Message for NavigateToPoseResult {}
+impl ros2_client::Message for NavigateToPoseFeedback {}
+
+/// Maximum number of requests of each kind that one call takes.
+const MAX_REQUESTS: usize = 16;
+/// Number of ended goals whose results can still be asked for, and of requests that wait for a result or an answer.
+const MAX_ENDED: usize = 16;
+const MAX_WAITING: usize = 64;
+
+/// Quality of service of the services, the feedback and the statuses.
+pub struct ActionQos {
+    pub service: QosProfile,
+    pub feedback: QosProfile,
+    pub status: QosProfile,
+}
+
+/// The server, and the goals of its clients.
+pub struct NavigateServer {
+    server: ActionServer<NavigateToPoseGoal, NavigateToPoseResult, NavigateToPoseFeedback>,
+    /// In the order of their arrival.
+    goals: VecDeque<Goal>,
+    /// Requests to cancel that have no answer yet, by their numbers.
+    cancels: VecDeque<(u64, RmwRequestId)>,
+    requests: u64,
+}
+
+struct Goal {
+    id: GoalId,
+    /// The request that has no answer yet.
+    request: Option<RmwRequestId>,
+    stamp: Time,
+    status: GoalStatusEnum,
+    /// Set at its end.
+    result: Option<NavigateToPoseResult>,
+    /// Requests for the result.
+    waiting: Vec<RmwRequestId>,
+}
+
+impl Goal {
+    fn info(&self) -> GoalInfo {
+        GoalInfo { goal_id: self.id, stamp: self.stamp }
+    }
+}
+
+impl NavigateServer {
+    /// Creates the server as a part of a node.
+    pub fn new(
+        node: &mut Node,
+        mapping: ServiceMapping,
+        name: &Name,
+        qos: ActionQos,
+    ) -> Result<Self, ros2_client::CreateError> {
+        let ActionQos { service, feedback, status } = qos;
+        let policies = ActionServerQosPolicies {
+            goal_service: service.clone(),
+            result_service: service.clone(),
+            cancel_service: service,
+            feedback_publisher: feedback,
+            status_publisher: status,
+        };
+        let action_type = ActionTypeName::new("nav2_msgs", "NavigateToPose");
+        let server = node.create_action_server(mapping, name, &action_type, policies)?;
+        Ok(Self { server, goals: VecDeque::new(), cancels: VecDeque::new(), requests: 0 })
+    }
+
+    /// Takes the requests that arrived, and answers those for results that are known.
+    pub fn receive(&mut self, all: &mut Vec<IncomingMessage>) {
+        for _ in 0..MAX_REQUESTS {
+            match self.server.receive_goal() {
+                Ok(Some((request, goal))) => self.take_goal(request, goal.goal_id, goal.goal, all),
+                Ok(None) => break,
+                Err(error) => all.push(undecodable(&error)),
+            }
+        }
+        for _ in 0..MAX_REQUESTS {
+            match self.server.receive_cancel_request() {
+                Ok(Some((request, cancel))) => self.take_cancel(request, &cancel, all),
+                Ok(None) => break,
+                Err(error) => all.push(undecodable(&error)),
+            }
+        }
+        for _ in 0..MAX_REQUESTS {
+            match self.server.receive_result_request() {
+                Ok(Some((request, wanted))) => self.take_result_request(request, wanted.goal_id),
+                Ok(None) => break,
+                Err(error) => all.push(undecodable(&error)),
+            }
+        }
+    }
+
+    fn take_goal(
+        &mut self,
+        request: RmwRequestId,
+        id: GoalId,
+        goal: NavigateToPoseGoal,
+        all: &mut Vec<IncomingMessage>,
+    ) {
+        if self.goals.iter().any(|known| known.id == id) || self.goals.len() >= MAX_WAITING {
+            let refusal = SendGoalResponse { accepted: false, stamp: Time::ZERO };
+            // The client asks again if this answer is lost.
+            let _ = self.server.send_goal_response(request, refusal);
+            return;
+        }
+        self.goals.push_back(Goal {
+            id,
+            request: Some(request),
+            stamp: Time::ZERO,
+            status: GoalStatusEnum::Unknown,
+            result: None,
+            waiting: Vec::new(),
+        });
+        let message = ActionGoal { id: *id.uuid.as_bytes(), goal };
+        all.push(IncomingMessage::Navigate(Box::new(message)));
+    }
+
+    fn take_cancel(
+        &mut self,
+        request: RmwRequestId,
+        cancel: &CancelGoalRequest,
+        all: &mut Vec<IncomingMessage>,
+    ) {
+        let Some(id) = id_of(cancel) else {
+            return;
+        };
+        self.requests += 1;
+        if self.cancels.len() >= MAX_WAITING {
+            self.cancels.pop_front();
+        }
+        self.cancels.push_back((self.requests, request));
+        all.push(IncomingMessage::Cancel(ActionCancel { request: self.requests, id }));
+    }
+
+    fn take_result_request(&mut self, request: RmwRequestId, id: GoalId) {
+        let known = self.goals.iter_mut().find(|goal| goal.id == id);
+        let response = match known {
+            Some(Goal { result: None, waiting, .. }) => {
+                if waiting.len() < MAX_WAITING {
+                    waiting.push(request);
+                }
+                return;
+            }
+            Some(Goal { result: Some(result), status, .. }) => {
+                GetResultResponse { status: *status, result: result.clone() }
+            }
+            None => GetResultResponse {
+                status: GoalStatusEnum::Unknown,
+                result: NavigateToPoseResult::default(),
+            },
+        };
+        let _ = self.server.send_result(request, response);
+    }
+
+    /// Sends an update to the clients. Returns whether everything was sent.
+    pub fn publish(&mut self, update: ActionUpdate) -> bool {
+        match update {
+            ActionUpdate::Answer(answer) => {
+                let Some(goal) = find(&mut self.goals, &answer.id) else {
+                    return true;
+                };
+                goal.stamp = time(&answer.stamp);
+                goal.status = GoalStatusEnum::Executing;
+                let response = SendGoalResponse { accepted: answer.accepted, stamp: goal.stamp };
+                let request = goal.request.take();
+                let sent = request.map(|request| self.server.send_goal_response(request, response));
+                if !answer.accepted {
+                    self.goals.retain(|goal| *goal.id.uuid.as_bytes() != answer.id);
+                }
+                sent.is_none_or(|sent| sent.is_ok()) & self.publish_statuses()
+            }
+            ActionUpdate::CancelAnswer(answer) => {
+                let goal = find(&mut self.goals, &answer.id);
+                let return_code = match &goal {
+                    Some(_) if answer.accepted => CancelGoalResponseEnum::None,
+                    Some(_) => CancelGoalResponseEnum::GoalTerminated,
+                    None if answer.id == [0; 16] => CancelGoalResponseEnum::Rejected,
+                    None => CancelGoalResponseEnum::UnknownGoal,
+                };
+                let canceling = goal.filter(|_| answer.accepted);
+                let goals_canceling = canceling.map(|goal| {
+                    goal.status = GoalStatusEnum::Canceling;
+                    goal.info()
+                });
+                let response = CancelGoalResponse {
+                    return_code,
+                    goals_canceling: goals_canceling.into_iter().collect(),
+                };
+                let at = self.cancels.iter().position(|(number, _)| *number == answer.request);
+                let request = at.and_then(|at| self.cancels.remove(at));
+                let sent =
+                    request.map(|(_, request)| self.server.send_cancel_response(request, response));
+                sent.is_none_or(|sent| sent.is_ok()) & self.publish_statuses()
+            }
+            ActionUpdate::Feedback(message) => {
+                let goal = find(&mut self.goals, &message.id).map(|goal| goal.id);
+                goal.is_none_or(|id| self.server.send_feedback(id, message.feedback).is_ok())
+            }
+            ActionUpdate::End(end) => self.end(&end),
+        }
+    }
+
+    fn end(&mut self, end: &ActionEnd) -> bool {
+        let Some(goal) = find(&mut self.goals, &end.id) else {
+            return true;
+        };
+        goal.status = match end.status {
+            ActionEnd::SUCCEEDED => GoalStatusEnum::Succeeded,
+            ActionEnd::CANCELED => GoalStatusEnum::Canceled,
+            _ => GoalStatusEnum::Aborted,
+        };
+        let (status, waiting) = (goal.status, std::mem::take(&mut goal.waiting));
+        goal.result = Some(end.result.clone());
+        let mut is_sent = true;
+        for request in waiting {
+            let response = GetResultResponse { status, result: end.result.clone() };
+            is_sent &= self.server.send_result(request, response).is_ok();
+        }
+        is_sent &= self.publish_statuses();
+        let ended = |goal: &Goal| goal.result.is_some();
+        while self.goals.iter().filter(|goal| ended(goal)).count() > MAX_ENDED {
+            let oldest = self.goals.iter().position(ended);
+            oldest.and_then(|oldest| self.goals.remove(oldest));
+        }
+        is_sent
+    }
+
+    fn publish_statuses(&self) -> bool {
+        let status = |goal: &Goal| GoalStatus { goal_info: goal.info(), status: goal.status };
+        let status_list = self.goals.iter().filter(|goal| goal.request.is_none()).map(status);
+        let statuses = GoalStatusArray { status_list: status_list.collect() };
+        self.server.send_goal_statuses(statuses).is_ok()
+    }
+}
+
+fn find<'a>(goals: &'a mut VecDeque<Goal>, id: &[u8; 16]) -> Option<&'a mut Goal> {
+    goals.iter_mut().find(|goal| goal.id.uuid.as_bytes() == id)
+}
+
+fn time(stamp: &crate::ros::msg::Time) -> Time {
+    Time::from_nanos(i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec))
+}
+
+/// The goal that a request names. Its field is private in the crate, but not in its serialized form.
+fn id_of(cancel: &CancelGoalRequest) -> Option<[u8; 16]> {
+    let value = serde_json::to_value(cancel).ok()?;
+    serde_json::from_value(value["goal_info"]["goal_id"]["uuid"].clone()).ok()
+}
+
+fn undecodable(error: &impl ToString) -> IncomingMessage {
+    IncomingMessage::Undecodable {
+        topic: NAVIGATE,
+        expected: "NavigateToPose",
+        reason: error.to_string(),
+    }
+}

@@ -1,0 +1,104 @@
+//! Goals of the action `navigate_to_pose`.
+
+use super::NodeCore;
+use crate::navigator::{Decision, Mode};
+use crate::ros::msg::{
+    ActionAnswer, ActionCancel, ActionCancelAnswer, ActionEnd, ActionFeedback, ActionGoal,
+    Duration, Header, NavigateToPoseFeedback, Pose, PoseStamped, Time,
+};
+use crate::ros::node::action::{ActionUpdate, ActiveGoal};
+use crate::ros::node::incoming;
+use crate::ros::node::notices::MessageError;
+
+/// Interval of the feedback, seconds.
+const FEEDBACK_INTERVAL_S: f64 = 0.2;
+/// A robot that stands is assumed to drive at this share of its largest speed, for the time that remains.
+const LEAST_SPEED: f64 = 0.1;
+
+impl NodeCore {
+    /// Takes a goal of a client in place of every other one, or rejects it.
+    pub(super) fn navigate(
+        &mut self,
+        now_s: f64,
+        request: &ActionGoal,
+    ) -> Result<(), MessageError> {
+        let ActionGoal { id, goal } = request;
+        let result = incoming::goal(&goal.pose).and_then(|goal| self.set_goal(goal));
+        let (accepted, stamp) = (result.is_ok(), Time::from_seconds(now_s));
+        self.updates.push(ActionUpdate::Answer(ActionAnswer { id: *id, accepted, stamp }));
+        if accepted {
+            self.action = Some(ActiveGoal::new(*id, now_s));
+        }
+        result
+    }
+
+    /// Lets the robot brake, if the request is for its goal.
+    pub(super) fn cancel(&mut self, now_s: f64, request: ActionCancel) {
+        let ActionCancel { request, id } = request;
+        let is_active = |goal: &&mut ActiveGoal| goal.id == id || id == [0; 16];
+        // A goal that has reached its end cannot be cancelled any more.
+        let active = self.action.as_mut().filter(is_active);
+        let accepted = active.is_some();
+        let id = active.map_or(id, |goal| {
+            goal.is_canceled = true;
+            goal.id
+        });
+        self.updates.push(ActionUpdate::CancelAnswer(ActionCancelAnswer { request, accepted, id }));
+        if accepted && self.ended_s.is_none() {
+            self.ended_s = Some(now_s);
+            self.navigator = None;
+            self.notices.push("the goal was cancelled");
+        }
+    }
+
+    /// The goal of a client has ended.
+    pub(super) fn end_action(&mut self, status: i8, error: Option<(u16, String)>) {
+        if let Some(goal) = self.action.take() {
+            self.updates.push(goal.end(status, error));
+        }
+    }
+
+    /// A cancelled goal ends when the robot stands.
+    pub(super) fn end_cancelled(&mut self, stands: bool) {
+        if stands && self.action.is_some_and(|goal| goal.is_canceled) {
+            self.end_action(ActionEnd::CANCELED, None);
+        }
+    }
+
+    /// Adds feedback at its interval.
+    pub(super) fn add_feedback(&mut self, now_s: f64, decision: Option<&Decision>) {
+        let (Some(goal), Some(navigator), Some(map), Some(decision)) =
+            (&mut self.action, &self.navigator, &self.inputs.map, decision)
+        else {
+            return;
+        };
+        let is_escaping = decision.mode == Mode::Escaping;
+        if is_escaping && !goal.is_escaping {
+            goal.recoveries = goal.recoveries.saturating_add(1);
+        }
+        goal.is_escaping = is_escaping;
+        if (0.0..FEEDBACK_INTERVAL_S).contains(&(now_s - goal.feedback_s)) {
+            return;
+        }
+        goal.feedback_s = now_s;
+        let left_m = navigator.distance_left_m();
+        let least = LEAST_SPEED * self.settings.config.robot.limits.max_vel_x;
+        let speed = self.command.linear.abs().max(least);
+        let stamp = Time::from_seconds(now_s);
+        let header = Header { stamp, frame_id: map.frame.clone() };
+        let pose = Pose::from(&self.pose);
+        let feedback = NavigateToPoseFeedback {
+            current_pose: PoseStamped { header, pose },
+            navigation_time: duration(now_s - goal.accepted_s),
+            estimated_time_remaining: duration(left_m / speed),
+            number_of_recoveries: goal.recoveries,
+            distance_remaining: left_m as f32,
+        };
+        self.updates.push(ActionUpdate::Feedback(ActionFeedback { id: goal.id, feedback }));
+    }
+}
+
+fn duration(time_s: f64) -> Duration {
+    let Time { sec, nanosec } = Time::from_seconds(time_s);
+    Duration { sec, nanosec }
+}

@@ -1,0 +1,48 @@
+//! The end of a goal.
+
+use std::fmt::Display;
+
+use super::NodeCore;
+use crate::geometry::Twist;
+use crate::navigator::{Mode, Navigator};
+use crate::ros::msg::ActionEnd;
+use crate::ros::node::action::error_code;
+
+/// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
+const STOP_S: f64 = 1.0;
+
+impl NodeCore {
+    pub(super) fn check_end(&mut self, now_s: f64, mode: Mode) {
+        if self.ended_s.is_some() {
+            return;
+        }
+        if mode == Mode::Arrived {
+            self.stats.reached += 1;
+            self.ended_s = Some(now_s);
+            self.end_action(ActionEnd::SUCCEEDED, None);
+            self.notices.push("reached the goal");
+        }
+        let fault = self.navigator.as_ref().and_then(Navigator::fault).cloned();
+        if let Some(fault) = fault {
+            self.abort(now_s, error_code(&fault), &fault);
+        }
+    }
+
+    /// The goal cannot be reached. `code` is that of the error in Nav2.
+    pub(super) fn abort(&mut self, now_s: f64, code: u16, cause: &dyn Display) {
+        self.end_action(ActionEnd::ABORTED, Some((code, cause.to_string())));
+        self.stats.aborted += 1;
+        self.ended_s = Some(now_s);
+        self.notices.push(format!("aborted the goal: {cause}"));
+    }
+
+    /// Drops an ended goal after the robot has stood for a while.
+    pub(super) fn drop_ended_goal(&mut self, now_s: f64) {
+        let is_over = |ended_s: f64| now_s - ended_s >= STOP_S && now_s >= self.zero_until_s;
+        if self.ended_s.is_some_and(is_over) && self.command == Twist::STOP {
+            self.goal = None;
+            self.navigator = None;
+            self.ended_s = None;
+        }
+    }
+}
