@@ -185,9 +185,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let MapInput { name: map_name, map, zones, mut config, scene } =
         map_file::read(&arguments.map)?;
     let (start, goal) = arguments.ends.resolve(scene.as_ref())?;
-    let vias = arguments.via.iter().map(|via| ("--via", via));
-    let places: Vec<_> = [("--start", &start), ("--goal", &goal)].into_iter().chain(vias).collect();
-    arguments.map.zones.check(zones.as_deref(), &places)?;
+    arguments.map.zones.check(zones.as_deref(), (&start, &goal), &arguments.via)?;
     let seed = arguments.seed.or(scene.as_ref().map(|scene| scene.seed)).unwrap_or(0);
     // A lidar measures the real surroundings: no scene's pedestrians are among them.
     let pedestrians = scene.filter(|_| arguments.hardware.lidar.is_none());

@@ -51,9 +51,7 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
     let task = PlanTask { start, goal, via: &arguments.via, radius_m: arguments.radius };
     let MapInput { map, zones, config, .. } = &input;
-    let vias = arguments.via.iter().map(|via| ("--via", via));
-    let places: Vec<_> = [("--start", &start), ("--goal", &goal)].into_iter().chain(vias).collect();
-    arguments.map.zones.check(zones.as_deref(), &places)?;
+    arguments.map.zones.check(zones.as_deref(), (&start, &goal), &arguments.via)?;
     let known =
         NavigationMap { obstacles: map.obstacles(config.unknown), zones: zones.clone() }.closed();
     let drawing = Drawing::create(arguments)?;

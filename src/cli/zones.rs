@@ -69,15 +69,21 @@ impl ZoneArguments {
         Ok(is_given.then(|| Arc::new(zones)))
     }
 
-    /// An error for a place in a closed zone.
-    pub fn check(&self, zones: Option<&Zones>, places: &[(&str, &Place)]) -> anyhow::Result<()> {
+    /// An error for an end or a stop in a closed zone.
+    pub fn check(
+        &self,
+        zones: Option<&Zones>,
+        (start, goal): (&Place, &Place),
+        vias: &[Place],
+    ) -> anyhow::Result<()> {
         let (Some(zones), Some(file)) = (zones, &self.keepout) else {
             return Ok(());
         };
         let closed = zones.closed();
-        for (flag, place) in places {
-            let is_closed =
-                closed.frame().cell_of(&place.position).is_some_and(|cell| closed.is_blocked(cell));
+        let vias = vias.iter().map(|via| ("--via", via));
+        for (flag, place) in [("--start", start), ("--goal", goal)].into_iter().chain(vias) {
+            let cell = closed.frame().cell_of(&place.position);
+            let is_closed = cell.is_some_and(|cell| closed.is_blocked(cell));
             let (Point { x, y }, file) = (place.position, file.display());
             ensure!(!is_closed, "{flag} {x},{y} lies in a closed zone of --keepout {file}");
         }

@@ -25,8 +25,8 @@ pub struct NodeLocalization {
     localizer: Option<Localizer>,
     /// Prepares a localiser for a new map: that takes time in proportion to the map's area.
     preparation: Option<JoinHandle<Result<Localizer, LocalizationError>>>,
-    /// A hint that came before the map.
-    hint: Option<PoseHint>,
+    /// A hint that came before the map, with its frame.
+    hint: Option<(String, PoseHint)>,
     /// Frame, time and pose of the newest odometry.
     odometry: Option<(String, f64, Pose)>,
     waiting: VecDeque<TimedScan>,
@@ -50,24 +50,26 @@ impl NodeLocalization {
     }
 
     /// Prepares a new map on a thread of its own. Until then the present map is used.
-    pub fn set_map(&mut self, map: &OccupancyGrid) {
+    pub fn set_map(&mut self, map: &OccupancyGrid, frame: &str) {
+        self.hint.take_if(|(found, _)| found != frame);
         let (map, settings, unknown) = (map.clone(), self.settings, self.unknown);
         let prepare = move || Localizer::without_pose(&map.obstacles(unknown), settings);
         // A thread that prepares an older map ends by itself.
         self.preparation = Builder::new().name("inbye-localizer".to_owned()).spawn(prepare).ok();
     }
 
-    /// Discards the pose and searches near a hint.
+    /// Discards the pose and searches near a hint in a frame, which must be that of the newest map.
     ///
     /// # Errors
     /// When a number of the hint is out of range.
-    pub fn set_hint(&mut self, hint: PoseHint) -> Result<(), LocalizationError> {
-        match &mut self.localizer {
-            Some(localizer) => localizer.search_near(&hint)?,
-            None => hint.validate()?,
+    pub fn set_hint(&mut self, frame: &str, hint: PoseHint) -> Result<(), LocalizationError> {
+        hint.validate()?;
+        if let Some(localizer) = &mut self.localizer {
+            localizer.search_near(&hint)?;
         }
         // A map that is being prepared may be in another place.
-        self.hint = self.preparation.is_some().then_some(hint).or(self.hint.take());
+        let is_waiting = self.localizer.is_none() || self.preparation.is_some();
+        self.hint = is_waiting.then(|| (frame.to_owned(), hint));
         Ok(())
     }
 
@@ -113,7 +115,7 @@ impl NodeLocalization {
         } else if let Some((_, time_s, pose)) = &self.odometry {
             localizer.predict(*time_s, pose);
         }
-        if let Some(hint) = self.hint.take() {
+        if let Some((_, hint)) = self.hint.take() {
             // It was checked when it came.
             let _ = localizer.search_near(&hint);
         }

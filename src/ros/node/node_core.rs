@@ -284,7 +284,7 @@ impl NodeCore {
             self.notices.push(notice);
         }
         if let (Some(localization), Some(map)) = (&mut self.localization, &self.inputs.map) {
-            localization.set_map(&map.grid);
+            localization.set_map(&map.grid, &map.frame);
             self.contradicted = ContradictedMap::default();
         }
         if self.ended_s.is_some() {

@@ -17,7 +17,7 @@ impl NodeCore {
         let Some(localization) = &mut self.localization else {
             return Err(MessageError::NotLocalizing);
         };
-        localization.set_hint(hint)?;
+        localization.set_hint(&found, hint)?;
         let Pose { x, y, yaw } = hint.pose;
         self.notices.push(format!("searching the pose near ({x:.2}, {y:.2}, {yaw:.2})"));
         Ok(())
