@@ -211,7 +211,7 @@ mod tests {
         let coarse = frame(8, 4, 0.25, Pose::new(1.0, 2.0, 0.0));
         let mut zones = Zones::new(&map);
         zones.close(&mask(coarse, Cell::new(1, 0), 100));
-        let expected: Vec<_> = (0..3).flat_map(|row| (2..5).map(move |column| (column, row)));
+        let expected = (0..3).flat_map(|row| (2..5).map(move |column| (column, row)));
         assert_eq!(closed_cells(&zones), expected.collect::<Vec<_>>());
         // A thin line that misses the centres.
         let fine = frame(200, 100, 0.01, Pose::new(1.0, 2.0, 0.0));

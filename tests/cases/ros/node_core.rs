@@ -10,9 +10,9 @@ mod transport;
 mod zones;
 
 use inbye::geometry::{Pose, Twist};
-use inbye::ros::msg::{PoseStamped, TFMessage};
+use inbye::ros::msg::TFMessage;
 use inbye::ros::node::IncomingMessage;
-use robot::{GOAL, Robot, goal, grid, map, transform};
+use robot::{GOAL, Robot, crossings_m, goal, grid, map, transform};
 
 #[test]
 fn node_drives_to_goal_then_stays_silent() {
@@ -209,13 +209,8 @@ fn changed_map_causes_new_plan_without_a_stop_and_repeated_map_does_not() {
     robot.until(600, |robot| robot.has_notice("reached the goal"));
     // The wall that only the map shows is avoided.
     let wall_ends_m = 15.0 * 0.2;
-    let steps = robot.paths[1..].iter().flat_map(|path| path.poses.windows(2));
-    let height_m = |step: &[PoseStamped]| {
-        let [from, to] = [&step[0].pose.position, &step[1].pose.position];
-        let share = (5.0 - from.x) / (to.x - from.x);
-        (0.0..=1.0).contains(&share).then(|| from.y + share * (to.y - from.y))
-    };
-    let lowest_m = steps.filter_map(height_m).reduce(f64::min);
+    let crossings = robot.paths[1..].iter().flat_map(|path| crossings_m(path, 5.0));
+    let lowest_m = crossings.reduce(f64::min);
     assert!(lowest_m.is_some_and(|lowest_m| lowest_m > wall_ends_m), "{lowest_m:?}");
 }
 

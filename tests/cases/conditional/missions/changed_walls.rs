@@ -69,6 +69,7 @@ fn has_room(to_wall: &DistanceField, cell: Cell) -> bool {
     (-reach..=reach).any(|up| (-reach..=reach).any(|right| wide(at(right, up))))
 }
 
+#[expect(clippy::print_stdout, reason = "the figures are the result")]
 fn survives_changed_walls() {
     let mut config = Config::default();
     config.pose_source = PoseSource::Scans;

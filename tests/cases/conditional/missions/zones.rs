@@ -151,6 +151,7 @@ fn random_zones(simulation: &Simulation, config: &Config, rng: &mut Pcg64Mcg) ->
     zones
 }
 
+#[expect(clippy::print_stdout, reason = "the figures are the result")]
 fn random_missions() {
     let missions = env::var("INBYE_ZONE_MISSIONS").ok().and_then(|text| text.parse().ok());
     let missions = missions.unwrap_or(MISSIONS);

@@ -5,7 +5,7 @@ use inbye::ros::msg;
 use inbye::ros::node::{IncomingMessage, NodeSettings};
 use inbye::runtime::PoseSource;
 
-use super::robot::{Robot, goal, grid, header, map};
+use super::robot::{Robot, crossings_m, goal, grid, header, map};
 
 /// The frame of the odometry in the map.
 const FRAME: Pose = Pose { x: 0.8, y: -0.3, yaw: 0.6 };
@@ -196,13 +196,7 @@ fn obstacle_that_is_not_on_the_map_is_reported_and_planned_around() {
     assert!(updated.header.frame_id == "map" && updated.info.resolution == 0.2);
     robot.receive(&IncomingMessage::Goal(goal(9.5, 1.5)));
     robot.until(50, |robot| !robot.paths.is_empty());
-    let steps = robot.paths[0].poses.windows(2);
-    let beside = |step: &[msg::PoseStamped]| {
-        let [from, to] = [&step[0].pose.position, &step[1].pose.position];
-        let share = (5.0 - from.x) / (to.x - from.x);
-        (0.0..=1.0).contains(&share).then(|| from.y + share * (to.y - from.y))
-    };
-    let crossed_m: Vec<f64> = steps.filter_map(beside).collect();
+    let crossed_m = crossings_m(&robot.paths[0], 5.0);
     let [y] = crossed_m.as_slice() else {
         panic!("crosses x = 5 at {crossed_m:?}");
     };

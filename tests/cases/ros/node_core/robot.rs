@@ -64,6 +64,16 @@ pub fn transform(parent: &str, child: &str, pose: &Pose, stamp_s: f64) -> msg::T
     }
 }
 
+/// Where a path crosses a line at this x: the y of each crossing.
+pub fn crossings_m(path: &msg::Path, x: f64) -> Vec<f64> {
+    let crossing = |step: &[msg::PoseStamped]| {
+        let [from, to] = [&step[0].pose.position, &step[1].pose.position];
+        let share = (x - from.x) / (to.x - from.x);
+        (0.0..=1.0).contains(&share).then_some(from.y + share * (to.y - from.y))
+    };
+    path.poses.windows(2).filter_map(crossing).collect()
+}
+
 /// The goal of most tests: beyond the wall.
 pub const GOAL: (f64, f64) = (9.5, 1.5);
 
