@@ -42,7 +42,11 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let mut clock = wall_clock();
     let mut link = NetworkLink::new(new_command(arguments, config.node.network_memory_mib));
     start(&mut link, &mut clock)?;
-    let node_settings = NodeSettings { config, odom_is_map: arguments.odom_is_map };
+    let node_settings = NodeSettings {
+        config,
+        odom_is_map: arguments.odom_is_map,
+        is_managed: arguments.lifecycle.managed,
+    };
     let mut core = NodeCore::new(node_settings, engine)?;
     let DdsSettings { namespace, domain, .. } = &settings;
     output::note(format!("node {namespace}/inbye in domain {domain}"));
@@ -51,7 +55,7 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let (mut due_s, mut late_ticks) = (0.0, 0_u64);
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();
-        if arguments.for_s.is_some_and(|for_s| now_s >= for_s) {
+        if arguments.for_s.is_some_and(|for_s| now_s >= for_s) || core.has_ended() {
             break;
         }
         receive(&mut core, link.poll(now_s));
@@ -80,6 +84,9 @@ fn new_command(arguments: &NodeArguments, memory_mib: u32) -> Box<dyn FnMut() ->
     let mut options = vec!["--network-memory-mib".to_owned(), memory_mib.to_string()];
     if !arguments.namespace.is_empty() {
         options.extend(["--namespace".to_owned(), arguments.namespace.clone()]);
+    }
+    if arguments.lifecycle.managed {
+        options.push("--managed".to_owned());
     }
     if arguments.stamped {
         options.push("--stamped".to_owned());
@@ -138,6 +145,7 @@ fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
         updated_map,
         diagnostics,
         action,
+        states,
         notices,
         ..
     } = outgoing;
@@ -156,7 +164,11 @@ fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
         diagnostics.map(ToNetwork::Diagnostics),
         updated_map.map(ToNetwork::UpdatedMap),
     ];
-    let others = others.into_iter().flatten().chain(action.into_iter().map(ToNetwork::Action));
+    let others = others
+        .into_iter()
+        .flatten()
+        .chain(action.into_iter().map(ToNetwork::Action))
+        .chain(states.into_iter().map(ToNetwork::State));
     others.for_each(|frame| link.send(frame));
 }
 

@@ -19,6 +19,8 @@ use super::arguments::{EngineArguments, duration};
     within the namespace, tf too.\n\
     Action: navigate_to_pose (NavigateToPose), with feedback, cancel and result. RMW_IMPLEMENTATION=rmw_cyclonedds_cpp speaks to clients on \
     Cyclone DDS; the default is that of rmw_fastrtps_cpp.\n\
+    Services of a managed node: inbye/change_state, inbye/get_state, inbye/get_available_transitions. With --managed the node starts \
+    unconfigured, and pursues goals once it is activated.\n\
     The robot moves only while it is armed: by --arm, the typed word `arm`, POST /arm on --operator-port, or true on inbye/arm. A \
     goal never arms it. Enter, POST /stop, or true on inbye/stop stops it until it is armed again. Every velocity passes the \
     protective layer ([collision_monitor] in the settings), which limits it by the raw scan.\n\
@@ -57,6 +59,8 @@ pub struct NodeArguments {
     #[arg(long)]
     pub odom_is_map: bool,
     #[command(flatten)]
+    pub lifecycle: LifecycleArguments,
+    #[command(flatten)]
     pub operator: OperatorArguments,
     /// Duration of the run, seconds [default: until Ctrl-C].
     #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
@@ -64,6 +68,14 @@ pub struct NodeArguments {
     /// Run as the network process of a node, within this memory, MiB.
     #[arg(long, hide = true, value_name = "MIB")]
     pub network_memory_mib: Option<u64>,
+}
+
+/// How a node starts.
+#[derive(Debug, Args)]
+pub struct LifecycleArguments {
+    /// Start unconfigured, and wait until a lifecycle manager configures and activates the node.
+    #[arg(long)]
+    pub managed: bool,
 }
 
 /// The operator of a node.

@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, anyhow};
 use inbye::ros::msg::Time;
-use inbye::ros::node::dds::DdsSettings;
+use inbye::ros::node::dds::{DdsSettings, Rmw};
 use inbye::ros::node::network::run_bridge;
 #[cfg(unix)]
 use rlimit::Resource;
@@ -51,8 +51,10 @@ pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
     settings.domain = domain()?;
     settings.localhost_only = is_localhost_only();
     settings.stamped = arguments.stamped;
-    settings.cyclone_services =
-        env::var("RMW_IMPLEMENTATION").is_ok_and(|rmw| rmw == "rmw_cyclonedds_cpp");
+    settings.is_managed = arguments.lifecycle.managed;
+    if env::var("RMW_IMPLEMENTATION").is_ok_and(|rmw| rmw == "rmw_cyclonedds_cpp") {
+        settings.rmw = Rmw::CycloneDds;
+    }
     Ok(settings)
 }
 

@@ -6,9 +6,15 @@
 //! 6 rows of 6 numbers here and `float64[36]` there: the bytes are the same.
 
 pub(crate) mod declaration;
+mod lifecycle;
 mod nav2;
 
 pub use declaration::Message;
+pub use lifecycle::{
+    ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableTransitionsResponse,
+    GetStateResponse, LifecycleAnswer, LifecycleRequest, State, Transition, TransitionDescription,
+    TransitionEvent,
+};
 pub use nav2::{
     ActionAnswer, ActionCancel, ActionCancelAnswer, ActionEnd, ActionFeedback, ActionGoal,
     CostmapFilterInfo, NavigateToPoseFeedback, NavigateToPoseGoal, NavigateToPoseResult,

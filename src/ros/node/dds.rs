@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use super::action_server::{ActionQos, NavigateServer};
 use super::incoming::{IncomingMessage, NAVIGATE};
+use super::lifecycle_server::LifecycleServer;
 use super::network::ToNetwork;
 use super::zones::{KEEPOUT_MASK, SPEED_MASK};
 use crate::ros::msg::{self, Message};
@@ -31,6 +32,17 @@ const SERVICE_DEPTH: usize = 10;
 /// Number of queued descriptions of filters.
 const FILTERS_DEPTH: usize = 5;
 
+/// The middleware of ROS whose services the node speaks: they number requests differently.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Rmw {
+    /// `rmw_fastrtps_cpp`.
+    #[default]
+    FastRtps,
+    /// `rmw_cyclonedds_cpp`.
+    CycloneDds,
+}
+
 /// Settings of the DDS transport.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -43,8 +55,10 @@ pub struct DdsSettings {
     pub localhost_only: bool,
     /// Publishes `cmd_vel` as `TwistStamped` instead of `Twist`.
     pub stamped: bool,
-    /// Speaks services as `rmw_cyclonedds_cpp` does, instead of `rmw_fastrtps_cpp`: the two number requests differently.
-    pub cyclone_services: bool,
+    /// How services are spoken.
+    pub rmw: Rmw,
+    /// Starts unconfigured, and waits for the requests of a lifecycle manager.
+    pub is_managed: bool,
 }
 
 impl DdsSettings {
@@ -115,6 +129,7 @@ pub struct DdsNode {
     own_transforms: Publisher<msg::TFMessage>,
     updated_map: Publisher<msg::OccupancyGrid>,
     navigate: NavigateServer,
+    lifecycle: LifecycleServer,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -165,10 +180,9 @@ impl DdsNode {
         // The node has no ROS parameters and no ROS log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let mut node = context.new_node(name, options).map_err(dds_error)?;
-        let mapping = if settings.cyclone_services {
-            ServiceMapping::Cyclone
-        } else {
-            ServiceMapping::Enhanced
+        let mapping = match settings.rmw {
+            Rmw::FastRtps => ServiceMapping::Enhanced,
+            Rmw::CycloneDds => ServiceMapping::Cyclone,
         };
         let qos = ActionQos {
             service: reliable(SERVICE_DEPTH),
@@ -177,6 +191,13 @@ impl DdsNode {
         };
         let name = topic_name(namespace, NAVIGATE)?;
         let navigate = NavigateServer::new(&mut node, mapping, &name, qos).map_err(dds_error)?;
+        let lifecycle = LifecycleServer::new(
+            &mut node,
+            mapping,
+            |name| topic_name(namespace, name),
+            &reliable(SERVICE_DEPTH),
+            settings.is_managed,
+        )?;
         let mut builder = EndpointBuilder { node: &mut node, namespace };
         Ok(Self {
             map: builder.input("map", latched(1))?,
@@ -205,6 +226,7 @@ impl DdsNode {
             updated_map: builder.publisher("inbye/updated_map", latched(1))?,
             own_transforms: builder.publisher("tf", reliable(TRANSFORM_DEPTH))?,
             navigate,
+            lifecycle,
             unsent: 0,
             _node: node,
         })
@@ -224,6 +246,7 @@ impl DdsNode {
         self.scan.take(IncomingMessage::Scan, &mut all);
         self.goal.take(IncomingMessage::Goal, &mut all);
         self.navigate.receive(&mut all);
+        self.lifecycle.receive(&mut all);
         let initial_pose = |message| IncomingMessage::InitialPose(Box::new(message));
         self.initial_pose.take(initial_pose, &mut all);
         // Of both at once, the stop counts.
@@ -243,6 +266,7 @@ impl DdsNode {
             ToNetwork::Path(path) => self.path.publish(path).is_ok(),
             ToNetwork::Markers(markers) => self.markers.publish(markers).is_ok(),
             ToNetwork::Diagnostics(diagnostics) => self.diagnostics.publish(diagnostics).is_ok(),
+            ToNetwork::State(state) => self.lifecycle.publish(state),
             ToNetwork::Action(update) => self.navigate.publish(update),
             ToNetwork::UpdatedMap(map) => self.updated_map.publish(map).is_ok(),
             ToNetwork::Transforms(transforms) => self.own_transforms.publish(transforms).is_ok(),
@@ -304,7 +328,7 @@ fn bad_namespace(namespace: &str, error: &NameError) -> NodeError {
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "`map_err` passes the error by value")]
-fn dds_error(error: impl ToString) -> NodeError {
+pub(super) fn dds_error(error: impl ToString) -> NodeError {
     NodeError::Dds { reason: error.to_string() }
 }
 

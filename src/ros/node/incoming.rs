@@ -18,6 +18,8 @@ const MIN_UPRIGHT: f64 = 0.5;
 /// Longest name of a frame, bytes.
 const MAX_FRAME_NAME: usize = 256;
 
+/// The service that changes the state of the node.
+pub const CHANGE_STATE: &str = "inbye/change_state";
 /// The name of the action.
 pub const NAVIGATE: &str = "navigate_to_pose";
 
@@ -41,6 +43,8 @@ pub enum IncomingMessage {
     SpeedLimit(msg::SpeedLimit),
     /// On `goal_pose`.
     Goal(msg::PoseStamped),
+    /// A request to change the state of the node.
+    ChangeState(msg::LifecycleRequest),
     /// A goal of the action `navigate_to_pose`.
     Navigate(Box<msg::ActionGoal>),
     /// A request to cancel goals of that action.
@@ -78,6 +82,7 @@ impl IncomingMessage {
             ("costmap_filter_info", msg::CostmapFilterInfo::NAME),
             ("speed_limit", msg::SpeedLimit::NAME),
             ("goal_pose", msg::PoseStamped::NAME),
+            (CHANGE_STATE, msg::ChangeStateRequest::NAME),
             (NAVIGATE, msg::NavigateToPoseGoal::NAME),
             ("initialpose", msg::PoseWithCovarianceStamped::NAME),
             ("inbye/arm", msg::Bool::NAME),
@@ -100,6 +105,7 @@ impl IncomingMessage {
             Self::FilterInfo(_) => "costmap_filter_info",
             Self::SpeedLimit(_) => "speed_limit",
             Self::Goal(_) => "goal_pose",
+            Self::ChangeState(_) => CHANGE_STATE,
             Self::Navigate(_) | Self::Cancel(_) => NAVIGATE,
             Self::InitialPose(_) => "initialpose",
             Self::Arm(_) => "inbye/arm",

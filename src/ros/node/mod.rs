@@ -15,6 +15,9 @@ mod engine;
 mod frames;
 mod incoming;
 mod latest_inputs;
+mod lifecycle;
+#[cfg(feature = "ros2")]
+mod lifecycle_server;
 mod localization;
 mod map_update;
 pub mod network;
@@ -30,6 +33,7 @@ pub(crate) use frames::Frames;
 pub use incoming::IncomingMessage;
 #[cfg(feature = "mcap")]
 pub(crate) use incoming::planar_pose;
+pub use lifecycle::LifecycleState;
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;
 #[cfg(feature = "mcap")]

@@ -4,6 +4,7 @@ mod action;
 mod ages;
 mod display;
 mod goal_end;
+mod lifecycle;
 mod localization;
 mod map;
 
@@ -12,6 +13,7 @@ use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
 use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
 use super::latest_inputs::{LatestInputs, OdometryFrame};
+use super::lifecycle::LifecycleState;
 use super::localization::NodeLocalization;
 use super::map_update::MapUpdate;
 use super::notices::{MessageError, MissingInput, NodeStats, Notices};
@@ -46,6 +48,8 @@ pub struct NodeSettings {
     pub config: Config,
     /// Treats the odometry frame as the map frame, unless the pose source is `scans`.
     pub odom_is_map: bool,
+    /// Starts unconfigured, and waits for the requests of a lifecycle manager; otherwise the node starts active.
+    pub is_managed: bool,
 }
 
 /// The messages to publish at a tick.
@@ -66,6 +70,8 @@ pub struct Outgoing {
     pub diagnostics: Option<msg::DiagnosticArray>,
     /// For the clients of the action `navigate_to_pose`.
     pub action: Vec<ActionUpdate>,
+    /// For the services of a managed node: its state after each request.
+    pub states: Vec<msg::LifecycleAnswer>,
     /// New notices for the user, a line each.
     pub notices: Vec<String>,
 }
@@ -89,6 +95,9 @@ pub struct NodeCore {
     action: Option<ActiveGoal>,
     /// What the clients get at the next tick.
     updates: Vec<ActionUpdate>,
+    lifecycle: LifecycleState,
+    /// The answers to requests for another state, at the next tick.
+    states: Vec<msg::LifecycleAnswer>,
     /// The newest pose in the map.
     pose: Pose,
     /// The goal and its frame.
@@ -128,6 +137,8 @@ impl NodeCore {
     pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Result<Self, SettingError> {
         settings.config = settings.config.in_real_time();
         let config = &settings.config;
+        let lifecycle =
+            if settings.is_managed { LifecycleState::Unconfigured } else { LifecycleState::Active };
         Ok(Self {
             protection: Protection::new(config)?,
             localization: (config.pose_source == PoseSource::Scans)
@@ -139,6 +150,8 @@ impl NodeCore {
             contradicted: ContradictedMap::default(),
             action: None,
             updates: Vec::new(),
+            lifecycle,
+            states: Vec::new(),
             pose: Pose::default(),
             goal: None,
             navigator: None,
@@ -207,6 +220,9 @@ impl NodeCore {
 
     /// The transport is back at a time, seconds. A goal that ended meanwhile publishes zeros until the nodes know each other.
     pub fn transport_restored(&mut self, now_s: f64) {
+        // The new process does not know it.
+        let state = self.lifecycle.id();
+        self.states.push(msg::LifecycleAnswer { request: 0, transition: 0, state, nanoseconds: 0 });
         self.zero_until_s = self.zero_until_s.min(now_s + TRANSPORT_SETTLE_S);
     }
 
@@ -235,6 +251,7 @@ impl NodeCore {
                 }
             }
             IncomingMessage::InitialPose(hint) => self.set_hint(incoming::pose_hint(hint)?)?,
+            IncomingMessage::ChangeState(request) => self.change_state(now_s, *request),
             IncomingMessage::Navigate(goal) => self.navigate(now_s, goal)?,
             IncomingMessage::Cancel(request) => self.cancel(now_s, *request),
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
@@ -311,6 +328,7 @@ impl NodeCore {
     }
 
     fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
+        self.check_active()?;
         self.check_map_frame(&found)?;
         self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
         self.goal = Some((found, goal));
@@ -359,6 +377,7 @@ impl NodeCore {
         let statuses = [Some(self.protection.status()), localization].into_iter().flatten();
         outgoing.diagnostics = self.diagnostics.message(now_s, statuses.collect());
         outgoing.action = std::mem::take(&mut self.updates);
+        outgoing.states = std::mem::take(&mut self.states);
         outgoing.notices = self.notices.take();
         outgoing
     }

@@ -80,6 +80,8 @@ pub enum MessageError {
     OtherMask { found: String, expected: &'static str },
     #[error("the node does not localise the robot: set pose_source = \"scans\"")]
     NotLocalizing,
+    #[error("the node is {state}: its lifecycle manager must activate it first")]
+    NotActive { state: &'static str },
     #[error(transparent)]
     Localization(#[from] LocalizationError),
     /// A message is a repetition or older than the last.

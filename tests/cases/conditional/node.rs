@@ -24,10 +24,11 @@ const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
-    let scenarios: [(&'static str, Check); 11] = [
+    let scenarios: [(&'static str, Check); 12] = [
         ("drives_to_goal", drives_to_goal),
         ("localizes", localizes),
         ("navigates", navigates),
+        ("managed", managed),
         ("late_joiner", late_joiner),
         ("missing_inputs", missing_inputs),
         ("invalid_messages", invalid_messages),
@@ -90,6 +91,20 @@ fn navigates(facts: &Value) -> Result<(), Failed> {
     let feedback = &facts["feedback"];
     let at = |index: usize| feedback[index].as_f64().unwrap_or(f64::NAN);
     holds(at(0) > 20.0 && at(1) > 3.0 && at(2) < 1.0, "the distance falls", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
+    ends_cleanly(facts)
+}
+
+/// A lifecycle manager configures and activates the node, deactivates it while the robot drives, and shuts it down.
+fn managed(facts: &Value) -> Result<(), Failed> {
+    holds(facts["commands_before"] == 0, "no command before it is active", facts)?;
+    let states = serde_json::json!([[1, "unconfigured"], [3, "active"], [2, "inactive"]]);
+    holds(facts["states"] == states, "its states", facts)?;
+    let changes = serde_json::json!([false, true, true, true, true]);
+    holds(facts["changes"] == changes, "only transitions that begin there", facts)?;
+    holds(facts["started_s"].is_number(), "the robot drives", facts)?;
+    holds(number(facts, "stopped_s") < 5.0, "the robot stands", facts)?;
+    holds(facts["has_ended"] == true, "the node ends", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)?;
     ends_cleanly(facts)
 }

@@ -2,6 +2,7 @@
 
 mod action;
 mod ages;
+mod lifecycle;
 mod localization;
 mod messages;
 mod protection;

@@ -11,7 +11,8 @@ use std::time::Duration;
 use super::frame::{FromNetwork, ToNetwork, read_frame, write_frame};
 use super::watchdog::CommandWatchdog;
 use crate::ros::msg::{
-    DiagnosticArray, MarkerArray, OccupancyGrid, Path, TFMessage, Time, Twist, TwistStamped,
+    DiagnosticArray, LifecycleAnswer, MarkerArray, OccupancyGrid, Path, TFMessage, Time, Twist,
+    TwistStamped,
 };
 use crate::ros::node::ActionUpdate;
 use crate::ros::node::dds::{DdsNode, DdsSettings, NodeError};
@@ -37,6 +38,7 @@ struct Inbox {
     updated_map: Option<OccupancyGrid>,
     /// In their order: none may be left out.
     action: Vec<ActionUpdate>,
+    states: Vec<LifecycleAnswer>,
     has_frame: bool,
     is_closed: bool,
 }
@@ -84,6 +86,7 @@ pub fn run_bridge(
             transforms,
             updated_map,
             action,
+            states,
             has_frame,
             is_closed,
         } = take(&inbox);
@@ -102,7 +105,11 @@ pub fn run_bridge(
             diagnostics.map(ToNetwork::Diagnostics),
             updated_map.map(ToNetwork::UpdatedMap),
         ];
-        let others = others.into_iter().flatten().chain(action.into_iter().map(ToNetwork::Action));
+        let others = others
+            .into_iter()
+            .flatten()
+            .chain(action.into_iter().map(ToNetwork::Action))
+            .chain(states.into_iter().map(ToNetwork::State));
         others.for_each(|message| dds.publish(message));
         if is_closed {
             break;
@@ -182,6 +189,7 @@ fn read_all(input: impl Read, inbox: &Mutex<Inbox>) {
             ToNetwork::Transforms(transforms) => inbox.transforms = Some(transforms),
             ToNetwork::UpdatedMap(map) => inbox.updated_map = Some(map),
             ToNetwork::Action(update) => inbox.action.push(update),
+            ToNetwork::State(state) => inbox.states.push(state),
         }
     }
     lock(inbox).is_closed = true;

@@ -47,6 +47,8 @@ pub enum ToNetwork {
     UpdatedMap(msg::OccupancyGrid),
     /// For the clients of the action.
     Action(ActionUpdate),
+    /// For the services of a managed node.
+    State(msg::LifecycleAnswer),
 }
 
 /// A type of frames.
@@ -63,7 +65,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 | 12 | 13 => Some(MAX_LARGE),
-            0 | 1 | 3..=11 | 14..=17 => Some(MAX_SMALL),
+            0 | 1 | 3..=11 | 14..=18 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -92,6 +94,7 @@ impl Frame for FromNetwork {
                 IncomingMessage::SpeedLimit(message) => (15, message.to_cdr()),
                 IncomingMessage::Navigate(message) => (16, message.to_cdr()),
                 IncomingMessage::Cancel(message) => (17, message.to_cdr()),
+                IncomingMessage::ChangeState(message) => (18, message.to_cdr()),
             },
         }
     }
@@ -123,6 +126,7 @@ impl Frame for FromNetwork {
             15 => IncomingMessage::SpeedLimit(Message::from_cdr(payload)?),
             16 => IncomingMessage::Navigate(Box::new(Message::from_cdr(payload)?)),
             17 => IncomingMessage::Cancel(Message::from_cdr(payload)?),
+            18 => IncomingMessage::ChangeState(Message::from_cdr(payload)?),
             _ => return None,
         };
         Some(Self::Message(message))
@@ -132,7 +136,7 @@ impl Frame for FromNetwork {
 impl Frame for ToNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
-            0 | 1 | 4 | 5 | 7..=10 => Some(MAX_SMALL),
+            0 | 1 | 4 | 5 | 7..=11 => Some(MAX_SMALL),
             2 | 3 | 6 => Some(MAX_LARGE),
             _ => None,
         }
@@ -147,6 +151,7 @@ impl Frame for ToNetwork {
             Self::Diagnostics(message) => (4, message.to_cdr()),
             Self::Transforms(message) => (5, message.to_cdr()),
             Self::UpdatedMap(message) => (6, message.to_cdr()),
+            Self::State(message) => (11, message.to_cdr()),
             Self::Action(update) => match update {
                 ActionUpdate::Answer(message) => (7, message.to_cdr()),
                 ActionUpdate::CancelAnswer(message) => (8, message.to_cdr()),
@@ -169,6 +174,7 @@ impl Frame for ToNetwork {
             8 => Message::from_cdr(payload).map(ActionUpdate::CancelAnswer).map(Self::Action),
             9 => Message::from_cdr(payload).map(ActionUpdate::Feedback).map(Self::Action),
             10 => Message::from_cdr(payload).map(ActionUpdate::End).map(Self::Action),
+            11 => Message::from_cdr(payload).map(Self::State),
             _ => None,
         }
     }

@@ -310,3 +310,33 @@ class Feedback(IdlStruct, typename=navigate("FeedbackMessage")):
     estimated_time_remaining: Duration
     number_of_recoveries: int16
     distance_remaining: float32
+
+
+@dataclass
+class ChangeStateRequest(IdlStruct, typename="lifecycle_msgs::srv::dds_::ChangeState_Request_"):
+    client: uint64
+    number: int64
+    transition: uint8
+    label: str
+
+
+@dataclass
+class ChangeStateReply(IdlStruct, typename="lifecycle_msgs::srv::dds_::ChangeState_Response_"):
+    client: uint64
+    number: int64
+    success: bool
+
+
+@dataclass
+class GetStateRequest(IdlStruct, typename="lifecycle_msgs::srv::dds_::GetState_Request_"):
+    client: uint64
+    number: int64
+    structure_needs_at_least_one_member: uint8
+
+
+@dataclass
+class GetStateReply(IdlStruct, typename="lifecycle_msgs::srv::dds_::GetState_Response_"):
+    client: uint64
+    number: int64
+    state: uint8
+    label: str

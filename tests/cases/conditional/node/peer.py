@@ -317,27 +317,19 @@ def localizes(program):
     }
 
 
-class ActionClient:
-    """A client of the action `navigate_to_pose`."""
+class Client:
+    """A client of services."""
 
     CLIENT = 0x1234_5678_9ABC_DEF0
 
-    def __init__(self, robot):
+    def __init__(self, robot, folder, kinds):
         self.robot, self.number, self.services = robot, 0, {}
-        depth = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(50))
-        action = "navigate_to_pose/_action"
-        kinds = {
-            "send_goal": (m.SendGoalRequest, m.SendGoalReply),
-            "cancel_goal": (m.CancelGoalRequest, m.CancelGoalReply),
-            "get_result": (m.GetResultRequest, m.GetResultReply),
-        }
+        self.depth = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(50))
         for name, (request, reply) in kinds.items():
-            requests = Topic(robot.participant, f"rq/{action}/{name}Request", request)
-            replies = Topic(robot.participant, f"rr/{action}/{name}Reply", reply)
-            writer = DataWriter(robot.participant, requests, qos=depth)
-            self.services[name] = (request, writer, DataReader(robot.participant, replies, qos=depth))
-        self.feedback = robot.reader(f"{action}/feedback", m.Feedback, depth)
-        self.statuses = robot.reader(f"{action}/status", m.GoalStatusArray, LATCHED)
+            requests = Topic(robot.participant, f"rq/{folder}/{name}Request", request)
+            replies = Topic(robot.participant, f"rr/{folder}/{name}Reply", reply)
+            writer = DataWriter(robot.participant, requests, qos=self.depth)
+            self.services[name] = (request, writer, DataReader(robot.participant, replies, qos=self.depth))
 
     def call(self, name, *arguments):
         """Sends a request and returns its number."""
@@ -359,12 +351,68 @@ class ActionClient:
         self.robot.until(has_reply, within_s)
         return got[0] if got else None
 
+
+class ActionClient(Client):
+    """A client of the action `navigate_to_pose`."""
+
+    def __init__(self, robot):
+        action = "navigate_to_pose/_action"
+        super().__init__(robot, action, {
+            "send_goal": (m.SendGoalRequest, m.SendGoalReply),
+            "cancel_goal": (m.CancelGoalRequest, m.CancelGoalReply),
+            "get_result": (m.GetResultRequest, m.GetResultReply),
+        })
+        self.feedback = robot.reader(f"{action}/feedback", m.Feedback, self.depth)
+        self.statuses = robot.reader(f"{action}/status", m.GoalStatusArray, LATCHED)
+
     def send_goal(self, number, x, y, yaw):
         """The identity of a goal, and whether it is accepted."""
         goal_id = [number] * 16
         pose_stamped = m.PoseStamped(header("map"), pose(x, y, yaw))
         reply = self.reply("send_goal", self.call("send_goal", goal_id, pose_stamped, ""), 10.0)
         return goal_id, reply and reply.accepted
+
+
+def managed(program):
+    """A lifecycle manager configures and activates the node, deactivates it during a drive, and shuts it down."""
+    os.environ["RMW_IMPLEMENTATION"] = "rmw_cyclonedds_cpp"
+    robot = Robot()
+    robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0))
+    node = Program(program, "--managed")
+    manager = Client(robot, "inbye", {
+        "change_state": (m.ChangeStateRequest, m.ChangeStateReply),
+        "get_state": (m.GetStateRequest, m.GetStateReply),
+    })
+    robot.until(lambda: False, 3.0)
+
+    def change(transition, label=""):
+        reply = manager.reply("change_state", manager.call("change_state", transition, label), 10.0)
+        return reply and reply.success
+
+    def state():
+        reply = manager.reply("get_state", manager.call("get_state", 0), 10.0)
+        return reply and [reply.state, reply.label]
+
+    states, changes = [state()], [change(3)]
+    robot.send_goal(*GOAL)
+    robot.until(lambda: False, 1.0)
+    facts = {"commands_before": len(robot.commands)}
+    changes += [change(1), change(0, "activate")]
+    states.append(state())
+    robot.send_goal(*GOAL)
+    facts["started_s"] = robot.until(lambda: robot.v > 0.3, 20.0)
+    changes.append(change(4))
+    states.append(state())
+    facts["stopped_s"] = robot.until(robot.is_commanded_to_stop, 10.0)
+    changes.append(change(6))
+    began = time.monotonic()
+    while node.child.poll() is None and time.monotonic() - began < 20.0:
+        robot.step()
+    return {
+        **facts, "states": states, "changes": changes, "has_ended": node.child.poll() is not None,
+        "contacts": robot.contacts, **node.end(),
+    }
 
 
 def navigates(program):

@@ -103,6 +103,7 @@ pub struct Robot {
     pub transforms: Vec<msg::TFMessage>,
     pub updated_maps: Vec<msg::OccupancyGrid>,
     pub actions: Vec<ActionUpdate>,
+    pub states: Vec<msg::LifecycleAnswer>,
     world: World,
     twist: Twist,
 }
@@ -144,6 +145,7 @@ impl Robot {
             transforms: Vec::new(),
             updated_maps: Vec::new(),
             actions: Vec::new(),
+            states: Vec::new(),
             world: World::new(grid(29).obstacles(UnknownPolicy::Blocked)),
             twist: Twist::STOP,
         }
@@ -215,11 +217,13 @@ impl Robot {
             updated_map,
             diagnostics,
             action,
+            states,
             notices,
             ..
         } = self.core.tick(self.now_s, &mut || 0.0);
         self.updated_maps.extend(updated_map);
         self.actions.extend(action);
+        self.states.extend(states);
         self.transforms.extend(transforms);
         self.diagnostics.extend(diagnostics);
         self.notices.extend(notices);

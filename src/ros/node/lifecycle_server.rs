@@ -1,0 +1,179 @@
+//! The services of a managed node over DDS.
+
+use std::collections::VecDeque;
+
+use ros2_client::dds::Server;
+use ros2_client::qos::QosProfile;
+use ros2_client::{
+    MessageTypeName, Name, Node, Publisher, RmwRequestId, ServiceMapping, ServiceTypeName,
+};
+
+use super::dds::{NodeError, dds_error};
+use super::incoming::{CHANGE_STATE, IncomingMessage};
+use super::lifecycle::{LifecycleState, TRANSITIONS, transition_message};
+use crate::ros::msg::{
+    ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableTransitionsResponse,
+    GetStateResponse, LifecycleAnswer, LifecycleRequest, TransitionDescription, TransitionEvent,
+};
+
+impl ros2_client::Message for ChangeStateRequest {}
+impl ros2_client::Message for ChangeStateResponse {}
+impl ros2_client::Message for EmptyRequest {}
+impl ros2_client::Message for GetStateResponse {}
+impl ros2_client::Message for GetAvailableTransitionsResponse {}
+
+/// Maximum number of requests of each kind that one call takes, and of those that wait for an answer.
+const MAX_REQUESTS: usize = 16;
+
+/// The services `change_state`, `get_state` and `get_available_transitions`, and the topic `transition_event`.
+pub struct LifecycleServer {
+    change: Server<ChangeStateRequest, ChangeStateResponse>,
+    state: Server<EmptyRequest, GetStateResponse>,
+    transitions: Server<EmptyRequest, GetAvailableTransitionsResponse>,
+    events: Publisher<TransitionEvent>,
+    current: LifecycleState,
+    waiting: VecDeque<(u64, RmwRequestId)>,
+    requests: u64,
+}
+
+impl LifecycleServer {
+    /// Creates the services of a node, which starts active unless it is managed. `name` gives the full name of each.
+    pub fn new(
+        node: &mut Node,
+        mapping: ServiceMapping,
+        name: impl Fn(&str) -> Result<Name, NodeError>,
+        qos: &QosProfile,
+        is_managed: bool,
+    ) -> Result<Self, NodeError> {
+        let kind = |name: &str| ServiceTypeName::new("lifecycle_msgs", name);
+        let event = MessageTypeName::new("lifecycle_msgs", "TransitionEvent");
+        let events = name("inbye/transition_event")?;
+        let events = node.create_topic(&events, event, qos).map_err(dds_error)?;
+        let available = "inbye/get_available_transitions";
+        Ok(Self {
+            change: node
+                .create_server(
+                    mapping,
+                    &name(CHANGE_STATE)?,
+                    &kind("ChangeState"),
+                    qos.clone(),
+                    qos.clone(),
+                )
+                .map_err(dds_error)?,
+            state: node
+                .create_server(
+                    mapping,
+                    &name("inbye/get_state")?,
+                    &kind("GetState"),
+                    qos.clone(),
+                    qos.clone(),
+                )
+                .map_err(dds_error)?,
+            transitions: node
+                .create_server(
+                    mapping,
+                    &name(available)?,
+                    &kind("GetAvailableTransitions"),
+                    qos.clone(),
+                    qos.clone(),
+                )
+                .map_err(dds_error)?,
+            events: node.create_publisher(&events, Some(qos.clone())).map_err(dds_error)?,
+            current: if is_managed { LifecycleState::Unconfigured } else { LifecycleState::Active },
+            waiting: VecDeque::new(),
+            requests: 0,
+        })
+    }
+
+    /// Takes the requests that arrived, and answers those for the present state.
+    pub fn receive(&mut self, all: &mut Vec<IncomingMessage>) {
+        for _ in 0..MAX_REQUESTS {
+            match self.change.receive_request() {
+                Ok(Some((request, change))) => self.take_change(request, &change, all),
+                Ok(None) => break,
+                Err(error) => all.push(undecodable(&error)),
+            }
+        }
+        let current = self.current;
+        answer(&self.state, || GetStateResponse { current_state: current.message() }, all);
+        let available = || GetAvailableTransitionsResponse {
+            available_transitions: TRANSITIONS
+                .iter()
+                .filter(|(_, _, from, _)| *from == current)
+                .map(|step| TransitionDescription {
+                    transition: transition_message(step),
+                    start_state: step.2.message(),
+                    goal_state: step.3.message(),
+                })
+                .collect(),
+        };
+        answer(&self.transitions, available, all);
+    }
+
+    fn take_change(
+        &mut self,
+        request: RmwRequestId,
+        change: &ChangeStateRequest,
+        all: &mut Vec<IncomingMessage>,
+    ) {
+        let wanted = &change.transition;
+        let by_label = TRANSITIONS
+            .iter()
+            .find(|(_, label, from, _)| *label == wanted.label && *from == self.current);
+        let transition = match wanted.id {
+            0 => by_label.map_or(0, |step| step.0),
+            id => id,
+        };
+        self.requests += 1;
+        if self.waiting.len() >= MAX_REQUESTS {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back((self.requests, request));
+        let request = LifecycleRequest { request: self.requests, transition };
+        all.push(IncomingMessage::ChangeState(request));
+    }
+
+    /// Takes over the state of the control process. Returns whether everything was sent.
+    pub fn publish(&mut self, answer: LifecycleAnswer) -> bool {
+        let before = self.current;
+        self.current = LifecycleState::from_id(answer.state).unwrap_or(before);
+        let at = self.waiting.iter().position(|(number, _)| *number == answer.request);
+        let success = answer.transition != 0;
+        let sent = at.and_then(|at| self.waiting.remove(at)).map(|(_, request)| {
+            self.change.send_response(request, ChangeStateResponse { success })
+        });
+        let step = TRANSITIONS.iter().find(|(id, ..)| success && *id == answer.transition);
+        let event = step.map(|step| TransitionEvent {
+            timestamp: answer.nanoseconds,
+            transition: transition_message(step),
+            start_state: step.2.message(),
+            goal_state: step.3.message(),
+        });
+        let is_published = event.is_none_or(|event| self.events.publish(event).is_ok());
+        sent.is_none_or(|sent| sent.is_ok()) & is_published
+    }
+}
+
+/// Answers all requests of a service.
+fn answer<R: ros2_client::Message + Clone + 'static>(
+    server: &Server<EmptyRequest, R>,
+    response: impl Fn() -> R,
+    all: &mut Vec<IncomingMessage>,
+) {
+    for _ in 0..MAX_REQUESTS {
+        match server.receive_request() {
+            // The client asks again if this answer is lost.
+            Ok(Some((request, _))) => drop(server.send_response(request, response())),
+            Ok(None) => break,
+            Err(error) => all.push(undecodable(&error)),
+        }
+    }
+}
+
+fn undecodable(error: &impl ToString) -> IncomingMessage {
+    IncomingMessage::Undecodable {
+        topic: CHANGE_STATE,
+        expected: "ChangeState",
+        reason: error.to_string(),
+    }
+}
