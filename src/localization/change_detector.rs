@@ -4,8 +4,6 @@
 //! a return near it, for one that is gone. The opposite speaks for the map. People pass and doors move: only what is contradicted
 //! over a minute, and agreed with hardly ever, is a change.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use super::DeskewedScan;
 use super::signed_distance_field::SignedDistanceField;
 use crate::geometry::{Point, Pose, Vector};
@@ -23,12 +21,14 @@ const BEYOND_M: f64 = 0.1;
 /// Least cosine of the angle between a beam and the normal of a mapped surface. Along a wall a small error of the pose leads a beam
 /// through it.
 const MIN_COSINE: f64 = 0.5;
-/// Largest number of cells with evidence.
+/// Largest number of cells with evidence, and the number that noise and people cause.
 const MAX_CELLS: usize = 1_000_000;
+const EXPECTED_CELLS: usize = 4096;
 
 /// What the scans showed of a cell that contradicts the map or did so.
 #[derive(Clone, Copy, Debug)]
 struct Evidence {
+    cell: u32,
     first_s: f64,
     last_s: f64,
     against_map: u32,
@@ -44,21 +44,31 @@ impl Evidence {
     }
 }
 
-/// Collects the evidence of scans whose pose is certain.
+/// Collects the evidence of scans whose pose is certain. Once it is warm, it allocates only where more cells have evidence than ever
+/// before.
 #[derive(Clone, Debug)]
 pub(super) struct ChangeDetector {
-    /// By the index of the cell, so that the order is that of the cells.
-    evidence: BTreeMap<u32, Evidence>,
+    evidence: Vec<Evidence>,
+    /// Place of each cell's evidence plus one, or zero. So the operating system never allocates the pages of an area without any.
+    slots: Vec<u32>,
     used_s: f64,
-}
-
-impl Default for ChangeDetector {
-    fn default() -> Self {
-        Self { evidence: BTreeMap::new(), used_s: f64::NEG_INFINITY }
-    }
+    /// Cells that beams of the scan end in, and that they pass, in the order of their indices.
+    hit: Vec<u32>,
+    passed: Vec<u32>,
 }
 
 impl ChangeDetector {
+    /// A detector without evidence.
+    pub fn new(map: &SignedDistanceField) -> Self {
+        Self {
+            evidence: Vec::with_capacity(EXPECTED_CELLS),
+            slots: vec![0; map.frame.len()],
+            used_s: f64::NEG_INFINITY,
+            hit: Vec::new(),
+            passed: Vec::new(),
+        }
+    }
+
     /// Takes a scan from a pose in the grid's frame. A return farther than this from every mapped surface, metres, belongs to none.
     pub fn update(
         &mut self,
@@ -72,20 +82,22 @@ impl ChangeDetector {
             return;
         }
         self.used_s = scan.time_s;
-        let cell_of = |point: &Point| cell_at(&map.frame, point);
+        let (mut hit, mut passed) =
+            (core::mem::take(&mut self.hit), core::mem::take(&mut self.passed));
         let ends = scan.hits.iter().map(|hit| pose.transform(&hit.end));
-        let hit: BTreeSet<u32> = ends.filter_map(|end| cell_of(&end)).collect();
-        let passed = self.passed(map, scan, pose);
+        replace(&mut hit, ends.filter_map(|end| cell_at(&map.frame, &end)));
+        self.find_passed(map, scan, pose, &mut passed);
+        let is_hit = |cell: u32| hit.binary_search(&cell).is_ok();
         for &cell in &hit {
             if map.of_cell_m(cell as usize) > near_m {
                 self.contradict(cell, scan.time_s);
             }
         }
-        for &cell in passed.difference(&hit) {
+        for &cell in passed.iter().filter(|cell| !is_hit(**cell)) {
             let is_mapped = map.of_cell_m(cell as usize) < 0.0;
             if !is_mapped {
                 self.agree(cell);
-            } else if !neighbours(&map.frame, cell).any(|beside| hit.contains(&beside)) {
+            } else if !neighbours(&map.frame, cell).any(is_hit) {
                 self.contradict(cell, scan.time_s);
             }
         }
@@ -94,15 +106,22 @@ impl ChangeDetector {
                 self.agree(cell);
             }
         }
+        (self.hit, self.passed) = (hit, passed);
     }
 
-    /// The mapped cells that beams pass steeply, and those with evidence of a new obstacle that they pass.
-    fn passed(&self, map: &SignedDistanceField, scan: &DeskewedScan, pose: &Pose) -> BTreeSet<u32> {
+    /// Finds the mapped cells that beams pass steeply, and those with evidence of a new obstacle that they pass.
+    fn find_passed(
+        &self,
+        map: &SignedDistanceField,
+        scan: &DeskewedScan,
+        pose: &Pose,
+        passed: &mut Vec<u32>,
+    ) {
         let resolution_m = map.frame.resolution_m;
         let beyond_m = BEYOND_M + resolution_m;
         let closed = scan.hits.iter().map(|hit| (hit.from, (hit.end - hit.from)));
         let open = scan.open.iter().map(|ray| (ray.from, ray.direction * scan.range_max));
-        let mut passed = BTreeSet::new();
+        passed.clear();
         for (from, along) in closed.chain(open) {
             let length_m = along.norm();
             if length_m <= beyond_m {
@@ -124,41 +143,64 @@ impl ChangeDetector {
                 let counts = if is_mapped {
                     is_steep(map, cell, &direction)
                 } else {
-                    self.evidence.contains_key(&index)
+                    self.slots[index as usize] != 0
                 };
                 if counts {
-                    passed.insert(index);
+                    passed.push(index);
                 }
             }
         }
-        passed
+        passed.sort_unstable();
+        passed.dedup();
     }
 
     fn contradict(&mut self, cell: u32, time_s: f64) {
-        if self.evidence.len() >= MAX_CELLS && !self.evidence.contains_key(&cell) {
-            return;
+        let slot = &mut self.slots[cell as usize];
+        if *slot == 0 {
+            if self.evidence.len() >= MAX_CELLS {
+                return;
+            }
+            let new =
+                Evidence { cell, first_s: time_s, last_s: time_s, against_map: 0, for_map: 0 };
+            self.evidence.push(new);
+            *slot = self.evidence.len() as u32;
         }
-        let new = Evidence { first_s: time_s, last_s: time_s, against_map: 0, for_map: 0 };
-        let evidence = self.evidence.entry(cell).or_insert(new);
+        let evidence = &mut self.evidence[*slot as usize - 1];
         evidence.last_s = time_s;
         evidence.against_map += 1;
     }
 
     /// Evidence for the map. A cell that agrees more often than not has no evidence left: the next contradiction starts from zero.
     fn agree(&mut self, cell: u32) {
-        if let Some(evidence) = self.evidence.get_mut(&cell) {
-            evidence.for_map += 1;
-            if evidence.for_map > evidence.against_map {
-                self.evidence.remove(&cell);
+        let Some(place) = (self.slots[cell as usize] as usize).checked_sub(1) else {
+            return;
+        };
+        let evidence = &mut self.evidence[place];
+        evidence.for_map += 1;
+        if evidence.for_map > evidence.against_map {
+            self.evidence.swap_remove(place);
+            self.slots[cell as usize] = 0;
+            if let Some(moved) = self.evidence.get(place) {
+                self.slots[moved.cell as usize] = place as u32 + 1;
             }
         }
     }
 
     /// The cells that changed, in the order of their indices.
-    pub fn changed(&self) -> impl Iterator<Item = u32> + '_ {
-        let changed = self.evidence.iter().filter(|(_, evidence)| evidence.is_change());
-        changed.map(|(&cell, _)| cell)
+    pub fn changed(&self) -> Vec<u32> {
+        let changed = self.evidence.iter().filter(|evidence| evidence.is_change());
+        let mut cells: Vec<u32> = changed.map(|evidence| evidence.cell).collect();
+        cells.sort_unstable();
+        cells
     }
+}
+
+/// Replaces the contents by these cells in the order of their indices, each once.
+fn replace(cells: &mut Vec<u32>, new: impl Iterator<Item = u32>) {
+    cells.clear();
+    cells.extend(new);
+    cells.sort_unstable();
+    cells.dedup();
 }
 
 /// Whether a direction crosses the surface of a mapped obstacle steeply. In the middle of a thin wall the distance has a ridge, so

@@ -137,6 +137,7 @@ impl Localizer {
         let map = SignedDistanceField::new(map);
         let ekf = PoseEkf::new(map.to_grid(start), &settings);
         let mut localizer = Self {
+            changes: ChangeDetector::new(&map),
             map,
             settings,
             ekf,
@@ -146,7 +147,6 @@ impl Localizer {
             rejections: 0,
             confirmations: None,
             searches: Searches::default(),
-            changes: ChangeDetector::default(),
             anchor: None,
             motion_check: MotionCheck::default(),
             found: None,
@@ -221,7 +221,7 @@ impl Localizer {
     /// Panics if the map has fewer cells.
     #[must_use]
     pub fn map_changes(&self, map: &OccupancyGrid) -> MapChanges {
-        MapChanges::of(map, self.changes.changed())
+        MapChanges::of(map, &self.changes.changed())
     }
 
     /// Predicts the pose from odometry: a pose in the odometry frame at a time, seconds. The first call only sets the

@@ -32,9 +32,9 @@ pub struct MapChanges {
 
 impl MapChanges {
     /// The changes among cells that scans contradicted. An unknown cell of the map is no change.
-    pub(super) fn of(map: &OccupancyGrid, cells: impl Iterator<Item = u32>) -> Self {
+    pub(super) fn of(map: &OccupancyGrid, cells: &[u32]) -> Self {
         let mut changes = Self { appeared: Vec::new(), vanished: Vec::new() };
-        for index in cells {
+        for &index in cells {
             let cell = map.frame().cell_at(index as usize);
             match map.cells()[index as usize] {
                 UNKNOWN => {}
@@ -122,7 +122,7 @@ mod tests {
         let map = OccupancyGrid::new(frame, cells);
         let at = |column: i32, row: i32| frame.index(Cell::new(column, row)) as u32;
         let contradicted = [at(1, 0), at(2, 1), at(5, 1), at(0, 3), at(7, 3)];
-        let changes = MapChanges::of(&map, contradicted.into_iter());
+        let changes = MapChanges::of(&map, &contradicted);
         assert_eq!(changes.vanished, [Cell::new(7, 3)]);
         let [appeared, vanished] = changes.areas(&frame);
         let area = |x, y, width_m, height_m, cells| ChangedArea { x, y, width_m, height_m, cells };

@@ -75,7 +75,7 @@ fn drive_keeps_zones_and_its_recording_has_them() {
     // Two metres at 0.3 m/s.
     assert!(number(zones, "limited_ticks") > 50.0 && number(zones, "max_excess") < 0.05, "{zones}");
     let (status, replay) = place.json("replay run.mcap --engine cpu");
-    assert_eq!((status, &replay["equal"]), (0, &json!(true)), "{replay}");
+    assert_eq!((status, &replay["agree"]), (0, &json!(true)), "{replay}");
     let (_, free) = place.json(&format!("drive {ENDS} --engine cpu"));
     assert!(free["zones"].is_null() && number(&free, "time_s") < number(&object, "time_s"));
 }
@@ -120,12 +120,13 @@ fn updated_map_has_what_the_scans_contradicted() {
     write_map(&place, "map", TRINARY, |x, y| grey(is_wall(x, y) || pillar(x, y)));
     write_map(&place, "world", TRINARY, |x, y| grey(is_wall(x, y) || added(x, y)));
     let drive = "drive --map map.yaml --truth world.yaml --set pose_source=\"scans\" --engine cpu --start 2,2 --via 10,2 \
-                 --via 10,6 --via 2,6 --via 10,3 --via 3,6 --via 10,5 --goal 2,3 --update-map new.yaml --report out";
+                 --via 10,6 --via 2,6 --via 10,3 --via 3,6 --via 10,5 --goal 2,3 --update-map new.yaml";
     let (status, object) = place.json(drive);
     assert_eq!((status, &object["reached"]), (0, &json!(true)), "{object}");
     let area = |name: &str| {
+        // The sides of the box that the lidar sees need not touch.
         let areas = object["map_changes"][name].as_array().unwrap();
-        assert_eq!(areas.len(), 1, "{object}");
+        assert!((1..=2).contains(&areas.len()), "{object}");
         (number(&areas[0], "x"), number(&areas[0], "y"), number(&areas[0], "cells"))
     };
     let (x, y, cells) = area("appeared");
@@ -137,6 +138,8 @@ fn updated_map_has_what_the_scans_contradicted() {
     assert!(number(&around, "length_m") > 3.1, "{around}");
     let (_, through) = place.json("plan --map new.yaml --start 7,2.25 --goal 10,2.25");
     assert!(number(&through, "length_m") < 3.05, "{through}");
+    let run = place.run(&format!("{drive} --report out"));
+    assert_eq!(run.status, 0, "{run:?}");
     let page = std::fs::read_to_string(place.path("out/index.html")).unwrap();
     assert!(page.contains("class=\"appeared\"") && page.contains("class=\"vanished\""));
     let (_, known) = place.json("drive --map map.yaml --engine cpu --start 2,2 --goal 4,2");
