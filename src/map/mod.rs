@@ -8,7 +8,6 @@ mod distance_field;
 mod error;
 mod free_space;
 mod grid;
-
 mod grid_ray;
 mod image;
 mod load;
@@ -30,7 +29,6 @@ pub use grid::{
     Cell, Grid, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
     OccupancyGrid, UNKNOWN, UnknownPolicy,
 };
-
 pub(crate) use grid_ray::GridRay;
 pub use load::{LoadOptions, load, load_with_warnings};
 pub use moving_disc::MovingDisc;
