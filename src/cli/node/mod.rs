@@ -19,8 +19,8 @@ use super::arguments::{EngineArguments, duration};
     within the namespace, tf too.\n\
     Action: navigate_to_pose (NavigateToPose), with feedback, cancel and result. RMW_IMPLEMENTATION=rmw_cyclonedds_cpp speaks to clients on \
     Cyclone DDS; the default is that of rmw_fastrtps_cpp.\n\
-    Services of a managed node: inbye/change_state, inbye/get_state, inbye/get_available_transitions. With --managed the node starts \
-    unconfigured, and pursues goals once it is activated.\n\
+    With --managed the node starts unconfigured, has the services inbye/change_state, inbye/get_state and inbye/get_available_transitions, and \
+    pursues goals once it is activated.\n\
     The robot moves only while it is armed: by --arm, the typed word `arm`, POST /arm on --operator-port, or true on inbye/arm. A \
     goal never arms it. Enter, POST /stop, or true on inbye/stop stops it until it is armed again. Every velocity passes the \
     protective layer ([collision_monitor] in the settings), which limits it by the raw scan.\n\

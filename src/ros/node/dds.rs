@@ -129,7 +129,7 @@ pub struct DdsNode {
     own_transforms: Publisher<msg::TFMessage>,
     updated_map: Publisher<msg::OccupancyGrid>,
     navigate: NavigateServer,
-    lifecycle: LifecycleServer,
+    lifecycle: Option<LifecycleServer>,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -191,13 +191,11 @@ impl DdsNode {
         };
         let name = topic_name(namespace, NAVIGATE)?;
         let navigate = NavigateServer::new(&mut node, mapping, &name, qos).map_err(dds_error)?;
-        let lifecycle = LifecycleServer::new(
-            &mut node,
-            mapping,
-            |name| topic_name(namespace, name),
-            &reliable(SERVICE_DEPTH),
-            settings.is_managed,
-        )?;
+        let full_name = |name: &str| topic_name(namespace, name);
+        let qos = reliable(SERVICE_DEPTH);
+        let lifecycle =
+            settings.is_managed.then(|| LifecycleServer::new(&mut node, mapping, full_name, &qos));
+        let lifecycle = lifecycle.transpose()?;
         let mut builder = EndpointBuilder { node: &mut node, namespace };
         Ok(Self {
             map: builder.input("map", latched(1))?,
@@ -246,7 +244,9 @@ impl DdsNode {
         self.scan.take(IncomingMessage::Scan, &mut all);
         self.goal.take(IncomingMessage::Goal, &mut all);
         self.navigate.receive(&mut all);
-        self.lifecycle.receive(&mut all);
+        if let Some(lifecycle) = &mut self.lifecycle {
+            lifecycle.receive(&mut all);
+        }
         let initial_pose = |message| IncomingMessage::InitialPose(Box::new(message));
         self.initial_pose.take(initial_pose, &mut all);
         // Of both at once, the stop counts.
@@ -266,7 +266,9 @@ impl DdsNode {
             ToNetwork::Path(path) => self.path.publish(path).is_ok(),
             ToNetwork::Markers(markers) => self.markers.publish(markers).is_ok(),
             ToNetwork::Diagnostics(diagnostics) => self.diagnostics.publish(diagnostics).is_ok(),
-            ToNetwork::State(state) => self.lifecycle.publish(state),
+            ToNetwork::State(state) => {
+                self.lifecycle.as_mut().is_none_or(|lifecycle| lifecycle.publish(state))
+            }
             ToNetwork::Action(update) => self.navigate.publish(update),
             ToNetwork::UpdatedMap(map) => self.updated_map.publish(map).is_ok(),
             ToNetwork::Transforms(transforms) => self.own_transforms.publish(transforms).is_ok(),

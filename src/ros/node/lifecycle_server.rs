@@ -37,13 +37,12 @@ pub struct LifecycleServer {
 }
 
 impl LifecycleServer {
-    /// Creates the services of a node, which starts active unless it is managed. `name` gives the full name of each.
+    /// Creates the services of a managed node. `name` gives the full name of each.
     pub fn new(
         node: &mut Node,
         mapping: ServiceMapping,
         name: impl Fn(&str) -> Result<Name, NodeError>,
         qos: &QosProfile,
-        is_managed: bool,
     ) -> Result<Self, NodeError> {
         let kind = |name: &str| ServiceTypeName::new("lifecycle_msgs", name);
         let event = MessageTypeName::new("lifecycle_msgs", "TransitionEvent");
@@ -79,7 +78,7 @@ impl LifecycleServer {
                 )
                 .map_err(dds_error)?,
             events: node.create_publisher(&events, Some(qos.clone())).map_err(dds_error)?,
-            current: if is_managed { LifecycleState::Unconfigured } else { LifecycleState::Active },
+            current: LifecycleState::Unconfigured,
             waiting: VecDeque::new(),
             requests: 0,
         })

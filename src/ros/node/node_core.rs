@@ -96,6 +96,8 @@ pub struct NodeCore {
     /// What the clients get at the next tick.
     updates: Vec<ActionUpdate>,
     lifecycle: LifecycleState,
+    /// When it was finalized, seconds.
+    finalized_s: Option<f64>,
     /// The answers to requests for another state, at the next tick.
     states: Vec<msg::LifecycleAnswer>,
     /// The newest pose in the map.
@@ -151,6 +153,7 @@ impl NodeCore {
             action: None,
             updates: Vec::new(),
             lifecycle,
+            finalized_s: None,
             states: Vec::new(),
             pose: Pose::default(),
             goal: None,

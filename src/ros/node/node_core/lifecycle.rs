@@ -8,6 +8,9 @@ use crate::ros::node::action::UNKNOWN;
 use crate::ros::node::lifecycle::LifecycleState;
 use crate::ros::node::notices::MessageError;
 
+/// Time from the request to shut down to the end, seconds, at least.
+const END_S: f64 = 1.0;
+
 impl NodeCore {
     /// The state of the node as a managed one. A finalized node is to end.
     #[must_use]
@@ -15,10 +18,11 @@ impl NodeCore {
         self.lifecycle
     }
 
-    /// Whether the node is finalized and the robot stands.
+    /// Whether the node is finalized, the robot stands, and the answer to the request has had time to leave.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        self.lifecycle == LifecycleState::Finalized && self.command == Twist::STOP
+        let is_over = |since_s: f64| self.ticked_s.is_some_and(|now_s| now_s - since_s >= END_S);
+        self.finalized_s.is_some_and(is_over) && self.command == Twist::STOP
     }
 
     /// Changes the state. A robot that drives brakes, and its goal is aborted.
@@ -27,6 +31,7 @@ impl NodeCore {
         let next = self.lifecycle.after(transition);
         if let Some(next) = next {
             self.lifecycle = next;
+            self.finalized_s = (next == LifecycleState::Finalized).then_some(now_s);
             self.notices.push(format!("the node is {}", next.label()));
             if next != LifecycleState::Active && self.goal.is_some() && self.ended_s.is_none() {
                 self.navigator = None;
