@@ -22,9 +22,10 @@ type Rectangle = [i32; 4];
 pub(crate) fn zones(zones: Option<&Zones>, view: &Viewport) -> Markup {
     let grid = zones.map(Zones::to_grid);
     html! {
-        @for (class, _, values) in KINDS.iter().filter(|_| grid.is_some()) {
-            @if let Some(outline) = grid.as_ref().map(|grid| outline(grid, *values, view)).filter(|it| !it.is_empty()) {
-                path class=(class) d=(outline) {}
+        @if let Some(grid) = &grid {
+            @for (class, _, values) in KINDS {
+                @let outline = outline(grid, values, view);
+                @if !outline.is_empty() { path class=(class) d=(outline) {} }
             }
         }
     }

@@ -17,6 +17,7 @@ use ros2_client::{ActionTypeName, Name, Node, RmwRequestId, ServiceMapping};
 
 use super::action::ActionUpdate;
 use super::incoming::{IncomingMessage, NAVIGATE};
+use super::pending_requests::PendingRequests;
 use crate::ros::msg::{
     ActionCancel, ActionEnd, ActionGoal, NavigateToPoseFeedback, NavigateToPoseGoal,
     NavigateToPoseResult,
@@ -44,9 +45,8 @@ pub struct NavigateServer {
     server: ActionServer<NavigateToPoseGoal, NavigateToPoseResult, NavigateToPoseFeedback>,
     /// In the order of their arrival.
     goals: VecDeque<Goal>,
-    /// Requests to cancel that have no answer yet, by their numbers.
-    cancels: VecDeque<(u64, RmwRequestId)>,
-    requests: u64,
+    /// Requests to cancel that have no answer yet.
+    cancels: PendingRequests,
 }
 
 struct Goal {
@@ -85,7 +85,7 @@ impl NavigateServer {
         };
         let action_type = ActionTypeName::new("nav2_msgs", "NavigateToPose");
         let server = node.create_action_server(mapping, name, &action_type, policies)?;
-        Ok(Self { server, goals: VecDeque::new(), cancels: VecDeque::new(), requests: 0 })
+        Ok(Self { server, goals: VecDeque::new(), cancels: PendingRequests::default() })
     }
 
     /// Takes the requests that arrived, and answers those for results that are known.
@@ -147,12 +147,8 @@ impl NavigateServer {
         let Some(id) = id_of(cancel) else {
             return;
         };
-        self.requests += 1;
-        if self.cancels.len() >= MAX_WAITING {
-            self.cancels.pop_front();
-        }
-        self.cancels.push_back((self.requests, request));
-        all.push(IncomingMessage::Cancel(ActionCancel { request: self.requests, id }));
+        let request = self.cancels.add(request, MAX_WAITING);
+        all.push(IncomingMessage::Cancel(ActionCancel { request, id }));
     }
 
     fn take_result_request(&mut self, request: RmwRequestId, id: GoalId) {
@@ -209,10 +205,9 @@ impl NavigateServer {
                     return_code,
                     goals_canceling: goals_canceling.into_iter().collect(),
                 };
-                let at = self.cancels.iter().position(|(number, _)| *number == answer.request);
-                let request = at.and_then(|at| self.cancels.remove(at));
+                let request = self.cancels.take(answer.request);
                 let sent =
-                    request.map(|(_, request)| self.server.send_cancel_response(request, response));
+                    request.map(|request| self.server.send_cancel_response(request, response));
                 sent.is_none_or(|sent| sent.is_ok()) & self.publish_statuses()
             }
             ActionUpdate::Feedback(message) => {

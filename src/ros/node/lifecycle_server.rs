@@ -1,7 +1,5 @@
 //! The services of a managed node over DDS.
 
-use std::collections::VecDeque;
-
 use ros2_client::dds::Server;
 use ros2_client::qos::QosProfile;
 use ros2_client::{
@@ -11,6 +9,7 @@ use ros2_client::{
 use super::dds::{NodeError, dds_error};
 use super::incoming::{CHANGE_STATE, IncomingMessage};
 use super::lifecycle::{LifecycleState, TRANSITIONS, transition_message};
+use super::pending_requests::PendingRequests;
 use crate::ros::msg::{
     ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableTransitionsResponse,
     GetStateResponse, LifecycleAnswer, LifecycleRequest, TransitionDescription, TransitionEvent,
@@ -32,8 +31,7 @@ pub struct LifecycleServer {
     transitions: Server<EmptyRequest, GetAvailableTransitionsResponse>,
     events: Publisher<TransitionEvent>,
     current: LifecycleState,
-    waiting: VecDeque<(u64, RmwRequestId)>,
-    requests: u64,
+    waiting: PendingRequests,
 }
 
 impl LifecycleServer {
@@ -79,8 +77,7 @@ impl LifecycleServer {
                 .map_err(dds_error)?,
             events: node.create_publisher(&events, Some(qos.clone())).map_err(dds_error)?,
             current: LifecycleState::Unconfigured,
-            waiting: VecDeque::new(),
-            requests: 0,
+            waiting: PendingRequests::default(),
         })
     }
 
@@ -123,12 +120,8 @@ impl LifecycleServer {
             0 => by_label.map_or(0, |step| step.0),
             id => id,
         };
-        self.requests += 1;
-        if self.waiting.len() >= MAX_REQUESTS {
-            self.waiting.pop_front();
-        }
-        self.waiting.push_back((self.requests, request));
-        let request = LifecycleRequest { request: self.requests, transition };
+        let request = self.waiting.add(request, MAX_REQUESTS);
+        let request = LifecycleRequest { request, transition };
         all.push(IncomingMessage::ChangeState(request));
     }
 
@@ -136,11 +129,10 @@ impl LifecycleServer {
     pub fn publish(&mut self, answer: LifecycleAnswer) -> bool {
         let before = self.current;
         self.current = LifecycleState::from_id(answer.state).unwrap_or(before);
-        let at = self.waiting.iter().position(|(number, _)| *number == answer.request);
         let success = answer.transition != 0;
-        let sent = at.and_then(|at| self.waiting.remove(at)).map(|(_, request)| {
-            self.change.send_response(request, ChangeStateResponse { success })
-        });
+        let request = self.waiting.take(answer.request);
+        let sent = request
+            .map(|request| self.change.send_response(request, ChangeStateResponse { success }));
         let step = TRANSITIONS.iter().find(|(id, ..)| success && *id == answer.transition);
         let event = step.map(|step| TransitionEvent {
             timestamp: answer.nanoseconds,

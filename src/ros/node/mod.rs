@@ -23,6 +23,8 @@ mod map_update;
 pub mod network;
 mod node_core;
 mod notices;
+#[cfg(feature = "ros2")]
+mod pending_requests;
 mod protection;
 mod scan;
 mod zones;

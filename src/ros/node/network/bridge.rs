@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io::{BufReader, BufWriter, Read, Write};
+use std::mem::discriminant;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,11 +11,7 @@ use std::time::Duration;
 
 use super::frame::{FromNetwork, ToNetwork, read_frame, write_frame};
 use super::watchdog::CommandWatchdog;
-use crate::ros::msg::{
-    DiagnosticArray, LifecycleAnswer, MarkerArray, OccupancyGrid, Path, TFMessage, Time, Twist,
-    TwistStamped,
-};
-use crate::ros::node::ActionUpdate;
+use crate::ros::msg::{Time, Twist, TwistStamped};
 use crate::ros::node::dds::{DdsNode, DdsSettings, NodeError};
 
 /// Interval at which messages are taken on both sides.
@@ -27,18 +24,12 @@ const OUTBOX: usize = 64;
 const STOP_REPEATS: u32 = 5;
 const STOP_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The newest frames of the control process. An older command is never published after a newer one arrived.
+/// The frames of the control process that are not yet published. An older command is never published after a newer one arrived.
 #[derive(Default)]
 struct Inbox {
     command: Option<TwistStamped>,
-    path: Option<Path>,
-    markers: Option<MarkerArray>,
-    diagnostics: Option<DiagnosticArray>,
-    transforms: Option<TFMessage>,
-    updated_map: Option<OccupancyGrid>,
-    /// In their order: none may be left out.
-    action: Vec<ActionUpdate>,
-    states: Vec<LifecycleAnswer>,
+    /// Other frames in the order of their arrival: the newest of each kind, but all of those that answer requests.
+    others: Vec<ToNetwork>,
     has_frame: bool,
     is_closed: bool,
 }
@@ -78,18 +69,7 @@ pub fn run_bridge(
     let mut alive_s = f64::NEG_INFINITY;
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();
-        let Inbox {
-            command,
-            path,
-            markers,
-            diagnostics,
-            transforms,
-            updated_map,
-            action,
-            states,
-            has_frame,
-            is_closed,
-        } = take(&inbox);
+        let Inbox { command, others, has_frame, is_closed } = take(&inbox);
         if has_frame {
             watchdog.on_frame(now_s);
         }
@@ -98,19 +78,7 @@ pub fn run_bridge(
             last_command = Some(command.clone());
             dds.publish(ToNetwork::Command(command));
         }
-        let others = [
-            transforms.map(ToNetwork::Transforms),
-            path.map(ToNetwork::Path),
-            markers.map(ToNetwork::Markers),
-            diagnostics.map(ToNetwork::Diagnostics),
-            updated_map.map(ToNetwork::UpdatedMap),
-        ];
-        let others = others
-            .into_iter()
-            .flatten()
-            .chain(action.into_iter().map(ToNetwork::Action))
-            .chain(states.into_iter().map(ToNetwork::State));
-        others.for_each(|message| dds.publish(message));
+        others.into_iter().for_each(|message| dds.publish(message));
         if is_closed {
             break;
         }
@@ -183,13 +151,12 @@ fn read_all(input: impl Read, inbox: &Mutex<Inbox>) {
         match frame {
             ToNetwork::Alive => {}
             ToNetwork::Command(command) => inbox.command = Some(command),
-            ToNetwork::Path(path) => inbox.path = Some(path),
-            ToNetwork::Markers(markers) => inbox.markers = Some(markers),
-            ToNetwork::Diagnostics(diagnostics) => inbox.diagnostics = Some(diagnostics),
-            ToNetwork::Transforms(transforms) => inbox.transforms = Some(transforms),
-            ToNetwork::UpdatedMap(map) => inbox.updated_map = Some(map),
-            ToNetwork::Action(update) => inbox.action.push(update),
-            ToNetwork::State(state) => inbox.states.push(state),
+            ToNetwork::Action(_) | ToNetwork::State(_) => inbox.others.push(frame),
+            _ => {
+                let kind = discriminant(&frame);
+                inbox.others.retain(|older| discriminant(older) != kind);
+                inbox.others.push(frame);
+            }
         }
     }
     lock(inbox).is_closed = true;

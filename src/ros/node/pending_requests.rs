@@ -1,0 +1,30 @@
+//! Requests to a service whose answer comes from the control process.
+
+use std::collections::VecDeque;
+
+use ros2_client::RmwRequestId;
+
+/// Requests that wait for an answer, by the numbers that the two processes of the node give them.
+#[derive(Default)]
+pub struct PendingRequests {
+    waiting: VecDeque<(u64, RmwRequestId)>,
+    last: u64,
+}
+
+impl PendingRequests {
+    /// Adds a request and returns its number, above zero. Beyond this number of requests the oldest is dropped.
+    pub fn add(&mut self, request: RmwRequestId, max: usize) -> u64 {
+        self.last += 1;
+        if self.waiting.len() >= max {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back((self.last, request));
+        self.last
+    }
+
+    /// Takes the request with a number, if it still waits.
+    pub fn take(&mut self, number: u64) -> Option<RmwRequestId> {
+        let at = self.waiting.iter().position(|(waiting, _)| *waiting == number)?;
+        self.waiting.remove(at).map(|(_, request)| request)
+    }
+}
