@@ -10,7 +10,7 @@ use anyhow::bail;
 use inbye::ros::msg::TwistStamped;
 use inbye::ros::node::dds::DdsSettings;
 use inbye::ros::node::network::{LinkEvents, NetworkLink, ToNetwork};
-use inbye::ros::node::{NodeCore, NodeSettings, Outgoing};
+use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings, Outgoing};
 use inbye::runtime::PoseSource;
 use serde_json::json;
 
@@ -41,13 +41,15 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     let stop = interrupt_flag()?;
     let mut clock = wall_clock();
     let mut link = NetworkLink::new(new_command(arguments, config.node.network_memory_mib));
-    start(&mut link, &mut clock)?;
+    let first_messages = start(&mut link, &mut clock)?;
     let node_settings = NodeSettings {
         config,
         odom_is_map: arguments.odom_is_map,
         is_managed: arguments.lifecycle.managed,
     };
     let mut core = NodeCore::new(node_settings, engine)?;
+    // Among them may be the map and the static transforms, which are sent once.
+    receive_messages(&mut core, &first_messages);
     let DdsSettings { namespace, domain, .. } = &settings;
     output::note(format!("node {namespace}/inbye in domain {domain}"));
     let OperatorArguments { arm, operator_port } = arguments.operator;
@@ -103,8 +105,12 @@ fn new_command(arguments: &NodeArguments, memory_mib: u32) -> Box<dyn FnMut() ->
     })
 }
 
-/// Waits for the network process. What keeps it from starting the first time is an error.
-fn start(link: &mut NetworkLink, clock: &mut dyn FnMut() -> f64) -> anyhow::Result<()> {
+/// Waits for the network process and returns the messages that it passed on so far. What keeps it from starting the first time
+/// is an error.
+fn start(
+    link: &mut NetworkLink,
+    clock: &mut dyn FnMut() -> f64,
+) -> anyhow::Result<Vec<IncomingMessage>> {
     loop {
         let events = link.poll(clock());
         if events.is_lost {
@@ -114,7 +120,7 @@ fn start(link: &mut NetworkLink, clock: &mut dyn FnMut() -> f64) -> anyhow::Resu
             }
         }
         if events.is_up {
-            return Ok(());
+            return Ok(events.messages);
         }
         thread::sleep(POLL_INTERVAL);
     }
@@ -122,18 +128,22 @@ fn start(link: &mut NetworkLink, clock: &mut dyn FnMut() -> f64) -> anyhow::Resu
 
 fn receive(core: &mut NodeCore, events: LinkEvents) {
     let LinkEvents { messages, is_lost, is_up, notices, .. } = events;
-    let now_s = now().seconds();
-    for message in messages {
-        core.receive(now_s, &message);
-    }
+    receive_messages(core, &messages);
     if is_lost {
         core.transport_lost();
     }
     if is_up {
-        core.transport_restored(now_s);
+        core.transport_restored(now().seconds());
         output::note("the network process is up again");
     }
     notices.into_iter().for_each(output::note);
+}
+
+fn receive_messages(core: &mut NodeCore, messages: &[IncomingMessage]) {
+    let now_s = now().seconds();
+    for message in messages {
+        core.receive(now_s, message);
+    }
 }
 
 fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {

@@ -109,9 +109,7 @@ class Robot:
         self.scan = self.writer("scan", m.LaserScan, BEST_EFFORT)
         self.goal = self.writer("goal_pose", m.PoseStamped, RELIABLE)
         self.tf = self.writer("tf_static", m.TFMessage, LATCHED)
-        self.map, self.frames = None, None
-        # A message of a latched topic is lost now and then on its way to a reader that comes later.
-        self.repeats = True
+        self.map = None
         self.next_s = time.monotonic()
 
     def topic(self, name, kind):
@@ -137,8 +135,7 @@ class Robot:
         frames = [transform("base_link", "laser", *mount)]
         if localized:
             frames.append(transform("map", self.frame, *self.place))
-        self.frames = m.TFMessage(frames)
-        self.tf.write(self.frames)
+        self.tf.write(m.TFMessage(frames))
 
     def send_goal(self, x, y, yaw):
         self.goal.write(m.PoseStamped(header("map"), pose(x, y, yaw)))
@@ -186,11 +183,6 @@ class Robot:
                 self.ranges(mount), [],
             ))
         self.steps += 1
-        if self.repeats and self.steps % 100 == 0:
-            if self.map:
-                self.publish_map()
-            if self.frames:
-                self.tf.write(self.frames)
 
     def odometry(self):
         """The pose in the odometry frame."""
@@ -468,14 +460,18 @@ def navigates(program):
 
 
 def late_joiner(program):
-    """The map is older than the node, the plan older than its reader."""
+    """The map is older than the node, the plan older than its reader, and the node's control process comes late to its inputs."""
     robot = Robot()
-    robot.repeats = False
     robot.publish_map()
     robot.publish_frames((0.0, 0.0, 0.0))
     robot.until(lambda: False, 3.0)
     node = Program(program)
+    pid = node.child.pid
+    robot.until(lambda: children(pid), 5.0)
+    os.kill(pid, signal.SIGSTOP)
     robot.until(lambda: False, 2.0)
+    os.kill(pid, signal.SIGCONT)
+    robot.until(lambda: False, 0.5)
     robot.send_goal(*GOAL)
     started_s = robot.until(lambda: robot.v > 0.2, 20.0)
     plans = robot.reader("plan", m.Path, LATCHED)
@@ -521,7 +517,6 @@ def missing_inputs(program):
 def invalid_messages(program):
     """Invalid messages are rejected and reported once; the robot does not move."""
     robot = Robot()
-    robot.repeats = False
     node = Program(program)
     robot.until(lambda: False, 2.0)
     goal = m.PoseStamped(header("odom"), pose(*GOAL))
