@@ -14,6 +14,7 @@ mod cases {
         mod lockstep;
         mod movingai;
         mod paper;
+        mod perception;
         mod quality;
         mod records;
         mod soak;

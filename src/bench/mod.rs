@@ -6,6 +6,7 @@ mod density;
 mod engine_times;
 mod error;
 mod log_localization;
+mod log_perception;
 pub mod movingai;
 pub mod paper;
 mod problems;
@@ -23,6 +24,7 @@ pub use density::{
 pub use engine_times::{DecisionSize, EngineRequest, EngineTime, measure_engines, open_requested};
 pub use error::BenchError;
 pub use log_localization::{LogLocalization, LogRelations, against, corrected_pairs, localize_log};
+pub use log_perception::{LogPerception, Perceived, perceive_log};
 pub use problems::random_problem;
 pub use quality::{
     QualityPlan, QualityRow, RegretBaseline, grid_counts, measure_quality, usual_shape,

@@ -46,6 +46,7 @@ mod output;
 mod own_file;
 mod own_programs;
 mod paper;
+mod perception;
 mod plan;
 mod plan_drawing;
 mod plan_result;
@@ -185,6 +186,8 @@ pub enum BenchCommand {
     Movingai(movingai::MovingAiArguments),
     /// The paper's tables and figures, paths and drives, repeated and compared with its values.
     Paper(paper::PaperArguments),
+    /// The obstacles that the navigator perceives in the log of a real robot: what moves, and how soon marks are cleared.
+    Perception(perception::PerceptionArguments),
     /// Wrong planners on random missions, with the protective layer of the sender and without it: contacts.
     Protection(protection::ProtectionArguments),
     /// Random missions on many maps among moving obstacles: contacts, causes, and equal traces on every engine.
@@ -284,6 +287,7 @@ fn run_bench(bench: &BenchArguments, json: bool) -> anyhow::Result<bool> {
         BenchCommand::Localization(command) => localization::run(command, json),
         BenchCommand::Movingai(command) => movingai::run(command, json),
         BenchCommand::Paper(command) => paper::run(command, json),
+        BenchCommand::Perception(command) => perception::run(command, json),
         BenchCommand::Protection(command) => protection::run(command, json),
         BenchCommand::Soak(command) => soak::run(command, json),
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::passive_safety::obstacle_that_may_come;
-use super::scan_visibility::sees_beyond;
+use super::scan_visibility::measures_beyond;
 use super::tracker::{FARTHEST_M, Tracker};
 use super::{NavigationMap, NavigatorSettings};
 use crate::geometry::{Point, Pose, bearing};
@@ -403,7 +403,7 @@ impl LocalMap {
             let seen_through = distance < scan.range_max.min(FARTHEST_M) && {
                 let half_angle = resolution_m / distance.max(resolution_m);
                 let direction = bearing(&robot, &mark.center);
-                sees_beyond(pose, scan, direction, half_angle, distance + beyond_m)
+                measures_beyond(pose, scan, direction, half_angle, distance + beyond_m)
             };
             mark.evidence -= u8::from(seen_through);
             mark.evidence == 0

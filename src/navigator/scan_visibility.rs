@@ -59,6 +59,29 @@ pub(super) fn sees_beyond(
             .is_some_and(|mut ranges| ranges.all(|range| range > distance_m))
 }
 
+/// As [`sees_beyond`], by the measured beams alone, which are at least half of them. Surfaces that absorb or deflect a beam leave
+/// gaps in the scans of real lidars, everywhere: what left a place in front of them would otherwise never be gone.
+pub(super) fn measures_beyond(
+    pose: &Pose,
+    scan: &Scan,
+    direction: f64,
+    half_angle: f64,
+    distance_m: f64,
+) -> bool {
+    let Some(ranges) = ranges_towards(pose, scan, direction, half_angle) else {
+        return false;
+    };
+    let (mut all, mut beyond) = (0, 0);
+    for range in ranges {
+        if range <= distance_m {
+            return false;
+        }
+        all += 1;
+        beyond += u32::from(!range.is_nan());
+    }
+    scan.range_max > distance_m && beyond > 0 && 2 * beyond >= all
+}
+
 /// Whether the first beam follows the last.
 pub(super) fn is_full_turn(scan: &Scan) -> bool {
     scan.ranges.len() as f64 * scan.angle_increment > TAU - 0.5 * scan.angle_increment
@@ -70,6 +93,19 @@ pub(super) fn is_full_turn(scan: &Scan) -> bool {
 /// The ranges of two neighbouring beams to a wall at a flat angle differ much. The beams on both sides count, so that a small
 /// rotation of the robot does not let the scan see through the wall.
 pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, apart: &Motion) -> bool {
+    let (direction, half_angle, distance_m) = beams_past(pose, point, apart);
+    sees_beyond(pose, scan, direction, half_angle, distance_m)
+}
+
+/// As [`proves_free`] for a point of the same scan, by the measured beams alone: see [`measures_beyond`].
+pub(super) fn shows_free(pose: &Pose, scan: &Scan, point: &Point) -> bool {
+    let (direction, half_angle, distance_m) = beams_past(pose, point, &Motion::default());
+    measures_beyond(pose, scan, direction, half_angle, distance_m)
+}
+
+/// The beams that pass a point for every pose within the error: their direction in the map frame, the angle to each side of it, and
+/// their least range, metres.
+fn beams_past(pose: &Pose, point: &Point, apart: &Motion) -> (f64, f64, f64) {
     let robot = pose.position();
     let distance = (point - robot).norm();
     let place_error_m = PLACE_ERROR_M + SLIP * apart.driven_m;
@@ -77,7 +113,7 @@ pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, apart: &Motio
         YAW_ERROR + TURN_ERROR * apart.turned + place_error_m / distance.max(place_error_m);
     let drift_m = (DRIFT * apart.time_s).max(SLIP * apart.driven_m);
     let margin_m = FREE_MARGIN_M + drift_m + MARGIN_SHARE * distance;
-    sees_beyond(pose, scan, bearing(&robot, point), half_angle, distance + margin_m)
+    (bearing(&robot, point), half_angle, distance + margin_m)
 }
 
 /// Interval of the kept scans, seconds, and their number.
@@ -285,6 +321,26 @@ mod tests {
         // Beyond the field of view.
         let behind = Scan { angle_min: 0.5, ranges: vec![9.0; 720], ..wall(9.0) };
         assert_eq!(of(behind, 2.5), Earlier::Unknown);
+    }
+
+    #[test]
+    fn scan_with_gaps_shows_what_is_gone_and_proves_nothing() {
+        let place = Point::new(2.5, 0.0);
+        let shown = |range: &dyn Fn(f64) -> f64| {
+            let scan = scan(range);
+            let pose = Pose::default();
+            (
+                shows_free(&pose, &scan, &place),
+                proves_free(&pose, &scan, &place, &Motion::default()),
+            )
+        };
+        let is_third = |degree: f64| (4.0 * degree) as i32 % 3 == 0;
+        assert_eq!(shown(&|_| 9.0), (true, true));
+        // A third of the beams is measured; then all but one.
+        assert_eq!(shown(&|degree| if is_third(degree) { 9.0 } else { f64::NAN }), (false, false));
+        assert_eq!(shown(&|degree| if degree == 0.0 { f64::NAN } else { 9.0 }), (true, false));
+        assert_eq!(shown(&|degree| if degree == 0.25 { 2.5 } else { 9.0 }), (false, false));
+        assert_eq!(shown(&|_| f64::NAN), (false, false));
     }
 
     /// Tracks slip: after a drive of 2 m, scans may be 10 cm apart.

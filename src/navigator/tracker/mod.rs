@@ -14,7 +14,7 @@ mod track;
 use nalgebra::Matrix2;
 
 use super::obstacle_model::ReturnOrigin;
-use super::scan_visibility::{Earlier, History, Motion, proves_free, sees_beyond};
+use super::scan_visibility::{Earlier, History, proves_free, sees_beyond, shows_free};
 use crate::geometry::{Point, Pose, Vector, bearing};
 use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Owner, Return, ScanReturns};
@@ -117,7 +117,7 @@ impl Tracker {
             self.moving.push(track.disc());
             self.swept.push((track.disc(), track.born_s));
         }
-        let is_free = |point: &Point| proves_free(pose, scan, point, &Motion::default());
+        let is_free = |point: &Point| shows_free(pose, scan, point);
         self.standing.update(time_s, &self.clusters, &mut self.returns, is_free);
         self.moving.extend(self.standing.discs());
         self.history.push(time_s, pose, scan);
@@ -379,6 +379,21 @@ mod tests {
             assert_eq!(tracker.moving.len(), 1, "radius {radius}");
             assert_eq!(entered, usize::from(!explained), "radius {radius}");
         }
+    }
+
+    /// Where clusters of several objects become one track, it races away.
+    #[test]
+    fn nothing_moves_faster_than_people_run() {
+        let mut tracker = Tracker::default();
+        let (mut y, mut has_moved, mut fastest) = (4.0, false, 0.0_f64);
+        for tick in 0..40 {
+            y -= if tick < 20 { 0.12 } else { 0.12 + 0.02 * f64::from(tick - 20) };
+            see(&mut tracker, tick, &[(2.5, y, 0.2)]);
+            has_moved |= !tracker.moving.is_empty();
+            let speeds = tracker.moving.iter().map(|disc| libm::hypot(disc.vx, disc.vy));
+            fastest = speeds.fold(fastest, f64::max);
+        }
+        assert!(has_moved && (1.0..3.5).contains(&fastest), "{fastest} m/s");
     }
 
     #[test]

@@ -14,6 +14,8 @@ const LEGS_REACH_M: f64 = 0.4;
 /// post may seem to stand on free ground for one scan.
 const MIN_SIGHTINGS: u32 = 5;
 const SIGHTED_S: f64 = 0.25;
+/// A person who stands shifts their weight by at most this, metres. Farther away, the returns are those of something else.
+const SHIFTS_M: f64 = 0.4;
 /// A person who is hidden stays for this long, seconds.
 const HIDDEN_FOR_S: f64 = 5.0;
 /// Two objects as narrow as a leg and at most this far apart may be a person who has stood there all the time, metres. A robot
@@ -27,6 +29,8 @@ const MAX_PLACES: usize = 16;
 #[derive(Debug)]
 struct Place {
     disc: MovingDisc,
+    /// Where it was sighted last.
+    found: Point,
     sightings: u32,
     /// Time of the last sighting that counts, and of the last scan that showed anything there, seconds.
     seen_s: f64,
@@ -38,7 +42,14 @@ struct Place {
 impl Place {
     fn new(time_s: f64, &Point { x, y }: &Point, sightings: u32) -> Self {
         let disc = MovingDisc { x, y, radius: LEGS_WIDTH_M / 2.0, vx: 0.0, vy: 0.0 };
-        Self { disc, sightings, seen_s: time_s, shown_s: time_s, is_pair: false }
+        Self {
+            disc,
+            found: Point::new(x, y),
+            sightings,
+            seen_s: time_s,
+            shown_s: time_s,
+            is_pair: false,
+        }
     }
 }
 
@@ -71,7 +82,7 @@ impl StandingPeople {
         {
             if known.seen_s < place.seen_s {
                 known.sightings += place.sightings;
-                known.seen_s = place.seen_s;
+                (known.seen_s, known.found) = (place.seen_s, place.found);
             }
         } else if self.0.len() < MAX_PLACES {
             self.0.push(place);
@@ -122,7 +133,7 @@ impl StandingPeople {
             }
         }
         let mut shown = shown.into_iter();
-        self.0.retain_mut(|Place { disc, shown_s, .. }| {
+        self.0.retain_mut(|Place { disc, found, shown_s, .. }| {
             let (count, sum) = shown.next().unwrap_or_default();
             if count == 0 {
                 return time_s - *shown_s <= HIDDEN_FOR_S && !is_free(&disc.center());
@@ -131,7 +142,7 @@ impl StandingPeople {
             let shift = sum / f64::from(count);
             (disc.x, disc.y) = (disc.x + shift.x, disc.y + shift.y);
             *shown_s = time_s;
-            true
+            is_near(disc, found, SHIFTS_M)
         });
     }
 
@@ -262,6 +273,24 @@ mod tests {
                 standing.update(f64::from(tick) * period_s, &clusters, &mut returns, |_| true);
             }
             assert_eq!(count(&standing), 0, "{width_m} {earlier:?} {period_s}");
+        }
+    }
+
+    /// A robot drives past chairs: what it sees next to the place is another chair each time.
+    #[test]
+    fn place_does_not_follow_other_returns_far_from_where_it_was_sighted() {
+        for (is_sighted, people) in [(false, 0), (true, 1)] {
+            let mut standing = StandingPeople::default();
+            standing.add(0.0, &Point::new(1.0, 0.0));
+            for tick in 1..=8 {
+                let (time_s, y) = (f64::from(tick) * 0.1, f64::from(tick) * 0.06);
+                let (clusters, mut returns) = scan(&[(1.0, y)], 0.06);
+                if !is_sighted {
+                    returns.iter_mut().for_each(|one| one.earlier = Earlier::Unknown);
+                }
+                standing.update(time_s, &clusters, &mut returns, |_| false);
+            }
+            assert_eq!(count(&standing), people, "sighted: {is_sighted}");
         }
     }
 

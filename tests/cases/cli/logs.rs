@@ -76,6 +76,19 @@ fn map_of_a_log_is_read_by_plan_and_by_localization() {
 }
 
 #[test]
+fn perception_over_a_log_of_an_empty_room_finds_nothing_that_moves() {
+    let place = Workplace::new();
+    place.write("drive.log", drive_log(1.0));
+    let (status, object) = place.json("bench perception drive.log");
+    assert_eq!((status, &object["scans"]), (0, &SCANS.into()), "{object}");
+    for map in ["unknown", "mapped"] {
+        assert_eq!(object[map]["moving"], 0, "{object}");
+    }
+    let text = place.run("bench perception drive.log");
+    assert!(text.stdout.contains("0 moving obstacles"), "{}", text.stdout);
+}
+
+#[test]
 fn unusable_logs_are_refused() {
     let place = Workplace::new();
     place.write("bad.log", drive_log(1.0).replacen(" 1.5 0 ", " 1.5 nought ", 1));
@@ -86,6 +99,7 @@ fn unusable_logs_are_refused() {
         ("map empty.log --out room.yaml", "empty.log"),
         ("map drive.log --out room.png", "must end in .yaml"),
         ("bench localization --log none.log", "none.log"),
+        ("bench perception none.log", "none.log"),
         ("bench localization --relations none.txt", "--relations belongs to --log"),
         ("bench localization --map room.yaml", "--start"),
     ] {
