@@ -27,7 +27,7 @@ impl ClearanceBounds {
     ) {
         let SampleTile { problem, inputs, .. } = *tile;
         self.lower.resize(tile.lists() * inputs.boxes, [0; GROUPS]);
-        if L::HAS_REGISTER_LOOKUP {
+        if L::LARGEST_REGISTER_TILE > 0 {
             register_tiles.begin(tile);
         }
         let mut lists = self.lower.chunks_exact_mut(inputs.boxes).enumerate();
@@ -46,7 +46,7 @@ impl ClearanceBounds {
                         least.max(missing).store(&mut lower[at..]);
                         visited = visited.union(boxes);
                     }
-                    if L::HAS_REGISTER_LOOKUP {
+                    if L::LARGEST_REGISTER_TILE > 0 {
                         register_tiles.store_visited(list, at, visited);
                     }
                 }

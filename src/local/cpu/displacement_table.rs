@@ -114,7 +114,7 @@ impl DisplacementTable {
         {
             list.resize(cells, 0);
         }
-        if L::HAS_REGISTER_LOOKUP {
+        if L::LARGEST_REGISTER_TILE > 0 {
             self.x_scaled.resize(cells, 0);
             self.y_scaled.resize(cells, 0);
         }
@@ -271,7 +271,7 @@ impl DisplacementTable {
             across.store(&mut self.across[at..]);
             along.store(&mut self.along[at..]);
             row.add(x.sar(header.cell_bits)).store(&mut self.cell[at..]);
-            if L::HAS_REGISTER_LOOKUP {
+            if L::LARGEST_REGISTER_TILE > 0 {
                 let (x_scaled, y_scaled) = (x.shl(header.coarse_bits), y.shl(header.coarse_bits));
                 x_scaled.add(half).store(&mut self.x_scaled[at..]);
                 y_scaled.add(half).store(&mut self.y_scaled[at..]);

@@ -1,8 +1,10 @@
 //! Selects the vector instructions of the CPU engine at run time.
 
+#[cfg(target_arch = "aarch64")]
+use super::lanes::run_neon;
 #[cfg(target_arch = "x86_64")]
-use super::lanes::{Avx2, Avx512, run_avx2, run_avx512};
-use super::lanes::{LaneTask, Lanes, Portable};
+use super::lanes::{Avx2, Avx512, Lanes, run_avx2, run_avx512};
+use super::lanes::{LaneTask, Portable};
 
 /// Instruction sets of the CPU kernels. All return the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +14,8 @@ pub enum InstructionSet {
     Scalar,
     /// Loops over short arrays; the compiler uses the vector instructions that every processor of the target has.
     Portable,
+    /// Eight samples at once with NEON, on aarch64.
+    Neon,
     /// Eight samples at once with AVX2.
     Avx2,
     /// Sixteen samples at once with AVX-512.
@@ -20,7 +24,7 @@ pub enum InstructionSet {
 
 impl InstructionSet {
     /// All instruction sets.
-    pub const ALL: [Self; 4] = [Self::Scalar, Self::Portable, Self::Avx2, Self::Avx512];
+    pub const ALL: [Self; 5] = [Self::Scalar, Self::Portable, Self::Neon, Self::Avx2, Self::Avx512];
 
     /// The fastest that this processor has.
     #[must_use]
@@ -47,6 +51,7 @@ impl InstructionSet {
         match self {
             Self::Scalar => "scalar",
             Self::Portable => "portable",
+            Self::Neon => "NEON",
             Self::Avx2 => "AVX2",
             Self::Avx512 => "AVX-512",
         }
@@ -60,6 +65,9 @@ pub enum Kernel {
     Scalar,
     /// Arrays.
     Portable,
+    /// NEON.
+    #[cfg(target_arch = "aarch64")]
+    Neon,
     /// AVX2.
     #[cfg(target_arch = "x86_64")]
     Avx2(<Avx2 as Lanes>::FeatureToken),
@@ -73,6 +81,8 @@ impl Kernel {
     pub fn run<W: LaneTask>(self, work: W) -> W::Output {
         match self {
             Self::Scalar | Self::Portable => work.run::<Portable>(()),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => run_neon(work),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(token) => run_avx2(token, work),
             #[cfg(target_arch = "x86_64")]
@@ -85,6 +95,10 @@ impl Kernel {
         match instructions {
             InstructionSet::Scalar => Some(Self::Scalar),
             InstructionSet::Portable => Some(Self::Portable),
+            #[cfg(target_arch = "aarch64")]
+            InstructionSet::Neon => Some(Self::Neon),
+            #[cfg(not(target_arch = "aarch64"))]
+            InstructionSet::Neon => None,
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx2 => Avx2::detect().map(Self::Avx2),
             #[cfg(target_arch = "x86_64")]

@@ -75,7 +75,8 @@ impl RegisterTiles {
     /// Prepares for a tile of samples.
     pub fn begin(&mut self, tile: &SampleTile<'_>) {
         let header = &tile.problem.header;
-        self.applies = BITS.contains(&product_bits(header));
+        // One row alone would be looked up twice.
+        self.applies = BITS.contains(&product_bits(header)) && tile.tables.len() > 1;
         self.visited.resize(tile.lists(), [[0; GROUPS]; 4]);
     }
 
@@ -109,12 +110,12 @@ impl RegisterTiles {
             let group = groups.next().copied();
             let here = group.map(|group| (group, self.visited(list.number, group)));
             if let Some((group, here)) = here {
-                if !here.fit(LARGE_TILE) {
+                if !here.fit(L::LARGEST_REGISTER_TILE) {
                     remaining.push(group);
                     continue;
                 }
                 let both = if self.batch.as_slice().is_empty() { here } else { all.union(here) };
-                if both.fit(LARGE_TILE) {
+                if both.fit(L::LARGEST_REGISTER_TILE) {
                     all = both;
                     self.batch.push(group);
                     continue;
@@ -158,7 +159,7 @@ impl RegisterTiles {
         {
             self.looked_up += 1;
         }
-        if cells.fit(SMALL_TILE) {
+        if L::LARGEST_REGISTER_TILE == SMALL_TILE || cells.fit(SMALL_TILE) {
             self.look_up_rows::<L, { SMALL_TILE }>(token, (tile, pyramid), list, cells, clearances);
         } else {
             self.look_up_rows::<L, { LARGE_TILE }>(token, (tile, pyramid), list, cells, clearances);

@@ -183,7 +183,7 @@ impl StepPruning {
         for (number, selected) in self.selected.iter().enumerate() {
             let list_samples = tile.list_samples(number);
             let mut groups = selected.as_slice();
-            if L::HAS_REGISTER_LOOKUP && self.register_tiles.applies {
+            if L::LARGEST_REGISTER_TILE > 0 && self.register_tiles.applies {
                 let (clearances, remaining) = (&mut self.clearances, &mut self.remaining);
                 self.register_tiles.lower::<L>(
                     token,

@@ -168,7 +168,8 @@ fn step_pruning_changes_no_sample_of_dense_problems() {
     let mut engines = engines();
     let groups = compare_all(&mut engines, dense_problem);
     for engine in &mut engines {
-        let is_with_registers = engine.instructions() == InstructionSet::Avx512;
+        let is_with_registers =
+            matches!(engine.instructions(), InstructionSet::Neon | InstructionSet::Avx512);
         let shard = engine.together.shards[0].get_mut().expect("no thread panicked");
         assert_eq!(
             shard.scratch.pruning.register_tiles.looked_up > 0,

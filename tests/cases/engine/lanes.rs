@@ -104,8 +104,8 @@ fn report<L: Lanes>(outcome: &Outcome<'_>, way: &Way<L>, place: usize, messages:
 }
 
 /// The instruction sets with lanes.
-const WITH_LANES: [InstructionSet; 3] =
-    [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512];
+const WITH_LANES: [InstructionSet; 4] =
+    [InstructionSet::Portable, InstructionSet::Neon, InstructionSet::Avx2, InstructionSet::Avx512];
 
 /// Describes all operations that differ from scalar arithmetic.
 struct DifferencesOfAll;

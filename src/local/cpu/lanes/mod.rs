@@ -6,7 +6,7 @@
 /// Looks up in a register tile by gathers from memory.
 macro_rules! look_up_in_memory {
     () => {
-        const HAS_REGISTER_LOOKUP: bool = false;
+        const LARGEST_REGISTER_TILE: usize = 0;
         type RegisterTile = $crate::local::cpu::lanes::RegisterTile;
 
         #[inline(always)]
@@ -36,10 +36,14 @@ macro_rules! look_up_in_memory {
     };
 }
 
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+#[cfg(target_arch = "aarch64")]
+pub use neon::run_neon;
 pub use portable::Portable;
 #[cfg(target_arch = "x86_64")]
 pub use x86::{Avx2, Avx512, run_avx2, run_avx512};
@@ -78,7 +82,8 @@ pub trait Lanes: Copy {
     ///
     /// The square is divided by 2^30 and rounded down. Horner's rule starts with the first coefficient; each iteration
     /// multiplies by the square, divides by 2^30, rounds down and adds the next coefficient. The final product is
-    /// divided by 2^`bits`, `bits` from 1 to 31, and rounded down. All factors and the result fit in 32 bits.
+    /// divided by 2^`bits`, `bits` from 1 to 31, and rounded down. The sums are above -2^30 and below 2^30, the last one also
+    /// above -2^`bits` and below 2^`bits`.
     fn odd_polynomial<const N: usize>(self, bits: u32, coefficients: [i32; N]) -> Self;
     /// Shifts left by 0 to 31 bits.
     fn shl(self, bits: u32) -> Self;
@@ -128,8 +133,8 @@ pub trait Lanes: Copy {
         self.gather_dirty_high(list).mask_high()
     }
 
-    /// Whether `look_up` uses registers; it is then faster than two gathers from memory.
-    const HAS_REGISTER_LOOKUP: bool;
+    /// Largest side for which `look_up` is faster than two gathers from memory; zero if it is for none.
+    const LARGEST_REGISTER_TILE: usize;
     /// A square of a grid with a side of 8 or 16.
     type RegisterTile: Copy;
     /// Copies a square.

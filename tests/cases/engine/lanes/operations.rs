@@ -97,13 +97,13 @@ fn sums<L: Lanes>() -> Vec<Operation<L>> {
             "odd_polynomial",
             // Covers both ends of the domain.
             |[x, y], _| [if x == i32::MAX { 1 << 30 } else { x >> 1 }, y],
-            |_, x, _, s| x.odd_polynomial(28 + s.bits % 4, POLYNOMIAL),
+            |_, x, _, s| x.odd_polynomial(29 + s.bits % 3, POLYNOMIAL),
             |x, _, s| {
                 let x = i64::from(x);
                 let square = (x * x) >> 30;
                 let next = |sum: i64, &one: &i32| ((sum * square) >> 30) + i64::from(one);
                 let sum = POLYNOMIAL.iter().fold(0, next);
-                ((sum * x) >> (28 + s.bits % 4)) as i32
+                ((sum * x) >> (29 + s.bits % 3)) as i32
             },
         ),
         each("min", any, |_, x, y, _| x.min(y), |x, y, _| x.min(y)),

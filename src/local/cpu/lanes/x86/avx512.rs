@@ -228,7 +228,7 @@ impl Lanes for Avx512 {
         })
     }
 
-    const HAS_REGISTER_LOOKUP: bool = true;
+    const LARGEST_REGISTER_TILE: usize = LARGE_TILE;
     type RegisterTile = RegisterTile;
 
     #[inline(always)]
