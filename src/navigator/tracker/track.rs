@@ -258,7 +258,7 @@ impl Track {
     }
 
     fn update_standing(&mut self, time_s: f64, speed: f64) {
-        if speed > FASTEST {
+        if speed - SURE_DEVIATIONS * self.filter.speed_deviation() > FASTEST {
             // Its last clusters were those of different objects.
             self.settle();
             return;
