@@ -4,7 +4,7 @@
 #   benches/aarch64.sh > benches/records/lane-instructions-aarch64.csv
 #
 # rustup's target for aarch64 is not needed: the compiler, its library and the emulator are those of Debian's unstable release,
-# in a folder of their own (target/aarch64, 1.4 GB). Needs Linux on x86-64, root, debootstrap and awk.
+# in a folder of their own (target/aarch64, 4 GB with what is built). Needs Linux on x86-64, root, debootstrap and awk.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 root=$PWD/target/aarch64

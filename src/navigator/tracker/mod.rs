@@ -381,21 +381,6 @@ mod tests {
         }
     }
 
-    /// Where clusters of several objects become one track, it races away.
-    #[test]
-    fn nothing_moves_faster_than_people_run() {
-        let mut tracker = Tracker::default();
-        let (mut y, mut has_moved, mut fastest) = (4.0, false, 0.0_f64);
-        for tick in 0..40 {
-            y -= if tick < 20 { 0.12 } else { 0.12 + 0.02 * f64::from(tick - 20) };
-            see(&mut tracker, tick, &[(2.5, y, 0.2)]);
-            has_moved |= !tracker.moving.is_empty();
-            let speeds = tracker.moving.iter().map(|disc| libm::hypot(disc.vx, disc.vy));
-            fastest = speeds.fold(fastest, f64::max);
-        }
-        assert!(has_moved && (1.0..3.5).contains(&fastest), "{fastest} m/s");
-    }
-
     #[test]
     fn moving_body_does_not_explain_a_person_away_from_it() {
         let mut tracker = Tracker { hides_people: true, ..Tracker::default() };

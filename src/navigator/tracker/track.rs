@@ -258,11 +258,6 @@ impl Track {
     }
 
     fn update_standing(&mut self, time_s: f64, speed: f64) {
-        if speed - SURE_DEVIATIONS * self.filter.speed_deviation() > FASTEST {
-            // Its last clusters were those of different objects.
-            self.settle();
-            return;
-        }
         if speed > STANDING {
             self.stands_since_s = None;
             if time_s - self.evidence_s > EVIDENCE_HOLDS_S {
