@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::percentile;
+use super::percentiles;
 use crate::geometry::Pose;
 use crate::lidar_log::{LidarLog, LogFormat, LogRecord};
 use crate::localization::{LocalizationError, LocalizationSettings, LocalizationStatus, Localizer};
@@ -109,7 +109,7 @@ pub fn localize_log(
         relative: relative_error(&pairs),
         relations: truth.and_then(|truth| against(log, &estimates, truth)),
         corrected_relations: truth.and_then(|truth| against(log, &corrected, truth)),
-        scan_us: [0.5, 0.99].map(|share| percentile(times_us.clone(), share)),
+        scan_us: percentiles(times_us, [0.5, 0.99]),
     })
 }
 

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::percentile;
+use super::{percentile, percentiles};
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::lidar_log::{LidarLog, LogFormat};
 use crate::map::{
@@ -200,8 +200,8 @@ fn perceive(
     all_s.extend(late);
     let in_time = all_s.iter().filter(|clear_s| **clear_s <= LATE_S).count();
     perceived.cleared_in_time = (!all_s.is_empty()).then(|| in_time as f64 / all_s.len() as f64);
-    perceived.clear_s = [0.5, 0.9].map(|share| percentile(all_s.clone(), share));
-    perceived.scan_us = [0.5, 0.99].map(|share| percentile(times_us.clone(), share));
+    perceived.clear_s = percentiles(all_s, [0.5, 0.9]);
+    perceived.scan_us = percentiles(times_us, [0.5, 0.99]);
     perceived
 }
 

@@ -30,7 +30,9 @@ pub use quality::{
     QualityPlan, QualityRow, RegretBaseline, grid_counts, measure_quality, usual_shape,
 };
 pub use roadway::{Roadway, roadway_field, roadway_obstacles};
-pub use timing::{Latencies, LatencySummary, Misses, RATES_HZ, percentile, wilson_interval};
+pub use timing::{
+    Latencies, LatencySummary, Misses, RATES_HZ, percentile, percentiles, wilson_interval,
+};
 pub use verify::{
     Difference, EvaluationDigest, GOLDEN_CASES, GOLDEN_DIGEST, GOLDEN_SEED, Verification, compare,
     verify, verify_golden,

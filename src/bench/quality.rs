@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::BenchError;
 use super::columns::columns;
 use super::roadway::{Decision, Roadway, roadway_field};
-use super::timing::percentile;
+use super::timing::percentiles;
 use crate::local::internals::Header;
 use crate::local::internals::score::{Normalizer, normalizers};
 use crate::local::{Engine, Evaluation, Sampler, Terms};
@@ -163,8 +163,7 @@ impl Losses {
     }
 
     fn row(&self, roadway: &Roadway, densest: usize) -> QualityRow {
-        let median_and_worst =
-            |values: &Vec<f64>| [0.5, 1.0].map(|share| percentile(values.clone(), share));
+        let median_and_worst = |values: &Vec<f64>| percentiles(values.clone(), [0.5, 1.0]);
         let [regret_p50, regret_max] = median_and_worst(&self.regret);
         let [v_off_p50_m_s, v_off_max_m_s] = median_and_worst(&self.linear);
         let [omega_off_p50_rad_s, omega_off_max_rad_s] = median_and_worst(&self.angular);

@@ -100,10 +100,19 @@ impl Latencies {
 
 /// The smallest value that at least this share of the values, above 0 and up to 1, does not exceed; none of no values.
 #[must_use]
-pub fn percentile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+pub fn percentile(values: Vec<f64>, share: f64) -> Option<f64> {
+    let [value] = percentiles(values, [share]);
+    value
+}
+
+/// The [`percentile`] of each share.
+#[must_use]
+pub fn percentiles<const N: usize>(mut values: Vec<f64>, shares: [f64; N]) -> [Option<f64>; N] {
     values.sort_by(f64::total_cmp);
-    let rank = libm::ceil(share * values.len() as f64) as usize;
-    values.get(rank.max(1) - 1).copied()
+    shares.map(|share| {
+        let rank = libm::ceil(share * values.len() as f64) as usize;
+        values.get(rank.max(1) - 1).copied()
+    })
 }
 
 /// Quantile of the normal distribution for a confidence of 95 %.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use inbye::bench::{against, corrected_pairs, percentile};
+use inbye::bench::{against, corrected_pairs, percentiles};
 use inbye::lidar_log::LidarLog;
 use inbye::mapping::{MappedLog, map_log};
 use inbye::trajectory::{ErrorStatistics, absolute_error};
@@ -60,7 +60,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     let truth = truth.filter(|_| log.has_times);
     let relations = truth.as_ref().and_then(|truth| against(&log, &mapped.poses, truth));
     let loops = ErrorStatistics::of(mapped.loop_errors_m.clone());
-    let scan_us = [0.5, 0.99].map(|share| percentile(times_us.clone(), share));
+    let scan_us = percentiles(times_us, [0.5, 0.99]);
     let frame = mapped.map.frame();
     let object = json!({
         "map": arguments.out,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ContactCause, RunOutcome, RunRow, WorldKind};
 use crate::bench::columns::columns;
-use crate::bench::percentile;
+use crate::bench::{percentile, percentiles};
 
 columns! {
     /// The figures of a group of runs. What the runs do not have in common, such as `config` of a mixed group, is that of the
@@ -133,12 +133,14 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
             let least_s = times.get(&task(row)).filter(|&&least_s| least_s > 0.0)?;
             own.get(&task(row)).map(|time_s| time_s / least_s)
         });
+        let mean_shared_time_s = mean(shared_s.iter().copied());
+        let [shared_time_p50_s, shared_time_p90_s] = percentiles(shared_s, [0.5, 0.9]);
         Group {
             mean_time_ratio: mean(ratios),
             shared: shared.len(),
-            mean_shared_time_s: mean(shared_s.iter().copied()),
-            shared_time_p50_s: percentile(shared_s.clone(), 0.5),
-            shared_time_p90_s: percentile(shared_s, 0.9),
+            mean_shared_time_s,
+            shared_time_p50_s,
+            shared_time_p90_s,
             ..Group::of("", rows)
         }
     };

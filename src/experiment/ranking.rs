@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::group::mean;
 use super::{Group, RunRow, WorldKind};
 use crate::bench::columns::{column_values, columns};
-use crate::bench::{percentile, wilson_interval};
+use crate::bench::{percentiles, wilson_interval};
 
 /// Number of resamples of a bootstrap interval.
 const RESAMPLES: usize = 10_000;
@@ -248,7 +248,7 @@ fn bootstrap_interval(samples: &[f64]) -> [f64; 2] {
             drawn.sum::<f64>() / count as f64
         })
         .collect();
-    [0.025, 0.975].map(|share| percentile(means.clone(), share).unwrap_or_default())
+    percentiles(means, [0.025, 0.975]).map(Option::unwrap_or_default)
 }
 
 #[cfg(test)]

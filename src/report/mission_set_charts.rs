@@ -9,7 +9,7 @@ use super::figure::Table;
 use super::number::{fixed, optional, significant};
 use super::run_charts::{MISSED, REACHED, RunEnd, missed_percent, percent, robot_contacts};
 use super::svg::LegendEntry;
-use crate::bench::percentile;
+use crate::bench::percentiles;
 use crate::experiment::{Group, RunRow, TrafficKind};
 
 /// Missions of a soak with a common property.
@@ -179,8 +179,9 @@ impl MissionSet<'_> {
             .filter_map(|row| value(row))
             .filter(|value| value.is_finite() && *value > 0.0)
             .collect();
-        let at = |share| percentile(values.clone(), share);
-        Some([at(f64::MIN_POSITIVE)?, at(0.1)?, at(0.5)?, at(0.9)?, at(1.0)?])
+        let [least, low, middle, high, most] =
+            percentiles(values, [f64::MIN_POSITIVE, 0.1, 0.5, 0.9, 1.0]);
+        Some([least?, low?, middle?, high?, most?])
     }
 }
 

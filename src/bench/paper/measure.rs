@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use super::search::{Search, Stage};
 use super::site::{PaperError, Site, Task};
-use crate::bench::{percentile, search_grid};
+use crate::bench::{percentiles, search_grid};
 use crate::global::{DIAGONAL, Path, PathClearance, Pruning, STRAIGHT, Searcher, prune, smooth};
 use crate::map::{Cell, FreeSpace};
 
@@ -214,8 +214,9 @@ fn run(clearances: &PathClearance, search: Search, attempt: Attempt, seconds: &[
 
 /// Median and tail of times in seconds; zero for no times.
 fn times(seconds: &[f64]) -> Times {
-    let quantile_ms = |share| percentile(seconds.to_vec(), share).map_or(0.0, |time| time * 1e3);
-    Times { p50_ms: quantile_ms(0.5), p95_ms: quantile_ms(0.95) }
+    let [p50_ms, p95_ms] =
+        percentiles(seconds.to_vec(), [0.5, 0.95]).map(|time_s| time_s.map_or(0.0, |it| it * 1e3));
+    Times { p50_ms, p95_ms }
 }
 
 /// Returns the smallest cost of moves from a cell to another by a plain Dijkstra search; none without a path. The searches
