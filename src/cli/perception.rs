@@ -57,7 +57,7 @@ fn perceived_lines(name: &str, perceived: &Perceived) -> [String; 3] {
     let in_time = perceived.cleared_in_time.map(|share| 100.0 * share);
     [
         format!(
-            "{name:<12} {} moving obstacles ({} on surfaces of the map), {} a minute, for {:.1} s in all",
+            "{name:<12} obstacles that moved: {} ({} on surfaces of the map), {} a minute, for {:.1} s in all",
             perceived.moving,
             perceived.on_surfaces,
             or_none(perceived.moving_per_min, ""),

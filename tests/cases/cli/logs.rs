@@ -85,7 +85,7 @@ fn perception_over_a_log_of_an_empty_room_finds_nothing_that_moves() {
         assert_eq!(object[map]["moving"], 0, "{object}");
     }
     let text = place.run("bench perception drive.log");
-    assert!(text.stdout.contains("0 moving obstacles"), "{}", text.stdout);
+    assert!(text.stdout.contains("obstacles that moved: 0"), "{}", text.stdout);
 }
 
 #[test]
