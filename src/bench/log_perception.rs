@@ -85,43 +85,52 @@ pub fn perceive_log(
     let mapped = map_log(log, &mut || ())?;
     let surfaces = mapped.map.obstacles(UnknownPolicy::Free);
     let nothing = ObstacleGrid::new(*surfaces.frame(), vec![false; surfaces.frame().len()]);
+    let mut last_s = None;
     let scans: Vec<PlacedScan> = log_scans(log)
         .iter()
         .filter_map(|scan| {
             let logged = log.records[scan.record].scan.as_ref()?;
+            let (time_s, pose) = (log.records[scan.record].time_s, mapped.poses[scan.record]?);
+            let gap_s = last_s.replace(time_s).map_or(0.0, |last_s| time_s - last_s);
+            let is_short = (0.0..=LONGEST_GAP_S).contains(&gap_s);
             Some(PlacedScan {
-                time_s: log.records[scan.record].time_s,
-                pose: mapped.poses[scan.record]?,
+                time_s,
+                gap_s: if is_short { gap_s } else { 0.0 },
+                pose,
                 scan: scan.scan.to_scan(directions(logged.beams.beams.iter().map(|it| it.angle))),
             })
         })
         .collect();
-    let gaps = scans.windows(2).map(|pair| pair[1].time_s - pair[0].time_s);
     let beams = log.records.iter().filter_map(|record| record.scan.as_ref());
     let (mut all, mut unmeasured) = (0, 0);
     for beam in beams.flat_map(|scan| &scan.beams.beams) {
         all += 1;
         unmeasured += usize::from(beam.range.is_nan());
     }
-    let tracked_s = gaps.filter(|gap_s| (0.0..=LONGEST_GAP_S).contains(gap_s)).sum();
     let far = FreeSpace::new(&surfaces, SURFACE_M);
     let mut perceived = |map: ObstacleGrid| perceive(&scans, map, &surfaces, &far, clock);
-    let [unknown, known] = [perceived(nothing), perceived(surfaces.clone())];
     Ok(LogPerception {
         format: log.format,
         scans: scans.len(),
-        tracked_s,
+        tracked_s: tracked_s(&scans),
         unmeasured: unmeasured as f64 / all.max(1) as f64,
-        unknown: unknown.over(tracked_s),
-        mapped: known.over(tracked_s),
+        unknown: perceived(nothing),
+        mapped: perceived(surfaces.clone()),
     })
 }
 
 /// A scan in the robot's frame, with the robot's pose.
 struct PlacedScan {
     time_s: f64,
+    /// Time since the scan before, seconds; zero where motion is not seen.
+    gap_s: f64,
     pose: Pose,
     scan: Scan,
+}
+
+/// Time in which motion is seen, seconds.
+fn tracked_s(scans: &[PlacedScan]) -> f64 {
+    scans.iter().map(|scan| scan.gap_s).sum()
 }
 
 /// Number of directions of a full turn with the usual angle between neighbouring beams.
@@ -156,13 +165,11 @@ fn perceive(
     let mut perceived = Perceived::default();
     let mut followed: Vec<Followed> = Vec::new();
     let mut marks = MarkTimes::default();
-    let (mut times_us, mut last_s) = (Vec::with_capacity(scans.len()), None);
-    for PlacedScan { time_s, pose, scan } in scans {
+    let mut times_us = Vec::with_capacity(scans.len());
+    for PlacedScan { time_s, gap_s, pose, scan } in scans {
         let before_s = clock();
         model.update(*time_s, pose, scan);
         times_us.push((clock() - before_s) * 1e6);
-        let gap_s = last_s.replace(*time_s).map_or(0.0, |last_s| time_s - last_s);
-        let gap_s = if (0.0..=LONGEST_GAP_S).contains(&gap_s) { gap_s } else { 0.0 };
         let returns: Vec<Point> = scan.hits(pose).collect();
         let now: Vec<Followed> = model
             .moving()
@@ -189,7 +196,7 @@ fn perceive(
         perceived.on_surfaces += followed.iter().filter(|gone| gone.is_on_surfaces()).count();
         followed = now;
         perceived.marks += model.marks().count() as f64 / scans.len() as f64;
-        marks.update(gap_s, pose, scan, surfaces.frame(), model.marks());
+        marks.update(*gap_s, pose, scan, surfaces.frame(), model.marks());
     }
     perceived.on_surfaces += followed.iter().filter(|gone| gone.is_on_surfaces()).count();
     let past_s = marks.past_s.into_values().flatten();
@@ -202,15 +209,10 @@ fn perceive(
     perceived.cleared_in_time = (!all_s.is_empty()).then(|| in_time as f64 / all_s.len() as f64);
     perceived.clear_s = percentiles(all_s, [0.5, 0.9]);
     perceived.scan_us = percentiles(times_us, [0.5, 0.99]);
+    let tracked_s = tracked_s(scans);
+    perceived.moving_per_min =
+        (tracked_s > 0.0).then(|| perceived.moving as f64 * 60.0 / tracked_s);
     perceived
-}
-
-impl Perceived {
-    /// With the rate over a time, seconds.
-    fn over(self, tracked_s: f64) -> Self {
-        let rate = (tracked_s > 0.0).then(|| self.moving as f64 * 60.0 / tracked_s);
-        Self { moving_per_min: rate, ..self }
-    }
 }
 
 /// For how long beams have gone past each mark, seconds; none where they have not yet.

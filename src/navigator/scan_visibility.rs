@@ -46,6 +46,24 @@ pub(super) fn seen_to_m(pose: &Pose, scan: &Scan, direction: f64, half_angle: f6
     ranges_towards(pose, scan, direction, half_angle)?.try_fold(scan.range_max, nearer)
 }
 
+/// The numbers of beams within an angle of a direction in the map frame: of those with a measurement, and of all. `None` where one
+/// ends within a distance, metres, or the scan does not reach it.
+fn beams_beyond(
+    pose: &Pose,
+    scan: &Scan,
+    direction: f64,
+    half_angle: f64,
+    distance_m: f64,
+) -> Option<(u32, u32)> {
+    if scan.range_max <= distance_m {
+        return None;
+    }
+    ranges_towards(pose, scan, direction, half_angle)?.try_fold((0, 0), |(measured, all), range| {
+        let ends_before = range <= distance_m;
+        (!ends_before).then_some((measured + u32::from(!range.is_nan()), all + 1))
+    })
+}
+
 /// Whether [`seen_to_m`] is beyond a distance, metres; false where it is unknown.
 pub(super) fn sees_beyond(
     pose: &Pose,
@@ -54,9 +72,8 @@ pub(super) fn sees_beyond(
     half_angle: f64,
     distance_m: f64,
 ) -> bool {
-    scan.range_max > distance_m
-        && ranges_towards(pose, scan, direction, half_angle)
-            .is_some_and(|mut ranges| ranges.all(|range| range > distance_m))
+    beams_beyond(pose, scan, direction, half_angle, distance_m)
+        .is_some_and(|(measured, all)| measured == all)
 }
 
 /// As [`sees_beyond`], by the measured beams alone, which are at least half of them. Surfaces that absorb or deflect a beam leave
@@ -68,18 +85,8 @@ pub(super) fn measures_beyond(
     half_angle: f64,
     distance_m: f64,
 ) -> bool {
-    let Some(ranges) = ranges_towards(pose, scan, direction, half_angle) else {
-        return false;
-    };
-    let (mut all, mut beyond) = (0, 0);
-    for range in ranges {
-        if range <= distance_m {
-            return false;
-        }
-        all += 1;
-        beyond += u32::from(!range.is_nan());
-    }
-    scan.range_max > distance_m && beyond > 0 && 2 * beyond >= all
+    beams_beyond(pose, scan, direction, half_angle, distance_m)
+        .is_some_and(|(measured, all)| 2 * measured >= all)
 }
 
 /// Whether the first beam follows the last.
