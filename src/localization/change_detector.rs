@@ -94,7 +94,7 @@ impl ChangeDetector {
             }
         }
         for &cell in passed.iter().filter(|cell| !is_hit(**cell)) {
-            let is_mapped = map.of_cell_m(cell as usize) < 0.0;
+            let is_mapped = map.is_mapped(cell as usize);
             if !is_mapped {
                 self.agree(cell);
             } else if !neighbours(&map.frame, cell).any(is_hit) {
@@ -102,7 +102,7 @@ impl ChangeDetector {
             }
         }
         for cell in hit.iter().flat_map(|&cell| neighbours(&map.frame, cell)) {
-            if map.of_cell_m(cell as usize) < 0.0 {
+            if map.is_mapped(cell as usize) {
                 self.agree(cell);
             }
         }
@@ -139,7 +139,7 @@ impl ChangeDetector {
                     break;
                 }
                 let index = map.frame.index(cell) as u32;
-                let is_mapped = map.of_cell_m(index as usize) < 0.0;
+                let is_mapped = map.is_mapped(index as usize);
                 let counts = if is_mapped {
                     is_steep(map, cell, &direction)
                 } else {

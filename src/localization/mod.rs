@@ -32,7 +32,7 @@ mod signed_distance_field;
 
 pub use agreement::Agreement;
 #[cfg(feature = "logs")]
-pub(crate) use coarse_search::coarse_search;
+pub(crate) use coarse_search::{CellScores, coarse_search};
 pub use deskewed_scan::{DeskewedScan, Hit, PoseHistory, Ray};
 pub use localizer::Localizer;
 pub use map_changes::{ChangedArea, MapChanges};

@@ -95,21 +95,38 @@ impl SignedDistanceField {
     }
 
     /// The distance of the cell with this index, metres.
+    #[inline]
     pub fn of_cell_m(&self, index: usize) -> f64 {
         f64::from(self.signed[index]) / STEPS_PER_CELL * self.frame.resolution_m
     }
 
-    /// The distance of the cell at a point, metres, without interpolation: faster, with an error of up to a cell.
+    /// Whether the cell with this index is an obstacle of the map.
+    #[inline]
+    pub fn is_mapped(&self, index: usize) -> bool {
+        self.signed[index] < 0
+    }
+
+    /// The number of whole cells up to a finite coordinate of the grid's frame, metres: a column or a row.
+    #[inline]
+    pub fn cells_to(&self, coordinate: f64) -> i32 {
+        let cells = coordinate / self.frame.resolution_m;
+        // As `floor`, which is a function call on processors without an instruction for it.
+        let whole = cells as i32;
+        whole - i32::from(cells < f64::from(whole))
+    }
+
+    /// The distance of a cell, metres; none outside the map.
+    #[inline]
+    pub fn distance_in_cell_m(&self, column: i32, row: i32) -> Option<f64> {
+        let inside =
+            (column as u32) < self.frame.width as u32 && (row as u32) < self.frame.height as u32;
+        inside.then(|| self.of_cell_m(row as usize * self.frame.width as usize + column as usize))
+    }
+
+    /// The distance of the cell at a finite point, metres, without interpolation: faster, with an error of up to a cell.
     #[inline]
     pub fn cell_distance_m(&self, x: f64, y: f64) -> Option<f64> {
-        let resolution = self.frame.resolution_m;
-        let (column, row) = (x / resolution, y / resolution);
-        let inside = column >= 0.0
-            && row >= 0.0
-            && column < f64::from(self.frame.width)
-            && row < f64::from(self.frame.height);
-        let index = || row as usize * self.frame.width as usize + column as usize;
-        inside.then(|| f64::from(self.signed[index()]) / STEPS_PER_CELL * resolution)
+        self.distance_in_cell_m(self.cells_to(x), self.cells_to(y))
     }
 }
 

@@ -162,7 +162,7 @@ fn track(
 ) -> (Match, bool) {
     let begin = local.scores.as_ref().map_or(*predicted, |scores| {
         let ends = scan.hits.iter().map(|hit| hit.end);
-        coarse_search(ends, predicted, (sigma_m, sigma_rad), |x, y| scores.score(x, y))
+        coarse_search(ends, predicted, (sigma_m, sigma_rad), scores)
     });
     let prior = information_of(sigma_m, sigma_rad);
     let mut found = match_scan(&local.surfels, scan, begin, predicted, &prior);

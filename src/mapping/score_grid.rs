@@ -5,7 +5,7 @@
 
 use super::surfels::Surfel;
 use crate::geometry::{Point, Pose, wrap_angle};
-use crate::localization::ScorePyramid;
+use crate::localization::{CellScores, ScorePyramid};
 
 /// Side of a cell, metres.
 const CELL_M: f64 = 0.05;
@@ -33,8 +33,22 @@ pub(super) struct ScoreGrid {
     scores: ScorePyramid,
 }
 
+impl CellScores for ScoreGrid {
+    fn column(&self, x: f64) -> i32 {
+        ((x - self.corner.x) / CELL_M).floor() as i32
+    }
+
+    fn row(&self, y: f64) -> i32 {
+        ((y - self.corner.y) / CELL_M).floor() as i32
+    }
+
+    fn of_cell(&self, column: i32, row: i32) -> f64 {
+        f64::from(self.scores.score(column, row)) / f64::from(FULL)
+    }
+}
+
 impl ScoreGrid {
-    /// Scores of the finest level alone: enough for [`Self::score`].
+    /// Scores of the finest level alone: enough for [`CellScores`].
     pub fn fine(surfels: &[Surfel]) -> Option<Self> {
         Self::with_levels(surfels, 1)
     }
@@ -79,13 +93,6 @@ impl ScoreGrid {
             }
         }
         Some(Self { corner, scores: ScorePyramid::new(columns, rows, scores, levels) })
-    }
-
-    /// The score of a place, 0 to 1.
-    pub fn score(&self, x: f64, y: f64) -> f64 {
-        let cell = |along: f64| (along / CELL_M).floor() as i32;
-        let score = self.scores.score(cell(x - self.corner.x), cell(y - self.corner.y));
-        f64::from(score) / f64::from(FULL)
     }
 
     /// The pose in a window around a predicted one at which points in the robot's frame have the highest mean score, and that
@@ -216,7 +223,7 @@ mod tests {
                         .map(|point| {
                             let x = cos * point.x - sin * point.y + CELL_M * f64::from(right);
                             let y = sin * point.x + cos * point.y + CELL_M * f64::from(up);
-                            grid.score(x, y)
+                            grid.of_cell(grid.column(x), grid.row(y))
                         })
                         .sum();
                     best = best.max(total / points.len() as f64);
