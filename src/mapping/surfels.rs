@@ -23,6 +23,13 @@ const REACH_M: f64 = 0.4;
 /// A surface point stands for a straight piece of surface of this length to both sides, metres.
 const TANGENT_M: f64 = 0.25;
 
+/// A cell and those around it, by rows and columns: the near ones first.
+const NEIGHBOURS: [(isize, isize); 9] =
+    [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1)];
+
+/// Far more than the rounding of a squared distance, square metres.
+const ROUNDING_M2: f64 = 1e-9;
+
 /// A point of a surface and its unit normal, towards the lidar that saw it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surfel {
@@ -158,17 +165,21 @@ impl Surfaces for SurfelMap {
         if !is_near {
             return None;
         }
-        let (column, row) = (column.floor() as isize, row.floor() as isize);
-        let columns = (column - 1).max(0)..(column + 2).min(self.columns as isize);
+        let (left, low) = (column.floor(), row.floor());
+        let (within_column, within_row) = (column - left, row - low);
         let range_m = libm::hypot(from_robot.0, from_robot.1);
         let (mut nearest, mut nearest2) = (None, REACH_M * REACH_M);
-        for row in (row - 1).max(0)..(row + 2).min(self.rows as isize) {
-            if columns.is_empty() {
-                break;
+        // The nearest cells first: their points leave few of the others to look at.
+        for (up, right) in NEIGHBOURS {
+            let (column, row) = (left as isize + right, low as isize + up);
+            let is_inside = (0..self.columns as isize).contains(&column)
+                && (0..self.rows as isize).contains(&row);
+            let (dx, dy) = (cells_away(within_column, right), cells_away(within_row, up));
+            if !is_inside || (dx * dx + dy * dy) * (REACH_M * REACH_M) > nearest2 + ROUNDING_M2 {
+                continue;
             }
-            let first = row as usize * self.columns;
-            let from = self.starts[first + columns.start as usize] as usize;
-            let to = self.starts[first + columns.end as usize] as usize;
+            let cell = row as usize * self.columns + column as usize;
+            let (from, to) = (self.starts[cell] as usize, self.starts[cell + 1] as usize);
             for surfel in &self.surfels[from..to] {
                 let (dx, dy) = (x - surfel.point.x, y - surfel.point.y);
                 let far2 = dx * dx + dy * dy;
@@ -187,8 +198,20 @@ impl Surfaces for SurfelMap {
     }
 }
 
+/// Distance along an axis from a place within a cell, 0 to 1, to a cell before, at or behind it, cells.
+fn cells_away(within: f64, step: isize) -> f64 {
+    match step {
+        0 => 0.0,
+        1 => 1.0 - within,
+        _ => within,
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
     use super::*;
 
     /// A wall at x = 2 seen from the origin.
@@ -214,6 +237,37 @@ mod tests {
         assert!(map.sample(f64::NAN, 0.0, (1.0, 0.0)).is_none());
         let empty = SurfelMap::new(core::iter::empty());
         assert!(empty.sample(0.0, 0.0, (1.0, 0.0)).is_none());
+    }
+
+    #[test]
+    fn sample_is_that_of_the_nearest_facing_point() {
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        let mut within = |most: f64| most * (2.0 * random.random::<f64>() - 1.0);
+        let some: Vec<Surfel> = (0..300)
+            .map(|_| {
+                let (y, x) = libm::sincos(within(3.0));
+                Surfel { point: Point::new(within(2.0), within(2.0)), normal: Vector::new(x, y) }
+            })
+            .collect();
+        let map = SurfelMap::new([(Pose::default(), &some[..])].into_iter());
+        let mut found = 0;
+        for _ in 0..2000 {
+            let (x, y, robot) = (within(2.6), within(2.6), (within(3.0), within(3.0)));
+            let range_m = libm::hypot(robot.0, robot.1);
+            let far = |one: &Surfel| libm::hypot(x - one.point.x, y - one.point.y);
+            let faces = |one: &&Surfel| {
+                robot.0 * one.normal.x + robot.1 * one.normal.y < -MIN_INCIDENCE * range_m
+            };
+            let nearest = some.iter().filter(faces).min_by(|a, b| far(a).total_cmp(&far(b)));
+            let nearest = nearest.filter(|one| far(one) < REACH_M);
+            let normal = map.sample(x, y, robot).map(|sample| sample.gradient);
+            if let Some(normal) = normal {
+                let wanted = nearest.expect("a point in reach").normal;
+                assert!((normal[0] - wanted.x).abs() + (normal[1] - wanted.y).abs() < 1e-12);
+                found += 1;
+            }
+        }
+        assert!(found > 200, "{found}");
     }
 
     #[test]
