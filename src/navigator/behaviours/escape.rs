@@ -153,7 +153,8 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
     let footprint = &state.robot.footprint;
     let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
     let clearance = ExactClearance::new(state.field, &state.now.pose.position(), reach_m);
-    let mut best = (f64::NEG_INFINITY, Twist::STOP);
+    let present_m = clearance.gap_m(footprint, &state.now.pose).min(ENOUGH_GAP_M);
+    let mut best = ((false, f64::NEG_INFINITY), Twist::STOP);
     for share in SPEEDS {
         for rate in TURN_RATES {
             let linear = share * state.settings.escape_speed;
@@ -165,7 +166,10 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
                 continue;
             };
             let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
-            let score = gap_m - RETURN_WEIGHT * (behind - end.position()).norm();
+            // A turn on the spot that loses clearance leads nowhere, and the next tick turns back. A robot that does not see where
+            // it came from would prefer it to every motion ahead.
+            let leads_out = wanted.linear != 0.0 || gap_m >= present_m;
+            let score = (leads_out, gap_m - RETURN_WEIGHT * (behind - end.position()).norm());
             if score > best.0 && state.is_safe_towards(&wanted) && state.sees_way_of(&wanted) {
                 best = (score, wanted);
             }
