@@ -153,7 +153,7 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
     let footprint = &state.robot.footprint;
     let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
     let clearance = ExactClearance::new(state.field, &state.now.pose.position(), reach_m);
-    let present_m = clearance.gap_m(footprint, &state.now.pose).min(ENOUGH_GAP_M);
+    let present_m = clearance.gap_m(footprint, &state.now.pose).min(MIN_GAP_M);
     let mut best = ((false, f64::NEG_INFINITY), Twist::STOP);
     for share in SPEEDS {
         for rate in TURN_RATES {
@@ -166,8 +166,8 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
                 continue;
             };
             let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
-            // A turn on the spot that loses clearance leads nowhere, and the next tick turns back. A robot that does not see where
-            // it came from would prefer it to every motion ahead.
+            // A turn on the spot that comes nearer to what is very near already leads nowhere, and the next tick turns back. A robot
+            // that does not see where it came from would prefer it to every motion ahead.
             let leads_out = wanted.linear != 0.0 || gap_m >= present_m;
             let score = (leads_out, gap_m - RETURN_WEIGHT * (behind - end.position()).norm());
             if score > best.0 && state.is_safe_towards(&wanted) && state.sees_way_of(&wanted) {
@@ -212,18 +212,29 @@ mod tests {
 
     /// The result of a call with the state of a robot 0.26 m before a wall, with this safety margin, metres.
     fn before_a_wall<R>(safety_margin_m: f64, call: impl FnOnce(&State<'_>) -> R) -> R {
+        let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
+        near_a_wall(safety_margin_m, &Pose::new(-0.11, 0.0, 0.0), (0.7, 0.5), limits, call)
+    }
+
+    /// The same for a robot with this length and width, metres, at a pose near the wall, which begins at x = 0.5 m.
+    fn near_a_wall<R>(
+        safety_margin_m: f64,
+        pose: &Pose,
+        (length_m, width_m): (f64, f64),
+        limits: Limits,
+        call: impl FnOnce(&State<'_>) -> R,
+    ) -> R {
         let settings = NavigatorSettings {
             safety_margin_m,
             may_enter_unseen: true,
             ..NavigatorSettings::default()
         };
-        let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
-        let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
+        let body = Polygon::rectangle(length_m, width_m).expect("a rectangle");
         let robot = RobotModel { footprint: Footprint::covering(body), limits };
         let frame = GridFrame::new(200, 200, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
         let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
         (0..200).for_each(|row| ground.set(Cell::new(110, row), true));
-        let now = standing_at(Pose::new(-0.11, 0.0, 0.0));
+        let now = standing_at(*pose);
         with_state(&settings, &robot, &ground, &now, (Twist::STOP, Twist::STOP), call)
     }
 
@@ -233,6 +244,17 @@ mod tests {
         let behind = Point::new(2.0, 0.0);
         let wanted = before_a_wall(0.05, |state| best_motion(state, &behind));
         assert_ne!(wanted, Twist::STOP);
+    }
+
+    /// It cannot go back to where it came from. A turn on the spot ends nearer to there than a motion ahead, with less clearance.
+    #[test]
+    fn robot_along_a_wall_drives_on_instead_of_turning_to_and_fro() {
+        let along = Pose::new(0.214, 0.0, core::f64::consts::FRAC_PI_2);
+        let (size_m, limits) = ((0.2, 0.5), Limits { min_vel_x: 0.0, ..Limits::default() });
+        let behind = Point::new(0.214, -2.0);
+        let motion = |state: &State<'_>| best_motion(state, &behind);
+        let wanted = near_a_wall(0.01, &along, size_m, limits, motion);
+        assert!(wanted.linear > 0.0, "{wanted:?}");
     }
 
     /// Else it could not leave a gap that it may drive into.
