@@ -207,18 +207,14 @@ fn replace(cells: &mut Vec<u32>, new: impl Iterator<Item = u32>) {
 /// the larger difference to both neighbours counts.
 fn is_steep(map: &SignedDistanceField, cell: Cell, direction: &Vector) -> bool {
     let Cell { column, row } = cell;
-    let value = |column: i32, row: i32| {
-        let cell = Cell::new(column, row);
-        map.frame.contains(cell).then(|| map.of_cell_m(map.frame.index(cell)))
-    };
     let slope = |before: Option<f64>, after: Option<f64>| {
         let here = map.of_cell_m(map.frame.index(cell));
         let [before, after] = [before.map(|it| here - it), after.map(|it| it - here)];
         let larger = |one: f64, other: f64| if other.abs() > one.abs() { other } else { one };
         larger(before.unwrap_or(0.0), after.unwrap_or(0.0)) / map.frame.resolution_m
     };
-    let x = slope(value(column - 1, row), value(column + 1, row));
-    let y = slope(value(column, row - 1), value(column, row + 1));
+    let x = slope(map.distance_in_cell_m(column - 1, row), map.distance_in_cell_m(column + 1, row));
+    let y = slope(map.distance_in_cell_m(column, row - 1), map.distance_in_cell_m(column, row + 1));
     (direction.x * x + direction.y * y).abs() >= MIN_COSINE * libm::hypot(x, y)
 }
 

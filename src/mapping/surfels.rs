@@ -259,13 +259,13 @@ mod tests {
                 robot.0 * one.normal.x + robot.1 * one.normal.y < -MIN_INCIDENCE * range_m
             };
             let nearest = some.iter().filter(faces).min_by(|a, b| far(a).total_cmp(&far(b)));
-            let nearest = nearest.filter(|one| far(one) < REACH_M);
-            let normal = map.sample(x, y, robot).map(|sample| sample.gradient);
-            if let Some(normal) = normal {
-                let wanted = nearest.expect("a point in reach").normal;
-                assert!((normal[0] - wanted.x).abs() + (normal[1] - wanted.y).abs() < 1e-12);
-                found += 1;
-            }
+            let along =
+                |one: &Surfel| (x - one.point.x) * one.normal.y - (y - one.point.y) * one.normal.x;
+            let matching = nearest
+                .filter(|one| far(one) < REACH_M && along(one).abs() <= TANGENT_M)
+                .map(|one| [one.normal.x, one.normal.y]);
+            assert_eq!(map.sample(x, y, robot).map(|sample| sample.gradient), matching);
+            found += u32::from(matching.is_some());
         }
         assert!(found > 200, "{found}");
     }

@@ -153,7 +153,8 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
     let footprint = &state.robot.footprint;
     let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
     let clearance = ExactClearance::new(state.field, &state.now.pose.position(), reach_m);
-    let present_m = clearance.gap_m(footprint, &state.now.pose).min(MIN_GAP_M);
+    let present_m = clearance.gap_m(footprint, &state.now.pose);
+    let least_m = least_gap_m(state, present_m);
     let mut best = ((false, f64::NEG_INFINITY), Twist::STOP);
     for share in SPEEDS {
         for rate in TURN_RATES {
@@ -162,13 +163,13 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
             if wanted == Twist::STOP {
                 continue;
             }
-            let Some(end) = end_of(state, &wanted, &clearance) else {
+            let Some(end) = end_of(state, &wanted, &clearance, least_m) else {
                 continue;
             };
             let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
             // A turn on the spot that comes nearer to what is very near already leads nowhere, and the next tick turns back. A robot
             // that does not see where it came from would prefer it to every motion ahead.
-            let leads_out = wanted.linear != 0.0 || gap_m >= present_m;
+            let leads_out = wanted.linear != 0.0 || gap_m >= present_m.min(MIN_GAP_M);
             let score = (leads_out, gap_m - RETURN_WEIGHT * (behind - end.position()).norm());
             if score > best.0 && state.is_safe_towards(&wanted) && state.sees_way_of(&wanted) {
                 best = (score, wanted);
@@ -178,8 +179,14 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
     best.1
 }
 
-/// The last pose of a motion; `None` where the motion comes too near to an obstacle.
-fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Option<Pose> {
+/// The last pose of a motion; `None` where the motion comes nearer to a static obstacle than this gap, metres, or too near to a
+/// moving one.
+fn end_of(
+    state: &State<'_>,
+    wanted: &Twist,
+    clearance: &ExactClearance,
+    least_m: f64,
+) -> Option<Pose> {
     let footprint = &state.robot.footprint;
     // An obstacle may go on, or stop where it is.
     let moving_gap_m = |pose: &Pose, time_s: f64| {
@@ -190,7 +197,6 @@ fn end_of(state: &State<'_>, wanted: &Twist, clearance: &ExactClearance) -> Opti
         gaps_m.fold(f64::INFINITY, f64::min)
     };
     let (mut pose, mut twist) = (state.now.pose, state.now.twist);
-    let least_m = least_gap_m(state, clearance.gap_m(footprint, &pose));
     let least_moving_m = moving_gap_m(&pose, 0.0).min(MIN_MOVING_GAP_M);
     for step in 1..=(HORIZON_S / STEP_S) as u32 {
         (pose, twist) = state.robot.limits.advance(&pose, &twist, wanted, STEP_S);
