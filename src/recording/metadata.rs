@@ -71,19 +71,13 @@ impl DriveMetadata {
         Ok([(CONFIG, toml(CONFIG, &self.config)?), (DRIVE, toml(DRIVE, &drive)?)])
     }
 
-    /// Whether the drive of an attachment has zones.
-    pub(super) fn has_zones(drive: &str) -> Result<bool, RecordingError> {
-        parse::<DriveFile>(DRIVE, drive).map(|drive| drive.has_zones)
-    }
-
-    /// Parses the attachments. The cells of the map and of its zones come from their messages.
-    pub(super) fn read(
+    /// Joins the attachments. The cells of the map and of its zones come from their messages.
+    pub(super) fn join(
         config: &str,
-        drive: &str,
+        drive: DriveFile,
         cells: Vec<i8>,
         zones: Option<Vec<i8>>,
     ) -> Result<Self, RecordingError> {
-        let drive: DriveFile = parse(DRIVE, drive)?;
         if drive.format != FORMAT {
             return Err(RecordingError::OtherFormat {
                 found: drive.format.to_string(),
@@ -117,17 +111,24 @@ impl DriveMetadata {
 
 /// The contents of [`DRIVE`]. TOML keeps every bit of the numbers.
 #[derive(Serialize, Deserialize)]
-struct DriveFile {
+pub(super) struct DriveFile {
     format: u32,
     version: String,
     engine: String,
     controller: Option<String>,
     start: [f64; 2],
+    /// Whether the map has zones.
     #[serde(default)]
-    has_zones: bool,
+    pub has_zones: bool,
     #[serde(with = "MapFrame")]
     map: GridFrame,
     stops: Vec<Stop>,
+}
+
+impl DriveFile {
+    pub fn parse(text: &str) -> Result<Self, RecordingError> {
+        parse(DRIVE, text)
+    }
 }
 
 #[derive(Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use mcap::records::Record;
 use super::error::RecordingError;
 use super::mcap_reader::McapReader;
 use super::messages::Topic;
-use super::metadata::{CONFIG, DRIVE, DriveMetadata, DriveSummary};
+use super::metadata::{CONFIG, DRIVE, DriveFile, DriveMetadata, DriveSummary};
 use super::tick::RecordedTick;
 use super::writer::{SUMMARY, TICKS, TRACE_DIGEST};
 use crate::ros::msg::{Message, OccupancyGrid};
@@ -28,9 +28,8 @@ pub struct Reader<R> {
 #[derive(Default)]
 struct Parts {
     config: Option<String>,
-    drive: Option<String>,
+    drive: Option<DriveFile>,
     map_channel: Option<u16>,
-    expects_zones: bool,
     zones: Option<Vec<i8>>,
     zones_channel: Option<u16>,
     cells: Option<Vec<i8>>,
@@ -132,8 +131,11 @@ impl<R: Read + Seek> Reader<R> {
 
 impl Parts {
     const fn are_complete(&self) -> bool {
-        let has_zones = self.zones.is_some() || !self.expects_zones;
-        self.config.is_some() && self.drive.is_some() && self.cells.is_some() && has_zones
+        let Some(drive) = &self.drive else {
+            return false;
+        };
+        let has_zones = self.zones.is_some() || !drive.has_zones;
+        self.config.is_some() && self.cells.is_some() && has_zones
     }
 
     fn take(&mut self, record: Record<'_>) -> Result<(), RecordingError> {
@@ -142,9 +144,7 @@ impl Parts {
                 self.config = Some(text(CONFIG, data.into_owned())?);
             }
             Record::Attachment { header, data, .. } if header.name == DRIVE => {
-                let drive = text(DRIVE, data.into_owned())?;
-                self.expects_zones = DriveMetadata::has_zones(&drive)?;
-                self.drive = Some(drive);
+                self.drive = Some(DriveFile::parse(&text(DRIVE, data.into_owned())?)?);
             }
             Record::Channel(channel) if channel.topic == Topic::Map.name() => {
                 self.map_channel = Some(channel.id);
@@ -168,10 +168,10 @@ impl Parts {
         let config = self.config.ok_or(missing("attachment config.toml"))?;
         let drive = self.drive.ok_or(missing("attachment drive.toml"))?;
         let cells = self.cells.ok_or(missing("message on /map"))?;
-        if self.expects_zones && self.zones.is_none() {
+        if drive.has_zones && self.zones.is_none() {
             return Err(missing("message on /zones"));
         }
-        DriveMetadata::read(&config, &drive, cells, self.zones)
+        DriveMetadata::join(&config, drive, cells, self.zones)
     }
 }
 

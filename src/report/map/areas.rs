@@ -33,13 +33,9 @@ pub(crate) fn zones(zones: Option<&Zones>, view: &Viewport) -> Markup {
 
 /// The legend of the zones.
 pub(crate) fn zones_legend(zones: Option<&Zones>) -> Vec<LegendEntry> {
-    let grid = zones.map(Zones::to_grid);
-    let has = |[low, high]: [i8; 2]| {
-        grid.as_ref()
-            .is_some_and(|grid| grid.cells().iter().any(|cell| (low..=high).contains(cell)))
-    };
-    let present = KINDS.iter().filter(|(_, _, values)| has(*values));
-    present.map(|(class, text, _)| LegendEntry::area(class, *text)).collect()
+    let has = zones.map_or([false; 2], |zones| [zones.has_speed_limits(), !zones.is_open()]);
+    let present = KINDS.iter().zip(has).filter(|(_, has)| *has);
+    present.map(|((class, text, _), _)| LegendEntry::area(class, *text)).collect()
 }
 
 /// The classes of changed cells with their legends, and the values of such cells.

@@ -17,7 +17,7 @@ use ros2_client::{ActionTypeName, Name, Node, RmwRequestId, ServiceMapping};
 
 use super::action::ActionUpdate;
 use super::incoming::{IncomingMessage, NAVIGATE};
-use super::pending_requests::PendingRequests;
+use super::pending_requests::{PendingRequests, arrived};
 use crate::ros::msg::{
     ActionCancel, ActionEnd, ActionGoal, NavigateToPoseFeedback, NavigateToPoseGoal,
     NavigateToPoseResult,
@@ -27,8 +27,8 @@ impl ros2_client::Message for NavigateToPoseGoal {}
 impl ros2_client::Message for NavigateToPoseResult {}
 impl ros2_client::Message for NavigateToPoseFeedback {}
 
-/// Maximum number of requests of each kind that one call takes.
-const MAX_REQUESTS: usize = 16;
+/// What a request is for errors.
+const REQUEST: (&str, &str) = (NAVIGATE, "NavigateToPose");
 /// Number of ended goals whose results can still be asked for, and of requests that wait for a result or an answer.
 const MAX_ENDED: usize = 16;
 const MAX_WAITING: usize = 64;
@@ -90,26 +90,14 @@ impl NavigateServer {
 
     /// Takes the requests that arrived, and answers those for results that are known.
     pub fn receive(&mut self, all: &mut Vec<IncomingMessage>) {
-        for _ in 0..MAX_REQUESTS {
-            match self.server.receive_goal() {
-                Ok(Some((request, goal))) => self.take_goal(request, goal.goal_id, goal.goal, all),
-                Ok(None) => break,
-                Err(error) => all.push(undecodable(&error)),
-            }
+        for (request, goal) in arrived(|| self.server.receive_goal(), REQUEST, all) {
+            self.take_goal(request, goal.goal_id, goal.goal, all);
         }
-        for _ in 0..MAX_REQUESTS {
-            match self.server.receive_cancel_request() {
-                Ok(Some((request, cancel))) => self.take_cancel(request, &cancel, all),
-                Ok(None) => break,
-                Err(error) => all.push(undecodable(&error)),
-            }
+        for (request, cancel) in arrived(|| self.server.receive_cancel_request(), REQUEST, all) {
+            self.take_cancel(request, &cancel, all);
         }
-        for _ in 0..MAX_REQUESTS {
-            match self.server.receive_result_request() {
-                Ok(Some((request, wanted))) => self.take_result_request(request, wanted.goal_id),
-                Ok(None) => break,
-                Err(error) => all.push(undecodable(&error)),
-            }
+        for (request, wanted) in arrived(|| self.server.receive_result_request(), REQUEST, all) {
+            self.take_result_request(request, wanted.goal_id);
         }
     }
 
@@ -263,12 +251,4 @@ fn time(stamp: &crate::ros::msg::Time) -> Time {
 fn id_of(cancel: &CancelGoalRequest) -> Option<[u8; 16]> {
     let value = serde_json::to_value(cancel).ok()?;
     serde_json::from_value(value["goal_info"]["goal_id"]["uuid"].clone()).ok()
-}
-
-fn undecodable(error: &impl ToString) -> IncomingMessage {
-    IncomingMessage::Undecodable {
-        topic: NAVIGATE,
-        expected: "NavigateToPose",
-        reason: error.to_string(),
-    }
 }

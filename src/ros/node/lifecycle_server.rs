@@ -9,7 +9,7 @@ use ros2_client::{
 use super::dds::{NodeError, dds_error};
 use super::incoming::{CHANGE_STATE, IncomingMessage};
 use super::lifecycle::{LifecycleState, TRANSITIONS, transition_message};
-use super::pending_requests::PendingRequests;
+use super::pending_requests::{MAX_REQUESTS, PendingRequests, arrived};
 use crate::ros::msg::{
     ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableTransitionsResponse,
     GetStateResponse, LifecycleAnswer, LifecycleRequest, TransitionDescription, TransitionEvent,
@@ -21,8 +21,8 @@ impl ros2_client::Message for EmptyRequest {}
 impl ros2_client::Message for GetStateResponse {}
 impl ros2_client::Message for GetAvailableTransitionsResponse {}
 
-/// Maximum number of requests of each kind that one call takes, and of those that wait for an answer.
-const MAX_REQUESTS: usize = 16;
+/// What a request is for errors.
+const REQUEST: (&str, &str) = (CHANGE_STATE, "ChangeState");
 
 /// The services `change_state`, `get_state` and `get_available_transitions`, and the topic `transition_event`.
 pub struct LifecycleServer {
@@ -83,12 +83,8 @@ impl LifecycleServer {
 
     /// Takes the requests that arrived, and answers those for the present state.
     pub fn receive(&mut self, all: &mut Vec<IncomingMessage>) {
-        for _ in 0..MAX_REQUESTS {
-            match self.change.receive_request() {
-                Ok(Some((request, change))) => self.take_change(request, &change, all),
-                Ok(None) => break,
-                Err(error) => all.push(undecodable(&error)),
-            }
+        for (request, change) in arrived(|| self.change.receive_request(), REQUEST, all) {
+            self.take_change(request, &change, all);
         }
         let current = self.current;
         answer(&self.state, || GetStateResponse { current_state: current.message() }, all);
@@ -151,20 +147,8 @@ fn answer<R: ros2_client::Message + Clone + 'static>(
     response: impl Fn() -> R,
     all: &mut Vec<IncomingMessage>,
 ) {
-    for _ in 0..MAX_REQUESTS {
-        match server.receive_request() {
-            // The client asks again if this answer is lost.
-            Ok(Some((request, _))) => drop(server.send_response(request, response())),
-            Ok(None) => break,
-            Err(error) => all.push(undecodable(&error)),
-        }
-    }
-}
-
-fn undecodable(error: &impl ToString) -> IncomingMessage {
-    IncomingMessage::Undecodable {
-        topic: CHANGE_STATE,
-        expected: "ChangeState",
-        reason: error.to_string(),
+    for (request, _) in arrived(|| server.receive_request(), REQUEST, all) {
+        // The client asks again if this answer is lost.
+        let _ = server.send_response(request, response());
     }
 }

@@ -1,8 +1,34 @@
-//! Requests to a service whose answer comes from the control process.
+//! Requests to services over DDS, and those whose answer comes from the control process.
 
 use std::collections::VecDeque;
 
 use ros2_client::RmwRequestId;
+
+use super::incoming::IncomingMessage;
+
+/// Maximum number of requests of each kind that one call takes.
+pub const MAX_REQUESTS: usize = 16;
+
+/// The requests that arrived, at most [`MAX_REQUESTS`]. One that cannot be decoded becomes a message that names the topic and what was
+/// expected there.
+pub fn arrived<R, E: ToString>(
+    mut receive: impl FnMut() -> Result<Option<R>, E>,
+    (topic, expected): (&'static str, &'static str),
+    all: &mut Vec<IncomingMessage>,
+) -> Vec<R> {
+    let mut requests = Vec::new();
+    for _ in 0..MAX_REQUESTS {
+        match receive() {
+            Ok(Some(request)) => requests.push(request),
+            Ok(None) => break,
+            Err(error) => {
+                let reason = error.to_string();
+                all.push(IncomingMessage::Undecodable { topic, expected, reason });
+            }
+        }
+    }
+    requests
+}
 
 /// Requests that wait for an answer, by the numbers that the two processes of the node give them.
 #[derive(Default)]
