@@ -79,6 +79,24 @@ impl BitGrid {
         grid
     }
 
+    /// Columns of the nearest true cells of a row: at a column or left of it, and right of it.
+    pub fn nearest_in_row(&self, row: i32, column: i32) -> [Option<i32>; 2] {
+        let words = self.row(row);
+        let (number, bit) = (column as usize / WORD, column as usize % WORD);
+        let up_to = u64::MAX >> (WORD - 1 - bit);
+        let word = |number: usize| (number, words[number]);
+        let is_set = |&(_, word): &(usize, u64)| word != 0;
+        let left = [(number, words[number] & up_to)];
+        let left = left.into_iter().chain((0..number).rev().map(word)).find(is_set);
+        let right = [(number, words[number] & !up_to)];
+        let right = right.into_iter().chain((number + 1..words.len()).map(word)).find(is_set);
+        let column = |number: usize, bit: u32| (number * WORD) as i32 + bit as i32;
+        [
+            left.map(|(number, word)| column(number, word.ilog2())),
+            right.map(|(number, word)| column(number, word.trailing_zeros())),
+        ]
+    }
+
     /// Distance in bits from a cell to the cell above it.
     pub const fn stride(&self) -> usize {
         self.stride
@@ -153,20 +171,6 @@ impl BitGrid {
     pub fn count(&self) -> usize {
         self.words.iter().map(|word| word.count_ones() as usize).sum()
     }
-
-    /// The set cells, in storage order.
-    pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
-        (0..self.height).flat_map(move |row| {
-            self.row(row).iter().enumerate().flat_map(move |(number, &word)| {
-                let rest = |&word: &u64| Some(word & (word - 1)).filter(|&rest| rest != 0);
-                core::iter::successors(Some(word).filter(|&word| word != 0), rest).map(
-                    move |word| {
-                        Cell::new((number * WORD) as i32 + word.trailing_zeros() as i32, row)
-                    },
-                )
-            })
-        })
-    }
 }
 
 /// Packs eight values into a byte, the first as the lowest bit.
@@ -220,7 +224,7 @@ mod tests {
             let grid = grid(width, height);
             let turned = grid.transposed();
             assert_eq!(turned.transposed(), grid);
-            let mut set = Vec::new();
+            let mut count = 0;
             for row in -1..=height {
                 for column in -1..=width {
                     let cell = Cell::new(column, row);
@@ -230,11 +234,18 @@ mod tests {
                     assert_eq!(grid.at(grid.position(column, row)), expected);
                     assert_eq!(turned.get(Cell::new(row, column)), expected);
                     assert_eq!(grid.window(grid.position(column, row)) & 1 != 0, expected);
-                    set.extend(expected.then_some(cell));
+                    count += usize::from(expected);
                 }
             }
-            assert_eq!(grid.count(), set.len());
-            assert_eq!(grid.cells().collect::<Vec<_>>(), set);
+            assert_eq!(grid.count(), count);
+            for row in 0..height {
+                for column in 0..width {
+                    let is_true = |other: &i32| grid.get(Cell::new(*other, row));
+                    let nearest =
+                        [(0..=column).rev().find(is_true), (column + 1..width).find(is_true)];
+                    assert_eq!(grid.nearest_in_row(row, column), nearest, "{row}, {column}");
+                }
+            }
         }
     }
 

@@ -102,8 +102,37 @@ impl FreeSpace {
     #[must_use]
     pub fn nearest_free(&self, point: &Point) -> Option<Cell> {
         let at = self.frame.to_cell_units(point);
-        let squared = |cell: Cell| (cell.center() - at).norm_squared();
-        self.free.cells().min_by(|&one, &other| squared(one).total_cmp(&squared(other)))
+        let (width, height) = (self.frame.width, self.frame.height);
+        let column = (at.x.floor() as i32).clamp(0, width - 1);
+        let first_row = (at.y.floor() as i32).clamp(0, height - 1);
+        let mut best: Option<(f64, Cell)> = None;
+        // The rows around that of the point, until none can hold a nearer cell.
+        for offset in 0..height {
+            let mut is_last = true;
+            for row in [first_row - offset, first_row + offset] {
+                let across = f64::from(row) + 0.5 - at.y;
+                let is_near = best.is_none_or(|(squared, _)| across * across <= squared);
+                if !(0..height).contains(&row) || !is_near {
+                    continue;
+                }
+                is_last = false;
+                for column in self.free.nearest_in_row(row, column).into_iter().flatten() {
+                    let cell = Cell::new(column, row);
+                    let squared = (cell.center() - at).norm_squared();
+                    let is_better = |(least, other): (f64, Cell)| {
+                        let is_first = (row, column) < (other.row, other.column);
+                        squared < least || (squared == least && is_first)
+                    };
+                    if best.is_none_or(is_better) {
+                        best = Some((squared, cell));
+                    }
+                }
+            }
+            if is_last {
+                break;
+            }
+        }
+        best.map(|(_, cell)| cell)
     }
 
     /// Number of free cells.

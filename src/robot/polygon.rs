@@ -60,6 +60,17 @@ impl Polygon {
         Self(self.0.iter().map(to).collect())
     }
 
+    /// The lower left and upper right corners of the box around it, with sides along the axes.
+    pub(crate) fn bounds(&self) -> (Point, Point) {
+        let with = |limit: fn(f64, f64) -> f64| {
+            let join = |one: Point, other: &Point| {
+                Point::new(limit(one.x, other.x), limit(one.y, other.y))
+            };
+            self.0[1..].iter().fold(self.0[0], join)
+        };
+        (with(f64::min), with(f64::max))
+    }
+
     /// The edges, each from a corner to the next.
     pub(crate) fn edges(&self) -> impl Iterator<Item = (&Point, &Point)> {
         self.0.iter().zip(self.0.iter().cycle().skip(1))

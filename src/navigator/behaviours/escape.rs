@@ -201,7 +201,7 @@ fn end_of(
     for step in 1..=(HORIZON_S / STEP_S) as u32 {
         (pose, twist) = state.robot.limits.advance(&pose, &twist, wanted, STEP_S);
         let moving_m = moving_gap_m(&pose, f64::from(step) * STEP_S);
-        if clearance.gap_m(footprint, &pose) < least_m || moving_m < least_moving_m {
+        if !clearance.keeps_gap(footprint, &pose, least_m) || moving_m < least_moving_m {
             return None;
         }
     }

@@ -28,7 +28,7 @@ pub(super) fn motion(state: &State<'_>, behind: &Point) -> Option<Twist> {
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
     let least_m = least_gap_m(state, clearance.gap_m(footprint, pose));
     let is_clear = |there: &Pose| {
-        clearance.gap_m(footprint, there) >= least_m
+        clearance.keeps_gap(footprint, there, least_m)
             && state.inflated.is_clear_of_moving(there, 0.0)
     };
     let mut best: Option<(f64, f64)> = None;

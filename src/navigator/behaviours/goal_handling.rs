@@ -140,7 +140,7 @@ fn is_clear(command: &Twist, state: &State<'_>) -> bool {
     (1..=steps).all(|step| {
         let time_s = f64::from(step) * STEP_S;
         let there = pose.after(command, time_s);
-        clearance.gap_m(footprint, &there) >= kept_m
+        clearance.keeps_gap(footprint, &there, kept_m)
             && state.inflated.is_clear_of_moving(&there, time_s)
     })
 }

@@ -92,7 +92,7 @@ fn clear_rotation(state: &State<'_>) -> Option<f64> {
             let there = Pose { yaw, ..pose };
             let time_s = takes_s * f64::from(step) / steps;
             // A moving obstacle may go on, or stop where it is.
-            clearance.gap_m(footprint, &there) >= MIN_GAP_M
+            clearance.keeps_gap(footprint, &there, MIN_GAP_M)
                 && state.inflated.is_clear_of_moving(&there, 0.0)
                 && state.inflated.is_clear_of_moving(&there, time_s)
         })

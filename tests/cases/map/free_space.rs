@@ -1,7 +1,9 @@
 //! Free space: obstacles dilated by an exact distance.
 
-use inbye::geometry::Pose;
+use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 /// The free space among some obstacle cells, in cells of one metre.
 fn free_space(width: i32, height: i32, obstacles: &[i32], radius_m: f64) -> FreeSpace {
@@ -34,4 +36,30 @@ fn dilation_includes_exactly_the_cells_below_the_distance() {
 fn dilation_by_nan_leaves_no_free_cell() {
     assert_eq!(free_space(70, 3, &[], f64::NAN).count(), 0);
     assert_eq!(free_space(70, 3, &[], 1e9).count(), 210);
+}
+
+/// Points inside the grid, on the borders of cells, and outside; the nearest cell by a comparison of all.
+#[test]
+fn nearest_free_cell_is_that_of_all_cells() {
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    for (width, height) in [(40, 30), (129, 5), (3, 90), (64, 9), (1, 1)] {
+        for share in [0.0, 0.5, 0.97, 1.0] {
+            let frame = GridFrame { width, height, resolution_m: 1.0, origin: Pose::default() };
+            let blocked = (0..frame.len()).map(|_| random.random_bool(share)).collect();
+            let space = FreeSpace::new(&ObstacleGrid::new(frame, blocked), 0.0);
+            for case in 0..60 {
+                let mut place = |side: i32| {
+                    let at = random.random_range(-20.0..f64::from(side) + 20.0);
+                    if case % 3 == 0 { (2.0 * at).round() / 2.0 } else { at }
+                };
+                let point = Point::new(place(width), place(height));
+                let squared = |cell: &Cell| (cell.center() - point).norm_squared();
+                let free = (0..frame.len()).map(|index| frame.cell_at(index));
+                let nearest = free
+                    .filter(|cell| space.is_free(*cell))
+                    .min_by(|one, other| squared(one).total_cmp(&squared(other)));
+                assert_eq!(space.nearest_free(&point), nearest, "{point:?} of {width} x {height}");
+            }
+        }
+    }
 }
