@@ -11,13 +11,11 @@ use inbye::sim::{PedestrianSpawner, Simulation, crossing};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (scene, config) = (crossing(), Config::default());
-    let ends = (scene.start.position(), scene.goal);
-    let pedestrians = PedestrianSpawner::new(3, 7).spawn_on_route(&scene.map, &config, ends)?;
-    let goal = Goal::at(scene.goal);
+    let mission = Mission::new(Arc::new(scene.map), scene.start, Goal::at(scene.goal));
     let simulation = Simulation {
-        moving_obstacles: pedestrians,
+        moving_obstacles: PedestrianSpawner::new(3, 7).spawn_on_route(&mission, &config)?,
         seed: 7,
-        ..Simulation::new(Mission::new(Arc::new(scene.map), scene.start, goal))
+        ..Simulation::new(mission)
     };
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let result = simulation.run(&config, Box::new(CpuEngine::single_threaded()), &mut observer)?;

@@ -6,15 +6,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use inbye::local::ClearanceField;
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, load};
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, load};
+use inbye::navigator::NavigationMap;
 use inbye::runtime::Config;
 
 use crate::error::{array, boxed, free, guarded, object, text};
 use crate::values::{InbyePoint, InbyePose};
 
-/// An occupancy grid with the distances to its obstacles. Unknown cells are obstacles.
+/// An occupancy grid with its zones, and the distances to its obstacles and closed zones. Unknown cells are obstacles.
 pub struct InbyeMap {
     pub(crate) grid: OccupancyGrid,
+    zones: Option<Arc<Zones>>,
     pub(crate) field: Arc<ClearanceField>,
 }
 
@@ -22,10 +24,16 @@ pub struct InbyeMap {
 pub struct InbyeConfig(pub(crate) Config);
 
 impl InbyeMap {
-    fn of(grid: OccupancyGrid) -> Result<Self, String> {
-        let obstacles = grid.obstacles(inbye::map::UnknownPolicy::Blocked);
-        let field = ClearanceField::new(&obstacles).map_err(|error| error.to_string())?;
-        Ok(Self { grid, field: Arc::new(field) })
+    fn of(grid: OccupancyGrid, zones: Option<Arc<Zones>>) -> Result<Self, String> {
+        let obstacles = grid.obstacles(UnknownPolicy::Blocked);
+        let closed = NavigationMap { obstacles, zones: zones.clone() }.closed();
+        let field = ClearanceField::new(&closed).map_err(|error| error.to_string())?;
+        Ok(Self { grid, zones, field: Arc::new(field) })
+    }
+
+    /// The map for a navigator.
+    pub(crate) fn navigation_map(&self, unknown: UnknownPolicy) -> NavigationMap {
+        NavigationMap { obstacles: self.grid.obstacles(unknown), zones: self.zones.clone() }
     }
 }
 
@@ -52,7 +60,7 @@ pub unsafe extern "C" fn inbye_map_new(
         if cells.iter().any(|cell| !(-1..=100).contains(cell)) {
             return Err("cells must be -1, for unknown, or 0 to 100 percent".to_owned());
         }
-        InbyeMap::of(OccupancyGrid::new(frame, cells.to_vec()))
+        InbyeMap::of(OccupancyGrid::new(frame, cells.to_vec()), None)
     }))
 }
 
@@ -67,7 +75,37 @@ pub unsafe extern "C" fn inbye_map_load(path: *const c_char, resolution_m: f64) 
         // SAFETY: the caller vouches for the text.
         let path = unsafe { text(path, "path") }?;
         let grid = load(Path::new(path), &LoadOptions { resolution_m });
-        InbyeMap::of(grid.map_err(|error| error.to_string())?)
+        InbyeMap::of(grid.map_err(|error| error.to_string())?, None)
+    }))
+}
+
+/// Makes a copy of a map with zones in which the robot must not drive, or only slowly. The masks are those of Nav2's costmap filters:
+/// occupied cells of `keepout` are closed, and a value of 30 in `speed` limits the speed to 70 percent of the largest. They may have
+/// another size and resolution than the map; null for none. A lidar sees through zones. Returns null on failure.
+///
+/// # Safety
+/// `map` is alive; `keepout` and `speed` are null or maps that are alive.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_map_with_zones(
+    map: *const InbyeMap,
+    keepout: *const InbyeMap,
+    speed: *const InbyeMap,
+) -> *mut InbyeMap {
+    boxed(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for the map.
+        let map = unsafe { object(map, "map") }?;
+        let mut zones = Zones::new(map.grid.frame());
+        // SAFETY: the caller vouches for the masks.
+        let (keepout, speed) = unsafe { (keepout.as_ref(), speed.as_ref()) };
+        if let Some(mask) = keepout {
+            let added = zones.add_keepout_mask(&mask.grid);
+            added.map_err(|error| format!("keepout: {error}"))?;
+        }
+        if let Some(mask) = speed {
+            zones.add_speed_mask(&mask.grid).map_err(|error| format!("speed: {error}"))?;
+        }
+        let has_zones = keepout.is_some() || speed.is_some();
+        InbyeMap::of(map.grid.clone(), has_zones.then(|| Arc::new(zones)))
     }))
 }
 
@@ -128,9 +166,9 @@ pub unsafe extern "C" fn inbye_plan(
         // SAFETY: the caller vouches for both.
         let (map, config) = unsafe { (object(map, "map")?, object(config, "config")?) };
         let (start, goal) = (start.checked("start")?, goal.checked("goal")?);
-        let obstacles = map.grid.obstacles(config.0.unknown);
-        let mut planner = config.0.route_planner(map.grid.frame().resolution_m);
-        let plan = planner.plan(&obstacles, start, goal, &mut || 0.0);
+        let closed = map.navigation_map(config.0.unknown).closed();
+        let mut planner = config.0.route_planner(closed.frame().resolution_m);
+        let plan = planner.plan(&closed, start, goal, &mut || 0.0);
         let path = plan.map_err(|error| error.to_string())?.smoothed;
         if count.is_null() || (points.is_null() && capacity > 0) {
             return Err("points or count is null".to_owned());

@@ -101,7 +101,7 @@ pub unsafe extern "C" fn inbye_navigator_new(
         let goals = goals.iter().map(goal).collect::<Result<_, String>>()?;
         let waypoints = Waypoints { start: start.checked("start")?, goals };
         let engine = Box::new(CpuEngine::single_threaded());
-        let known = map.grid.obstacles(config.0.unknown);
+        let known = map.navigation_map(config.0.unknown);
         let navigator = config.0.new_navigator(known, &waypoints, engine, &mut || 0.0);
         Ok(InbyeNavigator {
             navigator: navigator.map_err(|error| error.to_string())?,

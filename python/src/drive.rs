@@ -38,8 +38,10 @@ impl World {
         time_limit_s: Option<f64>,
         name: &str,
     ) -> PyResult<Self> {
-        let (map, start, goal) = (Arc::clone(&map.get().grid), pose(start)?, self::goal(&goal)?);
-        let inner = experiment::World::on_map(name, map, start, goal, people, time_limit_s);
+        let Map { grid, zones, .. } = map.get();
+        let (grid, zones) = (Arc::clone(grid), zones.clone());
+        let (start, goal) = (pose(start)?, self::goal(&goal)?);
+        let inner = experiment::World::on_map(name, grid, zones, start, goal, people, time_limit_s);
         Ok(Self { inner })
     }
 
@@ -149,6 +151,13 @@ impl Drive {
     #[getter]
     fn digest(&self) -> Option<String> {
         self.result.as_ref().map(|result| result.trace.digest())
+    }
+
+    /// How the robot kept the zones of the map; none without zones.
+    #[getter]
+    fn zones<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let zones = self.result.as_ref().and_then(|result| result.zones.as_ref());
+        zones.map(|zones| from_json(py, zones)).transpose()
     }
 
     /// Every tick as a structured array.

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use inbye::local::ClearanceField;
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, load};
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, load};
+use inbye::navigator::NavigationMap;
 use numpy::{PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -15,22 +16,28 @@ use super::settings::changed;
 #[pyclass(frozen, module = "inbye")]
 pub struct Map {
     pub grid: Arc<OccupancyGrid>,
+    pub zones: Option<Arc<Zones>>,
     /// Distances to obstacles, with unknown cells blocked and free.
     fields: [OnceLock<Arc<ClearanceField>>; 2],
 }
 
 impl Map {
     fn of(grid: OccupancyGrid) -> Self {
-        Self { grid: Arc::new(grid), fields: [OnceLock::new(), OnceLock::new()] }
+        Self { grid: Arc::new(grid), zones: None, fields: [OnceLock::new(), OnceLock::new()] }
     }
 
-    /// The distances to the obstacles, which are measured once.
+    /// The map for a navigator.
+    pub fn navigation_map(&self, unknown: UnknownPolicy) -> NavigationMap {
+        NavigationMap { obstacles: self.grid.obstacles(unknown), zones: self.zones.clone() }
+    }
+
+    /// The distances to the obstacles and closed zones, which are measured once.
     pub fn field(&self, unknown: UnknownPolicy) -> PyResult<Arc<ClearanceField>> {
         let field = &self.fields[usize::from(unknown == UnknownPolicy::Free)];
         if let Some(field) = field.get() {
             return Ok(Arc::clone(field));
         }
-        let made = ClearanceField::new(&self.grid.obstacles(unknown)).map_err(raise)?;
+        let made = ClearanceField::new(&self.navigation_map(unknown).closed()).map_err(raise)?;
         Ok(Arc::clone(field.get_or_init(|| Arc::new(made))))
     }
 }
@@ -65,10 +72,7 @@ impl Map {
 
     #[getter]
     fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i8>>> {
-        let frame = self.grid.frame();
-        let shape = (frame.height as usize, frame.width as usize);
-        let cells = numpy::ndarray::ArrayView2::from_shape(shape, self.grid.cells());
-        Ok(PyArray2::from_array(py, &cells.map_err(raise)?))
+        cells(py, &self.grid)
     }
 
     #[getter]
@@ -81,10 +85,43 @@ impl Map {
         pose_tuple(&self.grid.frame().origin)
     }
 
+    #[pyo3(signature = (*, keepout=None, speed=None))]
+    fn with_zones(
+        &self,
+        keepout: Option<&Bound<'_, Self>>,
+        speed: Option<&Bound<'_, Self>>,
+    ) -> PyResult<Self> {
+        let mut zones = Zones::new(self.grid.frame());
+        let of_mask = |name: &str, error| raise(format!("{name}: {error}"));
+        if let Some(mask) = keepout {
+            let added = zones.add_keepout_mask(&mask.get().grid);
+            added.map_err(|error| of_mask("keepout", error))?;
+        }
+        if let Some(mask) = speed {
+            let added = zones.add_speed_mask(&mask.get().grid);
+            added.map_err(|error| of_mask("speed", error))?;
+        }
+        let has_zones = keepout.is_some() || speed.is_some();
+        let zones = has_zones.then(|| Arc::new(zones));
+        Ok(Self { grid: Arc::clone(&self.grid), zones, fields: Default::default() })
+    }
+
+    #[getter]
+    fn zones<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<i8>>>> {
+        self.zones.as_ref().map(|zones| cells(py, &zones.to_grid())).transpose()
+    }
+
     fn __repr__(&self) -> String {
         let frame = self.grid.frame();
         format!("Map({} x {} cells of {} m)", frame.width, frame.height, frame.resolution_m)
     }
+}
+
+/// A copy of the cells of a grid.
+fn cells<'py>(py: Python<'py>, grid: &OccupancyGrid) -> PyResult<Bound<'py, PyArray2<i8>>> {
+    let shape = (grid.frame().height as usize, grid.frame().width as usize);
+    let cells = numpy::ndarray::ArrayView2::from_shape(shape, grid.cells());
+    Ok(PyArray2::from_array(py, &cells.map_err(raise)?))
 }
 
 /// Plans a smooth path, metres, from a start to a goal.
@@ -98,11 +135,11 @@ pub fn plan<'py>(
     config: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let config = changed(&inbye::runtime::Config::default(), config)?;
-    let (grid, start, goal) = (&map.get().grid, point(start)?, point(goal)?);
+    let (map, start, goal) = (map.get(), point(start)?, point(goal)?);
     let plan = py.detach(|| {
-        let obstacles = grid.obstacles(config.unknown);
-        let mut planner = config.route_planner(grid.frame().resolution_m);
-        planner.plan(&obstacles, start, goal, &mut || 0.0)
+        let closed = map.navigation_map(config.unknown).closed();
+        let mut planner = config.route_planner(closed.frame().resolution_m);
+        planner.plan(&closed, start, goal, &mut || 0.0)
     });
     points(py, plan.map_err(raise)?.smoothed.points())
 }

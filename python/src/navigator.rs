@@ -61,9 +61,9 @@ impl Navigator {
             None => (None, Raised::default()),
         };
         let engine = open(engine, 1)?;
-        let grid = &map.get().grid;
+        let map = map.get();
         let made = py.detach(|| {
-            let (known, clock) = (grid.obstacles(config.unknown), &mut || 0.0);
+            let (known, clock) = (map.navigation_map(config.unknown), &mut || 0.0);
             match controller {
                 Some(it) => config.new_navigator_with(known, &waypoints, engine, Some(it), clock),
                 None => config.new_navigator(known, &waypoints, engine, clock),

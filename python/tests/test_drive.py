@@ -162,6 +162,46 @@ def test_navigator_brings_a_robot_of_the_caller_to_its_goal() -> None:
         inbye.Navigator(walls(), (2.0, 3.0), [])
 
 
+def rectangle(left: int, low: int, right: int, high: int, value: int) -> inbye.Map:
+    """Make a mask on the cells of ``walls``."""
+    cells = np.zeros((80, 120), np.int8)
+    cells[low:high, left:right] = value
+    return inbye.Map(cells, 0.1)
+
+
+def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
+    closed = rectangle(50, 0, 65, 50, 100)
+    zoned = walls().with_zones(keepout=closed, speed=rectangle(70, 0, 90, 80, 40))
+    assert zoned.zones is not None
+    assert np.array_equal(np.unique(zoned.zones), [0, 60, 100])
+    assert walls().zones is None
+    start, goal = (2.0, 3.0), (10.0, 3.0)
+
+    def is_closed(path: np.ndarray) -> bool:
+        return bool((closed.cells[tuple((path.T[::-1] / 0.1).astype(int))] == 100).any())
+
+    assert is_closed(inbye.plan(walls(), start, goal))
+    assert not is_closed(inbye.plan(zoned, start, goal))
+    assert not is_closed(inbye.Navigator(zoned, start, [goal]).path)
+    ahead = [
+        inbye.evaluate(inbye.Problem(world, (4.4, 3.0, 0.0), goal, velocity=(0.5, 0.0)))
+        for world in (walls(), zoned)
+    ]
+    assert ahead[1].admissible < ahead[0].admissible
+    drive = inbye.World(zoned, (*start, 0.0), goal).drive()
+    assert drive.reached
+    assert drive.zones is not None
+    assert drive.zones["intrusions"] == 0 < drive.zones["min_gap_m"]
+    assert drive.zones["limited_ticks"] > 0
+    free = inbye.World(walls(), (*start, 0.0), goal).drive()
+    assert free.zones is None
+    assert is_closed(np.stack([free.trace["x"], free.trace["y"]], axis=1))
+    with pytest.raises(inbye.InbyeError, match="keepout: no cell of the map is closed"):
+        walls().with_zones(keepout=rectangle(0, 0, 0, 0, 0))
+    with pytest.raises(inbye.InbyeError, match="speed: a cell is 100 percent"):
+        walls().with_zones(speed=closed)
+
+
 def test_localizer_corrects_a_wrong_start() -> None:
     localizer = inbye.Localizer(walls(), (3.1, 4.05, 0.0))
     for tick in range(30):

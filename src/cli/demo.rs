@@ -127,16 +127,16 @@ struct Drive {
 impl Drive {
     fn new(scene: Scene, config: &Config, engine: Box<dyn Engine>) -> anyhow::Result<Self> {
         let (start, goal) = (scene.start, scene.goal);
-        let ends = (start.position(), goal);
         let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
         let goal = Goal { position: goal, yaw: None };
+        let mission = Mission {
+            time_limit_s: 600.0,
+            ..Mission::new(Arc::new(scene.map.clone()), start, goal)
+        };
         let simulation = Simulation {
-            moving_obstacles: spawner.spawn_on_route(&scene.map, config, ends)?,
+            moving_obstacles: spawner.spawn_on_route(&mission, config)?,
             seed: scene.seed,
-            ..Simulation::new(Mission {
-                time_limit_s: 600.0,
-                ..Mission::new(Arc::new(scene.map.clone()), start, goal)
-            })
+            ..Simulation::new(mission)
         };
         let mut playback = PlaybackRecorder::default();
         let observers = DriveObservers { playback: Some(&mut playback), ..Default::default() };

@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
-use inbye::geometry::Point;
 use inbye::global::PlanError;
 use inbye::live::{LiveDrive, LiveView};
 use inbye::local::{DecisionError, Engine};
@@ -201,27 +200,22 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(hardware) = &hardware {
         hardware.cap_speed(&mut config.robot.limits);
     }
-    let ends = (start.position, goal.position);
-    let moving_obstacles = match moving_obstacles(&obstacles, seed, &map, &config, ends) {
-        Ok(moving_obstacles) => moving_obstacles,
-        Err(error) => return no_path_or(error, &map_name, &map, &config, json),
-    };
-    let truth = truth(arguments, &map, &config)?;
-    let files = DriveFiles::create(arguments)?;
     let stop = |place: &Place| Goal { position: place.position, yaw: place.yaw };
-    let simulation = Simulation {
-        truth,
-        moving_obstacles,
-        seed,
-        ..Simulation::new(Mission {
-            zones,
-            via: arguments.via.iter().map(stop).collect(),
-            is_start_unknown: arguments.unknown_start,
-            time_limit_s: arguments.time_limit,
-            interrupt: Some(interrupt),
-            ..Mission::new(Arc::new(map), start.pose(), stop(&goal))
-        })
+    let mission = Mission {
+        zones,
+        via: arguments.via.iter().map(stop).collect(),
+        is_start_unknown: arguments.unknown_start,
+        time_limit_s: arguments.time_limit,
+        interrupt: Some(interrupt),
+        ..Mission::new(Arc::new(map), start.pose(), stop(&goal))
     };
+    let moving_obstacles = match moving_obstacles(&obstacles, seed, &mission, &config) {
+        Ok(moving_obstacles) => moving_obstacles,
+        Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
+    };
+    let truth = truth(arguments, &mission.map, &config)?;
+    let files = DriveFiles::create(arguments)?;
+    let simulation = Simulation { truth, moving_obstacles, seed, ..Simulation::new(mission) };
     let mission = &simulation.mission;
     let engine = arguments.engine.open(&config, arguments.require_gpu)?;
     // The live page records the ticks itself.
@@ -447,15 +441,16 @@ fn no_path_or(
 fn moving_obstacles(
     obstacles: &Obstacles,
     seed: u64,
-    map: &OccupancyGrid,
+    mission: &Mission,
     config: &Config,
-    ends: (Point, Point),
 ) -> Result<MovingObstacles, SimError> {
     match obstacles {
         Obstacles::Count(count) => {
             let spawner = config.simulation.pedestrians.spawner(*count, seed);
-            spawner.spawn_on_route(map, config, ends)
+            spawner.spawn_on_route(mission, config)
         }
-        Obstacles::File(file) => MovingObstacles::read(file, &map.obstacles(config.unknown), seed),
+        Obstacles::File(file) => {
+            MovingObstacles::read(file, &mission.map.obstacles(config.unknown), seed)
+        }
     }
 }

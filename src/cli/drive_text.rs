@@ -62,12 +62,7 @@ pub fn object(result: &MissionResult) -> Value {
         "motion": result.motion,
         "odometry_scale": result.odometry_scale.map(|(distance, turn)| json!({ "distance": distance, "turn": turn })),
         "protective_actions": result.protective_actions,
-        "zones": result.zones.map(|zones| json!({
-            "min_gap_m": zones.min_gap_m.is_finite().then_some(zones.min_gap_m),
-            "intrusions": zones.intrusions,
-            "limited_ticks": zones.limited,
-            "max_excess": zones.max_excess,
-        })),
+        "zones": result.zones,
     })
 }
 
@@ -158,7 +153,7 @@ fn zones_text(zones: &ZoneCompliance) -> String {
         0 => format!("{:.3} m from closed ones at least", zones.min_gap_m),
         ticks => format!("{ticks} ticks in closed ones"),
     };
-    let limited = match zones.limited {
+    let limited = match zones.limited_ticks {
         0 => "no speed limit met".to_owned(),
         ticks => {
             format!("{ticks} ticks with a speed limit, at most {:.3} m/s above", zones.max_excess)

@@ -1,9 +1,9 @@
 //! The zones of the command line: masks in the form of maps.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use clap::Args;
 use inbye::geometry::Point;
 use inbye::map::{OccupancyGrid, Zones};
@@ -31,39 +31,17 @@ impl ZoneArguments {
         resolution_m: f64,
     ) -> anyhow::Result<Option<Arc<Zones>>> {
         let mut zones = Zones::new(map.frame());
-        let mask = |flag: &str, file: &Path| {
-            let mask = map_file::load(file, resolution_m)?;
-            let on_map = mask.frame().corners().iter().any(|at| map.frame().cell_of(at).is_some())
-                || map.frame().corners().iter().any(|at| mask.frame().cell_of(at).is_some());
-            let file = file.display();
-            ensure!(
-                on_map,
-                "{flag} {file}: the mask lies beside the map: give it the origin of the map"
-            );
-            Ok(mask)
-        };
         if let Some(file) = &self.keepout {
-            zones.close(&mask("--keepout", file)?);
-            let file = file.display();
-            ensure!(
-                !zones.is_open(),
-                "--keepout {file}: no cell of the map is closed: the mask must have occupied cells, of 100 percent"
-            );
+            let mask = map_file::load(file, resolution_m)?;
+            zones
+                .add_keepout_mask(&mask)
+                .with_context(|| format!("--keepout {}", file.display()))?;
         }
         if let Some(file) = &self.speed_zones {
-            let mask = mask("--speed-zones", file)?;
-            ensure!(
-                mask.cells().iter().all(|&value| value < 100),
-                "--speed-zones {}: a cell is 100 percent, a limit of zero: set `mode: scale` and `occupied_thresh: 1.0` in the mask, \
-                 or close the zone with --keepout",
-                file.display()
-            );
-            zones.limit_speed(&mask, |value| (value > 0).then(|| 100.0 - f64::from(value)));
-            let file = file.display();
-            ensure!(
-                zones.has_speed_limits(),
-                "--speed-zones {file}: no cell of the map has a limit: the mask must have values above 0 (`mode: scale`)"
-            );
+            let mask = map_file::load(file, resolution_m)?;
+            zones
+                .add_speed_mask(&mask)
+                .with_context(|| format!("--speed-zones {}", file.display()))?;
         }
         let is_given = self.keepout.is_some() || self.speed_zones.is_some();
         Ok(is_given.then(|| Arc::new(zones)))

@@ -8,9 +8,9 @@ use super::localization::localization_config;
 use super::missions::{MissionSite, Rules};
 use super::{ExperimentError, LocalizationCase, LocalizationSite, RunRow, TrafficKind, WorldKind};
 use crate::digest::BitDigest;
-use crate::geometry::{Point, Pose};
+use crate::geometry::Pose;
 use crate::global::Path;
-use crate::map::OccupancyGrid;
+use crate::map::{OccupancyGrid, Zones};
 use crate::navigator::{Fault, Goal};
 use crate::runtime::{Config, Mission, MissionError};
 use crate::sim::{SimError, Simulation, draw_plant};
@@ -52,6 +52,7 @@ const SLOWEST_S_PER_M: f64 = 10.0;
 #[derive(Clone, Debug)]
 pub(super) struct Route {
     pub map: Arc<OccupancyGrid>,
+    pub zones: Option<Arc<Zones>>,
     /// The true map, where it differs from that of the robot.
     pub truth: Option<Arc<OccupancyGrid>>,
     pub start: Pose,
@@ -125,12 +126,13 @@ impl World {
     pub fn on_map(
         name: &str,
         map: Arc<OccupancyGrid>,
+        zones: Option<Arc<Zones>>,
         start: Pose,
         goal: Goal,
         people: usize,
         time_limit_s: Option<f64>,
     ) -> Self {
-        let route = Route { people, time_limit_s, ..Route::new(map, start, goal) };
+        let route = Route { zones, people, time_limit_s, ..Route::new(map, start, goal) };
         Self::route(WorldKind::Map, name.to_owned(), route)
     }
 
@@ -187,45 +189,48 @@ impl World {
 impl Route {
     /// A route without people, with a time limit by its length.
     pub const fn new(map: Arc<OccupancyGrid>, start: Pose, goal: Goal) -> Self {
-        Self { map, truth: None, start, goal, people: 0, traffic: None, time_limit_s: None }
+        Self {
+            map,
+            zones: None,
+            truth: None,
+            start,
+            goal,
+            people: 0,
+            traffic: None,
+            time_limit_s: None,
+        }
     }
 
     /// The simulation, with people spread along the path that the robot will plan.
     fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, SimError> {
-        let ends = (self.start.position(), self.goal.position);
         let mut pedestrians = draw_plant(&config.simulation, seed).pedestrians;
         if let Some(traffic) = self.traffic {
             pedestrians = pedestrians.yields(traffic != TrafficKind::NonYielding);
         }
         let spawner = pedestrians.spawner(self.people, seed);
-        let moving_obstacles = spawner.spawn_on_route(&self.map, config, ends)?;
+        let mut mission = Mission {
+            zones: self.zones.clone(),
+            ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
+        };
+        let moving_obstacles = spawner.spawn_on_route(&mission, config)?;
         let path_m = match self.time_limit_s {
             Some(_) => None,
-            None => Some(first_path(&self.map, config, ends)?.length_m()),
+            None => Some(first_path(&mission, config)?.length_m()),
         };
         let by_path_s = path_m.map(|path_m| SLOWEST_S_PER_M * path_m);
+        mission.time_limit_s = self.time_limit_s.or(by_path_s).unwrap_or_default();
         let truth = self.truth.as_ref().map(|truth| truth.obstacles(config.unknown));
-        let simulation = Simulation {
-            truth,
-            moving_obstacles,
-            seed,
-            ..Simulation::new(Mission {
-                time_limit_s: self.time_limit_s.or(by_path_s).unwrap_or_default(),
-                ..Mission::new(Arc::clone(&self.map), self.start, self.goal)
-            })
-        };
+        let simulation = Simulation { truth, moving_obstacles, seed, ..Simulation::new(mission) };
         Ok(WorldSimulation { simulation, path_m, traffic: self.traffic, unmapped: 0 })
     }
 }
 
 /// The path that the robot plans first.
-pub(super) fn first_path(
-    map: &OccupancyGrid,
-    config: &Config,
-    (start, goal): (Point, Point),
-) -> Result<Path, SimError> {
-    let mut planner = config.route_planner(map.frame().resolution_m);
-    let plan = planner.plan(&map.obstacles(config.unknown), start, goal, &mut || 0.0);
+pub(super) fn first_path(mission: &Mission, config: &Config) -> Result<Path, SimError> {
+    let closed = mission.navigation_map(config.unknown).closed();
+    let (start, goal) = (mission.start.position(), mission.goal.position);
+    let mut planner = config.route_planner(closed.frame().resolution_m);
+    let plan = planner.plan(&closed, start, goal, &mut || 0.0);
     Ok(plan.map_err(|error| MissionError::from(Fault::Plan(error)))?.smoothed)
 }
 
@@ -239,6 +244,10 @@ impl WorldSource {
             Self::Route(route) => {
                 digest.text("route");
                 add_map(&mut digest, &route.map);
+                if let Some(zones) = &route.zones {
+                    digest.text("zones");
+                    add_map(&mut digest, &zones.to_grid());
+                }
                 if let Some(truth) = &route.truth {
                     digest.text("truth");
                     add_map(&mut digest, truth);

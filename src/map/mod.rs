@@ -19,6 +19,7 @@ mod ray_caster;
 mod scan;
 mod scan_change;
 pub(crate) mod yaml;
+mod zone_masks;
 mod zones;
 
 pub(crate) use bit_grid::BitGrid;
@@ -36,4 +37,5 @@ pub use movingai::{Scenario, cell_from_top_left, parse_scen, read_scen};
 pub(crate) use ray_caster::{RayCaster, RayEnd};
 pub use scan::{Beam, Scan, TimedScan};
 pub use scan_change::ScanChange;
+pub use zone_masks::MaskError;
 pub use zones::Zones;

@@ -62,7 +62,8 @@ impl Mission {
     }
 
     /// The map for the navigator.
-    pub(crate) fn navigation_map(&self, unknown: UnknownPolicy) -> NavigationMap {
+    #[must_use]
+    pub fn navigation_map(&self, unknown: UnknownPolicy) -> NavigationMap {
         NavigationMap { obstacles: self.map.obstacles(unknown), zones: self.zones.clone() }
     }
 

@@ -10,9 +10,9 @@ use super::route_sampler::{straight_route, winding_route};
 use super::{MovingObstacle, MovingObstacles, PedestrianSettings, SimError};
 use crate::geometry::{Point, bearing};
 use crate::global::Path;
-use crate::map::{FreeSpace, ObstacleGrid, OccupancyGrid};
+use crate::map::{FreeSpace, ObstacleGrid};
 use crate::navigator::Fault;
-use crate::runtime::{Config, MissionError};
+use crate::runtime::{Config, Mission, MissionError};
 
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
@@ -54,25 +54,25 @@ impl PedestrianSettings {
 }
 
 impl PedestrianSpawner {
-    /// Spawns pedestrians along the route that a robot plans from the first of the ends to the second.
+    /// Spawns pedestrians along the route that a robot plans from the start of a mission to its goal. They may walk in its zones.
     ///
     /// # Errors
     /// [`MissionError::Fault`] where there is no route; the others as [`PedestrianSpawner::spawn`].
     pub fn spawn_on_route(
         &self,
-        map: &OccupancyGrid,
+        mission: &Mission,
         config: &Config,
-        (start, goal): (Point, Point),
     ) -> Result<MovingObstacles, SimError> {
         if self.count == 0 {
             return Ok(MovingObstacles::default());
         }
-        let obstacles = map.obstacles(config.unknown);
-        let mut planner = config.route_planner(map.frame().resolution_m);
+        let map = mission.navigation_map(config.unknown);
+        let (start, goal) = (mission.start.position(), mission.goal.position);
+        let mut planner = config.route_planner(map.obstacles.frame().resolution_m);
         let plan = planner
-            .plan(&obstacles, start, goal, &mut || 0.0)
+            .plan(&map.closed(), start, goal, &mut || 0.0)
             .map_err(|error| MissionError::Fault(Fault::Plan(error)))?;
-        self.spawn(&obstacles, plan.smoothed.points(), &[start, goal])
+        self.spawn(&map.obstacles, plan.smoothed.points(), &[start, goal])
     }
 
     /// Spawns pedestrians along a path. Each crosses or follows the roadway, on a walk of 4 to 12 m over free ground.

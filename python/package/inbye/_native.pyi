@@ -67,9 +67,22 @@ class Map:
         rows: Sequence[str], resolution_m: float, origin: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> Map:
         """Make a map of rows of text, the highest row first: # wall, . free, ? unknown."""
+    def with_zones(self, *, keepout: Map | None = None, speed: Map | None = None) -> Map:
+        """Return this map with zones in which the robot must not drive, or only slowly.
+
+        The masks are those of Nav2's costmap filters: occupied cells of ``keepout`` are closed,
+        and a value of 30 in ``speed`` limits the speed to 70 percent of the largest. They may
+        have another size and resolution than the map. A lidar sees through zones.
+        """
     @property
     def cells(self) -> NDArray[np.int8]:
         """A copy of the cells, the lowest row first."""
+    @property
+    def zones(self) -> NDArray[np.int8] | None:
+        """A copy of the zones on the cells of the map, if it has any.
+
+        0 is no zone, 1 to 99 a speed limit in percent, and 100 a closed cell.
+        """
     @property
     def resolution_m(self) -> float:
         """Side of a cell."""
@@ -247,6 +260,13 @@ class Drive:
     @property
     def digest(self) -> str | None:
         """SHA-256 of the exact bits of the trace, as ``inbye drive`` prints it."""
+    @property
+    def zones(self) -> dict[str, Any] | None:
+        """How the robot kept the zones of the map, if it has any, as ``inbye drive`` says it.
+
+        ``min_gap_m`` of the body from closed zones, None without any; ``intrusions`` into them and
+        ``limited_ticks`` with a speed limit, in ticks; ``max_excess`` above a limit, m/s.
+        """
     @property
     def trace(self) -> NDArray[np.void]:
         """A record of every tick.

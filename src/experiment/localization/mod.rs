@@ -182,7 +182,7 @@ impl LocalizationSite {
         mut drive: Simulation,
         config: &Config,
     ) -> Result<Simulation, SimError> {
-        let path = first_path(&self.map, config, (self.start.position(), self.goal))?;
+        let path = first_path(&drive.mission, config)?;
         let lengths = path.points().windows(2).map(|leg| (leg[1] - leg[0]).norm());
         let length_m = lengths.sum::<f64>().max(1.0);
         // The robot cuts corners, so one leg more.
@@ -195,11 +195,8 @@ impl LocalizationSite {
     }
 
     fn among_people(&self, one_leg: Simulation, config: &Config) -> Result<Simulation, SimError> {
-        let ground = self.map.obstacles(config.unknown);
-        let ends = [self.start.position(), self.goal];
-        let path = first_path(&self.map, config, ends.into())?;
         let spawner = PedestrianSpawner::new(5, one_leg.seed);
-        let moving_obstacles = spawner.spawn(&ground, path.points(), &ends)?;
+        let moving_obstacles = spawner.spawn_on_route(&one_leg.mission, config)?;
         let tour = self.back_and_forth(one_leg, config)?;
         Ok(Simulation { moving_obstacles, ..tour })
     }

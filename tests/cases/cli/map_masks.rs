@@ -88,7 +88,7 @@ fn unusable_masks_are_refused() {
     place.write("far.yaml", far.replace("[0.0, 0.0, 0.0]", "[50.0, 0.0, 0.0]"));
     let hall = "hall.yaml --start 2,2";
     for (arguments, words) in [
-        (format!("plan {ENDS} --keepout far.yaml"), "far.yaml: the mask lies beside the map"),
+        (format!("plan {ENDS} --keepout far.yaml"), "far.yaml: the mask does not lie on the map"),
         (format!("plan {ENDS} --keepout slow.yaml"), "no cell of the map is closed"),
         (format!("drive {ENDS} --speed-zones black.yaml"), "occupied_thresh: 1.0"),
         (format!("drive {ENDS} --speed-zones hall.yaml"), "limit of zero"),

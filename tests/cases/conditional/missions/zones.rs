@@ -79,7 +79,7 @@ fn before_a_slow_zone() {
     let result = arrive(&with_zones(task(), zones.clone()));
     let kept = compliance(&result);
     // Two metres at 0.4 m/s.
-    assert!(kept.limited >= 45 && kept.max_excess < EXCESS, "{kept:?}");
+    assert!(kept.limited_ticks >= 45 && kept.max_excess < EXCESS, "{kept:?}");
     let fastest = |from: f64, to: f64| {
         let rows = result.trace.rows.iter().filter(|row| (from..to).contains(&row.pose.x));
         rows.map(|row| row.twist.linear).fold(0.0, f64::max)
