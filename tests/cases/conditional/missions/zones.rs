@@ -170,7 +170,7 @@ fn random_missions() {
         let result = try_drive(&task, &config, engine).expect("a path");
         let kept = compliance(&result);
         reached += u64::from(result.reached);
-        limited += u64::from(kept.limited > 0);
+        limited += u64::from(kept.limited_ticks > 0);
         min_gap_m = min_gap_m.min(kept.min_gap_m);
         max_excess = max_excess.max(kept.max_excess);
         if kept.intrusions > 0 {
