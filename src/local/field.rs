@@ -1,5 +1,6 @@
 //! The distance field in the format of the engines: 16 bits per cell, in the engines' unit of length.
 
+use core::ops::Range;
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use multiversion::multiversion;
@@ -56,12 +57,13 @@ impl ClearanceField {
         let (cell_bits, mut units) = distances(&grown)?;
         let frame = *grown.frame();
         let (width, coarse_width) = (frame.width as usize, obstacles.frame().width as usize);
-        for (row, units) in units[..frame.len()].chunks_exact_mut(width).enumerate() {
-            let blocked = &obstacles.cells()[row / parts * coarse_width..][..coarse_width];
-            for (units, &blocked) in units.chunks_exact_mut(parts).zip(blocked) {
-                if !blocked {
-                    units.iter_mut().for_each(|units| *units = (*units).max(1));
-                }
+        let mut least = vec![0; width];
+        let rows = units[..frame.len()].chunks_exact_mut(parts * width);
+        for (rows, blocked) in rows.zip(obstacles.cells().chunks_exact(coarse_width)) {
+            least.fill(1);
+            runs(blocked).for_each(|run| least[run.start * parts..run.end * parts].fill(0));
+            for row in rows.chunks_exact_mut(width) {
+                row.iter_mut().zip(&least).for_each(|(units, least)| *units = (*units).max(*least));
             }
         }
         Ok(Self::of(frame, cell_bits, units))
@@ -157,8 +159,8 @@ fn grown_in_parts(obstacles: &ObstacleGrid, parts: usize) -> ObstacleGrid {
         resolution_m: coarse.resolution_m / parts as f64,
         origin: coarse.origin,
     };
-    let span = |cell: usize, cells: usize| {
-        (cell * parts).saturating_sub(1)..((cell + 1) * parts + 1).min(cells * parts)
+    let span = |run: Range<usize>, cells: usize| {
+        (run.start * parts).saturating_sub(1)..(run.end * parts + 1).min(cells * parts)
     };
     let width = columns * parts;
     let mut cells = vec![false; frame.len()];
@@ -168,15 +170,24 @@ fn grown_in_parts(obstacles: &ObstacleGrid, parts: usize) -> ObstacleGrid {
             continue;
         }
         line.fill(false);
-        for (column, _) in blocked.iter().enumerate().filter(|(_, blocked)| **blocked) {
-            line[span(column, columns)].fill(true);
-        }
-        for row in span(row, rows) {
+        runs(blocked).for_each(|run| line[span(run, columns)].fill(true));
+        for row in span(row..row + 1, rows) {
             let cells = cells[row * width..][..width].iter_mut();
             cells.zip(&line).for_each(|(cell, grown)| *cell |= *grown);
         }
     }
     ObstacleGrid::new(frame, cells)
+}
+
+/// The runs of true values.
+fn runs(cells: &[bool]) -> impl Iterator<Item = Range<usize>> {
+    let mut from = 0;
+    core::iter::from_fn(move || {
+        let start = from + cells[from..].iter().position(|cell| *cell)?;
+        let length = cells[start..].iter().position(|cell| !cell);
+        from = length.map_or(cells.len(), |length| start + length);
+        Some(start..from)
+    })
 }
 
 /// Applies [`in_units`] to a row, with AVX2 if available.
