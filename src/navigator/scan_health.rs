@@ -183,17 +183,20 @@ fn coverage(pose: &Pose, scan: &Scan, rays: &RayCaster) -> [Coverage; SECTORS] {
     let turn = beams as f64 * scan.angle_increment / TAU;
     let count = ((turn * (SECTORS * RAYS) as f64) as usize).clamp(1, SECTORS * RAYS).min(beams);
     let sure_m = SURE_RANGE_SHARE * scan.range_max;
-    let compare = |ray: usize| {
-        let beam = ray * beams / count;
+    let beam_of = |ray: usize| ray * beams / count;
+    let start = pose.position();
+    let cast: Vec<_> = (0..count).map(|ray| (start, pose.yaw + scan.angle(beam_of(ray)))).collect();
+    let compare = |(ray, on_map): (usize, RayEnd)| {
+        let beam = beam_of(ray);
         let (direction, range_m) = (scan.angle(beam), scan.ranges[beam]);
-        let on_map = rays.cast(&pose.position(), pose.yaw + direction, sure_m);
         let returns = is_return(scan, range_m);
         let is_expected = matches!(on_map, RayEnd::Blocked(on_map_m) if on_map_m >= MIN_RANGE_M);
         let is_on_map = is_expected || range_m > sure_m;
         let is_far = returns && is_on_map && range_m >= OPEN_SHARE * sure_m;
         Ray { sector: sector_of(direction), returns, is_expected, is_far }
     };
-    let rays: Vec<Ray> = (0..count).map(compare).collect();
+    let ends = rays.cast_all(&cast, sure_m);
+    let rays: Vec<Ray> = ends.into_iter().enumerate().map(compare).collect();
     let mut sectors = [Coverage::default(); SECTORS];
     for ray in &rays {
         let sector = &mut sectors[ray.sector];

@@ -68,8 +68,12 @@ impl Lidar {
             ranges: Vec::with_capacity(self.beams),
         };
         let mut is_visible = vec![false; world.moving.len()];
-        for beam in 0..self.beams {
-            let (range, disc) = self.beam(world, &pose_of(beam), scan.angle(beam), rng);
+        let poses: Vec<Pose> = (0..self.beams).map(pose_of).collect();
+        let ray = |(beam, pose): (usize, &Pose)| (pose.position(), pose.yaw + scan.angle(beam));
+        let rays: Vec<(Point, f64)> = poses.iter().enumerate().map(ray).collect();
+        let to_static = world.ranges_to_static_m(&rays, self.range_max_m);
+        for (beam, (pose, to_static_m)) in poses.iter().zip(to_static).enumerate() {
+            let (range, disc) = self.beam(world, pose, scan.angle(beam), to_static_m, rng);
             if let Some(disc) = disc {
                 is_visible[disc] = true;
             }
@@ -82,17 +86,20 @@ impl Lidar {
     }
 
     /// The range of a beam in a direction of the robot's frame, radians, and the moving obstacle that it hits, if any.
+    /// `to_static_m` is its true range to a static obstacle.
     fn beam(
         &self,
         world: &World,
         pose: &Pose,
         angle: f64,
+        to_static_m: f64,
         rng: &mut Pcg64Mcg,
     ) -> (f64, Option<usize>) {
         if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
             return (f64::NAN, None);
         }
-        let (mut range, disc) = self.first_hit(world, &pose.position(), pose.yaw + angle);
+        let direction = pose.yaw + angle;
+        let (mut range, disc) = self.first_hit(world, &pose.position(), direction, to_static_m);
         if range < self.range_min_m {
             return (f64::NAN, None);
         }
@@ -121,7 +128,9 @@ impl Lidar {
         rng: &mut Pcg64Mcg,
     ) -> f64 {
         let half_step_further = pose.yaw + angle + self.angle_increment() / 2.0;
-        let (other, _) = self.first_hit(world, &pose.position(), half_step_further);
+        let start = pose.position();
+        let to_static_m = world.range_to_static_m(&start, half_step_further, self.range_max_m);
+        let (other, _) = self.first_hit(world, &start, half_step_further, to_static_m);
         let is_edge = range.is_finite() && (other - range).abs() > EDGE_M && other.is_finite();
         if is_edge { range + (other - range) * rng.random::<f64>() } else { range }
     }
@@ -132,9 +141,15 @@ impl Lidar {
         self.field_of_view_rad / gaps as f64
     }
 
-    /// True range, infinite beyond the longest, and the moving obstacle that the beam hits, if any.
-    fn first_hit(&self, world: &World, start: &Point, direction: f64) -> (f64, Option<usize>) {
-        let mut range = world.range_to_static_m(start, direction, self.range_max_m);
+    /// True range, infinite beyond the longest, and the moving obstacle that the beam hits, if any, from its range to a static one.
+    fn first_hit(
+        &self,
+        world: &World,
+        start: &Point,
+        direction: f64,
+        to_static_m: f64,
+    ) -> (f64, Option<usize>) {
+        let mut range = to_static_m;
         if world.moving.is_empty() {
             return (range, None);
         }
@@ -228,7 +243,9 @@ impl RotatingLidar {
     fn measure(&mut self, time_s: f64, place: &Pose, line: &mut Vec<u8>) {
         let clockwise = (self.points as f64 * STEP_DEG * 100.0) % TURN;
         let direction = -(clockwise / 100.0).to_radians();
-        let (range, _) = self.lidar.beam(&self.world, place, direction, &mut self.rng);
+        let (start, longest_m) = (place.position(), self.lidar.range_max_m);
+        let to_static_m = self.world.range_to_static_m(&start, place.yaw + direction, longest_m);
+        let (range, _) = self.lidar.beam(&self.world, place, direction, to_static_m, &mut self.rng);
         let index = (self.points % POINTS as u64) as usize;
         self.points += 1;
         let angle = (clockwise.round() % TURN) as u16;

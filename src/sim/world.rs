@@ -52,10 +52,13 @@ impl World {
     /// Range along a ray to the first static obstacle, metres; infinite beyond the longest range.
     #[must_use]
     pub(super) fn range_to_static_m(&self, start: &Point, direction: f64, longest_m: f64) -> f64 {
-        match self.rays.cast(start, direction, longest_m) {
-            RayEnd::Blocked(range_m) | RayEnd::Outside(range_m) => range_m,
-            RayEnd::Free => f64::INFINITY,
-        }
+        range_m(self.rays.cast(start, direction, longest_m))
+    }
+
+    /// As [`Self::range_to_static_m`] for each of these starts and directions.
+    #[must_use]
+    pub(super) fn ranges_to_static_m(&self, rays: &[(Point, f64)], longest_m: f64) -> Vec<f64> {
+        self.rays.cast_all(rays, longest_m).into_iter().map(range_m).collect()
     }
 
     /// The smallest gap between the body and the static obstacles: see [`ObstacleGap::gap_m`].
@@ -98,5 +101,13 @@ impl World {
             .iter()
             .map(|disc| footprint.gap_to_disc_m(pose, &disc.center(), disc.radius))
             .fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The range of a ray; infinite where it ends at its longest range.
+const fn range_m(end: RayEnd) -> f64 {
+    match end {
+        RayEnd::Blocked(range_m) | RayEnd::Outside(range_m) => range_m,
+        RayEnd::Free => f64::INFINITY,
     }
 }
