@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import inbye
@@ -178,7 +179,9 @@ def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
     start, goal = (2.0, 3.0), (10.0, 3.0)
 
     def is_closed(path: np.ndarray) -> bool:
-        return bool((closed.cells[tuple((path.T[::-1] / 0.1).astype(int))] == 100).any())
+        legs = [np.linspace(*ends, 100) for ends in pairwise(path)]
+        columns, rows = (np.concatenate(legs) / 0.1).astype(int).T
+        return bool((closed.cells[rows, columns] == 100).any())
 
     assert is_closed(inbye.plan(walls(), start, goal))
     assert not is_closed(inbye.plan(zoned, start, goal))
