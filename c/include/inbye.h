@@ -47,7 +47,7 @@ typedef struct InbyeConfig InbyeConfig;
 typedef struct InbyeEngine InbyeEngine;
 
 /*
- An occupancy grid with the distances to its obstacles. Unknown cells are obstacles.
+ An occupancy grid with its zones, and the distances to its obstacles and closed zones. Unknown cells are obstacles.
  */
 typedef struct InbyeMap InbyeMap;
 
@@ -346,6 +346,17 @@ struct InbyeMap *inbye_map_new(const int8_t *cells,
  */
 struct InbyeMap *inbye_map_load(const char *path,
                                 double resolution_m);
+
+/*
+ Makes a copy of a map with zones in which the robot must not drive, or only slowly. The masks are those of Nav2's costmap filters:
+ occupied cells of `keepout` are closed, and a value of 30 in `speed` limits the speed to 70 percent of the largest. They may have
+ another size and resolution than the map; null for none. A lidar sees through zones. Returns null on failure.
+
+ Precondition: `map` is alive; `keepout` and `speed` are null or maps that are alive.
+ */
+struct InbyeMap *inbye_map_with_zones(const struct InbyeMap *map,
+                                      const struct InbyeMap *keepout,
+                                      const struct InbyeMap *speed);
 
 /*
  Frees a map. Navigators made of it stay valid.
