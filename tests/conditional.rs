@@ -22,6 +22,7 @@ mod support {
     pub mod map_kinds;
     pub mod mcap_copy;
     pub mod operations;
+    pub mod python;
     pub mod radv;
     pub mod requirements;
 }

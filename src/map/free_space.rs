@@ -103,7 +103,8 @@ impl FreeSpace {
     pub fn nearest_free(&self, point: &Point) -> Option<Cell> {
         let at = self.frame.to_cell_units(point);
         let (width, height) = (self.frame.width, self.frame.height);
-        let column = (at.x.floor() as i32).clamp(0, width - 1);
+        // Of the columns whose centres are not right of the point, the last one.
+        let column = ((at.x - 0.5).floor() as i32).clamp(0, width - 1);
         let first_row = (at.y.floor() as i32).clamp(0, height - 1);
         let mut best: Option<(f64, Cell)> = None;
         // The rows around that of the point, until none can hold a nearer cell.

@@ -171,8 +171,8 @@ fn follow<const N: usize>(
         let (sin, cos) = libm::sincos(direction - frame.origin.yaw);
         is_open[lane] = true;
         index[lane] = (cell.row + 1) * caster.stride as i32 + cell.column + 1;
-        columns.set(lane, Crossing::new(start.x, cos), 1);
-        rows.set(lane, Crossing::new(start.y, sin), caster.stride as i32);
+        columns.set(lane, &Crossing::new(start.x, cos), 1);
+        rows.set(lane, &Crossing::new(start.y, sin), caster.stride as i32);
     }
     while is_open != [false; N] {
         let mut free_to = [f64::NEG_INFINITY; N];
@@ -190,9 +190,10 @@ fn follow<const N: usize>(
         cross_up_to(&mut columns, &mut rows, &free_to, &mut index);
         for lane in 0..N {
             let is_column = columns.next[lane] <= rows.next[lane];
+            let is_row = !is_column;
             entered[lane] = if is_column { columns.next[lane] } else { rows.next[lane] };
             columns.cross_if(lane, is_open[lane] & is_column, &mut index);
-            rows.cross_if(lane, is_open[lane] & !is_column, &mut index);
+            rows.cross_if(lane, is_open[lane] & is_row, &mut index);
         }
     }
     ends
@@ -208,9 +209,9 @@ fn cross_up_to<const N: usize>(
 ) {
     loop {
         let mut is_any = false;
-        for lane in 0..N {
-            let column = columns.next[lane] <= distances[lane];
-            let row = rows.next[lane] <= distances[lane];
+        for (lane, &distance) in distances.iter().enumerate() {
+            let column = columns.next[lane] <= distance;
+            let row = rows.next[lane] <= distance;
             columns.cross_if(lane, column, index);
             rows.cross_if(lane, row, index);
             is_any |= column | row;
@@ -233,7 +234,7 @@ impl<const N: usize> Crossings<N> {
         Self { step: [0; N], next: [f64::INFINITY; N], pitch: [0.0; N] }
     }
 
-    fn set(&mut self, lane: usize, crossing: Crossing, stride: i32) {
+    fn set(&mut self, lane: usize, crossing: &Crossing, stride: i32) {
         self.step[lane] = crossing.step * stride;
         self.next[lane] = crossing.next;
         self.pitch[lane] = crossing.pitch;

@@ -4,16 +4,14 @@
 //! Without one the trials are ignored, or fail if the variable `INBYE_REQUIRE` contains `python`. Generated maps
 //! are always compared; public maps only if the development data are next to the repository.
 
-use std::env;
 use std::ffi::OsStr;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
 
 use crate::support::map_kinds::{KINDS, Kind};
-use crate::support::requirements::required;
+use crate::support::python::Python;
 use inbye::geometry::Pose;
 use inbye::map::{
     Cell, GridFrame, LoadOptions, OccupancyGrid, cell_from_top_left, load, read_scen,
@@ -22,12 +20,14 @@ use libtest_mimic::{Completion, Failed, Trial};
 use sha2::{Digest, Sha256};
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/reference_map_reader.py");
+static PYTHON: Python =
+    Python::with("numpy, PIL", "INBYE_PYTHON", &["python3", "/usr/bin/python3"], "python");
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
 
 pub fn trials() -> Vec<Trial> {
     let mut trials: Vec<Trial> = KINDS.iter().map(generated).collect();
     trials.push(Trial::ignorable_test("one altered cell is detected", || {
-        with_python(one_altered_cell)
+        PYTHON.run(one_altered_cell)
     }));
     trials.extend(public());
     trials
@@ -36,7 +36,7 @@ pub fn trials() -> Vec<Trial> {
 /// Compares all map settings for one kind of image.
 fn generated(kind: &'static Kind) -> Trial {
     Trial::ignorable_test(format!("generated: {}", kind.name), || {
-        with_python(|python| {
+        PYTHON.run(|python| {
             let folder = tempfile::tempdir()?;
             compare(python, &kind.write(folder.path())?)
         })
@@ -86,7 +86,7 @@ fn public() -> Vec<Trial> {
     let trial = |map: PathBuf| {
         let name = map.strip_prefix(data).unwrap_or(&map).display().to_string();
         Trial::ignorable_test(format!("public: {name}"), || {
-            with_python(move |python| compare(python, &[map]))
+            PYTHON.run(move |python| compare(python, &[map]))
         })
     };
     maps.into_iter().map(trial).chain([scenarios]).collect()
@@ -179,26 +179,5 @@ fn reading(line: &str) -> Result<Reading, Failed> {
     Ok(Reading {
         frame: GridFrame::new(width.parse()?, height.parse()?, resolution.parse()?, origin)?,
         sha256: sha256.into(),
-    })
-}
-
-fn with_python(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Completion, Failed> {
-    const NO_PYTHON: &str = "no Python with numpy and Pillow was found; INBYE_PYTHON names one";
-    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
-    match PYTHON.get_or_init(find_python) {
-        Some(python) => test(python).map(|()| Completion::Completed),
-        None if required().iter().any(|word| word == "python") => Err(NO_PYTHON.into()),
-        None => Ok(Completion::ignored_with(NO_PYTHON)),
-    }
-}
-
-fn find_python() -> Option<PathBuf> {
-    let candidates: Vec<PathBuf> = match env::var_os("INBYE_PYTHON") {
-        Some(python) => vec![python.into()],
-        None => vec!["python3".into(), "/usr/bin/python3".into()],
-    };
-    candidates.into_iter().find(|python| {
-        let output = Command::new(python).args(["-c", "import numpy, PIL"]).output();
-        output.is_ok_and(|output| output.status.success())
     })
 }

@@ -3,20 +3,21 @@
 //! They need a Python with numpy, pyrvo, mujoco and ir-sim: the one that `tests/run` made in `target/planners`, or the one that
 //! `INBYE_PLANNERS_PYTHON` names. Without one the trials are ignored, or fail if `INBYE_REQUIRE` contains `planners`.
 
-use std::env;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-use std::sync::OnceLock;
 
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 use serde_json::Value;
 
-use crate::support::requirements::required;
+use crate::support::python::Python;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
-const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/planners/bin/python");
-const NO_PYTHON: &str =
-    "no Python with numpy, pyrvo, mujoco and ir-sim was found; INBYE_PLANNERS_PYTHON names one";
+static PYTHON: Python = Python::with(
+    "numpy, pyrvo, mujoco, irsim",
+    "INBYE_PLANNERS_PYTHON",
+    &[concat!(env!("CARGO_MANIFEST_DIR"), "/target/planners/bin/python"), "python3"],
+    "planners",
+);
 
 /// Simulated time of a drive, seconds.
 const DRIVES_S: f64 = 10.0;
@@ -29,12 +30,12 @@ const SIMULATORS: [&str; 3] = ["unicycle", "mujoco_skid_steer", "irsim_people"];
 pub fn trials() -> Vec<Trial> {
     let controllers = CONTROLLERS.map(|name| {
         Trial::ignorable_test(format!("controller_{name}_drives"), move || {
-            with_python(|python| drives(python, "--controller", &format!("planners/{name}.py")))
+            PYTHON.run(|python| drives(python, "--controller", &format!("planners/{name}.py")))
         })
     });
     let simulators = SIMULATORS.map(|name| {
         Trial::ignorable_test(format!("inbye_drives_in_simulator_{name}"), move || {
-            with_python(|python| drives(python, "--simulator", &format!("simulators/{name}.py")))
+            PYTHON.run(|python| drives(python, "--simulator", &format!("simulators/{name}.py")))
         })
     });
     controllers.into_iter().chain(simulators).collect()
@@ -63,25 +64,4 @@ fn drives(python: &Path, option: &str, example: &str) -> Result<(), Failed> {
         return Err(format!("{example}: two drives differ").into());
     }
     Ok(())
-}
-
-fn with_python(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Completion, Failed> {
-    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
-    match PYTHON.get_or_init(find_python) {
-        Some(python) => test(python).map(|()| Completion::Completed),
-        None if required().iter().any(|word| word == "planners") => Err(NO_PYTHON.into()),
-        None => Ok(Completion::ignored_with(NO_PYTHON)),
-    }
-}
-
-fn find_python() -> Option<PathBuf> {
-    let candidates: Vec<PathBuf> = match env::var_os("INBYE_PLANNERS_PYTHON") {
-        Some(python) => vec![python.into()],
-        None => vec![VENV.into(), "python3".into()],
-    };
-    candidates.into_iter().find(|python| {
-        let imports = "import numpy, pyrvo, mujoco, irsim";
-        let output = Command::new(python).args(["-c", imports]).output();
-        output.is_ok_and(|output| output.status.success())
-    })
 }

@@ -3,28 +3,34 @@
 //! The reader needs a Python with both: the one that `tests/run` made in `target/python`, `python3`, or the one that
 //! `INBYE_PYTHON` names. Without one the trials are ignored, or fail if the variable `INBYE_REQUIRE` holds the word `python`.
 
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use inbye::runtime::Config;
 use inbye::sim::Simulation;
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
 use super::drives::{crowded, record, tour};
 use crate::support::mcap_copy::altered;
-use crate::support::requirements::required;
+use crate::support::python::Python;
 
 const SCRIPT: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/reference_recording_reader.py");
-const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/python/bin/python");
-const NO_PYTHON: &str =
-    "no Python with mcap and mcap-ros2-support was found; INBYE_PYTHON names one";
+static PYTHON: Python = Python::with(
+    "mcap, mcap_ros2",
+    "INBYE_PYTHON",
+    &[
+        concat!(env!("CARGO_MANIFEST_DIR"), "/target/python/bin/python"),
+        "python3",
+        "/usr/bin/python3",
+    ],
+    "python",
+);
 
 pub fn trials() -> Vec<Trial> {
     let trial = |name: &str, test: fn(&Path) -> Result<(), Failed>| {
-        Trial::ignorable_test(name, move || with_python(test))
+        Trial::ignorable_test(name, move || PYTHON.run(test))
     };
     vec![
         trial("python_reader_returns_equal_values", |python| {
@@ -109,23 +115,4 @@ impl Place {
             Err(String::from_utf8_lossy(&output.stderr).into())
         }
     }
-}
-
-fn with_python(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Completion, Failed> {
-    match find_python() {
-        Some(python) => test(&python).map(|()| Completion::Completed),
-        None if required().iter().any(|word| word == "python") => Err(NO_PYTHON.into()),
-        None => Ok(Completion::ignored_with(NO_PYTHON)),
-    }
-}
-
-fn find_python() -> Option<PathBuf> {
-    let candidates: Vec<PathBuf> = match env::var_os("INBYE_PYTHON") {
-        Some(python) => vec![python.into()],
-        None => vec![VENV.into(), "python3".into(), "/usr/bin/python3".into()],
-    };
-    candidates.into_iter().find(|python| {
-        let asked = Command::new(python).args(["-c", "import mcap, mcap_ros2"]).output();
-        asked.is_ok_and(|output| output.status.success())
-    })
 }

@@ -3,26 +3,30 @@
 //! It needs a Python with `ray`: the one that `tests/run` made in `target/ray`, or the one that `INBYE_RAY_PYTHON` names.
 //! Without it the trials are ignored, or fail if the variable `INBYE_REQUIRE` contains the word `ray`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
 use super::plan_folder::{CELLS, INBYE, PlanFolder};
-use crate::support::requirements::required;
+use crate::support::python::Python;
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_ray.py");
-const VENV: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/ray/bin/python");
-const NO_RAY: &str = "no Python with ray was found; INBYE_RAY_PYTHON names one";
+static RAY: Python = Python::with(
+    "ray",
+    "INBYE_RAY_PYTHON",
+    &[concat!(env!("CARGO_MANIFEST_DIR"), "/target/ray/bin/python")],
+    "ray",
+);
 /// Longer than a cluster takes on an overloaded machine.
 const TIMEOUT: Duration = Duration::from_secs(300);
 
 pub fn trials() -> Vec<Trial> {
     let trial = |name: &str, test: fn(&Path) -> Result<(), Failed>| {
-        Trial::ignorable_test(name, move || with_ray(test))
+        Trial::ignorable_test(name, move || RAY.run(test))
     };
     vec![
         trial("on Ray, a worker killed on the way, results returned: the same table", |python| {
@@ -106,23 +110,4 @@ fn worker_at(plan: &Path) -> Option<u32> {
         name.starts_with(b"ray::run_cell").then_some(parent)
     };
     fs::read_dir("/proc").ok()?.flatten().find_map(process)
-}
-
-fn with_ray(test: impl FnOnce(&Path) -> Result<(), Failed>) -> Result<Completion, Failed> {
-    match find_python() {
-        Some(python) => test(&python).map(|()| Completion::Completed),
-        None if required().iter().any(|word| word == "ray") => Err(NO_RAY.into()),
-        None => Ok(Completion::ignored_with(NO_RAY)),
-    }
-}
-
-fn find_python() -> Option<PathBuf> {
-    let candidates: Vec<PathBuf> = match env::var_os("INBYE_RAY_PYTHON") {
-        Some(python) => vec![python.into()],
-        None => vec![VENV.into()],
-    };
-    candidates.into_iter().find(|python| {
-        let asked = Command::new(python).args(["-c", "import ray"]).output();
-        asked.is_ok_and(|output| output.status.success())
-    })
 }
