@@ -77,6 +77,7 @@ impl RayCaster {
     }
 
     /// Follows a ray from a finite point in a direction of the map frame, radians, to its longest range, metres.
+    #[cfg(any(feature = "sim", test))]
     pub fn cast(&self, start: &Point, direction: f64, longest_m: f64) -> RayEnd {
         let [end] = follow(self, &[(*start, direction)], longest_m);
         end
