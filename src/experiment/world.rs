@@ -9,11 +9,10 @@ use super::missions::{MissionSite, Rules};
 use super::{ExperimentError, LocalizationCase, LocalizationSite, RunRow, TrafficKind, WorldKind};
 use crate::digest::BitDigest;
 use crate::geometry::Pose;
-use crate::global::Path;
 use crate::map::{OccupancyGrid, Zones};
-use crate::navigator::{Fault, Goal};
-use crate::runtime::{Config, Mission, MissionError};
-use crate::sim::{SimError, Simulation, draw_plant};
+use crate::navigator::Goal;
+use crate::runtime::{Config, Mission};
+use crate::sim::{SimError, Simulation, draw_plant, first_path};
 
 /// A world with the settings of its kind.
 #[derive(Clone, Debug)]
@@ -223,15 +222,6 @@ impl Route {
         let simulation = Simulation { truth, moving_obstacles, seed, ..Simulation::new(mission) };
         Ok(WorldSimulation { simulation, path_m, traffic: self.traffic, unmapped: 0 })
     }
-}
-
-/// The path that the robot plans first.
-pub(super) fn first_path(mission: &Mission, config: &Config) -> Result<Path, SimError> {
-    let closed = mission.navigation_map(config.unknown).closed();
-    let (start, goal) = (mission.start.position(), mission.goal.position);
-    let mut planner = config.route_planner(closed.frame().resolution_m);
-    let plan = planner.plan(&closed, start, goal, &mut || 0.0);
-    Ok(plan.map_err(|error| MissionError::from(Fault::Plan(error)))?.smoothed)
 }
 
 impl WorldSource {

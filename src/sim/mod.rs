@@ -39,6 +39,8 @@ pub use moving_obstacle::{MovingObstacle, SpawnTrigger};
 pub(crate) use moving_obstacles::YIELD_TIMEOUT_S;
 pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M};
 pub use pedestrian_spawner::PedestrianSpawner;
+#[cfg(feature = "experiment")]
+pub(crate) use pedestrian_spawner::first_path;
 pub use plant::draw_plant;
 pub(crate) use route_sampler::is_in_sight;
 pub use scenes::{SCENE_NAMES, Scene, crossing, dead_end, mine, roadway, scene, scenes};

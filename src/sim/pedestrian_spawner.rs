@@ -66,13 +66,9 @@ impl PedestrianSpawner {
         if self.count == 0 {
             return Ok(MovingObstacles::default());
         }
-        let map = mission.navigation_map(config.unknown);
-        let (start, goal) = (mission.start.position(), mission.goal.position);
-        let mut planner = config.route_planner(map.obstacles.frame().resolution_m);
-        let plan = planner
-            .plan(&map.closed(), start, goal, &mut || 0.0)
-            .map_err(|error| MissionError::Fault(Fault::Plan(error)))?;
-        self.spawn(&map.obstacles, plan.smoothed.points(), &[start, goal])
+        let path = first_path(mission, config)?;
+        let ends = [mission.start.position(), mission.goal.position];
+        self.spawn(&mission.map.obstacles(config.unknown), path.points(), &ends)
     }
 
     /// Spawns pedestrians along a path. Each crosses or follows the roadway, on a walk of 4 to 12 m over free ground.
@@ -121,6 +117,15 @@ impl PedestrianSpawner {
         let PedestrianSettings { min_speed, max_speed, .. } = self.settings;
         min_speed + (max_speed - min_speed) * rng.random::<f64>()
     }
+}
+
+/// The path that the robot of a mission plans first, on the way to its goal.
+pub(crate) fn first_path(mission: &Mission, config: &Config) -> Result<Path, SimError> {
+    let closed = mission.navigation_map(config.unknown).closed();
+    let (start, goal) = (mission.start.position(), mission.goal.position);
+    let mut planner = config.route_planner(closed.frame().resolution_m);
+    let plan = planner.plan(&closed, start, goal, &mut || 0.0);
+    Ok(plan.map_err(|error| MissionError::from(Fault::Plan(error)))?.smoothed)
 }
 
 /// Free space and candidate points for walks.

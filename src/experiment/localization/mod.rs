@@ -10,14 +10,13 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-use super::world::first_path;
 use crate::geometry::{Point, Pose};
 use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::{Config, Mission, Observer, PoseSource};
 use crate::sim::{
-    FaultInjection, Lidar, PedestrianSpawner, Scene, SimError, Simulation, crossing,
+    FaultInjection, Lidar, PedestrianSpawner, Scene, SimError, Simulation, crossing, first_path,
     roadway as roadway_scene,
 };
 use maps::{coarsened, roadways};
