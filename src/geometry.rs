@@ -56,18 +56,21 @@ macro_rules! pair {
         impl $Pair {
             /// Creates it from its coordinates.
             #[must_use]
+            #[inline]
             pub const fn new(x: f64, y: f64) -> Self {
                 Self { x, y }
             }
         }
 
         impl From<[f64; 2]> for $Pair {
+            #[inline]
             fn from([x, y]: [f64; 2]) -> Self {
                 Self { x, y }
             }
         }
 
         impl From<$Pair> for [f64; 2] {
+            #[inline]
             fn from(pair: $Pair) -> Self {
                 [pair.x, pair.y]
             }
@@ -90,6 +93,7 @@ macro_rules! operator {
         impl $Trait<$Right> for $Left {
             type Output = $Output;
 
+            #[inline]
             fn $method(self, right: $Right) -> $Output {
                 $Output::new(self.x $sign right.x, self.y $sign right.y)
             }
@@ -106,6 +110,7 @@ operator!(Vector - Vector = Vector, Sub::sub);
 impl Mul<f64> for Vector {
     type Output = Self;
 
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         Self::new(self.x * factor, self.y * factor)
     }
@@ -114,6 +119,7 @@ impl Mul<f64> for Vector {
 impl Div<f64> for Vector {
     type Output = Self;
 
+    #[inline]
     fn div(self, divisor: f64) -> Self {
         Self::new(self.x / divisor, self.y / divisor)
     }
@@ -122,23 +128,27 @@ impl Div<f64> for Vector {
 impl Point {
     /// The displacement from the origin to this point.
     #[must_use]
+    #[inline]
     pub const fn to_vector(&self) -> Vector {
         Vector::new(self.x, self.y)
     }
 
     /// Whether both coordinates are finite.
     #[must_use]
+    #[inline]
     pub const fn is_finite(&self) -> bool {
         self.x.is_finite() && self.y.is_finite()
     }
 
     /// The smaller of each coordinate. Of a positive and a negative zero it keeps its own.
+    #[inline]
     pub(crate) fn min(&self, other: &Self) -> Self {
         let least = |own: f64, other: f64| if own <= other { own } else { other };
         Self::new(least(self.x, other.x), least(self.y, other.y))
     }
 
     /// The greater of each coordinate. Of a positive and a negative zero it keeps its own.
+    #[inline]
     pub(crate) fn max(&self, other: &Self) -> Self {
         let greatest = |own: f64, other: f64| if own >= other { own } else { other };
         Self::new(greatest(self.x, other.x), greatest(self.y, other.y))
@@ -151,29 +161,34 @@ impl Vector {
 
     /// The scalar product.
     #[must_use]
+    #[inline]
     pub const fn dot(&self, other: &Self) -> f64 {
         self.x * other.x + self.y * other.y
     }
 
     /// The z component of the cross product: positive where the other vector is to the left.
     #[must_use]
+    #[inline]
     pub const fn perp(&self, other: &Self) -> f64 {
         self.x * other.y - self.y * other.x
     }
 
     /// The squared length.
     #[must_use]
+    #[inline]
     pub const fn norm_squared(&self) -> f64 {
         self.dot(self)
     }
 
     /// The length.
     #[must_use]
+    #[inline]
     pub fn norm(&self) -> f64 {
         libm::sqrt(self.norm_squared())
     }
 
     /// The vector turned counter-clockwise by the angle of this sine and cosine.
+    #[inline]
     pub(crate) const fn rotated(&self, (sin, cos): (f64, f64)) -> Self {
         Self::new(cos * self.x - sin * self.y, sin * self.x + cos * self.y)
     }
@@ -193,11 +208,13 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// As [`Pose::transform`], to the bit.
+    #[inline]
     pub(crate) fn transform(&self, local: &Point) -> Point {
         self.origin + local.to_vector().rotated(self.sin_cos)
     }
 
     /// As [`Pose::inverse_transform`], to the bit.
+    #[inline]
     pub(crate) fn inverse_transform(&self, point: &Point) -> Point {
         let (sin, cos) = self.sin_cos;
         let Vector { x, y } = (point - self.origin).rotated((-sin, cos));
@@ -208,35 +225,41 @@ impl Frame {
 impl Pose {
     /// Creates a pose from its coordinates.
     #[must_use]
+    #[inline]
     pub const fn new(x: f64, y: f64, yaw: f64) -> Self {
         Self { x, y, yaw }
     }
 
     /// The position.
     #[must_use]
+    #[inline]
     pub const fn position(&self) -> Point {
         Point::new(self.x, self.y)
     }
 
     /// This pose for many transforms of points.
+    #[inline]
     pub(crate) fn to_frame(self) -> Frame {
         Frame { origin: self.position(), sin_cos: libm::sincos(self.yaw) }
     }
 
     /// Transforms a point from this pose's frame to the parent frame.
     #[must_use]
+    #[inline]
     pub fn transform(&self, local: &Point) -> Point {
         self.to_frame().transform(local)
     }
 
     /// Transforms a point from the parent frame to this pose's frame.
     #[must_use]
+    #[inline]
     pub fn inverse_transform(&self, point: &Point) -> Point {
         self.to_frame().inverse_transform(point)
     }
 
     /// Transforms a pose from this pose's frame to the parent frame; its yaw is in (-pi, pi].
     #[must_use]
+    #[inline]
     pub fn transform_pose(&self, local: &Self) -> Self {
         let position = self.transform(&local.position());
         Self::new(position.x, position.y, wrap_angle(self.yaw + local.yaw))
@@ -244,6 +267,7 @@ impl Pose {
 
     /// Transforms a pose from the parent frame to this pose's frame; its yaw is in (-pi, pi].
     #[must_use]
+    #[inline]
     pub fn inverse_transform_pose(&self, pose: &Self) -> Self {
         let position = self.inverse_transform(&pose.position());
         Self::new(position.x, position.y, wrap_angle(pose.yaw - self.yaw))
@@ -303,18 +327,21 @@ impl Pose {
 
     /// Whether all three coordinates are finite.
     #[must_use]
+    #[inline]
     pub const fn is_finite(&self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.yaw.is_finite()
     }
 }
 
 impl From<[f64; 3]> for Pose {
+    #[inline]
     fn from([x, y, yaw]: [f64; 3]) -> Self {
         Self { x, y, yaw }
     }
 }
 
 impl From<Pose> for [f64; 3] {
+    #[inline]
     fn from(pose: Pose) -> Self {
         [pose.x, pose.y, pose.yaw]
     }
@@ -326,11 +353,13 @@ impl Twist {
 
     /// Creates a twist from its linear and angular rate.
     #[must_use]
+    #[inline]
     pub const fn new(linear: f64, angular: f64) -> Self {
         Self { linear, angular }
     }
 
     /// The twist half-way between this one and another.
+    #[inline]
     pub(crate) const fn mean(&self, other: &Self) -> Self {
         Self {
             linear: f64::midpoint(self.linear, other.linear),
@@ -340,6 +369,7 @@ impl Twist {
 
     /// Whether both rates are finite.
     #[must_use]
+    #[inline]
     pub const fn is_finite(&self) -> bool {
         self.linear.is_finite() && self.angular.is_finite()
     }
@@ -366,6 +396,7 @@ pub fn bearing(from: &Point, to: &Point) -> f64 {
 
 /// The point of a segment nearest to a given point. The segment may be a single point.
 #[must_use]
+#[inline]
 pub fn nearest_on_segment(from: &Point, to: &Point, point: &Point) -> Point {
     let whole = to - from;
     let squared = whole.norm_squared();

@@ -73,7 +73,7 @@ impl Polygon {
 
     /// The edges, each from a corner to the next.
     pub(crate) fn edges(&self) -> impl Iterator<Item = (&Point, &Point)> {
-        self.0.iter().zip(self.0.iter().cycle().skip(1))
+        self.0.iter().zip(self.0[1..].iter().chain(&self.0[..1]))
     }
 
     /// Whether a point is inside, by the even-odd rule.

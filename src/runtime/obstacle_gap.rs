@@ -176,16 +176,18 @@ impl ObstacleGap {
         let frame = self.obstacles.frame();
         let nearest = f64::from(self.field.squared_cells()[frame.index(cell)]);
         let rows = reach.floor() as i32;
+        let width = frame.width as usize;
         for row in (cell.row - rows).max(0)..=(cell.row + rows).min(frame.height - 1) {
             let offset = f64::from(row - cell.row);
             let first = (nearest - offset * offset).max(0.0).sqrt().ceil() as i32;
             let last = (reach * reach - offset * offset).max(0.0).sqrt() as i32;
-            let left = (cell.column - last).max(0)..=cell.column - first;
-            let right = cell.column + first..=(cell.column + last).min(frame.width - 1);
-            for column in left.chain(right) {
-                let square = Cell::new(column, row);
-                if frame.contains(square) && self.obstacles.cells()[frame.index(square)] {
-                    visit(square);
+            let left = (cell.column - last).max(0)..cell.column - first + 1;
+            let right = cell.column + first..(cell.column + last + 1).min(frame.width);
+            let cells = &self.obstacles.cells()[row as usize * width..][..width];
+            for span in [left, right].into_iter().filter(|span| !span.is_empty()) {
+                let is_occupied = &cells[span.start as usize..span.end as usize];
+                for (column, _) in span.zip(is_occupied).filter(|(_, is_occupied)| **is_occupied) {
+                    visit(Cell::new(column, row));
                 }
             }
         }

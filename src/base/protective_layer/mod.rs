@@ -342,14 +342,19 @@ impl ProtectiveLayer {
         if wanted == Twist::STOP {
             return;
         }
-        let obstruction = |factor: f64| self.obstruction(situation, &scaled(&wanted, factor));
-        let Some(first) = obstruction(1.0) else {
+        let clearance = self.clearance(situation);
+        let motions = |factor: f64| self.motions(situation, scaled(&wanted, factor));
+        let obstruction =
+            motions(1.0).find_map(|motion| motion.obstruction(situation.points, &clearance));
+        let Some(first) = obstruction else {
             return;
         };
         let (mut free, mut blocked) = (0.0, 1.0);
         for _ in 0..BISECTIONS {
             let middle = f64::midpoint(free, blocked);
-            if obstruction(middle).is_some() { blocked = middle } else { free = middle }
+            let is_obstructed =
+                motions(middle).any(|motion| motion.is_obstructed(situation.points, &clearance));
+            if is_obstructed { blocked = middle } else { free = middle }
         }
         let factor = if free < MIN_FACTOR { 0.0 } else { free };
         limited.scale(factor, || match first {
@@ -366,21 +371,14 @@ impl ProtectiveLayer {
         });
     }
 
-    /// What forbids the stopping motion of a command. The base may move as commanded, follow faster or slower, or keep its
-    /// measured motion.
-    fn obstruction(&self, situation: &Situation<'_>, command: &Twist) -> Option<Obstruction> {
-        let clearance = Clearance {
+    fn clearance(&self, situation: &Situation<'_>) -> Clearance {
+        Clearance {
             margin_m: self.settings.margin_m,
             min_points: self.settings.min_points,
             approach_speed_m_s: self.settings.approach_speed_m_s,
             age_s: situation.age_s,
             was_too_near: self.was_too_near(),
-        };
-        let commanded = self.commanded_motion(situation, command);
-        commanded.obstruction(situation.points, &clearance).or_else(|| {
-            let mut others = self.other_motions(situation, command);
-            others.find_map(|motion| motion.obstruction(situation.points, &clearance))
-        })
+        }
     }
 
     /// The stopping motion of a base that moves as it was commanded.
@@ -388,13 +386,13 @@ impl ProtectiveLayer {
         self.model().motion(&self.body, &situation.in_force(), situation.sent, command)
     }
 
-    /// The stopping motions of a base that follows the last command at once, and of one that keeps its measured motion until the
-    /// command takes effect; none if all of these are the same.
-    fn other_motions(
-        &self,
-        situation: &Situation<'_>,
-        command: &Twist,
-    ) -> impl Iterator<Item = StoppingMotion<'_>> {
+    /// The stopping motions of a command. The base may move as commanded, follow the last command at once, or keep its measured
+    /// motion until the command takes effect; only the first where these are the same.
+    fn motions<'a>(
+        &'a self,
+        situation: &'a Situation<'_>,
+        command: Twist,
+    ) -> impl Iterator<Item = StoppingMotion<'a>> {
         let expected = situation.in_force();
         let newest = situation.sent.last().map_or(Twist::STOP, |(_, twist)| *twist);
         let (_, measured) = self.scans.measured().unwrap_or((0.0, expected));
@@ -404,13 +402,16 @@ impl ProtectiveLayer {
             (one.linear - other.linear).abs() > SAME_MOTION
                 || (one.angular - other.angular).abs() > SAME_MOTION
         };
-        let (model, command) = (self.model(), *command);
+        let model = self.model();
         let motion =
             move |sent: &[(f64, Twist)]| model.motion(&self.body, &measured, sent, &command);
-        let at_once = differ(&measured, &newest) || differ(&expected, &newest);
-        let kept = differ(&measured, &expected);
-        let at_once = at_once.then(|| motion(&[(0.0, newest)]));
-        at_once.into_iter().chain(kept.then(|| motion(&[])))
+        let follows = differ(&measured, &newest) || differ(&expected, &newest);
+        let keeps = differ(&measured, &expected);
+        // Each is calculated when it is asked for: the first one often forbids the command.
+        let commanded = move || self.commanded_motion(situation, &command);
+        let at_once = follows.then_some(()).into_iter().map(move |()| motion(&[(0.0, newest)]));
+        let kept = keeps.then_some(()).into_iter().map(move |()| motion(&[]));
+        core::iter::once_with(commanded).chain(at_once).chain(kept)
     }
 
     /// Limits the speed of a robot with returns near its stopping motion.

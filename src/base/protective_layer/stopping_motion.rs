@@ -167,24 +167,45 @@ impl<'a> StoppingMotion<'a> {
     /// A return within the margin counts only if the body comes nearer to it than it slides past; a return within the body
     /// counts unless the body moves away from it.
     pub fn obstruction(&self, points: &[RawPoint], clearance: &Clearance) -> Option<Obstruction> {
-        let end_s = self.steps.last().map_or(0.0, |step| step.end_s);
-        let grown_m = clearance.approach_speed_m_s * (end_s + clearance.age_s);
-        let touched = points.iter().filter(|point| {
-            let more_m = if point.moves { grown_m.max(SLIDE_M) } else { SLIDE_M };
-            let far_m = self.reach_m + clearance.margin_m + more_m;
-            point.place.to_vector().norm_squared() <= far_m * far_m
-                && self.touches(point, clearance, grown_m)
-        });
         let mut count = 0;
         let mut nearest: Option<RawPoint> = None;
-        for point in touched {
+        for point in self.touched(points, clearance) {
             count += point.beams;
             if nearest.is_none_or(|before| point.gap_m < before.gap_m) {
                 nearest = Some(*point);
             }
         }
         let nearest = nearest.filter(|_| count >= clearance.min_points).map(Obstruction::Return);
-        nearest.or_else(|| (!self.stands).then_some(Obstruction::NoStandstill(end_s)))
+        nearest.or_else(|| (!self.stands).then_some(Obstruction::NoStandstill(self.end_s())))
+    }
+
+    /// Whether there is an [`Self::obstruction`], without the nearest return.
+    pub fn is_obstructed(&self, points: &[RawPoint], clearance: &Clearance) -> bool {
+        !self.stands || is_obstacle(self.touched(points, clearance), clearance.min_points)
+    }
+
+    /// Time until the motion ends, seconds.
+    fn end_s(&self) -> f64 {
+        self.steps.last().map_or(0.0, |step| step.end_s)
+    }
+
+    /// The returns that the motion would bring within the margin of the body.
+    fn touched<'p>(
+        &'p self,
+        points: &'p [RawPoint],
+        clearance: &'p Clearance,
+    ) -> impl Iterator<Item = &'p RawPoint> {
+        let grown_m = clearance.approach_speed_m_s * (self.end_s() + clearance.age_s);
+        let travel_m = self.steps.last().map_or(0.0, |step| step.travel_m);
+        points.iter().filter(move |point| {
+            let more_m = if point.moves { grown_m.max(SLIDE_M) } else { SLIDE_M };
+            let near_m = clearance.margin_m + more_m;
+            let far_m = self.reach_m + near_m;
+            // Two lower bounds of the distance that is left: by the motion's length, and by its reach.
+            point.gap_m - near_m <= travel_m
+                && point.place.to_vector().norm_squared() <= far_m * far_m
+                && self.touches(point, clearance, grown_m)
+        })
     }
 
     /// The steps in which a part of the body comes within a distance of a place, and more: each step as its two poses, and the
