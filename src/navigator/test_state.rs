@@ -15,7 +15,7 @@ use crate::map::{ObstacleGrid, Scan};
 /// Control period, seconds.
 pub(super) const PERIOD_S: f64 = 0.1;
 
-/// Calls a function with the state of a robot whose path leads 3 m along x from the origin, and whose lidar sees 9 m far. The
+/// Calls a function with the state, which it may change, of a robot whose path leads 3 m along x from the origin, and whose lidar sees 9 m far. The
 /// robot drives as measured, by its last command.
 pub(super) fn with_state<R>(
     settings: &NavigatorSettings,
@@ -23,7 +23,7 @@ pub(super) fn with_state<R>(
     ground: &ObstacleGrid,
     now: &PredictedState,
     (measured, last_command): (Twist, Twist),
-    call: impl FnOnce(&State<'_>) -> R,
+    call: impl FnOnce(&mut State<'_>) -> R,
 ) -> R {
     let field = ClearanceField::new(ground).expect("a field");
     let free = ObstacleGrid::new(*ground.frame(), vec![false; ground.frame().len()]);
@@ -34,7 +34,7 @@ pub(super) fn with_state<R>(
     let scan =
         Scan { angle_min: 0.0, angle_increment: 0.1, range_max: 10.0, ranges: vec![9.0; 63] };
     let local = LocalSettings::default();
-    call(&State {
+    call(&mut State {
         settings,
         robot,
         period_s: PERIOD_S,

@@ -19,6 +19,8 @@ const MAX_DOUBLINGS: u32 = 3;
 const WIGGLING_PATIENCES: f64 = 3.0;
 /// A robot below this speed that does not rotate is held up, m/s.
 const CREEPING: f64 = 0.05;
+/// A robot whose target comes nearer by at least this does not wiggle, m/s.
+const APPROACHING: f64 = 0.1;
 /// A robot below this turn rate does not rotate, rad/s.
 const TURNING: f64 = 0.05;
 /// Time and time step of the prediction, seconds.
@@ -97,7 +99,10 @@ impl Escape {
         }
         let creeps = now.twist.linear.abs() < CREEPING;
         let held_up_s = self.held_up.update(now.time_s, creeps);
-        let is_patient = held_up_s <= patience_s && stuck_s <= WIGGLING_PATIENCES * patience_s;
+        // A robot that approaches its target again has what an escape is to bring.
+        let towards = now.twist.linear * libm::cos(state.heading_error);
+        let wiggles = stuck_s > WIGGLING_PATIENCES * patience_s && towards < APPROACHING;
+        let is_patient = held_up_s <= patience_s && !wiggles;
         if is_patient || self.next_s.is_some_and(|next_s| now.time_s < next_s) {
             return;
         }
@@ -210,6 +215,7 @@ fn end_of(
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::state::PredictedState;
     use super::super::super::test_state::{standing_at, with_state};
     use super::super::super::{NavigatorSettings, RobotModel};
     use super::*;
@@ -241,7 +247,9 @@ mod tests {
         let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
         (0..200).for_each(|row| ground.set(Cell::new(110, row), true));
         let now = standing_at(*pose);
-        with_state(&settings, &robot, &ground, &now, (Twist::STOP, Twist::STOP), call)
+        with_state(&settings, &robot, &ground, &now, (Twist::STOP, Twist::STOP), |state| {
+            call(state)
+        })
     }
 
     /// It came from behind the wall, by another passage. Each motion leads away from there, or nearer to the wall.
@@ -261,6 +269,30 @@ mod tests {
         let motion = |state: &State<'_>| best_motion(state, &behind);
         let wanted = near_a_wall(0.01, &along, size_m, limits, motion);
         assert!(wanted.linear > 0.0, "{wanted:?}");
+    }
+
+    /// It has made no progress for 10 s, three times its patience, and drives at this speed towards its target.
+    #[test]
+    fn robot_without_progress_escapes_unless_it_approaches_its_target() {
+        let settings = NavigatorSettings::default();
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let frame = GridFrame::new(200, 200, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        for (speed, heading_error, escapes) in
+            [(0.3, 0.0, false), (0.07, 0.0, true), (0.3, 2.0, true)]
+        {
+            let twist = Twist::new(speed, 0.0);
+            let now = PredictedState { twist, ..standing_at(Pose::default()) };
+            let proposal = with_state(&settings, &robot, &ground, &now, (twist, twist), |state| {
+                (state.stuck_s, state.heading_error) = (10.0, heading_error);
+                let mut escape = Escape::default();
+                let drives = Decision::new(twist, Mode::Driving, state.local_target);
+                escape.observe(state, &drives);
+                escape.propose(state).expect("no fault")
+            });
+            assert_eq!(proposal.is_some(), escapes, "{speed} m/s, {heading_error}");
+        }
     }
 
     /// Else it could not leave a gap that it may drive into.

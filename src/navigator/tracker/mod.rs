@@ -102,7 +102,7 @@ impl Tracker {
         self.last_s = Some(time_s);
         self.history.select(time_s, pose);
         self.swept.clear();
-        self.collect(pose, scan, origin);
+        self.collect(pose, scan, &origin);
         self.entered.update(time_s, &self.returns);
         let returns = ScanReturns { pose, scan, returns: &self.returns };
         returns.find_clusters(&mut self.runs, &mut self.clusters);
@@ -110,7 +110,7 @@ impl Tracker {
         self.standing.sight_pairs(time_s, &narrow);
         self.associate(pose, scan);
         self.update_tracks((time_s, gap_s), pose, scan);
-        self.drop_lost(time_s, pose, scan);
+        self.drop_lost(time_s, pose, scan, &origin);
         self.start_tracks(time_s, pose, scan);
         self.moving.clear();
         for track in self.tracks.iter().filter(|track| track.is_moving) {
@@ -258,8 +258,14 @@ impl Tracker {
         }
     }
 
-    /// Drops tracks that were not seen for too long.
-    fn drop_lost(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
+    /// Drops tracks that were not seen for too long, and those that are expected within an obstacle of the map.
+    fn drop_lost(
+        &mut self,
+        time_s: f64,
+        pose: &Pose,
+        scan: &Scan,
+        origin: impl Fn(&Point) -> ReturnOrigin,
+    ) {
         let robot = pose.position();
         let mut number = 0;
         let Self { pairs, standing, tracks, .. } = self;
@@ -273,9 +279,12 @@ impl Tracker {
             let half_angle = libm::atan2(track.radius.radius_m / 2.0, distance);
             let direction = bearing(&robot, &track.center());
             let is_gone = sees_beyond(pose, scan, direction, half_angle, distance);
-            let is_over = track.is_over(time_s, is_gone);
+            let is_in_wall = origin(&track.center()) == ReturnOrigin::Mapped;
+            let is_over = is_in_wall || track.is_over(time_s, is_gone);
             if is_over && track.is_moving && track.is_leg() {
-                standing.add(time_s, &track.center());
+                // Nobody walks into a wall: the person stopped or turned before.
+                let place = if is_in_wall { track.seen_at } else { track.center() };
+                standing.add(time_s, &place);
             }
             !is_over
         });
@@ -379,6 +388,25 @@ mod tests {
             assert_eq!(tracker.moving.len(), 1, "radius {radius}");
             assert_eq!(entered, usize::from(!explained), "radius {radius}");
         }
+    }
+
+    /// A leg walks behind a pillar and towards a wall, which begins at y = 0.
+    #[test]
+    fn hidden_leg_does_not_walk_into_a_wall() {
+        let mut tracker = Tracker::default();
+        let origin = |point: &Point| {
+            let is_new = point.y > 0.0 && point.to_vector().norm() < HORIZON_M - 0.1;
+            if is_new { ReturnOrigin::New } else { ReturnOrigin::Mapped }
+        };
+        let mut walked = 0;
+        for tick in 0..30 {
+            let leg = (5.0, 1.8 - 0.1 * f64::from(tick.min(17)), 0.05);
+            let scan = scan_of(&[(2.5, 0.0, 0.2), leg]);
+            tracker.update(f64::from(tick) * 0.1, &Pose::default(), &scan, origin);
+            walked += tracker.moving.iter().filter(|disc| disc.vy < -0.5).count();
+            assert!(tracker.moving.iter().all(|disc| disc.y > -0.1), "{:?}", tracker.moving);
+        }
+        assert!(walked > 3, "{walked}");
     }
 
     #[test]

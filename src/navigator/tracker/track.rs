@@ -71,6 +71,8 @@ pub(super) struct Track {
     pub radius: Radius,
     pub born_s: f64,
     seen_s: f64,
+    /// Where it was seen last.
+    pub seen_at: Point,
     updates: u32,
     surprise: f64,
     evidence: u32,
@@ -96,6 +98,7 @@ impl Track {
             radius,
             born_s: time_s,
             seen_s: time_s,
+            seen_at: fit.center,
             updates: 1,
             surprise: 0.0,
             evidence: 0,
@@ -157,7 +160,7 @@ impl Track {
                 }
             }
         }
-        self.seen_s = time_s;
+        (self.seen_s, self.seen_at) = (time_s, self.center());
         self.updates += 1;
         self.remember(time_s, points);
     }
