@@ -94,18 +94,12 @@ pub unsafe extern "C" fn inbye_map_with_zones(
     boxed(AssertUnwindSafe(|| {
         // SAFETY: the caller vouches for the map.
         let map = unsafe { object(map, "map") }?;
-        let mut zones = Zones::new(map.grid.frame());
         // SAFETY: the caller vouches for the masks.
         let (keepout, speed) = unsafe { (keepout.as_ref(), speed.as_ref()) };
-        if let Some(mask) = keepout {
-            let added = zones.add_keepout_mask(&mask.grid);
-            added.map_err(|error| format!("keepout: {error}"))?;
-        }
-        if let Some(mask) = speed {
-            zones.add_speed_mask(&mask.grid).map_err(|error| format!("speed: {error}"))?;
-        }
-        let has_zones = keepout.is_some() || speed.is_some();
-        InbyeMap::of(map.grid.clone(), has_zones.then(|| Arc::new(zones)))
+        let (keepout, speed) = (keepout.map(|mask| &mask.grid), speed.map(|mask| &mask.grid));
+        let zones = Zones::from_masks(map.grid.frame(), keepout, speed);
+        let zones = zones.map_err(|error| error.to_string())?;
+        InbyeMap::of(map.grid.clone(), zones.map(Arc::new))
     }))
 }
 

@@ -91,18 +91,10 @@ impl Map {
         keepout: Option<&Bound<'_, Self>>,
         speed: Option<&Bound<'_, Self>>,
     ) -> PyResult<Self> {
-        let mut zones = Zones::new(self.grid.frame());
-        let of_mask = |name: &str, error| raise(format!("{name}: {error}"));
-        if let Some(mask) = keepout {
-            let added = zones.add_keepout_mask(&mask.get().grid);
-            added.map_err(|error| of_mask("keepout", error))?;
-        }
-        if let Some(mask) = speed {
-            let added = zones.add_speed_mask(&mask.get().grid);
-            added.map_err(|error| of_mask("speed", error))?;
-        }
-        let has_zones = keepout.is_some() || speed.is_some();
-        let zones = has_zones.then(|| Arc::new(zones));
+        let keepout = keepout.map(|mask| &*mask.get().grid);
+        let speed = speed.map(|mask| &*mask.get().grid);
+        let zones = Zones::from_masks(self.grid.frame(), keepout, speed);
+        let zones = zones.map_err(raise)?.map(Arc::new);
         Ok(Self { grid: Arc::clone(&self.grid), zones, fields: Default::default() })
     }
 

@@ -1,12 +1,12 @@
 //! The zones of the command line: masks in the form of maps.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use clap::Args;
 use inbye::geometry::Point;
-use inbye::map::{OccupancyGrid, Zones};
+use inbye::map::{Mask, MaskError, OccupancyGrid, Zones};
 
 use super::arguments::Place;
 use super::map_file;
@@ -30,21 +30,20 @@ impl ZoneArguments {
         map: &OccupancyGrid,
         resolution_m: f64,
     ) -> anyhow::Result<Option<Arc<Zones>>> {
-        let mut zones = Zones::new(map.frame());
-        if let Some(file) = &self.keepout {
-            let mask = map_file::load(file, resolution_m)?;
-            zones
-                .add_keepout_mask(&mask)
-                .with_context(|| format!("--keepout {}", file.display()))?;
-        }
-        if let Some(file) = &self.speed_zones {
-            let mask = map_file::load(file, resolution_m)?;
-            zones
-                .add_speed_mask(&mask)
-                .with_context(|| format!("--speed-zones {}", file.display()))?;
-        }
-        let is_given = self.keepout.is_some() || self.speed_zones.is_some();
-        Ok(is_given.then(|| Arc::new(zones)))
+        let load = |file: &Option<PathBuf>| {
+            file.as_ref().map(|file| map_file::load(file, resolution_m)).transpose()
+        };
+        let (keepout, speed) = (load(&self.keepout)?, load(&self.speed_zones)?);
+        let zones = Zones::from_masks(map.frame(), keepout.as_ref(), speed.as_ref());
+        let zones = zones.map_err(|MaskError { mask, fault }| {
+            let (flag, file) = match mask {
+                Mask::Keepout => ("--keepout", &self.keepout),
+                Mask::Speed => ("--speed-zones", &self.speed_zones),
+            };
+            let file = file.as_deref().unwrap_or(Path::new(""));
+            anyhow::Error::new(fault).context(format!("{flag} {}", file.display()))
+        });
+        Ok(zones?.map(Arc::new))
     }
 
     /// An error for an end or a stop in a closed zone.

@@ -37,5 +37,5 @@ pub use movingai::{Scenario, cell_from_top_left, parse_scen, read_scen};
 pub(crate) use ray_caster::{RayCaster, RayEnd};
 pub use scan::{Beam, Scan, TimedScan};
 pub use scan_change::ScanChange;
-pub use zone_masks::MaskError;
+pub use zone_masks::{Mask, MaskError, MaskFault};
 pub use zones::Zones;

@@ -2,12 +2,30 @@
 
 use thiserror::Error;
 
-use super::{OccupancyGrid, Zones};
+use super::{GridFrame, OccupancyGrid, Zones};
 
-/// Why a mask makes no zones. Each message says what to change.
+/// A mask of zones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mask {
+    /// Its occupied cells are closed.
+    Keepout,
+    /// Its values limit the speed.
+    Speed,
+}
+
+impl core::fmt::Display for Mask {
+    fn fmt(&self, out: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        out.write_str(match self {
+            Self::Keepout => "keepout",
+            Self::Speed => "speed",
+        })
+    }
+}
+
+/// What is wrong with a mask. Each message says what to change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
-pub enum MaskError {
+pub enum MaskFault {
     /// No corner of one lies on the other.
     #[error("the mask does not lie on the map: give it the origin of the map")]
     OffMap,
@@ -25,36 +43,61 @@ pub enum MaskError {
     NoLimit,
 }
 
+/// Why a mask makes no zones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("{mask}: {fault}")]
+pub struct MaskError {
+    /// Which one.
+    pub mask: Mask,
+    /// What is wrong with it.
+    pub fault: MaskFault,
+}
+
 impl Zones {
-    /// Closes the zones of a keepout mask: its occupied cells.
+    /// The zones of two masks on a map; none without a mask. They may have another size and resolution than the map.
+    ///
+    /// Occupied cells of `keepout` are closed. A value of 30 in `speed` limits the speed to 70 percent of the largest, as with
+    /// `base: 100.0` and `multiplier: -1.0` of Nav2's speed filter.
     ///
     /// # Errors
-    /// [`MaskError`] for a mask that closes nothing.
-    pub fn add_keepout_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskError> {
+    /// [`MaskError`] for a mask that closes or limits nothing, or has a limit of zero.
+    pub fn from_masks(
+        map: &GridFrame,
+        keepout: Option<&OccupancyGrid>,
+        speed: Option<&OccupancyGrid>,
+    ) -> Result<Option<Self>, MaskError> {
+        let mut zones = Self::new(map);
+        if let Some(mask) = keepout {
+            let fault = |fault| MaskError { mask: Mask::Keepout, fault };
+            zones.add_keepout_mask(mask).map_err(fault)?;
+        }
+        if let Some(mask) = speed {
+            let fault = |fault| MaskError { mask: Mask::Speed, fault };
+            zones.add_speed_mask(mask).map_err(fault)?;
+        }
+        Ok((keepout.is_some() || speed.is_some()).then_some(zones))
+    }
+
+    fn add_keepout_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
         self.check_place(mask)?;
         self.close(mask);
-        if self.is_open() { Err(MaskError::NothingClosed) } else { Ok(()) }
+        if self.is_open() { Err(MaskFault::NothingClosed) } else { Ok(()) }
     }
 
-    /// Limits the speed by a speed mask: a value of 30 is a limit of 70 percent of the largest speed, as with `base: 100.0` and
-    /// `multiplier: -1.0` of Nav2's speed filter.
-    ///
-    /// # Errors
-    /// [`MaskError`] for a mask that limits nothing, or has a limit of zero.
-    pub fn add_speed_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskError> {
+    fn add_speed_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
         self.check_place(mask)?;
         if mask.cells().iter().any(|&value| value >= 100) {
-            return Err(MaskError::LimitOfZero);
+            return Err(MaskFault::LimitOfZero);
         }
         self.limit_speed(mask, |value| (value > 0).then(|| 100.0 - f64::from(value)));
-        if self.has_speed_limits() { Ok(()) } else { Err(MaskError::NoLimit) }
+        if self.has_speed_limits() { Ok(()) } else { Err(MaskFault::NoLimit) }
     }
 
-    fn check_place(&self, mask: &OccupancyGrid) -> Result<(), MaskError> {
+    fn check_place(&self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
         let (map, mask) = (self.frame(), mask.frame());
         let on_map = mask.corners().iter().any(|at| map.cell_of(at).is_some())
             || map.corners().iter().any(|at| mask.cell_of(at).is_some());
-        if on_map { Ok(()) } else { Err(MaskError::OffMap) }
+        if on_map { Ok(()) } else { Err(MaskFault::OffMap) }
     }
 }
 
@@ -62,7 +105,6 @@ impl Zones {
 mod tests {
     use super::*;
     use crate::geometry::{Point, Pose};
-    use crate::map::GridFrame;
 
     fn grid(x: f64, cells: [i8; 3]) -> OccupancyGrid {
         let frame = GridFrame::new(3, 1, 1.0, Pose::new(x, 0.0, 0.0)).expect("a valid size");
@@ -71,15 +113,22 @@ mod tests {
 
     #[test]
     fn masks_close_and_limit_or_say_why_not() {
-        let mut zones = Zones::new(grid(0.0, [0; 3]).frame());
-        assert_eq!(zones.add_keepout_mask(&grid(9.0, [100; 3])), Err(MaskError::OffMap));
-        assert_eq!(zones.add_keepout_mask(&grid(0.0, [99, -1, 0])), Err(MaskError::NothingClosed));
-        assert_eq!(zones.add_speed_mask(&grid(0.0, [0, -1, 0])), Err(MaskError::NoLimit));
-        assert_eq!(zones.add_speed_mask(&grid(0.0, [30, 0, 100])), Err(MaskError::LimitOfZero));
-        assert_eq!(zones, Zones::new(zones.frame()));
-        assert_eq!(zones.add_keepout_mask(&grid(1.0, [0, 100, 0])), Ok(()));
-        assert_eq!(zones.add_speed_mask(&grid(0.0, [30, 0, 0])), Ok(()));
+        let map = grid(0.0, [0; 3]);
+        let of = |keepout: Option<&OccupancyGrid>, speed: Option<&OccupancyGrid>| {
+            Zones::from_masks(map.frame(), keepout, speed)
+        };
+        let closed = |mask: OccupancyGrid| of(Some(&mask), None).map_err(|error| error.fault);
+        let limited = |mask: OccupancyGrid| of(None, Some(&mask)).map_err(|error| error.fault);
+        assert_eq!(closed(grid(9.0, [100; 3])), Err(MaskFault::OffMap));
+        assert_eq!(closed(grid(0.0, [99, -1, 0])), Err(MaskFault::NothingClosed));
+        assert_eq!(limited(grid(0.0, [0, -1, 0])), Err(MaskFault::NoLimit));
+        assert_eq!(limited(grid(0.0, [30, 0, 100])), Err(MaskFault::LimitOfZero));
+        assert_eq!(of(None, None), Ok(None));
+        let masks = [grid(1.0, [0, 100, 0]), grid(0.0, [30, 0, 0])];
+        let zones = of(Some(&masks[0]), Some(&masks[1])).expect("valid masks").expect("zones");
         assert_eq!(zones.closed().cells(), [false, false, true]);
         assert_eq!(zones.speed_limit(&Point::new(0.5, 0.5), 2.0), Some(1.4));
+        let error = of(Some(&masks[0]), Some(&masks[0])).expect_err("a limit of zero");
+        assert!(error.to_string().starts_with("speed: a cell is 100 percent"), "{error}");
     }
 }
