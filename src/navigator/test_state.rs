@@ -15,8 +15,8 @@ use crate::map::{ObstacleGrid, Scan};
 /// Control period, seconds.
 pub(super) const PERIOD_S: f64 = 0.1;
 
-/// Calls a function with the state, which it may change, of a robot whose path leads 3 m along x from the origin, and whose lidar sees 9 m far. The
-/// robot drives as measured, by its last command.
+/// Calls a function with the state of a robot whose path leads 3 m along x from the origin, and whose lidar sees 9 m far. The
+/// robot drives as measured, by its last command. The function may change the state.
 pub(super) fn with_state<R>(
     settings: &NavigatorSettings,
     robot: &RobotModel,

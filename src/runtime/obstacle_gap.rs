@@ -183,7 +183,7 @@ impl ObstacleGap {
             let last = (reach * reach - offset * offset).max(0.0).sqrt() as i32;
             let left = (cell.column - last).max(0)..cell.column - first + 1;
             let right = cell.column + first..(cell.column + last + 1).min(frame.width);
-            let cells = &self.obstacles.cells()[row as usize * width..][..width];
+            let cells = &self.obstacles.cells()[frame.index(Cell::new(0, row))..][..width];
             for span in [left, right].into_iter().filter(|span| !span.is_empty()) {
                 let is_occupied = &cells[span.start as usize..span.end as usize];
                 for (column, _) in span.zip(is_occupied).filter(|(_, is_occupied)| **is_occupied) {

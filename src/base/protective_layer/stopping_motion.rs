@@ -196,16 +196,19 @@ impl<'a> StoppingMotion<'a> {
         clearance: &'p Clearance,
     ) -> impl Iterator<Item = &'p RawPoint> {
         let grown_m = clearance.approach_speed_m_s * (self.end_s() + clearance.age_s);
-        let travel_m = self.steps.last().map_or(0.0, |step| step.travel_m);
         points.iter().filter(move |point| {
             let more_m = if point.moves { grown_m.max(SLIDE_M) } else { SLIDE_M };
-            let near_m = clearance.margin_m + more_m;
-            let far_m = self.reach_m + near_m;
-            // Two lower bounds of the distance that is left: by the motion's length, and by its reach.
-            point.gap_m - near_m <= travel_m
-                && point.place.to_vector().norm_squared() <= far_m * far_m
+            self.may_come_within(point, clearance.margin_m + more_m)
                 && self.touches(point, clearance, grown_m)
         })
+    }
+
+    /// Whether the motion may bring the body within a distance of a return, by two bounds: its length, and its reach.
+    fn may_come_within(&self, point: &RawPoint, distance_m: f64) -> bool {
+        let travel_m = self.steps.last().map_or(0.0, |step| step.travel_m);
+        let far_m = self.reach_m + distance_m;
+        point.gap_m - distance_m <= travel_m
+            && point.place.to_vector().norm_squared() <= far_m * far_m
     }
 
     /// The steps in which a part of the body comes within a distance of a place, and more: each step as its two poses, and the
@@ -276,9 +279,8 @@ impl<'a> StoppingMotion<'a> {
         distance_m: f64,
         min_points: usize,
     ) -> Option<RawPoint> {
-        let far_m = self.reach_m + distance_m;
         let near = points.iter().filter(|point| {
-            point.place.to_vector().norm_squared() <= far_m * far_m
+            self.may_come_within(point, distance_m)
                 && self.passes_within(point, distance_m)
                 && !self.ends_nearer(point)
         });

@@ -282,7 +282,7 @@ impl Tracker {
             let is_in_wall = origin(&track.center()) == ReturnOrigin::Mapped;
             let is_over = is_in_wall || track.is_over(time_s, is_gone);
             if is_over && track.is_moving && track.is_leg() {
-                // Nobody walks into a wall: the person stopped or turned before.
+                // A person does not walk into a wall: this one stopped or turned before.
                 let place = if is_in_wall { track.seen_at } else { track.center() };
                 standing.add(time_s, &place);
             }
