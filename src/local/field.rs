@@ -81,6 +81,7 @@ impl ClearanceField {
 
     /// The unit of length, metres.
     #[must_use]
+    #[inline]
     pub fn unit_m(&self) -> f64 {
         self.frame.resolution_m / f64::from(1_u32 << self.cell_bits)
     }

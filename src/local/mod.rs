@@ -23,6 +23,7 @@ mod problem;
 mod quantize;
 mod rollout;
 mod sample_motions;
+mod sample_profile;
 mod sampler;
 mod score;
 mod select;

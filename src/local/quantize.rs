@@ -15,6 +15,7 @@ use super::kernel_inputs::{
 use super::problem::{
     MAX_CLEARANCE_UNITS, MAX_OFFSET_UNITS, MAX_REACH_UNITS, MAX_STEP_UNITS, at_most, check_numbers,
 };
+use super::sample_motions::SampleMotions;
 use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Sampler, Stopping};
 use crate::geometry::Point;
 use crate::numeric::turn_size;
@@ -133,13 +134,14 @@ impl QuantizedProblem {
         fill_speeds(&mut self.vx_samples, problem, coarse_scale, fine_scale);
         if problem.sampler == Sampler::Ramps {
             for (column, sample) in (0..).zip(&mut self.vx_samples) {
-                sample.velocity_term = velocity_term(problem.command(column).linear);
+                sample.velocity_term = velocity_term(motions.command(column).linear);
             }
         }
         if problem.sampler == Sampler::Arcs {
             fill_turns(&mut self.profiles, &mut self.segments, problem);
         } else {
-            self.fill_profiles(problem, [coarse_scale, fine_scale]);
+            let scales = [coarse_scale, fine_scale].map(|bits| 2.0_f64.powi(bits as i32));
+            fill_profiles(&mut self.profiles, &mut self.segments, problem, &motions, scales);
         }
         fill_discs(&mut self.discs, problem)?;
         fill_obstacles(&mut self.obstacles, problem, reach_units)?;
@@ -148,59 +150,6 @@ impl QuantizedProblem {
             self.field = Arc::clone(&problem.field);
         }
         Ok(self)
-    }
-
-    /// Quantises the profiles of a sampler other than [`Sampler::Arcs`].
-    fn fill_profiles(&mut self, problem: &Problem, [coarse_scale, fine_scale]: [u32; 2]) {
-        let motions = problem.motions();
-        let units_per_step = problem.step_s / problem.field.unit_m();
-        let scales = [coarse_scale, fine_scale].map(|bits| 2.0_f64.powi(bits as i32));
-        let rows = problem.window.vtheta.count as usize;
-        self.profiles.clear();
-        self.profiles.reserve(rows);
-        self.segments.clear();
-        self.segments.reserve(rows * problem.sampler.segment_count());
-        for row in 0..problem.window.vtheta.count {
-            let motion = motions.profile(row);
-            let base = vx_sample(problem, motion.vx, units_per_step, scales);
-            let mut profile = TurnProfile {
-                coarse: base.coarse,
-                fine: base.fine,
-                stopping_need: base.stopping_need,
-                max_turn: 0,
-                end_turn: 0,
-            };
-            let mut begin = 0;
-            for part in motion.segments() {
-                let steps = part.end - begin;
-                let segment = ProfileSegment {
-                    end: part.end,
-                    turn: binary_angle(part.vtheta * problem.step_s),
-                    turn_growth: binary_angle(part.vtheta_growth * problem.step_s),
-                    share: round_i32(part.share * f64::from(ONE_Q30)),
-                    share_growth: round_i32(part.share_growth * f64::from(ONE_Q30)),
-                };
-                begin = part.end;
-                self.segments.push(segment);
-                if steps == 0 {
-                    continue;
-                }
-                // The turn rate changes evenly, so one of its ends is the largest.
-                let last = steps - 1;
-                let last_turn = segment.turn.wrapping_add(segment.turn_growth.wrapping_mul(last));
-                let all_growth = segment.turn_growth.wrapping_mul(steps * last / 2);
-                let turned = segment.turn.wrapping_mul(steps).wrapping_add(all_growth);
-                profile.end_turn = profile.end_turn.wrapping_add(turned);
-                for turn in [segment.turn, last_turn] {
-                    profile.max_turn = profile.max_turn.max(turn_size(turn));
-                }
-                for rate in [part.vtheta, part.vtheta + f64::from(last) * part.vtheta_growth] {
-                    let need = stopping_need(problem, rate, problem.braking_theta);
-                    profile.stopping_need = profile.stopping_need.max(need);
-                }
-            }
-            self.profiles.push(profile);
-        }
     }
 
     /// The segments of a row's profile.
@@ -302,15 +251,74 @@ fn arc(problem: &Problem, rate: f64) -> (TurnProfile, ProfileSegment) {
     (profile, segment)
 }
 
+/// Quantises the profiles of a sampler other than [`Sampler::Arcs`]. Uses the rounding instructions of AVX2 if available.
+#[multiversion(targets("x86_64+avx2"))]
+fn fill_profiles(
+    profiles: &mut Vec<TurnProfile>,
+    segments: &mut Vec<ProfileSegment>,
+    problem: &Problem,
+    motions: &SampleMotions<'_>,
+    scales: [f64; 2],
+) {
+    let units_per_step = problem.step_s / problem.field.unit_m();
+    let rows = problem.window.vtheta.count as usize;
+    profiles.clear();
+    profiles.reserve(rows);
+    segments.clear();
+    segments.reserve(rows * problem.sampler.segment_count());
+    for row in 0..problem.window.vtheta.count {
+        let motion = motions.profile(row);
+        let base = vx_sample(problem, motion.vx, units_per_step, scales);
+        let mut profile = TurnProfile {
+            coarse: base.coarse,
+            fine: base.fine,
+            stopping_need: base.stopping_need,
+            max_turn: 0,
+            end_turn: 0,
+        };
+        let (mut begin, mut fastest) = (0, 0.0_f64);
+        for part in motion.segments() {
+            let steps = part.end - begin;
+            let segment = ProfileSegment {
+                end: part.end,
+                turn: binary_angle(part.vtheta * problem.step_s),
+                turn_growth: binary_angle(part.vtheta_growth * problem.step_s),
+                share: round_i32(part.share * f64::from(ONE_Q30)),
+                share_growth: round_i32(part.share_growth * f64::from(ONE_Q30)),
+            };
+            begin = part.end;
+            segments.push(segment);
+            if steps == 0 {
+                continue;
+            }
+            // The turn rate changes evenly, so one of its ends is the largest.
+            let last = steps - 1;
+            let last_turn = segment.turn.wrapping_add(segment.turn_growth.wrapping_mul(last));
+            let all_growth = segment.turn_growth.wrapping_mul(steps * last / 2);
+            let turned = segment.turn.wrapping_mul(steps).wrapping_add(all_growth);
+            profile.end_turn = profile.end_turn.wrapping_add(turned);
+            for turn in [segment.turn, last_turn] {
+                profile.max_turn = profile.max_turn.max(turn_size(turn));
+            }
+            let last_rate = part.vtheta + f64::from(last) * part.vtheta_growth;
+            fastest = fastest.max(part.vtheta.abs()).max(last_rate.abs());
+        }
+        // The requirement grows with the rate, so that of the fastest is the largest.
+        let turning_need = stopping_need(problem, fastest, problem.braking_theta);
+        profile.stopping_need = profile.stopping_need.max(turning_need);
+        profiles.push(profile);
+    }
+}
+
 /// Forward speed in 2^-20 m/s; zero in reverse.
-#[inline]
+#[inline(always)]
 fn velocity_term(vx: f64) -> u32 {
     (vx.max(0.0) * 2.0_f64.powi(20)).round() as u32
 }
 
 /// Solves eq. 30 for the requirement: `rate^2 <= 2 dist a` is `dist >= rate^2 / (2 a)`; with the arc, `dist = |rate| n
 /// step` gives `n >= |rate| / (2 a step)`. Rounds up, so that a sample at the limit is rejected.
-#[inline]
+#[inline(always)]
 fn stopping_need(problem: &Problem, rate: f64, braking: f64) -> u32 {
     let need = match problem.stopping {
         Stopping::Clearance => rate * rate / (2.0 * braking) / problem.field.unit_m(),
@@ -411,15 +419,17 @@ fn scale_to_fit(largest: f64, limit: f64, most: u32) -> u32 {
 }
 
 /// Converts radians to a binary angle.
-#[inline]
+#[inline(always)]
 fn binary_angle(radians: f64) -> u32 {
     let profiles = radians / TAU;
     let within_a_turn = profiles - profiles.floor();
-    (within_a_turn * 2.0_f64.powi(32)).round() as u64 as u32
+    // Integers below 2^52 stand in the last bits of their sum with 2^52: fewer instructions than a saturating conversion.
+    let angle = (within_a_turn * 2.0_f64.powi(32)).round() + 2.0_f64.powi(52);
+    angle.to_bits() as u32
 }
 
 /// Rounds to the nearest integer; the range checks of the callers keep it within 32 bits.
-#[inline]
+#[inline(always)]
 fn round_i32(value: f64) -> i32 {
     value.round() as i32
 }

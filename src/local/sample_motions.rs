@@ -4,80 +4,14 @@
 //! forward speed at a step is a share of the column's speed and the rest of the row's speed. So one table per row
 //! serves all columns, for every sampler.
 
+use super::sample_profile::{Profile, Segment};
 use super::sampler::MAX_SEGMENTS;
+use super::window::AxisValues;
 use super::{Axis, Sampler, SamplerInputs, Window};
 use crate::geometry::Twist;
 
 /// The golden ratio minus one: its multiples, modulo one, are spread evenly for any number of them.
 const GOLDEN_SHARE: f64 = 0.618_033_988_749_894_9;
-
-/// The motion that the samples of a row share.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Profile {
-    /// The row's speed, m/s.
-    pub vx: f64,
-    segments: [Segment; MAX_SEGMENTS],
-    count: usize,
-}
-
-/// Successive steps in which turn rate and share change evenly.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Segment {
-    /// One past its last step.
-    pub end: u32,
-    /// Turn rate in its first step, rad/s.
-    pub vtheta: f64,
-    /// Change of the turn rate from one step to the next, rad/s.
-    pub vtheta_growth: f64,
-    /// Share of the column's speed in its first step, 0 to 1.
-    pub share: f64,
-    /// Change of the share from one step to the next.
-    pub share_growth: f64,
-}
-
-impl Segment {
-    /// A constant turn rate.
-    const fn constant(end: u32, vtheta: f64, share: f64) -> Self {
-        Self { end, vtheta, vtheta_growth: 0.0, share, share_growth: 0.0 }
-    }
-
-    /// An even change within `steps` steps that begin with this segment. A step has the mean of its values.
-    fn ramp(end: u32, steps: u32, vtheta: [f64; 2], share: [f64; 2]) -> Self {
-        let steps = f64::from(steps);
-        let growth = |[from, to]: [f64; 2]| (to - from) / steps;
-        Self {
-            end,
-            vtheta: vtheta[0] + 0.5 * growth(vtheta),
-            vtheta_growth: growth(vtheta),
-            share: share[0] + 0.5 * growth(share),
-            share_growth: growth(share),
-        }
-    }
-
-    /// Turn rate and share at a step of this segment, which begins at step `begin`.
-    fn at(&self, begin: u32, step: u32) -> (f64, f64) {
-        let steps = f64::from(step - begin);
-        (self.vtheta + steps * self.vtheta_growth, self.share + steps * self.share_growth)
-    }
-}
-
-impl Profile {
-    pub fn segments(&self) -> &[Segment] {
-        &self.segments[..self.count]
-    }
-
-    /// Turn rate and share at a step of the horizon.
-    pub fn at(&self, step: u32) -> (f64, f64) {
-        let mut begin = 0;
-        for segment in self.segments() {
-            if step < segment.end {
-                return segment.at(begin, step);
-            }
-            begin = segment.end;
-        }
-        (0.0, 1.0)
-    }
-}
 
 /// The rows and columns of a decision.
 #[derive(Clone, Copy, Debug)]
@@ -89,8 +23,8 @@ pub(super) struct SampleMotions<'a> {
     pub step_s: f64,
     /// Number of steps.
     pub steps: u32,
-    /// First turn rates of [`Sampler::TwoSegments`] and [`Sampler::Sequences`].
-    first_rates: Axis,
+    /// First turn rates; those of [`Sampler::Arcs`] and [`Sampler::Ramps`] have one row each.
+    first_rates: AxisValues,
     /// Number of rows for each of them.
     rows_per_rate: u32,
 }
@@ -113,14 +47,16 @@ impl<'a> SampleMotions<'a> {
             }
         };
         let rows_per_rate = rows.div_ceil(rates);
-        let first_rates = Axis { count: rows.div_ceil(rows_per_rate), ..window.vtheta };
+        let count = rows.div_ceil(rows_per_rate);
+        let first_rates = AxisValues::new(Axis { count, ..window.vtheta });
         Self { sampler, window, inputs, step_s, steps, first_rates, rows_per_rate }
     }
 
     /// The profile of a row.
+    #[inline(always)]
     pub fn profile(&self, row: u32) -> Profile {
         match self.sampler {
-            Sampler::Arcs => self.arc(self.window.vtheta.value(row)),
+            Sampler::Arcs => self.arc(self.first_rate(row)),
             Sampler::Ramps => self.ramp(row),
             Sampler::TwoSegments => self.two_segments(row),
             Sampler::Sequences => self.sequence(row),
@@ -138,13 +74,13 @@ impl<'a> SampleMotions<'a> {
         let columns = self.window.vx.count;
         let row = index / columns;
         let vx = self.command_speed(self.window.vx.value(index % columns));
+        let first = self.first_rate(row);
         let vtheta = match self.sampler {
-            Sampler::Arcs => self.window.vtheta.value(row),
             Sampler::Ramps => {
                 let now = self.inputs.twist.angular;
-                now + self.ramp_share() * (self.window.vtheta.value(row) - now)
+                now + self.ramp_share() * (first - now)
             }
-            Sampler::TwoSegments | Sampler::Sequences => self.first_rate(row),
+            Sampler::Arcs | Sampler::TwoSegments | Sampler::Sequences => first,
         };
         Twist::new(vx, vtheta)
     }
@@ -189,20 +125,23 @@ impl<'a> SampleMotions<'a> {
         }
     }
 
+    #[inline]
     const fn arc(&self, vtheta: f64) -> Profile {
         let mut segments = [Segment::constant(self.steps, 0.0, 1.0); MAX_SEGMENTS];
         segments[0] = Segment::constant(self.steps, vtheta, 1.0);
         Profile { vx: 0.0, segments, count: self.sampler.segment_count() }
     }
 
+    #[inline(always)]
     fn ramp_steps(&self) -> u32 {
         ramp_steps(self.inputs.ramp_time_s, self.step_s)
     }
 
     /// From the present velocity to that of row and column.
+    #[inline(always)]
     fn ramp(&self, row: u32) -> Profile {
         let now = self.inputs.twist;
-        let target = self.window.vtheta.value(row);
+        let target = self.first_rate(row);
         let mut profile = self.arc(target);
         let steps = self.ramp_steps();
         let end = steps.min(self.steps);
@@ -213,17 +152,20 @@ impl<'a> SampleMotions<'a> {
     }
 
     /// First turn rate of a row.
+    #[inline]
     fn first_rate(&self, row: u32) -> f64 {
-        self.first_rates.value(row / self.rows_per_rate)
+        self.first_rates.at(row / self.rows_per_rate)
     }
 
     /// Steps of the first velocity: those of a control period, at least one.
+    #[inline(always)]
     fn command_steps(&self) -> u32 {
         let steps = (self.inputs.control_period_s / self.step_s).round().max(1.0) as u32;
         steps.min(self.steps)
     }
 
     /// From the first velocity to the second one.
+    #[inline(always)]
     fn two_segments(&self, row: u32) -> Profile {
         let first = self.first_rate(row);
         let Some(Second { vx, vtheta, begin }) = self.second(row) else {
@@ -251,6 +193,7 @@ impl<'a> SampleMotions<'a> {
     /// The turn rate grows with the place of a row, so that neighbouring rows turn alike. The speed is the square root of
     /// the place times the golden ratio, modulo one: so the ends fill the reachable area evenly. All first turn rates have the same second velocities, so that
     /// their comparison does not depend on the places.
+    #[inline(always)]
     fn second(&self, row: u32) -> Option<Second> {
         let limits = &self.inputs.limits;
         let begin = self.command_steps();
@@ -264,7 +207,7 @@ impl<'a> SampleMotions<'a> {
         }
         // Standing, turning in place and reversing follow the middle turn rate only: after one control period the first
         // turn rate makes little difference to them.
-        if rate == self.first_rates.count / 2 {
+        if rate == self.first_rates.axis.count / 2 {
             match number {
                 2 => return second(Some(0.0), 0.0),
                 3 => return second(Some(0.0), turn),
@@ -284,6 +227,7 @@ impl<'a> SampleMotions<'a> {
     }
 
     /// The first velocity, then three changes by noise. The first row of each rate has none.
+    #[inline(always)]
     fn sequence(&self, row: u32) -> Profile {
         let first = self.first_rate(row);
         let mut profile = self.arc(first);
@@ -337,6 +281,7 @@ pub(super) fn ramp_steps(ramp_time_s: f64, step_s: f64) -> u32 {
 }
 
 /// Noise from -1 to 1 with a triangular distribution: the sum of two 16-bit numbers, exact in f64.
+#[inline]
 fn noise(seed: u32, row: u32, place: u32) -> f64 {
     // The mixing function of SplitMix64.
     let mut word = (u64::from(seed) << 32 | u64::from(row))

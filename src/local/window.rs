@@ -30,11 +30,8 @@ impl Axis {
 
     /// The value at an index.
     #[must_use]
-    #[inline]
     pub fn value(&self, index: u32) -> f64 {
-        let replaced = self.replaced().into_iter().flatten();
-        let own = replaced.filter(|(at, _)| *at == index).map(|(_, value)| value).next();
-        own.unwrap_or_else(|| self.spaced(index))
+        AxisValues::new(*self).at(index)
     }
 
     /// Returns `low + index (high - low) / (count - 1)`, at most `high`: rounding can lift the formula above it.
@@ -80,6 +77,30 @@ impl Axis {
     #[must_use]
     pub fn max_abs(&self) -> f64 {
         self.low.abs().max(self.high.abs())
+    }
+}
+
+/// The values of an axis, for many look-ups.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AxisValues {
+    pub axis: Axis,
+    replaced: [Option<(u32, f64)>; 2],
+}
+
+impl AxisValues {
+    pub fn new(axis: Axis) -> Self {
+        Self { replaced: axis.replaced(), axis }
+    }
+
+    /// The value at an index.
+    #[inline(always)]
+    pub fn at(&self, index: u32) -> f64 {
+        for (at, value) in self.replaced.into_iter().flatten() {
+            if at == index {
+                return value;
+            }
+        }
+        self.axis.spaced(index)
     }
 }
 
