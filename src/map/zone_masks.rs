@@ -67,25 +67,27 @@ impl Zones {
         speed: Option<&OccupancyGrid>,
     ) -> Result<Option<Self>, MaskError> {
         let mut zones = Self::new(map);
-        if let Some(mask) = keepout {
-            let fault = |fault| MaskError { mask: Mask::Keepout, fault };
-            zones.add_keepout_mask(mask).map_err(fault)?;
-        }
-        if let Some(mask) = speed {
-            let fault = |fault| MaskError { mask: Mask::Speed, fault };
-            zones.add_speed_mask(mask).map_err(fault)?;
+        for (mask, grid) in [(Mask::Keepout, keepout), (Mask::Speed, speed)] {
+            let added = grid.map_or(Ok(()), |grid| zones.add_mask(mask, grid));
+            added.map_err(|fault| MaskError { mask, fault })?;
         }
         Ok((keepout.is_some() || speed.is_some()).then_some(zones))
     }
 
+    fn add_mask(&mut self, mask: Mask, grid: &OccupancyGrid) -> Result<(), MaskFault> {
+        self.check_place(grid)?;
+        match mask {
+            Mask::Keepout => self.add_keepout_mask(grid),
+            Mask::Speed => self.add_speed_mask(grid),
+        }
+    }
+
     fn add_keepout_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
-        self.check_place(mask)?;
         self.close(mask);
         if self.is_open() { Err(MaskFault::NothingClosed) } else { Ok(()) }
     }
 
     fn add_speed_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
-        self.check_place(mask)?;
         if mask.cells().iter().any(|&value| value >= 100) {
             return Err(MaskFault::LimitOfZero);
         }
