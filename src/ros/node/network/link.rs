@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::frame::{FromNetwork, ToNetwork};
 use super::process::{NetworkProcess, PipeClosed};
 use super::restart::RestartBackoff;
-use crate::ros::msg::Path;
+use crate::ros::msg::{OccupancyGrid, Path};
 use crate::ros::node::IncomingMessage;
 
 /// A process that sends no frame for this long, seconds, hangs. It sends one each 0.1 s.
@@ -53,7 +53,9 @@ pub struct NetworkLink {
     frame_s: Option<f64>,
     has_started: bool,
     failure: Option<String>,
+    /// The last messages of the latched topics: a new process does not know them.
     last_path: Option<Path>,
+    last_updated_map: Option<OccupancyGrid>,
     /// Unsent messages by the control process, and by the present network process.
     dropped: u64,
     unsent: u64,
@@ -73,6 +75,7 @@ impl NetworkLink {
             has_started: false,
             failure: None,
             last_path: None,
+            last_updated_map: None,
             dropped: 0,
             unsent: 0,
             restarts: 0,
@@ -134,10 +137,9 @@ impl NetworkLink {
         if let Some(cause) = cause {
             self.lose(now_s, &cause, &mut events);
         } else if events.is_up {
-            // The path is latched, and a new process does not know it.
-            if let Some(path) = self.last_path.clone() {
-                self.send(ToNetwork::Path(path));
-            }
+            let path = self.last_path.clone().map(ToNetwork::Path);
+            let updated_map = self.last_updated_map.clone().map(ToNetwork::UpdatedMap);
+            path.into_iter().chain(updated_map).for_each(|frame| self.send(frame));
         }
         events
     }
@@ -170,8 +172,10 @@ impl NetworkLink {
 
     /// Sends a frame. A frame that the process does not take is counted.
     pub fn send(&mut self, frame: ToNetwork) {
-        if let ToNetwork::Path(path) = &frame {
-            self.last_path = Some(path.clone());
+        match &frame {
+            ToNetwork::Path(path) => self.last_path = Some(path.clone()),
+            ToNetwork::UpdatedMap(map) => self.last_updated_map = Some(map.clone()),
+            _ => {}
         }
         let is_sent = self.process.as_ref().is_some_and(|process| process.send(frame));
         self.dropped += u64::from(!is_sent);
@@ -194,6 +198,7 @@ mod tests {
 
     use super::*;
     use crate::ros::msg::PoseStamped;
+    use crate::ros::node::network::frame::Frame;
 
     /// A link to a process that sends a sign of life with three unsent messages, and then runs a script.
     fn link(script: &'static str) -> NetworkLink {
@@ -241,6 +246,38 @@ mod tests {
         assert!((now_s - silent_from_s - HANG_S).abs() < 0.1, "{}", now_s - silent_from_s);
         until(&mut link, &mut now_s, |events| events.is_up);
         assert_eq!(link.stats().network_restarts, 1);
+    }
+
+    #[test]
+    fn new_process_gets_the_last_path_and_the_last_updated_map() {
+        let folder = std::env::temp_dir().join(format!("inbye-link-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a writable folder");
+        let received = folder.join("received");
+        let alive = "printf '\\0\\010\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0'";
+        let script = format!("{alive}; cat >>{}", received.display());
+        let mut link = NetworkLink::new(Box::new(move || {
+            let mut command = Command::new("sh");
+            command.args(["-c", &script]);
+            command
+        }));
+        let mut now_s = 0.0;
+        until(&mut link, &mut now_s, |events| events.is_up);
+        let frames = [
+            ToNetwork::Path(Path { poses: vec![PoseStamped::default(); 7], ..Path::default() }),
+            ToNetwork::UpdatedMap(OccupancyGrid { data: vec![100; 9], ..OccupancyGrid::default() }),
+        ];
+        let payloads = frames.each_ref().map(|frame| frame.to_parts().1);
+        frames.into_iter().for_each(|frame| link.send(frame));
+        until(&mut link, &mut now_s, |events| events.is_lost);
+        until(&mut link, &mut now_s, |events| events.is_up);
+        let times_received = |payload: &[u8]| {
+            let bytes = std::fs::read(&received).unwrap_or_default();
+            bytes.windows(payload.len()).filter(|window| *window == payload).count()
+        };
+        until(&mut link, &mut now_s, |_| {
+            payloads.iter().all(|payload| times_received(payload) == 2)
+        });
+        std::fs::remove_dir_all(&folder).expect("removable");
     }
 
     #[test]
