@@ -1,8 +1,13 @@
 //! Zones by masks, worlds that differ from the map, and the map with what the scans contradicted.
 
+use std::io::Cursor;
+
+use inbye::geometry::Point;
+use inbye::recording::Reader;
 use serde_json::{Value, json};
 
 use super::program::Workplace;
+use crate::support::mcap_copy::altered;
 
 /// Size of the hall, cells of 0.05 m: 12 by 8 m.
 const WIDTH: usize = 240;
@@ -138,10 +143,33 @@ fn updated_map_has_what_the_scans_contradicted() {
     assert!(number(&around, "length_m") > 3.1, "{around}");
     let (_, through) = place.json("plan --map new.yaml --start 7,2.25 --goal 10,2.25");
     assert!(number(&through, "length_m") < 3.05, "{through}");
-    let run = place.run(&format!("{drive} --report out"));
+    let run = place.run(&format!("{drive} --report out --record run.mcap"));
     assert_eq!(run.status, 0, "{run:?}");
     let page = std::fs::read_to_string(place.path("out/index.html")).unwrap();
     assert!(page.contains("class=\"appeared\"") && page.contains("class=\"vanished\""));
     let (_, known) = place.json("drive --map map.yaml --engine cpu --start 2,2 --goal 4,2");
     assert!(known["map_changes"].is_null());
+    // The navigator has used it in the drive already. A replay does likewise, and differs with another map.
+    let (status, replay) = place.json("replay run.mcap --engine cpu");
+    assert_eq!((status, &replay["complete"]), (0, &json!(true)), "{replay}");
+    let recording = std::fs::read(place.path("run.mcap")).unwrap();
+    let mut reader = Reader::open(Cursor::new(&recording[..])).unwrap();
+    let mut updated = Vec::new();
+    while let Some(tick) = reader.next_tick().unwrap() {
+        updated.extend(reader.take_updated_map().map(|map| (tick.tick, map)));
+    }
+    let (changed_at, map) = updated.last().expect("the navigator got another map");
+    let is_occupied = |x, y| {
+        map.cells()[map.frame().index(map.frame().cell_of(&Point::new(x, y)).unwrap())] == 100
+    };
+    assert!(!is_occupied(8.2, 2.25) && is_occupied(2.0, 0.1), "{changed_at}");
+    let other = altered(&recording, "/updated_map", updated.len() - 1, |message| {
+        let cells = message.len() - WIDTH * HEIGHT;
+        message[cells..].fill(100);
+    });
+    place.write("other.mcap", other);
+    let (status, replay) = place.json("replay other.mcap --engine cpu");
+    assert_eq!(status, 1, "{replay}");
+    let differs_at = number(&replay["first_difference"], "tick");
+    assert!(differs_at >= *changed_at as f64, "{replay}");
 }
