@@ -14,6 +14,7 @@
 
 mod action;
 mod body;
+mod directions;
 mod operator;
 mod polygon;
 mod ramp;

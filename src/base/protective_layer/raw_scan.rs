@@ -1,9 +1,11 @@
 //! The newest raw scan in the robot's own odometry: its returns, the moving ones, and its blind sectors.
 
 use core::f64::consts::TAU;
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
 use super::body::Body;
+use super::directions::{BINS, Largest, bin_of, polar};
 use super::thinning::{is_return, thinned};
 use crate::geometry::{Frame, Point, Pose, Twist, wrap_angle};
 use crate::localization::PoseHistory;
@@ -17,9 +19,6 @@ const SEEN_NEIGHBOURS: usize = 2;
 
 /// Share of a sector's beams with a measurement from which the sector is seen: dust and dark rock swallow some beams.
 const SEEN_SHARE: f64 = 0.2;
-
-/// Directions of a turn for which earlier free space is remembered.
-const BINS: usize = 360;
 
 /// Neighbours on each side whose shortest range counts: a wall at a grazing angle moves along the beam when the robot turns.
 const NEIGHBOURS: usize = 2;
@@ -124,20 +123,38 @@ struct SeenSpace {
     stamp_s: f64,
     pose: Pose,
     frame: Frame,
-    /// Distance that was seen free in each direction, metres; infinite where nothing was measured.
-    free_m: Vec<f64>,
-    /// The longest of them that was measured, metres.
-    longest_free_m: f64,
+    /// The shortest distance that was seen free in each direction and its neighbours, metres. Directions without a measurement do
+    /// not count: a lidar has few beams, and some of them return nothing. It is infinite where none was measured.
+    nearest_free_m: Vec<f64>,
+    /// Nothing farther is free in a direction, metres.
+    farthest_free_m: Largest,
     /// Returns in the frame of the measured motion.
     returns: Vec<Point>,
 }
 
 impl SeenSpace {
+    /// Creates it from the distance that was seen free in each direction, metres; infinite where nothing was measured.
+    fn new(stamp_s: f64, pose: Pose, free_m: &[f64], returns: Vec<Point>) -> Self {
+        let measured = free_m.iter().filter(|free_m| free_m.is_finite());
+        let longest_m = measured.copied().fold(f64::NEG_INFINITY, f64::max);
+        let nearest_free_m = least_around(free_m, NEIGHBOURS);
+        // More neighbours may count later, so a direction without a measurement may get any of the distances.
+        let bounds_m: Vec<f64> =
+            nearest_free_m.iter().map(|free_m| free_m.min(longest_m)).collect();
+        Self {
+            stamp_s,
+            pose,
+            frame: pose.to_frame(),
+            nearest_free_m,
+            farthest_free_m: Largest::of(&bounds_m, 0),
+            returns,
+        }
+    }
+
     /// Direction and distance as of [`polar`], for a point in space that was seen free, by [`Self::nearest_free_m`].
     fn free_place(&self, nearest_free_m: &[f64], point: &Point) -> Option<(usize, f64)> {
         let local = self.frame.inverse_transform(point);
-        // Nothing farther is free, and the direction costs more than the distance.
-        if local.to_vector().norm() >= self.longest_free_m - MOVED_M {
+        if local.to_vector().norm() >= self.farthest_free_m.at(&local) - MOVED_M {
             return None;
         }
         let (bin, away_m) = polar(&local);
@@ -145,44 +162,71 @@ impl SeenSpace {
         (away_m < nearest_m - MOVED_M).then_some((bin, away_m))
     }
 
-    /// The distance that was seen free in each direction and its neighbours, metres, from another pose. Directions without a
-    /// measurement do not count: a lidar has few beams, and some of them return nothing. It is infinite where none was measured.
-    fn nearest_free_m(&self, now: &Pose) -> Vec<f64> {
+    /// The shortest distance that was seen free in each direction and its neighbours, metres, from another pose.
+    fn nearest_free_m(&self, now: &Pose) -> Cow<'_, [f64]> {
         let turn_error = wrap_angle(now.yaw - self.pose.yaw).abs() * TURN_ERROR;
-        let neighbours = NEIGHBOURS + (turn_error / TAU * BINS as f64) as usize;
-        let mut nearest_m = vec![f64::INFINITY; BINS];
-        for offset in 0..=2 * neighbours {
-            let (before, from) = self.free_m.split_at((BINS + offset - neighbours) % BINS);
-            for (nearest_m, free_m) in nearest_m.iter_mut().zip(from.iter().chain(before)) {
-                *nearest_m = nearest_m.min(*free_m);
-            }
+        match (turn_error / TAU * BINS as f64) as usize {
+            0 => Cow::Borrowed(&self.nearest_free_m),
+            more => Cow::Owned(least_around(&self.nearest_free_m, more)),
         }
-        nearest_m
     }
 
-    /// The distance in each direction from which an earlier return has vanished, metres; of several the farthest, without any
-    /// below zero.
-    fn vanished_m<'a>(&self, earlier: impl Iterator<Item = &'a Self>) -> Vec<f64> {
-        let mut vanished_m = vec![f64::NEG_INFINITY; BINS];
+    /// Where returns of earlier scans have vanished, if any has.
+    fn vanished<'a>(&self, earlier: impl Iterator<Item = &'a Self>) -> Option<Vanished> {
+        let mut by_direction_m = vec![f64::NEG_INFINITY; BINS];
+        let mut is_any = false;
         for seen in earlier {
             let free_m = self.nearest_free_m(&seen.pose);
             let places = seen.returns.iter().filter_map(|point| self.free_place(&free_m, point));
             for (bin, away_m) in places {
-                if let Some(farthest_m) = vanished_m.get_mut(bin) {
+                if let Some(farthest_m) = by_direction_m.get_mut(bin) {
                     *farthest_m = farthest_m.max(away_m);
+                    is_any = true;
                 }
             }
         }
-        vanished_m
+        is_any.then(|| Vanished {
+            farthest_m: Largest::of(&by_direction_m, NEIGHBOURS),
+            by_direction_m,
+        })
     }
 
     /// Whether a point lies right behind a vanished return.
-    fn is_behind(&self, vanished_m: &[f64], point: &Point) -> bool {
-        let (bin, away_m) = polar(&self.frame.inverse_transform(point));
+    fn is_behind(&self, vanished: &Vanished, point: &Point) -> bool {
+        let local = self.frame.inverse_transform(point);
+        if local.to_vector().norm() >= vanished.farthest_m.at(&local) + WALKED_M {
+            return false;
+        }
+        let (bin, away_m) = polar(&local);
         (0..=2 * NEIGHBOURS)
-            .filter_map(|offset| vanished_m.get((bin + BINS + offset - NEIGHBOURS) % BINS))
+            .filter_map(|offset| {
+                vanished.by_direction_m.get((bin + BINS + offset - NEIGHBOURS) % BINS)
+            })
             .any(|vanished_m| (*vanished_m..*vanished_m + WALKED_M).contains(&away_m))
     }
+}
+
+/// Where earlier returns have vanished.
+struct Vanished {
+    /// The farthest distance in each direction, metres; minus infinity without any.
+    by_direction_m: Vec<f64>,
+    /// The farthest of the neighbours.
+    farthest_m: Largest,
+}
+
+/// The least of the values in each direction and this many on each side of it.
+fn least_around(values: &[f64], neighbours: usize) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; BINS];
+    for offset in 0..=2 * neighbours {
+        let (before, from) = values.split_at((BINS + offset - neighbours) % BINS);
+        let (first, rest) = least.split_at_mut(from.len());
+        for (least, values) in [(first, from), (rest, before)] {
+            for (least, value) in least.iter_mut().zip(values) {
+                *least = if value < least { *value } else { *least };
+            }
+        }
+    }
+    least
 }
 
 /// A return of the newest scan.
@@ -292,16 +336,13 @@ impl RawScans {
             frame.transform(&Point::new(beam.range * cos, beam.range * sin))
         });
         let returns = returns.collect();
-        let measured = free_m.iter().filter(|free_m| free_m.is_finite());
-        let longest_free_m = measured.copied().fold(f64::NEG_INFINITY, f64::max);
-        let frame = pose.to_frame();
-        let seen = SeenSpace { stamp_s, pose, frame, free_m, longest_free_m, returns };
-        let vanished_m = seen.vanished_m(references.iter().flatten().copied());
-        let earlier: Vec<(&SeenSpace, Vec<f64>)> =
+        let seen = SeenSpace::new(stamp_s, pose, &free_m, returns);
+        let vanished = seen.vanished(references.iter().flatten().copied());
+        let earlier: Vec<(&SeenSpace, Cow<'_, [f64]>)> =
             references.iter().flatten().map(|seen| (*seen, seen.nearest_free_m(&pose))).collect();
         let has_moved = |place: &Point| {
             earlier.iter().any(|(earlier, free_m)| earlier.free_place(free_m, place).is_some())
-                || seen.is_behind(&vanished_m, place)
+                || vanished.as_ref().is_some_and(|vanished| seen.is_behind(vanished, place))
         };
         let with_motion = |(place, (_, beams)): (&Point, &(Beam, usize))| Return {
             place: *place,
@@ -400,19 +441,6 @@ fn is_usable(scan: &TimedScan, stamp_s: f64) -> bool {
         && (1..=MAX_BEAMS).contains(&scan.beams.len())
         && scan.is_valid()
         && scan.beams.iter().all(is_current)
-}
-
-/// Index of the direction to a point from the origin, and its distance, metres.
-fn polar(point: &Point) -> (usize, f64) {
-    (bin_of(libm::atan2(point.y, point.x), BINS), point.to_vector().norm())
-}
-
-/// Index of a direction among equal parts of a turn.
-pub(super) fn bin_of(direction: f64, bins: usize) -> usize {
-    // As `rem_euclid`, without a division for a direction within a turn.
-    let rest = if direction.abs() < TAU { direction } else { direction % TAU };
-    let turn = (if rest < 0.0 { rest + TAU } else { rest }) / TAU;
-    ((turn * bins as f64) as usize).min(bins - 1)
 }
 
 /// The sectors that are seen, or have a seen one next to them.

@@ -1,6 +1,6 @@
 //! Bounds the work for a scan of very many beams.
 
-use super::raw_scan::bin_of;
+use super::directions::bin_of;
 use crate::map::{Beam, TimedScan};
 
 /// Directions of a turn, each a quarter of a degree wide: a centimetre at 2.3 m.
