@@ -44,24 +44,58 @@ const KEPT: f64 = 0.99;
 /// The ramps restart after a longer gap in time, seconds.
 const LONGEST_GAP_S: f64 = 2.0;
 
-/// Sums of a model and a delay.
-#[derive(Clone, Copy, Debug, Default)]
+/// Sums of a delay, for each model.
+#[derive(Clone, Debug)]
 struct Sums {
-    /// Measured times modelled speed, and modelled speed squared.
-    product: f64,
-    square: f64,
+    /// Measured times modelled speed.
+    products: [f64; MODELS],
+    /// Modelled speed squared.
+    squares: [f64; MODELS],
+}
+
+impl Sums {
+    const ZERO: Self = Self { products: [0.0; MODELS], squares: [0.0; MODELS] };
+
+    /// Adds a measured speed and those of the models.
+    fn add(&mut self, speed: f64, modelled: &[f64; MODELS]) {
+        for (product, modelled) in self.products.iter_mut().zip(modelled) {
+            *product = KEPT * *product + speed * modelled;
+        }
+        for (square, modelled) in self.squares.iter_mut().zip(modelled) {
+            *square = KEPT * *square + modelled * modelled;
+        }
+    }
+}
+
+/// The speeds of the models at a step, and their least and largest.
+#[derive(Clone, Debug)]
+struct Ramps {
+    speeds: [f64; MODELS],
+    lowest: f64,
+    highest: f64,
+}
+
+impl Ramps {
+    fn new(speeds: [f64; MODELS]) -> Self {
+        Self {
+            lowest: speeds.iter().copied().fold(f64::INFINITY, f64::min),
+            highest: speeds.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            speeds,
+        }
+    }
 }
 
 /// The bank of models.
 #[derive(Clone, Debug)]
 pub(super) struct SpeedResponse {
     limits: Limits,
-    /// Speed of each model in the last moments without delay, the newest last; `MODELS` values for each step.
-    ramps: VecDeque<[f64; MODELS]>,
+    /// Speeds of the models in the last moments without delay, the newest last.
+    ramps: VecDeque<Ramps>,
     /// Time of the newest step, seconds; none before the first command or measurement.
     newest_s: Option<f64>,
     command: f64,
     measured_s: f64,
+    /// For each delay.
     sums: Vec<Sums>,
     /// Sum of the squared measurements, and their number, both forgetting.
     squares: f64,
@@ -103,7 +137,7 @@ impl SpeedResponse {
             newest_s: None,
             command: 0.0,
             measured_s: f64::NEG_INFINITY,
-            sums: vec![Sums::default(); MODELS * DELAYS],
+            sums: vec![Sums::ZERO; DELAYS],
             squares: 0.0,
             count: 0.0,
             unexplained: 0,
@@ -135,29 +169,21 @@ impl SpeedResponse {
         }
         let newest = last.saturating_sub(age_steps as usize);
         let row_at = |delay: usize| &self.ramps[newest.saturating_sub(delay * DELAY_STEPS)];
-        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut residual = f64::INFINITY;
-        for delay in 0..DELAYS {
-            for modelled in row_at(delay) {
-                (lowest, highest) = (lowest.min(*modelled), highest.max(*modelled));
-                residual = residual.min((speed - modelled).abs());
-            }
-        }
+        let rows = || (0..DELAYS).map(row_at);
+        let lowest = rows().map(|row| row.lowest).fold(f64::INFINITY, f64::min);
+        let highest = rows().map(|row| row.highest).fold(f64::NEG_INFINITY, f64::max);
         if highest - lowest < MIN_SPREAD {
             return false;
         }
-        if residual > MAX_RESIDUAL {
+        let explains = |modelled: &f64| (speed - modelled).abs() <= MAX_RESIDUAL;
+        if !rows().any(|row| row.speeds.iter().any(explains)) {
             self.unexplained += 1;
             return true;
         }
         self.squares = KEPT * self.squares + speed * speed;
         self.count = KEPT * self.count + 1.0;
-        for (delay, sums) in self.sums.chunks_exact_mut(MODELS).enumerate() {
-            let row = &self.ramps[newest.saturating_sub(delay * DELAY_STEPS)];
-            for (sums, modelled) in sums.iter_mut().zip(row) {
-                sums.product = KEPT * sums.product + speed * modelled;
-                sums.square = KEPT * sums.square + modelled * modelled;
-            }
+        for (sums, row) in self.sums.iter_mut().zip((0..DELAYS).map(row_at)) {
+            sums.add(speed, &row.speeds);
         }
         self.refit();
         true
@@ -170,18 +196,18 @@ impl SpeedResponse {
         };
         let Some(newest_s) = self.newest_s.filter(|newest_s| is_continuous(*newest_s)) else {
             self.ramps.clear();
-            self.ramps.resize(LONGEST_STEPS + 1, [speed; MODELS]);
+            self.ramps.resize(LONGEST_STEPS + 1, Ramps::new([speed; MODELS]));
             self.newest_s = Some(time_s);
             return;
         };
         let steps = ((time_s - newest_s) / STEP_S).round().max(0.0);
         for _ in 0..steps as u32 {
-            let mut row = self.ramps.pop_front().unwrap_or([0.0; MODELS]);
-            row = *self.ramps.back().unwrap_or(&row);
-            for (model, value) in row.iter_mut().enumerate() {
-                *value = self.ramp(*value, model);
+            let mut speeds = self.ramps.back().map_or([0.0; MODELS], |newest| newest.speeds);
+            for (model, speed) in speeds.iter_mut().enumerate() {
+                *speed = self.ramp(*speed, model);
             }
-            self.ramps.push_back(row);
+            self.ramps.pop_front();
+            self.ramps.push_back(Ramps::new(speeds));
         }
         self.newest_s = Some(newest_s + steps * STEP_S);
     }
@@ -206,24 +232,40 @@ impl SpeedResponse {
         let mut best = f64::INFINITY;
         let form = FORM_SIGMA * FORM_SIGMA * self.count;
         let handicap = |index: usize| if index + 1 == SHARES { 0.0 } else { form };
-        for (index, sums) in self.sums.iter().enumerate() {
-            let (delay, model) = (index / MODELS, index % MODELS);
-            let (acceleration, braking) = (model / SHARES, model % SHARES);
-            // The ratio that fits this model best, drawn to one as by an earlier measurement.
-            let ratio = (sums.product + prior) / (sums.square + prior);
-            let off = ratio - 1.0;
-            let error = self.squares - ratio * (2.0 * sums.product - ratio * sums.square)
-                + prior * off * off
-                + handicap(acceleration)
-                + handicap(braking);
-            fit.by_delay[delay] = fit.by_delay[delay].min(error);
-            let by_acceleration = &mut fit.by_acceleration[acceleration];
-            *by_acceleration = by_acceleration.min(error);
-            let by_braking = &mut fit.by_braking[braking];
-            *by_braking = by_braking.min(error);
-            if error < best {
-                (best, fit.ratio, fit.square) = (error, ratio, sums.square + prior);
+        let handicaps: [(f64, f64); MODELS] =
+            core::array::from_fn(|model| (handicap(model / SHARES), handicap(model % SHARES)));
+        let mut by_model = [f64::INFINITY; MODELS];
+        for (delay, sums) in self.sums.iter().enumerate() {
+            let mut errors = [0.0; MODELS];
+            for (model, error) in errors.iter_mut().enumerate() {
+                let (product, square) = (sums.products[model], sums.squares[model]);
+                // The ratio that fits this model best, drawn to one as by an earlier measurement.
+                let ratio = (product + prior) / (square + prior);
+                let off = ratio - 1.0;
+                let (acceleration, braking) = handicaps[model];
+                *error = self.squares - ratio * (2.0 * product - ratio * square)
+                    + prior * off * off
+                    + acceleration
+                    + braking;
             }
+            for (least, error) in by_model.iter_mut().zip(&errors) {
+                *least = if error < least { *error } else { *least };
+            }
+            let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+            fit.by_delay[delay] = least;
+            if least < best
+                && let Some(model) = errors.iter().position(|error| *error == least)
+            {
+                best = least;
+                fit.square = sums.squares[model] + prior;
+                fit.ratio = (sums.products[model] + prior) / fit.square;
+            }
+        }
+        for (model, error) in by_model.into_iter().enumerate() {
+            let by_acceleration = &mut fit.by_acceleration[model / SHARES];
+            *by_acceleration = by_acceleration.min(error);
+            let by_braking = &mut fit.by_braking[model % SHARES];
+            *by_braking = by_braking.min(error);
         }
         let variance = (best / (self.count - 3.0).max(1.0)).max(MIN_SIGMA * MIN_SIGMA);
         fit.tolerance = INTERVAL_SIGMAS2 * variance;
