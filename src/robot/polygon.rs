@@ -73,7 +73,8 @@ impl Polygon {
 
     /// The edges, each from a corner to the next.
     pub(crate) fn edges(&self) -> impl Iterator<Item = (&Point, &Point)> {
-        self.0.iter().zip(self.0[1..].iter().chain(&self.0[..1]))
+        let closing = self.0.last().into_iter().zip(self.0.first());
+        self.0.iter().zip(&self.0[1..]).chain(closing)
     }
 
     /// Whether a point is inside, by the even-odd rule.
@@ -83,7 +84,7 @@ impl Polygon {
             (from.y > point.y) != (to.y > point.y)
                 && point.x < from.x + (to.x - from.x) * (point.y - from.y) / (to.y - from.y)
         };
-        self.edges().filter(crosses).count() % 2 == 1
+        self.edges().fold(false, |inside, edge| inside != crosses(&edge))
     }
 
     /// The point of the outline nearest to a point.
@@ -99,16 +100,21 @@ impl Polygon {
     /// Distance from a point to the polygon, in the unit of its corners; zero inside.
     #[must_use]
     pub fn distance(&self, point: &Point) -> f64 {
-        if self.contains(point) {
-            return 0.0;
-        }
-        (point - self.nearest_on_outline(point)).norm()
+        if self.contains(point) { 0.0 } else { self.distance_to_outline(point) }
+    }
+
+    /// Distance from a point to the outline.
+    fn distance_to_outline(&self, point: &Point) -> f64 {
+        let squared = |(from, to): (&Point, &Point)| {
+            (point - nearest_on_segment(from, to, point)).norm_squared()
+        };
+        libm::sqrt(self.edges().map(squared).fold(f64::INFINITY, f64::min))
     }
 
     /// Signed distance from a point to the outline, in the unit of the corners: negative inside.
     #[must_use]
     pub fn signed_distance(&self, point: &Point) -> f64 {
-        let distance = (point - self.nearest_on_outline(point)).norm();
+        let distance = self.distance_to_outline(point);
         if self.contains(point) { -distance } else { distance }
     }
 
