@@ -69,11 +69,13 @@ impl Lidar {
         };
         let mut is_visible = vec![false; world.moving.len()];
         let poses: Vec<Pose> = (0..self.beams).map(pose_of).collect();
+        let may_hit = self.may_hit_moving(world, &poses);
         let ray = |(beam, pose): (usize, &Pose)| (pose.position(), pose.yaw + scan.angle(beam));
         let rays: Vec<(Point, f64)> = poses.iter().enumerate().map(ray).collect();
         let to_static = world.ranges_to_static_m(&rays, self.range_max_m);
         for (beam, (pose, to_static_m)) in poses.iter().zip(to_static).enumerate() {
-            let (range, disc) = self.beam(world, pose, scan.angle(beam), to_static_m, rng);
+            let angle = scan.angle(beam);
+            let (range, disc) = self.beam(world, pose, angle, to_static_m, may_hit[beam], rng);
             if let Some(disc) = disc {
                 is_visible[disc] = true;
             }
@@ -85,21 +87,59 @@ impl Lidar {
         }
     }
 
+    /// Whether each beam may hit a moving obstacle: the others need no test. All may where the poses of the beams differ.
+    fn may_hit_moving(&self, world: &World, poses: &[Pose]) -> Vec<bool> {
+        let Some(pose) = poses.first() else {
+            return Vec::new();
+        };
+        if poses.iter().any(|other| other != pose) {
+            return vec![true; poses.len()];
+        }
+        let mut may_hit = vec![false; poses.len()];
+        let increment = self.angle_increment();
+        for (_, disc) in moving_parts(world) {
+            let to_center = disc.center() - pose.position();
+            let away_m = to_center.norm();
+            if away_m <= disc.radius {
+                return vec![true; poses.len()];
+            }
+            let middle = libm::atan2(to_center.y, to_center.x) - pose.yaw;
+            let half = libm::asin(disc.radius / away_m);
+            // The beams begin at half the field of view to the right, and go round once at most. One more on each side of the disc
+            // covers rounding.
+            let begin = (middle - half + self.field_of_view_rad / 2.0).rem_euclid(TAU);
+            for turn in [0.0, TAU] {
+                let first = ((begin - turn) / increment).floor() - 1.0;
+                let last = ((begin - turn + 2.0 * half) / increment).ceil() + 1.0;
+                let end = (last + 1.0).max(0.0) as usize;
+                let beams = (first.max(0.0) as usize).min(may_hit.len())..end.min(may_hit.len());
+                if let Some(beams) = may_hit.get_mut(beams) {
+                    beams.fill(true);
+                }
+            }
+        }
+        may_hit
+    }
+
     /// The range of a beam in a direction of the robot's frame, radians, and the moving obstacle that it hits, if any.
-    /// `to_static_m` is its true range to a static obstacle.
+    /// `to_static_m` is its true range to a static obstacle; `may_hit` says whether it may hit a moving one.
     fn beam(
         &self,
         world: &World,
         pose: &Pose,
         angle: f64,
         to_static_m: f64,
+        may_hit: bool,
         rng: &mut Pcg64Mcg,
     ) -> (f64, Option<usize>) {
         if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
             return (f64::NAN, None);
         }
-        let direction = pose.yaw + angle;
-        let (mut range, disc) = self.first_hit(world, &pose.position(), direction, to_static_m);
+        let (mut range, disc) = if may_hit {
+            self.first_hit(world, &pose.position(), pose.yaw + angle, to_static_m)
+        } else {
+            (to_static_m, None)
+        };
         if range < self.range_min_m {
             return (f64::NAN, None);
         }
@@ -149,15 +189,12 @@ impl Lidar {
         direction: f64,
         to_static_m: f64,
     ) -> (f64, Option<usize>) {
-        let mut range = to_static_m;
+        let (mut range, mut first) = (to_static_m, None);
         if world.moving.is_empty() {
-            return (range, None);
+            return (range, first);
         }
-        let mut first = None;
         let (sin, cos) = libm::sincos(direction);
-        let seen = world.seen.iter().flatten().map(|(index, disc)| (*index, disc));
-        let whole = if world.seen.is_some() { &[][..] } else { &world.moving };
-        for (index, disc) in whole.iter().enumerate().chain(seen) {
+        for (index, disc) in moving_parts(world) {
             let to_disc = range_to_disc(start, &Vector::new(cos, sin), disc);
             if to_disc < range && to_disc <= self.range_max_m {
                 range = to_disc;
@@ -166,6 +203,13 @@ impl Lidar {
         }
         (range, first)
     }
+}
+
+/// What a lidar hits of the moving obstacles, each part with the index of its obstacle.
+fn moving_parts(world: &World) -> impl Iterator<Item = (usize, &MovingDisc)> {
+    let seen = world.seen.iter().flatten().map(|(index, disc)| (*index, disc));
+    let whole = if world.seen.is_some() { &[][..] } else { &world.moving };
+    whole.iter().enumerate().chain(seen)
 }
 
 /// Distance along a ray of unit direction to a disc: zero inside it, infinite if the ray misses.
@@ -245,7 +289,8 @@ impl RotatingLidar {
         let direction = -(clockwise / 100.0).to_radians();
         let (start, longest_m) = (place.position(), self.lidar.range_max_m);
         let to_static_m = self.world.range_to_static_m(&start, place.yaw + direction, longest_m);
-        let (range, _) = self.lidar.beam(&self.world, place, direction, to_static_m, &mut self.rng);
+        let (range, _) =
+            self.lidar.beam(&self.world, place, direction, to_static_m, true, &mut self.rng);
         let index = (self.points % POINTS as u64) as usize;
         self.points += 1;
         let angle = (clockwise.round() % TURN) as u16;
@@ -262,5 +307,46 @@ impl RotatingLidar {
             self.packet.time_ms = ((time_s * 1e3) % CLOCK_MS) as u16;
             line.extend(self.packet.encode());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{GridFrame, ObstacleGrid};
+
+    #[test]
+    fn beam_that_is_not_tested_hits_no_moving_obstacle() {
+        let frame = GridFrame::new(10, 10, 1.0, Pose::default()).expect("a valid size");
+        let mut world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        let mut untested = 0;
+        for case in 0..500 {
+            let mut within = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
+            let disc = MovingDisc {
+                x: within(1.0, 9.0),
+                y: within(1.0, 9.0),
+                radius: within(0.01, 0.5),
+                vx: 0.0,
+                vy: 0.0,
+            };
+            world.moving = vec![disc];
+            let lidar = Lidar {
+                beams: 1 + case % 97,
+                field_of_view_rad: if case % 2 == 0 { TAU } else { within(0.1, TAU) },
+                ..Lidar::default()
+            };
+            let pose = Pose::new(within(1.0, 9.0), within(1.0, 9.0), within(-9.0, 9.0));
+            let may_hit = lidar.may_hit_moving(&world, &vec![pose; lidar.beams]);
+            assert_eq!(may_hit.len(), lidar.beams);
+            for (beam, may_hit) in may_hit.into_iter().enumerate().filter(|(_, may_hit)| !may_hit) {
+                let angle = beam as f64 * lidar.angle_increment() - lidar.field_of_view_rad / 2.0;
+                let start = pose.position();
+                let (_, hit) = lidar.first_hit(&world, &start, pose.yaw + angle, f64::INFINITY);
+                assert_eq!(hit, None, "{case}: beam {beam}, {disc:?}, {pose:?}");
+                untested += usize::from(!may_hit);
+            }
+        }
+        assert!(untested > 10_000, "{untested}");
     }
 }
