@@ -94,14 +94,14 @@ impl RayCaster {
 
     /// What a ray finds in a cell that it enters at a distance, in cells, or up to where it crosses free cells at once.
     #[inline(always)]
-    fn look(&self, index: i32, entered: f64, longest: f64) -> Result<f64, RayEnd> {
+    fn look(&self, index: usize, entered: f64, longest: f64) -> Result<f64, RayEnd> {
         if entered > longest {
             return Err(RayEnd::Free);
         }
-        match self.free[index as usize] {
+        match self.free[index] {
             BLOCKED => {
                 let range_m = entered * self.frame.resolution_m;
-                let is_outside = self.is_border(index as usize);
+                let is_outside = self.is_border(index);
                 Err(if is_outside { RayEnd::Outside(range_m) } else { RayEnd::Blocked(range_m) })
             }
             free if free >= WORTH_SKIPPING => Ok(entered + f64::from(free) - SKIP_MARGIN),
@@ -161,7 +161,7 @@ fn follow<const N: usize>(
     let longest = longest_m / frame.resolution_m;
     let mut ends = [RayEnd::Outside(0.0); N];
     let mut is_open = [false; N];
-    let mut index = [0; N];
+    let mut index = [0.0; N];
     let mut entered = [0.0; N];
     let (mut columns, mut rows) = (Crossings::<N>::none(), Crossings::<N>::none());
     for (lane, (start, direction)) in rays.iter().enumerate() {
@@ -171,15 +171,16 @@ fn follow<const N: usize>(
         };
         let (sin, cos) = libm::sincos(direction - frame.origin.yaw);
         is_open[lane] = true;
-        index[lane] = (cell.row + 1) * caster.stride as i32 + cell.column + 1;
-        columns.set(lane, &Crossing::new(start.x, cos), 1);
-        rows.set(lane, &Crossing::new(start.y, sin), caster.stride as i32);
+        let stride = caster.stride as f64;
+        index[lane] = f64::from(cell.row + 1) * stride + f64::from(cell.column + 1);
+        columns.set(lane, &Crossing::new(start.x, cos), 1.0);
+        rows.set(lane, &Crossing::new(start.y, sin), stride);
     }
     while is_open != [false; N] {
         let mut free_to = [f64::NEG_INFINITY; N];
         for lane in 0..N {
             if is_open[lane] {
-                match caster.look(index[lane], entered[lane], longest) {
+                match caster.look(index[lane] as usize, entered[lane], longest) {
                     Ok(distance) => free_to[lane] = distance,
                     Err(end) => {
                         ends[lane] = end;
@@ -206,7 +207,7 @@ fn cross_up_to<const N: usize>(
     columns: &mut Crossings<N>,
     rows: &mut Crossings<N>,
     distances: &[f64; N],
-    index: &mut [i32; N],
+    index: &mut [f64; N],
 ) {
     loop {
         let mut is_any = false;
@@ -223,28 +224,29 @@ fn cross_up_to<const N: usize>(
     }
 }
 
-/// [`Crossing`] of several rays; steps are those of the index.
+/// [`Crossing`] of several rays; steps are those of the index. They have the type of the distances: a comparison of distances then
+/// selects them without a conversion.
 struct Crossings<const N: usize> {
-    step: [i32; N],
+    step: [f64; N],
     next: [f64; N],
     pitch: [f64; N],
 }
 
 impl<const N: usize> Crossings<N> {
     const fn none() -> Self {
-        Self { step: [0; N], next: [f64::INFINITY; N], pitch: [0.0; N] }
+        Self { step: [0.0; N], next: [f64::INFINITY; N], pitch: [0.0; N] }
     }
 
-    fn set(&mut self, lane: usize, crossing: &Crossing, stride: i32) {
-        self.step[lane] = crossing.step * stride;
+    fn set(&mut self, lane: usize, crossing: &Crossing, stride: f64) {
+        self.step[lane] = f64::from(crossing.step) * stride;
         self.next[lane] = crossing.next;
         self.pitch[lane] = crossing.pitch;
     }
 
-    /// Crosses the next border of a ray, or stays. Checks for overflow would prevent vector instructions.
+    /// Crosses the next border of a ray, or stays.
     #[inline(always)]
-    fn cross_if(&mut self, lane: usize, crosses: bool, index: &mut [i32; N]) {
-        index[lane] = index[lane].wrapping_add(if crosses { self.step[lane] } else { 0 });
+    fn cross_if(&mut self, lane: usize, crosses: bool, index: &mut [f64; N]) {
+        index[lane] += if crosses { self.step[lane] } else { 0.0 };
         self.next[lane] += if crosses { self.pitch[lane] } else { 0.0 };
     }
 }
