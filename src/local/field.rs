@@ -1,6 +1,5 @@
 //! The distance field in the format of the engines: 16 bits per cell, in the engines' unit of length.
 
-use core::ops::Range;
 use core::sync::atomic::{AtomicU64, Ordering};
 
 use multiversion::multiversion;
@@ -57,14 +56,11 @@ impl ClearanceField {
         let (cell_bits, mut units) = distances(&grown)?;
         let frame = *grown.frame();
         let (width, coarse_width) = (frame.width as usize, obstacles.frame().width as usize);
-        let mut least = vec![0; width];
+        let mut line = vec![false; width];
         let rows = units[..frame.len()].chunks_exact_mut(parts * width);
         for (rows, blocked) in rows.zip(obstacles.cells().chunks_exact(coarse_width)) {
-            least.fill(1);
-            runs(blocked).for_each(|run| least[run.start * parts..run.end * parts].fill(0));
-            for row in rows.chunks_exact_mut(width) {
-                row.iter_mut().zip(&least).for_each(|(units, least)| *units = (*units).max(*least));
-            }
+            divide(blocked, parts, &mut line);
+            rows.chunks_exact_mut(width).for_each(|row| raise_free(row, &line));
         }
         Ok(Self::of(frame, cell_bits, units))
     }
@@ -160,35 +156,44 @@ fn grown_in_parts(obstacles: &ObstacleGrid, parts: usize) -> ObstacleGrid {
         resolution_m: coarse.resolution_m / parts as f64,
         origin: coarse.origin,
     };
-    let span = |run: Range<usize>, cells: usize| {
-        (run.start * parts).saturating_sub(1)..(run.end * parts + 1).min(cells * parts)
-    };
     let width = columns * parts;
     let mut cells = vec![false; frame.len()];
-    let mut line = vec![false; width];
+    let (mut line, mut grown) = (vec![false; width], vec![false; width]);
     for (row, blocked) in obstacles.cells().chunks_exact(columns).enumerate() {
         if !blocked.contains(&true) {
             continue;
         }
-        line.fill(false);
-        runs(blocked).for_each(|run| line[span(run, columns)].fill(true));
-        for row in span(row..row + 1, rows) {
-            let cells = cells[row * width..][..width].iter_mut();
-            cells.zip(&line).for_each(|(cell, grown)| *cell |= *grown);
+        divide(blocked, parts, &mut line);
+        grown.copy_from_slice(&line);
+        join(&mut grown[1..], &line);
+        join(&mut grown, &line[1..]);
+        let to = ((row + 1) * parts + 1).min(rows * parts);
+        for row in (row * parts).saturating_sub(1)..to {
+            join(&mut cells[row * width..][..width], &grown);
         }
     }
     ObstacleGrid::new(frame, cells)
 }
 
-/// The runs of true values.
-fn runs(cells: &[bool]) -> impl Iterator<Item = Range<usize>> {
-    let mut from = 0;
-    core::iter::from_fn(move || {
-        let start = from + cells[from..].iter().position(|cell| *cell)?;
-        let length = cells[start..].iter().position(|cell| !cell);
-        from = length.map_or(cells.len(), |length| start + length);
-        Some(start..from)
-    })
+/// Writes each cell this many times.
+fn divide(cells: &[bool], parts: usize, line: &mut [bool]) {
+    if parts == 1 {
+        line.copy_from_slice(cells);
+        return;
+    }
+    line.chunks_exact_mut(parts).zip(cells).for_each(|(parts, cell)| parts.fill(*cell));
+}
+
+/// Marks the cells that other ones mark.
+fn join(cells: &mut [bool], others: &[bool]) {
+    cells.iter_mut().zip(others).for_each(|(cell, other)| *cell |= *other);
+}
+
+/// Raises each value that does not belong to an obstacle to at least one, with AVX2 if available.
+#[multiversion(targets("x86_64+avx2"))]
+fn raise_free(values: &mut [u16], is_obstacle: &[bool]) {
+    let both = values.iter_mut().zip(is_obstacle);
+    both.for_each(|(value, is_obstacle)| *value = (*value).max(u16::from(!is_obstacle)));
 }
 
 /// Applies [`in_units`] to a row, with AVX2 if available.
