@@ -37,18 +37,24 @@ pub struct ObstacleModel {
     map: LocalMap,
     /// `None` where moving obstacles are marked as static ones.
     tracker: Option<Tracker>,
+    /// The obstacles and the field of the last window of [`Self::window_with`]. Both stay the same while the robot turns or stands.
+    last_window: Option<(ObstacleGrid, Arc<ClearanceField>)>,
 }
 
 impl ObstacleModel {
     /// A model over the obstacles of a map, without any others.
     #[must_use]
     pub fn new(map: impl Into<NavigationMap>) -> Self {
-        Self { map: LocalMap::new(map.into()), tracker: Some(Tracker::default()) }
+        Self::with_tracker(map.into(), Some(Tracker::default()))
     }
 
     /// As [`Self::new`], but without tracking: every obstacle counts as static.
     pub(crate) fn without_tracking(map: impl Into<NavigationMap>) -> Self {
-        Self { map: LocalMap::new(map.into()), tracker: None }
+        Self::with_tracker(map.into(), None)
+    }
+
+    fn with_tracker(map: NavigationMap, tracker: Option<Tracker>) -> Self {
+        Self { map: LocalMap::new(map), tracker, last_window: None }
     }
 
     /// Updates the model with a scan made at a time, seconds, from a pose in the map frame: tracks moving obstacles, marks the
@@ -145,16 +151,30 @@ impl ObstacleModel {
     /// # Errors
     /// When the map's resolution is out of range, or the window has more than 4095 cells a side.
     pub fn window(&self, center: &Point, half_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
-        self.window_with(center, half_m, |_| {})
+        field_of(&self.obstacles_around(center, half_m)?)
     }
 
     /// As [`Self::window`], after a change of the window's obstacles.
     pub(super) fn window_with(
-        &self,
+        &mut self,
         center: &Point,
         half_m: f64,
         change: impl FnOnce(&mut ObstacleGrid),
     ) -> Result<Arc<ClearanceField>, ProblemError> {
+        let mut obstacles = self.obstacles_around(center, half_m)?;
+        change(&mut obstacles);
+        if let Some((same, field)) = &self.last_window
+            && *same == obstacles
+        {
+            return Ok(Arc::clone(field));
+        }
+        let field = field_of(&obstacles)?;
+        self.last_window = Some((obstacles, Arc::clone(&field)));
+        Ok(field)
+    }
+
+    /// The obstacles of a square window around a point, `half_m` to each side.
+    fn obstacles_around(&self, center: &Point, half_m: f64) -> Result<ObstacleGrid, ProblemError> {
         let known = self.map.closed.as_ref().unwrap_or(&self.map.known);
         let frame = *known.frame();
         let units = frame.to_cell_units(center);
@@ -190,9 +210,14 @@ impl ObstacleModel {
             let Cell { column, row } = frame.cell_at(mark.index as usize);
             obstacles.set(Cell::new(column - left, row - bottom), true);
         }
-        change(&mut obstacles);
-        Ok(Arc::new(ClearanceField::of_areas(&obstacles, parts(frame.resolution_m, side))?))
+        Ok(obstacles)
     }
+}
+
+/// The distance field between the areas of a square window.
+fn field_of(obstacles: &ObstacleGrid) -> Result<Arc<ClearanceField>, ProblemError> {
+    let GridFrame { width, resolution_m, .. } = *obstacles.frame();
+    Ok(Arc::new(ClearanceField::of_areas(obstacles, parts(resolution_m, width))?))
 }
 
 /// Number of parts along a side of a cell: as few as make the parts at most 5 cm, unless the window becomes too large.
