@@ -76,11 +76,11 @@ struct Ramps {
 }
 
 impl Ramps {
-    fn new(speeds: [f64; MODELS]) -> Self {
+    fn new(speeds: &[f64; MODELS]) -> Self {
         Self {
             lowest: speeds.iter().copied().fold(f64::INFINITY, f64::min),
             highest: speeds.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            speeds,
+            speeds: *speeds,
         }
     }
 }
@@ -196,7 +196,7 @@ impl SpeedResponse {
         };
         let Some(newest_s) = self.newest_s.filter(|newest_s| is_continuous(*newest_s)) else {
             self.ramps.clear();
-            self.ramps.resize(LONGEST_STEPS + 1, Ramps::new([speed; MODELS]));
+            self.ramps.resize(LONGEST_STEPS + 1, Ramps::new(&[speed; MODELS]));
             self.newest_s = Some(time_s);
             return;
         };
@@ -207,7 +207,7 @@ impl SpeedResponse {
                 *speed = self.ramp(*speed, model);
             }
             self.ramps.pop_front();
-            self.ramps.push_back(Ramps::new(speeds));
+            self.ramps.push_back(Ramps::new(&speeds));
         }
         self.newest_s = Some(newest_s + steps * STEP_S);
     }
