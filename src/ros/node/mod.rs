@@ -19,6 +19,7 @@ mod lifecycle;
 #[cfg(feature = "ros2")]
 mod lifecycle_server;
 mod localization;
+mod map_update;
 pub mod network;
 mod node_core;
 mod notices;
