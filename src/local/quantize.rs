@@ -16,6 +16,7 @@ use super::problem::{
     MAX_CLEARANCE_UNITS, MAX_OFFSET_UNITS, MAX_REACH_UNITS, MAX_STEP_UNITS, at_most, check_numbers,
 };
 use super::sample_motions::SampleMotions;
+use super::window::AxisValues;
 use super::{ClearanceField, Normalization, Outside, Problem, ProblemError, Sampler, Stopping};
 use crate::geometry::Point;
 use crate::numeric::turn_size;
@@ -131,16 +132,17 @@ impl QuantizedProblem {
             segment_count: problem.sampler.segment_count() as u32,
             weights: weights(problem),
         };
-        fill_speeds(&mut self.vx_samples, problem, coarse_scale, fine_scale);
+        let scales = [coarse_scale, fine_scale].map(|bits| 2.0_f64.powi(bits as i32));
+        fill_speeds(&mut self.vx_samples, problem, scales);
         if problem.sampler == Sampler::Ramps {
+            let speeds = AxisValues::new(problem.window.vx);
             for (column, sample) in (0..).zip(&mut self.vx_samples) {
-                sample.velocity_term = velocity_term(motions.command(column).linear);
+                sample.velocity_term = velocity_term(motions.command_speed(speeds.at(column)));
             }
         }
         if problem.sampler == Sampler::Arcs {
             fill_turns(&mut self.profiles, &mut self.segments, problem);
         } else {
-            let scales = [coarse_scale, fine_scale].map(|bits| 2.0_f64.powi(bits as i32));
             fill_profiles(&mut self.profiles, &mut self.segments, problem, &motions, scales);
         }
         fill_discs(&mut self.discs, problem)?;
@@ -175,23 +177,17 @@ impl QuantizedProblem {
 
 /// Uses the rounding instructions of AVX2 if available: it runs at every decision.
 #[multiversion(targets("x86_64+avx2"))]
-fn fill_speeds(
-    vx_samples: &mut Vec<VxSample>,
-    problem: &Problem,
-    coarse_scale: u32,
-    fine_scale: u32,
-) {
+fn fill_speeds(vx_samples: &mut Vec<VxSample>, problem: &Problem, scales: [f64; 2]) {
     let units_per_step = problem.step_s / problem.field.unit_m();
-    let (coarse, fine) = (2.0_f64.powi(coarse_scale as i32), 2.0_f64.powi(fine_scale as i32));
     let axis = &problem.window.vx;
     vx_samples.clear();
     vx_samples.resize(axis.count as usize, VxSample::default());
     // A closure is not compiled for AVX2.
     for (index, entry) in (0..axis.count).zip(vx_samples.iter_mut()) {
-        *entry = vx_sample(problem, axis.spaced(index), units_per_step, [coarse, fine]);
+        *entry = vx_sample(problem, axis.spaced(index), units_per_step, scales);
     }
     for (index, vx) in axis.replaced().into_iter().flatten() {
-        vx_samples[index as usize] = vx_sample(problem, vx, units_per_step, [coarse, fine]);
+        vx_samples[index as usize] = vx_sample(problem, vx, units_per_step, scales);
     }
 }
 
@@ -421,8 +417,8 @@ fn scale_to_fit(largest: f64, limit: f64, most: u32) -> u32 {
 /// Converts radians to a binary angle.
 #[inline(always)]
 fn binary_angle(radians: f64) -> u32 {
-    let profiles = radians / TAU;
-    let within_a_turn = profiles - profiles.floor();
+    let turns = radians / TAU;
+    let within_a_turn = turns - turns.floor();
     // Integers below 2^52 stand in the last bits of their sum with 2^52: fewer instructions than a saturating conversion.
     let angle = (within_a_turn * 2.0_f64.powi(32)).round() + 2.0_f64.powi(52);
     angle.to_bits() as u32

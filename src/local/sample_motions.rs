@@ -86,7 +86,7 @@ impl<'a> SampleMotions<'a> {
     }
 
     /// Forward speed in the first control period of a column with this speed, m/s.
-    fn command_speed(&self, vx: f64) -> f64 {
+    pub fn command_speed(&self, vx: f64) -> f64 {
         if self.sampler != Sampler::Ramps {
             return vx;
         }

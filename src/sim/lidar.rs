@@ -75,7 +75,12 @@ impl Lidar {
         let to_static = world.ranges_to_static_m(&rays, self.range_max_m);
         for (beam, (pose, to_static_m)) in poses.iter().zip(to_static).enumerate() {
             let angle = scan.angle(beam);
-            let (range, disc) = self.beam(world, pose, angle, to_static_m, may_hit[beam], rng);
+            let hit = if may_hit[beam] {
+                self.first_hit(world, &pose.position(), pose.yaw + angle, to_static_m)
+            } else {
+                (to_static_m, None)
+            };
+            let (range, disc) = self.beam(world, pose, angle, hit, rng);
             if let Some(disc) = disc {
                 is_visible[disc] = true;
             }
@@ -121,25 +126,20 @@ impl Lidar {
         may_hit
     }
 
-    /// The range of a beam in a direction of the robot's frame, radians, and the moving obstacle that it hits, if any.
-    /// `to_static_m` is its true range to a static obstacle; `may_hit` says whether it may hit a moving one.
+    /// The measured range of a beam in a direction of the robot's frame, radians, and the moving obstacle that it hits, if any. `hit`
+    /// are its true range and that obstacle.
     fn beam(
         &self,
         world: &World,
         pose: &Pose,
         angle: f64,
-        to_static_m: f64,
-        may_hit: bool,
+        hit: (f64, Option<usize>),
         rng: &mut Pcg64Mcg,
     ) -> (f64, Option<usize>) {
         if self.dropout > 0.0 && rng.random::<f64>() < self.dropout {
             return (f64::NAN, None);
         }
-        let (mut range, disc) = if may_hit {
-            self.first_hit(world, &pose.position(), pose.yaw + angle, to_static_m)
-        } else {
-            (to_static_m, None)
-        };
+        let (mut range, disc) = hit;
         if range < self.range_min_m {
             return (f64::NAN, None);
         }
@@ -287,10 +287,10 @@ impl RotatingLidar {
     fn measure(&mut self, time_s: f64, place: &Pose, line: &mut Vec<u8>) {
         let clockwise = (self.points as f64 * STEP_DEG * 100.0) % TURN;
         let direction = -(clockwise / 100.0).to_radians();
-        let (start, longest_m) = (place.position(), self.lidar.range_max_m);
-        let to_static_m = self.world.range_to_static_m(&start, place.yaw + direction, longest_m);
-        let (range, _) =
-            self.lidar.beam(&self.world, place, direction, to_static_m, true, &mut self.rng);
+        let (start, along) = (place.position(), place.yaw + direction);
+        let to_static_m = self.world.range_to_static_m(&start, along, self.lidar.range_max_m);
+        let hit = self.lidar.first_hit(&self.world, &start, along, to_static_m);
+        let (range, _) = self.lidar.beam(&self.world, place, direction, hit, &mut self.rng);
         let index = (self.points % POINTS as u64) as usize;
         self.points += 1;
         let angle = (clockwise.round() % TURN) as u16;

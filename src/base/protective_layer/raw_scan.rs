@@ -153,13 +153,20 @@ impl SeenSpace {
 
     /// Direction and distance as of [`polar`], for a point in space that was seen free, by [`Self::nearest_free_m`].
     fn free_place(&self, nearest_free_m: &[f64], point: &Point) -> Option<(usize, f64)> {
-        let local = self.frame.inverse_transform(point);
-        if local.to_vector().norm() >= self.farthest_free_m.at(&local) - MOVED_M {
-            return None;
-        }
-        let (bin, away_m) = polar(&local);
+        let (bin, away_m) = self.polar_within(&self.farthest_free_m, -MOVED_M, point)?;
         let nearest_m = nearest_free_m.get(bin).filter(|free_m| free_m.is_finite())?;
         (away_m < nearest_m - MOVED_M).then_some((bin, away_m))
+    }
+
+    /// Direction and distance as of [`polar`], for a point nearer than a bound in its direction and a margin, metres.
+    fn polar_within(
+        &self,
+        bound_m: &Largest,
+        margin_m: f64,
+        point: &Point,
+    ) -> Option<(usize, f64)> {
+        let local = self.frame.inverse_transform(point);
+        (local.to_vector().norm() < bound_m.at(&local) + margin_m).then(|| polar(&local))
     }
 
     /// The shortest distance that was seen free in each direction and its neighbours, metres, from another pose.
@@ -193,11 +200,9 @@ impl SeenSpace {
 
     /// Whether a point lies right behind a vanished return.
     fn is_behind(&self, vanished: &Vanished, point: &Point) -> bool {
-        let local = self.frame.inverse_transform(point);
-        if local.to_vector().norm() >= vanished.farthest_m.at(&local) + WALKED_M {
+        let Some((bin, away_m)) = self.polar_within(&vanished.farthest_m, WALKED_M, point) else {
             return false;
-        }
-        let (bin, away_m) = polar(&local);
+        };
         (0..=2 * NEIGHBOURS)
             .filter_map(|offset| {
                 vanished.by_direction_m.get((bin + BINS + offset - NEIGHBOURS) % BINS)

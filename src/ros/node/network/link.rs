@@ -1,5 +1,6 @@
 //! The control process's link to the network process: starts it, watches it, and starts it again.
 
+use core::mem::discriminant;
 use std::process::Command;
 
 use serde::Serialize;
@@ -7,7 +8,6 @@ use serde::Serialize;
 use super::frame::{FromNetwork, ToNetwork};
 use super::process::{NetworkProcess, PipeClosed};
 use super::restart::RestartBackoff;
-use crate::ros::msg::{OccupancyGrid, Path};
 use crate::ros::node::IncomingMessage;
 
 /// A process that sends no frame for this long, seconds, hangs. It sends one each 0.1 s.
@@ -54,8 +54,7 @@ pub struct NetworkLink {
     has_started: bool,
     failure: Option<String>,
     /// The last messages of the latched topics: a new process does not know them.
-    last_path: Option<Path>,
-    last_updated_map: Option<OccupancyGrid>,
+    latched: Vec<ToNetwork>,
     /// Unsent messages by the control process, and by the present network process.
     dropped: u64,
     unsent: u64,
@@ -74,8 +73,7 @@ impl NetworkLink {
             frame_s: None,
             has_started: false,
             failure: None,
-            last_path: None,
-            last_updated_map: None,
+            latched: Vec::new(),
             dropped: 0,
             unsent: 0,
             restarts: 0,
@@ -137,9 +135,7 @@ impl NetworkLink {
         if let Some(cause) = cause {
             self.lose(now_s, &cause, &mut events);
         } else if events.is_up {
-            let path = self.last_path.clone().map(ToNetwork::Path);
-            let updated_map = self.last_updated_map.clone().map(ToNetwork::UpdatedMap);
-            path.into_iter().chain(updated_map).for_each(|frame| self.send(frame));
+            core::mem::take(&mut self.latched).into_iter().for_each(|frame| self.send(frame));
         }
         events
     }
@@ -172,10 +168,9 @@ impl NetworkLink {
 
     /// Sends a frame. A frame that the process does not take is counted.
     pub fn send(&mut self, frame: ToNetwork) {
-        match &frame {
-            ToNetwork::Path(path) => self.last_path = Some(path.clone()),
-            ToNetwork::UpdatedMap(map) => self.last_updated_map = Some(map.clone()),
-            _ => {}
+        if matches!(frame, ToNetwork::Path(_) | ToNetwork::UpdatedMap(_)) {
+            self.latched.retain(|last| discriminant(last) != discriminant(&frame));
+            self.latched.push(frame.clone());
         }
         let is_sent = self.process.as_ref().is_some_and(|process| process.send(frame));
         self.dropped += u64::from(!is_sent);
@@ -197,11 +192,12 @@ mod tests {
     use std::time::{Duration, Instant};
 
     use super::*;
-    use crate::ros::msg::PoseStamped;
+    use crate::ros::msg::{OccupancyGrid, Path, PoseStamped};
     use crate::ros::node::network::frame::Frame;
 
     /// A link to a process that sends a sign of life with three unsent messages, and then runs a script.
-    fn link(script: &'static str) -> NetworkLink {
+    fn link(script: impl Into<String>) -> NetworkLink {
+        let script = script.into();
         NetworkLink::new(Box::new(move || {
             let mut command = Command::new("sh");
             let alive = "printf '\\0\\010\\0\\0\\0\\003\\0\\0\\0\\0\\0\\0\\0'";
@@ -253,13 +249,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("inbye-link-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a writable folder");
         let received = folder.join("received");
-        let alive = "printf '\\0\\010\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0\\0'";
-        let script = format!("{alive}; cat >>{}", received.display());
-        let mut link = NetworkLink::new(Box::new(move || {
-            let mut command = Command::new("sh");
-            command.args(["-c", &script]);
-            command
-        }));
+        let mut link = link(format!("cat >>{}", received.display()));
         let mut now_s = 0.0;
         until(&mut link, &mut now_s, |events| events.is_up);
         let frames = [
