@@ -1,5 +1,7 @@
 //! Changes of a map: cells, areas, and the map with them.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use crate::geometry::Point;
@@ -22,7 +24,7 @@ pub struct ChangedArea {
 }
 
 /// Cells of a map that scans contradicted for minutes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MapChanges {
     /// Free cells of the map with an obstacle, in the order of their indices.
     pub appeared: Vec<Cell>,
@@ -51,6 +53,17 @@ impl MapChanges {
         self.appeared.is_empty() && self.vanished.is_empty()
     }
 
+    /// Longest side of the areas in which other changes differ from these, metres; zero where they are the same.
+    pub(crate) fn largest_difference_m(&self, other: &Self, frame: &GridFrame) -> f64 {
+        let lists = [(&self.appeared, &other.appeared), (&self.vanished, &other.vanished)];
+        let areas = lists.into_iter().flat_map(|(one, other)| {
+            let [one, other] = [one, other].map(|cells| BTreeSet::from_iter(cells.iter().copied()));
+            let cells: Vec<Cell> = one.symmetric_difference(&other).copied().collect();
+            areas(&cells, frame)
+        });
+        areas.map(|area| area.width_m.max(area.height_m)).fold(0.0, f64::max)
+    }
+
     /// The map with the changes: occupied where an obstacle appeared, free where one vanished.
     ///
     /// # Panics
@@ -76,7 +89,7 @@ impl MapChanges {
 
 /// Groups of cells that touch at edges or corners.
 fn areas(cells: &[Cell], frame: &GridFrame) -> Vec<ChangedArea> {
-    let mut left: std::collections::BTreeSet<Cell> = cells.iter().copied().collect();
+    let mut left: BTreeSet<Cell> = cells.iter().copied().collect();
     let mut areas = Vec::new();
     while let Some(first) = left.pop_first() {
         let (mut low, mut high, mut count) = (first, first, 0);

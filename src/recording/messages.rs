@@ -36,11 +36,13 @@ pub enum Topic {
     Tick,
     /// The zones, once, if there are any.
     Zones,
+    /// The map with what the scans contradicted, before the tick from which on the navigator uses it.
+    UpdatedMap,
 }
 
 impl Topic {
     /// All topics in the order of their numbers.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Map,
         Self::Plan,
         Self::Scan,
@@ -51,6 +53,7 @@ impl Topic {
         Self::Diagnostics,
         Self::Tick,
         Self::Zones,
+        Self::UpdatedMap,
     ];
 
     /// The name of the topic in ROS.
@@ -73,14 +76,17 @@ impl Topic {
             Self::Markers => of::<msg::MarkerArray>("/local_plan/markers"),
             Self::Diagnostics => of::<DiagnosticArray>("/diagnostics"),
             Self::Zones => of::<msg::OccupancyGrid>("/zones"),
+            Self::UpdatedMap => of::<msg::OccupancyGrid>("/updated_map"),
             Self::Tick => ("/inbye/tick", "inbye_msgs/msg/Tick".to_owned(), tick::schema()),
         }
     }
 
-    /// The quality of service in the format of `rosbag2`: map, zones and plan also for late subscribers, scans with possible loss.
+    /// The quality of service in the format of `rosbag2`: maps, zones and plan also for late subscribers, scans with possible loss.
     pub fn quality_of_service(self) -> String {
         let (depth, reliability, durability) = match self {
-            Self::Map | Self::Zones | Self::Plan => (1, RELIABLE, TRANSIENT_LOCAL),
+            Self::Map | Self::Zones | Self::UpdatedMap | Self::Plan => {
+                (1, RELIABLE, TRANSIENT_LOCAL)
+            }
             Self::Scan => (5, BEST_EFFORT, VOLATILE),
             Self::Transforms => (100, RELIABLE, VOLATILE),
             _ => (10, RELIABLE, VOLATILE),
@@ -111,9 +117,9 @@ pub fn header(time_s: f64, frame: &str) -> Header {
     Header { stamp: Time::from_seconds(time_s), frame_id: frame.to_owned() }
 }
 
-/// The map. Its resolution is rounded to float32.
-pub fn map(grid: &OccupancyGrid) -> msg::OccupancyGrid {
-    convert::occupancy_grid(grid, header(0.0, MAP_FRAME))
+/// A map. Its resolution is rounded to float32.
+pub fn map(time_s: f64, grid: &OccupancyGrid) -> msg::OccupancyGrid {
+    convert::occupancy_grid(grid, header(time_s, MAP_FRAME))
 }
 
 /// A scan of a lidar with a shortest range. All numbers are rounded to float32.

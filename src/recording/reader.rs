@@ -11,7 +11,8 @@ use super::messages::Topic;
 use super::metadata::{CONFIG, DRIVE, DriveFile, DriveMetadata, DriveSummary};
 use super::tick::RecordedTick;
 use super::writer::{SUMMARY, TICKS, TRACE_DIGEST};
-use crate::ros::msg::{Message, OccupancyGrid};
+use crate::map::OccupancyGrid;
+use crate::ros::msg::{self, Message};
 
 /// Reads a recording.
 pub struct Reader<R> {
@@ -19,6 +20,8 @@ pub struct Reader<R> {
     metadata: DriveMetadata,
     /// The channel of the ticks; none before its record. Other programs write it just before the first tick.
     tick_channel: Option<u16>,
+    updated_map_channel: Option<u16>,
+    updated_map: Option<OccupancyGrid>,
     ticks: u64,
     summary: Option<DriveSummary>,
     is_truncated: bool,
@@ -57,6 +60,8 @@ impl<R: Read + Seek> Reader<R> {
             mcap,
             metadata,
             tick_channel: None,
+            updated_map_channel: None,
+            updated_map: None,
             ticks: 0,
             summary: None,
             is_truncated: false,
@@ -84,6 +89,14 @@ impl<R: Read + Seek> Reader<R> {
                 Ok(Some(Record::Channel(channel))) if channel.topic == Topic::Tick.name() => {
                     self.tick_channel = Some(channel.id);
                 }
+                Ok(Some(Record::Message { header, data }))
+                    if Some(header.channel_id) == self.updated_map_channel =>
+                {
+                    self.updated_map = Some(self.map_of(&data)?);
+                }
+                Ok(Some(Record::Channel(channel))) if channel.topic == Topic::UpdatedMap.name() => {
+                    self.updated_map_channel = Some(channel.id);
+                }
                 Ok(Some(Record::Metadata(summary))) if summary.name == SUMMARY => {
                     let values = summary.metadata;
                     let ticks = values.get(TICKS).and_then(|text| text.parse().ok());
@@ -102,6 +115,23 @@ impl<R: Read + Seek> Reader<R> {
                 Err(error) => return Err(damaged(self.ticks, error)),
             }
         }
+    }
+
+    /// The map that the navigator uses from the last tick on, once, if it is a new one.
+    #[must_use]
+    pub const fn take_updated_map(&mut self) -> Option<OccupancyGrid> {
+        self.updated_map.take()
+    }
+
+    /// The map of a message; it has the frame of the first map, which the message has only in single precision.
+    fn map_of(&self, message: &[u8]) -> Result<OccupancyGrid, RecordingError> {
+        let frame = *self.metadata.map.frame();
+        let cells = cells("an updated map", message)?;
+        if cells.len() != frame.len() {
+            let reason = "an updated map has another size than the map".to_owned();
+            return Err(RecordingError::Damaged { ticks: self.ticks, reason });
+        }
+        Ok(OccupancyGrid::new(frame, cells))
     }
 
     fn tick(&mut self, message: &[u8]) -> Result<RecordedTick, RecordingError> {
@@ -177,7 +207,7 @@ impl Parts {
 
 /// The cells of a map's message.
 fn cells(what: &str, message: &[u8]) -> Result<Vec<i8>, RecordingError> {
-    OccupancyGrid::from_cdr(message)
+    msg::OccupancyGrid::from_cdr(message)
         .map(|map| map.data)
         .ok_or_else(|| RecordingError::Damaged { ticks: 0, reason: format!("{what} is invalid") })
 }

@@ -158,8 +158,10 @@ impl Recorder {
         let plans = navigator.plans();
         let new_plan = plans.get(self.plans..).and_then(<[_]>::last);
         let plan = new_plan.map(|plan| convert::path(plan.smoothed.points(), &map_header).to_cdr());
-        let mut entries: Vec<Entry> =
-            plan.into_iter().map(|plan| entry(Topic::Plan, plan)).collect();
+        let updated_map = event.updated_map.map(|map| messages::map(time_s, map).to_cdr());
+        let updated_map = updated_map.map(|map| entry(Topic::UpdatedMap, map));
+        let plan = plan.map(|plan| entry(Topic::Plan, plan));
+        let mut entries: Vec<Entry> = updated_map.into_iter().chain(plan).collect();
         let scan = messages::laser_scan(scan_s, &observation.scan, self.range_min_m);
         entries.push(Entry {
             topic: Topic::Scan,

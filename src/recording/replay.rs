@@ -11,9 +11,10 @@ use super::tick::RecordedTick;
 use crate::base::ProtectiveAction;
 use crate::geometry::Pose;
 use crate::local::Engine;
+use crate::map::OccupancyGrid;
 use crate::navigator::{Controller, Decision, Goal, NavigationMap, Navigator};
 use crate::runtime::{
-    Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow,
+    Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow, prepare,
 };
 
 /// The result of a replay.
@@ -116,11 +117,17 @@ pub fn replay<R: Read + Seek>(
         if let Some(next) = &next_reply {
             next.lock().unwrap_or_else(PoisonError::into_inner).clone_from(&tick.reply);
         }
+        let updated_map = reader.take_updated_map();
+        if let Some(map) = &updated_map {
+            let zones = zones.clone();
+            let known = NavigationMap { obstacles: map.obstacles(config.unknown), zones };
+            navigator.replace_map(prepare(known, &config)?);
+        }
         first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {
             start = start.or(Some(tick.observation.pose));
             let gap_m = gap.gap_m(footprint, &tick.observation.pose);
-            trace.rows.push(show(&tick, gap_m, &navigator, on_tick));
+            trace.rows.push(show(&tick, updated_map.as_ref(), gap_m, &navigator, on_tick));
             decision_s.push(tick.took_s);
         }
     }
@@ -139,6 +146,7 @@ pub fn replay<R: Read + Seek>(
 /// Shows a tick, and returns its row.
 fn show(
     tick: &RecordedTick,
+    updated_map: Option<&OccupancyGrid>,
     gap_m: f64,
     navigator: &Navigator,
     on_tick: &mut dyn FnMut(&TickEvent<'_>),
@@ -169,6 +177,7 @@ fn show(
         moving_radii: &[],
         protective_action: &ProtectiveAction::Pass,
         robot_fault: None,
+        updated_map,
         navigator,
     });
     row

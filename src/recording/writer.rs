@@ -34,9 +34,9 @@ pub struct Entry {
 /// Writes a recording. Data before an error is readable.
 pub struct RecordingWriter<W: Write> {
     file: mcap::Writer<NoSeek<BufWriter<W>>>,
-    /// Channels by the numbers of the topics.
-    channels: Vec<u16>,
-    sequence: Vec<u32>,
+    /// Channels by the numbers of the topics; none of those that most drives lack, before their first message.
+    channels: [Option<u16>; Topic::ALL.len()],
+    sequence: [u32; Topic::ALL.len()],
     chunk_bytes: usize,
     chunk_began: Option<u64>,
     /// Number of messages in the current chunk.
@@ -68,31 +68,24 @@ impl<W: Write> RecordingWriter<W> {
             };
             file.attach(&attachment).map_err(io_error)?;
         }
-        let mut channels = Vec::new();
-        let has_zones = metadata.zones.is_some();
-        for topic in Topic::ALL.into_iter().filter(|topic| has_zones || *topic != Topic::Zones) {
-            let (name, message_type, schema) = topic.description();
-            let schema =
-                file.add_schema(&message_type, "ros2msg", schema.as_bytes()).map_err(io_error)?;
-            let quality = ("offered_qos_profiles".to_owned(), topic.quality_of_service());
-            let channel = file
-                .add_channel(schema, name, "cdr", &BTreeMap::from([quality]))
-                .map_err(io_error)?;
-            channels.push(channel);
-        }
         let mut writer = Self {
             file,
-            sequence: vec![0; channels.len()],
-            channels,
+            channels: [None; Topic::ALL.len()],
+            sequence: [0; Topic::ALL.len()],
             chunk_bytes: 0,
             chunk_began: None,
             buffered: 0,
             written: 0,
         };
+        for topic in Topic::ALL {
+            if !matches!(topic, Topic::Zones | Topic::UpdatedMap) {
+                writer.channel(topic)?;
+            }
+        }
         let entry = |topic: Topic, grid: &OccupancyGrid| Entry {
             topic,
             time_ns: 0,
-            bytes: messages::map(grid).to_cdr(),
+            bytes: messages::map(0.0, grid).to_cdr(),
         };
         writer.write(&[entry(Topic::Map, &metadata.map)])?;
         if let Some(zones) = &metadata.zones {
@@ -110,7 +103,7 @@ impl<W: Write> RecordingWriter<W> {
         for entry in entries {
             let number = entry.topic as usize;
             let header = MessageHeader {
-                channel_id: self.channels[number],
+                channel_id: self.channel(entry.topic)?,
                 sequence: self.sequence[number],
                 log_time: entry.time_ns,
                 publish_time: entry.time_ns,
@@ -126,6 +119,23 @@ impl<W: Write> RecordingWriter<W> {
             self.end_chunk()?;
         }
         Ok(())
+    }
+
+    /// The channel of a topic, which is written first if it is new.
+    fn channel(&mut self, topic: Topic) -> Result<u16, RecordingError> {
+        if let Some(channel) = self.channels[topic as usize] {
+            return Ok(channel);
+        }
+        let (name, message_type, schema) = topic.description();
+        let schema =
+            self.file.add_schema(&message_type, "ros2msg", schema.as_bytes()).map_err(io_error)?;
+        let quality = ("offered_qos_profiles".to_owned(), topic.quality_of_service());
+        let channel = self
+            .file
+            .add_channel(schema, name, "cdr", &BTreeMap::from([quality]))
+            .map_err(io_error)?;
+        self.channels[topic as usize] = Some(channel);
+        Ok(channel)
     }
 
     /// Writes the current chunk.

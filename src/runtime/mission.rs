@@ -314,6 +314,8 @@ pub struct TickEvent<'a> {
     pub protective_action: &'a ProtectiveAction,
     /// Fault of the robot after the tick, as a sentence.
     pub robot_fault: Option<&'a str>,
+    /// The map with what the scans contradicted, in the tick from which on the navigator uses it.
+    pub updated_map: Option<&'a OccupancyGrid>,
     /// The navigator after the tick.
     pub navigator: &'a Navigator,
 }

@@ -4,20 +4,20 @@ use core::ops::ControlFlow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::map_update::{ContradictedMap, MapUpdate, prepare};
 use super::mission::{
     Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, stands,
 };
+use super::pose_estimator::PoseEstimator;
 use super::{
-    Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, PoseSource,
-    Robot, RobotConfig, SensorData, Trace, TraceRow, ZoneCompliance,
+    Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, Robot,
+    RobotConfig, Trace, TraceRow, ZoneCompliance,
 };
-use crate::geometry::{Pose, Twist};
+use crate::geometry::Pose;
 use crate::local::{CpuEngine, Engine};
-use crate::localization::{
-    DeskewedScan, LocalizationError, Localizer, LostReason, MapChanges, PoseEstimate, PoseHistory,
-};
-use crate::map::{ObstacleGrid, OccupancyGrid, Scan, ScanChange, TimedScan};
-use crate::navigator::{Mode, Navigator, Observation, Waypoints};
+use crate::localization::{DeskewedScan, PoseHistory};
+use crate::map::{OccupancyGrid, Scan, ScanChange};
+use crate::navigator::{Mode, NavigationMap, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
 const BRAKING_S: f64 = 3.0;
@@ -55,6 +55,10 @@ pub struct MissionRun<R> {
     scan_s: Option<f64>,
     scan_changed_s: f64,
     navigator: Navigator,
+    contradicted: ContradictedMap,
+    map_update: MapUpdate,
+    /// The map in preparation.
+    coming_map: Option<OccupancyGrid>,
     /// When the navigator gave up, seconds.
     failed_s: Option<f64>,
     /// Gaps on the map, for a robot that does not know the true ones; prepared when first needed.
@@ -122,6 +126,9 @@ impl<R: Robot> MissionRun<R> {
             scan_s: None,
             scan_changed_s: 0.0,
             navigator,
+            contradicted: ContradictedMap::default(),
+            map_update: MapUpdate::default(),
+            coming_map: None,
             failed_s: None,
             map_gap: None,
             trace: Trace { moving_radii, ..Trace::default() },
@@ -188,6 +195,7 @@ impl<R: Robot> MissionRun<R> {
     /// Runs one tick. Returns its row, and whether the robot has stopped for good.
     fn tick(&mut self, time_s: f64, observer: &mut Observer<'_>) -> (TraceRow, bool) {
         let (observation, odometry) = self.observe(time_s);
+        let updated_map = self.update_map(time_s);
         let (decision, took_s) = self.navigator.step_by(&observation, observer.clock);
         self.decision_s.push(took_s);
         let truth = self.robot.ground_truth().unwrap_or_else(|| GroundTruth {
@@ -230,9 +238,37 @@ impl<R: Robot> MissionRun<R> {
             moving_radii: &self.trace.moving_radii,
             protective_action: &protective_action,
             robot_fault: self.robot.fault().as_deref(),
+            updated_map: updated_map.as_ref(),
             navigator: &self.navigator,
         });
         (row, has_stopped)
+    }
+
+    /// Gives the navigator the map with what the scans contradicted for minutes, and returns it. A map that cannot be prepared
+    /// is left out: the navigator keeps the one that it has.
+    ///
+    /// To prepare a map takes time in proportion to its area. A real robot drives on meanwhile; simulated time stands still.
+    fn update_map(&mut self, time_s: f64) -> Option<OccupancyGrid> {
+        let (config, mission) = (&self.config, &self.mission);
+        let on = |grid: &OccupancyGrid| NavigationMap {
+            obstacles: grid.obstacles(config.unknown),
+            zones: mission.zones.clone(),
+        };
+        if !self.map_update.is_running() {
+            let changes = || self.pose_estimator.map_changes(&mission.map);
+            let extent = (mission.map.frame(), config.robot.footprint.body_radius_m());
+            let changes = self.contradicted.look(time_s, extent, changes)?;
+            let updated = changes.applied_to(&mission.map);
+            if !self.robot.is_real_time() {
+                self.navigator.replace_map(prepare(on(&updated), config).ok()?);
+                return Some(updated);
+            }
+            self.map_update.start(&on(&updated), config);
+            self.coming_map = Some(updated);
+        }
+        let prepared = self.map_update.take(|| None, config).ok()??;
+        self.navigator.replace_map(prepared);
+        self.coming_map.take()
     }
 
     /// Senses, and estimates the pose in the map.
@@ -346,111 +382,5 @@ impl<R: Robot> MissionRun<R> {
             map_changes: self.pose_estimator.map_changes(&self.mission.map),
             ..drive
         }
-    }
-}
-
-/// The robot's pose in the map: from its own positioning, or from scans that are matched to the map.
-enum PoseEstimator {
-    /// The pose that the robot reported last, and the time of the measurement that corrected it, seconds, where that is known.
-    Fixes(Pose, Option<f64>),
-    Scans {
-        localizer: Box<Localizer>,
-        /// End of the last revolution that was matched, seconds; the start of the mission before the first.
-        matched_s: f64,
-    },
-}
-
-impl PoseEstimator {
-    fn new(
-        config: &Config,
-        known: &ObstacleGrid,
-        mission: &Mission,
-    ) -> Result<Self, LocalizationError> {
-        let localizer = match config.pose_source {
-            PoseSource::Fixes => return Ok(Self::Fixes(mission.start, None)),
-            PoseSource::Scans if mission.is_start_unknown => {
-                Localizer::without_pose(known, config.localization)
-            }
-            PoseSource::Scans => Localizer::new(known, config.localization, &mission.start),
-        };
-        Ok(Self::Scans { localizer: Box::new(localizer?), matched_s: 0.0 })
-    }
-
-    /// Updates the estimate with one tick. Without positioning of its own, the robot's pose is that of its odometry.
-    fn update(&mut self, sensed: &SensorData) {
-        let (time_s, odometry) = (sensed.odometry_s, &sensed.odometry.pose);
-        match self {
-            Self::Fixes(pose, corrected_s) => {
-                *pose = sensed.pose.unwrap_or(*odometry);
-                *corrected_s = sensed.pose_s;
-            }
-            Self::Scans { localizer, matched_s } => {
-                localizer.predict(time_s, odometry);
-                match &sensed.lidar {
-                    Some(LidarData::Scan(scan)) => {
-                        localizer.update(&TimedScan::from_scan(scan, time_s, 0.0));
-                        *matched_s = time_s;
-                    }
-                    Some(LidarData::TimedScan(sweep)) => {
-                        let newer_s = sweep.end_s().filter(|end_s| end_s != matched_s);
-                        if let Some(end_s) = newer_s {
-                            localizer.update(sweep);
-                            *matched_s = end_s;
-                        }
-                    }
-                    None => {}
-                }
-            }
-        }
-    }
-
-    fn pose(&self) -> Pose {
-        match self {
-            Self::Fixes(pose, _) => *pose,
-            Self::Scans { localizer, .. } => *localizer.pose(),
-        }
-    }
-
-    /// Time of the last measurement that corrected the pose, seconds, given that of the odometry: a positioning of the
-    /// robot's own without times is as old as its odometry.
-    fn pose_s(&self, odometry_s: f64) -> f64 {
-        match self {
-            Self::Fixes(_, corrected_s) => corrected_s.unwrap_or(odometry_s),
-            Self::Scans { matched_s, .. } => *matched_s,
-        }
-    }
-
-    /// What the scans contradicted in the map for minutes.
-    fn map_changes(&self, map: &OccupancyGrid) -> Option<MapChanges> {
-        match self {
-            Self::Fixes(..) => None,
-            Self::Scans { localizer, .. } => Some(localizer.map_changes(map)),
-        }
-    }
-
-    /// Learned scale of odometry's distances and turns.
-    fn odometry_scale(&self) -> Option<(f64, f64)> {
-        match self {
-            Self::Fixes(..) => None,
-            Self::Scans { localizer, .. } => Some(localizer.odometry_scale()),
-        }
-    }
-
-    /// The measured velocity over the ground: belts that slip are faster than the robot.
-    fn ground_twist(&self, measured: &Twist) -> Twist {
-        let (distance, turn) = self.odometry_scale().unwrap_or((1.0, 1.0));
-        Twist::new(measured.linear * distance, measured.angular * turn)
-    }
-
-    /// The localizer's own report.
-    fn fix(&self) -> Option<&PoseEstimate> {
-        match self {
-            Self::Fixes(..) => None,
-            Self::Scans { localizer, .. } => Some(localizer.estimate()),
-        }
-    }
-
-    fn lost(&self) -> Option<LostReason> {
-        self.fix()?.status.lost_reason()
     }
 }

@@ -4,10 +4,12 @@ mod config;
 mod contact;
 mod encounters;
 pub mod hardware;
+mod map_update;
 mod mission;
 mod mission_run;
 mod obstacle_gap;
 pub(crate) mod plant_settings;
+mod pose_estimator;
 mod robot_interface;
 pub(crate) mod simulation_settings;
 mod toml_text;
@@ -17,6 +19,7 @@ mod zone_compliance;
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
+pub(crate) use map_update::{ContradictedMap, MapUpdate, prepare};
 pub(crate) use mission::stands;
 pub use mission::{
     Decider, EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError,

@@ -19,7 +19,6 @@ mod lifecycle;
 #[cfg(feature = "ros2")]
 mod lifecycle_server;
 mod localization;
-mod map_update;
 pub mod network;
 mod node_core;
 mod notices;

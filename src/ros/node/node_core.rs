@@ -15,7 +15,6 @@ use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
 use super::latest_inputs::{LatestInputs, OdometryFrame};
 use super::lifecycle::LifecycleState;
 use super::localization::NodeLocalization;
-use super::map_update::MapUpdate;
 use super::notices::{MessageError, MissingInput, NodeStats, Notices};
 use super::protection::Protection;
 use super::zones::ZoneInputs;
@@ -25,9 +24,8 @@ use crate::local::Engine;
 use crate::map::GridFrame;
 use crate::navigator::{Decision, Fault, Goal, Navigator, Observation, Waypoints};
 use crate::ros::msg::{self, ActionEnd};
-use crate::runtime::{Config, PoseSource};
+use crate::runtime::{Config, ContradictedMap, MapUpdate, PoseSource};
 use crate::settings::SettingError;
-use map::ContradictedMap;
 
 /// Time for which the robot stands after the return of the transport and of all inputs, seconds: a base that discovers the node
 /// meanwhile gets zeros first.

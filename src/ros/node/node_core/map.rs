@@ -1,27 +1,10 @@
 //! The map of the navigator, and its changes.
 
 use super::NodeCore;
-use crate::localization::MapChanges;
 use crate::navigator::NavigationMap;
 use crate::ros::convert;
 use crate::ros::msg::{self, Header, Time};
 use crate::ros::node::notices::MissingInput;
-
-/// Interval at which the scans' contradictions to the map are looked at, seconds.
-const INTERVAL_S: f64 = 10.0;
-
-/// What the scans contradict in the newest map, and when that was looked at, seconds.
-#[derive(Debug)]
-pub(super) struct ContradictedMap {
-    changes: Option<MapChanges>,
-    looked_s: f64,
-}
-
-impl Default for ContradictedMap {
-    fn default() -> Self {
-        Self { changes: None, looked_s: f64::NEG_INFINITY }
-    }
-}
 
 impl NodeCore {
     /// The newest map with its zones, and with what scans contradicted for minutes.
@@ -29,33 +12,24 @@ impl NodeCore {
         let map = self.inputs.map.as_ref()?;
         let config = &self.settings.config;
         let zones = self.zones.on(map.grid.frame(), config.robot.limits.max_vel_x);
-        let updated = self.contradicted.changes.as_ref().map(|it| it.applied_to(&map.grid));
-        let obstacles = updated.as_ref().unwrap_or(&map.grid).obstacles(config.unknown);
+        let updated = self.contradicted.changes().applied_to(&map.grid);
+        let obstacles = updated.obstacles(config.unknown);
         Some(NavigationMap { obstacles, zones })
     }
 
     /// Takes over what scans contradict in the map. Returns the updated map when that has changed.
     pub(super) fn look_for_changes(&mut self, now_s: f64) -> Option<msg::OccupancyGrid> {
-        if (0.0..INTERVAL_S).contains(&(now_s - self.contradicted.looked_s)) {
-            return None;
-        }
-        self.contradicted.looked_s = now_s;
+        let (localization, contradicted) = (&self.localization, &mut self.contradicted);
         let map = self.inputs.map.as_ref()?;
-        let changes = self.localization.as_ref()?.map_changes(&map.grid)?;
-        let is_same = match &self.contradicted.changes {
-            Some(before) => *before == changes,
-            None => changes.is_empty(),
-        };
-        if is_same {
-            return None;
-        }
+        let changes = || localization.as_ref()?.map_changes(&map.grid);
+        let least_m = self.settings.config.robot.footprint.body_radius_m();
+        let changes = contradicted.look(now_s, (map.grid.frame(), least_m), changes)?;
         let [appeared, vanished] = changes.areas(map.grid.frame()).map(|areas| areas.len());
         self.notices.push(format!(
             "the scans contradict the map for minutes: {appeared} obstacles appeared, {vanished} vanished; the plans consider that"
         ));
         let header = Header { stamp: Time::from_seconds(now_s), frame_id: map.frame.clone() };
         let updated = convert::occupancy_grid(&changes.applied_to(&map.grid), header);
-        self.contradicted.changes = Some(changes);
         self.prepare_if(true);
         Some(updated)
     }

@@ -1,0 +1,133 @@
+//! Changed maps for a navigator that drives.
+
+use std::thread::{Builder, JoinHandle};
+
+use super::Config;
+use crate::localization::MapChanges;
+use crate::map::GridFrame;
+use crate::navigator::{Fault, NavigationMap, PreparedMap};
+
+/// Interval at which the scans' contradictions to the map are looked at, seconds.
+const INTERVAL_S: f64 = 10.0;
+
+/// What the scans contradict in a map, as far as the navigator knows it, and when that was looked at, seconds.
+#[derive(Debug)]
+pub(crate) struct ContradictedMap {
+    changes: MapChanges,
+    looked_s: f64,
+}
+
+impl Default for ContradictedMap {
+    fn default() -> Self {
+        Self { changes: MapChanges::default(), looked_s: f64::NEG_INFINITY }
+    }
+}
+
+impl ContradictedMap {
+    /// Looks at the changes on a grid if that is due. Returns them if an area in which they differ from those before is at least
+    /// this long, metres: each new map asks for a new plan, and a cell more or less at a wall is not worth one.
+    pub fn look(
+        &mut self,
+        now_s: f64,
+        (frame, least_m): (&GridFrame, f64),
+        changes: impl FnOnce() -> Option<MapChanges>,
+    ) -> Option<&MapChanges> {
+        if (0.0..INTERVAL_S).contains(&(now_s - self.looked_s)) {
+            return None;
+        }
+        self.looked_s = now_s;
+        let changes = changes()?;
+        if self.changes.largest_difference_m(&changes, frame) < least_m {
+            return None;
+        }
+        self.changes = changes;
+        Some(&self.changes)
+    }
+
+    /// The changes that it returned last.
+    pub const fn changes(&self) -> &MapChanges {
+        &self.changes
+    }
+}
+
+/// Prepares a map for a navigator with these settings.
+///
+/// # Errors
+/// When the global planner or its thread does not start.
+pub(crate) fn prepare(map: NavigationMap, config: &Config) -> Result<PreparedMap, Fault> {
+    let route_planner = config.new_global_planner(map.obstacles.frame().resolution_m)?;
+    PreparedMap::new(map, route_planner, &config.navigator)
+}
+
+/// The preparation of the newest map on a thread of its own, while the robot drives.
+#[derive(Debug, Default)]
+pub(crate) struct MapUpdate {
+    running: Option<JoinHandle<Result<PreparedMap, Fault>>>,
+    /// A newer map arrived since the start of the thread.
+    is_outdated: bool,
+}
+
+impl MapUpdate {
+    /// The map has changed. Returns false if no thread starts.
+    pub fn start(&mut self, map: &NavigationMap, config: &Config) -> bool {
+        if self.is_running() {
+            self.is_outdated = true;
+            return true;
+        }
+        let (map, config) = (map.clone(), config.clone());
+        let prepare = move || prepare(map, &config);
+        self.running = Builder::new().name("inbye-map".to_owned()).spawn(prepare).ok();
+        self.is_outdated = false;
+        self.is_running()
+    }
+
+    /// Whether a map is in preparation.
+    pub const fn is_running(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// The prepared map, once. With the error the robot must stop and start again on the newest map.
+    pub fn take(
+        &mut self,
+        newest: impl FnOnce() -> Option<NavigationMap>,
+        config: &Config,
+    ) -> Result<Option<PreparedMap>, ()> {
+        let Some(finished) = self.running.take_if(|running| running.is_finished()) else {
+            return Ok(None);
+        };
+        let prepared = finished.join().ok().and_then(Result::ok).ok_or(())?;
+        if self.is_outdated && !newest().is_some_and(|map| self.start(&map, config)) {
+            return Err(());
+        }
+        Ok(Some(prepared))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::ops::Range;
+
+    use crate::geometry::Pose;
+    use crate::map::Cell;
+
+    #[test]
+    fn contradicted_map_returns_large_changes_once_and_looks_every_ten_seconds() {
+        let frame = GridFrame::new(20, 1, 0.1, Pose::default()).expect("a frame");
+        let changes = |columns: Range<i32>| {
+            let vanished = columns.map(|column| Cell::new(column, 0)).collect();
+            Some(MapChanges { appeared: Vec::new(), vanished })
+        };
+        let mut map = ContradictedMap::default();
+        let mut look = |now_s, changes| map.look(now_s, (&frame, 0.35), || changes).cloned();
+        assert_eq!(look(0.0, changes(0..0)), None);
+        assert_eq!(look(9.9, changes(0..9)), None, "not due");
+        assert_eq!(look(10.0, changes(3..6)), None, "too small");
+        assert_eq!(look(20.0, changes(3..7)), changes(3..7));
+        assert_eq!(look(30.0, changes(1..9)), None, "two cells more on each side");
+        assert_eq!(look(40.0, None), None);
+        assert_eq!(look(50.0, changes(3..12)), changes(3..12));
+        assert_eq!(map.changes(), &changes(3..12).expect("changes"));
+        assert_eq!(map.look(60.0, (&frame, 0.35), || changes(0..0)), changes(0..0).as_ref());
+    }
+}

@@ -1,0 +1,112 @@
+//! The robot's pose in the map.
+
+use super::{Config, LidarData, Mission, PoseSource, SensorData};
+use crate::geometry::{Pose, Twist};
+use crate::localization::{LocalizationError, Localizer, LostReason, MapChanges, PoseEstimate};
+use crate::map::{ObstacleGrid, OccupancyGrid, TimedScan};
+
+/// The robot's pose in the map: from its own positioning, or from scans that are matched to the map.
+pub(super) enum PoseEstimator {
+    /// The pose that the robot reported last, and the time of the measurement that corrected it, seconds, where that is known.
+    Fixes(Pose, Option<f64>),
+    Scans {
+        localizer: Box<Localizer>,
+        /// End of the last revolution that was matched, seconds; the start of the mission before the first.
+        matched_s: f64,
+    },
+}
+
+impl PoseEstimator {
+    pub fn new(
+        config: &Config,
+        known: &ObstacleGrid,
+        mission: &Mission,
+    ) -> Result<Self, LocalizationError> {
+        let localizer = match config.pose_source {
+            PoseSource::Fixes => return Ok(Self::Fixes(mission.start, None)),
+            PoseSource::Scans if mission.is_start_unknown => {
+                Localizer::without_pose(known, config.localization)
+            }
+            PoseSource::Scans => Localizer::new(known, config.localization, &mission.start),
+        };
+        Ok(Self::Scans { localizer: Box::new(localizer?), matched_s: 0.0 })
+    }
+
+    /// Updates the estimate with one tick. Without positioning of its own, the robot's pose is that of its odometry.
+    pub fn update(&mut self, sensed: &SensorData) {
+        let (time_s, odometry) = (sensed.odometry_s, &sensed.odometry.pose);
+        match self {
+            Self::Fixes(pose, corrected_s) => {
+                *pose = sensed.pose.unwrap_or(*odometry);
+                *corrected_s = sensed.pose_s;
+            }
+            Self::Scans { localizer, matched_s } => {
+                localizer.predict(time_s, odometry);
+                match &sensed.lidar {
+                    Some(LidarData::Scan(scan)) => {
+                        localizer.update(&TimedScan::from_scan(scan, time_s, 0.0));
+                        *matched_s = time_s;
+                    }
+                    Some(LidarData::TimedScan(sweep)) => {
+                        let newer_s = sweep.end_s().filter(|end_s| end_s != matched_s);
+                        if let Some(end_s) = newer_s {
+                            localizer.update(sweep);
+                            *matched_s = end_s;
+                        }
+                    }
+                    None => {}
+                }
+            }
+        }
+    }
+
+    pub fn pose(&self) -> Pose {
+        match self {
+            Self::Fixes(pose, _) => *pose,
+            Self::Scans { localizer, .. } => *localizer.pose(),
+        }
+    }
+
+    /// Time of the last measurement that corrected the pose, seconds, given that of the odometry: a positioning of the
+    /// robot's own without times is as old as its odometry.
+    pub fn pose_s(&self, odometry_s: f64) -> f64 {
+        match self {
+            Self::Fixes(_, corrected_s) => corrected_s.unwrap_or(odometry_s),
+            Self::Scans { matched_s, .. } => *matched_s,
+        }
+    }
+
+    /// What the scans contradicted in the map for minutes.
+    pub fn map_changes(&self, map: &OccupancyGrid) -> Option<MapChanges> {
+        match self {
+            Self::Fixes(..) => None,
+            Self::Scans { localizer, .. } => Some(localizer.map_changes(map)),
+        }
+    }
+
+    /// Learned scale of odometry's distances and turns.
+    pub fn odometry_scale(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Fixes(..) => None,
+            Self::Scans { localizer, .. } => Some(localizer.odometry_scale()),
+        }
+    }
+
+    /// The measured velocity over the ground: belts that slip are faster than the robot.
+    pub fn ground_twist(&self, measured: &Twist) -> Twist {
+        let (distance, turn) = self.odometry_scale().unwrap_or((1.0, 1.0));
+        Twist::new(measured.linear * distance, measured.angular * turn)
+    }
+
+    /// The localizer's own report.
+    pub fn fix(&self) -> Option<&PoseEstimate> {
+        match self {
+            Self::Fixes(..) => None,
+            Self::Scans { localizer, .. } => Some(localizer.estimate()),
+        }
+    }
+
+    pub fn lost(&self) -> Option<LostReason> {
+        self.fix()?.status.lost_reason()
+    }
+}
