@@ -12,6 +12,7 @@ mod cases {
         mod identification;
         mod localization;
         mod moving_obstacles;
+        mod narrow_passages;
         mod observations;
         mod odometry;
         mod robot;

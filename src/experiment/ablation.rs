@@ -25,6 +25,7 @@ const NONE: NavigatorFeatures = NavigatorFeatures {
     pairs_of_legs: false,
     scan_health: false,
     occlusion_speed: false,
+    narrow_passages: false,
     recovery: false,
 };
 
@@ -49,7 +50,7 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
         occlusion_speed: true,
         ..replanning
     };
-    let recovery = NavigatorFeatures { recovery: true, ..passive_safety };
+    let recovery = NavigatorFeatures { recovery: true, narrow_passages: true, ..passive_safety };
     [
         variant("dwa", "DWA alone, towards the goal", NONE),
         variant("astar_dwa", "A* and DWA as in the paper", astar),

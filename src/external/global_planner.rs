@@ -6,7 +6,7 @@ use super::protocol::{
 use super::{Program, ProgramSettings};
 use crate::geometry::Point;
 use crate::global::{Path, Plan, PlanError};
-use crate::map::ObstacleGrid;
+use crate::map::{MovingDisc, ObstacleGrid};
 use crate::navigator::{GlobalPlanner, RobotModel};
 
 /// Largest distance of the ends of a path from start and goal, metres. A program may plan between centres of cells.
@@ -87,6 +87,7 @@ impl GlobalPlanner for ProcessPlanner {
     fn plan(
         &mut self,
         obstacles: &ObstacleGrid,
+        _transient: &[MovingDisc],
         start: Point,
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
@@ -102,7 +103,7 @@ impl GlobalPlanner for ProcessPlanner {
         match planned {
             PlannedPath::Path(path) => {
                 let path = self.checked(&path, obstacles, [start, goal])?;
-                let mut plan = Plan::of_path(path);
+                let mut plan = Plan::of_path(path, radius_m);
                 plan.time_s.search = took_s;
                 Ok(plan)
             }

@@ -1,5 +1,6 @@
 //! Global path planning on a grid: search, pruning and smoothing (paper, section 3).
 
+mod body_path;
 mod bspline;
 mod clearance_cost;
 mod curvature;
@@ -14,6 +15,7 @@ mod search;
 mod settings;
 mod spline;
 
+pub use body_path::BodySpace;
 pub use clearance_cost::ClearanceCosts;
 pub use curvature::{Curvature, Spline};
 pub use error::PlanError;

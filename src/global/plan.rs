@@ -56,6 +56,8 @@ pub struct Plan {
     pub smoothed: Path,
     /// The curve that `smoothed` samples.
     pub spline: Spline,
+    /// Distance that `smoothed` keeps from obstacles, metres.
+    pub radius_m: f64,
     /// Number of cells expanded by the search.
     pub expanded: u32,
     /// Durations of the stages.
@@ -63,10 +65,11 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan of a path that was planned elsewhere: all its stages are this path.
+    /// The plan of a path that was planned elsewhere, at this distance from obstacles in metres: all its stages are this path.
     #[must_use]
-    pub fn of_path(path: Path) -> Self {
+    pub fn of_path(path: Path, radius_m: f64) -> Self {
         Self {
+            radius_m,
             raw: path.clone(),
             pruned: path.clone(),
             spline: Spline::polyline(path.points()),
@@ -128,7 +131,8 @@ pub fn plan(
         prune: pruned_at - searched,
         smooth: clock() - pruned_at,
     };
-    Ok(Plan { raw, pruned, smoothed, spline, expanded: found.expanded, time_s })
+    let (radius_m, expanded) = (space.smoothing.radius_m(), found.expanded);
+    Ok(Plan { raw, pruned, smoothed, spline, radius_m, expanded, time_s })
 }
 
 /// Joins start, cell centres and goal. A centre equal to an end up to rounding is omitted, since the step between them has

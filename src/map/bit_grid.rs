@@ -79,6 +79,11 @@ impl BitGrid {
         grid
     }
 
+    /// Keeps the cells that are true in another grid of the same size too.
+    pub fn intersect(&mut self, other: &Self) {
+        self.words.iter_mut().zip(&other.words).for_each(|(to, from)| *to &= from);
+    }
+
     /// Columns of the nearest true cells of a row: at a column or left of it, and right of it.
     pub fn nearest_in_row(&self, row: i32, column: i32) -> [Option<i32>; 2] {
         let words = self.row(row);

@@ -73,6 +73,16 @@ impl FreeSpace {
         }
     }
 
+    /// Keeps the cells that are free in `other` too.
+    ///
+    /// # Panics
+    /// Panics if the frames differ.
+    pub(crate) fn intersect(&mut self, other: &Self) {
+        assert_eq!(self.frame, other.frame, "both spaces have the same frame");
+        self.free.intersect(&other.free);
+        self.free_by_column.intersect(&other.free_by_column);
+    }
+
     /// Size and pose of the grid.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {

@@ -22,6 +22,8 @@ pub(super) struct PlanRequest {
     pub marks: Vec<Point>,
     /// Moving obstacles that count as obstacles where they are.
     pub discs: Vec<MovingDisc>,
+    /// Obstacles that may not stay.
+    pub transient: Vec<MovingDisc>,
 }
 
 /// A request and its answer carry the same number.
@@ -109,7 +111,8 @@ fn work(
 ) {
     for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
-        let plan = planner.plan(&obstacles, request.start, request.goal, &mut || 0.0);
+        let plan =
+            planner.plan(&obstacles, &request.transient, request.start, request.goal, &mut || 0.0);
         if answers.send((number, plan)).is_err() {
             return;
         }
@@ -155,6 +158,7 @@ mod tests {
             goal: Point::new(5.0, 2.0),
             marks: vec![],
             discs,
+            transient: vec![],
         }
     }
 

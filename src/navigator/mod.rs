@@ -16,6 +16,7 @@ mod frozen_scan;
 mod global_planner;
 mod inflated_bodies;
 mod map_update;
+mod narrow_passages;
 mod navigation_map;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
 mod navigator;

@@ -82,7 +82,7 @@ impl Navigator {
         let map = map.into();
         let closed = map.closed();
         let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
-            global_planner.plan(&closed, from, to, clock)
+            global_planner.plan(&closed, &[], from, to, clock)
         })?;
         let is_tracking = settings.features.tracking;
         let new_model =

@@ -145,6 +145,19 @@ impl ObstacleModel {
         self.map.marks.iter().map(|mark| mark.center)
     }
 
+    /// The marked cells that did not exist yet at a time, seconds, as discs around them.
+    pub(super) fn recent_marks(&self, time_s: f64) -> impl Iterator<Item = MovingDisc> + '_ {
+        let radius = core::f64::consts::FRAC_1_SQRT_2 * self.map.known.frame().resolution_m;
+        let recent = self.map.marks.iter().filter(move |mark| mark.first_s > time_s);
+        recent.map(move |mark| MovingDisc {
+            x: mark.center.x,
+            y: mark.center.y,
+            radius,
+            vx: 0.0,
+            vy: 0.0,
+        })
+    }
+
     /// The distance field between areas of a square window around a point, `half_m` to each side, aligned with the map's cells.
     /// Closed zones and cells outside the map are obstacles. Cells larger than 5 cm are divided.
     ///

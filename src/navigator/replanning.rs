@@ -4,9 +4,9 @@ use super::async_planner::{AsyncPlanner, PlanRequest};
 use super::route::ConditionTimer;
 use super::state::State;
 use super::{Fault, GlobalPlanner, Mode, ObstacleModel};
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, bearing};
 use crate::global::{Plan, PlanError};
-use crate::map::ObstacleGrid;
+use crate::map::{MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 
 /// Beyond this distance from its path the robot has strayed, metres.
@@ -31,6 +31,8 @@ const FORGET_BEYOND_M: f64 = 1.0;
 /// come nearer to its goal (Nav2: `number_of_retries`). Otherwise it could drive for ever between two blocked paths.
 const RETRIES: u32 = 6;
 const RETRY_APART_M: f64 = 3.0;
+/// Paths lead through no narrow passage as close as this to a moving obstacle, metres.
+const MOVING_REACH_M: f64 = 3.0;
 /// Replanning periods between two attempts to find a shortcut.
 const SHORTCUT_PERIODS: f64 = 4.0;
 
@@ -158,11 +160,13 @@ impl Replanner {
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
         let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
+        let transient = obstacles.recent_marks(now.time_s - settings.detour_patience_s);
         let request = PlanRequest {
             start: now.pose.position(),
             goal: state.goal.position,
             marks: obstacles.marks().collect(),
             discs,
+            transient: transient.chain(now.near_turn.iter().map(with_reach)).collect(),
         };
         let due_s = now.time_s + settings.planning_budget_s;
         self.planner.request(request, reason, due_s);
@@ -192,13 +196,22 @@ impl Replanner {
         let Ok(circle) = Footprint::round(self.least_radius_m - slack_m) else {
             return false;
         };
-        let is_near = |point: Point| {
-            let there = Pose::new(point.x, point.y, 0.0);
-            let clearance_m = state.field.clearance_m(&circle, &there);
+        let is_near = |body: &Footprint, pose: &Pose| {
+            let clearance_m = state.field.clearance_m(body, pose);
             clearance_m.is_some_and(|clearance_m| clearance_m < 0.0)
         };
         let ahead_m = state.settings.path_check_distance_m;
-        state.route.ahead(ahead_m, PATH_STEP_M).any(is_near)
+        let points = || state.route.ahead(ahead_m, PATH_STEP_M);
+        if state.route.radius_m >= self.least_radius_m {
+            return points().any(|point| is_near(&circle, &Pose::new(point.x, point.y, 0.0)));
+        }
+        // A path through narrow passages has room for the body that heads along it.
+        let footprint = &state.robot.footprint;
+        let margin_m = state.route.radius_m - footprint.max_disc_radius_m() - slack_m;
+        let body = footprint.padded(margin_m);
+        points().zip(points().skip(1)).any(|(point, next)| {
+            is_near(&body, &Pose::new(point.x, point.y, bearing(&point, &next)))
+        })
     }
 }
 
@@ -226,6 +239,11 @@ impl Retries {
             self.place = Some(*robot);
         }
     }
+}
+
+/// The places that a moving obstacle may reach while the robot is in a narrow passage, in which passive safety would hold it.
+fn with_reach(disc: &MovingDisc) -> MovingDisc {
+    MovingDisc { radius: disc.radius + MOVING_REACH_M, ..*disc }
 }
 
 /// Whether the robot is far off its path, or near it with an obstacle between them.

@@ -8,6 +8,8 @@ use crate::global::{Path, Plan};
 #[derive(Clone, Debug)]
 pub(crate) struct Route {
     pub(super) path: Path,
+    /// Distance that the path keeps from obstacles, metres.
+    pub(super) radius_m: f64,
     /// Arc lengths of the key nodes, metres, increasing; the last is the path's length.
     key_nodes_m: Vec<f64>,
     /// Arc length that the robot has reached, metres.
@@ -31,18 +33,18 @@ impl Route {
         if !global_path {
             let ends = plan.raw.points();
             let straight = Path::new(vec![ends[0], ends[ends.len() - 1]]);
-            return Self::with_nodes(straight, Vec::new(), f64::INFINITY);
+            return Self::with_nodes(straight, Vec::new(), f64::INFINITY, plan.radius_m);
         }
         let path = plan.smoothed.clone();
         let nodes = plan.pruned.points().iter();
         let nodes = nodes.map(|node| path.project(node).arc_m).collect();
         if progress {
-            return Self::with_nodes(path, nodes, settings.key_node_spacing_m);
+            return Self::with_nodes(path, nodes, settings.key_node_spacing_m, plan.radius_m);
         }
-        Self { touched: Some(0), ..Self::with_nodes(path, nodes, f64::INFINITY) }
+        Self { touched: Some(0), ..Self::with_nodes(path, nodes, f64::INFINITY, plan.radius_m) }
     }
 
-    fn with_nodes(path: Path, mut nodes: Vec<f64>, spacing_m: f64) -> Self {
+    fn with_nodes(path: Path, mut nodes: Vec<f64>, spacing_m: f64, radius_m: f64) -> Self {
         nodes.push(path.length_m());
         nodes.sort_by(f64::total_cmp);
         let mut key_nodes_m = Vec::new();
@@ -54,7 +56,7 @@ impl Route {
             key_nodes_m.extend(between);
             last = node;
         }
-        Self { path, key_nodes_m, progress_m: 0.0, touched: None }
+        Self { path, radius_m, key_nodes_m, progress_m: 0.0, touched: None }
     }
 
     /// The key nodes in order, the goal last.

@@ -1,10 +1,13 @@
 //! Global planning for a robot, at two distances from walls.
 
 use super::NavigatorSettings;
+use super::narrow_passages::NarrowPassages;
 use super::obstacle_model::FIELD_CELL_M;
 use crate::geometry::Point;
-use crate::global::{self, ClearanceCosts, Plan, PlanError, PlanningSpace, Searcher};
-use crate::map::{FreeSpace, ObstacleGrid};
+use crate::global::{
+    self, BodySpace, ClearanceCosts, Plan, PlanError, PlanningSpace, SearchMethod, Searcher,
+};
+use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 
 /// A path need not keep the comfort margin within this many margins of start and goal: either may be anywhere that is safe,
@@ -15,6 +18,9 @@ const END_REACH_MARGINS: f64 = 4.0;
 const SQUEEZE_WITHIN_RADII: f64 = 3.0;
 /// Distance of the robot's largest disc to obstacles on such a path, metres: the least margin of the local planner and its errors.
 const SQUEEZING_MARGIN_M: f64 = 0.03;
+
+/// Additional cost next to an obstacle on a path through narrow passages.
+const NARROW_WEIGHT: f64 = 15.0;
 
 /// Plans paths that keep a comfortable distance from walls where there is room, else the least safe distance.
 #[derive(Clone, Debug)]
@@ -28,6 +34,8 @@ pub struct RoutePlanner {
     comfortable_radius_m: f64,
     squeezing_radius_m: f64,
     comfort_detour: f64,
+    /// `None` for a robot that is as wide as long.
+    narrow: Option<NarrowPassages>,
 }
 
 /// Free space and costs of a map.
@@ -42,6 +50,7 @@ struct Terrain {
 /// What to plan, and the clock that times it.
 struct Task<'a> {
     terrain: &'a Terrain,
+    transient: &'a [MovingDisc],
     start: Point,
     goal: Point,
     clock: &'a mut dyn FnMut() -> f64,
@@ -70,6 +79,7 @@ impl RoutePlanner {
             comfortable_radius_m,
             squeezing_radius_m: footprint.max_disc_radius_m() + SQUEEZING_MARGIN_M,
             comfort_detour: navigator.comfort_detour,
+            narrow: NarrowPassages::new(footprint, navigator, resolution_m, least_radius_m),
         }
     }
 
@@ -89,6 +99,9 @@ impl RoutePlanner {
     /// point. Where no path leads on from there, the path may pass obstacles near the start as closely as the robot's own
     /// width allows: the robot leaves where it came in.
     ///
+    /// Where the circle around the robot fits nowhere, or only on a much longer path, the path may lead through passages in which
+    /// the robot fits along the path.
+    ///
     /// # Errors
     /// When there is no path even at the least radius.
     pub fn plan(
@@ -98,10 +111,27 @@ impl RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
+        self.plan_among(obstacles, &[], start, goal, clock)
+    }
+
+    /// As [`Self::plan`], where the obstacles within some discs may not stay: the path keeps the usual distance from them.
+    ///
+    /// # Errors
+    /// As [`Self::plan`].
+    pub fn plan_among(
+        &mut self,
+        obstacles: &ObstacleGrid,
+        transient: &[MovingDisc],
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError> {
         let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
         let terrain = self.terrain.take().filter(is_this);
         let terrain = terrain.unwrap_or_else(|| self.terrain(obstacles));
-        let outcome = self.plan_on(&mut Task { terrain: &terrain, start, goal, clock });
+        let task = &mut Task { terrain: &terrain, transient, start, goal, clock };
+        let usual = self.plan_on(task);
+        let outcome = self.narrow_if_better(task, usual);
         self.terrain = Some(terrain);
         outcome
     }
@@ -127,7 +157,7 @@ impl RoutePlanner {
         }
         let detour = self.comfort_detour;
         let Ok(wide) = self.search(task, [&comfortable, least]) else {
-            return self.search(task, [least, least]).or_else(|error| self.squeezed(task, error));
+            return self.search(task, [least, least]);
         };
         let is_detour = |shortest_m: f64| wide.smoothed.length_m() > detour * shortest_m;
         // No path is shorter than the straight line.
@@ -138,6 +168,51 @@ impl RoutePlanner {
         let (expanded, time_s) = (wide.expanded + close.expanded, wide.time_s + close.time_s);
         let chosen = if is_detour(close.smoothed.length_m()) { close } else { wide };
         Ok(Plan { expanded, time_s, ..chosen })
+    }
+
+    /// A path through narrow passages where there is no other one, or only a much longer one; else the other one. Where there is
+    /// neither, one that leaves a tight place.
+    fn narrow_if_better(
+        &mut self,
+        task: &mut Task<'_>,
+        usual: Result<Plan, PlanError>,
+    ) -> Result<Plan, PlanError> {
+        let straight_m = (task.goal - task.start).norm();
+        let length_m = match &usual {
+            Ok(plan) => plan.smoothed.length_m(),
+            Err(PlanError::NoValidPath { .. }) => f64::INFINITY,
+            Err(_) => straight_m,
+        };
+        let narrow =
+            (length_m > self.comfort_detour * straight_m).then(|| self.narrow(task)).flatten();
+        let is_better = |plan: &Plan| self.comfort_detour * plan.smoothed.length_m() < length_m;
+        match narrow.filter(is_better) {
+            Some(plan) => Ok(plan),
+            None => usual.or_else(|error| self.squeezed(task, error)),
+        }
+    }
+
+    /// A path through narrow passages on which the robot fits.
+    fn narrow(&mut self, task: &mut Task<'_>) -> Option<Plan> {
+        let passages = self.narrow.as_ref()?;
+        let Terrain { obstacles, least, .. } = task.terrain;
+        let space = passages.space(obstacles, task.transient);
+        // Through the middle of a passage, and not round its corner.
+        let costs = ClearanceCosts::new(obstacles, self.comfortable_radius_m, NARROW_WEIGHT);
+        let ground = PlanningSpace { search: &space, smoothing: &space, costs: Some(&costs) };
+        let settings = global::Settings { search: SearchMethod::AStar, ..self.settings.clone() };
+        let from = self.free_start(obstacles, &space, task.start);
+        let plan =
+            global::plan(&mut self.searcher, &ground, from, task.goal, &settings, task.clock);
+        let plan = plan.ok()?;
+        let body = BodySpace { discs: &passages.discs, narrow: &space, wide: least };
+        if body.fits_along(plan.smoothed.points()) {
+            return Some(plan);
+        }
+        let path = body.path_near(&plan.raw, &costs)?;
+        let (expanded, time_s) = (plan.expanded, plan.time_s);
+        let plan = Plan { expanded, time_s, ..Plan::of_path(path, plan.radius_m) };
+        body.fits_along(plan.smoothed.points()).then_some(plan)
     }
 
     /// A path that may pass obstacles near its start more closely; the given error where there is none.

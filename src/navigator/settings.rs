@@ -132,6 +132,9 @@ settings! {
         pub progress: bool = true;
         /// Moving obstacles are tracked and predicted. Off: they are marked as static ones.
         pub tracking: bool = true;
+        /// Paths may lead through passages in which the robot fits, but cannot turn on the spot. Off: every path has room for the
+        /// circle around the robot.
+        pub narrow_passages: bool = true;
         /// Paths are replanned. Off: the robot follows the first one to the end.
         pub replanning: bool = true;
         /// The robot can stop before a moving obstacle reaches it, even if that turns (passive safety). Off for a

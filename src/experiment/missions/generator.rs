@@ -72,7 +72,10 @@ impl MissionSite {
         config: &Config,
     ) -> Result<WorldSimulation, ExperimentError> {
         rules.validate()?;
-        let mut planner = config.route_planner(self.map.frame().resolution_m);
+        // The same missions whether or not the robot drives through narrow passages.
+        let mut settings = config.clone();
+        settings.navigator.features.narrow_passages = false;
+        let mut planner = settings.route_planner(self.map.frame().resolution_m);
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         let (start, goal, plan) = self.ends(rules, &mut planner, &mut rng)?;
         let path = &plan.smoothed;

@@ -1,0 +1,264 @@
+//! Paths on which a body fits that is longer than wide: where its circle does not fit, the search knows the heading.
+
+use core::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::{ClearanceCosts, Path, STRAIGHT};
+use crate::geometry::{Point, Pose, bearing, wrap_angle};
+use crate::map::{Cell, FreeSpace, GridFrame};
+
+/// Moves ahead at each heading, cells. The headings are those of the moves.
+const AHEAD: [(i32, i32); 16] = [
+    (1, 0),
+    (2, 1),
+    (1, 1),
+    (1, 2),
+    (0, 1),
+    (-1, 2),
+    (-1, 1),
+    (-2, 1),
+    (-1, 0),
+    (-2, -1),
+    (-1, -1),
+    (-1, -2),
+    (0, -1),
+    (1, -2),
+    (1, -1),
+    (2, -1),
+];
+const HEADINGS: usize = AHEAD.len();
+/// A turn to the next heading costs as much as this distance, metres.
+const TURN_M: f64 = 0.1;
+/// The search with headings stays this close to the path of the discs, metres.
+const REACH_M: f64 = 1.5;
+/// Distance and angle between two checked poses, metres and radians.
+const STEP_M: f64 = 0.05;
+const STEP_RAD: f64 = 0.1;
+/// Largest sum of turns in a stretch where the body does not fit at any heading, radians. The local planner follows no sharper bend
+/// there: it creeps.
+const MAX_TURN_RAD: f64 = 0.6;
+/// A turn there costs this many times as much.
+const NARROW_TURN_COST: u64 = 4;
+
+/// The free space of a body made of equal discs.
+#[derive(Clone, Copy, Debug)]
+pub struct BodySpace<'a> {
+    /// Centres of the discs in the robot's frame, metres.
+    pub discs: &'a [Point],
+    /// The cells in which the centre of a disc may be.
+    pub narrow: &'a FreeSpace,
+    /// The cells in which the body may have any heading.
+    pub wide: &'a FreeSpace,
+}
+
+impl BodySpace<'_> {
+    fn has_any_heading(&self, place: &Point) -> bool {
+        self.wide.frame().cell_of(place).is_some_and(|cell| self.wide.is_free(cell))
+    }
+
+    /// Whether the body fits at a place with a heading.
+    fn fits_at(&self, place: &Point, yaw: f64) -> bool {
+        let pose = Pose::new(place.x, place.y, yaw);
+        let frame = self.narrow.frame();
+        self.has_any_heading(place)
+            || self.discs.iter().all(|center| {
+                let cell = frame.cell_of(&pose.transform(center));
+                cell.is_some_and(|cell| self.narrow.is_free(cell))
+            })
+    }
+
+    /// Whether the body fits on a straight way along which it heads.
+    fn fits_ahead(&self, from: &Point, to: &Point, yaw: f64) -> bool {
+        let steps = ((to - from).norm() / STEP_M).ceil().max(1.0);
+        let at = |step: u32| from + (to - from) * (f64::from(step) / steps);
+        (0..=steps as u32).all(|step| self.fits_at(&at(step), yaw))
+    }
+
+    /// Whether the body fits while it turns on the spot.
+    fn fits_turning(&self, place: &Point, from_yaw: f64, to_yaw: f64) -> bool {
+        let turn = wrap_angle(to_yaw - from_yaw);
+        let steps = (turn.abs() / STEP_RAD).ceil().max(1.0);
+        let at = |step: u32| from_yaw + turn * f64::from(step) / steps;
+        self.has_any_heading(place) || (0..=steps as u32).all(|step| self.fits_at(place, at(step)))
+    }
+
+    /// Whether the body fits where it heads along the lines between points, and turns at the corners; no bend is sharp where it does not
+    /// fit at any heading.
+    #[must_use]
+    pub fn fits_along(&self, points: &[Point]) -> bool {
+        let (mut last, mut turned) = (None, 0.0);
+        points.windows(2).all(|pair| {
+            let yaw = bearing(&pair[0], &pair[1]);
+            let before = last.replace(yaw).unwrap_or(yaw);
+            turned += wrap_angle(yaw - before).abs();
+            if self.has_any_heading(&pair[0]) {
+                turned = 0.0;
+            }
+            turned <= MAX_TURN_RAD
+                && self.fits_turning(&pair[0], before, yaw)
+                && self.fits_ahead(&pair[0], &pair[1], yaw)
+        })
+    }
+
+    /// A path near another one, on which the body fits; `None` where there is none. The other path leads through cells in which a
+    /// disc of the body may be.
+    ///
+    /// Searches over cells and headings by A*: the body drives ahead, or turns on the spot. Costs are those of the clearance.
+    #[must_use]
+    pub fn path_near(&self, guide: &Path, costs: &ClearanceCosts) -> Option<Path> {
+        let (first, last) = (guide.points().first()?, guide.points().last()?);
+        let strip = Strip::along(guide, self.narrow);
+        let frame = *self.narrow.frame();
+        let yaws =
+            AHEAD.map(|(dx, dy)| libm::atan2(f64::from(dy), f64::from(dx)) + frame.origin.yaw);
+        let goal = strip.place_of(frame.cell_of(last)?)?;
+        let start = strip.place_of(frame.cell_of(first)?)?;
+        let mut states = States::new(strip.cells.len() * HEADINGS);
+        let center = |place: usize| frame.center_of(strip.cells[place]);
+        for (heading, &yaw) in yaws.iter().enumerate() {
+            if self.fits_at(&center(start), yaw) {
+                states.reach(start * HEADINGS + heading, 0, strip.left[start], None);
+            }
+        }
+        let turn = (TURN_M / frame.resolution_m * STRAIGHT as f64) as u64;
+        while let Some((state, cost)) = states.next() {
+            let (place, heading) = (state / HEADINGS, state % HEADINGS);
+            if place == goal {
+                let mut points = vec![*last];
+                points.extend(states.back_from(state).map(|state| center(state / HEADINGS)));
+                points.push(*first);
+                points.reverse();
+                return Some(Path::new(self.shortened(&points)));
+            }
+            let (from, yaw) = (center(place), yaws[heading]);
+            let price = |place: usize, cost| costs.price(frame.index(strip.cells[place]), cost);
+            let turn = if self.has_any_heading(&from) { turn } else { NARROW_TURN_COST * turn };
+            for next in [(heading + 1) % HEADINGS, (heading + HEADINGS - 1) % HEADINGS] {
+                let next_state = place * HEADINGS + next;
+                let cost = cost + price(place, turn);
+                if states.is_better(next_state, cost) && self.fits_turning(&from, yaw, yaws[next]) {
+                    states.reach(next_state, cost, strip.left[place], Some(state));
+                }
+            }
+            let (dx, dy) = AHEAD[heading];
+            let Cell { column, row } = strip.cells[place];
+            let Some(next) = strip.place_of(Cell::new(column + dx, row + dy)) else {
+                continue;
+            };
+            let length = f64::from(dx * dx + dy * dy).sqrt() * STRAIGHT as f64;
+            let (next_state, cost) = (next * HEADINGS + heading, cost + price(next, length as u64));
+            if states.is_better(next_state, cost) && self.fits_ahead(&from, &center(next), yaw) {
+                states.reach(next_state, cost, strip.left[next], Some(state));
+            }
+        }
+        None
+    }
+
+    /// Leaves out points between which the body fits on the straight way.
+    fn shortened(&self, points: &[Point]) -> Vec<Point> {
+        let mut kept: Vec<Point> = points.first().into_iter().copied().collect();
+        let mut at = 0;
+        while at + 1 < points.len() {
+            let before = kept.len().saturating_sub(2);
+            let fits = |&to: &usize| {
+                let mut tried = kept[before..].to_vec();
+                tried.extend_from_slice(&points[to..points.len().min(to + 2)]);
+                self.fits_along(&tried)
+            };
+            at = (at + 1..points.len()).rev().find(fits).unwrap_or(at + 1);
+            kept.push(points[at]);
+        }
+        kept
+    }
+}
+
+/// The free cells next to a path.
+struct Strip {
+    frame: GridFrame,
+    cells: Vec<Cell>,
+    /// Lower bound of the cost from each of them to the end of the path.
+    left: Vec<u64>,
+    /// Place of each cell of the grid among these, plus one; zero for the others.
+    places: Vec<u32>,
+}
+
+impl Strip {
+    fn along(guide: &Path, space: &FreeSpace) -> Self {
+        let frame = *space.frame();
+        let mut strip =
+            Self { frame, cells: Vec::new(), left: Vec::new(), places: vec![0; frame.len()] };
+        let reach = REACH_M / frame.resolution_m;
+        let steps = (guide.length_m() / frame.resolution_m).ceil().max(1.0) as u32;
+        // From the end on, so that each cell gets the least of the lengths that are left next to it.
+        for step in 0..=steps {
+            let left_m = guide.length_m() * f64::from(step) / f64::from(steps);
+            let at = frame.to_cell_units(&guide.point_at(guide.length_m() - left_m));
+            let left = (left_m / frame.resolution_m - reach).max(0.0) * STRAIGHT as f64;
+            let span = |at: f64| (at - reach).floor() as i32..=(at + reach).ceil() as i32;
+            for row in span(at.y) {
+                for column in span(at.x) {
+                    let cell = Cell::new(column, row);
+                    if (cell.center() - at).norm() <= reach && space.is_free(cell) {
+                        strip.add(cell, left as u64);
+                    }
+                }
+            }
+        }
+        strip
+    }
+
+    fn add(&mut self, cell: Cell, left: u64) {
+        let place = &mut self.places[self.frame.index(cell)];
+        if *place == 0 {
+            self.cells.push(cell);
+            self.left.push(left);
+            *place = self.cells.len() as u32;
+        }
+    }
+
+    fn place_of(&self, cell: Cell) -> Option<usize> {
+        if !self.frame.contains(cell) {
+            return None;
+        }
+        (self.places[self.frame.index(cell)] as usize).checked_sub(1)
+    }
+}
+
+/// What the search knows of its states.
+struct States {
+    costs: Vec<u64>,
+    /// The state before each one, plus one; zero for the first.
+    before: Vec<u32>,
+    open: BinaryHeap<Reverse<(u64, u64, u32)>>,
+}
+
+impl States {
+    fn new(count: usize) -> Self {
+        Self { costs: vec![u64::MAX; count], before: vec![0; count], open: BinaryHeap::new() }
+    }
+
+    fn is_better(&self, state: usize, cost: u64) -> bool {
+        cost < self.costs[state]
+    }
+
+    fn reach(&mut self, state: usize, cost: u64, left: u64, before: Option<usize>) {
+        self.costs[state] = cost;
+        self.before[state] = before.map_or(0, |before| before as u32 + 1);
+        self.open.push(Reverse((cost + left, cost, state as u32)));
+    }
+
+    /// The open state with the least estimate, and its cost.
+    fn next(&mut self) -> Option<(usize, u64)> {
+        while let Some(Reverse((_, cost, state))) = self.open.pop() {
+            if self.costs[state as usize] == cost {
+                return Some((state as usize, cost));
+            }
+        }
+        None
+    }
+
+    /// A state and those before it.
+    fn back_from(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
+        core::iter::successors(Some(state), |&state| (self.before[state] as usize).checked_sub(1))
+    }
+}

@@ -1,0 +1,183 @@
+//! Paths through passages in which the robot fits along its path, and cannot turn on the spot.
+
+use core::f64::consts::{FRAC_PI_4, TAU};
+use std::sync::Arc;
+
+use inbye::geometry::{Point, Pose, bearing, wrap_angle};
+use inbye::global::{self, Plan, PlanError, PlanningSpace, Searcher};
+use inbye::local::CpuEngine;
+use inbye::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid};
+use inbye::navigator::{Goal, NavigatorSettings, RoutePlanner};
+use inbye::robot::Footprint;
+use inbye::runtime::{Config, Mission, Observer};
+use inbye::sim::{Simulation, World};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A room of 12 by 6 m with a wall at x = 6, which has a door around y = 3. The grid may be turned.
+fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
+    let frame =
+        GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::new(0.0, 0.0, yaw) };
+    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let half = door_m / 0.05 / 2.0;
+    for (column, row) in (0..240).flat_map(|column| (0..120).map(move |row| (column, row))) {
+        let is_door = (f64::from(row) + 0.5 - 60.0).abs() < half;
+        let is_wall = (118..122).contains(&column) && !is_door;
+        let is_border = column.min(row) == 0 || column == 239 || row == 119;
+        obstacles.set(Cell::new(column, row), is_wall || is_border);
+    }
+    obstacles
+}
+
+fn footprint() -> Footprint {
+    Config::default().robot.footprint
+}
+
+fn planner(change: impl FnOnce(&mut NavigatorSettings)) -> RoutePlanner {
+    let mut settings = NavigatorSettings::default();
+    change(&mut settings);
+    RoutePlanner::new(&footprint(), &settings, global::Settings::default(), 0.05)
+}
+
+fn plan(obstacles: &ObstacleGrid, transient: &[MovingDisc]) -> Result<Plan, PlanError> {
+    let place = |x, y| obstacles.frame().origin.transform(&Point::new(x, y));
+    planner(|_| {}).plan_among(obstacles, transient, place(2.0, 4.5), place(10.0, 1.5), &mut || 0.0)
+}
+
+/// Least gap of the body that heads along a path and turns at its corners, metres, by the exact gaps of the simulator. Where the
+/// circle around the body is clear, it counts.
+fn least_gap_m(obstacles: &ObstacleGrid, points: &[Point]) -> f64 {
+    let world = World::new(obstacles.clone());
+    let (body, circle) =
+        (footprint(), Footprint::round(footprint().body_radius_m()).expect("a radius"));
+    let gap_m = |pose: &Pose| world.gap_m(&circle, pose).max(world.gap_m(&body, pose));
+    let mut least_m = f64::INFINITY;
+    let mut last: Option<f64> = None;
+    for pair in points.windows(2) {
+        let yaw = bearing(&pair[0], &pair[1]);
+        let turn = wrap_angle(yaw - last.replace(yaw).unwrap_or(yaw));
+        for step in 0..=20 {
+            let yaw = yaw - turn * f64::from(step) / 20.0;
+            least_m = least_m.min(gap_m(&Pose::new(pair[0].x, pair[0].y, yaw)));
+        }
+        let steps = ((pair[1] - pair[0]).norm() / 0.01).ceil() as u32;
+        for step in 0..=steps {
+            let at = pair[0] + (pair[1] - pair[0]) * (f64::from(step) / f64::from(steps.max(1)));
+            least_m = least_m.min(gap_m(&Pose::new(at.x, at.y, yaw)));
+        }
+    }
+    least_m
+}
+
+#[test]
+fn body_passes_a_door_that_its_circle_does_not() {
+    let safety_m = NavigatorSettings::default().safety_margin_m;
+    let usual = planner(|settings| settings.features.narrow_passages = false);
+    // The body is 0.5 m wide.
+    for (door_m, yaw) in [(0.85, 0.0), (0.9, 0.0), (1.0, 0.0), (0.95, 0.3), (1.0, FRAC_PI_4)] {
+        let obstacles = room(door_m, yaw);
+        assert!(2.0 * usual.least_radius_m() > door_m);
+        let place = |x, y| obstacles.frame().origin.transform(&Point::new(x, y));
+        let ends = [place(2.0, 4.5), place(10.0, 1.5)];
+        let error =
+            usual.clone().plan(&obstacles, ends[0], ends[1], &mut || 0.0).expect_err("narrow");
+        assert!(matches!(error, PlanError::NoValidPath { .. }), "{error}");
+        let plan = plan(&obstacles, &[]).expect("the body fits");
+        let gap_m = least_gap_m(&obstacles, plan.smoothed.points());
+        assert!(gap_m >= safety_m, "{door_m} m: {gap_m} m");
+        assert!(plan.radius_m < usual.least_radius_m() && plan.smoothed.length_m() < 9.5);
+    }
+    assert!(matches!(plan(&room(0.7, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
+}
+
+#[test]
+fn passage_next_to_an_obstacle_that_may_leave_is_not_planned_through() {
+    let obstacles = room(0.9, 0.0);
+    let person = |x: f64| MovingDisc { x, y: 2.5, radius: 0.3, vx: 0.0, vy: 0.0 };
+    assert!(plan(&obstacles, &[person(5.8)]).is_err());
+    assert!(plan(&obstacles, &[person(9.0)]).is_ok(), "far from the door");
+}
+
+#[test]
+fn usual_path_is_kept_unless_it_is_much_longer() {
+    let with_gap = |gap: i32| {
+        let mut obstacles = room(0.9, 0.0);
+        // A wide door at the end of the wall.
+        (118..122).for_each(|column| {
+            (gap..gap + 30).for_each(|row| obstacles.set(Cell::new(column, row), false));
+        });
+        plan(&obstacles, &[]).expect("a path").radius_m
+    };
+    let least_m = planner(|_| {}).least_radius_m();
+    assert!(with_gap(85) >= least_m, "the wide door is near the narrow one");
+    // Beyond a wall that leads around the wide door.
+    let mut obstacles = room(0.9, 0.0);
+    for row in 1..30 {
+        (118..122).for_each(|column| obstacles.set(Cell::new(column, row), false));
+    }
+    for column in 20..118 {
+        obstacles.set(Cell::new(column, 34), true);
+    }
+    assert!(plan(&obstacles, &[]).expect("a path").radius_m < least_m);
+}
+
+/// Posts everywhere: most paths have to know the heading.
+fn posts(random: &mut Pcg64Mcg) -> ObstacleGrid {
+    let frame = GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::default() };
+    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    for _ in 0..70 {
+        let post = Point::new(random.random_range(3.0..9.0), random.random_range(0.0..6.0));
+        obstacles.fill_disc(&post, random.random_range(0.03..0.15));
+    }
+    obstacles
+}
+
+#[test]
+fn body_fits_on_every_path_through_narrow_passages() {
+    let safety_m = NavigatorSettings::default().safety_margin_m;
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let (mut narrow, mut unfit, mut with_headings) = (0, 0, 0);
+    for case in 0..120 {
+        let obstacles = posts(&mut random);
+        let ends = [Point::new(1.5, random.random_range(1.0..5.0)), Point::new(10.5, 3.0)];
+        let mut planner = planner(|_| {});
+        let least_m = planner.least_radius_m();
+        let found = planner.plan(&obstacles, ends[0], ends[1], &mut || 0.0);
+        let Some(plan) = found.ok().filter(|plan| plan.radius_m < least_m) else {
+            continue;
+        };
+        narrow += 1;
+        with_headings += u32::from(plan.raw == plan.smoothed);
+        let gap_m = least_gap_m(&obstacles, plan.smoothed.points());
+        assert!(gap_m >= safety_m, "{case}: {gap_m} m");
+        // The check is of use: a path that keeps the same distance and does not know the heading leaves too little.
+        let space = FreeSpace::new(&obstacles, plan.radius_m);
+        let ground = PlanningSpace { search: &space, smoothing: &space, costs: None };
+        let settings = global::Settings::default();
+        let mut searcher = Searcher::default();
+        let blind = global::plan(&mut searcher, &ground, ends[0], ends[1], &settings, &mut || 0.0);
+        let blind = blind.expect("a path of the discs").smoothed;
+        unfit += u32::from(least_gap_m(&obstacles, blind.points()) < safety_m);
+    }
+    assert!(narrow >= 20 && unfit >= narrow / 2, "{narrow} narrow, {unfit} unfit");
+    assert!(with_headings >= 10, "{with_headings} by the search with headings");
+}
+
+#[test]
+fn robot_drives_through_a_door_of_ninety_centimetres() {
+    let obstacles = room(0.9, 0.0);
+    let cells = obstacles.cells().iter().map(|blocked| if *blocked { 100 } else { 0 }).collect();
+    let map = Arc::new(OccupancyGrid::new(*obstacles.frame(), cells));
+    for turns in 0..4 {
+        let start = Pose::new(2.0, 4.5, f64::from(turns) * TAU / 4.0);
+        let goal = Goal { position: Point::new(10.0, 1.5), yaw: None };
+        let simulation = Simulation::new(Mission {
+            time_limit_s: 90.0,
+            ..Mission::new(Arc::clone(&map), start, goal)
+        });
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+        let engine = Box::new(CpuEngine::single_threaded());
+        let result = simulation.run(&Config::default(), engine, &mut observer).expect("a drive");
+        assert!(result.reached && result.min_clearance_m > 0.1, "{turns}: {result:?}");
+    }
+}
