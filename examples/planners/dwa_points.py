@@ -4,7 +4,7 @@ Fox, Burgard and Thrun 1997. Number of samples, horizon and weights are those of
 (`base_local_planner_params.yaml`): distance to the path, to a local goal on it, and to obstacles within 0.3 m.
 """
 import numpy as np
-from controller_loop import arcs, corners_of, gaps, path_ahead, scan_points, serve
+from controller_loop import arcs, corners_of, gaps, nearest, path_ahead, scan_points, serve
 
 SAMPLES, HORIZON_S, STEP_S = (6, 20), 2.0, 0.1
 PATH, GOAL, OBSTACLE = 0.75, 1.0, 0.1
@@ -23,10 +23,13 @@ def make(start):
         samples = np.array([(v, w) for v in speeds for w in np.append(rates, 0.0)] + [(0.0, w) for w in rates if abs(w) > 0.3])
         path, points = path_ahead(tick, LOCAL_GOAL_M), scan_points(tick, fastest * HORIZON_S + 0.6)[::3]
         poses = arcs(samples, times)
-        gap = gaps(poses, points, corners).min(axis=1)
+        gap = np.full(len(samples), np.inf)
+        # The horizon in parts: a sample that is not clear in one of them is not checked in the next.
+        for part in np.split(poses, 4, axis=1):
+            clear = gap >= PADDING_M
+            gap[clear] = np.minimum(gap[clear], gaps(part[clear], points, corners, INFLATION_M).min(axis=1))
         end = poses[:, -1, :2]
-        to_path = np.linalg.norm(end[:, None] - path, axis=-1).min(axis=1)
-        to_goal = np.linalg.norm(end - path[-1], axis=-1)
+        to_path, to_goal = nearest(end, path), nearest(end, path[-1:])
         near = np.clip(1.0 - gap / INFLATION_M, 0.0, 1.0)
         cost = PATH * to_path + GOAL * to_goal + OBSTACLE * near
         cost[gap < PADDING_M] = np.inf

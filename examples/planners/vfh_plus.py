@@ -17,18 +17,21 @@ def make(start):
         distance = np.maximum(np.linalg.norm(points, axis=1), 1e-6)
         bearing = np.arctan2(points[:, 1], points[:, 0])
         enlarged = np.arcsin(np.minimum(radius / distance, 1.0))
-        blocked = (apart(centers[:, None], bearing) <= enlarged).any(axis=1)
+        # As `apart`, without complex numbers: these are 72 angles for each point.
+        between = np.abs(centers[:, None] - bearing)
+        blocked = (np.minimum(between, 2 * np.pi - between) <= enlarged).any(axis=1)
         free = np.flatnonzero(~blocked)
         if len(free) == 0:
             return 0.0, limits["max_vel_theta"] / 2
         x, y = path_ahead(tick, 1.2)[-1]
         target = np.arctan2(y, x)
         # In a wide opening the direction keeps half its width from the edge; a narrow one is driven through its middle.
-        margin = np.array([min(np.roll(blocked, -sector).argmax(), np.roll(blocked[::-1], sector + 1).argmax()) if blocked.any() else WIDE_SECTORS for sector in free])
+        sectors = np.abs(free[:, None] - np.flatnonzero(blocked))
+        margin = np.minimum(sectors, SECTORS - sectors).min(axis=1, initial=WIDE_SECTORS)
         cost = TARGET * apart(centers[free], target) + HEADING * apart(centers[free], 0.0) + PREVIOUS * apart(centers[free], last[0])
         last[0] = centers[free][(cost + 0.1 * np.maximum(0, WIDE_SECTORS // 4 - margin)).argmin()]
         ahead = points[(np.abs(points[:, 1]) < radius) & (points[:, 0] > 0), 0]
-        room = max(0.0, min(ahead, default=WINDOW_M) - radius)
+        room = max(0.0, ahead.min(initial=WINDOW_M) - radius)
         speed = min(limits["max_vel_x"], np.sqrt(-2 * limits["decel_lim_x"] * 0.5 * room)) * max(0.0, np.cos(last[0])) ** 2
         return speed, np.clip(2.0 * last[0], -limits["max_vel_theta"], limits["max_vel_theta"])
 
