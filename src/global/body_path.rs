@@ -1,6 +1,7 @@
 //! Paths on which a body fits that is longer than wide: where its circle does not fit, the search knows the heading.
 
 use core::cmp::Reverse;
+use core::iter::{once, successors};
 use std::collections::BinaryHeap;
 
 use super::{ClearanceCosts, Path, STRAIGHT};
@@ -31,6 +32,8 @@ const HEADINGS: usize = AHEAD.len();
 const TURN_M: f64 = 0.1;
 /// The search with headings stays this close to the path of the discs, metres.
 const REACH_M: f64 = 1.5;
+/// Most cells of that search: a path of 200 m over cells of 5 cm has as many. It takes 200 bytes for each.
+const MAX_CELLS: usize = 250_000;
 /// Distance and angle between two checked poses, metres and radians.
 const STEP_M: f64 = 0.05;
 const STEP_RAD: f64 = 0.1;
@@ -107,7 +110,7 @@ impl BodySpace<'_> {
     #[must_use]
     pub fn path_near(&self, guide: &Path, costs: &ClearanceCosts) -> Option<Path> {
         let (first, last) = (guide.points().first()?, guide.points().last()?);
-        let strip = Strip::along(guide, self.narrow);
+        let strip = Strip::along(guide, self.narrow)?;
         let frame = *self.narrow.frame();
         let yaws =
             AHEAD.map(|(dx, dy)| libm::atan2(f64::from(dy), f64::from(dx)) + frame.origin.yaw);
@@ -124,10 +127,11 @@ impl BodySpace<'_> {
         while let Some((state, cost)) = states.next() {
             let (place, heading) = (state / HEADINGS, state % HEADINGS);
             if place == goal {
-                let mut points = vec![*last];
-                points.extend(states.back_from(state).map(|state| center(state / HEADINGS)));
-                points.push(*first);
-                points.reverse();
+                let mut places: Vec<usize> =
+                    states.turns_before(state).map(|state| state / HEADINGS).collect();
+                places.dedup();
+                let corners = places.into_iter().rev().map(center);
+                let points: Vec<Point> = once(*first).chain(corners).chain(once(*last)).collect();
                 return Some(Path::new(self.shortened(&points)));
             }
             let (from, yaw) = (center(place), yaws[heading]);
@@ -183,7 +187,8 @@ struct Strip {
 }
 
 impl Strip {
-    fn along(guide: &Path, space: &FreeSpace) -> Self {
+    /// `None` where there are too many cells.
+    fn along(guide: &Path, space: &FreeSpace) -> Option<Self> {
         let frame = *space.frame();
         let mut strip =
             Self { frame, cells: Vec::new(), left: Vec::new(), places: vec![0; frame.len()] };
@@ -203,8 +208,11 @@ impl Strip {
                     }
                 }
             }
+            if strip.cells.len() > MAX_CELLS {
+                return None;
+            }
         }
-        strip
+        Some(strip)
     }
 
     fn add(&mut self, cell: Cell, left: u64) {
@@ -257,8 +265,15 @@ impl States {
         None
     }
 
-    /// A state and those before it.
-    fn back_from(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
-        core::iter::successors(Some(state), |&state| (self.before[state] as usize).checked_sub(1))
+    fn before(&self, state: usize) -> Option<usize> {
+        (self.before[state] as usize).checked_sub(1)
+    }
+
+    /// The states before one, from it on backwards, to which a turn leads.
+    fn turns_before(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
+        let turns_to = |state: &usize| {
+            self.before(*state).is_some_and(|before| before / HEADINGS == state / HEADINGS)
+        };
+        successors(Some(state), |&state| self.before(state)).filter(turns_to)
     }
 }
