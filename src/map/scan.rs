@@ -64,8 +64,8 @@ impl Scan {
         let within = |range: &f64| (0.0..=self.range_max).contains(range);
         let beams = self.ranges.iter().enumerate();
         beams.filter(move |(_, range)| within(range)).map(move |(beam, &range)| {
-            let direction = pose.yaw + self.angle(beam);
-            Point::new(pose.x + range * libm::cos(direction), pose.y + range * libm::sin(direction))
+            let (sin, cos) = libm::sincos(pose.yaw + self.angle(beam));
+            Point::new(pose.x + range * cos, pose.y + range * sin)
         })
     }
 }
