@@ -106,26 +106,33 @@ fn plan_legs(
     let mut clock = wall_clock();
     let mut planner = planner(task, config, obstacles, &mut clock);
     let mut from = task.start.position;
-    let mut legs = Vec::new();
-    let mut clearances = None;
+    let (mut plans, mut failure) = (Vec::new(), None);
     for (index, stop) in task.via.iter().chain([&task.goal]).enumerate() {
         let to = stop.position;
-        let plan = match planner(from, to) {
-            Ok(plan) => plan,
+        match planner(from, to) {
+            Ok(plan) => plans.push((from, to, plan)),
             Err(error) => {
                 let count = task.via.len();
                 let via = (index < count).then_some(index + 1);
                 let name = via.map_or_else(|| "goal".to_owned(), |via| format!("via {via}"));
                 let stop = (count > 0).then_some(name);
-                return (legs, Some(LegFailure { via, stop, error }));
+                failure = Some(LegFailure { via, stop, error });
+                break;
             }
-        };
-        let clearances = clearances.get_or_insert_with(|| PathClearance::new(obstacles));
-        let clearance_m = clearances.min_m(&plan.smoothed);
-        legs.push(Leg { from, to, plan, clearance_m });
+        }
         from = to;
     }
-    (legs, None)
+    // On a large map, search and clearances take most of the memory: one after the other.
+    drop(planner);
+    if plans.is_empty() {
+        return (Vec::new(), failure);
+    }
+    let clearances = PathClearance::new(obstacles);
+    let leg = |(from, to, plan): (Point, Point, Plan)| {
+        let clearance_m = clearances.min_m(&plan.smoothed);
+        Leg { from, to, plan, clearance_m }
+    };
+    (plans.into_iter().map(leg).collect(), failure)
 }
 
 /// Returns a function that plans one leg; all legs share its inflated maps.
