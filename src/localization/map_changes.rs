@@ -54,10 +54,12 @@ impl MapChanges {
     }
 
     /// Longest side of the areas in which other changes differ from these, metres; zero where they are the same.
+    #[cfg(feature = "sim")]
     pub(crate) fn largest_difference_m(&self, other: &Self, frame: &GridFrame) -> f64 {
         let lists = [(&self.appeared, &other.appeared), (&self.vanished, &other.vanished)];
         let areas = lists.into_iter().flat_map(|(one, other)| {
-            let [one, other] = [one, other].map(|cells| BTreeSet::from_iter(cells.iter().copied()));
+            let [one, other] =
+                [one, other].map(|cells| cells.iter().copied().collect::<BTreeSet<Cell>>());
             let cells: Vec<Cell> = one.symmetric_difference(&other).copied().collect();
             areas(&cells, frame)
         });
