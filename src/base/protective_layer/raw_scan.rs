@@ -159,14 +159,9 @@ impl SeenSpace {
     }
 
     /// Direction and distance as of [`polar`], for a point nearer than a bound in its direction and a margin, metres.
-    fn polar_within(
-        &self,
-        bound_m: &Largest,
-        margin_m: f64,
-        point: &Point,
-    ) -> Option<(usize, f64)> {
+    fn polar_within(&self, bound: &Largest, margin_m: f64, point: &Point) -> Option<(usize, f64)> {
         let local = self.frame.inverse_transform(point);
-        (local.to_vector().norm() < bound_m.at(&local) + margin_m).then(|| polar(&local))
+        (local.to_vector().norm() < bound.at(&local) + margin_m).then(|| polar(&local))
     }
 
     /// The shortest distance that was seen free in each direction and its neighbours, metres, from another pose.
