@@ -1,6 +1,5 @@
 //! The interface of global planners, in the words of `nav2_core::GlobalPlanner`.
 
-use super::RoutePlanner;
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
@@ -25,21 +24,4 @@ pub trait GlobalPlanner: Send {
     /// The distance that the planner keeps between a path and every obstacle, metres. The navigator replans where an obstacle
     /// is nearer.
     fn least_radius_m(&self) -> f64;
-}
-
-impl GlobalPlanner for RoutePlanner {
-    fn plan(
-        &mut self,
-        obstacles: &ObstacleGrid,
-        transient: &[MovingDisc],
-        start: Point,
-        goal: Point,
-        clock: &mut dyn FnMut() -> f64,
-    ) -> Result<Plan, PlanError> {
-        self.plan_among(obstacles, transient, start, goal, clock)
-    }
-
-    fn least_radius_m(&self) -> f64 {
-        self.least_radius_m()
-    }
 }

@@ -1,8 +1,8 @@
 //! Global planning for a robot, at two distances from walls.
 
-use super::NavigatorSettings;
 use super::narrow_passages::NarrowPassages;
 use super::obstacle_model::FIELD_CELL_M;
+use super::{GlobalPlanner, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{
     self, BodySpace, ClearanceCosts, Plan, PlanError, PlanningSpace, SearchMethod, Searcher,
@@ -111,29 +111,7 @@ impl RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
-        self.plan_among(obstacles, &[], start, goal, clock)
-    }
-
-    /// As [`Self::plan`], where the obstacles within some discs may not stay: the path keeps the usual distance from them.
-    ///
-    /// # Errors
-    /// As [`Self::plan`].
-    pub fn plan_among(
-        &mut self,
-        obstacles: &ObstacleGrid,
-        transient: &[MovingDisc],
-        start: Point,
-        goal: Point,
-        clock: &mut dyn FnMut() -> f64,
-    ) -> Result<Plan, PlanError> {
-        let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
-        let terrain = self.terrain.take().filter(is_this);
-        let terrain = terrain.unwrap_or_else(|| self.terrain(obstacles));
-        let task = &mut Task { terrain: &terrain, transient, start, goal, clock };
-        let usual = self.plan_on(task);
-        let outcome = self.narrow_if_better(task, usual);
-        self.terrain = Some(terrain);
-        outcome
+        GlobalPlanner::plan(self, obstacles, &[], start, goal, clock)
     }
 
     fn terrain(&self, obstacles: &ObstacleGrid) -> Terrain {
@@ -251,6 +229,31 @@ impl RoutePlanner {
         let near = |point: &Point| (point - start).norm() < self.least_radius_m;
         let stands_clear = || FreeSpace::new(obstacles, self.body_radius_m).is_free(cell);
         nearest.filter(|point| near(point) && stands_clear()).unwrap_or(start)
+    }
+}
+
+impl GlobalPlanner for RoutePlanner {
+    /// As [`RoutePlanner::plan`]; next to obstacles that may not stay, the path keeps the usual distance in narrow passages too.
+    fn plan(
+        &mut self,
+        obstacles: &ObstacleGrid,
+        transient: &[MovingDisc],
+        start: Point,
+        goal: Point,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<Plan, PlanError> {
+        let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
+        let terrain = self.terrain.take().filter(is_this);
+        let terrain = terrain.unwrap_or_else(|| self.terrain(obstacles));
+        let task = &mut Task { terrain: &terrain, transient, start, goal, clock };
+        let usual = self.plan_on(task);
+        let outcome = self.narrow_if_better(task, usual);
+        self.terrain = Some(terrain);
+        outcome
+    }
+
+    fn least_radius_m(&self) -> f64 {
+        self.least_radius_m
     }
 }
 

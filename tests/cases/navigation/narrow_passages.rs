@@ -7,7 +7,7 @@ use inbye::geometry::{Point, Pose, bearing, wrap_angle};
 use inbye::global::{self, Plan, PlanError};
 use inbye::local::CpuEngine;
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid};
-use inbye::navigator::{Goal, NavigatorSettings, RoutePlanner};
+use inbye::navigator::{GlobalPlanner, Goal, NavigatorSettings, RoutePlanner};
 use inbye::robot::Footprint;
 use inbye::runtime::{Config, Mission, Observer};
 use inbye::sim::{Simulation, World};
@@ -48,7 +48,8 @@ fn planner(change: impl FnOnce(&mut NavigatorSettings)) -> RoutePlanner {
 
 fn plan(obstacles: &ObstacleGrid, transient: &[MovingDisc]) -> Result<Plan, PlanError> {
     let place = |x, y| obstacles.frame().origin.transform(&Point::new(x, y));
-    planner(|_| {}).plan_among(obstacles, transient, place(2.0, 4.5), place(10.0, 1.5), &mut || 0.0)
+    let (start, goal) = (place(2.0, 4.5), place(10.0, 1.5));
+    GlobalPlanner::plan(&mut planner(|_| {}), obstacles, transient, start, goal, &mut || 0.0)
 }
 
 /// Least gap of the body that heads along a path and turns at its corners, metres, by the exact gaps of the simulator. Where the
