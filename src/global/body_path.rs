@@ -192,22 +192,14 @@ impl Strip {
         let frame = *space.frame();
         let mut strip =
             Self { frame, cells: Vec::new(), left: Vec::new(), places: vec![0; frame.len()] };
-        let reach = REACH_M / frame.resolution_m;
         let steps = (guide.length_m() / frame.resolution_m).ceil().max(1.0) as u32;
         // From the end on, so that each cell gets the least of the lengths that are left next to it.
         for step in 0..=steps {
             let left_m = guide.length_m() * f64::from(step) / f64::from(steps);
-            let at = frame.to_cell_units(&guide.point_at(guide.length_m() - left_m));
-            let left = (left_m / frame.resolution_m - reach).max(0.0) * STRAIGHT as f64;
-            let span = |at: f64| (at - reach).floor() as i32..=(at + reach).ceil() as i32;
-            for row in span(at.y) {
-                for column in span(at.x) {
-                    let cell = Cell::new(column, row);
-                    if (cell.center() - at).norm() <= reach && space.is_free(cell) {
-                        strip.add(cell, left as u64);
-                    }
-                }
-            }
+            let at = guide.point_at(guide.length_m() - left_m);
+            let left = ((left_m - REACH_M) / frame.resolution_m).max(0.0) * STRAIGHT as f64;
+            let near = frame.cells_within(&at, REACH_M).filter(|&cell| space.is_free(cell));
+            near.for_each(|cell| strip.add(cell, left as u64));
             if strip.cells.len() > MAX_CELLS {
                 return None;
             }

@@ -56,20 +56,10 @@ impl FreeSpace {
     /// Panics if the frames differ.
     pub(crate) fn free_cells_near(&mut self, other: &Self, center: &Point, distance_m: f64) {
         assert_eq!(self.frame, other.frame, "both spaces have the same frame");
-        let frame = self.frame;
-        let at = frame.to_cell_units(center);
-        let reach = distance_m / frame.resolution_m;
-        let span = |at: f64, side: i32| {
-            (at - reach).floor().max(0.0) as i32..((at + reach).ceil() as i32).min(side)
-        };
-        for row in span(at.y, frame.height) {
-            for column in span(at.x, frame.width) {
-                let cell = Cell::new(column, row);
-                if (cell.center() - at).norm() <= reach && other.is_free(cell) {
-                    self.free.set(cell, true);
-                    self.free_by_column.set(Cell::new(row, column), true);
-                }
-            }
+        let near = self.frame.cells_within(center, distance_m);
+        for cell in near.filter(|&cell| other.is_free(cell)) {
+            self.free.set(cell, true);
+            self.free_by_column.set(Cell::new(cell.row, cell.column), true);
         }
     }
 

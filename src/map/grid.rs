@@ -138,6 +138,35 @@ impl GridFrame {
     pub fn center_of(&self, cell: Cell) -> Point {
         self.from_cell_units(&cell.center())
     }
+
+    /// The cells of the grid that touch a square around a point, row by row. The square extends this far to each side along the
+    /// grid's axes, metres.
+    pub(crate) fn cells_around(
+        self,
+        center: &Point,
+        half_m: f64,
+    ) -> impl Iterator<Item = Cell> + use<> {
+        let units = self.to_cell_units(center);
+        let reach = half_m / self.resolution_m;
+        let span = move |at: f64, cells: i32| {
+            let past = ((at + reach).floor() as i32).saturating_add(1);
+            (at - reach).floor().max(0.0) as i32..past.min(cells)
+        };
+        let row = move |row| span(units.x, self.width).map(move |column| Cell::new(column, row));
+        span(units.y, self.height).flat_map(row)
+    }
+
+    /// The cells of the grid whose centres lie within a distance of a point, metres.
+    pub(crate) fn cells_within(
+        self,
+        center: &Point,
+        distance_m: f64,
+    ) -> impl Iterator<Item = Cell> + use<> {
+        let units = self.to_cell_units(center);
+        let reach = distance_m / self.resolution_m;
+        let is_near = move |cell: &Cell| (cell.center() - units).norm() <= reach;
+        self.cells_around(center, distance_m).filter(is_near)
+    }
 }
 
 /// Checks the side lengths of a grid. Readers call this with the size from a file's header, before they allocate memory.
@@ -239,16 +268,6 @@ impl ObstacleGrid {
 
     /// Sets every cell whose centre lies within a disc, metres in the map frame.
     pub fn fill_disc(&mut self, center: &Point, radius_m: f64) {
-        let units = self.frame.to_cell_units(center);
-        let reach = radius_m / self.frame.resolution_m;
-        let cells = |at: f64| (at - reach).floor() as i32..=(at + reach).floor() as i32;
-        for row in cells(units.y) {
-            for column in cells(units.x) {
-                let cell = Cell::new(column, row);
-                if (self.frame.center_of(cell) - center).norm() <= radius_m {
-                    self.set(cell, true);
-                }
-            }
-        }
+        self.frame.cells_within(center, radius_m).for_each(|cell| self.set(cell, true));
     }
 }

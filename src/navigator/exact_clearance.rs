@@ -5,7 +5,7 @@
 
 use crate::geometry::{Point, Pose, Vector};
 use crate::local::ClearanceField;
-use crate::map::{Cell, GridFrame};
+use crate::map::GridFrame;
 use crate::robot::{Footprint, Polygon};
 
 /// The occupied cells around a place, as squares.
@@ -21,15 +21,9 @@ impl ExactClearance {
     /// Collects the occupied cells of a field's window within a distance of a place.
     pub fn new(field: &ClearanceField, place: &Point, reach_m: f64) -> Self {
         let frame = *field.frame();
-        let middle = frame.to_cell_units(place);
-        let reach = reach_m / frame.resolution_m;
-        let span = |at: f64, cells: i32| {
-            let first = ((at - reach).floor() as i32).max(0);
-            first..=((at + reach).floor() as i32).min(cells - 1)
-        };
         let units = field.units();
-        let squares = span(middle.y, frame.height)
-            .flat_map(|row| span(middle.x, frame.width).map(move |column| Cell::new(column, row)))
+        let squares = frame
+            .cells_around(place, reach_m)
             .filter(|&cell| units[frame.index(cell)] == 0)
             .map(|cell| Point::new(f64::from(cell.column), f64::from(cell.row)))
             .collect();
@@ -137,7 +131,7 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
-    use crate::map::ObstacleGrid;
+    use crate::map::{Cell, ObstacleGrid};
 
     #[test]
     fn gap_is_the_distance_to_the_nearest_square() {

@@ -390,20 +390,11 @@ impl LocalMap {
     /// Removes the marks of a moving obstacle: those within a distance of it, metres, since a time, seconds.
     fn erase(&mut self, disc: &MovingDisc, reach_m: f64, since_s: f64) {
         let frame = *self.known.frame();
-        let reach_m = disc.radius + reach_m;
-        let units = frame.to_cell_units(&disc.center());
-        let reach = reach_m / frame.resolution_m;
-        for row in span(units.y, reach, frame.height) {
-            for column in span(units.x, reach, frame.width) {
-                let cell = Cell::new(column, row);
-                if (cell.center() - units).norm() > reach {
-                    continue;
-                }
-                if let Some(slot) = self.slot_of(frame.index(cell))
-                    && self.marks[slot].first_s >= since_s
-                {
-                    self.remove(slot);
-                }
+        for cell in frame.cells_within(&disc.center(), disc.radius + reach_m) {
+            if let Some(slot) = self.slot_of(frame.index(cell))
+                && self.marks[slot].first_s >= since_s
+            {
+                self.remove(slot);
             }
         }
     }
@@ -454,11 +445,4 @@ fn neighbours(Cell { column, row }: Cell) -> impl Iterator<Item = Cell> {
     const AROUND: [(i32, i32); 8] =
         [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
     AROUND.into_iter().map(move |(right, up)| Cell::new(column + right, row + up))
-}
-
-/// The cells within reach of a place, in a row of this many cells.
-fn span(at: f64, reach: f64, cells: i32) -> core::ops::Range<i32> {
-    let from = (at - reach).floor().max(0.0) as i32;
-    let to = ((at + reach).floor() as i32).saturating_add(1).min(cells);
-    from..to
 }

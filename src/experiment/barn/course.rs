@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::BarnWorld;
 use crate::geometry::{Point, Pose};
-use crate::map::{Cell, GridFrame, MapError, ObstacleGrid, OccupancyGrid};
+use crate::map::{GridFrame, MapError, ObstacleGrid, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::Mission;
 use crate::sim::Simulation;
@@ -137,20 +137,14 @@ fn fill(grid: &mut ObstacleGrid, cylinder: &Cylinder) {
     let frame = *grid.frame();
     let center = frame.to_cell_units(&cylinder.axis());
     let radius = cylinder.radius_m / frame.resolution_m;
-    let cells = |center: f64| {
-        let first = libm::floor(center - radius) as i32;
-        first..=libm::floor(center + radius) as i32
+    let beyond = |at: f64, low: i32| {
+        let low = f64::from(low);
+        (low - at).max(at - (low + 1.0)).max(0.0)
     };
-    for row in cells(center.y) {
-        for column in cells(center.x) {
-            let beyond = |at: f64, low: i32| {
-                let low = f64::from(low);
-                (low - at).max(at - (low + 1.0)).max(0.0)
-            };
-            let (dx, dy) = (beyond(center.x, column), beyond(center.y, row));
-            if dx * dx + dy * dy < radius * radius {
-                grid.set(Cell::new(column, row), true);
-            }
+    for cell in frame.cells_around(&cylinder.axis(), cylinder.radius_m) {
+        let (dx, dy) = (beyond(center.x, cell.column), beyond(center.y, cell.row));
+        if dx * dx + dy * dy < radius * radius {
+            grid.set(cell, true);
         }
     }
 }

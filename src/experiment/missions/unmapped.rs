@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::geometry::{Point, Pose, Vector};
 use crate::global::Path;
-use crate::map::{Cell, ObstacleGrid};
+use crate::map::ObstacleGrid;
 use crate::navigator::RoutePlanner;
 
 /// Half the side of a box or the radius of a pillar, metres.
@@ -63,16 +63,10 @@ pub(super) fn add_unmapped(
 fn fill_box(grid: &mut ObstacleGrid, middle: &Point, yaw: f64, half_m: f64) {
     let frame = *grid.frame();
     let square = Pose::new(middle.x, middle.y, yaw);
-    let units = frame.to_cell_units(middle);
-    let reach = half_m * core::f64::consts::SQRT_2 / frame.resolution_m;
-    let cells = |at: f64| libm::floor(at - reach) as i32..=libm::floor(at + reach) as i32;
-    for row in cells(units.y) {
-        for column in cells(units.x) {
-            let cell = Cell::new(column, row);
-            let inside = square.inverse_transform(&frame.center_of(cell));
-            if inside.x.abs() <= half_m && inside.y.abs() <= half_m {
-                grid.set(cell, true);
-            }
+    for cell in frame.cells_around(middle, half_m * core::f64::consts::SQRT_2) {
+        let inside = square.inverse_transform(&frame.center_of(cell));
+        if inside.x.abs() <= half_m && inside.y.abs() <= half_m {
+            grid.set(cell, true);
         }
     }
 }
