@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use super::arguments::{Place, distance};
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::output;
+use super::own_programs::GlobalPlannerArgument;
 use super::plan_drawing::Drawing;
 use super::plan_result::{self, LegFailure, PlanTask};
 
@@ -25,7 +26,8 @@ use super::plan_result::{self, LegFailure, PlanTask};
     With --via all figures are those of the whole path, and `legs` has those of each leg. If the goal cannot be reached, \
     `nearest_reachable` is the reachable point nearest to it; --svg and --png show it.\n\
     `curvature` compares the smoothed path with the robot's limits: the share of the path that the base can follow at max_vel_x, \
-    and its highest speed in the tightest bend; 0 if it must turn in place.")]
+    and its highest speed in the tightest bend; 0 if it must turn in place.\n\
+    With --global-planner the path is that of the program, and its time counts as that of the search.")]
 pub struct PlanArguments {
     #[command(flatten)]
     pub map: MapArguments,
@@ -37,6 +39,8 @@ pub struct PlanArguments {
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
     #[arg(long, allow_negative_numbers = true, value_parser = distance)]
     pub radius: Option<f64>,
+    #[command(flatten)]
+    pub global_planner: GlobalPlannerArgument,
     /// Draw the map with the plan into this file.
     #[arg(long, value_name = "FILE.svg")]
     pub svg: Option<PathBuf>,
@@ -47,7 +51,8 @@ pub struct PlanArguments {
 
 /// Finds a path. Returns false if there is none.
 pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
-    let input = map_file::read(&arguments.map)?;
+    let mut input = map_file::read(&arguments.map)?;
+    arguments.global_planner.set(&mut input.config);
     let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
     let task = PlanTask { start, goal, via: &arguments.via, radius_m: arguments.radius };
     let MapInput { map, zones, config, .. } = &input;
@@ -71,6 +76,9 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
 /// Prints that there is no path, which is an answer; an invalid start or goal is unusable input.
 fn no_path(failure: &LegFailure, input: &MapInput, json: bool) -> anyhow::Result<bool> {
     let reason = failure.reason();
+    if matches!(failure.error, PlanError::InvalidPlanner { .. }) {
+        return Err(anyhow!(reason));
+    }
     if !matches!(failure.error, PlanError::NoValidPath { .. }) {
         return Err(unusable(&failure.error, &reason, &input.name, &input.map, &input.config));
     }

@@ -5,6 +5,7 @@ use inbye::global::{
     self, Curvature, Path, PathClearance, Plan, PlanError, PlanningSpace, Searcher, StageTimes,
 };
 use inbye::map::{FreeSpace, ObstacleGrid};
+use inbye::navigator::GlobalPlanner;
 use inbye::runtime::{Config, RobotConfig};
 use serde_json::{Value, json};
 
@@ -61,6 +62,8 @@ pub struct PlanResult {
     time_s: StageTimes,
     pub curvature: CurvatureCheck,
     is_optimal: bool,
+    /// The program that planned in place of inbye.
+    program: Option<String>,
 }
 
 /// What to plan.
@@ -92,7 +95,8 @@ pub fn plan(task: &PlanTask<'_>, config: &Config, obstacles: &ObstacleGrid) -> P
         expanded: legs.iter().map(|leg| u64::from(leg.plan.expanded)).sum(),
         time_s: times.fold(StageTimes::default(), |sum, time_s| sum + time_s),
         curvature: CurvatureCheck::new(&curvature, &config.robot),
-        is_optimal: config.global.is_optimal(),
+        is_optimal: config.global.is_optimal() && !config.global_planner.is_set(),
+        program: config.global_planner.name(),
         legs,
         failure,
     }
@@ -104,7 +108,10 @@ fn plan_legs(
     obstacles: &ObstacleGrid,
 ) -> (Vec<Leg>, Option<LegFailure>) {
     let mut clock = wall_clock();
-    let mut planner = planner(task, config, obstacles, &mut clock);
+    let mut planner = match planner(task, config, obstacles, &mut clock) {
+        Ok(planner) => planner,
+        Err(error) => return (Vec::new(), Some(LegFailure { via: None, stop: None, error })),
+    };
     let mut from = task.start.position;
     let (mut plans, mut failure) = (Vec::new(), None);
     for (index, stop) in task.via.iter().chain([&task.goal]).enumerate() {
@@ -135,24 +142,31 @@ fn plan_legs(
     (plans.into_iter().map(leg).collect(), failure)
 }
 
-/// Returns a function that plans one leg; all legs share its inflated maps.
+/// Plans one leg from a point to another.
+type LegPlanner<'a> = Box<dyn FnMut(Point, Point) -> Result<Plan, PlanError> + 'a>;
+
+/// Returns a function that plans one leg; all legs share its inflated maps, or its program.
 fn planner<'a>(
     task: &PlanTask<'_>,
     config: &'a Config,
     obstacles: &'a ObstacleGrid,
     clock: &'a mut dyn FnMut() -> f64,
-) -> Box<dyn FnMut(Point, Point) -> Result<Plan, PlanError> + 'a> {
+) -> Result<LegPlanner<'a>, PlanError> {
+    let mut own = config.route_planner(obstacles.frame().resolution_m);
+    let radius_m = task.radius_m.unwrap_or(own.least_radius_m());
+    if let Some(mut program) = config.start_global_planner(radius_m)? {
+        return Ok(Box::new(move |from, to| program.plan(obstacles, &[], from, to, clock)));
+    }
     if let Some(radius_m) = task.radius_m {
         let space = FreeSpace::new(obstacles, radius_m);
         let costs = config.global.costs(obstacles);
         let mut searcher = Searcher::default();
-        return Box::new(move |from, to| {
+        return Ok(Box::new(move |from, to| {
             let space = PlanningSpace { search: &space, smoothing: &space, costs: costs.as_ref() };
             global::plan(&mut searcher, &space, from, to, &config.global, clock)
-        });
+        }));
     }
-    let mut planner = config.route_planner(obstacles.frame().resolution_m);
-    Box::new(move |from, to| planner.plan(obstacles, from, to, clock))
+    Ok(Box::new(move |from, to| own.plan(obstacles, from, to, clock)))
 }
 
 impl PlanResult {
@@ -173,6 +187,7 @@ impl PlanResult {
             "min_clearance_m": finite(self.clearance_m),
             "expanded": self.expanded,
             "exact": self.is_optimal,
+            "global_planner": self.program,
             "time_ms": times(&self.time_s),
             "curvature": self.curvature.object(),
             "legs": self.legs.iter().map(Leg::object).collect::<Vec<_>>(),
@@ -187,17 +202,13 @@ impl PlanResult {
             let (length_m, points, turns) = (path.length_m(), path.points().len(), path.turns());
             format!("{name:9} {length_m:8.2} m  {points:5} points  {turns:3} turns")
         };
-        let mut lines = Vec::from(stages.map(stage));
+        let mut lines: Vec<String> = match &self.program {
+            Some(_) => vec![stage(("path", &self.smoothed))],
+            None => stages.into_iter().map(stage).collect(),
+        };
         lines.push(format!("clearance {:8.3} m at the narrowest", self.clearance_m));
         lines.push(self.curvature.line());
-        let optimality = if self.is_optimal { "a shortest path" } else { "near a shortest path" };
-        lines.push(format!(
-            "search {:.2} ms ({} cells expanded, {optimality}), prune {:.2} ms, smooth {:.2} ms",
-            self.time_s.search * 1e3,
-            self.expanded,
-            self.time_s.prune * 1e3,
-            self.time_s.smooth * 1e3,
-        ));
+        lines.push(self.time_line());
         if self.legs.len() > 1 {
             lines.push(String::new());
             lines.push(format!(
@@ -207,6 +218,22 @@ impl PlanResult {
             lines.extend(self.legs.iter().enumerate().map(|(index, leg)| leg.line(index + 1)));
         }
         lines
+    }
+
+    /// The line of text about the search.
+    fn time_line(&self) -> String {
+        let StageTimes { search, prune, smooth } = self.time_s;
+        if let Some(program) = &self.program {
+            return format!("planned by {program} in {:.2} ms", search * 1e3);
+        }
+        let optimality = if self.is_optimal { "a shortest path" } else { "near a shortest path" };
+        format!(
+            "search {:.2} ms ({} cells expanded, {optimality}), prune {:.2} ms, smooth {:.2} ms",
+            search * 1e3,
+            self.expanded,
+            prune * 1e3,
+            smooth * 1e3,
+        )
     }
 }
 

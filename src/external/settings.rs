@@ -45,7 +45,9 @@ impl ProgramSettings {
         self.is_set().then(|| self.to_string())
     }
 
-    pub(super) fn to_command(&self) -> Command {
+    /// The program with its arguments, not started.
+    #[must_use]
+    pub fn to_command(&self) -> Command {
         let mut words = self.command.iter();
         let mut command = Command::new(words.next().map_or("", String::as_str));
         command.args(words);

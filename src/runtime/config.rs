@@ -257,12 +257,25 @@ impl Config {
     /// When its program cannot be started.
     pub fn new_global_planner(&self, resolution_m: f64) -> Result<Box<dyn GlobalPlanner>, Fault> {
         let own = self.route_planner(resolution_m);
+        Ok(match self.start_global_planner(own.least_radius_m())? {
+            Some(program) => Box::new(program),
+            None => Box::new(own),
+        })
+    }
+
+    /// Starts the program of the settings that plans global paths at this distance from obstacles, metres; none where no program
+    /// is set.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn start_global_planner(
+        &self,
+        radius_m: f64,
+    ) -> Result<Option<ProcessPlanner>, global::PlanError> {
         if !self.global_planner.is_set() {
-            return Ok(Box::new(own));
+            return Ok(None);
         }
         let (robot, period_s) = (self.robot.model(), self.local.control_period_s);
-        let radius_m = own.least_radius_m();
-        let planner = ProcessPlanner::start(&self.global_planner, &robot, period_s, radius_m)?;
-        Ok(Box::new(planner))
+        ProcessPlanner::start(&self.global_planner, &robot, period_s, radius_m).map(Some)
     }
 }

@@ -172,6 +172,33 @@ fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
     }
 }
 
+/// `plan` asks the program too, that of the option or that of the configuration.
+#[test]
+fn plan_has_the_path_of_the_program() {
+    let place = room();
+    script(&place, "plans.sh", r#"echo '{"path": [[1, 1.5], [3, 2.5], [5, 1.5]]}'"#);
+    place.write("own.toml", "global_planner.command = [\"sh\", \"plans.sh\"]\n");
+    let plan = "plan --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5";
+    let planned = |more: &[&str]| {
+        let words: Vec<&str> = plan.split(' ').chain(more.iter().copied()).collect();
+        place.run_words(&words)
+    };
+    for more in [["--global-planner", "sh plans.sh"], ["--config", "own.toml"]] {
+        let (status, object) = object(&planned(&[more[0], more[1], "--json"]));
+        assert_eq!((status, &object["global_planner"]), (0, &json!("sh plans.sh")), "{object}");
+        assert_eq!(object["path"], json!([[1.0, 1.5], [3.0, 2.5], [5.0, 1.5]]), "{object}");
+        assert_eq!(object["exact"], json!(false), "{object}");
+    }
+    let run = planned(&["--global-planner", "sh plans.sh"]);
+    assert!(run.stdout.contains("planned by sh plans.sh in "), "{run:?}");
+    script(&place, "plans.sh", r#"echo '{"error": "no way"}'"#);
+    let run = planned(&["--global-planner", "sh plans.sh", "--radius", "0.1"]);
+    assert_eq!(run.status, 1, "{run:?}");
+    let run = planned(&["--global-planner", "sh missing.sh"]);
+    let names_it = |line: &String| line.contains("sh missing.sh: the program ended");
+    assert!(run.status == 2 && run.errors.iter().any(names_it), "{run:?}");
+}
+
 /// A simulator whose robot stands: it answers every step with the pose of the start.
 #[test]
 fn simulator_that_fails_ends_the_drive_with_its_reason() {
