@@ -33,6 +33,7 @@ mod cases {
         mod shells;
         mod soak;
         mod tools;
+        mod tune;
         mod unusable_input;
         mod verbosity;
     }

@@ -13,6 +13,7 @@ use inbye::local::{
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::whole_file::write_whole;
 use super::{machine, output};
 
 /// Name of the file in the user's cache folder.
@@ -90,15 +91,11 @@ fn read(file: &Path) -> Vec<Measurement> {
     all.into_iter().filter_map(|one| serde_json::from_value(one).ok()).collect()
 }
 
-/// Replaces the file as a whole: other commands may read or replace it at the same time.
 fn write(file: &Path, kept: &[Measurement]) -> anyhow::Result<()> {
-    let part = file.with_extension(format!("{}.part", std::process::id()));
-    let place = || file.display().to_string();
-    let text = serde_json::to_string_pretty(kept)?;
     if let Some(folder) = file.parent() {
-        fs::create_dir_all(folder).with_context(place)?;
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    fs::write(&part, text).and_then(|()| fs::rename(&part, file)).with_context(place)
+    write_whole(file, &serde_json::to_string_pretty(kept)?)
 }
 
 /// The engine to open, its threads, and why.

@@ -70,6 +70,7 @@ mod sweep_merge;
 mod tune;
 mod verify;
 mod vulkan_environment;
+mod whole_file;
 mod worlds;
 mod zones;
 

@@ -14,6 +14,7 @@ use inbye::experiment::{CellFile, Manifest};
 use serde_json::json;
 
 use super::output;
+use super::whole_file::write_whole;
 
 /// Names in the folder.
 const MANIFEST: &str = "sweep.json";
@@ -175,21 +176,4 @@ fn try_lock(file: &File) -> anyhow::Result<bool> {
         Err(TryLockError::WouldBlock) => Ok(false),
         Err(TryLockError::Error(error)) => Err(error).context(NO_LOCKS),
     }
-}
-
-/// Writes a file as a whole or not at all: its content is on the disk before its name. Only one process may write it.
-fn write_whole(file: &Path, text: &str) -> anyhow::Result<()> {
-    let mut part_name = file.to_owned().into_os_string();
-    part_name.push(".part");
-    let written = File::create(&part_name).and_then(|mut part| {
-        part.write_all(text.as_bytes())?;
-        part.sync_all()?;
-        fs::rename(&part_name, file)?;
-        // The name as well, where folders can be opened and synced.
-        match file.parent().map(File::open) {
-            Some(Ok(folder)) => folder.sync_all(),
-            _ => Ok(()),
-        }
-    });
-    written.with_context(|| format!("{}: cannot be written", file.display()))
 }

@@ -1,20 +1,24 @@
 //! `inbye tune`.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
+use std::{fs, io};
 
 use anyhow::{Context, ensure};
 use clap::Args;
 use inbye::experiment::{
-    Changes, Grid, Point, RankedPlanner, RunRow, TuningPlan, planner_name, rankings,
+    Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, planner_name, rankings,
 };
+use inbye::external::ProgramSettings;
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::{Config, parse_toml};
 use serde_json::{Value, json};
 
 use super::files::{Output, ReportFolder, command_line};
 use super::input_file::read_text;
+use super::own_programs::{Words, words};
 use super::runs::RunArguments;
+use super::whole_file::write_whole;
 use super::{machine, output};
 
 /// Name of the settings without changes.
@@ -24,6 +28,8 @@ const TUNED: &str = "tuned";
 
 /// Folder of the results of the judgement, below that of --out.
 const JUDGE: &str = "judge";
+/// Name of the sweep that a runner gets.
+const PLAN: &str = "plan.toml";
 
 /// `inbye tune`.
 #[derive(Debug, Args)]
@@ -33,7 +39,8 @@ const JUDGE: &str = "judge";
     drives its candidates through all worlds of the search; the next one draws candidates near the best three. What counts is \
     the mean success weighted by completion time. The answer has the gain over the settings without changes on both sets of \
     worlds: a gain on the first alone is overfitting.\n\
-    With --out the same command resumes where it was interrupted.\n\
+    With --out the same command resumes where it was interrupted, and processes on several machines that share the folder divide \
+    the runs between them.\n\
     JSON fields: `changes`, `train` and `judge` (`default`, `tuned`), `ranked`, `candidates`."
 )]
 pub struct TuneArguments {
@@ -45,6 +52,15 @@ pub struct TuneArguments {
     pub print_plan: bool,
     #[command(flatten)]
     pub run: RunArguments,
+    #[arg(
+        long,
+        value_name = "COMMAND",
+        value_parser = words,
+        requires = "out",
+        help = "Program that runs the cells of each round elsewhere, such as \"python3 examples/sweep_ray.py\": it is given a plan of \
+            `inbye sweep` and --out with a folder below ours. Cells that it leaves open are run here"
+    )]
+    pub runner: Option<Words>,
     /// Write the best settings into this file, for --config.
     #[arg(long, value_name = "FILE.toml")]
     pub save: Option<PathBuf>,
@@ -70,7 +86,6 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
-    let folder = file.parent().unwrap_or(Path::new(""));
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
 
@@ -98,8 +113,8 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         let names = (0..new.len()).map(|index| format!("{round}-{index:04}"));
         let configs = names.clone().zip(&new).map(|(name, it)| Ok((name, changes(&it.changes)?)));
         let configs: BTreeMap<String, Changes> = configs.collect::<anyhow::Result<_>>()?;
-        let grid = grid(&plan, &plan.train, configs, folder).with_context(place)?;
-        let rows = runs(arguments, &grid, &format!("round-{round}"))?;
+        let sweep = plan.plan(&plan.train, configs);
+        let rows = runs(arguments, (&sweep, file), &format!("round-{round}"))?;
         if machine::is_interrupted() {
             return Ok(false);
         }
@@ -115,8 +130,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         (DEFAULT.to_owned(), changes("")?),
         (TUNED.to_owned(), changes(&best.changes)?),
     ]);
-    let judge = grid(&plan, &plan.judge, configs, folder).with_context(place)?;
-    let rows = runs(arguments, &judge, JUDGE)?;
+    let rows = runs(arguments, (&plan.plan(&plan.judge, configs), file), JUDGE)?;
     if machine::is_interrupted() {
         return Ok(false);
     }
@@ -169,12 +183,45 @@ fn print(
     Ok(true)
 }
 
-/// Runs a grid; with --out each part keeps its results in a folder of its own.
-fn runs(arguments: &TuneArguments, grid: &Grid, part: &str) -> anyhow::Result<Vec<RunRow>> {
+/// Runs a sweep whose worlds are named as in the file of the plan; with --out each part keeps its results in a folder of its own.
+fn runs(
+    arguments: &TuneArguments,
+    (sweep, file): (&Plan, &Path),
+    part: &str,
+) -> anyhow::Result<Vec<RunRow>> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let grid = Grid::new(sweep, folder).with_context(|| file.display().to_string())?;
     let RunArguments { threads, out, record } = &arguments.run;
     let record = record.clone().filter(|_| part == JUDGE);
     let out = out.as_ref().map(|out| out.join(part));
-    RunArguments { threads: *threads, out, record }.run(grid, |_| {})
+    machine::interrupt_flag()?;
+    if let (Some(runner), Some(out)) = (&arguments.runner, &out) {
+        run_elsewhere(&runner.program(), (sweep, folder), out)?;
+    }
+    RunArguments { threads: *threads, out, record }.run(&grid, |_| {})
+}
+
+/// Lets a program run the cells of a sweep, whose paths are relative to a folder. The results come into `out`, where the sweep
+/// is kept too.
+fn run_elsewhere(
+    runner: &ProgramSettings,
+    (sweep, folder): (&Plan, &Path),
+    out: &Path,
+) -> anyhow::Result<()> {
+    let mut sweep = sweep.clone();
+    for path in sweep.worlds.iter_mut().filter_map(|worlds| worlds.path.as_mut()) {
+        *path = absolute(folder.join(&path))?;
+    }
+    let plan = out.join(PLAN);
+    fs::create_dir_all(out).with_context(|| format!("--out {}", out.display()))?;
+    write_whole(&plan, &toml::to_string(&sweep)?)?;
+    let mut command = runner.to_command();
+    // What it prints must not get into our result.
+    let command = command.arg(plan).arg("--out").arg(out).stdout(io::stderr());
+    let status =
+        command.status().with_context(|| format!("--runner {runner}: cannot be started"))?;
+    ensure!(status.success() || machine::is_interrupted(), "--runner {runner}: {status}");
+    Ok(())
 }
 
 fn success<'r>(rows: impl Iterator<Item = &'r RunRow>) -> f64 {
@@ -189,13 +236,4 @@ fn changes(text: &str) -> anyhow::Result<Changes> {
 /// Whether the settings are valid together, as changes of the default ones.
 fn is_usable(changes: &str) -> bool {
     Config::default().with_changes(changes).is_ok()
-}
-
-fn grid(
-    plan: &TuningPlan,
-    worlds: &[inbye::experiment::PlanWorlds],
-    configs: BTreeMap<String, Changes>,
-    folder: &Path,
-) -> anyhow::Result<Grid> {
-    Ok(Grid::new(&plan.plan(worlds, configs), folder)?)
 }

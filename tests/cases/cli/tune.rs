@@ -1,0 +1,74 @@
+//! `inbye tune`.
+
+use serde_json::{Value, json};
+
+use super::program::Workplace;
+
+/// A room of 6 by 3 m, one way for the search and the way back for the judgement.
+fn place() -> Workplace {
+    let place = Workplace::new();
+    let wall = "#".repeat(30) + "\n";
+    let rows = format!("#{}#\n", ".".repeat(28)).repeat(13);
+    place.write("room.txt", format!("{wall}{rows}{wall}"));
+    let worlds = |name: &str, route: &str| {
+        format!(
+            "[[{name}]]\nkind = \"map\"\npath = \"../room.txt\"\nresolution_m = 0.2\nroutes = [{route}]\n"
+        )
+    };
+    let plan = [
+        "rounds = 2\ncandidates = 2\n[space]\n\"local.vx_samples\" = { from = 2, to = 12 }\n",
+        &worlds("train", "{ start = [1, 1.5, 0], goal = [5, 1.5] }"),
+        &worlds("judge", "{ start = [5, 1.5, 3.1], goal = [1, 1.5] }"),
+    ];
+    place.write("plans/plan.toml", plan.concat());
+    place
+}
+
+/// What a search found, without what depends on the machine.
+fn answer(object: &Value) -> Value {
+    json!([object["changes"], object["train"], object["judge"], object["candidates"]])
+}
+
+#[test]
+fn search_judges_its_best_settings_on_other_worlds_and_saves_them() {
+    let place = place();
+    let (status, object) = place.json("tune plans/plan.toml --save tuned.toml");
+    assert_eq!(status, 0, "{object}");
+    // Two candidates in each of two rounds, and the settings without changes.
+    let candidates = object["candidates"].as_array().expect("a list");
+    assert_eq!(candidates.len(), 5, "{object}");
+    let success = |candidate: &Value| candidate["success"].as_f64().expect("a number");
+    assert!(candidates.windows(2).all(|two| success(&two[0]) >= success(&two[1])), "{object}");
+    assert_eq!(object["train"]["tuned"], candidates[0]["success"]);
+    assert!(object["judge"]["tuned"].as_f64() > Some(0.3), "{object}");
+    let saved = std::fs::read_to_string(place.path("tuned.toml")).expect("the file");
+    assert_eq!(json!(saved), object["changes"]);
+}
+
+/// A runner is another sweep here; on a cluster it is `examples/sweep_ray.py`, which takes the same arguments.
+#[cfg(unix)]
+#[test]
+fn runner_runs_all_cells_and_the_answer_is_the_same() {
+    let place = place();
+    let (_, alone) = place.json("tune plans/plan.toml");
+    let inbye = env!("CARGO_BIN_EXE_inbye");
+    place.write("run.sh", format!("'{inbye}' sweep \"$@\" >&2 && ls \"$3/cells\" >>ran\n"));
+    let words = ["tune", "plans/plan.toml", "--out", "out", "--runner", "sh run.sh", "--json"];
+    let run = place.run_words(&words);
+    let object: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
+    assert_eq!((run.status, answer(&object)), (0, answer(&alone)), "{run:?}");
+    let ran = std::fs::read_to_string(place.path("ran")).expect("what the runner did");
+    // The runs of the search, and two of the judgement unless the settings without changes are the best.
+    assert!((5..=7).contains(&ran.lines().count()), "{ran}");
+}
+
+#[test]
+fn runner_that_fails_is_named_and_one_without_a_folder_is_refused() {
+    let place = place();
+    let refusal = place.refusal("tune plans/plan.toml --out out --runner false");
+    assert!(refusal.contains("--runner false: exit status: 1"), "{refusal}");
+    let refusal = place.refusal("tune plans/plan.toml --out out --runner ./missing");
+    assert!(refusal.contains("--runner ./missing: cannot be started"), "{refusal}");
+    let refusal = place.refusal("tune plans/plan.toml --runner false");
+    assert!(refusal.contains("--out"), "{refusal}");
+}
