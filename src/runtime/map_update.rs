@@ -10,43 +10,52 @@ use crate::navigator::{Fault, NavigationMap, PreparedMap};
 /// Interval at which the scans' contradictions to the map are looked at, seconds.
 const INTERVAL_S: f64 = 10.0;
 
-/// What the scans contradict in a map, as far as the navigator knows it, and when that was looked at, seconds.
+/// What the scans contradict in a map.
 #[derive(Debug)]
 pub(crate) struct ContradictedMap {
-    changes: MapChanges,
+    newest: MapChanges,
+    /// As far as the navigator knows it.
+    planned_with: MapChanges,
+    /// Time of the last look, seconds.
     looked_s: f64,
 }
 
 impl Default for ContradictedMap {
     fn default() -> Self {
-        Self { changes: MapChanges::default(), looked_s: f64::NEG_INFINITY }
+        let none = MapChanges::default();
+        Self { newest: none.clone(), planned_with: none, looked_s: f64::NEG_INFINITY }
     }
 }
 
 impl ContradictedMap {
-    /// Looks at the changes on a grid if that is due. Returns them if an area in which they differ from those before is at least
-    /// this long, metres: each new map asks for a new plan, and a cell more or less at a wall is not worth one.
+    /// Looks at the changes on a grid if that is due. Returns them if they differ from those of the last look, and whether to plan
+    /// with them: an area in which they differ from what the navigator knows is at least this long, metres. Each new map asks for
+    /// a new plan, and a cell more or less at a wall is not worth one.
     pub fn look(
         &mut self,
         now_s: f64,
         (frame, least_m): (&GridFrame, f64),
         changes: impl FnOnce() -> Option<MapChanges>,
-    ) -> Option<&MapChanges> {
+    ) -> Option<(&MapChanges, bool)> {
         if (0.0..INTERVAL_S).contains(&(now_s - self.looked_s)) {
             return None;
         }
         self.looked_s = now_s;
         let changes = changes()?;
-        if self.changes.largest_difference_m(&changes, frame) < least_m {
+        if changes == self.newest {
             return None;
         }
-        self.changes = changes;
-        Some(&self.changes)
+        let is_large = self.planned_with.largest_difference_m(&changes, frame) >= least_m;
+        if is_large {
+            self.planned_with.clone_from(&changes);
+        }
+        self.newest = changes;
+        Some((&self.newest, is_large))
     }
 
-    /// The changes that it returned last.
-    pub const fn changes(&self) -> &MapChanges {
-        &self.changes
+    /// The changes to plan with.
+    pub const fn planned_with(&self) -> &MapChanges {
+        &self.planned_with
     }
 }
 
@@ -112,22 +121,34 @@ mod tests {
     use crate::map::Cell;
 
     #[test]
-    fn contradicted_map_returns_large_changes_once_and_looks_every_ten_seconds() {
+    fn contradicted_map_plans_with_large_changes_and_looks_every_ten_seconds() {
         let frame = GridFrame::new(20, 1, 0.1, Pose::default()).expect("a frame");
         let changes = |columns: Range<i32>| {
             let vanished = columns.map(|column| Cell::new(column, 0)).collect();
             Some(MapChanges { appeared: Vec::new(), vanished })
         };
         let mut map = ContradictedMap::default();
-        let mut look = |now_s, changes| map.look(now_s, (&frame, 0.35), || changes).cloned();
-        assert_eq!(look(0.0, changes(0..0)), None);
-        assert_eq!(look(9.9, changes(0..9)), None, "not due");
-        assert_eq!(look(10.0, changes(3..6)), None, "too small");
-        assert_eq!(look(20.0, changes(3..7)), changes(3..7));
-        assert_eq!(look(30.0, changes(1..9)), None, "two cells more on each side");
-        assert_eq!(look(40.0, None), None);
-        assert_eq!(look(50.0, changes(3..12)), changes(3..12));
-        assert_eq!(map.changes(), &changes(3..12).expect("changes"));
-        assert_eq!(map.look(60.0, (&frame, 0.35), || changes(0..0)), changes(0..0).as_ref());
+        let mut look = |now_s, changes| {
+            let looked = map.look(now_s, (&frame, 0.35), || changes);
+            let is_large = looked.map(|(_, is_large)| is_large);
+            (is_large, Some(map.planned_with().clone()))
+        };
+        assert_eq!(look(0.0, changes(0..0)), (None, changes(0..0)));
+        assert_eq!(look(9.9, changes(0..9)), (None, changes(0..0)), "not due");
+        assert_eq!(look(10.0, changes(3..6)), (Some(false), changes(0..0)), "too small");
+        assert_eq!(
+            look(20.0, changes(3..7)),
+            (Some(true), changes(3..7)),
+            "with what was left out"
+        );
+        assert_eq!(look(30.0, changes(3..7)), (None, changes(3..7)), "the same");
+        assert_eq!(
+            look(40.0, changes(1..9)),
+            (Some(false), changes(3..7)),
+            "two more on each side"
+        );
+        assert_eq!(look(50.0, None), (None, changes(3..7)));
+        assert_eq!(look(60.0, changes(3..12)), (Some(true), changes(3..12)));
+        assert_eq!(look(70.0, changes(0..0)), (Some(true), changes(0..0)));
     }
 }

@@ -257,7 +257,10 @@ impl<R: Robot> MissionRun<R> {
         if !self.map_update.is_running() {
             let changes = || self.pose_estimator.map_changes(&mission.map);
             let extent = (mission.map.frame(), config.robot.footprint.body_radius_m());
-            let changes = self.contradicted.look(time_s, extent, changes)?;
+            let (changes, is_large) = self.contradicted.look(time_s, extent, changes)?;
+            if !is_large {
+                return None;
+            }
             let updated = changes.applied_to(&mission.map);
             if !self.robot.is_real_time() {
                 self.navigator.replace_map(prepare(on(&updated), config).ok()?);

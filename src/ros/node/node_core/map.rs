@@ -12,25 +12,28 @@ impl NodeCore {
         let map = self.inputs.map.as_ref()?;
         let config = &self.settings.config;
         let zones = self.zones.on(map.grid.frame(), config.robot.limits.max_vel_x);
-        let updated = self.contradicted.changes().applied_to(&map.grid);
+        let updated = self.contradicted.planned_with().applied_to(&map.grid);
         let obstacles = updated.obstacles(config.unknown);
         Some(NavigationMap { obstacles, zones })
     }
 
-    /// Takes over what scans contradict in the map. Returns the updated map when that has changed.
+    /// Looks at what scans contradict in the map, and plans with it where that is much. Returns the updated map when it has changed.
     pub(super) fn look_for_changes(&mut self, now_s: f64) -> Option<msg::OccupancyGrid> {
         let (localization, contradicted) = (&self.localization, &mut self.contradicted);
         let map = self.inputs.map.as_ref()?;
         let changes = || localization.as_ref()?.map_changes(&map.grid);
         let least_m = self.settings.config.robot.footprint.body_radius_m();
-        let changes = contradicted.look(now_s, (map.grid.frame(), least_m), changes)?;
-        let [appeared, vanished] = changes.areas(map.grid.frame()).map(|areas| areas.len());
-        self.notices.push(format!(
-            "the scans contradict the map for minutes: {appeared} obstacles appeared, {vanished} vanished; the plans consider that"
-        ));
+        let extent = (map.grid.frame(), least_m);
+        let (changes, is_large) = contradicted.look(now_s, extent, changes)?;
+        if is_large {
+            let [appeared, vanished] = changes.areas(map.grid.frame()).map(|areas| areas.len());
+            self.notices.push(format!(
+                "the scans contradict the map for minutes: {appeared} obstacles appeared, {vanished} vanished; the plans consider that"
+            ));
+        }
         let header = Header { stamp: Time::from_seconds(now_s), frame_id: map.frame.clone() };
         let updated = convert::occupancy_grid(&changes.applied_to(&map.grid), header);
-        self.prepare_if(true);
+        self.prepare_if(is_large);
         Some(updated)
     }
 
