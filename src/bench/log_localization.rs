@@ -8,8 +8,8 @@ use crate::lidar_log::{LidarLog, LogFormat, LogRecord};
 use crate::localization::{LocalizationError, LocalizationSettings, LocalizationStatus, Localizer};
 use crate::map::ObstacleGrid;
 use crate::trajectory::{
-    AbsoluteError, LoggedPose, Relation, RelationError, RelativeError, absolute_error, bridge,
-    relation_error, relative_error,
+    AbsoluteError, LoggedPose, Relation, RelationError, RelativeError, TimedPose, absolute_error,
+    bridge, definite_relations, relation_error, relative_error,
 };
 
 /// Largest difference between the time of a relation and that of a pose, seconds. Logs print times with six digits, which is
@@ -46,11 +46,22 @@ pub struct LogLocalization {
     /// Relative error from scan to scan while not lost, against the corrected poses.
     pub relative: Option<RelativeError>,
     /// Errors against the relations.
-    pub relations: Option<RelationError>,
+    pub relations: Option<RelationErrors>,
     /// Errors of the log's own corrected poses against the relations: what a comparison with them is worth.
-    pub corrected_relations: Option<RelationError>,
+    pub corrected_relations: Option<RelationErrors>,
     /// Median and 99th percentile of the time per scan with the odometry before it, microseconds.
     pub scan_us: [Option<f64>; 2],
+}
+
+/// Errors against all relations, and against those alone whose times name one record of the log each.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RelationErrors {
+    /// Errors against all relations.
+    #[serde(flatten)]
+    pub all: RelationError,
+    /// Errors against the definite ones; see [`definite_relations`]. None without any.
+    pub definite: Option<RelationError>,
 }
 
 /// Localizes the robot on a map from its pose at the first scan by the odometry and the scans of a log. `clock` returns seconds and serves
@@ -120,14 +131,20 @@ pub fn against(
     log: &LidarLog,
     estimates: &[Option<Pose>],
     truth: &LogRelations,
-) -> Option<RelationError> {
+) -> Option<RelationErrors> {
     let logged = |(record, estimate): (&LogRecord, &Option<Pose>)| LoggedPose {
         time_s: record.time_s,
         odometry: record.odometry,
         estimate: *estimate,
     };
     let poses: Vec<LoggedPose> = log.records.iter().zip(estimates).map(logged).collect();
-    relation_error(&bridge(&poses), &truth.relations, truth.offset_s, SAME_TIME_S)
+    let odometry = poses.iter().map(|it| TimedPose { time_s: it.time_s, pose: it.odometry });
+    let odometry: Vec<TimedPose> = odometry.collect();
+    let definite = definite_relations(&odometry, &truth.relations, truth.offset_s);
+    let bridged = bridge(&poses);
+    let error =
+        |relations: &[Relation]| relation_error(&bridged, relations, truth.offset_s, SAME_TIME_S);
+    Some(RelationErrors { all: error(&truth.relations)?, definite: error(&definite) })
 }
 
 /// The estimated poses of a log that have a corrected one, each with it.

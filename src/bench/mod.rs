@@ -23,7 +23,9 @@ pub use density::{
 };
 pub use engine_times::{DecisionSize, EngineRequest, EngineTime, measure_engines, open_requested};
 pub use error::BenchError;
-pub use log_localization::{LogLocalization, LogRelations, against, corrected_pairs, localize_log};
+pub use log_localization::{
+    LogLocalization, LogRelations, RelationErrors, against, corrected_pairs, localize_log,
+};
 pub use log_perception::{LogPerception, Perceived, perceive_log};
 pub use problems::random_problem;
 pub use quality::{

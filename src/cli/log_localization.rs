@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use inbye::bench::{LogLocalization, LogRelations, localize_log};
+use inbye::bench::{LogLocalization, LogRelations, RelationErrors, localize_log};
 use inbye::lidar_log::LidarLog;
 use inbye::map::OccupancyGrid;
 use inbye::mapping::{log_scans, render};
@@ -122,8 +122,8 @@ fn lines(result: &LogLocalization) -> Vec<String> {
         ));
     }
     let relations = [("relations", &result.relations), ("log's own", &result.corrected_relations)];
-    for (name, error) in relations {
-        lines.extend(error.as_ref().map(|error| format!("{name:<12} {}", relation_text(error))));
+    for (name, errors) in relations {
+        lines.extend(errors.iter().flat_map(|errors| relation_lines(name, errors)));
     }
     if let [Some(median), Some(tail)] = result.scan_us {
         lines.push(format!("time         {median:.0} us a scan (median), {tail:.0} us (p99)"));
@@ -131,8 +131,14 @@ fn lines(result: &LogLocalization) -> Vec<String> {
     lines
 }
 
-/// Errors against relations, as they are published.
-pub fn relation_text(error: &RelationError) -> String {
+/// Errors against relations, as they are published: against all, and against the definite ones.
+pub fn relation_lines(name: &str, errors: &RelationErrors) -> Vec<String> {
+    let mut lines = vec![format!("{name:<12} {}", relation_text(&errors.all))];
+    lines.extend(errors.definite.map(|it| format!("  definite   {}", relation_text(&it))));
+    lines
+}
+
+fn relation_text(error: &RelationError) -> String {
     format!(
         "{:.4} +- {:.4} m, {:.3} +- {:.3} deg, median {:.4} m and {:.3} deg, over {} relations",
         error.translation_m.mean,

@@ -11,7 +11,7 @@ use inbye::trajectory::{ErrorStatistics, absolute_error};
 use serde_json::json;
 
 use super::log_file::LogFileArguments;
-use super::log_localization::{TruthArguments, relation_text};
+use super::log_localization::{TruthArguments, relation_lines};
 use super::map_output::MapOutput;
 use super::{machine, output};
 
@@ -60,6 +60,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     let truth = truth.filter(|_| log.has_times);
     let relations = truth.as_ref().and_then(|truth| against(&log, &mapped.poses, truth));
     let loops = ErrorStatistics::of(mapped.loop_errors_m.clone());
+    let revisits = ErrorStatistics::of(mapped.revisit_errors_m.clone());
     let scan_us = percentiles(times_us, [0.5, 0.99]);
     let frame = mapped.map.frame();
     let object = json!({
@@ -74,6 +75,8 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
         "unmatched": mapped.unmatched,
         "loops": mapped.loop_errors_m.len(),
         "loop_error_m": loops,
+        "revisits": mapped.revisit_errors_m.len(),
+        "revisit_error_m": revisits,
         "absolute": absolute,
         "relations": relations,
         "scan_us": scan_us,
@@ -88,6 +91,15 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
         ),
         scans_text(&log, &mapped, loops.as_ref()),
     ];
+    lines.extend(revisits.map(|error| {
+        format!(
+            "revisits     {} pairs of nodes, off by {:.3} m (median), mean {:.3} m, max {:.3} m",
+            mapped.revisit_errors_m.len(),
+            error.median,
+            error.mean,
+            error.max
+        )
+    }));
     lines.extend(absolute.map(|error| {
         let (position, yaw) = (error.position_m, error.yaw_rad);
         format!(
@@ -98,7 +110,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
             yaw.mean.to_degrees()
         )
     }));
-    lines.extend(relations.map(|error| format!("relations    {}", relation_text(&error))));
+    lines.extend(relations.iter().flat_map(|errors| relation_lines("relations", errors)));
     if let [Some(median), Some(tail)] = scan_us {
         lines.push(format!(
             "time         {median:.0} us a scan (median), {tail:.0} us (p99), {total_s:.1} s in all"

@@ -46,6 +46,8 @@ pub(super) struct Solved {
     pub nodes: usize,
     /// Distances of the closed loops' measured positions from the final ones, metres.
     pub loop_errors_m: Vec<f64>,
+    /// The same of the nodes at places where the robot was before.
+    pub revisit_errors_m: Vec<f64>,
     pub unmatched: usize,
 }
 
@@ -102,21 +104,26 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
         *local = local_map(&nodes, &poses);
         on_scan();
     }
+    let mut near = Vec::new();
     for _ in 0..ROUNDS {
-        let near = refined(&nodes, &poses);
-        let all: Vec<Edge> = edges.iter().copied().chain(near).collect();
+        near = refined(&nodes, &poses);
+        let all: Vec<Edge> = edges.iter().chain(&near).copied().collect();
         optimize(&mut poses, &all);
     }
-    let loop_error_m = |edge: &Edge| {
+    let error_m = |edge: &Edge| {
         let motion = poses[edge.from].inverse_transform_pose(&poses[edge.to]);
         (motion.position() - edge.motion.position()).norm()
     };
-    let loop_errors_m = edges.iter().filter(|edge| edge.is_uncertain).map(loop_error_m).collect();
+    let loop_errors_m = edges.iter().filter(|edge| edge.is_uncertain).map(error_m).collect();
+    // Not matched to each other before.
+    let is_revisit = |edge: &&Edge| edge.to - edge.from > LOCAL_NODES;
+    let revisit_errors_m = near.iter().filter(is_revisit).map(error_m).collect();
     let pose = |(node, place): &(usize, Pose)| poses[*node].transform_pose(place);
     Solved {
         poses: places.iter().map(pose).collect(),
         nodes: nodes.len(),
         loop_errors_m,
+        revisit_errors_m,
         unmatched,
     }
 }

@@ -34,6 +34,10 @@ pub struct MappedLog {
     pub nodes: usize,
     /// For each closed loop, the distance between its measured and its final position, metres.
     pub loop_errors_m: Vec<f64>,
+    /// For each pair of nodes at places near each other that lie more than 20 nodes apart in time, the distance between the second
+    /// one's position as matched to the first and its final one, metres. The match starts at the final pose: errors beyond its
+    /// reach are not seen.
+    pub revisit_errors_m: Vec<f64>,
     /// Number of scans that did not match the scans before them, and follow odometry.
     pub unmatched: usize,
 }
@@ -53,8 +57,8 @@ pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, M
     for (scan, pose) in scans.iter().zip(&solved.poses) {
         poses[scan.record] = Some(*pose);
     }
-    let mapper::Solved { nodes, loop_errors_m, unmatched, .. } = solved;
-    Ok(MappedLog { map, poses, nodes, loop_errors_m, unmatched })
+    let mapper::Solved { nodes, loop_errors_m, revisit_errors_m, unmatched, .. } = solved;
+    Ok(MappedLog { map, poses, nodes, loop_errors_m, revisit_errors_m, unmatched })
 }
 
 #[cfg(test)]
@@ -155,6 +159,9 @@ mod tests {
         // The corridors of the ring look alike, so some loops are wrong; they lose their weight.
         let loops = ErrorStatistics::of(mapped.loop_errors_m.clone()).expect("a closed loop");
         assert!(loops.median < 0.03, "{loops:?}");
+        // The robot drives half of the ring twice.
+        let revisits = ErrorStatistics::of(mapped.revisit_errors_m.clone()).expect("revisits");
+        assert!(mapped.revisit_errors_m.len() > 50 && revisits.median < 0.02, "{revisits:?}");
         let again = map_log(&log, &mut || ()).expect("a small map");
         assert_eq!((again.map, again.poses), (mapped.map, mapped.poses));
     }

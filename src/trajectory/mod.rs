@@ -5,10 +5,12 @@
 //! "On Measuring the Accuracy of SLAM Algorithms", Autonomous Robots, 2009.
 
 mod bridge;
+mod definite;
 mod errors;
 mod relations;
 
 pub use bridge::{LoggedPose, bridge};
+pub use definite::definite_relations;
 pub use errors::{AbsoluteError, RelativeError, absolute_error, relative_error};
 pub use relations::{Relation, RelationError, RelationFileError, read_relations, relation_error};
 
