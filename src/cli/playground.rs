@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::arguments::{scene, whole};
 use super::map_file::MapSettings;
+use super::zones::ZoneArguments;
 
 /// `inbye playground`.
 #[derive(Debug, Args)]
@@ -33,6 +34,8 @@ pub struct PlaygroundArguments {
     #[arg(long, value_name = "NAME", conflicts_with = "map", value_parser = scene())]
     pub scene: Option<&'static str>,
     #[command(flatten)]
+    pub zones: ZoneArguments,
+    #[command(flatten)]
     pub settings: MapSettings,
 }
 
@@ -52,10 +55,11 @@ mod server {
     use std::thread;
     use std::time::Duration;
 
-    use anyhow::Context;
+    use anyhow::{Context, bail};
     use inbye::local::Problem;
     use inbye::playground::{self, FieldLookup, Scene};
     use inbye::runtime::Config;
+    use inbye::sim::scene as scene_of;
     use serde_json::json;
 
     use super::PlaygroundArguments;
@@ -92,15 +96,28 @@ mod server {
     }
 
     fn scenes(arguments: &PlaygroundArguments, config: &Config) -> anyhow::Result<Vec<Scene>> {
-        let settings = arguments.settings.as_arguments();
-        let Some(file) = &arguments.map else {
-            return Ok(Scene::built_in(arguments.scene, config, &settings)?);
+        let settings = arguments.zones.as_arguments() + &arguments.settings.as_arguments();
+        let resolution_m = arguments.settings.resolution;
+        let scene = match (&arguments.map, arguments.scene.and_then(scene_of)) {
+            (Some(file), _) => {
+                let map = map_file::load(file, resolution_m)?;
+                let zones = arguments.zones.read(&map, resolution_m)?;
+                let title = file.file_name().unwrap_or_default().to_string_lossy();
+                let name = files::quoted(&file.display().to_string());
+                let arguments = format!("--map {name}{settings}");
+                let scene = Scene::from_map(&title, map, zones, config, arguments);
+                scene.with_context(|| file.display().to_string())?
+            }
+            (None, Some(scene)) => {
+                let zones = arguments.zones.read(&scene.map, resolution_m)?;
+                Scene::built_in(scene, zones, config, &settings)?
+            }
+            (None, None) if arguments.zones.is_any() => {
+                bail!("--keepout and --speed-zones belong to a map: name it with --map or --scene")
+            }
+            (None, None) => return Ok(Scene::all_built_in(config, &settings)?),
         };
-        let map = map_file::load(file, arguments.settings.resolution)?;
-        let title = file.file_name().unwrap_or_default().to_string_lossy();
-        let name = files::quoted(&file.display().to_string());
-        let scene = Scene::from_map(&title, map, config, format!("--map {name}{settings}"));
-        Ok(vec![scene.with_context(|| file.display().to_string())?])
+        Ok(vec![scene])
     }
 
     /// Reads a problem in the format of `problem.json`.

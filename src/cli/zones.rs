@@ -9,6 +9,8 @@ use inbye::geometry::Point;
 use inbye::map::{Mask, MaskError, OccupancyGrid, Zones};
 
 use super::arguments::Place;
+#[cfg(feature = "playground")]
+use super::files::quoted;
 use super::map_file;
 
 /// Masks of zones.
@@ -44,6 +46,22 @@ impl ZoneArguments {
             anyhow::Error::new(fault).context(format!("{flag} {}", file.display()))
         });
         Ok(zones?.map(Arc::new))
+    }
+
+    /// Whether there is a mask.
+    #[cfg(feature = "playground")]
+    pub const fn is_any(&self) -> bool {
+        self.keepout.is_some() || self.speed_zones.is_some()
+    }
+
+    /// The arguments of a shell for the same masks, each after a space.
+    #[cfg(feature = "playground")]
+    pub fn as_arguments(&self) -> String {
+        let masks = [("--keepout", &self.keepout), ("--speed-zones", &self.speed_zones)];
+        let argument = |(flag, file): (&str, &Option<PathBuf>)| {
+            file.as_ref().map(|file| format!(" {flag} {}", quoted(&file.display().to_string())))
+        };
+        masks.into_iter().filter_map(argument).collect()
     }
 
     /// An error for an end or a stop in a closed zone.

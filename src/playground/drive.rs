@@ -146,6 +146,7 @@ impl<'a> Drive<'a> {
         let mission = Mission {
             time_limit_s: TIME_LIMIT_S,
             interrupt: Some(Arc::clone(&is_late)),
+            zones: scene.zones.clone(),
             ..Mission::new(Arc::clone(&scene.map), Pose::from(request.start), goal)
         };
         let simulation = Simulation {

@@ -183,7 +183,7 @@ fn bindings() -> Vec<Value> {
 }
 
 fn scene_setup(scene: &Scene) -> Value {
-    let frame = scene.field.frame();
+    let (frame, footprint) = (scene.field.frame(), &scene.config.robot.footprint);
     let origin = frame.origin;
     json!({
         "name": scene.name,
@@ -192,6 +192,8 @@ fn scene_setup(scene: &Scene) -> Value {
         "height": frame.height,
         "resolution_m": frame.resolution_m,
         "origin": [origin.x, origin.y, origin.yaw],
+        "body": footprint.body(),
+        "discs": footprint.discs(),
         "problem": scene.problem,
     })
 }

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
 use crate::local::{ClearanceField, ProblemError};
-use crate::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy};
+use crate::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones};
+use crate::navigator::NavigationMap;
 use crate::robot::Footprint;
 use crate::runtime::Config;
 use crate::sim::{self, SCENE_NAMES};
@@ -15,6 +16,8 @@ use crate::sim::{self, SCENE_NAMES};
 /// Maximum number of cells: the field of such a map is well below the buffer size that every browser supports.
 const MAX_CELLS: usize = 1 << 24;
 
+/// Value of a cell in a closed zone, in the grid of zones.
+const CLOSED: i8 = 100;
 /// The control period of the initial problem, seconds: its dynamic window shows a wide fan.
 const INITIAL_PERIOD_S: f64 = 0.5;
 /// Farthest initial goal, metres.
@@ -48,13 +51,14 @@ pub struct Scene {
     pub(super) field: Arc<ClearanceField>,
     /// How the field treats unknown cells.
     pub(super) unknown: UnknownPolicy,
-    /// A byte for each cell, lowest row first: 0 free, 1 occupied, 2 unknown.
+    /// A byte for each cell, lowest row first: 0 free, 1 occupied, 2 unknown, 3 in a closed zone, 4 with a speed limit.
     pub(super) cells: Bytes,
     /// The field as the shaders read it: two cells a word.
     pub(super) field_bytes: Bytes,
     /// The initial problem, in the format of `problem.json`.
     pub(super) problem: Value,
     pub(super) map: Arc<OccupancyGrid>,
+    pub(super) zones: Option<Arc<Zones>>,
     pub(super) config: Config,
     /// The arguments of `inbye drive` for this map and its settings.
     pub(super) arguments: String,
@@ -93,42 +97,49 @@ impl Scene {
         &self.name
     }
 
-    /// The built-in scenes, or only the one of a name. `settings` are the arguments of `inbye drive` for the configuration.
+    /// All built-in scenes. `settings` are the arguments of `inbye drive` for the configuration.
+    ///
+    /// # Errors
+    /// Never: the built-in maps are small enough.
+    pub fn all_built_in(config: &Config, settings: &str) -> Result<Vec<Self>, SceneError> {
+        let scenes = SCENE_NAMES.into_iter().filter_map(sim::scene);
+        scenes.map(|scene| Self::built_in(scene, None, config, settings)).collect()
+    }
+
+    /// A built-in scene with zones on its map. `settings` are the arguments of `inbye drive` for the zones and the configuration.
     ///
     /// # Errors
     /// Never: the built-in maps are small enough.
     pub fn built_in(
-        only: Option<&str>,
+        scene: sim::Scene,
+        zones: Option<Arc<Zones>>,
         config: &Config,
         settings: &str,
-    ) -> Result<Vec<Self>, SceneError> {
-        let scene = |scene: sim::Scene| {
-            let situation = DecisionInput::built_in(scene.name);
-            let arguments = format!("--scene {}{settings}", scene.name);
-            Self::new(scene.name, scene.title, scene.map, config, situation, arguments)
-        };
-        let is_served = |name: &&str| only.is_none_or(|only| only == *name);
-        SCENE_NAMES.into_iter().filter(is_served).filter_map(sim::scene).map(scene).collect()
+    ) -> Result<Self, SceneError> {
+        let situation = DecisionInput::built_in(scene.name);
+        let arguments = format!("--scene {}{settings}", scene.name);
+        Self::new(scene.name, scene.title, (scene.map, zones), config, situation, arguments)
     }
 
-    /// A scene on a map of the user. The robot is where it has most clearance. `arguments` are those of `inbye drive` for the map
-    /// and the configuration.
+    /// A scene on a map of the user, with zones on it. The robot is where it has most clearance. `arguments` are those of `inbye
+    /// drive` for the map, the zones and the configuration.
     ///
     /// # Errors
     /// When the map has too many cells or its resolution is out of range.
     pub fn from_map(
         title: &str,
         map: OccupancyGrid,
+        zones: Option<Arc<Zones>>,
         config: &Config,
         arguments: String,
     ) -> Result<Self, SceneError> {
-        Self::new("map", title, map, config, None, arguments)
+        Self::new("map", title, (map, zones), config, None, arguments)
     }
 
     fn new(
         name: &str,
         title: &str,
-        map: OccupancyGrid,
+        (map, zones): (OccupancyGrid, Option<Arc<Zones>>),
         config: &Config,
         situation: Option<DecisionInput>,
         arguments: String,
@@ -138,29 +149,37 @@ impl Scene {
             return Err(SceneError::TooLarge { cells });
         }
         let obstacles = map.obstacles(config.unknown);
-        let field = ClearanceField::new(&obstacles)?;
+        let cells = cells(&map, &obstacles, zones.as_deref());
+        let known = NavigationMap { obstacles, zones: zones.clone() };
+        let field = ClearanceField::new(&known.closed())?;
         let footprint = &config.robot.footprint;
         let situation = situation.unwrap_or_else(|| most_clearance(&field, footprint));
         Ok(Self {
             name: name.to_owned(),
             title: title.to_owned(),
             unknown: config.unknown,
-            cells: cells(&map, &obstacles),
+            cells,
             field_bytes: field_bytes(&field),
             problem: problem(name, config, &situation),
             field: Arc::new(field),
             map: Arc::new(map),
+            zones,
             config: config.clone(),
             arguments,
         })
     }
 }
 
-fn cells(map: &OccupancyGrid, obstacles: &ObstacleGrid) -> Bytes {
-    let both = map.cells().iter().zip(obstacles.cells());
-    both.map(|(&value, &blocked)| match (value, blocked) {
-        (UNKNOWN, _) => 2,
-        (_, blocked) => u8::from(blocked),
+fn cells(map: &OccupancyGrid, obstacles: &ObstacleGrid, zones: Option<&Zones>) -> Bytes {
+    let zones = zones.map(Zones::to_grid);
+    let zone = |index: usize| zones.as_ref().map_or(0, |zones| zones.cells()[index]);
+    let both = map.cells().iter().zip(obstacles.cells()).enumerate();
+    both.map(|(index, (&value, &blocked))| match (value, blocked, zone(index)) {
+        (UNKNOWN, ..) => 2,
+        (_, true, _) => 1,
+        (.., 0) => 0,
+        (.., CLOSED) => 3,
+        _ => 4,
     })
     .collect()
 }

@@ -31,16 +31,16 @@ function element(name, parts = {}, ...children) {
 }
 
 // Adds controls to the box. They change the problem that `problem` returns, and call `changed`. Returns a function that shows the
-// current values.
+// current values, for a robot of this number of discs.
 export function makeControls(box, problem, changed) {
   const shows = [...SLIDERS.map((slider) => makeSlider(box, problem, changed, slider)), ...CHOICES.map((choice) => makeChoice(box, problem, changed, choice))];
   const product = element("p", { className: "limits" });
   box.append(product);
-  return (limits) => {
+  return (limits, discs) => {
     for (const show of shows) show();
-    const { vx_samples, vtheta_samples, sim_time_s, sim_step_s, robot, obstacles } = problem();
+    const { vx_samples, vtheta_samples, sim_time_s, sim_step_s, obstacles } = problem();
     const samples = vx_samples * vtheta_samples, steps = Math.round(sim_time_s / sim_step_s);
-    const discChecks = samples * steps * robot.footprint.length * (1 + obstacles.length);
+    const discChecks = samples * steps * discs * (1 + obstacles.length);
     product.textContent = `${whole(vx_samples)} × ${whole(vtheta_samples)} = ${whole(samples)} samples of ${steps} steps, ` +
       `${obstacles.length} obstacles: at most ${whole(limits.samples)} samples, ${limits.obstacles} obstacles. ` +
       `Samples × steps × discs × (1 + obstacles) = ${whole(discChecks)}: at most ${whole(limits.disc_checks)}.`;

@@ -1,7 +1,7 @@
 // Draws the map, the trajectory fan, the robot, the goal and the obstacles.
 
 const NAMES = ["panel", "outside", "ink", "muted", "robot", "command", "path", "moving", "bad", "rock", "unknown", "rock-strength",
-  "speed-0", "speed-1", "speed-2", "speed-3"];
+  "escaping", "speed-0", "speed-1", "speed-2", "speed-3"];
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 
@@ -17,8 +17,10 @@ export function readColours() {
 export function mapImage({ width, height }, cells, colours) {
   const picture = new OffscreenCanvas(width, height), context = picture.getContext("2d");
   const image = context.createImageData(width, height), pixels = new Uint32Array(image.data.buffer);
-  const pixel = (hex) => rgb(hex).reduce((sum, part, index) => sum + part * 2 ** (8 * index), Math.round(255 * colours["rock-strength"]) * 2 ** 24);
-  const kinds = [0, pixel(colours.rock), pixel(colours.unknown)];
+  const pixel = (hex, strength) => rgb(hex).reduce((sum, part, index) => sum + part * 2 ** (8 * index), Math.round(255 * strength) * 2 ** 24);
+  const strength = colours["rock-strength"];
+  // Free, occupied, unknown, in a closed zone, with a speed limit.
+  const kinds = [0, pixel(colours.rock, strength), pixel(colours.unknown, strength), pixel(colours.bad, 0.3), pixel(colours.escaping, 0.35)];
   for (let cell = 0; cell < cells.length; cell++) pixels[cell] = kinds[cells[cell]];
   context.putImageData(image, 0, 0);
   return picture;
@@ -59,14 +61,15 @@ export function draw(canvas, view, { scene, map, problem, shown, selected }, col
     for (const point of points) context.lineTo(...view.toScreen(point));
     context.stroke();
   };
-  const disc = (point, radius, colour, strength, isFilled = true) => {
+  const shape = (outline, colour, strength, isFilled = true) => {
     context.globalAlpha = strength;
     context.fillStyle = context.strokeStyle = colour;
     context.beginPath();
-    context.arc(...view.toScreen(point), radius * view.scale, 0, 2 * Math.PI);
+    outline();
     if (isFilled) context.fill(); else context.stroke();
     context.globalAlpha = 1;
   };
+  const disc = (point, radius, ...style) => shape(() => context.arc(...view.toScreen(point), radius * view.scale, 0, 2 * Math.PI), ...style);
   context.fillStyle = colours.outside;
   context.fillRect(0, 0, view.width, view.height);
   drawMap(context, view, scene, map, colours);
@@ -83,17 +86,23 @@ export function draw(canvas, view, { scene, map, problem, shown, selected }, col
     context.fill();
   }
   if (shown) drawFan(context, shown, selected, colours, line);
-  const discs = (pose, strength, isFilled) => {
-    const [x, y, yaw] = pose, [cos, sin] = [Math.cos(yaw), Math.sin(yaw)];
-    for (const part of problem.robot.footprint) disc([x + part.x * cos - part.y * sin, y + part.x * sin + part.y * cos], part.radius, colours.robot, strength, isFilled);
+  // The polygon of the body, or the discs of a robot without one.
+  const robot = ([x, y, yaw], ...style) => {
+    const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)], place = (ahead, left) => [x + ahead * cos - left * sin, y + ahead * sin + left * cos];
+    if (!scene.body) return scene.discs.forEach((part) => disc(place(part.x, part.y), part.radius, colours.robot, ...style));
+    const outline = () => {
+      for (const corner of scene.body) context.lineTo(...view.toScreen(place(...corner)));
+      context.closePath();
+    };
+    shape(outline, colours.robot, ...style);
   };
   if (shown?.winner) {
     context.lineWidth = 1.5;
-    discs(arcOf(shown.decision, shown.winner).at(-1), 0.6, false);
+    robot(arcOf(shown.decision, shown.winner).at(-1), 0.6, false);
   }
   drawGoal(context, view.toScreen(problem.target), colours);
   const pose = problem.robot.pose;
-  discs(pose, 0.65, true);
+  robot(pose, 0.65);
   context.strokeStyle = context.fillStyle = colours.ink;
   context.lineWidth = 2;
   const [left, top] = headingTip(view, problem);

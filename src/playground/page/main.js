@@ -39,7 +39,7 @@ function showError(text) {
 function changed() {
   version += 1;
   busy.setAttribute("aria-busy", "true");
-  showControls(setup.limits);
+  showControls(setup.limits, state.scene.discs.length);
   drawSoon();
   if (!isRunning) run();
 }
@@ -191,6 +191,7 @@ async function enter(scene) {
   state.shown = state.selected = state.map = null;
   const { cells } = await sceneData(scene);
   state.map = mapImage(scene, cells, colours);
+  for (const [kind, key] of [[3, "key-closed"], [4, "key-slow"]]) find(key).hidden = !cells.includes(kind);
   fit();
   changed();
 }

@@ -1,8 +1,10 @@
 //! Drives of the whole navigator from the playground.
 
+use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use image::{GrayImage, Luma};
 use libtest_mimic::{Failed, Trial};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -14,8 +16,9 @@ use crate::support::browser::program::{self, BrowserTest, Program};
 pub fn trials() -> Vec<Trial> {
     let in_browser: [(&str, BrowserTest); 1] = [("page_drives_to_the_goal", page_drives)];
     let mut trials = program::trials(&in_browser);
-    let tests: [(&str, ServerTest); 2] = [
+    let tests: [(&str, ServerTest); 3] = [
         ("drive_is_repeated_by_its_command", command_repeats_the_drive),
+        ("zones_are_shown_and_kept", zones_are_shown_and_kept),
         ("drives_out_of_range_are_rejected", out_of_range),
     ];
     trials.extend(tests.map(|(name, test)| Trial::test(name, test)));
@@ -24,6 +27,15 @@ pub fn trials() -> Vec<Trial> {
 
 /// Pixels by which the page is wider than the window.
 const OVERFLOW: &str = "Math.max(0, document.documentElement.scrollWidth - window.innerWidth)";
+
+/// Red and blue of the page's picture 0.17 m beside the centre of the robot, which looks along x. The goal is 5.104 m away.
+const BESIDE_THE_CENTRE: &str = "(() => { \
+    const centre = (name) => { const box = document.querySelector(`[data-handle=${name}]`).getBoundingClientRect(); \
+        return [box.x + box.width / 2, box.y + box.height / 2]; }; \
+    const canvas = document.querySelector('#canvas'), box = canvas.getBoundingClientRect(), fine = canvas.width / box.width; \
+    const [x, y] = centre('robot'), [goalX, goalY] = centre('goal'), metre = Math.hypot(goalX - x, goalY - y) / 5.104; \
+    const [red, , blue] = canvas.getContext('2d').getImageData((x - box.x) * fine, (y - box.y - 0.17 * metre) * fine, 1, 1).data; \
+    return [red, blue]; })()";
 
 /// A drive in the crossing with a person on the way and other settings than the defaults.
 fn request(served: &Served) -> Result<Value, Failed> {
@@ -54,6 +66,12 @@ fn command_repeats_the_drive() -> Result<(), Failed> {
     for part in ["local.vx_samples=16", "local.normalization=sum", "navigator.lookahead_m=2.5"] {
         assert!(command.contains(part), "{command}");
     }
+    assert_eq!(repeated(command)?["trace_digest"], drive["trace_digest"], "{command}");
+    Ok(())
+}
+
+/// The result of a command that the page shows.
+fn repeated(command: &str) -> Result<Value, Failed> {
     let folder = TempDir::new()?;
     let programs = Path::new(env!("CARGO_BIN_EXE_inbye")).parent().ok_or("no folder")?;
     let path = format!("{}:{}", programs.display(), std::env::var("PATH")?);
@@ -63,9 +81,62 @@ fn command_repeats_the_drive() -> Result<(), Failed> {
         .current_dir(folder.path())
         .env("PATH", path)
         .output()?;
-    let repeated: Value = serde_json::from_slice(&output.stdout)
-        .map_err(|_| String::from_utf8_lossy(&output.stderr).into_owned())?;
+    let result = serde_json::from_slice(&output.stdout);
+    Ok(result.map_err(|_| String::from_utf8_lossy(&output.stderr).into_owned())?)
+}
+
+/// A hall with a closed zone across its middle, which leaves a way along the upper wall, and a speed limit there.
+fn zones_are_shown_and_kept() -> Result<(), Failed> {
+    let folder = TempDir::new()?;
+    let rows = |cell: &dyn Fn(usize, usize) -> char| -> String {
+        let row = |row| (0..40).map(|column| cell(column, row)).chain(['\n']).collect::<String>();
+        (0..24).map(row).collect()
+    };
+    let border = |column, row| column == 0 || column == 39 || row == 0 || row == 23;
+    let is_middle = |column| (18..22).contains(&column);
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    fs::write(at("hall.txt"), rows(&|column, row| if border(column, row) { '#' } else { '.' }))?;
+    let closed = |column, row| if is_middle(column) && row >= 10 { '#' } else { '.' };
+    fs::write(at("closed.txt"), rows(&closed))?;
+    let slow = GrayImage::from_fn(40, 24, |column, row| {
+        Luma([if is_middle(column as usize) && row < 10 { 128 } else { 255 }])
+    });
+    slow.save(at("slow.png"))?;
+    let yaml = "image: slow.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\nmode: scale\n\
+        occupied_thresh: 1.0\nfree_thresh: 0.0\n";
+    fs::write(at("slow.yaml"), yaml)?;
+    let [map, closed, slow] = [at("hall.txt"), at("closed.txt"), at("slow.yaml")];
+    let words =
+        ["--map", &map, "--resolution", "0.25", "--keepout", &closed, "--speed-zones", &slow];
+    let served = Served::start(&words)?;
+    let cells = served.request("GET", "/scenes/map/cells", "")?.body;
+    let mut counts = [0; 5];
+    cells.iter().for_each(|&kind| counts[usize::from(kind)] += 1);
+    // The lowest row of the closed zone and the highest of the other one are walls.
+    assert_eq!(counts[3..], [4 * 13, 4 * 9]);
+    let mut request = request(&served)?;
+    let (start, goal) = (json!([2.0, 1.0, 0.0]), json!([8.0, 1.0]));
+    for (key, value) in
+        [("scene", json!("map")), ("start", start), ("goal", goal), ("people", json!([]))]
+    {
+        request[key] = value;
+    }
+    let drive = served.request("POST", "/drive", &request.to_string())?.json()?;
+    assert_eq!(drive["reached"], true, "{drive}");
+    let command = drive["command"].as_str().ok_or("no command")?;
+    let repeated = repeated(command)?;
     assert_eq!(repeated["trace_digest"], drive["trace_digest"], "{command}");
+    let zones = &repeated["zones"];
+    assert_eq!(zones["intrusions"], json!(0), "{repeated}");
+    assert!(zones["limited_ticks"].as_u64() > Some(5), "{repeated}");
+    request["goal"] = json!([5.0, 1.0]);
+    let answer = served.request("POST", "/drive", &request.to_string())?;
+    assert!(answer.status == 400 && answer.json()?["error"].to_string().contains("GOAL_OCCUPIED"));
+    // Without a map there is nothing that the masks belong to.
+    let mut alone = Command::new(env!("CARGO_BIN_EXE_inbye"));
+    let alone = alone.args(["playground", "--keepout", &closed]).output()?;
+    let said = String::from_utf8_lossy(&alone.stderr).into_owned();
+    assert!(alone.status.code() == Some(2) && said.contains("belong to a map"), "{said}");
     Ok(())
 }
 
@@ -99,6 +170,8 @@ fn page_drives(program: &Program) -> Result<(), Failed> {
     let served = Served::start(&["--scene", "crossing"])?;
     let mut page = Page::open(program, &[], DESKTOP, &served.url)?;
     page.wait_for("document.querySelectorAll('.handle[aria-label]').length > 2")?;
+    // The body is drawn, blue on white.
+    page.wait_for(&format!("(([red, blue]) => red < 100 && blue > 100)({BESIDE_THE_CENTRE})"))?;
     // A click adds a person.
     page.evaluate("document.querySelector('#click').value = 'obstacle'")?;
     let handles = "document.querySelectorAll('.handle[aria-label]').length";
