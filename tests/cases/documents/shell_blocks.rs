@@ -25,10 +25,14 @@ fn shell_lines(text: &str) -> Vec<String> {
     lines
 }
 
-/// The arguments of a call of the program; `None` for another command.
+/// The arguments of a call of the program; `None` for another command. What is between two `"` is one word.
 fn arguments(line: &str) -> Option<Vec<String>> {
     let is_end = |word: &&str| matches!(*word, "|" | ">" | "#" | "&" | "&&");
-    let mut words = line.split_whitespace().take_while(|word| !is_end(word));
+    let words = line.split('"').enumerate().flat_map(|(index, part)| match index % 2 {
+        0 => part.split_whitespace().collect(),
+        _ => vec![part],
+    });
+    let mut words = words.take_while(|word| !is_end(word));
     (words.next() == Some("inbye")).then(|| words.map(str::to_owned).collect())
 }
 
