@@ -166,6 +166,11 @@ pub fn command_line() -> String {
     words.join(" ")
 }
 
+/// Flags with their values as a shell reads them, each after a space.
+pub fn shell_arguments(given: impl Iterator<Item = (&'static str, String)>) -> String {
+    given.flat_map(|(flag, value)| [format!(" {flag} "), quoted(&value)]).collect()
+}
+
 /// A word as a shell reads it.
 pub fn quoted(word: &str) -> String {
     let is_plain = |letter: char| letter.is_alphanumeric() || "_./,:=@%+-".contains(letter);

@@ -14,7 +14,7 @@ use inbye::sim::{Scene, scene as scene_of};
 use serde_json::{Value, json};
 
 use super::arguments::{Place, length, scene, unknown};
-use super::files::quoted;
+use super::files::shell_arguments;
 use super::zones::ZoneArguments;
 use super::{config, output};
 
@@ -129,8 +129,7 @@ impl MapSettings {
         let config = self.config.as_ref().map(|file| ("--config", file.display().to_string()));
         let changes = self.changes.iter().map(|change| ("--set", change.clone()));
         let all = resolution.into_iter().chain(unknown).chain(config).chain(changes);
-        let words = all.flat_map(|(flag, value)| [flag.to_owned(), quoted(&value)]);
-        words.flat_map(|word| [" ".to_owned(), word]).collect()
+        shell_arguments(all)
     }
 }
 

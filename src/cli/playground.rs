@@ -96,7 +96,8 @@ mod server {
     }
 
     fn scenes(arguments: &PlaygroundArguments, config: &Config) -> anyhow::Result<Vec<Scene>> {
-        let settings = arguments.zones.as_arguments() + &arguments.settings.as_arguments();
+        let zones = arguments.zones.as_arguments();
+        let settings = zones.clone() + &arguments.settings.as_arguments();
         let resolution_m = arguments.settings.resolution;
         let scene = match (&arguments.map, arguments.scene.and_then(scene_of)) {
             (Some(file), _) => {
@@ -112,7 +113,7 @@ mod server {
                 let zones = arguments.zones.read(&scene.map, resolution_m)?;
                 Scene::built_in(scene, zones, config, &settings)?
             }
-            (None, None) if arguments.zones.is_any() => {
+            (None, None) if !zones.is_empty() => {
                 bail!("--keepout and --speed-zones belong to a map: name it with --map or --scene")
             }
             (None, None) => return Ok(Scene::all_built_in(config, &settings)?),

@@ -194,7 +194,6 @@ fn runs(
     let RunArguments { threads, out, record } = &arguments.run;
     let record = record.clone().filter(|_| part == JUDGE);
     let out = out.as_ref().map(|out| out.join(part));
-    machine::interrupt_flag()?;
     if let (Some(runner), Some(out)) = (&arguments.runner, &out) {
         run_elsewhere(&runner.program(), (sweep, folder), out)?;
     }
@@ -212,6 +211,7 @@ fn run_elsewhere(
     for path in sweep.worlds.iter_mut().filter_map(|worlds| worlds.path.as_mut()) {
         *path = absolute(folder.join(&path))?;
     }
+    machine::interrupt_flag()?;
     let plan = out.join(PLAN);
     fs::create_dir_all(out).with_context(|| format!("--out {}", out.display()))?;
     write_whole(&plan, &toml::to_string(&sweep)?)?;

@@ -10,7 +10,7 @@ use inbye::map::{Mask, MaskError, OccupancyGrid, Zones};
 
 use super::arguments::Place;
 #[cfg(feature = "playground")]
-use super::files::quoted;
+use super::files::shell_arguments;
 use super::map_file;
 
 /// Masks of zones.
@@ -48,20 +48,12 @@ impl ZoneArguments {
         Ok(zones?.map(Arc::new))
     }
 
-    /// Whether there is a mask.
-    #[cfg(feature = "playground")]
-    pub const fn is_any(&self) -> bool {
-        self.keepout.is_some() || self.speed_zones.is_some()
-    }
-
     /// The arguments of a shell for the same masks, each after a space.
     #[cfg(feature = "playground")]
     pub fn as_arguments(&self) -> String {
         let masks = [("--keepout", &self.keepout), ("--speed-zones", &self.speed_zones)];
-        let argument = |(flag, file): (&str, &Option<PathBuf>)| {
-            file.as_ref().map(|file| format!(" {flag} {}", quoted(&file.display().to_string())))
-        };
-        masks.into_iter().filter_map(argument).collect()
+        let given = masks.into_iter().filter_map(|(flag, file)| Some((flag, file.as_ref()?)));
+        shell_arguments(given.map(|(flag, file)| (flag, file.display().to_string())))
     }
 
     /// An error for an end or a stop in a closed zone.

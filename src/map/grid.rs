@@ -146,14 +146,7 @@ impl GridFrame {
         center: &Point,
         half_m: f64,
     ) -> impl Iterator<Item = Cell> + use<> {
-        let units = self.to_cell_units(center);
-        let reach = half_m / self.resolution_m;
-        let span = move |at: f64, cells: i32| {
-            let past = ((at + reach).floor() as i32).saturating_add(1);
-            (at - reach).floor().max(0.0) as i32..past.min(cells)
-        };
-        let row = move |row| span(units.x, self.width).map(move |column| Cell::new(column, row));
-        span(units.y, self.height).flat_map(row)
+        self.cells_in_square(self.to_cell_units(center), half_m / self.resolution_m)
     }
 
     /// The cells of the grid whose centres lie within a distance of a point, metres.
@@ -165,7 +158,17 @@ impl GridFrame {
         let units = self.to_cell_units(center);
         let reach = distance_m / self.resolution_m;
         let is_near = move |cell: &Cell| (cell.center() - units).norm() <= reach;
-        self.cells_around(center, distance_m).filter(is_near)
+        self.cells_in_square(units, reach).filter(is_near)
+    }
+
+    /// [`Self::cells_around`] for a point and a reach in cell units.
+    fn cells_in_square(self, units: Point, reach: f64) -> impl Iterator<Item = Cell> {
+        let span = move |at: f64, cells: i32| {
+            let past = ((at + reach).floor() as i32).saturating_add(1);
+            (at - reach).floor().max(0.0) as i32..past.min(cells)
+        };
+        let row = move |row| span(units.x, self.width).map(move |column| Cell::new(column, row));
+        span(units.y, self.height).flat_map(row)
     }
 }
 

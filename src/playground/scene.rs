@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
 use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones};
-use crate::navigator::NavigationMap;
 use crate::robot::Footprint;
 use crate::runtime::Config;
 use crate::sim::{self, SCENE_NAMES};
@@ -150,8 +149,8 @@ impl Scene {
         }
         let obstacles = map.obstacles(config.unknown);
         let cells = cells(&map, &obstacles, zones.as_deref());
-        let known = NavigationMap { obstacles, zones: zones.clone() };
-        let field = ClearanceField::new(&known.closed())?;
+        let closed = zones.as_deref().map(|zones| zones.with_obstacles(&obstacles));
+        let field = ClearanceField::new(closed.as_ref().unwrap_or(&obstacles))?;
         let footprint = &config.robot.footprint;
         let situation = situation.unwrap_or_else(|| most_clearance(&field, footprint));
         Ok(Self {

@@ -1,5 +1,6 @@
 //! Relations whose times are precise enough for a log.
 
+use super::by_time::ByTime;
 use super::{Relation, TimedPose};
 use crate::geometry::{Pose, wrap_angle};
 
@@ -19,21 +20,15 @@ pub fn definite_relations(
     offset_s: f64,
 ) -> Vec<Relation> {
     let digits = odometry.iter().map(|it| significant_digits(it.time_s)).max().unwrap_or(0);
-    let mut ordered: Vec<&TimedPose> = odometry.iter().collect();
-    ordered.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
+    let ordered = ByTime::new(odometry, 0.0);
     let is_definite = |time_s: f64| {
+        // In the log's own times, whose digits count.
         let time_s = time_s - offset_s;
-        let after = ordered.partition_point(|it| it.time_s <= time_s);
-        let gap = |it: &TimedPose| (it.time_s - time_s).abs();
-        let around = &ordered[after.saturating_sub(1)..(after + 1).min(ordered.len())];
-        let Some(nearest) = around.iter().min_by(|one, other| gap(one).total_cmp(&gap(other)))
-        else {
+        let Some((nearest, gap_s)) = ordered.nearest(time_s) else {
             return false;
         };
-        let reach_s = gap(nearest) + resolution_s(time_s, digits);
-        let first = ordered.partition_point(|it| it.time_s < time_s - reach_s);
-        let mut candidates = ordered[first..].iter().take_while(|it| it.time_s <= time_s + reach_s);
-        candidates.all(|it| is_same(&it.pose, &nearest.pose))
+        let reach_s = gap_s + resolution_s(time_s, digits);
+        ordered.within(time_s, reach_s).all(|it| is_same(&it.pose, &nearest.pose))
     };
     let all = relations.iter().copied();
     all.filter(|relation| relation.times_s.iter().all(|&time_s| is_definite(time_s))).collect()

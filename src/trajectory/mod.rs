@@ -5,6 +5,7 @@
 //! "On Measuring the Accuracy of SLAM Algorithms", Autonomous Robots, 2009.
 
 mod bridge;
+mod by_time;
 mod definite;
 mod errors;
 mod relations;

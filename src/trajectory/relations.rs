@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::by_time::ByTime;
 use super::errors::difference;
 use super::{ErrorStatistics, TimedPose};
 use crate::geometry::{Pose, wrap_angle};
@@ -91,16 +92,10 @@ pub fn relation_error(
     tolerance_s: f64,
 ) -> Option<RelationError> {
     // Stamps of real logs go back at times. A later pose of the same time follows the scan, and stays last.
-    let mut ordered: Vec<(f64, Pose)> =
-        trajectory.iter().map(|it| (it.time_s + offset_s, it.pose)).collect();
-    ordered.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let ordered = ByTime::new(trajectory, offset_s);
     let pose_at = |time_s: f64| {
-        let after = ordered.partition_point(|(at_s, _)| *at_s <= time_s);
-        let before = after.checked_sub(1).and_then(|index| ordered.get(index));
-        let candidates = before.into_iter().chain(ordered.get(after));
-        let gap = |(at_s, _): &(f64, Pose)| (at_s - time_s).abs();
-        let nearest = candidates.min_by(|one, other| gap(one).total_cmp(&gap(other)))?;
-        (gap(nearest) <= tolerance_s).then_some(nearest.1)
+        let (nearest, gap_s) = ordered.nearest(time_s)?;
+        (gap_s <= tolerance_s).then_some(nearest.pose)
     };
     let errors = relations.iter().filter_map(|relation| {
         let (from, to) = (pose_at(relation.times_s[0])?, pose_at(relation.times_s[1])?);

@@ -7,15 +7,6 @@ use serde_json::{Value, json};
 
 use super::program::{Run, Workplace};
 
-/// A room of 6 by 3 m without obstacles.
-fn room() -> Workplace {
-    let place = Workplace::new();
-    let wall = "#".repeat(30) + "\n";
-    let rows = format!("#{}#\n", ".".repeat(28)).repeat(13);
-    place.write("room.txt", format!("{wall}{rows}{wall}"));
-    place
-}
-
 const DRIVE: &str = "drive --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu";
 
 /// A shell script that answers the first message, and each further one by these lines.
@@ -50,7 +41,7 @@ fn text<'v>(object: &'v Value, name: &str) -> &'v str {
 
 #[test]
 fn controller_drives_to_the_goal_and_equal_answers_give_equal_traces() {
-    let place = room();
+    let place = Workplace::with_room();
     script(&place, "straight.sh", r#"echo '{"linear": 0.5, "angular": 0}'"#);
     let (status, object) = driven(&place, "--controller 'sh straight.sh'");
     assert_eq!((status, &object["reached"]), (0, &json!(true)), "{object}");
@@ -67,7 +58,7 @@ fn controller_drives_to_the_goal_and_equal_answers_give_equal_traces() {
 
 #[test]
 fn commands_beyond_the_limits_are_clamped() {
-    let place = room();
+    let place = Workplace::with_room();
     script(&place, "fast.sh", r#"echo '{"linear": 1000, "angular": 0}'"#);
     let set = "--set robot.limits.max_vel_x=0.4";
     let (_, object) = driven(&place, &format!("{set} --controller 'sh fast.sh'"));
@@ -79,7 +70,7 @@ fn commands_beyond_the_limits_are_clamped() {
 /// Each of these programs ends the mission with a reason; none ends inbye.
 #[test]
 fn failing_controller_is_a_result_with_its_reason() {
-    let place = room();
+    let place = Workplace::with_room();
     let cases = [
         ("echo why >&2; exit 3", "INVALID_CONTROLLER: a script: the program ended: why"),
         ("echo nonsense", "INVALID_CONTROLLER: a script: `nonsense` is no answer"),
@@ -99,7 +90,7 @@ fn failing_controller_is_a_result_with_its_reason() {
 
 #[test]
 fn controller_without_a_valid_velocity_stands_until_the_navigator_gives_up() {
-    let place = room();
+    let place = Workplace::with_room();
     script(&place, "refuses.sh", r#"echo '{"error": "no way"}'"#);
     let more = "--controller 'sh refuses.sh' --set navigator.movement_time_allowance=2";
     let (status, object) = driven(&place, more);
@@ -109,7 +100,7 @@ fn controller_without_a_valid_velocity_stands_until_the_navigator_gives_up() {
 
 #[test]
 fn program_that_cannot_be_used_is_unusable_input() {
-    let place = room();
+    let place = Workplace::with_room();
     place.write("old.sh", "read -r first\necho '{\"protocol\": 0}'\n");
     for (option, expected) in [
         ("--controller ./missing", "cannot be started"),
@@ -130,7 +121,7 @@ fn program_that_cannot_be_used_is_unusable_input() {
 /// With a deadline inbye does not wait: a late answer is dropped, and the robot stands.
 #[test]
 fn late_answers_do_not_delay_the_drive() {
-    let place = room();
+    let place = Workplace::with_room();
     script(&place, "slow.sh", r#"sleep 0.3; echo '{"linear": 0.5, "angular": 0}'"#);
     let began = Instant::now();
     let (_, object) = driven(&place, "--controller 'sh slow.sh' --deadline 20 --time-limit 3");
@@ -142,7 +133,7 @@ fn late_answers_do_not_delay_the_drive() {
 
 #[test]
 fn recording_of_a_controller_replays_without_its_program() {
-    let place = room();
+    let place = Workplace::with_room();
     script(&place, "straight.sh", r#"echo '{"linear": 0.5, "angular": 0.01}'"#);
     driven(&place, "--controller 'sh straight.sh' --record drive.mcap");
     place.write("straight.sh", "exit 1\n");
@@ -152,7 +143,7 @@ fn recording_of_a_controller_replays_without_its_program() {
 
 #[test]
 fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
-    let place = room();
+    let place = Workplace::with_room();
     let path = |points: &str| format!(r#"echo '{{"path": [{points}]}}'"#);
     script(&place, "plans.sh", &path("[1, 1.5], [3, 2.5], [5, 1.5]"));
     let words = DRIVE.split(' ').chain(["--verbose", "--global-planner", "sh plans.sh"]);
@@ -175,7 +166,7 @@ fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
 /// `plan` asks the program too, that of the option or that of the configuration.
 #[test]
 fn plan_has_the_path_of_the_program() {
-    let place = room();
+    let place = Workplace::with_room();
     script(&place, "plans.sh", r#"echo '{"path": [[1, 1.5], [3, 2.5], [5, 1.5]]}'"#);
     place.write("own.toml", "global_planner.command = [\"sh\", \"plans.sh\"]\n");
     let plan = "plan --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5";
@@ -202,7 +193,7 @@ fn plan_has_the_path_of_the_program() {
 /// A simulator whose robot stands: it answers every step with the pose of the start.
 #[test]
 fn simulator_that_fails_ends_the_drive_with_its_reason() {
-    let place = room();
+    let place = Workplace::with_room();
     let state = r#"{"odometry": {"pose": [1, 1.5, 0], "twist": [0, 0]}, "scan": {"angle_min": -3, "angle_increment": 0.1, "range_max": 9, "ranges": [1, null, 9]}, "truth": {"pose": [1, 1.5, 0], "twist": [0, 0], "contact": false}}"#;
     place.write("state.json", format!("{state}\n"));
     script(&place, "stands.sh", "cat state.json; read -r message; cat state.json; exit 0");
@@ -214,7 +205,7 @@ fn simulator_that_fails_ends_the_drive_with_its_reason() {
 
 #[test]
 fn comparison_ranks_planners_and_writes_a_page() {
-    let place = room();
+    let place = Workplace::with_room();
     script(&place, "straight.sh", r#"echo '{"linear": 0.3, "angular": 0}'"#);
     script(&place, "stands.sh", r#"echo '{"linear": 0, "angular": 0}'"#);
     place.write(

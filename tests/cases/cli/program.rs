@@ -68,6 +68,15 @@ impl Workplace {
         place
     }
 
+    /// A workplace with `room.txt`, cells of 0.2 m: a room of 6 by 3 m without obstacles.
+    pub fn with_room() -> Self {
+        let place = Self::new();
+        let wall = "#".repeat(30) + "\n";
+        let rows = format!("#{}#\n", ".".repeat(28)).repeat(13);
+        place.write("room.txt", format!("{wall}{rows}{wall}"));
+        place
+    }
+
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }

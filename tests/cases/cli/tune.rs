@@ -6,10 +6,7 @@ use super::program::Workplace;
 
 /// A room of 6 by 3 m, one way for the search and the way back for the judgement.
 fn place() -> Workplace {
-    let place = Workplace::new();
-    let wall = "#".repeat(30) + "\n";
-    let rows = format!("#{}#\n", ".".repeat(28)).repeat(13);
-    place.write("room.txt", format!("{wall}{rows}{wall}"));
+    let place = Workplace::with_room();
     let worlds = |name: &str, route: &str| {
         format!(
             "[[{name}]]\nkind = \"map\"\npath = \"../room.txt\"\nresolution_m = 0.2\nroutes = [{route}]\n"
