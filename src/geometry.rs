@@ -4,10 +4,14 @@
 //! points are in the map frame unless stated otherwise. Trigonometry uses `libm`, which gives identical results on every
 //! platform, so that plans and drives can be replayed bit for bit.
 
+mod unit_square;
+
 use core::f64::consts::{PI, TAU};
 use core::ops::{Add, Div, Mul, Sub};
 
 use serde::{Deserialize, Serialize};
+
+pub(crate) use unit_square::{point_to_unit_square, segment_to_unit_square};
 
 /// A position in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

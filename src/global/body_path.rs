@@ -9,27 +9,43 @@ use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{Cell, FreeSpace, GridFrame};
 
 /// Moves ahead at each heading, cells. The headings are those of the moves.
-const AHEAD: [(i32, i32); 16] = [
+const AHEAD: [(i32, i32); 32] = [
     (1, 0),
+    (4, 1),
     (2, 1),
+    (4, 3),
     (1, 1),
+    (3, 4),
     (1, 2),
+    (1, 4),
     (0, 1),
+    (-1, 4),
     (-1, 2),
+    (-3, 4),
     (-1, 1),
+    (-4, 3),
     (-2, 1),
+    (-4, 1),
     (-1, 0),
+    (-4, -1),
     (-2, -1),
+    (-4, -3),
     (-1, -1),
+    (-3, -4),
     (-1, -2),
+    (-1, -4),
     (0, -1),
+    (1, -4),
     (1, -2),
+    (3, -4),
     (1, -1),
+    (4, -3),
     (2, -1),
+    (4, -1),
 ];
 const HEADINGS: usize = AHEAD.len();
 /// A turn to the next heading costs as much as this distance, metres.
-const TURN_M: f64 = 0.1;
+const TURN_M: f64 = 0.05;
 /// The search with headings stays this close to the path of the discs, metres.
 const REACH_M: f64 = 1.5;
 /// Most cells of that search: a path of 200 m over cells of 5 cm has as many. It takes 200 bytes for each.
@@ -37,18 +53,17 @@ const MAX_CELLS: usize = 250_000;
 /// Distance and angle between two checked poses, metres and radians.
 const STEP_M: f64 = 0.05;
 const STEP_RAD: f64 = 0.1;
-/// Largest sum of turns in a stretch where the body does not fit at any heading, radians. The local planner follows no sharper bend
-/// there: it creeps.
-const MAX_TURN_RAD: f64 = 0.6;
-/// A turn there costs this many times as much.
-const NARROW_TURN_COST: u64 = 4;
 
 /// The free space of a body made of equal discs.
 #[derive(Clone, Copy, Debug)]
 pub struct BodySpace<'a> {
     /// Centres of the discs in the robot's frame, metres.
     pub discs: &'a [Point],
-    /// The cells in which the centre of a disc may be.
+    /// Distance that these keep from obstacles, metres.
+    pub radius_m: f64,
+    /// The cells in which the centre of a disc keeps it wherever it is.
+    pub whole: &'a FreeSpace,
+    /// The cells in which it keeps it at the cell's centre.
     pub narrow: &'a FreeSpace,
     /// The cells in which the body may have any heading.
     pub wide: &'a FreeSpace,
@@ -65,8 +80,11 @@ impl BodySpace<'_> {
         let frame = self.narrow.frame();
         self.has_any_heading(place)
             || self.discs.iter().all(|center| {
-                let cell = frame.cell_of(&pose.transform(center));
-                cell.is_some_and(|cell| self.narrow.is_free(cell))
+                let center = pose.transform(center);
+                frame.cell_of(&center).is_some_and(|cell| {
+                    self.whole.is_free(cell)
+                        || self.narrow.is_free(cell) && self.narrow.is_clear(&center, self.radius_m)
+                })
             })
     }
 
@@ -85,21 +103,14 @@ impl BodySpace<'_> {
         self.has_any_heading(place) || (0..=steps as u32).all(|step| self.fits_at(place, at(step)))
     }
 
-    /// Whether the body fits where it heads along the lines between points, and turns at the corners; no bend is sharp where it does not
-    /// fit at any heading.
+    /// Whether the body fits where it heads along the lines between points, and turns at the corners.
     #[must_use]
     pub fn fits_along(&self, points: &[Point]) -> bool {
-        let (mut last, mut turned) = (None, 0.0);
+        let mut last = None;
         points.windows(2).all(|pair| {
             let yaw = bearing(&pair[0], &pair[1]);
             let before = last.replace(yaw).unwrap_or(yaw);
-            turned += wrap_angle(yaw - before).abs();
-            if self.has_any_heading(&pair[0]) {
-                turned = 0.0;
-            }
-            turned <= MAX_TURN_RAD
-                && self.fits_turning(&pair[0], before, yaw)
-                && self.fits_ahead(&pair[0], &pair[1], yaw)
+            self.fits_turning(&pair[0], before, yaw) && self.fits_ahead(&pair[0], &pair[1], yaw)
         })
     }
 
@@ -136,7 +147,6 @@ impl BodySpace<'_> {
             }
             let (from, yaw) = (center(place), yaws[heading]);
             let price = |place: usize, cost| costs.price(frame.index(strip.cells[place]), cost);
-            let turn = if self.has_any_heading(&from) { turn } else { NARROW_TURN_COST * turn };
             for next in [(heading + 1) % HEADINGS, (heading + HEADINGS - 1) % HEADINGS] {
                 let next_state = place * HEADINGS + next;
                 let cost = cost + price(place, turn);

@@ -3,7 +3,7 @@
 use core::f64::consts::SQRT_2;
 
 use super::Path;
-use crate::geometry::{Point, nearest_on_segment};
+use crate::geometry::{Point, segment_to_unit_square};
 use crate::map::{Cell, DistanceField, GridFrame, ObstacleGrid};
 
 /// Computes the clearance of paths on one map; the distance field is computed once.
@@ -91,54 +91,16 @@ impl Piece {
             low.max(0)..=high.min(side - 1)
         };
         let columns = span(self.from.x, self.to.x, frame.width);
-        let mut min = f64::INFINITY;
+        let mut squared = f64::INFINITY;
         for row in span(self.from.y, self.to.y, frame.height) {
             for column in columns.clone() {
                 let cell = Cell::new(column, row);
                 if obstacles.is_blocked(cell) {
-                    min = min.min(self.distance_to_square(cell));
+                    squared =
+                        squared.min(segment_to_unit_square(&self.from, &self.to, &cell.corner()));
                 }
             }
         }
-        min
-    }
-
-    /// Zero on intersection; else the minimum over the end points and the square's corners.
-    fn distance_to_square(&self, cell: Cell) -> f64 {
-        let low = Point::new(f64::from(cell.column), f64::from(cell.row));
-        if self.intersects_unit_square(&low) {
-            return 0.0;
-        }
-        let from_end = |end: &Point| {
-            let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
-            libm::hypot(beyond(end.x, low.x), beyond(end.y, low.y))
-        };
-        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
-        corners
-            .iter()
-            .map(|&(x, y)| self.distance_to_point(&Point::new(low.x + x, low.y + y)))
-            .fold(from_end(&self.from).min(from_end(&self.to)), f64::min)
-    }
-
-    /// Whether the piece intersects the closed unit square with this lower left corner.
-    fn intersects_unit_square(&self, low: &Point) -> bool {
-        let (from, whole) = (self.from - low, self.to - self.from);
-        let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
-        for (at, step) in [(from.x, whole.x), (from.y, whole.y)] {
-            if step == 0.0 {
-                if !(0.0..=1.0).contains(&at) {
-                    return false;
-                }
-            } else {
-                let (one, other) = (-at / step, (1.0 - at) / step);
-                enters = enters.max(one.min(other));
-                leaves = leaves.min(one.max(other));
-            }
-        }
-        enters <= leaves
-    }
-
-    fn distance_to_point(&self, point: &Point) -> f64 {
-        (point - nearest_on_segment(&self.from, &self.to, point)).norm()
+        squared.sqrt()
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bit_grid::{BitGrid, clear_padding};
 use super::{Cell, GridFrame, ObstacleGrid};
-use crate::geometry::Point;
+use crate::geometry::{Point, point_to_unit_square};
 
 /// The cells in which the centre of a round robot keeps its radius from every obstacle.
 ///
@@ -83,6 +83,16 @@ impl FreeSpace {
     #[must_use]
     pub fn is_free(&self, cell: Cell) -> bool {
         self.free.get(cell)
+    }
+
+    /// Whether a disc around a point keeps clear of the square of every obstacle; its radius is in metres.
+    #[must_use]
+    pub(crate) fn is_clear(&self, center: &Point, radius_m: f64) -> bool {
+        let (frame, at) = (&self.frame, self.frame.to_cell_units(center));
+        let radius = radius_m / frame.resolution_m;
+        !frame.cells_around(center, radius_m).any(|cell| {
+            self.obstacles.get(cell) && point_to_unit_square(&at, &cell.corner()) < radius * radius
+        })
     }
 
     /// Distance kept from every obstacle, metres, except in cells freed by `free_cells_near`.
@@ -239,5 +249,47 @@ impl DilatedRow {
             *to = here | here << step | before >> back | here >> step | behind << back;
         }
         core::mem::swap(&mut self.words, &mut self.spare);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+    use crate::geometry::Pose;
+
+    /// Against the distances to all squares. Free cells keep their distance at any point, and half a cell more at the centre.
+    #[test]
+    fn disc_is_clear_of_the_squares_that_are_farther_than_its_radius() {
+        let mut random = Pcg64Mcg::seed_from_u64(2);
+        let mut clear = [0; 2];
+        for share in [0.01, 0.05] {
+            let frame = GridFrame::new(50, 40, 0.05, Pose::new(1.0, -2.0, 0.4)).expect("a size");
+            let cells = (0..frame.len()).map(|_| random.random_bool(share)).collect();
+            let obstacles = ObstacleGrid::new(frame, cells);
+            let blocked: Vec<Point> = (0..frame.len())
+                .filter(|&index| obstacles.cells()[index])
+                .map(|index| frame.cell_at(index).corner())
+                .collect();
+            let radius_m = 0.17;
+            let [whole, at_center] = FreeSpace::for_radii(&obstacles, [radius_m, radius_m - 0.025]);
+            for _ in 0..4000 {
+                let at = Point::new(random.random_range(0.0..50.0), random.random_range(0.0..40.0));
+                let squared = |square: &Point| point_to_unit_square(&at, square);
+                let nearest = blocked.iter().map(squared).fold(f64::INFINITY, f64::min).sqrt();
+                let is_clear = whole.is_clear(&frame.from_cell_units(&at), radius_m);
+                if (nearest * 0.05 - radius_m).abs() > 1e-9 {
+                    assert_eq!(is_clear, nearest * 0.05 > radius_m, "{at:?}");
+                }
+                clear[usize::from(is_clear)] += 1;
+                let cell = Cell::new(at.x as i32, at.y as i32);
+                assert!(is_clear || !whole.is_free(cell), "{cell:?}");
+                let center = frame.center_of(cell);
+                assert!(!at_center.is_free(cell) || whole.is_clear(&center, radius_m - 1e-9));
+            }
+        }
+        assert!(clear.iter().all(|&count| count > 500), "{clear:?}");
     }
 }

@@ -21,6 +21,12 @@ impl Cell {
         Self { column, row }
     }
 
+    /// The cell's lower left corner, in cell units from the grid's corner.
+    #[must_use]
+    pub fn corner(self) -> Point {
+        Point::new(f64::from(self.column), f64::from(self.row))
+    }
+
     /// The cell's centre, in cell units from the grid's corner.
     #[must_use]
     pub fn center(self) -> Point {

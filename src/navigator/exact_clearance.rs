@@ -3,9 +3,9 @@
 //! The distance field has one distance for all points of a cell: it is good to a cell's diagonal. The clearance of a robot
 //! that leaves a corner is smaller.
 
-use crate::geometry::{Point, Pose, Vector};
+use crate::geometry::{Point, Pose, Vector, point_to_unit_square};
 use crate::local::ClearanceField;
-use crate::map::GridFrame;
+use crate::map::{Cell, GridFrame};
 use crate::robot::{Footprint, Polygon};
 
 /// The occupied cells around a place, as squares.
@@ -25,7 +25,7 @@ impl ExactClearance {
         let squares = frame
             .cells_around(place, reach_m)
             .filter(|&cell| units[frame.index(cell)] == 0)
-            .map(|cell| Point::new(f64::from(cell.column), f64::from(cell.row)))
+            .map(Cell::corner)
             .collect();
         Self { frame, squares, reach_m }
     }
@@ -40,7 +40,7 @@ impl ExactClearance {
         }
         let gap = |(center, radius_m): (Point, f64)| {
             let units = self.frame.to_cell_units(&center);
-            let squared = |square: &Point| squared_distance(square, &units);
+            let squared = |square: &Point| point_to_unit_square(&units, square);
             let nearest = self.squares.iter().map(squared).fold(f64::INFINITY, f64::min);
             nearest.sqrt() * self.frame.resolution_m - radius_m
         };
@@ -118,20 +118,13 @@ impl PlacedBody {
     }
 }
 
-/// Squared distance between a unit square, given by its lower left corner, and a point, in cells.
-fn squared_distance(square: &Point, point: &Point) -> f64 {
-    let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
-    let (dx, dy) = (beyond(point.x, square.x), beyond(point.y, square.y));
-    dx * dx + dy * dy
-}
-
 #[cfg(test)]
 mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
-    use crate::map::{Cell, ObstacleGrid};
+    use crate::map::ObstacleGrid;
 
     #[test]
     fn gap_is_the_distance_to_the_nearest_square() {

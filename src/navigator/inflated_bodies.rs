@@ -1,11 +1,11 @@
 //! Footprint and moving obstacles with their margins, for the local planner.
 
 use super::NavigatorSettings;
-use super::state::{PredictedState, RobotModel};
+use super::state::PredictedState;
 use crate::geometry::Pose;
 use crate::local::{ClearanceField, LocalSettings, clearance_error_m};
 use crate::map::MovingDisc;
-use crate::robot::Footprint;
+use crate::robot::{Footprint, Limits};
 
 /// A robot within a margin keeps this much less than its present distance, metres: enough to leave the margin slowly. It may
 /// drive at the speed from which it stops within this distance.
@@ -40,7 +40,8 @@ impl InflatedBodies {
     /// Inflates by the whole margins, or by a part of a margin that an obstacle is within. Otherwise no velocity would be
     /// admissible next to a person who came close and stopped, not even one that leads away.
     pub fn new(
-        robot: &RobotModel,
+        footprint: &Footprint,
+        limits: &Limits,
         settings: &NavigatorSettings,
         local: &LocalSettings,
         field: &ClearanceField,
@@ -48,8 +49,8 @@ impl InflatedBodies {
     ) -> Self {
         let pose = &now.pose;
         // The planner checks the discs, so their distances count here, not those of the body.
-        let footprint = robot.footprint.without_body();
-        let error_m = clearance_error_m(&footprint, &robot.limits, local, field.unit_m());
+        let footprint = footprint.without_body();
+        let error_m = clearance_error_m(&footprint, limits, local, field.unit_m());
         let wanted_m = settings.safety_margin_m;
         let min_static_margin_m = MIN_STATIC_MARGIN_M.min(wanted_m);
         let static_m = field.clearance_m(&footprint, pose).unwrap_or(0.0) - error_m;
@@ -108,7 +109,8 @@ mod tests {
     use crate::geometry::{Point, Twist};
     use crate::local::{CpuEngine, DecisionInput, Detail, Engine, QuantizedProblem, SampleStatus};
     use crate::map::{Cell, GridFrame, ObstacleGrid};
-    use crate::robot::{Limits, Polygon};
+    use crate::navigator::RobotModel;
+    use crate::robot::Polygon;
 
     /// A robot in front of random obstacles.
     struct Case {
@@ -159,12 +161,16 @@ mod tests {
             }
         }
 
+        fn inflated(&self, settings: &NavigatorSettings, field: &ClearanceField) -> InflatedBodies {
+            let RobotModel { footprint, limits } = &self.robot;
+            InflatedBodies::new(footprint, limits, settings, &self.local, field, &self.now)
+        }
+
         /// The lower left corners of all occupied squares, in cells.
         fn squares(&self) -> Vec<Point> {
             let frame = self.obstacles.frame();
             let blocked = (0..frame.len()).filter(|&index| self.obstacles.cells()[index]);
-            let corner = |cell: Cell| Point::new(f64::from(cell.column), f64::from(cell.row));
-            blocked.map(|index| corner(frame.cell_at(index))).collect()
+            blocked.map(|index| frame.cell_at(index).corner()).collect()
         }
 
         /// The true gap between the body at a pose and the nearest of these squares, metres; at most 0.3 m.
@@ -236,7 +242,7 @@ mod tests {
             let it = Case::random(&mut rng);
             let parts = rng.random_range(1..4);
             let field = ClearanceField::of_areas(&it.obstacles, parts).expect("a field");
-            let inflated = InflatedBodies::new(&it.robot, &settings, &it.local, &field, &it.now);
+            let inflated = it.inflated(&settings, &field);
             let kept_m = inflated.static_margin_m;
             assert!((MIN_STATIC_MARGIN_M..=settings.safety_margin_m).contains(&kept_m));
             let (count, beyond_m) = it.evaluate(field, &inflated.footprint, kept_m);
@@ -275,7 +281,7 @@ mod tests {
                 now: standing_at(Pose::new(middle.x, middle.y, 0.0)),
             };
             let field = ClearanceField::of_areas(&it.obstacles, parts).expect("a field");
-            let inflated = InflatedBodies::new(&it.robot, &settings, &it.local, &field, &it.now);
+            let inflated = it.inflated(&settings, &field);
             assert!(!inflated.within_a_margin, "at {resolution_m} m");
             let (count, _) = it.evaluate(field, &inflated.footprint, settings.safety_margin_m);
             assert!(count > 0, "at {resolution_m} m, {wide} cells");
@@ -285,22 +291,23 @@ mod tests {
     /// A robot in the open, with walls 5 m away.
     fn in_the_open(moving: Vec<MovingDisc>) -> (InflatedBodies, ClearanceField, f64) {
         let footprint = Footprint::round(0.3).expect("a radius");
-        before_a_wall(footprint, &PredictedState { moving, ..standing_at(Pose::default()) })
+        before_a_wall(&footprint, &PredictedState { moving, ..standing_at(Pose::default()) })
     }
 
     /// A robot before a wall that begins at 5 m.
     fn before_a_wall(
-        footprint: Footprint,
+        footprint: &Footprint,
         now: &PredictedState,
     ) -> (InflatedBodies, ClearanceField, f64) {
         let frame = GridFrame::new(201, 201, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
         let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         (0..201).for_each(|row| obstacles.set(Cell::new(200, row), true));
         let field = ClearanceField::of_areas(&obstacles, 1).expect("a field");
-        let robot = RobotModel { footprint, limits: Limits::default() };
+        let limits = Limits::default();
         let (settings, local) = (NavigatorSettings::default(), LocalSettings::default());
-        let error_m = clearance_error_m(&robot.footprint, &robot.limits, &local, field.unit_m());
-        (InflatedBodies::new(&robot, &settings, &local, &field, now), field, error_m)
+        let error_m = clearance_error_m(footprint, &limits, &local, field.unit_m());
+        let inflated = InflatedBodies::new(footprint, &limits, &settings, &local, &field, now);
+        (inflated, field, error_m)
     }
 
     #[test]
@@ -367,7 +374,7 @@ mod tests {
             for step in 0..200 {
                 let pose = Pose::new(4.4 + 0.002 * f64::from(step), 0.0, 0.0);
                 let now = standing_at(pose);
-                let (inflated, field, error_m) = before_a_wall(footprint.clone(), &now);
+                let (inflated, field, error_m) = before_a_wall(&footprint, &now);
                 let certain_m = field.clearance_m(&discs, &pose).expect("in the map") - error_m;
                 assert_eq!(inflated.within_a_margin, certain_m < wanted_m, "{pose:?}");
                 if certain_m > MIN_STATIC_MARGIN_M + SLACK_M {
@@ -391,7 +398,7 @@ mod tests {
         };
         let moving = (0..63).map(person).collect();
         let now = PredictedState { moving, ..standing_at(Pose::default()) };
-        let (inflated, _, _) = before_a_wall(footprint, &now);
+        let (inflated, _, _) = before_a_wall(&footprint, &now);
         let discs = inflated.footprint.without_body();
         for person in &inflated.moving {
             let left_m = discs.gap_to_moving_m(&Pose::default(), person);
@@ -403,7 +410,7 @@ mod tests {
     fn robot_beyond_the_map_is_slow() {
         let footprint = Footprint::round(0.3).expect("a radius");
         let now = standing_at(Pose::new(50.0, 0.0, 0.0));
-        assert!(before_a_wall(footprint, &now).0.within_a_margin);
+        assert!(before_a_wall(&footprint, &now).0.within_a_margin);
     }
 
     #[test]
@@ -413,7 +420,7 @@ mod tests {
         for step in 0..100 {
             let footprint = Footprint::round(0.3 + 0.002 * f64::from(step)).expect("a radius");
             let now = standing_at(Pose::default());
-            let (inflated, field, error_m) = before_a_wall(footprint.clone(), &now);
+            let (inflated, field, error_m) = before_a_wall(&footprint, &now);
             let certain_m = field.clearance_m(&footprint, &pose).expect("in the map") - error_m;
             let is_clear = inflated.is_clear_of_static(&field, &pose);
             if certain_m > MIN_STATIC_MARGIN_M + 1e-9 {

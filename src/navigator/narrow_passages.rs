@@ -1,24 +1,24 @@
 //! Passages in which a robot fits along its path, and cannot turn on the spot.
 
 use super::NavigatorSettings;
-use super::obstacle_model::FIELD_CELL_M;
+use super::obstacle_model::NARROW_FIELD_CELL_M;
 use crate::geometry::Point;
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint};
 
-/// What a path keeps for the lookup of clearances, in cells: the local planner finds up to a cell too little clearance between two
-/// walls along the grid, and the cells of a path are clear as a whole.
-const LOOKUP_CELLS: f64 = 0.5;
+/// What a path keeps for the lookup of clearances, in cells of the local window: the local planner finds up to a cell too little
+/// clearance between two walls along the grid.
+const LOOKUP_CELLS: f64 = 1.0;
 /// The search is of use for a body that is narrower than its circumscribed circle by this, metres.
 const LEAST_GAIN_M: f64 = 0.02;
 
-/// The body of a robot in a narrow passage: the discs of the local planner, all as large as the largest.
+/// The body of a robot in a narrow passage: a row of discs, all as large as the largest.
 #[derive(Clone, Debug)]
 pub(super) struct NarrowPassages {
     /// Centres of the discs in the robot's frame, metres.
     pub discs: Vec<Point>,
     /// Distance that each of them keeps from obstacles, metres.
-    radius_m: f64,
+    pub radius_m: f64,
     /// Distance that the robot keeps from obstacles elsewhere, metres.
     least_radius_m: f64,
 }
@@ -31,7 +31,9 @@ impl NarrowPassages {
         resolution_m: f64,
         least_radius_m: f64,
     ) -> Option<Self> {
-        let margin_m = settings.safety_margin_m + LOOKUP_CELLS * resolution_m.min(FIELD_CELL_M);
+        let footprint = footprint.slim();
+        let margin_m =
+            settings.safety_margin_m + LOOKUP_CELLS * resolution_m.min(NARROW_FIELD_CELL_M);
         let radius_m = footprint.max_disc_radius_m() + margin_m;
         let center = |disc: &Disc| Point::new(disc.x, disc.y);
         let discs = footprint.discs().iter().map(center).collect();
@@ -39,17 +41,21 @@ impl NarrowPassages {
             .then_some(Self { discs, radius_m, least_radius_m })
     }
 
-    /// The cells in which a disc keeps its distance from obstacles, and the usual one from those that may not stay.
-    pub fn space(&self, obstacles: &ObstacleGrid, transient: &[MovingDisc]) -> FreeSpace {
-        let mut space = FreeSpace::new(obstacles, self.radius_m);
+    /// The cells in which a disc keeps its distance from obstacles wherever it is, and those in which it keeps it at the centre. It
+    /// keeps the usual distance from what may not stay.
+    pub fn spaces(&self, obstacles: &ObstacleGrid, transient: &[MovingDisc]) -> [FreeSpace; 2] {
+        // The centre of a cell is half a cell farther from an obstacle than its sides.
+        let at_center_m = self.radius_m - 0.5 * obstacles.frame().resolution_m;
+        let mut spaces = FreeSpace::for_radii(obstacles, [self.radius_m, at_center_m]);
         if !transient.is_empty() {
             let frame = *obstacles.frame();
             let mut passing = ObstacleGrid::new(frame, vec![false; frame.len()]);
             for disc in transient {
                 passing.fill_disc(&disc.center(), disc.radius);
             }
-            space.intersect(&FreeSpace::new(&passing, self.least_radius_m));
+            let apart = FreeSpace::new(&passing, self.least_radius_m);
+            spaces.iter_mut().for_each(|space| space.intersect(&apart));
         }
-        space
+        spaces
     }
 }

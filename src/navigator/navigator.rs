@@ -9,6 +9,7 @@ use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
+use super::obstacle_model::window_half_m;
 use super::occlusion::standing_room;
 use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
@@ -23,13 +24,9 @@ use super::{
 };
 use crate::geometry::Twist;
 use crate::global::Plan;
-use crate::local::{LocalPlanner, LocalSettings};
+use crate::local::LocalPlanner;
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
-use crate::robot::MotionEstimate;
-
-/// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
-/// field grows with the square of its side.
-const WINDOW_CLEARANCE_M: f64 = 1.5;
+use crate::robot::{Footprint, MotionEstimate};
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
 const UNSEEN_GAP_M: f64 = 0.4;
@@ -39,6 +36,10 @@ pub struct Navigator {
     settings: NavigatorSettings,
     /// The robot with the identified acceleration and braking.
     pub(super) robot: RobotModel,
+    /// The robot with the discs of narrow passages.
+    slim: Footprint,
+    /// Whether the robot was in a narrow passage, or near one, at the last tick.
+    is_narrow: bool,
     base: BaseResponse,
     /// Control period, seconds.
     period_s: f64,
@@ -115,6 +116,8 @@ impl Navigator {
             fault: None,
             base: BaseResponse::new(robot.limits, &settings),
             settings,
+            slim: robot.footprint.slim(),
+            is_narrow: false,
             robot,
         })
     }
@@ -367,6 +370,7 @@ impl Navigator {
     ) -> Result<Decision, Fault> {
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
+        let cover = if self.is_narrow { &self.slim } else { &self.robot.footprint };
         let health = &self.validator.health;
         let hide_unseen = |window: &mut ObstacleGrid| {
             if health.blind_sectors() > 0 {
@@ -376,7 +380,7 @@ impl Navigator {
         };
         let field = self
             .obstacles
-            .window_with(&robot, self.window_half_m, hide_unseen)
+            .window_with(&robot, self.window_half_m, self.is_narrow, hide_unseen)
             .map_err(|error| Fault::Choose(error.into()))?;
         let (mut new_route, mut has_new_route) = (None, false);
         let fastest = self.limited_speed(&robot);
@@ -388,8 +392,11 @@ impl Navigator {
             measured: &observation.twist,
             last_command: &self.base.last_command,
             field: &field,
+            is_narrow: self.is_narrow,
+            slim: &self.slim,
             inflated: InflatedBodies::new(
-                &self.robot,
+                cover,
+                &self.robot.limits,
                 &self.settings,
                 self.behaviours.planner().settings(),
                 &field,
@@ -408,6 +415,7 @@ impl Navigator {
             speed_limit: fastest,
         };
         state.follow(&self.route);
+        self.is_narrow = self.replanner.is_narrow(&state);
         state.is_at_goal = match &mut self.controller {
             Some(host) => host.is_at_goal(&state),
             None => self.behaviours.is_at_goal(&state),
@@ -451,12 +459,8 @@ impl Navigator {
             self.route = route;
         }
         let mut decision = decided?;
-        if decision.mode != Mode::Evading && decision.command.linear.abs() > fastest {
-            // The same arc, slower.
-            let share = fastest / decision.command.linear.abs();
-            let Twist { linear, angular } = decision.command;
-            let slower = Twist::new(share * linear, share * angular);
-            decision.command = self.robot.limits.reachable(&now.twist, &slower, self.period_s);
+        if decision.mode != Mode::Evading {
+            decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }
         self.progress.count(decision.mode);
         if decision.mode == Mode::Arrived && self.waypoints.has_next() {
@@ -464,6 +468,16 @@ impl Navigator {
             decision.mode = Mode::AtWaypoint;
         }
         Ok(decision)
+    }
+
+    /// A command, or the same arc at this speed, m/s, as far as the base reaches it.
+    fn at_most(&self, fastest: f64, command: &Twist, twist: &Twist) -> Twist {
+        let share = fastest / command.linear.abs();
+        if share >= 1.0 {
+            return *command;
+        }
+        let slower = Twist::new(share * command.linear, share * command.angular);
+        self.robot.limits.reachable(twist, &slower, self.period_s)
     }
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {
@@ -476,13 +490,4 @@ impl Navigator {
         }
         Fault::NoProgress { stuck_s, radius_m: self.settings.required_movement_radius, left_m }
     }
-}
-
-/// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.
-fn window_half_m(settings: &NavigatorSettings, local: &LocalSettings, robot: &RobotModel) -> f64 {
-    let limits = &robot.limits;
-    let fastest = limits.max_vel_x.max(-limits.min_vel_x).max(settings.escape_speed);
-    fastest * local.sim_time_s
-        + local.max_clearance_m.max(settings.safety_margin_m).min(WINDOW_CLEARANCE_M)
-        + robot.footprint.circumscribed_radius_m()
 }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::passive_safety::obstacle_that_may_come;
 use super::scan_visibility::measures_beyond;
 use super::tracker::{FARTHEST_M, Tracker};
-use super::{NavigationMap, NavigatorSettings};
+use super::{NavigationMap, NavigatorSettings, RobotModel};
 use crate::geometry::{Point, Pose, bearing};
-use crate::local::{ClearanceField, ProblemError};
+use crate::local::{ClearanceField, LocalSettings, ProblemError};
 use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, RayCaster, Scan};
 
 /// A return within this distance of a moving obstacle belongs to it, metres.
@@ -27,8 +27,13 @@ const SETTLED_S: f64 = 2.5;
 const MAX_WINDOW_CELLS: f64 = 4095.0;
 /// Larger cells of the map are divided in the local window, metres: a clearance is good to the diagonal of a part.
 pub(super) const FIELD_CELL_M: f64 = 0.05;
+/// As [`FIELD_CELL_M`], near narrow passages.
+pub(super) const NARROW_FIELD_CELL_M: f64 = 0.025;
 /// Largest number of cells along a side of a window with divided cells.
 const MAX_DIVIDED_CELLS: i32 = 512;
+/// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
+/// field grows with the square of its side.
+const WINDOW_CLEARANCE_M: f64 = 1.5;
 /// A window farther away than this lies outside every map, cells.
 const FARTHEST_CELL: f64 = 1e9;
 
@@ -37,8 +42,8 @@ pub struct ObstacleModel {
     map: LocalMap,
     /// `None` where moving obstacles are marked as static ones.
     tracker: Option<Tracker>,
-    /// The obstacles and the field of the last window of [`Self::window_with`]. Both stay the same while the robot turns or stands.
-    last_window: Option<(ObstacleGrid, Arc<ClearanceField>)>,
+    /// The last window of [`Self::window_with`]. It stays the same while the robot turns or stands.
+    last_window: Option<Window>,
 }
 
 impl ObstacleModel {
@@ -164,25 +169,28 @@ impl ObstacleModel {
     /// # Errors
     /// When the map's resolution is out of range, or the window has more than 4095 cells a side.
     pub fn window(&self, center: &Point, half_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
-        field_of(&self.obstacles_around(center, half_m)?)
+        field_of(&self.obstacles_around(center, half_m)?, FIELD_CELL_M)
     }
 
-    /// As [`Self::window`], after a change of the window's obstacles.
+    /// As [`Self::window`], after a change of the window's obstacles. Near narrow passages, cells larger than 2.5 cm are divided.
     pub(super) fn window_with(
         &mut self,
         center: &Point,
         half_m: f64,
+        is_narrow: bool,
         change: impl FnOnce(&mut ObstacleGrid),
     ) -> Result<Arc<ClearanceField>, ProblemError> {
+        let cell_m = if is_narrow { NARROW_FIELD_CELL_M } else { FIELD_CELL_M };
         let mut obstacles = self.obstacles_around(center, half_m)?;
         change(&mut obstacles);
-        if let Some((same, field)) = &self.last_window
-            && *same == obstacles
+        if let Some(last) = &self.last_window
+            && last.cell_m == cell_m
+            && last.obstacles == obstacles
         {
-            return Ok(Arc::clone(field));
+            return Ok(Arc::clone(&last.field));
         }
-        let field = field_of(&obstacles)?;
-        self.last_window = Some((obstacles, Arc::clone(&field)));
+        let field = field_of(&obstacles, cell_m)?;
+        self.last_window = Some(Window { obstacles, cell_m, field: Arc::clone(&field) });
         Ok(field)
     }
 
@@ -227,16 +235,36 @@ impl ObstacleModel {
     }
 }
 
-/// The distance field between the areas of a square window.
-fn field_of(obstacles: &ObstacleGrid) -> Result<Arc<ClearanceField>, ProblemError> {
-    let GridFrame { width, resolution_m, .. } = *obstacles.frame();
-    Ok(Arc::new(ClearanceField::of_areas(obstacles, parts(resolution_m, width))?))
+/// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.
+pub(super) fn window_half_m(
+    settings: &NavigatorSettings,
+    local: &LocalSettings,
+    robot: &RobotModel,
+) -> f64 {
+    let limits = &robot.limits;
+    let fastest = limits.max_vel_x.max(-limits.min_vel_x).max(settings.escape_speed);
+    fastest * local.sim_time_s
+        + local.max_clearance_m.max(settings.safety_margin_m).min(WINDOW_CLEARANCE_M)
+        + robot.footprint.circumscribed_radius_m()
 }
 
-/// Number of parts along a side of a cell: as few as make the parts at most 5 cm, unless the window becomes too large.
-fn parts(resolution_m: f64, side: i32) -> u16 {
+/// The obstacles of a local window, and the field of them with cells of at most this side.
+struct Window {
+    obstacles: ObstacleGrid,
+    cell_m: f64,
+    field: Arc<ClearanceField>,
+}
+
+/// The distance field between the areas of a square window. Cells larger than `cell_m` are divided.
+fn field_of(obstacles: &ObstacleGrid, cell_m: f64) -> Result<Arc<ClearanceField>, ProblemError> {
+    let GridFrame { width, resolution_m, .. } = *obstacles.frame();
+    Ok(Arc::new(ClearanceField::of_areas(obstacles, parts(resolution_m, width, cell_m))?))
+}
+
+/// Number of parts along a side of a cell: as few as make the parts at most this large, metres, unless the window becomes too large.
+fn parts(resolution_m: f64, side: i32, cell_m: f64) -> u16 {
     // A map of 5 cm may say 0.050000001.
-    let wanted = (resolution_m / FIELD_CELL_M - 0.01).ceil().max(1.0);
+    let wanted = (resolution_m / cell_m - 0.01).ceil().max(1.0);
     let most = f64::from(MAX_DIVIDED_CELLS / side).max(1.0);
     wanted.min(most) as u16
 }

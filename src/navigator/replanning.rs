@@ -1,5 +1,7 @@
 //! When to plan a new global path, and whether to follow it.
 
+use core::f64::consts::SQRT_2;
+
 use super::async_planner::{AsyncPlanner, PlanRequest};
 use super::route::ConditionTimer;
 use super::state::State;
@@ -17,6 +19,8 @@ const ON_PATH_M: f64 = 0.3;
 const PATH_STEP_M: f64 = 0.1;
 /// Clearance is looked up by the cell: a path at the least distance can seem nearer by this share of a cell.
 const LOOKUP_CELLS: f64 = 0.25;
+/// The robot is near a narrow passage that begins within this distance along its path, metres.
+const NARROW_AHEAD_M: f64 = 2.5;
 /// The robot accepts a detour up to this length at once, metres.
 const SMALL_DETOUR_M: f64 = 3.0;
 /// A robot without progress for this many times the patience plans around moving obstacles.
@@ -190,29 +194,53 @@ impl Replanner {
         }
     }
 
-    /// Whether an obstacle is too near to the path ahead, as far as the local window shows.
-    fn is_path_blocked(&self, state: &State<'_>) -> bool {
+    /// Whether the path leads through narrow passages somewhere.
+    fn has_narrow_path(&self, state: &State<'_>) -> bool {
+        state.route.radius_m < self.least_radius_m
+    }
+
+    /// Whether the robot is in a narrow passage, or near one on its path.
+    pub fn is_narrow(&self, state: &State<'_>) -> bool {
+        let place = core::iter::once(state.now.pose.position());
+        self.has_narrow_path(state)
+            && self.is_circle_blocked(
+                state,
+                place.chain(state.route.ahead(NARROW_AHEAD_M, PATH_STEP_M)),
+            )
+    }
+
+    /// Whether an obstacle is nearer to one of these places than a path that has room for the circle around the robot.
+    fn is_circle_blocked(
+        &self,
+        state: &State<'_>,
+        mut places: impl Iterator<Item = Point>,
+    ) -> bool {
         let slack_m = LOOKUP_CELLS * state.field.frame().resolution_m;
-        let Ok(circle) = Footprint::round(self.least_radius_m - slack_m) else {
-            return false;
-        };
-        let is_near = |body: &Footprint, pose: &Pose| {
-            let clearance_m = state.field.clearance_m(body, pose);
-            clearance_m.is_some_and(|clearance_m| clearance_m < 0.0)
-        };
-        let ahead_m = state.settings.path_check_distance_m;
-        let points = || state.route.ahead(ahead_m, PATH_STEP_M);
-        if state.route.radius_m >= self.least_radius_m {
-            return points().any(|point| is_near(&circle, &Pose::new(point.x, point.y, 0.0)));
-        }
-        // A path through narrow passages has room for the body that heads along it.
-        let footprint = &state.robot.footprint;
-        let margin_m = state.route.radius_m - footprint.max_disc_radius_m() - slack_m;
-        let body = footprint.padded(margin_m);
-        points().zip(points().skip(1)).any(|(point, next)| {
-            is_near(&body, &Pose::new(point.x, point.y, bearing(&point, &next)))
+        Footprint::round(self.least_radius_m - slack_m).is_ok_and(|circle| {
+            places.any(|at| touches(state, &circle, &Pose::new(at.x, at.y, 0.0)))
         })
     }
+
+    /// Whether an obstacle is too near to the path ahead, as far as the local window shows.
+    fn is_path_blocked(&self, state: &State<'_>) -> bool {
+        let ahead_m = state.settings.path_check_distance_m;
+        let points = || state.route.ahead(ahead_m, PATH_STEP_M);
+        if !self.has_narrow_path(state) {
+            return self.is_circle_blocked(state, points());
+        }
+        // A path through narrow passages has room for the body that heads along it. It is clear at its points, not in whole cells.
+        let slack_m = SQRT_2 * state.field.frame().resolution_m;
+        let margin_m = state.route.radius_m - state.slim.max_disc_radius_m() - slack_m;
+        let body = state.slim.padded(margin_m);
+        points().zip(points().skip(1)).any(|(point, next)| {
+            touches(state, &body, &Pose::new(point.x, point.y, bearing(&point, &next)))
+        })
+    }
+}
+
+/// Whether a body at a pose touches an obstacle of the local window.
+fn touches(state: &State<'_>, body: &Footprint, pose: &Pose) -> bool {
+    state.field.clearance_m(body, pose).is_some_and(|clearance_m| clearance_m < 0.0)
 }
 
 /// Counts the places at which no path remained, since the robot was nearest to its goal.

@@ -174,7 +174,7 @@ impl RoutePlanner {
     fn narrow(&mut self, task: &mut Task<'_>) -> Option<Plan> {
         let passages = self.narrow.as_ref()?;
         let Terrain { obstacles, least, .. } = task.terrain;
-        let space = passages.space(obstacles, task.transient);
+        let [whole, space] = passages.spaces(obstacles, task.transient);
         // Through the middle of a passage, and not round its corner.
         let costs = ClearanceCosts::new(obstacles, self.comfortable_radius_m, NARROW_WEIGHT);
         let ground = PlanningSpace { search: &space, smoothing: &space, costs: Some(&costs) };
@@ -182,8 +182,9 @@ impl RoutePlanner {
         let from = self.free_start(obstacles, &space, task.start);
         let plan =
             global::plan(&mut self.searcher, &ground, from, task.goal, &settings, task.clock);
-        let plan = plan.ok()?;
-        let body = BodySpace { discs: &passages.discs, narrow: &space, wide: least };
+        let plan = Plan { radius_m: passages.radius_m, ..plan.ok()? };
+        let (discs, radius_m) = (&passages.discs, passages.radius_m);
+        let body = BodySpace { discs, radius_m, whole: &whole, narrow: &space, wide: least };
         if body.fits_along(plan.smoothed.points()) {
             return Some(plan);
         }

@@ -181,6 +181,10 @@ pub(super) struct State<'a> {
     pub last_command: &'a Twist,
     /// Distances to static obstacles around the robot.
     pub field: &'a Arc<ClearanceField>,
+    /// Whether the robot was in a narrow passage, or near one, at the last tick.
+    pub is_narrow: bool,
+    /// The robot with the discs of narrow passages.
+    pub slim: &'a Footprint,
     /// The footprint and the moving obstacles with their margins.
     pub inflated: InflatedBodies,
     /// What the latest scan shows.

@@ -5,20 +5,43 @@ use crate::geometry::{Point, Vector};
 
 /// Largest number of discs of a cover: as many as the local planner takes.
 const MAX_COVER_DISCS: usize = 8;
+/// The discs of a slim cover stand out by at most this to the sides, metres, unless that takes too many.
+const SLIM_OVERHANG_M: f64 = 0.01;
 /// A point this far outside a disc still counts as covered, metres: rounding.
 const TOLERANCE_M: f64 = 1e-6;
 
 /// Covers a polygon with few discs: its circumscribed circle, or a row of discs along the longer side of its bounding box if
 /// that is narrower. A body nearly as wide as long gets two discs.
 pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
-    let corners = body.corners();
-    let least = corners.iter().fold(corners[0], |least, corner| least.min(corner));
-    let most = corners.iter().fold(corners[0], |most, corner| most.max(corner));
-    let (size, middle) = (most - least, least + (most - least) * 0.5);
-    let (longer, shorter) = (size.x.max(size.y), size.x.min(size.y));
+    let (longer, shorter) = sides(body);
     // One disc more than squares fit: it halves the overhang to the sides.
     let squares = (longer / shorter.max(longer / MAX_COVER_DISCS as f64)).round();
-    let count = (squares as usize + 1).clamp(2, MAX_COVER_DISCS);
+    row_of_discs(body, (squares as usize + 1).clamp(2, MAX_COVER_DISCS))
+}
+
+/// Covers a polygon with a row of so many discs that they stand out little to the sides. They stand out more at the ends.
+pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
+    let (longer, shorter) = sides(body);
+    let overhang_m =
+        |count: usize| libm::hypot(longer / count as f64, shorter) / 2.0 - shorter / 2.0;
+    let few = cover(body).len();
+    let count = (few..MAX_COVER_DISCS).find(|&count| overhang_m(count) <= SLIM_OVERHANG_M);
+    row_of_discs(body, count.unwrap_or(MAX_COVER_DISCS))
+}
+
+/// The longer and the shorter side of the box around a polygon.
+fn sides(body: &Polygon) -> (f64, f64) {
+    let (least, most) = body.bounds();
+    let size = most - least;
+    (size.x.max(size.y), size.x.min(size.y))
+}
+
+/// A row of equal discs, or the circumscribed circle if that is not larger than one of them.
+fn row_of_discs(body: &Polygon, count: usize) -> Vec<Disc> {
+    let corners = body.corners();
+    let (least, most) = body.bounds();
+    let (size, middle) = (most - least, least + (most - least) * 0.5);
+    let (longer, shorter) = sides(body);
     let spacing = longer / count as f64;
     let radius = libm::hypot(spacing / 2.0, shorter / 2.0);
     let farthest = |from: Point| {
@@ -118,4 +141,34 @@ fn common_points(one: &Disc, other: &Disc) -> [Option<Point>; 2] {
     let foot = Point::new(one.x, one.y) + direction * along;
     let left = Vector::new(-direction.y, direction.x) * aside;
     [Some(foot + left), Some(foot - left)]
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    #[test]
+    fn discs_of_narrow_passages_cover_the_body_and_hardly_stand_out_to_its_sides() {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut slim = 0;
+        for _ in 0..200 {
+            let size = Vector::new(random.random_range(0.2..1.5), random.random_range(0.2..1.0));
+            let mut at = |half: f64| random.random_range(0.3..1.0) * half;
+            let (x, y) = (size.x / 2.0, size.y / 2.0);
+            let corners = [(x, -at(y)), (x, at(y)), (-at(x), y), (-x, at(y)), (-x, -y)];
+            let corners = corners.map(|(x, y)| Point::new(x + 0.1, y - 0.05)).to_vec();
+            let body = Polygon::new(corners).expect("a polygon");
+            let discs = slim_cover(&body);
+            assert_eq!(uncovered_point(&body, &discs), None, "{body:?}");
+            assert!(discs.len() <= MAX_COVER_DISCS && discs.len() >= cover(&body).len());
+            let overhang_m = discs[0].radius - sides(&body).1 / 2.0;
+            let is_slim = overhang_m <= SLIM_OVERHANG_M;
+            assert!(is_slim || discs.len() == MAX_COVER_DISCS, "{body:?}: {overhang_m} m");
+            slim += u32::from(is_slim && discs.len() > cover(&body).len());
+        }
+        assert!(slim > 100, "{slim} with more discs");
+    }
 }

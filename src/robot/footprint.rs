@@ -4,7 +4,7 @@ use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::disc_cover::{cover, uncovered_point};
+use super::disc_cover::{cover, slim_cover, uncovered_point};
 use super::{Polygon, RobotError};
 use crate::geometry::{Point, Pose, Twist, Vector};
 use crate::map::MovingDisc;
@@ -55,6 +55,15 @@ impl Footprint {
     #[must_use]
     pub fn covering(body: Polygon) -> Self {
         Self { discs: cover(&body), body: Some(body) }
+    }
+
+    /// The footprint for narrow passages: a body is covered by discs that stand out little to the sides, and more at the ends.
+    #[must_use]
+    pub(crate) fn slim(&self) -> Self {
+        match &self.body {
+            Some(body) => Self { discs: slim_cover(body), body: Some(body.clone()) },
+            None => self.clone(),
+        }
     }
 
     /// Creates a footprint from a body and the discs that cover it.

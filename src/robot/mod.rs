@@ -21,8 +21,6 @@ pub use identification::{Interval, MotionEstimate, MotionIdentifier};
 pub use limits::Limits;
 pub use mixer::{Mixer, TrackLimits};
 pub use polygon::Polygon;
-#[cfg(feature = "sim")]
-pub(crate) use polygon::segment_to_unit_square;
 pub use tracks::{PerTrack, Side, TrackOdometry, TrackSpeeds, TrackedDrive, travel_m};
 
 /// An invalid robot description.

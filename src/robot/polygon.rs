@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
-use crate::geometry::{Point, nearest_on_segment};
+use crate::geometry::{Point, nearest_on_segment, segment_to_unit_square};
 
 /// Largest absolute coordinate of a corner, metres.
 const MAX_COORDINATE_M: f64 = 100.0;
@@ -167,44 +167,6 @@ fn segments_cross(from: &Point, to: &Point, start: &Point, end: &Point) -> bool 
         (along.perp(&(one - from)) > 0.0) != (along.perp(&(other - from)) > 0.0)
     };
     separates(from, to, start, end) && separates(start, end, from, to)
-}
-
-/// Squared distance between a segment and a closed unit square, given by its lower left corner; zero where they touch.
-pub(crate) fn segment_to_unit_square(from: &Point, to: &Point, corner: &Point) -> f64 {
-    if meets_unit_square(from, to, corner) {
-        return 0.0;
-    }
-    let beyond = |at: f64, low: f64| (low - at).max(at - low - 1.0).max(0.0);
-    let to_square = |point: &Point| {
-        let (dx, dy) = (beyond(point.x, corner.x), beyond(point.y, corner.y));
-        dx * dx + dy * dy
-    };
-    let to_segment = |(right, up): (f64, f64)| {
-        let point = Point::new(corner.x + right, corner.y + up);
-        (point - nearest_on_segment(from, to, &point)).norm_squared()
-    };
-    [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)]
-        .map(to_segment)
-        .into_iter()
-        .fold(to_square(from).min(to_square(to)), f64::min)
-}
-
-/// Whether a segment and a closed unit square have a point in common: the part of the segment within both slabs is not empty.
-fn meets_unit_square(from: &Point, to: &Point, corner: &Point) -> bool {
-    let (mut first, mut last) = (0.0_f64, 1.0_f64);
-    for (start, end, low) in [(from.x, to.x, corner.x), (from.y, to.y, corner.y)] {
-        let along = end - start;
-        if along == 0.0 {
-            if start < low || start > low + 1.0 {
-                return false;
-            }
-            continue;
-        }
-        let (enters, leaves) = ((low - start) / along, (low + 1.0 - start) / along);
-        first = first.max(enters.min(leaves));
-        last = last.min(enters.max(leaves));
-    }
-    first <= last
 }
 
 fn rectangle_corners(length: f64, width: f64) -> Vec<Point> {

@@ -2,9 +2,9 @@
 
 use core::f64::consts::SQRT_2;
 
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, point_to_unit_square, segment_to_unit_square};
 use crate::map::{Cell, DistanceField, ObstacleGrid};
-use crate::robot::{Footprint, Polygon, segment_to_unit_square};
+use crate::robot::{Footprint, Polygon};
 
 /// Measures gaps to static obstacles.
 ///
@@ -113,8 +113,7 @@ impl ObstacleGap {
         }
         let mut squared = least * least;
         self.for_each_near(cell, least + half + SQRT_2, |square| {
-            let corner = Point::new(f64::from(square.column), f64::from(square.row));
-            squared = squared.min(segment_to_unit_square(&from, &to, &corner));
+            squared = squared.min(segment_to_unit_square(&from, &to, &square.corner()));
         });
         squared.sqrt()
     }
@@ -165,7 +164,7 @@ impl ObstacleGap {
         }
         let mut best = f64::INFINITY;
         self.for_each_near(cell, f64::from(nearest).sqrt() + 1.5 * SQRT_2, |square| {
-            best = best.min(squared_distance_to_square(point, square));
+            best = best.min(point_to_unit_square(point, &square.corner()));
         });
         best.sqrt()
     }
@@ -192,14 +191,4 @@ impl ObstacleGap {
             }
         }
     }
-}
-
-/// Squared distance from a point in cell units to a cell's closed square; zero inside.
-fn squared_distance_to_square(point: &Point, cell: Cell) -> f64 {
-    let beyond = |at: f64, low: i32| {
-        let low = f64::from(low);
-        (low - at).max(at - (low + 1.0)).max(0.0)
-    };
-    let (dx, dy) = (beyond(point.x, cell.column), beyond(point.y, cell.row));
-    dx * dx + dy * dy
 }

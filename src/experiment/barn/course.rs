@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::BarnWorld;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, point_to_unit_square};
 use crate::map::{GridFrame, MapError, ObstacleGrid, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::Mission;
@@ -137,13 +137,8 @@ fn fill(grid: &mut ObstacleGrid, cylinder: &Cylinder) {
     let frame = *grid.frame();
     let center = frame.to_cell_units(&cylinder.axis());
     let radius = cylinder.radius_m / frame.resolution_m;
-    let beyond = |at: f64, low: i32| {
-        let low = f64::from(low);
-        (low - at).max(at - (low + 1.0)).max(0.0)
-    };
     for cell in frame.cells_around(&cylinder.axis(), cylinder.radius_m) {
-        let (dx, dy) = (beyond(center.x, cell.column), beyond(center.y, cell.row));
-        if dx * dx + dy * dy < radius * radius {
+        if point_to_unit_square(&center, &cell.corner()) < radius * radius {
             grid.set(cell, true);
         }
     }

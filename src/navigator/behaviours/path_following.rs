@@ -21,6 +21,11 @@ pub(super) struct PathFollowing {
 
 impl Behaviour for PathFollowing {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
+        let mut weights = self.planner.settings().weights;
+        if state.is_narrow {
+            // Every way in has little clearance: with that weight the robot turns away from the entrance, or creeps.
+            weights.clearance = 0.0;
+        }
         let input = DecisionInput {
             field: state.field,
             pose: state.now.pose,
@@ -31,7 +36,7 @@ impl Behaviour for PathFollowing {
             key_node: state.local_target,
             limits: limits(state),
             footprint: &state.inflated.footprint,
-            weights: self.planner.settings().weights,
+            weights,
         };
         let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
         // The speed limit holds for the present turn rate, not for the chosen one.

@@ -1,6 +1,6 @@
 //! Paths through passages in which the robot fits along its path, and cannot turn on the spot.
 
-use core::f64::consts::{FRAC_PI_4, TAU};
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose, bearing, wrap_angle};
@@ -9,7 +9,7 @@ use inbye::local::CpuEngine;
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid};
 use inbye::navigator::{GlobalPlanner, Goal, NavigatorSettings, RoutePlanner};
 use inbye::robot::Footprint;
-use inbye::runtime::{Config, Mission, Observer};
+use inbye::runtime::{Config, Mission, MissionResult, Observer};
 use inbye::sim::{Simulation, World};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -82,7 +82,7 @@ fn body_passes_a_door_that_its_circle_does_not() {
     let safety_m = NavigatorSettings::default().safety_margin_m;
     let usual = planner(|settings| settings.features.narrow_passages = false);
     // The body is 0.5 m wide.
-    for (door_m, yaw) in [(0.85, 0.0), (0.9, 0.0), (1.0, 0.0), (0.95, 0.3), (1.0, FRAC_PI_4)] {
+    for (door_m, yaw) in [(0.75, 0.0), (0.8, 0.0), (0.9, 0.0), (0.75, 0.3), (0.8, FRAC_PI_4)] {
         let obstacles = room(door_m, yaw);
         assert!(2.0 * usual.least_radius_m() > door_m);
         let place = |x, y| obstacles.frame().origin.transform(&Point::new(x, y));
@@ -95,7 +95,7 @@ fn body_passes_a_door_that_its_circle_does_not() {
         assert!(gap_m >= safety_m, "{door_m} m: {gap_m} m");
         assert!(plan.radius_m < usual.least_radius_m() && plan.smoothed.length_m() < 9.5);
     }
-    assert!(matches!(plan(&room(0.7, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
+    assert!(matches!(plan(&room(0.65, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
 }
 
 #[test]
@@ -174,21 +174,58 @@ fn body_fits_on_every_path_through_narrow_passages() {
     assert!(with_headings >= 3, "{with_headings} by the search with headings");
 }
 
-#[test]
-fn robot_drives_through_a_door_of_ninety_centimetres() {
-    let obstacles = room(0.9, 0.0);
+fn drive(obstacles: &ObstacleGrid, start: Pose, goal: Point) -> MissionResult {
     let cells = obstacles.cells().iter().map(|blocked| if *blocked { 100 } else { 0 }).collect();
     let map = Arc::new(OccupancyGrid::new(*obstacles.frame(), cells));
-    for turns in 0..4 {
-        let start = Pose::new(2.0, 4.5, f64::from(turns) * TAU / 4.0);
-        let goal = Goal { position: Point::new(10.0, 1.5), yaw: None };
-        let simulation = Simulation::new(Mission {
-            time_limit_s: 90.0,
-            ..Mission::new(Arc::clone(&map), start, goal)
-        });
-        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-        let engine = Box::new(CpuEngine::single_threaded());
-        let result = simulation.run(&Config::default(), engine, &mut observer).expect("a drive");
-        assert!(result.reached && result.min_clearance_m > 0.1, "{turns}: {result:?}");
+    let mission = Mission::new(map, start, Goal { position: goal, yaw: None });
+    let simulation = Simulation::new(Mission { time_limit_s: 90.0, ..mission });
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+    let engine = Box::new(CpuEngine::single_threaded());
+    simulation.run(&Config::default(), engine, &mut observer).expect("a drive")
+}
+
+#[test]
+fn robot_drives_through_doors() {
+    for (door_m, gap_m) in [(0.8, 0.07), (0.9, 0.1)] {
+        for turns in 0..4 {
+            let start = Pose::new(2.0, 4.5, f64::from(turns) * TAU / 4.0);
+            let result = drive(&room(door_m, 0.0), start, Point::new(10.0, 1.5));
+            assert_swift(&result, gap_m, &format!("{door_m} m, {turns}"));
+        }
+    }
+}
+
+fn assert_swift(result: &MissionResult, gap_m: f64, what: &str) {
+    let MissionResult { reached, time_s, min_clearance_m, .. } = *result;
+    let is_swift = reached && time_s < 40.0 && min_clearance_m > gap_m;
+    assert!(is_swift, "{what}: {reached}, {time_s} s, {min_clearance_m} m");
+}
+
+/// Two rooms, and a passage between them that leads 1.5 m along x, turns by an angle and leads on for 1.5 m.
+fn bend(width_m: f64, turn: f64) -> ObstacleGrid {
+    let frame = GridFrame { width: 240, height: 200, resolution_m: 0.05, origin: Pose::default() };
+    let corner = Point::new(5.0, 5.0);
+    let along = Pose::new(corner.x, corner.y, turn);
+    let is_free = |cell: Cell| {
+        let at = frame.center_of(cell);
+        let (first, second) = (at - corner, along.inverse_transform(&at));
+        let is_first = first.x <= 0.0 && first.x > -1.7 && first.y.abs() <= width_m / 2.0;
+        let is_second = second.x >= 0.0 && second.x < 1.7 && second.y.abs() <= width_m / 2.0;
+        let is_room = first.x < -1.5 || second.x > 1.5 && first.x > -1.2;
+        is_first || is_second || is_room || first.norm() <= width_m / 2.0
+    };
+    let is_border =
+        |cell: Cell| cell.column.min(cell.row) == 0 || cell.column == 239 || cell.row == 199;
+    let cells = (0..frame.len()).map(|index| frame.cell_at(index));
+    ObstacleGrid::new(frame, cells.map(|cell| is_border(cell) || !is_free(cell)).collect())
+}
+
+#[test]
+fn robot_drives_through_bends_in_which_it_cannot_turn_on_the_spot() {
+    for turn in [0.3, 0.8, FRAC_PI_2] {
+        let obstacles = bend(0.9, turn);
+        let goal = Pose::new(5.0, 5.0, turn).transform(&Point::new(2.4, 0.0));
+        let result = drive(&obstacles, Pose::new(2.0, 5.5, 0.0), goal);
+        assert_swift(&result, 0.07, &format!("{turn} rad"));
     }
 }
