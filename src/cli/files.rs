@@ -167,6 +167,7 @@ pub fn command_line() -> String {
 }
 
 /// Flags with their values as a shell reads them, each after a space.
+#[cfg(feature = "playground")]
 pub fn shell_arguments(given: impl Iterator<Item = (&'static str, String)>) -> String {
     given.flat_map(|(flag, value)| [format!(" {flag} "), quoted(&value)]).collect()
 }

@@ -14,6 +14,7 @@ use inbye::sim::{Scene, scene as scene_of};
 use serde_json::{Value, json};
 
 use super::arguments::{Place, length, scene, unknown};
+#[cfg(feature = "playground")]
 use super::files::shell_arguments;
 use super::zones::ZoneArguments;
 use super::{config, output};
@@ -118,6 +119,7 @@ impl MapSettings {
     }
 }
 
+#[cfg(feature = "playground")]
 impl MapSettings {
     /// The arguments that give these settings again, each after a space.
     pub fn as_arguments(&self) -> String {

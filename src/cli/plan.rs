@@ -76,9 +76,6 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
 /// Prints that there is no path, which is an answer; an invalid start or goal is unusable input.
 fn no_path(failure: &LegFailure, input: &MapInput, json: bool) -> anyhow::Result<bool> {
     let reason = failure.reason();
-    if matches!(failure.error, PlanError::InvalidPlanner { .. }) {
-        return Err(anyhow!(reason));
-    }
     if !matches!(failure.error, PlanError::NoValidPath { .. }) {
         return Err(unusable(&failure.error, &reason, &input.name, &input.map, &input.config));
     }
@@ -121,7 +118,7 @@ fn is_free_with_swapped_axes(error: &PlanError, map: &OccupancyGrid, config: &Co
     map.frame().cell_of(&swapped).is_some_and(|cell| space.is_free(cell))
 }
 
-/// The error for an invalid start or goal, with the name of the map.
+/// The error for an invalid start or goal, with the name of the map, or for a planner of the user's own.
 pub fn unusable(
     error: &PlanError,
     reason: &str,
@@ -130,6 +127,7 @@ pub fn unusable(
     config: &Config,
 ) -> anyhow::Error {
     let place = match error {
+        PlanError::InvalidPlanner { .. } => return anyhow!("{reason}"),
         PlanError::StartOccupied { place, .. } | PlanError::GoalOccupied { place, .. } => {
             map.frame().cell_of(place)
         }

@@ -99,8 +99,8 @@ impl RoutePlanner {
     /// point. Where no path leads on from there, the path may pass obstacles near the start as closely as the robot's own
     /// width allows: the robot leaves where it came in.
     ///
-    /// Where the circle around the robot fits nowhere, or only on a much longer path, the path may lead through passages in which
-    /// the robot fits along the path.
+    /// Where the circle around the robot fits nowhere, not at the start or the goal, or only on a much longer path, the path may lead
+    /// through passages in which the robot fits along the path.
     ///
     /// # Errors
     /// When there is no path even at the least radius.
@@ -158,7 +158,11 @@ impl RoutePlanner {
         let straight_m = (task.goal - task.start).norm();
         let length_m = match &usual {
             Ok(plan) => plan.smoothed.length_m(),
-            Err(PlanError::NoValidPath { .. }) => f64::INFINITY,
+            Err(
+                PlanError::NoValidPath { .. }
+                | PlanError::StartOccupied { .. }
+                | PlanError::GoalOccupied { .. },
+            ) => f64::INFINITY,
             Err(_) => straight_m,
         };
         let narrow =

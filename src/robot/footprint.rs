@@ -66,6 +66,13 @@ impl Footprint {
         }
     }
 
+    /// The discs in the frame of a robot that looks the other way.
+    #[must_use]
+    pub(crate) fn turned_around(&self) -> Self {
+        let turn = |disc: &Disc| Disc { x: -disc.x, y: -disc.y, ..*disc };
+        Self { discs: self.discs.iter().map(turn).collect(), body: None }
+    }
+
     /// Creates a footprint from a body and the discs that cover it.
     ///
     /// # Errors

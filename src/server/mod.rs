@@ -18,8 +18,11 @@ use serde_json::{Value, json};
 use tokio::sync::Semaphore;
 use tokio::{net, runtime, time};
 
+#[cfg(feature = "playground")]
 pub use connection::MAX_BODY_BYTES;
-pub use response::{HttpError, Response, json, ok, page};
+#[cfg(feature = "playground")]
+pub use response::ok;
+pub use response::{HttpError, Response, json, page};
 
 /// Maximum number of connections at the same time: many systems allow 1024 open files, and this leaves some.
 const MAX_CONNECTIONS: usize = 1008;

@@ -1,11 +1,14 @@
 //! Follows the path with the dynamic window.
 
+use core::f64::consts::{FRAC_PI_2, PI};
+use std::borrow::Cow;
+
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal};
-use crate::geometry::Twist;
+use crate::geometry::{Pose, Twist};
 use crate::local::{DecisionInput, LocalPlanner};
-use crate::robot::Limits;
+use crate::robot::{Footprint, Limits};
 
 /// A robot below this speed creeps, m/s.
 const CREEPING: f64 = 0.05;
@@ -26,19 +29,21 @@ impl Behaviour for PathFollowing {
             // Every way in has little clearance: with that weight the robot turns away from the entrance, or creeps.
             weights.clearance = 0.0;
         }
+        let view = View::new(state);
         let input = DecisionInput {
             field: state.field,
-            pose: state.now.pose,
-            twist: state.now.twist,
-            last_command: *state.last_command,
+            pose: view.pose,
+            twist: view.twist,
+            last_command: view.last_command,
             obstacles: &state.inflated.moving,
             target: state.local_target,
             key_node: state.local_target,
-            limits: limits(state),
-            footprint: &state.inflated.footprint,
+            limits: view.limits(state),
+            footprint: &view.footprint,
             weights,
         };
         let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
+        let command = command.map(|command| view.in_robot_frame(command));
         // The speed limit holds for the present turn rate, not for the chosen one.
         let safe = |command: Twist| {
             let is_safe = state.is_safe_towards(&command);
@@ -64,25 +69,74 @@ impl Behaviour for PathFollowing {
     }
 }
 
-/// Velocity limits for the dynamic window: forwards only, slow enough to stop at the goal, and slow within a margin.
-fn limits(state: &State<'_>) -> Limits {
-    let limits = &state.robot.limits;
-    let to_goal_m = (state.now.pose.position() - state.goal.position).norm();
-    let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
-    let mut fastest = stops_in_time.max(MIN_APPROACH_SPEED);
-    if state.inflated.within_a_margin {
-        fastest = fastest.min(state.settings.passing_speed);
+/// The robot as the local planner sees it. One that drives backwards looks the other way there, and has the same motions.
+struct View<'a> {
+    is_backwards: bool,
+    pose: Pose,
+    twist: Twist,
+    last_command: Twist,
+    base: Limits,
+    footprint: Cow<'a, Footprint>,
+}
+
+impl<'a> View<'a> {
+    /// The robot drives backwards where its target is behind it in a narrow passage. Where it can, it has rotated before.
+    fn new(state: &'a State<'_>) -> Self {
+        let base = state.limits_in_sight();
+        let footprint = &state.inflated.footprint;
+        let is_behind = state.heading_error.abs() > FRAC_PI_2;
+        if !(state.is_narrow && is_behind && base.min_vel_x < 0.0) {
+            return Self {
+                is_backwards: false,
+                pose: state.now.pose,
+                twist: state.now.twist,
+                last_command: *state.last_command,
+                base: state.robot.limits,
+                footprint: Cow::Borrowed(footprint),
+            };
+        }
+        let (min_vel_x, max_vel_x) = (-base.max_vel_x, -base.min_vel_x);
+        Self {
+            is_backwards: true,
+            pose: Pose { yaw: state.now.pose.yaw + PI, ..state.now.pose },
+            twist: turned_around(state.now.twist),
+            last_command: turned_around(*state.last_command),
+            base: Limits { min_vel_x, max_vel_x, ..base },
+            footprint: Cow::Owned(footprint.turned_around()),
+        }
     }
-    if let Some(safety) = state.passive_safety() {
-        fastest = safety.fastest(fastest);
+
+    fn in_robot_frame(&self, command: Twist) -> Twist {
+        if self.is_backwards { turned_around(command) } else { command }
     }
-    let fastest = fastest.min(state.speed_limit);
-    // Widened by what braking needs to get there: the robot reaches every sample, and drives it as it was evaluated.
-    let in_reach = |speed: f64| state.towards(&Twist::new(speed, 0.0)).linear;
-    let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
-    Limits {
-        min_vel_x: within(0.0_f64.min(in_reach(0.0))),
-        max_vel_x: within(fastest.max(in_reach(fastest))),
-        ..*limits
+
+    /// Velocity limits for the dynamic window: in one direction only, slow enough to stop at the goal, and slow within a margin.
+    fn limits(&self, state: &State<'_>) -> Limits {
+        let limits = &self.base;
+        let to_goal_m = (state.now.pose.position() - state.goal.position).norm();
+        let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
+        let mut fastest = stops_in_time.max(MIN_APPROACH_SPEED);
+        if state.inflated.within_a_margin {
+            fastest = fastest.min(state.settings.passing_speed);
+        }
+        if let Some(safety) = state.passive_safety() {
+            fastest = safety.fastest(fastest);
+        }
+        let fastest = fastest.min(state.speed_limit);
+        // Widened by what braking needs to get there: the robot reaches every sample, and drives it as it was evaluated.
+        let in_reach = |speed: f64| {
+            limits.reachable(&self.twist, &Twist::new(speed, 0.0), state.period_s).linear
+        };
+        let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
+        Limits {
+            min_vel_x: within(0.0_f64.min(in_reach(0.0))),
+            max_vel_x: within(fastest.max(in_reach(fastest))),
+            ..*limits
+        }
     }
+}
+
+/// The same motion of a robot that looks the other way.
+fn turned_around(twist: Twist) -> Twist {
+    Twist::new(-twist.linear, twist.angular)
 }

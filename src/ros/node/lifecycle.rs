@@ -3,7 +3,7 @@
 //! As in ROS 2's design of managed nodes. Only in the state active the node pursues goals and publishes velocities; in the others
 //! it takes its inputs, and localises the robot.
 
-use crate::ros::msg::{State, Transition};
+use crate::ros::msg::State;
 
 /// A primary state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,11 +78,6 @@ impl LifecycleState {
     pub fn message(self) -> State {
         State { id: self.id(), label: self.label().to_owned() }
     }
-}
-
-/// A transition as a message.
-pub fn transition_message(step: &Step) -> Transition {
-    Transition { id: step.0, label: step.1.to_owned() }
 }
 
 #[cfg(test)]

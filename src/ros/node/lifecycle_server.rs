@@ -8,11 +8,12 @@ use ros2_client::{
 
 use super::dds::{NodeError, dds_error};
 use super::incoming::{CHANGE_STATE, IncomingMessage};
-use super::lifecycle::{LifecycleState, TRANSITIONS, transition_message};
+use super::lifecycle::{LifecycleState, Step, TRANSITIONS};
 use super::pending_requests::{MAX_REQUESTS, PendingRequests, arrived};
 use crate::ros::msg::{
     ChangeStateRequest, ChangeStateResponse, EmptyRequest, GetAvailableTransitionsResponse,
-    GetStateResponse, LifecycleAnswer, LifecycleRequest, TransitionDescription, TransitionEvent,
+    GetStateResponse, LifecycleAnswer, LifecycleRequest, Transition, TransitionDescription,
+    TransitionEvent,
 };
 
 impl ros2_client::Message for ChangeStateRequest {}
@@ -151,4 +152,9 @@ fn answer<R: ros2_client::Message + Clone + 'static>(
         // The client asks again if this answer is lost.
         let _ = server.send_response(request, response());
     }
+}
+
+/// A transition as a message.
+fn transition_message(step: &Step) -> Transition {
+    Transition { id: step.0, label: step.1.to_owned() }
 }

@@ -1,6 +1,6 @@
 //! Paths through passages in which the robot fits along its path, and cannot turn on the spot.
 
-use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose, bearing, wrap_angle};
@@ -227,5 +227,34 @@ fn robot_drives_through_bends_in_which_it_cannot_turn_on_the_spot() {
         let goal = Pose::new(5.0, 5.0, turn).transform(&Point::new(2.4, 0.0));
         let result = drive(&obstacles, Pose::new(2.0, 5.5, 0.0), goal);
         assert_swift(&result, 0.07, &format!("{turn} rad"));
+    }
+}
+
+/// A passage that ends at x = 10, and a room before it.
+fn dead_end(width_m: f64) -> ObstacleGrid {
+    let mut obstacles = room(width_m, 0.0);
+    let frame = *obstacles.frame();
+    for cell in (0..frame.len()).map(|index| frame.cell_at(index)) {
+        let at = frame.center_of(cell);
+        let is_open = at.x < 6.0 || at.x < 10.0 && (at.y - 3.0).abs() < width_m / 2.0;
+        obstacles.set(cell, !is_open);
+    }
+    add_border(&mut obstacles);
+    obstacles
+}
+
+#[test]
+fn robot_starts_and_ends_in_a_passage_and_leaves_a_dead_end_backwards() {
+    for width_m in [0.8, 0.9] {
+        let obstacles = dead_end(width_m);
+        let (inside, outside) = (Point::new(8.0, 3.0), Point::new(3.0, 3.0));
+        let into = drive(&obstacles, Pose::new(3.0, 3.0, 0.0), inside);
+        assert_swift(&into, 0.07, &format!("into {width_m} m"));
+        for yaw in [0.0, PI] {
+            let out = drive(&obstacles, Pose::new(8.0, 3.0, yaw), outside);
+            assert_swift(&out, 0.03, &format!("out of {width_m} m, {yaw} rad"));
+            let backwards = out.trace.rows.iter().filter(|row| row.twist.linear < -0.1).count();
+            assert_eq!(backwards > 20, yaw == 0.0, "{width_m} m: {backwards} ticks");
+        }
     }
 }
