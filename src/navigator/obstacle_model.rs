@@ -30,7 +30,7 @@ pub(super) const FIELD_CELL_M: f64 = 0.05;
 /// As [`FIELD_CELL_M`], near narrow passages.
 pub(super) const NARROW_FIELD_CELL_M: f64 = 0.025;
 /// Largest number of cells along a side of a window with divided cells.
-const MAX_DIVIDED_CELLS: i32 = 512;
+const MAX_DIVIDED_CELLS: i32 = 640;
 /// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
 /// field grows with the square of its side.
 const WINDOW_CLEARANCE_M: f64 = 1.5;

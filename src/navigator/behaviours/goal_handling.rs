@@ -16,7 +16,8 @@ const LEAVES_GOAL: f64 = 2.0;
 const HORIZON_S: f64 = 1.0;
 const STEP_S: f64 = 0.1;
 
-/// Time for which parking may be blocked beyond the goal's tolerance, seconds. Then the robot drives nearer by its path.
+/// Time for which parking may be blocked, seconds. Then the robot drives nearer by its path, or stays where it is within the goal's
+/// tolerances and has no room for the correction.
 const BLOCKED_S: f64 = 1.0;
 
 /// Parks at the goal.
@@ -24,6 +25,7 @@ const BLOCKED_S: f64 = 1.0;
 pub(super) struct GoalHandling {
     parking: Parking,
     blocked: ConditionTimer,
+    has_no_room: ConditionTimer,
     /// Parking was blocked: the straight line to the goal keeps less than the margin. The robot parks again only within the goal's
     /// tolerance.
     was_blocked: bool,
@@ -43,11 +45,13 @@ impl Behaviour for GoalHandling {
             measured: state.measured,
             sent: state.last_command,
         };
+        let off_m = (goal.position - now.pose.position()).norm();
+        let off_rad = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - now.pose.yaw));
+        let is_within_xy = off_m <= settings.xy_goal_tolerance;
+        let is_within = is_within_xy && off_rad.abs() <= settings.yaw_goal_tolerance;
         let lasted_s = self.parking.lasted_s(now.time_s);
         if lasted_s > settings.parking_timeout_s {
-            let off_m = (goal.position - now.pose.position()).norm();
-            let off_rad = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - now.pose.yaw));
-            if off_m <= settings.xy_goal_tolerance && off_rad.abs() <= settings.yaw_goal_tolerance {
+            if is_within {
                 let stands = self.parking.stands(&motion, settings);
                 let mode = if stands { Mode::Arrived } else { Mode::Parking };
                 return stand(mode, Override::Never);
@@ -66,10 +70,12 @@ impl Behaviour for GoalHandling {
             return stand(Mode::Arrived, Override::Never);
         };
         let command = moving_or_zero(&wanted, state);
-        let is_clear = is_clear(&command, state);
-        let is_beyond_tolerance =
-            (goal.position - now.pose.position()).norm() > settings.xy_goal_tolerance;
-        let blocked_s = self.blocked.update(now.time_s, !is_clear && is_beyond_tolerance);
+        let has_room = is_clear_of_static(&command, state);
+        if self.has_no_room.update(now.time_s, !has_room && is_within) >= BLOCKED_S {
+            return stand(Mode::Arrived, Override::Never);
+        }
+        let is_clear = has_room && is_clear_of_moving(&command, state);
+        let blocked_s = self.blocked.update(now.time_s, !is_clear && !is_within_xy);
         if blocked_s >= BLOCKED_S {
             *self = Self { was_blocked: true, ..Self::default() };
             return Ok(None);
@@ -127,7 +133,7 @@ fn can_begin(pose: &Pose, goal: &Goal, settings: &NavigatorSettings) -> bool {
 /// Whether the body of a robot that keeps a velocity keeps the safety margin within the horizon, by the exact distances to the
 /// occupied cells: the distance field is too coarse for a goal near a wall. One that is within the margin must only come no
 /// nearer.
-fn is_clear(command: &Twist, state: &State<'_>) -> bool {
+fn is_clear_of_static(command: &Twist, state: &State<'_>) -> bool {
     if *command == Twist::STOP {
         return true;
     }
@@ -136,11 +142,21 @@ fn is_clear(command: &Twist, state: &State<'_>) -> bool {
     let reach_m = footprint.body_radius_m() + margin_m + command.linear.abs() * HORIZON_S;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
     let kept_m = margin_m.min(clearance.gap_m(footprint, pose));
+    horizon(command, pose).all(|(there, _)| clearance.keeps_gap(footprint, &there, kept_m))
+}
+
+/// Whether the robot then touches no moving obstacle.
+fn is_clear_of_moving(command: &Twist, state: &State<'_>) -> bool {
+    *command == Twist::STOP
+        || horizon(command, &state.now.pose)
+            .all(|(there, time_s)| state.inflated.is_clear_of_moving(&there, time_s))
+}
+
+/// The poses of a robot that keeps a velocity, each with its time, seconds.
+fn horizon(command: &Twist, pose: &Pose) -> impl Iterator<Item = (Pose, f64)> {
     let steps = (HORIZON_S / STEP_S) as u32;
-    (1..=steps).all(|step| {
+    (1..=steps).map(|step| {
         let time_s = f64::from(step) * STEP_S;
-        let there = pose.after(command, time_s);
-        clearance.keeps_gap(footprint, &there, kept_m)
-            && state.inflated.is_clear_of_moving(&there, time_s)
+        (pose.after(command, time_s), time_s)
     })
 }
