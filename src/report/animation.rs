@@ -18,6 +18,7 @@ use super::player::playback_recorder::{Frame, MIN_SCORE, NO_RETURN, Window};
 use super::png::{PngError, draw_svg};
 use crate::geometry::{Point, Twist};
 use crate::map::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
+use crate::robot::Polygon;
 
 /// Size of the picture, pixels.
 const WIDTH_PX: u32 = 640;
@@ -171,13 +172,15 @@ impl<'a> Scene<'a> {
         if let Some(window) = &frame.window {
             view.trajectories(&mut picture, window);
         }
-        let mut front_m: f64 = 0.0;
-        for disc in self.mission.config.robot.footprint.discs() {
-            let center = row.pose.transform(&Point::new(disc.x, disc.y));
-            view.disc(&mut picture, &center, disc.radius, ROBOT, 0.75);
-            front_m = front_m.max(disc.x + disc.radius);
+        let footprint = &self.mission.config.robot.footprint;
+        if let Some(body) = footprint.body() {
+            view.area(&mut picture, &body.mapped(|corner| row.pose.transform(corner)), ROBOT, 0.75);
+        } else {
+            for (center, radius_m) in footprint.at(&row.pose) {
+                view.disc(&mut picture, &center, radius_m, ROBOT, 0.75);
+            }
         }
-        let front = row.pose.transform(&Point::new(front_m, 0.0));
+        let front = row.pose.transform(&Point::new(footprint.front_m(), 0.0));
         view.line(&mut picture, &[row.pose.position(), front], INK, 2.0, 1.0);
         self.draw_map(&mut picture, &row.pose.position());
         draw_svg(&self.label(frame), &mut picture)?;
@@ -274,6 +277,16 @@ impl View {
         }
     }
 
+    /// The lines between points.
+    fn path(&self, points: &[Point]) -> PathBuilder {
+        let mut path = PathBuilder::new();
+        for (index, point) in points.iter().filter(|point| point.is_finite()).enumerate() {
+            let [x, y] = self.at(point);
+            if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+        }
+        path
+    }
+
     fn line(
         &self,
         picture: &mut Pixmap,
@@ -282,12 +295,7 @@ impl View {
         width: f32,
         opacity: f32,
     ) {
-        let mut path = PathBuilder::new();
-        for (index, point) in points.iter().filter(|point| point.is_finite()).enumerate() {
-            let [x, y] = self.at(point);
-            if index == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
-        }
-        let Some(path) = path.finish() else {
+        let Some(path) = self.path(points).finish() else {
             return;
         };
         let stroke = Stroke {
@@ -297,6 +305,15 @@ impl View {
             ..Stroke::default()
         };
         picture.stroke_path(&path, &paint(colour, opacity), &stroke, Transform::identity(), None);
+    }
+
+    fn area(&self, picture: &mut Pixmap, outline: &Polygon, colour: [u8; 3], opacity: f32) {
+        let mut path = self.path(outline.corners());
+        path.close();
+        if let Some(area) = path.finish() {
+            let paint = paint(colour, opacity);
+            picture.fill_path(&area, &paint, FillRule::Winding, Transform::identity(), None);
+        }
     }
 
     fn disc(

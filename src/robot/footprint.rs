@@ -130,6 +130,15 @@ impl Footprint {
         self.discs.iter().map(reach).fold(0.0, f64::max)
     }
 
+    /// x coordinate of the foremost point of the body, metres.
+    #[must_use]
+    pub(crate) fn front_m(&self) -> f64 {
+        match &self.body {
+            Some(body) => body.bounds().1.x,
+            None => self.discs.iter().map(|disc| disc.x + disc.radius).fold(0.0, f64::max),
+        }
+    }
+
     /// Radius of the largest disc, metres.
     #[must_use]
     pub fn max_disc_radius_m(&self) -> f64 {

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::viewport::Viewport;
 use crate::geometry::{Point, Pose};
 use crate::report::number::{coordinate, fixed};
-use crate::report::svg::LegendEntry;
+use crate::report::svg::{LegendEntry, points_attribute};
 use crate::robot::Footprint;
 use crate::runtime::{Trace, TraceRow};
 
@@ -103,13 +103,18 @@ impl Encounters {
             }
             @for (_, pose) in &self.robots {
                 g class="footprint" {
-                    @for (center, radius) in footprint.at(pose) {
-                        @let [x, y] = view.at(&center);
-                        circle cx=(coordinate(x)) cy=(coordinate(y)) r=(coordinate(radius * view.scale())) {}
+                    @if let Some(body) = footprint.body() {
+                        @let corners = body.corners().iter().map(|corner| view.at(&pose.transform(corner)));
+                        polygon points=(points_attribute(&corners.collect::<Vec<_>>())) {}
+                    } @else {
+                        @for (center, radius) in footprint.at(pose) {
+                            @let [x, y] = view.at(&center);
+                            circle cx=(coordinate(x)) cy=(coordinate(y)) r=(coordinate(radius * view.scale())) {}
+                        }
                     }
                 }
                 @let [x, y] = view.at(&pose.position());
-                @let nose = view.at(&pose.transform(&Point::new(footprint.circumscribed_radius_m(), 0.0)));
+                @let nose = view.at(&pose.transform(&Point::new(footprint.front_m(), 0.0)));
                 line class="heading" x1=(coordinate(x)) y1=(coordinate(y))
                     x2=(coordinate(nose[0])) y2=(coordinate(nose[1])) {}
             }
@@ -134,7 +139,7 @@ impl Encounters {
         let mut legend = Vec::new();
         if !self.robots.is_empty() {
             let mark = html! {
-                g class="footprint" { circle cx="14" cy="7" r="6" {} }
+                g class="footprint" { rect x="6" y="2" width="14" height="10" {} }
                 line class="heading" x1="14" y1="7" x2="20" y2="7" {}
             };
             legend.push(LegendEntry::new(mark, "robot at a numbered moment"));

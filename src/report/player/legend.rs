@@ -61,8 +61,7 @@ fn layers() -> [(&'static str, LegendEntry); 8] {
 /// The marks that are always shown.
 fn marks() -> [LegendEntry; 3] {
     let robot = html! {
-        circle class="robot-disc" cx="10" cy="7" r="6" {}
-        circle class="robot-disc" cx="16" cy="7" r="6" {}
+        rect class="robot" x="5" y="2" width="15" height="10" {}
         line class="heading" x1="13" x2="22" y1="7" y2="7" {}
     };
     [

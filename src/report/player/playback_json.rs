@@ -16,14 +16,17 @@ use crate::runtime::{Config, Mission};
 
 /// What does not change during a drive. Lengths on the map are drawing units, so the script needs no map frame.
 pub(super) fn drive_json(mission: &Mission, config: &Config, view: &Viewport) -> Value {
-    let discs = config.robot.footprint.discs().iter();
-    let footprint: Vec<[f64; 3]> = discs.map(|disc| [disc.x, disc.y, disc.radius]).collect();
+    let footprint = &config.robot.footprint;
+    let discs = footprint.discs().iter();
+    let discs: Vec<[f64; 3]> = discs.map(|disc| [disc.x, disc.y, disc.radius]).collect();
     json!({
         "width": MAP_WIDTH,
         "height": view.height(),
         "scale": view.scale(),
         "goal": view.at(&mission.goal.position),
-        "footprint": footprint,
+        "body": footprint.body(),
+        "discs": discs,
+        "front_m": footprint.front_m(),
         "deadline_ms": config.local.control_period_s * 1e3,
     })
 }

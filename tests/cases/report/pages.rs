@@ -13,7 +13,7 @@ use inbye::geometry::{Point, Pose};
 use inbye::global::Path;
 use inbye::map::{GridFrame, OccupancyGrid};
 use inbye::report::{BenchReport, Report, bench_svg, html};
-use inbye::runtime::Trace;
+use inbye::runtime::{Config, Trace};
 use markup::{attribute, check_well_formed, numbers_that_are_none, opening_tag, pictures};
 use scene::{Scene, closed_loop, comparisons, density, quality, scene, skipped};
 
@@ -125,6 +125,19 @@ fn hostile_text_is_escaped() {
     check(&page);
     check(&density_picture(&rows, &[], &[]));
     assert!(page.contains("&lt;script&gt;"));
+}
+
+#[test]
+fn robot_is_drawn_as_its_body() {
+    let mut made = scene(600);
+    let [discs, polygon] =
+        ["circle", "polygon"].map(|part| format!("<g class=\"footprint\"><{part} "));
+    let page = page_with(&[made.clone()]);
+    assert!(page.contains(&discs) && !page.contains(&polygon));
+    made.config.robot.footprint = Config::default().robot.footprint;
+    let page = page_with(&[made]);
+    check(&page);
+    assert!(page.contains(&polygon) && !page.contains(&discs));
 }
 
 #[test]

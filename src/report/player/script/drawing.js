@@ -46,6 +46,15 @@ function drawDisc(context, x, y, radius, colour, opacity) {
   context.globalAlpha = 1;
 }
 
+function drawArea(context, corners, colour, opacity) {
+  context.globalAlpha = opacity;
+  context.fillStyle = colour;
+  context.beginPath();
+  for (const corner of corners) context.lineTo(...corner);
+  context.fill();
+  context.globalAlpha = 1;
+}
+
 // Writes text that stays readable over lines.
 function drawLabel(context, text, x, y, colour, halo) {
   context.lineWidth = 3;

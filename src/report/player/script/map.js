@@ -148,11 +148,12 @@ function createMap(canvas, playback, mapImage, isShown) {
   function drawRobot(context, pixel, frame, colours) {
     const [x, y, yaw] = [data.x[frame], data.y[frame], data.yaw[frame]];
     const [cos, sin] = [Math.cos(yaw), Math.sin(yaw)], scale = playback.scale;
-    let front = 0;
-    for (const [ahead, left, radius] of playback.footprint) {
-      const [discX, discY] = [x + (ahead * cos - left * sin) * scale, y - (ahead * sin + left * cos) * scale];
-      drawDisc(context, discX, discY, radius * scale, colours.robot, 0.6);
-      front = Math.max(front, (ahead + radius) * scale);
+    const front = playback.front_m * scale;
+    const place = ([ahead, left]) => [x + (ahead * cos - left * sin) * scale, y - (ahead * sin + left * cos) * scale];
+    if (playback.body) {
+      drawArea(context, playback.body.map(place), colours.robot, 0.6);
+    } else {
+      for (const disc of playback.discs) drawDisc(context, ...place(disc), disc[2] * scale, colours.robot, 0.6);
     }
     context.strokeStyle = colours.ink;
     context.lineWidth = 2 * pixel;

@@ -16,6 +16,7 @@ use inbye::sim::{self, Simulation};
 use rand::{RngExt, SeedableRng};
 
 /// The data that a [`MissionView`] borrows.
+#[derive(Clone)]
 pub struct Scene {
     pub mission: Mission,
     pub config: Config,
