@@ -131,6 +131,7 @@ impl Footprint {
     }
 
     /// x coordinate of the foremost point of the body, metres.
+    #[cfg(feature = "report")]
     #[must_use]
     pub(crate) fn front_m(&self) -> f64 {
         match &self.body {
