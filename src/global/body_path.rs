@@ -8,47 +8,28 @@ use super::{ClearanceCosts, Path, STRAIGHT};
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{Cell, FreeSpace, GridFrame};
 
-/// Moves ahead at each heading, cells. The headings are those of the moves.
-const AHEAD: [(i32, i32); 32] = [
-    (1, 0),
-    (4, 1),
-    (2, 1),
-    (4, 3),
-    (1, 1),
-    (3, 4),
-    (1, 2),
-    (1, 4),
-    (0, 1),
-    (-1, 4),
-    (-1, 2),
-    (-3, 4),
-    (-1, 1),
-    (-4, 3),
-    (-2, 1),
-    (-4, 1),
-    (-1, 0),
-    (-4, -1),
-    (-2, -1),
-    (-4, -3),
-    (-1, -1),
-    (-3, -4),
-    (-1, -2),
-    (-1, -4),
-    (0, -1),
-    (1, -4),
-    (1, -2),
-    (3, -4),
-    (1, -1),
-    (4, -3),
-    (2, -1),
-    (4, -1),
-];
+/// Moves ahead at each heading, cells. The headings are those of the moves; each quarter turn repeats the first eight.
+const AHEAD: [(i32, i32); 32] = {
+    let mut moves = [(0, 0); 32];
+    let first = [(1, 0), (4, 1), (2, 1), (4, 3), (1, 1), (3, 4), (1, 2), (1, 4)];
+    let mut heading = 0;
+    while heading < moves.len() {
+        moves[heading] = if heading < first.len() {
+            first[heading]
+        } else {
+            let (dx, dy) = moves[heading - first.len()];
+            (-dy, dx)
+        };
+        heading += 1;
+    }
+    moves
+};
 const HEADINGS: usize = AHEAD.len();
 /// A turn to the next heading costs as much as this distance, metres.
 const TURN_M: f64 = 0.05;
 /// The search with headings stays this close to the path of the discs, metres.
 const REACH_M: f64 = 1.5;
-/// Most cells of that search: a path of 200 m over cells of 5 cm has as many. It takes 200 bytes for each.
+/// Most cells of that search: a path of 200 m over cells of 5 cm has as many. It takes 400 bytes for each.
 const MAX_CELLS: usize = 250_000;
 /// Distance and angle between two checked poses, metres and radians.
 const STEP_M: f64 = 0.05;

@@ -2,7 +2,7 @@
 
 use super::bit_grid::{BitGrid, clear_padding};
 use super::{Cell, GridFrame, ObstacleGrid};
-use crate::geometry::{Point, point_to_unit_square};
+use crate::geometry::Point;
 
 /// The cells in which the centre of a round robot keeps its radius from every obstacle.
 ///
@@ -88,11 +88,7 @@ impl FreeSpace {
     /// Whether a disc around a point keeps clear of the square of every obstacle; its radius is in metres.
     #[must_use]
     pub(crate) fn is_clear(&self, center: &Point, radius_m: f64) -> bool {
-        let (frame, at) = (&self.frame, self.frame.to_cell_units(center));
-        let radius = radius_m / frame.resolution_m;
-        !frame.cells_around(center, radius_m).any(|cell| {
-            self.obstacles.get(cell) && point_to_unit_square(&at, &cell.corner()) < radius * radius
-        })
+        !self.frame.cells_touched(center, radius_m).any(|cell| self.obstacles.get(cell))
     }
 
     /// Distance kept from every obstacle, metres, except in cells freed by `free_cells_near`.
@@ -258,7 +254,7 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
-    use crate::geometry::Pose;
+    use crate::geometry::{Pose, point_to_unit_square};
 
     /// Against the distances to all squares. Free cells keep their distance at any point, and half a cell more at the centre.
     #[test]

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::MapError;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, point_to_unit_square};
 
 /// Column and row of a grid cell. Cell (0, 0) is the lower-left cell in the grid's own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
@@ -164,6 +164,19 @@ impl GridFrame {
         let units = self.to_cell_units(center);
         let reach = distance_m / self.resolution_m;
         let is_near = move |cell: &Cell| (cell.center() - units).norm() <= reach;
+        self.cells_in_square(units, reach).filter(is_near)
+    }
+
+    /// The cells of the grid whose squares are nearer to a point than a distance, metres.
+    pub(crate) fn cells_touched(
+        self,
+        center: &Point,
+        distance_m: f64,
+    ) -> impl Iterator<Item = Cell> + use<> {
+        let units = self.to_cell_units(center);
+        let reach = distance_m / self.resolution_m;
+        let is_near =
+            move |cell: &Cell| point_to_unit_square(&units, &cell.corner()) < reach * reach;
         self.cells_in_square(units, reach).filter(is_near)
     }
 

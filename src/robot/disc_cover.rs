@@ -19,7 +19,7 @@ pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
     row_of_discs(body, (squares as usize + 1).clamp(2, MAX_COVER_DISCS))
 }
 
-/// Covers a polygon with a row of so many discs that they stand out little to the sides. They stand out more at the ends.
+/// Covers a polygon with a row of enough discs that they stand out little to the sides. They stand out more at the ends.
 pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
     let (longer, shorter) = sides(body);
     let overhang_m =

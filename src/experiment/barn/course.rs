@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::BarnWorld;
-use crate::geometry::{Point, Pose, point_to_unit_square};
+use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, MapError, ObstacleGrid, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::Mission;
@@ -134,14 +134,8 @@ fn frame(
 }
 
 fn fill(grid: &mut ObstacleGrid, cylinder: &Cylinder) {
-    let frame = *grid.frame();
-    let center = frame.to_cell_units(&cylinder.axis());
-    let radius = cylinder.radius_m / frame.resolution_m;
-    for cell in frame.cells_around(&cylinder.axis(), cylinder.radius_m) {
-        if point_to_unit_square(&center, &cell.corner()) < radius * radius {
-            grid.set(cell, true);
-        }
-    }
+    let touched = grid.frame().cells_touched(&cylinder.axis(), cylinder.radius_m);
+    touched.for_each(|cell| grid.set(cell, true));
 }
 
 impl Cylinder {

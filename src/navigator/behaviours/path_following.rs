@@ -82,25 +82,28 @@ struct View<'a> {
 impl<'a> View<'a> {
     /// The robot drives backwards where its target is behind it in a narrow passage. Where it can, it has rotated before.
     fn new(state: &'a State<'_>) -> Self {
-        let base = state.limits_in_sight();
         let footprint = &state.inflated.footprint;
-        let is_behind = state.heading_error.abs() > FRAC_PI_2;
-        if !(state.is_narrow && is_behind && base.min_vel_x < 0.0) {
-            return Self {
-                is_backwards: false,
-                pose: state.now.pose,
-                twist: state.now.twist,
-                last_command: *state.last_command,
-                base: state.robot.limits,
-                footprint: Cow::Borrowed(footprint),
-            };
+        let forwards = Self {
+            is_backwards: false,
+            pose: state.now.pose,
+            twist: state.now.twist,
+            last_command: *state.last_command,
+            base: state.robot.limits,
+            footprint: Cow::Borrowed(footprint),
+        };
+        if !state.is_narrow || state.heading_error.abs() <= FRAC_PI_2 {
+            return forwards;
+        }
+        let base = state.limits_in_sight();
+        if base.min_vel_x >= 0.0 {
+            return forwards;
         }
         let (min_vel_x, max_vel_x) = (-base.max_vel_x, -base.min_vel_x);
         Self {
             is_backwards: true,
-            pose: Pose { yaw: state.now.pose.yaw + PI, ..state.now.pose },
-            twist: turned_around(state.now.twist),
-            last_command: turned_around(*state.last_command),
+            pose: Pose { yaw: forwards.pose.yaw + PI, ..forwards.pose },
+            twist: turned_around(forwards.twist),
+            last_command: turned_around(forwards.last_command),
             base: Limits { min_vel_x, max_vel_x, ..base },
             footprint: Cow::Owned(footprint.turned_around()),
         }

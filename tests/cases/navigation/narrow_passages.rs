@@ -30,8 +30,11 @@ fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
 
 fn add_border(obstacles: &mut ObstacleGrid) {
     for index in 0..obstacles.frame().len() {
-        let cell = obstacles.frame().cell_at(index);
-        let is_border = cell.column.min(cell.row) == 0 || cell.column == 239 || cell.row == 119;
+        let frame = obstacles.frame();
+        let cell = frame.cell_at(index);
+        let (last_column, last_row) = (frame.width - 1, frame.height - 1);
+        let is_border =
+            cell.column.min(cell.row) == 0 || cell.column == last_column || cell.row == last_row;
         obstacles.set(cell, is_border || obstacles.is_blocked(cell));
     }
 }
@@ -95,7 +98,7 @@ fn body_passes_a_door_that_its_circle_does_not() {
         assert!(gap_m >= safety_m, "{door_m} m: {gap_m} m");
         assert!(plan.radius_m < usual.least_radius_m() && plan.smoothed.length_m() < 9.5);
     }
-    assert!(matches!(plan(&room(0.65, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
+    assert!(matches!(plan(&room(0.7, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
 }
 
 #[test]
@@ -214,10 +217,10 @@ fn bend(width_m: f64, turn: f64) -> ObstacleGrid {
         let is_room = first.x < -1.5 || second.x > 1.5 && first.x > -1.2;
         is_first || is_second || is_room || first.norm() <= width_m / 2.0
     };
-    let is_border =
-        |cell: Cell| cell.column.min(cell.row) == 0 || cell.column == 239 || cell.row == 199;
-    let cells = (0..frame.len()).map(|index| frame.cell_at(index));
-    ObstacleGrid::new(frame, cells.map(|cell| is_border(cell) || !is_free(cell)).collect())
+    let cells = (0..frame.len()).map(|index| !is_free(frame.cell_at(index)));
+    let mut obstacles = ObstacleGrid::new(frame, cells.collect());
+    add_border(&mut obstacles);
+    obstacles
 }
 
 #[test]
@@ -232,13 +235,10 @@ fn robot_drives_through_bends_in_which_it_cannot_turn_on_the_spot() {
 
 /// A passage that ends at x = 10, and a room before it.
 fn dead_end(width_m: f64) -> ObstacleGrid {
-    let mut obstacles = room(width_m, 0.0);
-    let frame = *obstacles.frame();
-    for cell in (0..frame.len()).map(|index| frame.cell_at(index)) {
-        let at = frame.center_of(cell);
-        let is_open = at.x < 6.0 || at.x < 10.0 && (at.y - 3.0).abs() < width_m / 2.0;
-        obstacles.set(cell, !is_open);
-    }
+    let frame = GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::default() };
+    let is_free = |at: Point| at.x < 6.0 || at.x < 10.0 && (at.y - 3.0).abs() < width_m / 2.0;
+    let cells = (0..frame.len()).map(|index| !is_free(frame.center_of(frame.cell_at(index))));
+    let mut obstacles = ObstacleGrid::new(frame, cells.collect());
     add_border(&mut obstacles);
     obstacles
 }
