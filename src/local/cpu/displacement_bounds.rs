@@ -125,9 +125,9 @@ impl DisplacementBounds {
             L::compress(group_starts, min, &mut bounds.min[groups..]);
             groups += L::compress(group_starts, max, &mut bounds.max[groups..]);
         }
-        for group in groups..GROUPS {
-            bounds.min[group] = bounds.min[groups - 1];
-            bounds.max[group] = bounds.max[groups - 1];
+        for list in [&mut bounds.min, &mut bounds.max] {
+            let last = list[groups - 1];
+            list[groups..GROUPS].fill(last);
         }
     }
 }

@@ -51,7 +51,7 @@ impl Evaluator {
     ) -> Evaluation {
         let mut team = Team { pool, threads };
         self.used = shards_of(threads).min(self.shards.len());
-        self.inputs.fill(problem);
+        self.inputs.fill(problem, self.kernel.lanes());
         self.pyramid.clear();
         let is_scalar = matches!(self.kernel, Kernel::Scalar);
         if !is_scalar && self.inputs.order_free && self.inputs.allows_pruning {

@@ -3,8 +3,8 @@
 #[cfg(target_arch = "aarch64")]
 use super::lanes::run_neon;
 #[cfg(target_arch = "x86_64")]
-use super::lanes::{Avx2, Avx512, Lanes, run_avx2, run_avx512};
-use super::lanes::{LaneTask, Portable};
+use super::lanes::{Avx2, Avx512, run_avx2, run_avx512};
+use super::lanes::{LaneTask, Lanes, Portable};
 
 /// Instruction sets of the CPU kernels. All return the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +76,24 @@ pub enum Kernel {
     Avx512(<Avx512 as Lanes>::FeatureToken),
 }
 
+/// Counts the lanes.
+struct CountLanes;
+
+impl LaneTask for CountLanes {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L::FeatureToken) -> usize {
+        L::COUNT
+    }
+}
+
 impl Kernel {
+    /// Number of lanes.
+    pub fn lanes(self) -> usize {
+        self.run(CountLanes)
+    }
+
     /// Runs a task with these instructions. The scalar kernel uses arrays.
     pub fn run<W: LaneTask>(self, work: W) -> W::Output {
         match self {

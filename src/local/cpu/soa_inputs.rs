@@ -32,6 +32,9 @@ const TILE_CELLS: f64 = 18.0;
 /// too large for useful bounds.
 const MAX_CELLS: f64 = 22.0;
 
+/// Number of lookups of a tile up to which all of them are as fast as their bounds.
+const FEW_LOOKUPS: usize = 1280;
+
 /// Number of samples of a tile and chunk from which finer groups of steps are faster.
 const DENSE: usize = 512;
 
@@ -57,9 +60,9 @@ pub struct SoaInputs {
     pub stopping_need: Vec<i32>,
     /// Centre of each moving obstacle at each step, in units from the field's corner: first all x, then all y.
     pub tracks: Vec<i32>,
-    /// Number of forward speeds, rounded up to whole vectors.
+    /// Number of forward speeds, rounded up to whole vectors of the kernel.
     pub stride: usize,
-    /// Number of steps, rounded up to whole vectors.
+    /// Number of steps, rounded up to whole vectors of the kernel.
     pub steps: usize,
     /// Whether the order of the steps is free. This needs samples whose status depends on the smallest clearance, and
     /// positions small enough for the short conversion from product to cell
@@ -83,7 +86,7 @@ pub struct SoaInputs {
     pub all_steps: Vec<i32>,
     /// `i32::MIN` for each existing group, `i32::MAX` for the others.
     pub absent_groups: [i32; GROUPS],
-    /// Whether step pruning applies: the samples are close together, so their boxes are small.
+    /// Whether step pruning applies: the samples are close together, so their boxes are small, and there are enough of them.
     pub allows_pruning: bool,
     /// For each step, the largest distance of a chunk's samples from its middle sample, units.
     pub max_spread: Vec<i32>,
@@ -92,12 +95,12 @@ pub struct SoaInputs {
 }
 
 impl SoaInputs {
-    /// Fills the columns from a problem.
-    pub fn fill(&mut self, problem: &QuantizedProblem) {
+    /// Fills the columns from a problem, for a kernel with this number of lanes.
+    pub fn fill(&mut self, problem: &QuantizedProblem, lanes: usize) {
         let header = &problem.header;
         self.segment_count = header.segment_count;
-        self.stride = problem.vx_samples.len().next_multiple_of(MAX_LANES);
-        self.steps = (header.steps as usize).next_multiple_of(MAX_LANES);
+        self.stride = problem.vx_samples.len().next_multiple_of(lanes);
+        self.steps = (header.steps as usize).next_multiple_of(lanes);
         let samples = &problem.vx_samples;
         column(&mut self.coarse, self.stride, samples, |vx| vx.coarse);
         column(&mut self.fine, self.stride, samples, |vx| vx.fine);
@@ -149,7 +152,7 @@ impl SoaInputs {
         let spread = f64::from((last - first).abs()) * per_coarse * steps;
         let samples = (2.0 * cell * f64::from(header.vx_count) / spread.max(1.0)) as usize;
         let most = MAX_SAMPLES.min(self.stride);
-        self.chunk = samples.clamp(1, most).next_multiple_of(MAX_LANES);
+        self.chunk = samples.clamp(1, most).next_multiple_of(MAX_LANES).min(self.stride);
         let away = self.coarse.chunks(self.chunk).map(from_middle).max();
         let away = f64::from(away.unwrap_or_default()) * per_coarse;
 
@@ -166,6 +169,7 @@ impl SoaInputs {
             // Neighbouring rows differ more than two turn rates do.
             self.tile_rows = 1;
         }
+        self.allows_pruning &= self.stride * self.tile_rows * header.steps as usize > FEW_LOOKUPS;
         between *= (self.tile_rows / 2) as f64;
 
         let reach = max_disc_offset(problem);

@@ -7,6 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::geometry::{Point, Pose};
 use crate::local::cpu::evaluator::Team;
+use crate::local::cpu::lanes::MAX_LANES;
 use crate::local::cpu::soa_inputs::SoaInputs;
 use crate::local::cpu::step_pruning::steps_of;
 use crate::local::cpu::{CpuEngine, InstructionSet};
@@ -211,7 +212,7 @@ fn step_groups_cover_every_horizon_and_end_with_the_tables() {
     let (mut steps, mut beyond) = (Vec::new(), 0);
     for horizon in 1..=1023 {
         let quantized = quantized(&slow_problem(horizon));
-        inputs.fill(&quantized);
+        inputs.fill(&quantized, MAX_LANES);
         let groups: Vec<i32> = (0..inputs.groups as i32).collect();
         steps_of(&inputs, &groups, &mut steps);
         let all = 0..horizon as i32;
@@ -230,6 +231,21 @@ fn last_group_longer_than_the_tables_is_clipped() {
     compare(&mut engines, &quantized, "176 steps");
     let SoaInputs { groups, group, steps, .. } = engines[0].together.inputs;
     assert!(groups * group as usize > steps, "{groups} of {group}");
+}
+
+#[test]
+fn tiles_of_few_lookups_are_not_pruned() {
+    let mut inputs = SoaInputs::default();
+    let mut is_pruned = |columns, sampler| {
+        let mut problem = Problem { sampler, ..slow_problem(20) };
+        problem.window.vx.count = columns;
+        inputs.fill(&quantized(&problem), MAX_LANES);
+        inputs.allows_pruning
+    };
+    // A tile has one row of two segments, and up to 16 rows of arcs.
+    assert!(!is_pruned(64, Sampler::TwoSegments));
+    assert!(is_pruned(80, Sampler::TwoSegments));
+    assert!(is_pruned(64, Sampler::Arcs));
 }
 
 #[test]
