@@ -137,11 +137,10 @@ fn distances(obstacles: &ObstacleGrid) -> Result<(u32, Vec<u16>), ProblemError> 
     while frame.resolution_m * 4096.0 > f64::from(1_u32 << cell_bits) {
         cell_bits += 1;
     }
-    let units_per_cell = f64::from(1_u32 << cell_bits);
     let width = frame.width as usize;
     let mut units = vec![0; frame.len() + 1];
     DistanceField::for_each_row(obstacles, |row, squared| {
-        all_in_units(squared, units_per_cell, &mut units[row * width..][..width]);
+        all_in_units(squared, cell_bits, &mut units[row * width..][..width]);
     });
     Ok((cell_bits, units))
 }
@@ -198,34 +197,40 @@ fn raise_free(values: &mut [u16], is_obstacle: &[bool]) {
 
 /// Applies [`in_units`] to a row, with AVX2 if available.
 #[multiversion(targets("x86_64+avx2"))]
-fn all_in_units(squared_cells: &[u32], units_per_cell: f64, units: &mut [u16]) {
+fn all_in_units(squared_cells: &[u32], cell_bits: u32, units: &mut [u16]) {
     for (units, &squared) in units.iter_mut().zip(squared_cells) {
-        *units = in_units(squared, units_per_cell);
+        *units = in_units(squared, cell_bits);
     }
 }
 
-/// Converts a squared distance in cells to units: rounded to the nearest, at most `u16::MAX`.
+/// Converts a squared distance in cells, below 2^31, to units: rounded to the nearest, at most `u16::MAX`. `cell_bits` is 3 to 13, by
+/// [`RESOLUTION_RANGE_M`].
 ///
-/// Adding `2^52` rounds and leaves the integer in the low bits; vector instructions can do that, and cannot do
-/// `f64::round`. The root of an integer is never midway between two integers, and up to 65535 never so close to midway
-/// that `f64` rounds it there. So the rule for ties does not matter.
+/// The root in `f32` is off by less than one; integers correct it. The root of an integer is never midway between two integers.
 #[inline(always)]
-fn in_units(squared_cells: u32, units_per_cell: f64) -> u16 {
-    const TWO_TO_52: f64 = 4_503_599_627_370_496.0;
-    let units = (f64::from(squared_cells).sqrt() * units_per_cell).min(f64::from(u16::MAX));
-    (units + TWO_TO_52).to_bits() as u16
+fn in_units(squared_cells: u32, cell_bits: u32) -> u16 {
+    const MOST: u32 = u16::MAX as u32;
+    /// Adding it rounds a float and leaves the integer in the low bits; vector instructions can do that, and cannot do `f32::round`.
+    const TWO_TO_23: f32 = 8_388_608.0;
+    let squared = squared_cells.min(((MOST * MOST) >> (2 * cell_bits)) + 1);
+    let root = ((squared as i32) as f32).sqrt() * (1_u32 << cell_bits) as f32;
+    let units = ((root + TWO_TO_23).to_bits() & 0x7F_FFFF) as i32;
+    // Both terms wrap alike, and their difference is small.
+    let rest = (squared << (2 * cell_bits)).wrapping_sub(units.wrapping_mul(units) as u32) as i32;
+    let units = units + i32::from(rest > units) - i32::from(rest <= -units);
+    units.clamp(0, MOST as i32) as u16
 }
 
 #[cfg(test)]
 mod tests {
-    use super::in_units;
+    use super::{DistanceField, in_units};
 
     /// The squares midway between units are `k^2 + k + 1/4`: the squares next to them are the critical ones.
     #[test]
     fn units_round_to_nearest() {
-        for cell_bits in 0..=13 {
+        for cell_bits in 3..=13 {
             let scale = 1_u64 << (2 * cell_bits);
-            let units_of = |squared| u64::from(in_units(squared, f64::from(1_u32 << cell_bits)));
+            let units_of = |squared| u64::from(in_units(squared, cell_bits));
             for below in 0..65_535_u64 {
                 let halfway = (below * below + below) / scale;
                 for squared in halfway..halfway + 2 {
@@ -236,7 +241,8 @@ mod tests {
                     assert!(least && most, "root of {squared} x {scale} is not {units}");
                 }
             }
-            assert_eq!(units_of(u32::MAX), 65_535);
+            assert_eq!(units_of(DistanceField::NO_OBSTACLE), 65_535);
+            assert_eq!(units_of(0), 0);
         }
     }
 }
