@@ -26,7 +26,8 @@ pub struct Output<'a> {
 }
 
 impl<'a> Output<'a> {
-    /// Creates the file. The name must have one of these extensions.
+    /// Creates the file. The name must have one of these extensions. A file of an earlier command keeps its content until
+    /// [`Self::write`].
     pub fn create(
         flag: &'static str,
         name: Option<&'a Path>,
@@ -49,7 +50,7 @@ impl<'a> Output<'a> {
             let extensions = extensions.join(" or .");
             bail!("{flag} {}: the name must end in .{extensions}", name.display());
         }
-        Ok(Self { flag, file: Some((name, own_file::create(flag, name, columns)?)) })
+        Ok(Self { flag, file: Some((name, own_file::open(flag, name, columns)?)) })
     }
 
     /// Creates a file of rows of this type, CSV or JSON.
@@ -68,7 +69,8 @@ impl<'a> Output<'a> {
         let Some((name, mut file)) = self.file else {
             return Ok(());
         };
-        let written = file.write_all(content().as_ref());
+        let content = content();
+        let written = own_file::empty(&mut file).and_then(|()| file.write_all(content.as_ref()));
         written.with_context(|| format!("{} {}", self.flag, name.display()))?;
         // A report names its page.
         if self.flag != "--report" {

@@ -80,6 +80,16 @@ fn identity(name: &Path) -> PathBuf {
 /// # Errors
 /// The file cannot be written, it exists and has other content, or another flag writes it.
 pub fn create(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
+    let mut file = open(flag, name, columns)?;
+    empty(&mut file).with_context(|| format!("{flag} {}", name.display()))?;
+    Ok(file)
+}
+
+/// As [`create`], but an existing file keeps its content until it is emptied.
+///
+/// # Errors
+/// Those of [`create`].
+pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
     reserve(flag, name)?;
     let place = || format!("{flag} {}", name.display());
     let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(name);
@@ -94,12 +104,19 @@ pub fn create(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File>
             "{}: the file exists and was not written by this command: choose another name, or remove it",
             place()
         );
-        let emptied = file.rewind().and_then(|()| file.set_len(0));
-        emptied.with_context(place)?;
     } else if metadata.is_dir() {
         bail!("{}: is a folder: name a file", place());
     }
     Ok(file)
+}
+
+/// Empties a file; not a device or a pipe.
+pub fn empty(file: &mut File) -> io::Result<()> {
+    if file.metadata()?.is_file() {
+        file.rewind()?;
+        file.set_len(0)?;
+    }
+    Ok(())
 }
 
 fn is_own(file: &mut File, columns: &[&str]) -> io::Result<bool> {

@@ -86,6 +86,18 @@ fn outputs_replace_only_own_files() {
 }
 
 #[test]
+fn command_that_fails_keeps_the_output_of_an_earlier_one() {
+    let place = Workplace::new();
+    let drawing =
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"samples\"></svg>";
+    place.write("fan.svg", drawing);
+    place.write("problem.json", "{");
+    let refusal = place.refusal("evaluate --problem problem.json --svg fan.svg");
+    assert!(refusal.contains("problem.json"), "{refusal}");
+    assert_eq!(fs::read_to_string(place.path("fan.svg")).expect("still there"), drawing);
+}
+
+#[test]
 fn two_flags_cannot_name_one_file() {
     let place = Workplace::new();
     let nav2 = "controller_server:\n  ros__parameters:\n    controller_frequency: 10.0\n";
