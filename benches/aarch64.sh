@@ -12,7 +12,7 @@ run() {
     packaging/aarch64 env CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
         CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="${emulator[*]}" "$@"
 }
-with=(--offline --locked --target "$target" --no-default-features --features gpu,experiment)
+with=(--locked --target "$target" --no-default-features --features gpu,experiment)
 run cargo test --release "${with[@]}" --lib local:: >&2
 run cargo test --release "${with[@]}" --test engine -- lanes instruction_set >&2
 run cargo bench "${with[@]}" --bench lane_instructions --no-run >&2

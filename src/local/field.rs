@@ -203,8 +203,7 @@ fn all_in_units(squared_cells: &[u32], cell_bits: u32, units: &mut [u16]) {
     }
 }
 
-/// Converts a squared distance in cells, below 2^31, to units: rounded to the nearest, at most `u16::MAX`. `cell_bits` is 3 to 13, by
-/// [`RESOLUTION_RANGE_M`].
+/// Converts a squared distance in cells to units: rounded to the nearest, at most `u16::MAX`.
 ///
 /// The root in `f32` is off by less than one; integers correct it. The root of an integer is never midway between two integers.
 #[inline(always)]
@@ -213,7 +212,7 @@ fn in_units(squared_cells: u32, cell_bits: u32) -> u16 {
     /// Adding it rounds a float and leaves the integer in the low bits; vector instructions can do that, and cannot do `f32::round`.
     const TWO_TO_23: f32 = 8_388_608.0;
     let squared = squared_cells.min(((MOST * MOST) >> (2 * cell_bits)) + 1);
-    let root = ((squared as i32) as f32).sqrt() * (1_u32 << cell_bits) as f32;
+    let root = (squared as f32).sqrt() * (1_u32 << cell_bits) as f32;
     let units = ((root + TWO_TO_23).to_bits() & 0x7F_FFFF) as i32;
     // Both terms wrap alike, and their difference is small.
     let rest = (squared << (2 * cell_bits)).wrapping_sub(units.wrapping_mul(units) as u32) as i32;
@@ -223,12 +222,12 @@ fn in_units(squared_cells: u32, cell_bits: u32) -> u16 {
 
 #[cfg(test)]
 mod tests {
-    use super::{DistanceField, in_units};
+    use super::in_units;
 
     /// The squares midway between units are `k^2 + k + 1/4`: the squares next to them are the critical ones.
     #[test]
     fn units_round_to_nearest() {
-        for cell_bits in 3..=13 {
+        for cell_bits in 0..=13 {
             let scale = 1_u64 << (2 * cell_bits);
             let units_of = |squared| u64::from(in_units(squared, cell_bits));
             for below in 0..65_535_u64 {
@@ -241,7 +240,7 @@ mod tests {
                     assert!(least && most, "root of {squared} x {scale} is not {units}");
                 }
             }
-            assert_eq!(units_of(DistanceField::NO_OBSTACLE), 65_535);
+            assert_eq!(units_of(u32::MAX), 65_535);
             assert_eq!(units_of(0), 0);
         }
     }
