@@ -34,13 +34,8 @@ fn initial_pose(frame: &str, pose: &Pose) -> IncomingMessage {
 
 /// Waits for the thread that prepares a map.
 fn until_prepared(robot: &mut Robot) {
-    for _ in 0..200 {
-        robot.step_and_wait();
-        if status(robot, "status") != "no map" {
-            return;
-        }
-    }
-    panic!("no map is prepared: {:?}", robot.notices);
+    robot.step();
+    robot.until_planned(200, |robot| status(robot, "status") != "no map");
 }
 
 /// A value of the latest status of the localisation.

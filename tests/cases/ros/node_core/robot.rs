@@ -254,23 +254,27 @@ impl Robot {
         panic!("not within {max} steps, at {:?}: {:?}", self.pose, self.notices);
     }
 
-    /// A step, and some time for the threads that plan.
-    pub fn step_and_wait(&mut self) {
-        self.step();
-        std::thread::sleep(std::time::Duration::from_millis(20));
+    /// Steps until a condition holds, with time for the threads that plan: more after each step, so that a busy machine passes too.
+    /// Returns the number of steps.
+    #[track_caller]
+    pub fn until_planned(&mut self, max: u32, done: impl Fn(&Self) -> bool) -> u32 {
+        for steps in 0..max {
+            if done(self) {
+                return steps;
+            }
+            self.step();
+            std::thread::sleep(std::time::Duration::from_millis(1 << steps.min(9)));
+        }
+        panic!("not within {max} steps, at {:?}: {:?}", self.pose, self.notices);
     }
 
-    /// Steps without a stop until a number of paths is published.
+    /// Steps without a stop until a number of paths is published. Returns the number of steps.
     #[track_caller]
-    pub fn until_published(&mut self, max: usize, paths: usize) {
-        for _ in 0..max {
-            if self.paths.len() >= paths {
-                return;
-            }
-            self.step_and_wait();
-            assert!(self.speed() > 0.1, "{:?}", self.notices);
-        }
-        panic!("{} paths after {max} steps", self.paths.len());
+    pub fn until_published(&mut self, max: u32, paths: usize) -> u32 {
+        self.until_planned(max, |robot| {
+            assert!(robot.speed() > 0.1, "{:?}", robot.notices);
+            robot.paths.len() >= paths
+        })
     }
 
     /// Distance to the goal of most tests.
