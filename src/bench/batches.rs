@@ -10,8 +10,8 @@ use super::timing::Latencies;
 use super::{BenchError, EvaluationDigest};
 use crate::local::{Detail, Engine, Evaluation, QuantizedProblem, Sampler};
 
-/// Numbers of decisions in a batch: the largest is that of one submission to a GPU.
-const SIZES: [usize; 4] = [1, 8, 64, 256];
+/// Numbers of decisions in a batch: 256 is the largest of one submission to a GPU.
+const SIZES: [usize; 5] = [1, 8, 64, 256, 1024];
 /// Samples of each decision: the usual number of one robot.
 const SAMPLES: usize = 1024;
 /// Least and greatest number of batches that are timed, and the number of an engine that is too slow for the least.
@@ -49,7 +49,7 @@ impl BatchRow {
     pub const SUMMARY: &str = "name batch samples steps p50_ms p99_ms decisions_hz batches";
 }
 
-/// Measures every engine with batches of 1, 8, 64 and 256 decisions of 1,024 arcs, from quantized problems to answers. The
+/// Measures every engine with batches of 1 to 1,024 decisions of 1,024 arcs, from quantized problems to answers. The
 /// answers are compared first. An engine is measured with no larger batches once one takes too long for the plan.
 ///
 /// # Errors

@@ -57,7 +57,7 @@ const CLOSED_LOOP: &str = "config samples vx_samples vtheta_samples runs reached
     after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --missions 0 --chart density.svg\n\n\
     Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine that is too slow \
     for a density is skipped there, and listed.\n\
-    Batches: the decisions of 1, 8, 64 and 256 robots in one call, 1,024 arcs each.\n\
+    Batches: the decisions of 1, 8, 64, 256 and 1,024 robots in one call, 1,024 arcs each.\n\
     Quality: the regret is the loss of score against the densest sampling (1,048,576 samples of two segments, or --max-samples \
     if larger), as a share of the best sample's gain over the mean admissible one. It is measured over a horizon of 2 s, with \
     windows of 0.1 s and 1 s.\n\
@@ -84,7 +84,7 @@ pub struct DensityArguments {
     /// Random missions driven with each sampling, one after the other on one core; 0 skips them.
     #[arg(long, default_value_t = 12, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100_000))]
     pub missions: usize,
-    /// Do not measure batches of 1 to 256 decisions.
+    /// Do not measure batches of 1 to 1,024 decisions.
     #[arg(long)]
     pub no_batches: bool,
     /// Write the latency rows into this file, CSV or JSON by its extension.

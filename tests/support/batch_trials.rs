@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use inbye::bench::{compare, random_problem};
+use inbye::geometry::Pose;
 use inbye::local::{Adapter, GpuEngine};
 use inbye::local::{
     Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, Problem, QuantizedProblem, Window,
@@ -91,6 +92,21 @@ pub fn random_batches(
 pub fn growth(adapter: &Adapter) -> Result<(), Failed> {
     let batches = [(0, 1), (1, 2), (3, 7), (10, 64), (74, 1), (75, 0), (75, 7), (0, 300), (82, 2)];
     random_batches(&mut GpuEngine::new(adapter)?, 44, &batches)
+}
+
+/// Five submissions in one call, each written while the one before it runs; every robot stands somewhere else.
+pub fn many_submissions(adapter: &Adapter) -> Result<(), Failed> {
+    let at = |index: i32| Pose::new(1.0 + 0.002 * f64::from(index), 2.5, 0.005 * f64::from(index));
+    let problem = |index| QuantizedProblem::new(&Problem { pose: at(index), ..plain() });
+    let problems = (0..4 * 256 + 1).map(problem).collect::<Result<Vec<_>, _>>()?;
+    let answers = expected(&problems, Detail::Answer)?;
+    if answers.windows(2).any(|pair| pair[0] == pair[1]) {
+        return Err("neighbours with one answer: a swapped one could not show".into());
+    }
+    let engine = &mut GpuEngine::new(adapter)?;
+    same(engine, "first", &problems)?;
+    // The memory of both transfers is used again.
+    same(engine, "again, backwards", &problems.iter().rev().cloned().collect::<Vec<_>>())
 }
 
 /// Fields that appear, disappear and stay, with odd and even numbers of cells.

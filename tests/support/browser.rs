@@ -79,8 +79,7 @@ impl Engine for ChromiumEngine {
         detail: Detail,
     ) -> Result<Vec<Evaluation>, EngineError> {
         let mut evaluations = Vec::new();
-        while evaluations.len() < problems.len() {
-            let batch = Batch::first_of(&problems[evaluations.len()..]);
+        for batch in Batch::split(problems) {
             let first_stamp = self.stamp;
             self.stamp += batch.problems.len() as u32;
             let plan = Plan::evaluation(&self.wgsl, &batch, first_stamp, detail);

@@ -17,7 +17,7 @@ use super::extremes::{extremes, field, footprint, plain};
 use super::kernel::{Kernel, every_difference};
 use super::loss_trials;
 
-pub const TRIALS: [(&str, GpuTest); 16] = [
+pub const TRIALS: [(&str, GpuTest); 17] = [
     ("operations_return_the_bits_of_rust", operations),
     ("random_problems_return_the_bits_of_the_cpu", random_problems),
     ("digest_equals_the_pinned_one", the_digest),
@@ -28,6 +28,7 @@ pub const TRIALS: [(&str, GpuTest); 16] = [
     ("batches_return_the_bits_of_single_problems", batch_trials::growth),
     ("batches_share_and_change_fields", batch_trials::fields),
     ("batches_replace_large_fields", batch_trials::large_fields),
+    ("batches_of_many_submissions_keep_their_order", batch_trials::many_submissions),
     ("batch_rejects_a_problem_that_is_rejected_alone", batch_trials::refusals),
     ("falsified_answer_of_a_batch_is_reported", batch_trials::falsified),
     ("late_answer_is_never_used_for_another_problem", loss_trials::late_answers),

@@ -206,6 +206,19 @@ impl<'a> Batch<'a> {
         batch
     }
 
+    /// Divides the problems into as few submissions as they need, in order.
+    #[must_use]
+    pub fn split(problems: &'a [QuantizedProblem]) -> Vec<Self> {
+        let mut batches = Vec::new();
+        let mut rest = problems;
+        while !rest.is_empty() {
+            let batch = Self::first_of(rest);
+            rest = &rest[batch.problems.len()..];
+            batches.push(batch);
+        }
+        batches
+    }
+
     /// Sizes that the buffers must have.
     #[must_use]
     pub fn sizes(&self) -> Sizes {

@@ -12,14 +12,60 @@ const MIN_BYTES: u64 = 1 << 20;
 pub(super) struct Buffers {
     pub sizes: Sizes,
     input: wgpu::Buffer,
-    /// The inputs on their way to the device; mapped for the host between submissions.
-    pub upload: wgpu::Buffer,
     field: wgpu::Buffer,
     fields: ResidentFields,
     records: wgpu::Buffer,
     answers: wgpu::Buffer,
-    pub readback: wgpu::Buffer,
     pub bind_group: wgpu::BindGroup,
+    /// Those that no submission uses. A second one exists after the first call with several submissions.
+    pub transfers: Vec<Transfer>,
+}
+
+/// The memory through which a submission exchanges data with the host.
+pub(super) struct Transfer {
+    /// The inputs on their way to the device; mapped for the host between submissions.
+    pub upload: wgpu::Buffer,
+    pub readback: wgpu::Buffer,
+}
+
+impl Transfer {
+    pub fn new(device: &wgpu::Device, sizes: &Sizes) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let make = |label, size, usage, mapped_at_creation| {
+            let label = Some(label);
+            device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
+        };
+        let upload_usage = Usage::MAP_WRITE | Usage::COPY_SRC;
+        let readback_usage = Usage::MAP_READ | Usage::COPY_DST;
+        Self {
+            upload: make("upload", sizes.input, upload_usage, true),
+            readback: make("readback", sizes.readback(), readback_usage, false),
+        }
+    }
+
+    /// Copies the inputs that were written to the buffer of the shaders.
+    pub fn copy_in(&self, encoder: &mut wgpu::CommandEncoder, buffers: &Buffers, bytes: u64) {
+        encoder.copy_buffer_to_buffer(&self.upload, 0, &buffers.input, 0, bytes);
+    }
+
+    /// Copies the answers, and the records if requested, to the readback buffer. Returns the number of bytes.
+    pub fn copy_out(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        buffers: &Buffers,
+        sizes: &Sizes,
+        detail: Detail,
+    ) -> u64 {
+        encoder.copy_buffer_to_buffer(&buffers.answers, 0, &self.readback, 0, sizes.answers);
+        match detail {
+            Detail::Answer => sizes.answers,
+            Detail::Samples => {
+                let (after, bytes) = (sizes.answers, sizes.records);
+                encoder.copy_buffer_to_buffer(&buffers.records, 0, &self.readback, after, bytes);
+                sizes.readback()
+            }
+        }
+    }
 }
 
 impl Buffers {
@@ -38,12 +84,6 @@ impl Buffers {
                 mapped_at_creation: false,
             })
         };
-        let upload = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("upload"),
-            size: sizes.input,
-            usage: Usage::MAP_WRITE | Usage::COPY_SRC,
-            mapped_at_creation: true,
-        });
         let input_usage = Usage::UNIFORM | Usage::STORAGE | Usage::COPY_DST;
         let input = make("input", sizes.input, input_usage);
         let field = make("field", sizes.field, Usage::STORAGE | Usage::COPY_DST);
@@ -51,8 +91,6 @@ impl Buffers {
         let records = make("records", sizes.records, Usage::STORAGE | Usage::COPY_SRC);
         let partials = make("partials", sizes.partials, Usage::STORAGE);
         let answers = make("answers", sizes.answers, Usage::STORAGE | Usage::COPY_SRC);
-        let readback_usage = Usage::MAP_READ | Usage::COPY_DST;
-        let readback = make("readback", sizes.readback(), readback_usage);
         let buffers =
             [&input, &input, &input, &input, &field, &table, &records, &partials, &answers];
         let resources = buffers.into_iter().zip(sizes.bindings());
@@ -73,15 +111,14 @@ impl Buffers {
             entries: &entries,
         });
         Self {
-            upload,
             sizes,
             input,
             field,
             fields: ResidentFields::default(),
             records,
             answers,
-            readback,
             bind_group,
+            transfers: Vec::with_capacity(2),
         }
     }
 
@@ -92,6 +129,7 @@ impl Buffers {
     pub fn write(
         &mut self,
         queue: &wgpu::Queue,
+        transfer: &Transfer,
         batch: &Batch<'_>,
         first_stamp: u32,
     ) -> Result<(), wgpu::MapRangeError> {
@@ -104,39 +142,15 @@ impl Buffers {
             held.expect("the fields of a batch are held by now")
         };
         {
-            let mut view = self.upload.get_mapped_range_mut(..batch.input_bytes())?;
+            let mut view = transfer.upload.get_mapped_range_mut(..batch.input_bytes())?;
             let mut memory = view.slice(..);
             let put = |at: usize, bytes: &[u8]| {
                 memory.slice(at..at + bytes.len()).copy_from_slice(bytes);
             };
             batch.write(put, first_stamp, first_field);
         }
-        self.upload.unmap();
+        transfer.upload.unmap();
         Ok(())
-    }
-
-    /// Copies the inputs that were written to the buffer of the shaders.
-    pub fn copy_in(&self, encoder: &mut wgpu::CommandEncoder, batch: &Batch<'_>) {
-        encoder.copy_buffer_to_buffer(&self.upload, 0, &self.input, 0, batch.input_bytes());
-    }
-
-    /// Copies the answers, and the records if requested, to the readback buffer. Returns the number of bytes.
-    pub fn copy_out(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        batch: &Batch<'_>,
-        detail: Detail,
-    ) -> u64 {
-        let sizes = batch.sizes();
-        encoder.copy_buffer_to_buffer(&self.answers, 0, &self.readback, 0, sizes.answers);
-        match detail {
-            Detail::Answer => sizes.answers,
-            Detail::Samples => {
-                let (after, bytes) = (sizes.answers, sizes.records);
-                encoder.copy_buffer_to_buffer(&self.records, 0, &self.readback, after, bytes);
-                sizes.readback()
-            }
-        }
     }
 }
 

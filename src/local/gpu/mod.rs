@@ -1,6 +1,7 @@
 //! The GPU engine: transport only. One upload, one submission of a few dispatches, one small answer back.
 //!
-//! Every decision is a batch, usually of one problem. Pipelines, buffers and distance fields stay on the device. The
+//! Every decision is a batch, usually of one problem. A call with more problems than one submission takes writes the inputs of
+//! the next submission while the device works. Pipelines, buffers and distance fields stay on the device. The
 //! constructor takes a first decision, so its cost does not fall into the first control tick.
 
 pub mod batch;
@@ -12,8 +13,8 @@ pub mod pipelines;
 use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use batch::{Batch, Dispatch};
-use buffers::Buffers;
+use batch::{Batch, Dispatch, Sizes};
+use buffers::{Buffers, Transfer};
 use device::Device;
 use pipelines::Pipeline;
 
@@ -71,25 +72,26 @@ impl GpuEngine {
         self.timeout = timeout;
     }
 
-    /// Takes the buffers of the last answer if they are large enough for the batch, otherwise allocates larger ones.
-    fn take_buffers(&mut self, batch: &Batch<'_>) -> Result<Buffers, EngineError> {
-        let sizes = batch.sizes();
+    /// Takes the buffers of the last answer if they are large enough for these sizes, otherwise allocates larger ones.
+    fn take_buffers(&mut self, sizes: &Sizes) -> Buffers {
         let grown = match self.buffers.take() {
-            Some(buffers) if buffers.sizes == buffers.sizes.union(&sizes) => {
-                return Ok(buffers);
-            }
-            Some(buffers) => buffers.sizes.union(&sizes),
-            None => sizes,
+            Some(buffers) if buffers.sizes == buffers.sizes.union(sizes) => return buffers,
+            Some(buffers) => buffers.sizes.union(sizes),
+            None => *sizes,
         };
-        let limit = self.device.largest_buffer();
+        Buffers::new(&self.device.inner, &self.layout, &grown)
+    }
+
+    /// Rejects a single problem that exceeds the adapter's largest buffer; batches of several are smaller.
+    fn check_sizes(&self, batch: &Batch<'_>) -> Result<(), EngineError> {
+        let (largest, limit) = (batch.sizes().largest(), self.device.largest_buffer());
         match batch.problems {
-            [problem] if sizes.largest() > limit => Err(self.device.too_large(format!(
-                "{} samples of {} steps need a buffer of {} bytes, the adapter allows {limit}: sample less densely",
+            [problem] if largest > limit => Err(self.device.too_large(format!(
+                "{} samples of {} steps need a buffer of {largest} bytes, the adapter allows {limit}: sample less densely",
                 problem.len(),
                 problem.header.steps,
-                sizes.largest(),
             ))),
-            _ => Ok(Buffers::new(&self.device.inner, &self.layout, &grown)),
+            _ => Ok(()),
         }
     }
 
@@ -115,47 +117,23 @@ impl GpuEngine {
         }
     }
 
-    /// Evaluates a batch in one submission.
-    fn evaluate_submission(
+    /// Writes the inputs of a batch and submits the work.
+    fn start<'a>(
         &mut self,
-        batch: &Batch<'_>,
+        buffers: &mut Buffers,
+        batch: Batch<'a>,
         detail: Detail,
-    ) -> Result<Vec<Evaluation>, EngineError> {
-        self.device.check()?;
-        for problem in batch.problems {
-            self.check_loops(problem, batch.tabulation_rounds())?;
-        }
-        // Kept only after an answer: after a failure they may still be mapped, or be written late.
-        let mut buffers = self.take_buffers(batch)?;
+    ) -> Result<Submission<'a>, EngineError> {
         let first_stamp = self.stamp;
         self.stamp = first_stamp.wrapping_add(batch.problems.len() as u32);
+        let Device { inner: device, queue, .. } = &self.device;
+        let idle = buffers.transfers.pop();
+        let transfer = idle.unwrap_or_else(|| Transfer::new(device, &buffers.sizes));
         buffers
-            .write(&self.device.queue, batch, first_stamp)
+            .write(queue, &transfer, &batch, first_stamp)
             .map_err(|error| self.unmapped(&error.to_string()))?;
-        let (submission, bytes) = self.submit(&buffers, batch, detail);
-        let deadline = self.timeout.saturating_mul(batch.problems.len() as u32);
-        let evaluations = self
-            .read_back(&buffers, bytes, submission, deadline, |bytes| {
-                batch.read(bytes, first_stamp, detail)
-            })?
-            .ok_or_else(|| {
-                let message = "the answer is stale";
-                self.device.failure(GpuFailureKind::Stale, message)
-            })?;
-        self.buffers = Some(buffers);
-        Ok(evaluations)
-    }
-
-    /// Submits the work. Returns also the number of bytes to read back.
-    fn submit(
-        &self,
-        buffers: &Buffers,
-        batch: &Batch<'_>,
-        detail: Detail,
-    ) -> (wgpu::SubmissionIndex, u64) {
-        let mut encoder =
-            self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        buffers.copy_in(&mut encoder, batch);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        transfer.copy_in(&mut encoder, buffers, batch.input_bytes());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_bind_group(0, &buffers.bind_group, &[]);
@@ -164,51 +142,69 @@ impl GpuEngine {
                 pass.dispatch_workgroups(workgroups, 1, 1);
             }
         }
-        let bytes = buffers.copy_out(&mut encoder, batch, detail);
-        (self.device.queue.submit([encoder.finish()]), bytes)
+        let bytes = transfer.copy_out(&mut encoder, buffers, &batch.sizes(), detail);
+        let index = queue.submit([encoder.finish()]);
+        let (sender, mapped) = mpsc::channel();
+        // The inputs of a later batch can be written as soon as this one is done.
+        let upload = (transfer.upload.slice(..), wgpu::MapMode::Write);
+        let readback = (transfer.readback.slice(..bytes), wgpu::MapMode::Read);
+        for (slice, mode) in [upload, readback] {
+            let sender = sender.clone();
+            slice.map_async(mode, move |outcome| {
+                // The receiver is gone only after a failure.
+                let _ = sender.send(outcome);
+            });
+        }
+        Ok(Submission { batch, first_stamp, index, transfer, bytes, mapped })
+    }
+
+    /// Waits for a submission and decodes its answers.
+    fn finish(
+        &self,
+        buffers: &mut Buffers,
+        submission: Submission<'_>,
+        detail: Detail,
+    ) -> Result<Vec<Evaluation>, EngineError> {
+        let Submission { batch, first_stamp, index, transfer, bytes, mapped } = submission;
+        let deadline = self.timeout.saturating_mul(batch.problems.len() as u32);
+        let mut outcomes = Vec::with_capacity(2);
+        self.device.wait(index, deadline, || {
+            outcomes.extend(mapped.try_iter());
+            (outcomes.len() == 2).then_some(())
+        })?;
+        for outcome in outcomes {
+            outcome.map_err(|error| self.unmapped(&error.to_string()))?;
+        }
+        let evaluations = {
+            let slice = transfer.readback.slice(..bytes);
+            let view =
+                slice.get_mapped_range().map_err(|error| self.unmapped(&error.to_string()))?;
+            batch.read(&view, first_stamp, detail)
+        };
+        transfer.readback.unmap();
+        buffers.transfers.push(transfer);
+        evaluations.ok_or_else(|| {
+            let message = "the answer is stale";
+            self.device.failure(GpuFailureKind::Stale, message)
+        })
     }
 
     /// The error of a buffer that cannot be mapped: the device is lost.
     fn unmapped(&self, message: &str) -> EngineError {
         self.device.reported_or(GpuFailureKind::DeviceLost, message)
     }
+}
 
-    /// Waits for the submission and passes the bytes to `read`.
-    fn read_back<T>(
-        &self,
-        buffers: &Buffers,
-        bytes: u64,
-        submission: wgpu::SubmissionIndex,
-        deadline: Duration,
-        read: impl FnOnce(&[u8]) -> T,
-    ) -> Result<T, EngineError> {
-        let (sender, receiver) = mpsc::channel();
-        let slice = buffers.readback.slice(..bytes);
-        // The inputs of the next batch can be written as soon as this one is done.
-        let upload = (buffers.upload.slice(..), wgpu::MapMode::Write);
-        for (slice, mode) in [upload, (slice, wgpu::MapMode::Read)] {
-            let sender = sender.clone();
-            slice.map_async(mode, move |outcome| {
-                // The receiver is gone only after the wait below has failed.
-                let _ = sender.send(outcome);
-            });
-        }
-        let mut outcomes = Vec::with_capacity(2);
-        self.device.wait(submission, deadline, || {
-            outcomes.extend(receiver.try_iter());
-            (outcomes.len() == 2).then_some(())
-        })?;
-        for outcome in outcomes {
-            outcome.map_err(|error| self.unmapped(&error.to_string()))?;
-        }
-        let result = {
-            let view =
-                slice.get_mapped_range().map_err(|error| self.unmapped(&error.to_string()))?;
-            read(&view)
-        };
-        buffers.readback.unmap();
-        Ok(result)
-    }
+/// Work of the device, with the memory that it uses.
+struct Submission<'a> {
+    batch: Batch<'a>,
+    first_stamp: u32,
+    index: wgpu::SubmissionIndex,
+    transfer: Transfer,
+    /// Bytes to read back.
+    bytes: u64,
+    /// The outcomes of mapping both buffers of the transfer.
+    mapped: mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>,
 }
 
 impl Engine for GpuEngine {
@@ -230,11 +226,30 @@ impl Engine for GpuEngine {
         problems: &[QuantizedProblem],
         detail: Detail,
     ) -> Result<Vec<Evaluation>, EngineError> {
-        let mut evaluations = Vec::with_capacity(problems.len());
-        while evaluations.len() < problems.len() {
-            let batch = Batch::first_of(&problems[evaluations.len()..]);
-            evaluations.extend(self.evaluate_submission(&batch, detail)?);
+        self.device.check()?;
+        let batches = Batch::split(problems);
+        let mut sizes = Sizes::default();
+        for batch in &batches {
+            self.check_sizes(batch)?;
+            for problem in batch.problems {
+                self.check_loops(problem, batch.tabulation_rounds())?;
+            }
+            sizes = sizes.union(&batch.sizes());
         }
+        // Kept only after the last answer: after a failure they may still be mapped, or be written late.
+        let mut buffers = self.take_buffers(&sizes);
+        let mut evaluations = Vec::with_capacity(problems.len());
+        let mut running = None;
+        for batch in batches {
+            let next = self.start(&mut buffers, batch, detail)?;
+            if let Some(before) = running.replace(next) {
+                evaluations.extend(self.finish(&mut buffers, before, detail)?);
+            }
+        }
+        if let Some(last) = running {
+            evaluations.extend(self.finish(&mut buffers, last, detail)?);
+        }
+        self.buffers = Some(buffers);
         Ok(evaluations)
     }
 }

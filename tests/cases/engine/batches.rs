@@ -22,21 +22,15 @@ fn problem(
 
 /// Number of problems of each submission.
 fn submissions(problems: &[QuantizedProblem]) -> Vec<usize> {
-    let mut remaining = problems;
-    let mut counts = Vec::new();
-    while !remaining.is_empty() {
-        let batch = Batch::first_of(remaining);
-        assert!(core::ptr::eq(batch.problems.as_ptr(), remaining.as_ptr()));
-        assert!(!batch.problems.is_empty());
-        counts.push(batch.problems.len());
-        remaining = &remaining[batch.problems.len()..];
-    }
-    counts
+    let batches = Batch::split(problems);
+    let in_order = batches.iter().flat_map(|batch| batch.problems);
+    assert!(in_order.zip(problems).all(|(one, other)| core::ptr::eq(one, other)));
+    batches.iter().map(|batch| batch.problems.len()).collect()
 }
 
 #[test]
 fn no_problem_makes_no_submission() {
-    assert!(Batch::first_of(&[]).problems.is_empty());
+    assert!(Batch::split(&[]).is_empty());
 }
 
 #[test]
