@@ -334,7 +334,7 @@ impl DriveArguments {
     }
 }
 
-/// Serves the page of a drive that goes on, if it is requested.
+/// Serves the page of a running drive, if it is requested.
 fn live_view(
     arguments: &DriveArguments,
     title: &str,
