@@ -2,8 +2,8 @@
 //!
 //! With a wrong latency the stopping distance may be too short, and the robot hits an obstacle. So the latency is identified during
 //! each drive, and is not only a setting. [`SpeedResponse`] compares the measured speed with a bank of models of the base, each with
-//! another latency, acceleration and braking. [`TurnResponse`] compares the measured turn rate with the commanded one. Both are recursive and use
-//! bounded memory. New information replaces that of old drives.
+//! another latency, acceleration and braking. [`TurnResponse`] compares the measured turn rate with the commanded one. Both are
+//! recursive and use bounded memory. New information replaces that of old drives.
 //!
 //! **Which latency.** The latency runs from the hand-over of a command to its visible effect in the measured speed, by the time
 //! stamp of the measurement. A lag of the motors counts as latency. Where the stamp is the true time of the measurement, this is
