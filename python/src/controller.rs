@@ -149,11 +149,11 @@ impl Controller for PythonController {
 
     fn set_plan(&mut self, path: &Path) {
         Python::attach(|py| {
-            let told = points(py, path.points()).and_then(|path| {
+            let set = points(py, path.points()).and_then(|path| {
                 self.path = path.clone().unbind();
                 self.tell(py, "set_plan", (path,))
             });
-            if let Err(error) = told {
+            if let Err(error) = set {
                 self.raised.set(error);
             }
         });

@@ -30,7 +30,7 @@ def straight(seen: inbye.ControllerInput) -> tuple[float, float]:
 
 
 class Recorded:
-    """A controller with all methods, which notes what it is told."""
+    """A controller with all methods, which records its inputs."""
 
     name = "recorded"
 

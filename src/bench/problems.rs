@@ -89,7 +89,7 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
     }
 }
 
-/// Limits of which the speeds are at most `fastest`, m/s.
+/// Limits with speeds of at most `fastest`, m/s.
 fn random_sampler_inputs(rng: &mut Pcg64Mcg, fastest: f64) -> SamplerInputs {
     SamplerInputs {
         twist: Twist::new(rng.random_range(-0.3..1.0) * fastest, rng.random_range(-1.0..1.0)),

@@ -22,7 +22,7 @@ pub struct EngineArguments {
     /// Engine: `auto` measures once which is fastest; gpu:NAME is an adapter whose name contains NAME.
     #[arg(long, default_value = "auto", value_parser = engine())]
     pub engine: EngineRequest,
-    /// CPU threads; of `auto`, at most [default: all cores].
+    /// CPU threads; `auto` uses at most this many [default: all cores].
     #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub threads: Option<usize>,
 }

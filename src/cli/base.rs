@@ -73,17 +73,17 @@ pub struct KindArguments {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye base emulate --protocol roboclaw --fault stuck-left@0.5 --for 1 --json\n\n\
-    The first line is the path of the port for the host, or with --json an object with `port` and `protocol`. At the end \
-    (Ctrl-C, SIGTERM or --for) follows a summary: `commands` (accepted), `final_zero_commands` (consecutive zero commands at \
+    The first line is the path of the port for the host, or with --json an object with `port` and `protocol`. The last line, after \
+    Ctrl-C, SIGTERM or --for, is a summary: `commands` (accepted), `final_zero_commands` (consecutive zero commands at \
     the end), `watchdog_stops`, `zero_commands_after_watchdog`, `travelled_m`, `pose`, `linear`, `angular`, `last_motion_s`, \
-    `standstills` (begin and end of each standstill of 0.2 s or more, seconds), `bytes_after_replacement`.\n\
+    `standstills` (begin and end of each standstill of 0.2 s or more, seconds), `bytes_after_replacement`, `time_s`.\n\
     With --lidar-map and --start the second line is the port of the lidar, `lidar` in the object. The summary then has `map_pose`, \
     `min_gap_m`, `robot_touched`, `person_touched` (whose motion closed a gap) and `parking_from_s`.\n\
     Faults of the base: stuck-left, stuck-right, runaway, reversed, ignored-commands, ignored-turns, late-motors, button, \
-    stop-glitch, bumper, cliff, tilt, bogged, encoder-stuck, gyro-biased, low-battery, reboot. Of the line: silence, wedge, \
+    stop-glitch, bumper, cliff, tilt, bogged, encoder-stuck, gyro-biased, low-battery, wedge, reboot. Of the line: silence, \
     slow-reads, garbage, bit-flips, corrupt-reports, line-cut, port-replaced. Of the lidar: lidar-frozen, lidar-blind, \
     lidar-sector-blind, lidar-late, lidar-corrupt, lidar-bit-flips, lidar-stalled, lidar-silent. With --carry-to: carried. \
-    NAME@2 from 2 s on, NAME@2..3.5 for 1.5 s. Unix only."
+    NAME@2 begins after 2 s; NAME@2..3.5 also ends after 3.5 s. Unix only."
 )]
 pub struct EmulateArguments {
     #[command(flatten)]
@@ -121,7 +121,7 @@ pub struct EmulateArguments {
     /// Further lag of the motors, a time constant in seconds.
     #[arg(long, default_value_t = 0.0, value_name = "S", allow_negative_numbers = true, value_parser = motor_lag)]
     pub motor_lag: f64,
-    /// True effective track width over that of the settings: the base turns less than its tracks say.
+    /// True effective track width divided by that of the settings: above 1 the base turns less than its tracks indicate.
     #[arg(long, default_value_t = 1.0, value_name = "RATIO", allow_negative_numbers = true, value_parser = width_ratio)]
     pub width_ratio: f64,
     /// Mean share of the travel of each track that is lost on the ground. It varies by the seed.

@@ -63,9 +63,9 @@ pub enum ConfigCommand {
 #[command(
     after_help = "Example:\n  inbye config import-nav2 nav2_params.yaml --output mine.toml\n  \
     inbye config import-nav2 nav2_params.yaml --json\n\n\
-    Read are controller_server (DWB or MPPI, alone or in a rotation shim; goal and progress checkers), velocity_smoother and \
-    local_costmap (the robot's shape), in any namespace and with wildcards. The TOML goes to standard output or into \
-    the file, each key with the parameter that it comes from. Standard error lists every parameter of these nodes that is not \
+    The command reads controller_server (DWB or MPPI, alone or in a rotation shim; goal and progress checkers), velocity_smoother \
+    and local_costmap (the robot's shape), in any namespace and with wildcards. The TOML goes to standard output or into \
+    the file; each key has a comment with the parameter that it comes from. Standard error lists every parameter of these nodes that is not \
     imported, with the reason. If controller and smoother limit the same quantity, the tighter limit counts.\n\
     JSON fields: `config` and `base_config` (TOML), `mapped` [{`parameter`,`settings` [{`setting`,`value`,`note`}]}], `unmapped` \
     [{`parameter`,`reason`,`explanation`}], `ignored_nodes`; `reason` is no_equivalent, different_meaning, not_supported, \

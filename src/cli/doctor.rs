@@ -13,9 +13,10 @@ use super::{density, engine_selection, machine, output};
 /// `inbye doctor`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye doctor\n\n\
-    Takes a few seconds: the thread count follows from timed decisions. `inbye bench density` measures all engines.\n\
+    The command takes a few seconds, because it times decisions to find the thread count. `inbye bench density` measures all \
+    engines.\n\
     JSON fields: `checks` [{`name`,`ok`,`text`,`hint`}], `threads` (the fastest count for 1,024 samples).\n\
-    Exit status 1: something to change.")]
+    Exit status 1: a check is not `ok`; its `hint` says what to change.")]
 pub struct DoctorArguments {
     /// Seconds of decisions timed for each thread count.
     #[arg(long, default_value_t = 0.3, allow_negative_numbers = true, value_parser = super::arguments::duration)]
@@ -26,11 +27,11 @@ pub struct DoctorArguments {
 const STEPS: u32 = 40;
 const SAMPLES: [usize; 2] = [1024, 65_536];
 
-/// One thing that was looked at.
+/// The result of one check.
 #[derive(Debug, Serialize)]
 struct Check {
     name: &'static str,
-    /// Whether nothing is to change.
+    /// Whether nothing needs to change.
     ok: bool,
     text: String,
     /// What to change.

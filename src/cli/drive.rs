@@ -38,11 +38,11 @@ use super::{output, plan};
 #[command(
     after_help = "Example:\n  inbye drive --scene mine --report out\n  inbye drive --scene mine --record run.mcap\n  \
     inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 --seed 7\n\n\
-    With --port the base is a real or emulated one on a serial line, in real time. With --lidar nothing is simulated: the pose \
-    comes from the scans of an LD19 on the map. The robot stands while it is not localized or its lidar is silent, and gives up \
-    with the reason if that lasts (exit status 1). With \
-    --simulated-senses the world and the lidar are simulated, and the pose is the base's odometry. The base is stopped when it gets no command for 0.3 s, when it does not follow its commands, and at the \
-    end in any case: `inbye base send --help`."
+    With --port the command drives a real or emulated base on a serial line, in real time. With --lidar nothing is simulated: the \
+    pose comes from the scans of an LD19, matched to the map. The robot stands still while its pose is unknown or its lidar is \
+    silent. If that lasts, it gives up with the reason (exit status 1). With --simulated-senses the world and the lidar are \
+    simulated, and the pose is the base's odometry. The base is stopped when it gets no command for 0.3 s, when it does not \
+    follow its commands, and at the end of the drive; see `inbye base send --help`."
 )]
 pub struct DriveArguments {
     #[command(flatten)]
@@ -52,13 +52,16 @@ pub struct DriveArguments {
     /// An intermediate stop, metres, and optionally its yaw, radians; repeat --via for each stop in order.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
-    /// The robot does not know where it starts: it stands until its scans match one place of the map. Needs the pose from scans.
+    /// The robot does not know where it starts: it stands still until its scans match exactly one place of the map. Needs the
+    /// pose from scans.
     #[arg(long)]
     pub unknown_start: bool,
-    /// Map of the world as it is, with the cells of --map, where it differs from what the robot knows.
+    /// Map of the simulated world, if it differs from the robot's map. It must have the size, the resolution and the origin of
+    /// --map.
     #[arg(long, value_name = "FILE", conflicts_with = "port")]
     pub truth: Option<PathBuf>,
-    /// Write the map with what the scans contradicted for a minute: obstacles that appeared or vanished. Needs the pose from scans.
+    /// Write the map with the changes that scans showed for a minute: obstacles that appeared or vanished. Needs the pose from
+    /// scans.
     #[arg(long, value_name = "FILE.yaml")]
     pub update_map: Option<PathBuf>,
     /// Number of pedestrians, or a JSON or TOML file of moving obstacles [default: 0, or those of the scene].
@@ -86,15 +89,15 @@ pub struct DriveArguments {
     pub time_limit: f64,
     #[command(flatten)]
     pub pictures: PictureArguments,
-    /// Show the drive in a browser while it goes on, at this port of localhost, 0 for any free one. A simulated drive then takes
-    /// real time; see --real-time-factor.
+    /// Show the running drive in a browser, at this port of localhost; 0 selects any free port. A simulated drive then runs in real
+    /// time; see --real-time-factor.
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = whole::<u16>(0, 65_535))]
     pub live: Option<u16>,
     /// Simulated seconds per second [default: 1 with --live, else as fast as possible].
     #[arg(long, value_name = "FACTOR", conflicts_with = "port", allow_negative_numbers = true, value_parser = factor)]
     pub real_time_factor: Option<f64>,
-    /// Record the drive in this file: as ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay` if its name ends in .mcap,
-    /// else every tick as a line of JSON. A full disk stops the recording, never the drive: then the exit status is 1, and
+    /// Record the drive in this file. If its name ends in .mcap, it has ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay`,
+    /// else a line of JSON for each tick. A full disk stops the recording, never the drive: then the exit status is 1, and
     /// `recording.stopped` gives the reason.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -331,7 +334,7 @@ impl DriveArguments {
     }
 }
 
-/// Serves the page of a drive that goes on, if it is requested.
+/// Serves the page of a running drive, if it is requested.
 fn live_view(
     arguments: &DriveArguments,
     title: &str,

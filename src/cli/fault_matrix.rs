@@ -22,12 +22,12 @@ const COLUMNS: &str = "fault place runs stood_s limit_s min_gap_m contacts_robot
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye bench faults --seeds 1 --serial 0 --only lidar\n\n\
     Each fault begins while the robot drives at speed. The robot must stand within the time of its row, or may drive on, and \
-    must never cause a contact. `stood` is the longest time from the fault until the robot stood for good.\n\
-    On the serial lines a base and its lidar are emulated in one process and driven by another, in real time. The emulated \
-    motors lag, and the tracks slip. The faults are those of the base, its line, its lidar and the process that drives; people step \
-    out, and the robot is carried away. Three faults leave no command to stop the base with: there the drive must end with a reason. \
-    A mission without a fault must park within 0.02 m and 0.01 rad of its goal; `parking` is the time from the first pose within \
-    0.25 m of it to the end of the drive, with `limit` as its limit.\n\n\
+    must never cause a contact. `stood` is the longest time from the fault until the robot finally stood still.\n\
+    On the serial lines one process emulates a base and its lidar, and another process drives it in real time. The emulated \
+    motors lag, and the tracks slip. The faults are those of the base, its line, its lidar and the process that drives. People step \
+    out, and the robot is carried away. During three of the faults no command can stop the base: the drive must end with a reason. \
+    A mission without a fault must park within 0.02 m and 0.01 rad of its goal. `parking` is the time from the first pose within \
+    0.25 m of the goal to the end of the drive; its limit is `limit`.\n\n\
     JSON fields: `rows`, `passed`.\n\
     Exit status 1: a row has not passed.")]
 pub struct FaultsArguments {

@@ -29,29 +29,29 @@ const COLUMNS: &str = "case seed outcome travelled_m pose_error_max_m pose_error
 /// `inbye bench localization`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye bench localization --case tour --seeds 1 --tour 30\n\n\
-    The closed loop with the pose only from wheel odometry with slip and from scans matched to the map; errors are relative to \
-    the simulator's truth, at each tick. Cases: tour (back and forth), people, coarse_map (the map's cells are \
+    The simulator drives in a closed loop. The pose comes only from wheel odometry with slip and from scans matched to the map; \
+    errors are relative to the true pose, at each tick. Cases: tour (back and forth), people, coarse_map (the map's cells are \
     twice the world's), smooth (a straight roadway without any feature along it), kidnapped (2 m back), kidnapped_far (anywhere), \
     kidnapped_to_twin (into an identical roadway), occluded, briefly_occluded, other_map.\n\
     Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
     of noise.\n\
     With --out the same command resumes where it was interrupted.\n\
-    With --log the robot is a real one: its odometry and scans, on --map or on the map that the log's own corrected poses show. \
-    The errors are relative to these poses, after a rigid alignment, and with --relations to ground truth. Formats: CARMEN, GMapping's \
-    gfs, tinySLAM.\n\
+    With --log the localizer gets the odometry and scans of a real robot, on --map or on a map made from the log's own corrected \
+    poses. The errors are relative to these poses, after a rigid alignment, and with --relations to ground truth. Formats: those of \
+    `inbye map`.\n\
     Exit status 1: the localizer was lost at the end of the log; a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad, or \
     a drive of any case did not start.")]
 pub struct LocalizationArguments {
-    /// Map that is the world, of any kind that `drive` reads; with --start and --goal. With --log: the map of the log.
+    /// Map of the world, in any format that `drive` reads; needs --start and --goal. With --log: the map of the log.
     #[arg(long)]
     pub map: Option<PathBuf>,
     /// Side of a cell of a .map or text map, metres.
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
     pub resolution: f64,
-    /// Where drives start, or the log does.
+    /// Start of the drives, or of the log.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "map")]
     pub start: Option<Place>,
-    /// Where they turn back.
+    /// Place at which the drives turn back.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "map")]
     pub goal: Option<Place>,
     /// Settings, TOML; those that make a drive depend on the wall clock are refused: `navigator.deadline_s`, and

@@ -18,11 +18,11 @@ use super::{machine, output};
 /// `inbye map`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye map drive.log --out made.yaml\n\n\
-    Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1), GMapping's gfs, tinySLAM's dat, and recordings of ROS 2 in MCAP, a file or the \
-    folder of rosbag2, with LaserScan, Odometry and /tf_static. The map is a ROS map_server map, with its \
-    image beside it, that every command reads. Its cells are 0.05 m. The first scan has the log's first pose. Corrected poses of \
-    the log are not used; the result is compared with them, and with --relations with ground truth.\n\
-    The same log gives the same map, to the bit.")]
+    Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1), GMapping's gfs, tinySLAM's dat, and ROS 2 recordings in MCAP (a file or the \
+    folder of rosbag2) with LaserScan, Odometry and /tf_static. The map is a ROS map_server map, which every command can read. \
+    Its image is next to it, and its cells are 0.05 m. The first scan has the log's first pose. The map does not depend on \
+    corrected poses of the log. The result is compared with them and, with --relations, with ground truth.\n\
+    The same log gives the same map, bit for bit.")]
 pub struct MapLogArguments {
     /// The log.
     #[arg(value_name = "LOG")]

@@ -89,14 +89,14 @@ const NO_JSON: &str = "--json: this command has no JSON output: leave the flag o
 
 /// Exact GPU-parallel local planning and hybrid navigation for inspection robots.
 ///
-/// Without a command it runs a demo on built-in scenes: it plans, drives among pedestrians, compares and measures all engines of
-/// this machine, and writes a report.
+/// Without a command the program runs a demo on built-in scenes. It plans, drives among pedestrians, compares and measures all
+/// engines of this machine, and writes a report.
 #[derive(Debug, Parser)]
 #[command(version, about, long_about, max_term_width = 100)]
 #[command(
     after_help = "Example:\n  inbye                       run the demo, write inbye-report/index.html\n  \
     inbye drive --scene mine --report out\n\n\
-    Exit status: 0 done; 1 it ran and the answer is no; 2 unusable input.\n\
+    Exit status: 0 done; 1 the command ran and the answer is no; 2 unusable input.\n\
     Output to a terminal is coloured unless NO_COLOR=1 is set. `inbye man` prints manual pages, `inbye completions` shell completions."
 )]
 pub struct Arguments {
@@ -133,19 +133,19 @@ pub enum Command {
     Devices,
     /// Check this machine: GPU, serial ports, cores, and the engine and thread count to use.
     Doctor(doctor::DoctorArguments),
-    /// Print every setting with its default, check a configuration file, or import Nav2's.
+    /// Print all settings with their defaults, check a configuration file, or import a Nav2 parameter file.
     Config(config_command::ConfigArguments),
     /// Run benchmarks.
     Bench(BenchArguments),
-    /// Run an experiment plan: worlds x settings x samplings x engines x seeds; resumes after an interruption; merges.
+    /// Run an experiment plan (worlds x settings x samplings x engines x seeds), resume it, or merge results.
     Sweep(sweep::SweepArguments),
     /// Search settings on some worlds, and judge the best ones on others.
     Tune(tune::TuneArguments),
-    /// A base on a serial line: emulate, command or monitor one.
+    /// Emulate, command, monitor or calibrate a base on a serial line.
     Base(base::BaseArguments),
     /// Run as a ROS 2 node: map, scan, odometry and goal in, velocity out.
     Node(node::NodeArguments),
-    /// Move robot, goal and obstacles in a browser, which decides with the same shaders.
+    /// Serve a page on which a browser evaluates decisions with the shaders of the GPU engine.
     Playground(playground::PlaygroundArguments),
     /// Print the completion script of a shell.
     Completions(shell_integration::CompletionsArguments),
@@ -167,31 +167,31 @@ pub struct BenchArguments {
 /// The benchmarks.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
-    /// The effect of each feature of the navigator: the same random missions with one feature more each time.
+    /// Measure the effect of each feature of the navigator: the same random missions with one more feature each time.
     Ablation(missions::AblationArguments),
-    /// Closed loop over the worlds of the BARN benchmark, by its rules.
+    /// Drive the worlds of the BARN benchmark in a closed loop, by its rules.
     Barn(worlds::BarnArguments),
-    /// Planners that drive the same worlds with the same seeds: a ranking, and which differences may be chance.
+    /// Rank planners that drive the same worlds with the same seeds, and show which differences may be chance.
     Compare(comparison::CompareArguments),
-    /// Sampling density against latency and quality, on every engine of this machine.
+    /// Measure latency and quality of decisions for each sampling density, on every engine of this machine.
     Density(density::DensityArguments),
     /// Draw records as a chart or a page, without measuring again.
     Draw(draw::DrawArguments),
-    /// Closed loop over the worlds of the DynaBARN benchmark: cylinders that move and ignore the robot.
+    /// Drive the worlds of the DynaBARN benchmark in a closed loop: cylinders that move and ignore the robot.
     Dynabarn(worlds::DynaBarnArguments),
-    /// Injected faults, simulated and on emulated serial lines: the robot must stand in time and touch nothing.
+    /// Inject faults in simulation and on emulated serial lines: the robot must stop in time and cause no contact.
     Faults(fault_matrix::FaultsArguments),
-    /// Localization by slipping odometry and scan matching, against the true pose: tours, relocalization, logs of real robots.
+    /// Measure the localizer: pose errors and lost robots in simulated drives, or on the log of a real robot.
     Localization(localization::LocalizationArguments),
-    /// Grid search against the published optimal lengths of the MovingAI benchmark.
+    /// Compare grid search with the published optimal lengths of the MovingAI benchmark.
     Movingai(movingai::MovingAiArguments),
-    /// The paper's tables and figures, paths and drives, repeated and compared with its values.
+    /// Repeat the paper's tables and figures of paths and drives, and compare them with its values.
     Paper(paper::PaperArguments),
-    /// The obstacles that the navigator perceives in the log of a real robot: what moves, and how soon marks are cleared.
+    /// Measure the perception of obstacles on the log of a real robot: what moves, and how soon marks are cleared.
     Perception(perception::PerceptionArguments),
-    /// Wrong planners on random missions, with the protective layer of the sender and without it: contacts.
+    /// Count the contacts of wrong planners on random missions, with and without the protective layer.
     Protection(protection::ProtectionArguments),
-    /// Random missions on many maps among moving obstacles: contacts, causes, and equal traces on every engine.
+    /// Drive random missions on many maps among moving obstacles: contacts, their causes, and equal traces on every engine.
     Soak(soak::SoakArguments),
 }
 

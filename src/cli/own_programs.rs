@@ -17,7 +17,8 @@ pub struct ProgramArguments {
     pub controller: Option<Words>,
     #[command(flatten)]
     pub global_planner: GlobalPlannerArgument,
-    /// Program that simulates the robot and its world in place of inbye, likewise.
+    /// Program that simulates the robot and its world in place of inbye, with its arguments: it gets a line of JSON for each step
+    /// and answers with one [default: the configuration's].
     #[arg(long, value_name = "COMMAND", value_parser = words)]
     pub simulator: Option<Words>,
 }

@@ -12,9 +12,9 @@ use super::{machine, output};
 /// Arguments of `bench perception`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  inbye bench perception drive.log\n\nIt makes the map of the log first, as `inbye map` does. The obstacle \
-                  model of the navigator then gets all scans from the poses of that map, once with an empty map and once with this \
-                  one."
+    after_help = "Example:\n  inbye bench perception drive.log\n\nFirst the command makes a map of the log, as `inbye map` \
+                  does. Then the obstacle model of the navigator gets all scans with the poses of that map: once with an empty map, \
+                  and once with the map of the log."
 )]
 pub struct PerceptionArguments {
     /// Log of a real robot: CARMEN, GMapping, tinySLAM, or a recording of ROS 2.

@@ -21,7 +21,7 @@ use super::zones::ZoneArguments;
     JSON fields: `url`, `port`, `scenes`. Ctrl-C ends the server, with exit status 0."
 )]
 pub struct PlaygroundArguments {
-    /// Port of the loopback; 0 selects any free one.
+    /// Port of localhost; 0 selects any free port.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u16>(0, 65_535))]
     pub port: u16,
     #[arg(
@@ -42,7 +42,7 @@ pub struct PlaygroundArguments {
 #[cfg(not(feature = "playground"))]
 pub fn run(_arguments: &PlaygroundArguments, _json: bool) -> anyhow::Result<bool> {
     anyhow::bail!(
-        "inbye playground: this program was built without it: build it with `cargo build --release --features playground`"
+        "inbye playground: this program was built without the playground: build it with `cargo build --release --features playground`"
     )
 }
 

@@ -29,8 +29,8 @@ const ALLOWANCE_S: f64 = 30.0;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  inbye bench protection --missions 3 --longest 12 --threads 1\n\n\
-    By its seed, a mission has a planner that drives at people and walls at full speed, one that commands at random, or one that \
-    repeats commands of ten seconds ago. Each mission is driven twice: with the protective layer of the sender, and without. \
+    The seed of a mission selects its wrong planner: one drives at people and walls at full speed, one commands at random, and one \
+    repeats commands of ten seconds ago. Each mission is driven twice: with and without the protective layer of the sender. \
     Missions, people and the cause of a contact are those of `bench soak`.\n\
     JSON fields: `groups`, `sound`, `rows`.\n\
     Exit status 1: a contact caused by the robot in spite of the layer."

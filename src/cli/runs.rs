@@ -49,11 +49,8 @@ impl RunArguments {
         record.write_rows(&rows)?;
         if is_interrupted() {
             let kept = self.out.as_ref().map_or_else(
-                || {
-                    "they are not kept: --out DIR keeps them, and the same command then goes on"
-                        .to_owned()
-                },
-                |out| format!("they are kept in {}: the same command goes on", out.display()),
+                || "they are not kept: with --out DIR the same command could resume".to_owned(),
+                |out| format!("they are kept in {}: the same command resumes", out.display()),
             );
             output::warn(format!(
                 "interrupted after {} of {} runs; {kept}",

@@ -17,8 +17,8 @@ const ACROSS: &str = "12.5,2.4,1.5708";
 const ALONG: &str = "12.5,1.8,0";
 const NEAR: &str = "7.0,2.2,-0.7854";
 
-/// How every emulated machine differs from its settings: its motors lag by 0.15 s, its tracks turn it as if they were 10 % farther
-/// apart, to which the width is known on one floor, and lose 3 % of their travel.
+/// How every emulated machine differs from its settings. Its motors lag by 0.15 s, and its tracks lose 3 % of their travel. It turns
+/// as if its tracks were 10 % farther apart, because the effective width is known to about 10 % on one floor.
 const MACHINE: &str = "--motor-lag 0.15 --width-ratio 1.1 --slip 0.03";
 
 /// What happens at [`AT_S`].

@@ -31,8 +31,8 @@ const TICKS: &str = "ticks.jsonl";
 #[command(
     after_help = "Example:\n  inbye bench soak --missions 3 --seed 3 --longest 12 --threads 1 --record soak.csv\n\n\
     Map and seed determine a mission: start and goal in connected free space, yaws, up to --people moving obstacles. Of six \
-    missions with people, two have people that walk across or along the path and yield. One each has people that do not \
-    yield, appear, start to walk, or step out of a crossing when the robot is near. Maps take turns.\n\
+    missions with people, two have people who walk across or along the path and yield. The other four have, one each, people who do \
+    not yield, appear, start to walk, or step out of a crossing when the robot is near. Maps take turns.\n\
     On the disagreeing plant, latency, braking, acceleration, slip, slope, noise and the pedestrians' speed (up to 1.6 m/s) \
     and legs are drawn for each mission from [simulation.plant_ranges]; the navigator does not get them. The rows hold the values.\n\
     The robot causes a contact when the true velocity of the touching part of its footprint towards the other body is above \
@@ -48,7 +48,7 @@ pub struct SoakArguments {
     /// Missions.
     #[arg(long, default_value_t = 1000, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1_000_000))]
     pub missions: usize,
-    /// Simulated robot: as the settings say, or drawn for each mission, or each mission with both.
+    /// True parameters of the simulated robot: those of the settings, or drawn for each mission, or each mission with both.
     #[arg(long, default_value = "disagreeing", value_parser = plants())]
     pub plant: &'static [PlantKind],
     /// Source of the robot's pose [default: the settings'].

@@ -126,7 +126,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
         lines.push(format!("{} cells are left: {reason}", left.len()));
     }
     if machine::is_interrupted() {
-        lines.push("interrupted: the same command goes on".to_owned());
+        lines.push("interrupted: the same command resumes".to_owned());
     }
     let is_done = left.is_empty() && !machine::is_interrupted();
     let object = json!({

@@ -25,7 +25,7 @@ const NAMED: usize = 3;
     `latency.parquet` have the rows of latency cells with their times. `index.html` shows success and time, and opens without \
     a network.\n\
     JSON fields: `cells`, `missing`, `groups`.\n\
-    Exit status 1: a cell is missing; the rows that are there are written all the same.")]
+    Exit status 1: a cell is missing; the rows of the other cells are written.")]
 pub struct MergeArguments {
     /// The folders of results.
     #[arg(required = true, value_name = "DIR")]

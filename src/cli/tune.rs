@@ -23,7 +23,7 @@ use super::{machine, output};
 
 /// Name of the settings without changes.
 const DEFAULT: &str = "default";
-/// Name of the best candidate where other worlds judge it.
+/// Name of the best candidate in the judgement on other worlds.
 const TUNED: &str = "tuned";
 
 /// Folder of the results of the judgement, below that of --out.
@@ -36,9 +36,9 @@ const PLAN: &str = "plan.toml";
 #[command(
     after_help = "Example:\n  inbye tune --print-plan\n  inbye tune tune.toml --out tuning --save tuned.toml\n\n\
     The plan names settings with their ranges, worlds for the search, and other worlds that judge the best candidate. Each round \
-    drives its candidates through all worlds of the search; the next one draws candidates near the best three. What counts is \
-    the mean success weighted by completion time. The answer has the gain over the settings without changes on both sets of \
-    worlds: a gain on the first alone is overfitting.\n\
+    drives its candidates through all worlds of the search; the next round draws candidates near the best three. Candidates are \
+    ranked by the mean success weighted by completion time. The result gives the gain over the unchanged settings on both sets of \
+    worlds. A gain on the first set alone is overfitting.\n\
     With --out the same command resumes where it was interrupted, and processes on several machines that share the folder divide \
     the runs between them.\n\
     JSON fields: `changes`, `train` and `judge` (`default`, `tuned`), `ranked`, `candidates`."
@@ -57,8 +57,8 @@ pub struct TuneArguments {
         value_name = "COMMAND",
         value_parser = words,
         requires = "out",
-        help = "Program that runs the cells of each round elsewhere, such as \"python3 examples/sweep_ray.py\": it is given a plan of \
-            `inbye sweep` and --out with a folder below ours. Cells that it leaves open are run here"
+        help = "Program that runs the cells of each round elsewhere, such as \"python3 examples/sweep_ray.py\": it gets a plan of \
+            `inbye sweep`, and --out with a folder below that of this command. inbye runs the cells that it leaves open"
     )]
     pub runner: Option<Words>,
     /// Write the best settings into this file, for --config.

@@ -16,11 +16,12 @@ use super::map_file;
 /// Masks of zones.
 #[derive(Debug, Default, Args)]
 pub struct ZoneArguments {
-    /// Mask of closed zones, a map file: the robot does not enter its occupied cells. Nav2's masks for its keepout filter are such files.
+    /// Map file with a mask of closed zones: the robot does not enter its occupied cells. Masks of Nav2's keepout filter have this
+    /// form.
     #[arg(long, value_name = "FILE")]
     pub keepout: Option<PathBuf>,
-    /// Mask of speed limits, a map file with `mode: scale` or `raw`: the darker, the slower. A value of 30 is a limit of 70 percent of
-    /// the largest speed, as with `base: 100.0` and `multiplier: -1.0` of Nav2's speed filter.
+    /// Map file with a mask of speed limits, in `mode: scale` or `raw`: a darker cell has a lower limit. A value of 30 is a limit of 70
+    /// percent of the largest speed, as with `base: 100.0` and `multiplier: -1.0` of Nav2's speed filter.
     #[arg(long, value_name = "FILE")]
     pub speed_zones: Option<PathBuf>,
 }

@@ -11,7 +11,7 @@ use crate::runtime::{Trace, TraceRow};
 const NEAR_M: f64 = 0.3;
 /// Distances that people keep from others, metres: the outer edges of the intimate, personal and social space (Hall 1966).
 const SPACES_M: [f64; 3] = [0.45, 1.2, 3.6];
-/// Distance between the points of which a circle gives the curvature, metres: shorter ones would measure noise.
+/// Distance between the three points whose circle gives the curvature, metres. Shorter distances would measure noise.
 const CURVATURE_STEP_M: f64 = 0.2;
 /// A contact that is farther away than this is none, seconds.
 const FARTHEST_CONTACT_S: f64 = 10.0;

@@ -1,8 +1,8 @@
-//! Controllers, global planners and simulators that are programs of the user's own.
+//! The user's own programs: controllers, global planners and simulators.
 //!
-//! The program reads one JSON object per line from its standard input and answers each with one on its standard output. The
-//! book's chapter "Your own planner" describes the messages. A program that ends, answers nothing or answers nonsense ends the
-//! mission with a reason: that is a result of the mission, not an error of this one.
+//! A program reads one JSON object per line from its standard input and answers each with one line on its standard output. The
+//! book's chapter "Your own planner" describes the messages. If a program ends, does not answer, or gives an unusable answer, the
+//! mission ends with a reason. This is a result of the mission, not an error of inbye.
 
 mod controller;
 mod global_planner;

@@ -1,4 +1,5 @@
-//! Paths on which a body fits that is longer than wide: where its circle does not fit, the search knows the heading.
+//! Paths for a body that is longer than wide. Where its circumscribed circle does not fit, the state of the search includes the
+//! heading.
 
 use core::cmp::Reverse;
 use core::iter::{once, successors};
@@ -215,7 +216,7 @@ impl Strip {
     }
 }
 
-/// What the search knows of its states.
+/// Costs and predecessors of the states of the search.
 struct States {
     costs: Vec<u64>,
     /// The state before each one, plus one; zero for the first.

@@ -61,7 +61,7 @@ pub enum PlanError {
         /// The reachable cell centre nearest to the goal.
         nearest: Option<Point>,
     },
-    /// A global planner of the user's own cannot go on, or its path is unusable.
+    /// The user's own global planner failed, or its path is unusable.
     #[error("INVALID_PLANNER: {name}: {reason}")]
     InvalidPlanner {
         /// Name of the planner.

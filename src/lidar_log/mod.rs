@@ -1,9 +1,9 @@
 //! Logs of real robots: lidar scans, wheel odometry and, where the file has them, corrected poses.
 //!
-//! Three text formats are read (the first significant lines tell which):
+//! Three text formats are read; the first significant lines decide the format:
 //!
-//! - CARMEN logs (<http://carmen.sourceforge.net>): `ODOM`, `FLASER`, `RLASER`, `ROBOTLASER1`. Also the form that GMapping's
-//!   `gfs2log` writes, whose poses are those of the best particle.
+//! - CARMEN logs (<http://carmen.sourceforge.net>): `ODOM`, `FLASER`, `RLASER`, `ROBOTLASER1`. They include the
+//!   logs of GMapping's `gfs2log`, whose poses are those of the best particle.
 //! - GMapping's own `.gfs` files: `ODOM`, `LASER_READING`, `SM_UPDATE`, `RESAMPLE`, `SCANMATCH`.
 //! - The `.dat` files of tinySLAM (Steux and El Hamzaoui, "tinySLAM: A SLAM algorithm in less than 200 lines C-language
 //!   program", ICARCV 2010): wheel counts and the 682 ranges of a Hokuyo URG-04LX.
@@ -39,7 +39,7 @@ const ASSUMED_PERIOD_S: f64 = 0.1;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum LogFormat {
-    /// A CARMEN log with poses by odometry, or with corrected laser poses beside them.
+    /// A CARMEN log with poses by odometry, and possibly with corrected laser poses as well.
     Carmen,
     /// A CARMEN log with the poses of GMapping's best particle.
     CarmenGmapping,

@@ -1,6 +1,6 @@
-//! The page of a drive that goes on, on `127.0.0.1`: the player of the report, which shows each tick as soon as it is driven.
+//! The page of a running drive, on `127.0.0.1`: the player of the report, which shows each tick as soon as it is driven.
 //!
-//! The page can only look, unless it gets the switch of the protective layer. Then it has a stop button; it never arms.
+//! The page cannot control the drive, unless it gets the operator's switch. Then it has a stop button; it never arms the robot.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -34,7 +34,7 @@ pub struct LiveDrive<'a> {
     pub mission: &'a Mission,
     /// The settings of the robot.
     pub config: &'a Config,
-    /// The switch of the protective layer, for a page with a stop button.
+    /// The operator's switch, for a page with a stop button.
     pub stop: Option<OperatorSwitch>,
 }
 

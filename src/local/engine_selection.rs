@@ -43,7 +43,7 @@ impl FromStr for EngineChoice {
 pub struct SelectedEngine {
     /// The engine.
     pub engine: Box<dyn Engine>,
-    /// Its name, the kind of an adapter, and why it is the CPU where a GPU was asked for.
+    /// Its name and the kind of an adapter. If a GPU was requested and this is the CPU, also the reason.
     pub description: String,
 }
 

@@ -4,8 +4,8 @@
 //! CPU or on a GPU. **Every engine returns the same bits**: the terms of each sample, the sums that normalise them, the
 //! counts and the winner. [`LocalPlanner`] runs these steps at every control tick; [`Engine::decide`] runs them once.
 //!
-//! The rollout, the scoring and the selection exist twice: in Rust here and in WGSL under `shaders/`, file by file
-//! under the same names.
+//! The rollout, the scoring and the selection exist twice: in Rust here, and in WGSL under `shaders/`. The files and functions have
+//! the same names.
 
 mod clearance_error;
 mod cpu;

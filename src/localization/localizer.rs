@@ -1,4 +1,4 @@
-//! The localiser: fuses odometry with matched scans.
+//! The localizer: fuses odometry with matched scans.
 
 mod continuation;
 mod search;
@@ -120,7 +120,7 @@ pub struct Localizer {
 }
 
 impl Localizer {
-    /// Creates a localiser at a start pose with the initial uncertainty of the settings.
+    /// Creates a localizer at a start pose with the initial uncertainty of the settings.
     ///
     /// # Errors
     /// Returns an error if a setting is out of range or the pose is not finite.
@@ -168,7 +168,7 @@ impl Localizer {
         Ok(localizer)
     }
 
-    /// Creates a localiser that does not know the pose: it is lost until it has found the one place of the map that matches.
+    /// Creates a localizer that does not know the pose: it is lost until it has found the one place of the map that matches.
     ///
     /// # Errors
     /// Returns an error if a setting is out of range.
@@ -182,7 +182,7 @@ impl Localizer {
         Ok(localizer)
     }
 
-    /// Returns the localiser for scans that are a metre or half a radian apart and for odometry of wheels without a gyro. The
+    /// Returns the localizer for scans that are a metre or half a radian apart and for odometry of wheels without a gyro. The
     /// predicted pose is less certain, and each scan is first matched by a search around it.
     #[must_use]
     pub const fn with_sparse_scans(mut self) -> Self {
@@ -215,7 +215,7 @@ impl Localizer {
         self.ekf.odometry_scale()
     }
 
-    /// What the scans have contradicted in the map for minutes. The map must be that of the localiser.
+    /// What the scans have contradicted in the map for minutes. The map must be that of the localizer.
     ///
     /// # Panics
     /// Panics if the map has fewer cells.

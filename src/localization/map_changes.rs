@@ -101,9 +101,9 @@ fn areas(cells: &[Cell], frame: &GridFrame) -> Vec<ChangedArea> {
             low = Cell::new(low.column.min(cell.column), low.row.min(cell.row));
             high = Cell::new(high.column.max(cell.column), high.row.max(cell.row));
             for (right, up) in (-1..=1).flat_map(|up| (-1..=1).map(move |right| (right, up))) {
-                let beside = Cell::new(cell.column + right, cell.row + up);
-                if left.remove(&beside) {
-                    open.push(beside);
+                let neighbour = Cell::new(cell.column + right, cell.row + up);
+                if left.remove(&neighbour) {
+                    open.push(neighbour);
                 }
             }
         }

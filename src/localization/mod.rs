@@ -5,11 +5,11 @@
 //! estimate as prior. Directions that the map does not constrain, as along a straight and smooth roadway, follow odometry
 //! alone, and the estimate's covariance grows accordingly.
 //!
-//! The same beams check the pose: they must end on mapped surfaces, and none may pass through one. A lost localiser reports
-//! the reason. It searches the whole map and relocalises only where one place matches better than all others; several
-//! consecutive scans must confirm the result, and the first metre of the drive afterwards. A robot that moves by its odometry
-//! but not by its scans is stuck or its lidar is frozen: the localiser reports this, and after the third time at the same
-//! place it relocalises no more.
+//! The same beams check the pose: they must end on mapped surfaces, and none may pass through one. A lost localizer reports
+//! the reason. It searches the whole map and relocalises only if one place matches better than all others. Several consecutive
+//! scans must confirm the result, and so must the first metre of the drive afterwards. A robot that moves by its odometry
+//! but not by its scans is stuck, or its lidar is frozen. The localizer reports this. After the third time at the same place it
+//! stops relocalising.
 //!
 //! Results are identical on every machine: sums run in the order of the beams, and trigonometry uses `libm`.
 

@@ -1,4 +1,4 @@
-//! Extended Kalman filters for the pose: of the localiser, and of odometry with measured poses.
+//! Extended Kalman filters for the pose: of the localizer, and of odometry with measured poses.
 //!
 //! Both follow Thrun, Burgard and Fox, "Probabilistic Robotics", 2005, section 3.3, and differ in their measurements.
 
@@ -34,7 +34,7 @@ pub(super) fn shifted(pose: &Pose, dx: f64, dy: f64, turn: f64) -> Pose {
     Pose { x: pose.x + dx, y: pose.y + dy, yaw: wrap_angle(pose.yaw + turn) }
 }
 
-/// Yaw variance of the localiser, rad^2 per radian turned and per second: gyro noise (our choice).
+/// Yaw variance of the localizer, rad^2 per radian turned and per second: gyro noise (our choice).
 const TURN_RAD2_PER_RAD: f64 = 1e-4;
 
 /// Variances of odometry besides its scale error and that along the motion, which are settings.
@@ -70,7 +70,7 @@ impl OdometryNoise {
 }
 
 const TURN_RAD2_PER_S: f64 = 1e-6;
-/// Position variance of the localiser at rest, m^2 per second.
+/// Position variance of the localizer at rest, m^2 per second.
 const AT_REST_M2_PER_S: f64 = 1e-7;
 /// Change of terrain: variance of the distance scale per metre, and of the turn scale per radian (our choice).
 const DISTANCE_SCALE_PER_M: f64 = 2e-6;
@@ -81,7 +81,7 @@ const TURN_SCALE: (f64, f64) = (0.5, 2.0);
 
 type Covariance = SMatrix<f64, 5, 5>;
 
-/// The state estimate of the localiser, with the pose in the frame of the map's grid.
+/// The state estimate of the localizer, with the pose in the frame of the map's grid.
 ///
 /// The states are the pose, and one scale factor each for odometry's distances and turns. Tracks lose some percent of their
 /// travel to slip, and this is constant on constant terrain. With learned factors, the pose drifts only by the residual slip

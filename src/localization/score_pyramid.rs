@@ -1,7 +1,8 @@
 //! Bounds of the scores of many poses at once, for branch and bound.
 //!
-//! Of Hess, Kohler, Rapp and Andor, "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016: coarser levels hold the maximum of the
-//! scores of 2^k x 2^k cells, so that the sum over the cells of a scan bounds the sums of all translations of a node.
+//! The method is that of Hess, Kohler, Rapp and Andor, "Real-Time Loop Closure in 2D LIDAR SLAM", ICRA 2016. Coarser levels hold the
+//! maximum of the scores of 2^k x 2^k cells. The sum over the cells of a scan therefore bounds the sums of all translations of a
+//! node.
 
 /// Scores of cells, and their maxima.
 #[derive(Clone, Debug)]

@@ -1,4 +1,4 @@
-//! Settings of the localiser.
+//! Settings of the localizer.
 
 use serde::{Deserialize, Serialize};
 

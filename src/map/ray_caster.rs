@@ -27,8 +27,8 @@ pub(crate) enum RayEnd {
 
 /// Casts rays among the obstacles of a grid.
 ///
-/// The traversal and its distances are those of single steps (Amanatides and Woo 1987), to the bit: the borders of one axis follow those of
-/// the other, so a ray in free space may cross several of one axis before those of the other.
+/// The traversal and its distances are the same, bit for bit, as with single steps (Amanatides and Woo 1987). In free space a ray may
+/// cross several borders of one axis at once, because the order of the borders of the two axes does not matter there.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RayCaster {
     frame: GridFrame,

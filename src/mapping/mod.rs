@@ -34,9 +34,9 @@ pub struct MappedLog {
     pub nodes: usize,
     /// For each closed loop, the distance between its measured and its final position, metres.
     pub loop_errors_m: Vec<f64>,
-    /// For each pair of nodes at places near each other that lie more than 20 nodes apart in time, the distance between the second
-    /// one's position as matched to the first and its final one, metres. The match starts at the final pose: errors beyond its
-    /// reach are not seen.
+    /// Errors of places that the robot visited again, metres. For each pair of nodes that are near each other and more than 20 nodes
+    /// apart in time: the distance of the second node's final position from its position as matched to the first node. The match
+    /// starts at the final pose, so it does not find errors beyond its range.
     pub revisit_errors_m: Vec<f64>,
     /// Number of scans that did not match the scans before them, and follow odometry.
     pub unmatched: usize,

@@ -1,4 +1,4 @@
-//! Global planning on a thread of its own.
+//! Global planning on its own thread.
 //!
 //! A search of a large map takes longer than a tick. The thread plans over the obstacles of a request; meanwhile the robot
 //! follows the plan it has. A plan is delivered at the tick for which it was promised, however early the thread finished,
@@ -29,7 +29,7 @@ pub(super) struct PlanRequest {
 /// A request and its answer carry the same number.
 type Answer = (u64, Result<Plan, PlanError>);
 
-/// A planner on a thread of its own. It takes one request at a time; the thread ends when this is dropped.
+/// A planner on its own thread. It takes one request at a time; the thread ends when this is dropped.
 #[derive(Debug)]
 pub(super) struct AsyncPlanner<R> {
     requests: Sender<(u64, PlanRequest)>,

@@ -1,4 +1,4 @@
-//! How the base responds to commands: what was sent, what is still in flight, and what the drive has shown.
+//! The response of the base to commands: sent commands, commands in flight, and the identified response.
 
 use super::state::CommandsInFlight;
 use super::{NavigatorSettings, Observation};
@@ -8,16 +8,16 @@ use crate::robot::{Limits, MotionEstimate, MotionIdentifier};
 /// No base is commanded to turn by more than the inverse of this ratio: a wrong estimate must not spin it.
 const MIN_TURN_RATIO: f64 = 0.5;
 
-/// The commands so far, and the response of the base that they have shown.
+/// The commands so far, and the response of the base that was identified from them.
 pub(super) struct BaseResponse {
     /// The limits of the settings.
     nominal: Limits,
-    /// Whether what the drive has shown is used.
+    /// Whether the identified response is used.
     is_identified: bool,
     /// Time from a command to its effect by the settings, seconds.
     stated_delay_s: f64,
     identifier: MotionIdentifier,
-    /// The last commands without the correction of the turn rate: what the robot is to drive.
+    /// The last commands without the correction of the turn rate: the motion that the robot should make.
     pub in_flight: CommandsInFlight,
     /// Time of the last tick with a finite time, seconds, and the command that was sent then.
     sent: Option<(f64, Twist)>,
@@ -39,7 +39,7 @@ impl BaseResponse {
         }
     }
 
-    /// What the drive has shown of the base's response.
+    /// The identified response of the base.
     pub const fn estimate(&self) -> &MotionEstimate {
         self.identifier.estimate()
     }
@@ -66,7 +66,7 @@ impl BaseResponse {
         self.in_flight = CommandsInFlight::default();
     }
 
-    /// Time from a command to its effect, seconds: the upper side of what the drive has shown.
+    /// Time from a command to its effect, seconds: the upper end of the identified interval.
     pub fn delay_s(&self) -> f64 {
         if !self.is_identified {
             return self.stated_delay_s;

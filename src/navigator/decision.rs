@@ -28,7 +28,7 @@ pub enum Mode {
     Failed,
     /// The robot drives the last decimetres to a goal.
     Parking,
-    /// The robot stands at a waypoint and goes on after a pause.
+    /// The robot stands at a waypoint and continues after a pause.
     AtWaypoint,
     /// The robot avoids an approaching moving obstacle.
     Evading,
@@ -118,7 +118,7 @@ pub enum Fault {
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// The controller in place of the navigator's own behaviours cannot go on.
+    /// The controller that replaces the navigator's own behaviours failed.
     #[error("{}: {name}: {error}", controller_code(error))]
     Controller {
         /// Name of the controller.

@@ -2,7 +2,8 @@
 //!
 //! A global path gives key nodes, and the local planner drives to one after the other. At each tick [`Navigator::step`] takes
 //! an observation and returns a decision; `behaviours` lists what the robot does, by priority. The navigator reads no clock
-//! and no file, and its planning thread answers at promised ticks: the same observations give the same decisions.
+//! and no file, and a plan takes effect at a tick that is fixed when the plan is requested. So the same observations give the
+//! same decisions.
 
 mod async_planner;
 mod base_response;

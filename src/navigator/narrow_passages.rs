@@ -9,7 +9,7 @@ use crate::robot::{Disc, Footprint};
 /// What a path keeps for the lookup of clearances, in cells of the local window: the local planner finds up to a cell too little
 /// clearance between two walls along the grid.
 const LOOKUP_CELLS: f64 = 1.0;
-/// The search is of use for a body that is narrower than its circumscribed circle by this, metres.
+/// The search runs only for a body that is narrower than its circumscribed circle by at least this, metres.
 const LEAST_GAIN_M: f64 = 0.02;
 
 /// The body of a robot in a narrow passage: a row of discs, all as large as the largest.

@@ -1,4 +1,4 @@
-//! What a navigator knows of the ground.
+//! The navigator's map: obstacles and zones.
 
 use std::sync::Arc;
 

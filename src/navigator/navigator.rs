@@ -51,7 +51,7 @@ pub struct Navigator {
     /// Where the map has room for a person; `None` if hidden people are not considered.
     pub(super) standing_room: Option<FreeSpace>,
     pub(super) zones: Option<Arc<Zones>>,
-    /// For everywhere, m/s.
+    /// Speed limit at every place, m/s.
     pub(super) speed_limit: Option<f64>,
     waypoints: WaypointQueue,
     route: Route,
@@ -213,7 +213,7 @@ impl Navigator {
         self.deadline.as_ref().map(Deadline::stats)
     }
 
-    /// What the drive has shown of the base's response.
+    /// The identified response of the base.
     #[must_use]
     pub const fn motion(&self) -> &MotionEstimate {
         self.base.estimate()

@@ -111,7 +111,7 @@ impl Replanner {
         self.retries = Retries::default();
     }
 
-    /// The reason to give up: no path remained, at too many places in turn.
+    /// The reason to give up: no path remained at too many places, one after the other.
     pub fn is_out_of_paths(&self) -> Option<PlanError> {
         self.no_path.clone().filter(|_| self.retries.count > RETRIES)
     }
@@ -177,7 +177,7 @@ impl Replanner {
     }
 
     fn reason(&self, state: &State<'_>, obstacles: &ObstacleModel) -> Option<Reason> {
-        // An escaping robot leaves its path on purpose, and does not know yet where it will go on from.
+        // An escaping robot leaves its path on purpose. The place from which it will continue is not known yet.
         let escapes = state.mode == Mode::Escaping;
         if !escapes && has_strayed(state) {
             Some(Reason::Strayed)
@@ -283,9 +283,10 @@ fn has_strayed(state: &State<'_>) -> bool {
 
 /// Whether to follow a plan.
 ///
-/// A detour around an obstacle may be as much longer as the robot could have driven since it saw the obstacle, and one around
-/// moving obstacles as it could have driven while it waited for them. So waiting and detour together never cost more than
-/// twice the better of the two. An obstacle that blocks the path for long is taken to stay.
+/// The permitted length of a detour grows with time. Around an obstacle it may be longer by the distance that the robot could have
+/// driven since it saw the obstacle; around moving obstacles, by the distance that it could have driven while it waited for them.
+/// So waiting and detour together never cost more than twice the better of the two. An obstacle that blocks the path for long
+/// counts as permanent.
 fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> bool {
     let settings = state.settings;
     let (length_m, left_m) = (plan.smoothed.length_m(), state.route.left_m());
@@ -345,7 +346,7 @@ mod tests {
         assert!(!has_given_up(&after(100, 0.0)));
         // Every second place is 3.8 m from the last one that counts.
         assert!(!has_given_up(&after(12, 1.9)) && has_given_up(&after(13, 1.9)));
-        // Two places in turn.
+        // Two places, one after the other.
         let mut replanner = after(0, 0.0);
         (0..7).for_each(|place| fail(&mut replanner, f64::from(place % 2) * 4.0));
         assert!(has_given_up(&replanner));

@@ -10,8 +10,8 @@ use crate::global::{
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 
-/// A path need not keep the comfort margin within this many margins of start and goal: either may be anywhere that is safe,
-/// and the path between them must not become worse by it.
+/// Within this many margins of start and goal, a path need not keep the comfort margin. Start and goal may be at any safe place, and
+/// this must not make the path between them worse.
 const END_REACH_MARGINS: f64 = 4.0;
 
 /// A robot that is caught at its start may pass obstacles more closely within this many least radii of the start.
@@ -99,8 +99,8 @@ impl RoutePlanner {
     /// point. Where no path leads on from there, the path may pass obstacles near the start as closely as the robot's own
     /// width allows: the robot leaves where it came in.
     ///
-    /// Where the circle around the robot fits nowhere, not at the start or the goal, or only on a much longer path, the path may lead
-    /// through passages in which the robot fits along the path.
+    /// The circle around the robot may fit on no path, not at the start or the goal, or only on a much longer path. Then the path may
+    /// lead through passages that the robot fits only lengthwise.
     ///
     /// # Errors
     /// When there is no path even at the least radius.

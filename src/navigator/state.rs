@@ -1,4 +1,4 @@
-//! What the navigator knows at a tick.
+//! The state of the navigator at a tick: robot, obstacles and path.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -31,14 +31,14 @@ const SCANS_TO_REACT: f64 = 2.0;
 pub(super) const WAITING_PATIENCES: f64 = 4.0;
 const WAITING_M: f64 = 2.0;
 
-/// A robot whose parts are all at most this fast creeps, m/s. Next to a person it stands instead: it gains nothing, and the
-/// person may come.
+/// A robot creeps if all its parts are at most this fast, m/s. Next to a person it stands still instead: creeping gains nothing,
+/// and the person may come.
 pub(super) const CREEP: f64 = 0.05;
 
-/// Tried shares of a wanted velocity, of which the first that keeps passive safety is driven.
+/// Shares of a wanted velocity. They are tried in this order, and the robot drives the first one that keeps passive safety.
 const SAFE_SHARES: [f64; 6] = [1.0, 0.8, 0.6, 0.4, 0.2, 0.1];
 
-/// What the navigator knows of the robot.
+/// The navigator's model of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
     /// Shape of the robot.
@@ -101,9 +101,10 @@ pub(super) struct PredictedState {
     pub twist: Twist,
     /// Predicted moving obstacles.
     pub moving: Vec<MovingDisc>,
-    /// These, and people who entered free ground and are not tracked.
+    /// `moving`, and people who entered free ground and are not tracked.
     pub may_come: Vec<MovingDisc>,
-    /// These, of whom the ones that have not stood for long may walk, and people who are lost: those whom a turn may meet.
+    /// The people whom a turn in place may meet: `may_come`, where people who have not stood for long may walk, and people whom
+    /// the tracker lost.
     pub near_turn: Vec<MovingDisc>,
     /// Time from the scan to the effect of the command, seconds.
     pub since_scan_s: f64,

@@ -14,8 +14,8 @@ impl State<'_> {
         if is_careful { &self.now.near_turn } else { &self.now.may_come }
     }
 
-    /// Whether the robot has been held up for long. Then people who seem to stand do stand: they wait for the robot, as it does for
-    /// them.
+    /// Whether the robot has been held up for long. People who seem to stand then count as standing: they may wait for the robot,
+    /// as it waits for them.
     fn is_held_up(&self) -> bool {
         self.stuck_s > self.settings.stuck_patience_s
     }

@@ -1,4 +1,4 @@
-//! Records a drive in a thread of its own. An error of the file never affects the drive.
+//! Records a drive in its own thread. An error of the file never affects the drive.
 
 use std::io::{self, Write};
 use std::sync::Arc;

@@ -85,8 +85,8 @@ impl Replay {
 /// Repeats the recorded decisions up to the end of the recording or the first difference.
 ///
 /// The navigator has the recorded settings and observations. Its clock returns the recorded durations of the decisions, and
-/// asynchronous plans arrive at the recorded ticks. So a drive with a real base, late decisions and late plans is repeatable. A
-/// controller of the user's own is not run again: its answers are recorded. A global planner of the user's own is run again.
+/// asynchronous plans arrive at the recorded ticks. So a drive with a real base, late decisions and late plans is repeatable. The
+/// user's own controller does not run again, because its answers are recorded. The user's own global planner runs again.
 ///
 /// `on_tick` is called after each equal tick.
 ///

@@ -131,9 +131,9 @@ settings! {
         pub global: global::Settings = global::Settings::default();
         /// Local planning.
         pub local: LocalSettings = LocalSettings::default();
-        /// A program of the user's own that plans global paths in place of inbye.
+        /// The user's own program that plans global paths in place of inbye.
         pub global_planner: ProgramSettings = ProgramSettings::default();
-        /// A program of the user's own that decides velocities in place of inbye.
+        /// The user's own program that decides velocities in place of inbye.
         pub controller: ProgramSettings = ProgramSettings::default();
         /// Navigation along the path.
         pub navigator: NavigatorSettings = NavigatorSettings::default();
@@ -143,7 +143,7 @@ settings! {
         pub localization: LocalizationSettings = LocalizationSettings::default();
         /// The ROS 2 node.
         pub node: NodeConfig = NodeConfig::default();
-        /// A program of the user's own that simulates the robot and its world in place of inbye.
+        /// The user's own program that simulates the robot and its world in place of inbye.
         pub simulator: ProgramSettings = ProgramSettings::default();
         /// The simulated robot and its world.
         pub simulation: SimulationSettings = SimulationSettings::default();

@@ -7,16 +7,16 @@ use crate::localization::MapChanges;
 use crate::map::GridFrame;
 use crate::navigator::{Fault, NavigationMap, PreparedMap};
 
-/// Interval at which the scans' contradictions to the map are looked at, seconds.
+/// Interval at which the changes of the map are checked, seconds.
 const INTERVAL_S: f64 = 10.0;
 
-/// What the scans contradict in a map.
+/// The changes of a map that scans have shown.
 #[derive(Debug)]
 pub(crate) struct ContradictedMap {
     newest: MapChanges,
-    /// As far as the navigator knows it.
+    /// The changes that the navigator's map contains.
     planned_with: MapChanges,
-    /// Time of the last look, seconds.
+    /// Time of the last check, seconds.
     looked_s: f64,
 }
 
@@ -28,9 +28,9 @@ impl Default for ContradictedMap {
 }
 
 impl ContradictedMap {
-    /// Looks at the changes on a grid if that is due. Returns them if they differ from those of the last look, and whether to plan
-    /// with them: an area in which they differ from what the navigator knows is at least this long, metres. Each new map asks for
-    /// a new plan, and a cell more or less at a wall is not worth one.
+    /// Checks the changes on a grid if a check is due. Returns them if they differ from those of the last check, and whether to plan
+    /// with them: an area in which they differ from the navigator's map is at least this long, metres. Each new map requires a new
+    /// plan, and a change of single cells at a wall does not justify one.
     pub fn look(
         &mut self,
         now_s: f64,
@@ -68,7 +68,7 @@ pub(crate) fn prepare(map: NavigationMap, config: &Config) -> Result<PreparedMap
     PreparedMap::new(map, route_planner, &config.navigator)
 }
 
-/// The preparation of the newest map on a thread of its own, while the robot drives.
+/// The preparation of the newest map on its own thread, while the robot drives.
 #[derive(Debug, Default)]
 pub(crate) struct MapUpdate {
     running: Option<JoinHandle<Result<PreparedMap, Fault>>>,

@@ -29,7 +29,7 @@ pub struct Mission {
     pub zones: Option<Arc<Zones>>,
     /// Pose at the start, where the robot stands still.
     pub start: Pose,
-    /// Whether the robot does not know where it starts. It then finds itself by its scans, and the start only serves the first plan.
+    /// Whether the robot's start pose is unknown to it. Its scans then give the pose, and `start` only serves the first plan.
     pub is_start_unknown: bool,
     /// Stops before the goal, in order.
     pub via: Vec<Goal>,
@@ -174,7 +174,7 @@ pub struct MissionResult {
 }
 
 impl MissionResult {
-    /// The result that rows, paths and navigator show: without contact, stops, and what only the robot knows.
+    /// The result as far as rows, paths and navigator give it: without contact, stops, and the data that only the robot has.
     pub(crate) fn of_drive(
         mission: &Mission,
         mut trace: Trace,

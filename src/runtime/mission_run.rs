@@ -61,7 +61,7 @@ pub struct MissionRun<R> {
     coming_map: Option<OccupancyGrid>,
     /// When the navigator gave up, seconds.
     failed_s: Option<f64>,
-    /// Gaps on the map, for a robot that does not know the true ones; prepared when first needed.
+    /// Gaps to the map, for a robot without the true gaps; prepared when first needed.
     map_gap: Option<ObstacleGap>,
     trace: Trace,
     decision_s: Vec<f64>,

@@ -21,7 +21,7 @@ const TYPES: [(&str, &str); 4] = [
     ("expected a sequence", "expected a list"),
 ];
 
-/// What is wrong with a text of settings, on one line: the place if it is known, and how to mend it.
+/// What is wrong with a text of settings, on one line: the place if it is known, and how to correct it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct TomlError(String);

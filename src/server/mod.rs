@@ -44,7 +44,7 @@ pub trait Service: Send + Sync + 'static {
     fn answer(&self, request: &Request<Bytes>) -> Result<Response, HttpError>;
 }
 
-/// A server on `127.0.0.1`, in threads of its own. It serves until the process ends.
+/// A server on `127.0.0.1`, in its own threads. It serves until the process ends.
 pub struct Server {
     address: SocketAddr,
     stats: Arc<RequestStats>,

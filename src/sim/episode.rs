@@ -119,7 +119,7 @@ impl Episode {
         self.robot.gap_m()
     }
 
-    /// How the episode ended; none while it goes on.
+    /// How the episode ended; none while it runs.
     #[must_use]
     pub const fn end(&self) -> Option<EpisodeEnd> {
         self.end

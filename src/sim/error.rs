@@ -27,7 +27,7 @@ pub enum SimError {
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// A simulator of the user's own cannot be used.
+    /// The user's own simulator cannot be used.
     #[error("the simulator `{program}`: {reason}")]
     Simulator {
         /// Its command.

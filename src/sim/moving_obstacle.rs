@@ -151,8 +151,8 @@ impl MovingObstacle {
         Ok(Self { appears: Some(appears), ..self })
     }
 
-    /// Lets the obstacle appear only while the robot's origin cannot see its start over this space. Nothing comes into being in
-    /// front of a robot.
+    /// Lets the obstacle appear only while the robot's origin cannot see its start over this space. A real
+    /// obstacle cannot appear in the view of a robot.
     #[must_use]
     pub(crate) fn out_of_sight_over(self, transparent: Arc<FreeSpace>) -> Self {
         Self { seen_over: Some(transparent), ..self }

@@ -1,4 +1,4 @@
-//! The simulated robot of a mission, as it truly is.
+//! The true parameters of the simulated robot of a mission.
 
 use core::f64::consts::PI;
 
@@ -8,9 +8,9 @@ use rand_pcg::Pcg64Mcg;
 use super::{Lidar, OdometryNoise, RngStream, generator};
 use crate::runtime::{PlantKind, SimulationSettings};
 
-/// Returns the settings of the simulation with the true values of one mission: those of the settings for an agreeing plant,
-/// drawn from the ranges for a disagreeing one. The same seed gives the same values; their kind is agreeing then, so that
-/// the result describes the mission by itself.
+/// Returns the settings of the simulation with the true values of one mission. An agreeing plant has the values of the settings; for
+/// a disagreeing plant they are drawn from the ranges. The same seed gives the same values. The kind of the result is agreeing, so
+/// that the result describes the mission without the seed.
 #[must_use]
 pub fn draw_plant(settings: &SimulationSettings, seed: u64) -> SimulationSettings {
     if settings.plant == PlantKind::Agreeing {

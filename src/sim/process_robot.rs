@@ -1,4 +1,4 @@
-//! A robot in a simulator that is a program of the user's own.
+//! A robot in the user's own simulator, which runs in another process.
 
 use core::ops::ControlFlow;
 

@@ -106,7 +106,7 @@ impl Scene {
     }
 }
 
-/// Limits of which the speeds are at most `fastest`, m/s.
+/// Limits with speeds of at most `fastest`, m/s.
 fn sampler_inputs(rng: &mut Pcg64Mcg, fastest: f64) -> SamplerInputs {
     SamplerInputs {
         twist: Twist::new(rng.random_range(-0.3..1.0) * fastest, rng.random_range(-1.5..1.5)),

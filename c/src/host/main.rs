@@ -1,6 +1,6 @@
 //! `inbye-controller-host LIBRARY`: lets a controller in a shared library decide, as a program that speaks inbye's protocol.
 //!
-//! The library is a process of its own: a crash there is a failed run, and not the end of inbye.
+//! The library runs in a separate process: if it crashes, the run fails, but inbye continues.
 //!
 //! ```sh
 //! inbye drive --scene mine --controller "inbye-controller-host ./libmy_controller.so"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["decision", "map", "trace"]
 
-# Sampled paths of a picture: more cannot be told apart.
+# Most sampled paths of a picture: more cannot be distinguished.
 _MOST_PATHS = 400
 
 

@@ -126,8 +126,8 @@ impl ProtectiveLayer {
     }
 
     /// Takes a raw scan, in the robot's frame at the time of each beam, and the time of its newest beam. The beams may be in any
-    /// order. The same scan may come again. An invalid one is ignored, and the last one ages: one with a direction or a time that
-    /// is not finite, more than 65,536 beams, or a beam that is newer than the scan or over a second older.
+    /// order. The same scan may come again. An invalid scan is ignored, and the last valid one ages. A scan is invalid if a direction
+    /// or a time is not finite, if it has more than 65,536 beams, or if a beam is newer than the scan or over a second older.
     pub fn update_scan(&mut self, scan: &TimedScan, stamp_s: f64) {
         if self.heeds_scans() {
             self.scans.update_scan(scan, stamp_s);
@@ -216,7 +216,7 @@ impl ProtectiveLayer {
         if now_s < self.last_s {
             // The clock ran backwards.
             self.sent.clear();
-            // A hold goes on by the new clock.
+            // A hold continues by the new clock.
             self.too_near_s = if self.was_too_near() { now_s } else { f64::NEG_INFINITY };
             self.last_s = f64::NEG_INFINITY;
         }

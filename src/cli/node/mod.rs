@@ -17,8 +17,8 @@ use super::arguments::{EngineArguments, duration};
     TwistStamped with --stamped), plan (Path, latched), local_markers (MarkerArray), diagnostics (DiagnosticArray), tf and inbye/updated_map (with \
     pose_source = \"scans\"). All names are \
     within the namespace, tf too.\n\
-    Action: navigate_to_pose (NavigateToPose), with feedback, cancel and result. RMW_IMPLEMENTATION=rmw_cyclonedds_cpp speaks to clients on \
-    Cyclone DDS; the default is that of rmw_fastrtps_cpp.\n\
+    Action: navigate_to_pose (NavigateToPose), with feedback, cancel and result. By default its services work with \
+    clients on rmw_fastrtps_cpp; with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp they work with clients on Cyclone DDS.\n\
     With --managed the node starts unconfigured, has the services inbye/change_state, inbye/get_state and inbye/get_available_transitions, and \
     pursues goals once it is activated.\n\
     The robot moves only while it is armed: by --arm, the typed word `arm`, POST /arm on --operator-port, or true on inbye/arm. A \
@@ -28,17 +28,17 @@ use super::arguments::{EngineArguments, duration};
     same name, it needs no tf. With pose_source = \"scans\" the node localises the robot on the map itself, near initialpose or on the whole \
     map, and publishes the transform of the odometry's frame. The lidar's pose on the robot comes from tf at the scan's stamp; a scan from a frame that tf does not \
     know is rejected. The stamps of scan and odometry compensate the motion during a scan.\n\
-    Without a goal the node publishes nothing. With a goal it publishes a velocity at each control_period_s. The robot brakes to \
-    zero while map, scan or odometry are missing, older than scan_timeout_s or odometry_timeout_s, or a transform on tf is older than \
-    transform_timeout_s, and continues afterwards. Ages are those of the stamps: synchronise the clocks of all machines (chrony, \
-    NTP). Messages dated later than max_clock_ahead_s are rejected. Simulated time (use_sim_time) is not supported. The node \
-    aborts the goal if scans are missing for longer than sensor_fault_patience_s. On a new goal the robot stops before it plans; on a changed \
-    map it drives on and plans meanwhile. An orientation of four zeros leaves the goal's yaw free. After a goal, and at its end, the node publishes zero for a \
+    Without a goal the node publishes no velocity. With a goal it publishes a velocity at each control_period_s. The robot brakes to \
+    zero while map, scan or odometry are missing, or while a scan (scan_timeout_s), the odometry (odometry_timeout_s) or a transform \
+    on tf (transform_timeout_s) is too old. It continues afterwards. Ages are those of the stamps: synchronise the clocks of all \
+    machines (chrony, NTP). Messages whose stamps are more than max_clock_ahead_s in the future are rejected. Simulated time (use_sim_time) is not supported. The node \
+    aborts the goal if scans are missing for longer than sensor_fault_patience_s. For a new goal the robot stops before it plans; when the \
+    map changes it continues to drive and plans in the background. An orientation of four zeros leaves the goal's yaw free. After a goal, and at its end, the node publishes zero for a \
     second.\n\
     ROS_DOMAIN_ID selects the domain. ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, or ROS_LOCALHOST_ONLY=1, restricts discovery to \
-    this machine. DDS runs in a process of its own with a memory limit (network_memory_mib). If that process ends or hangs, the robot \
-    brakes to zero and the process is started again; if the node itself ends or hangs, that process publishes zeros. For the time \
-    between, the base must have a time-out of its own on cmd_vel. The program must be built with `--features ros2`; it needs no ROS installation."
+    this machine. DDS runs in a separate process with a memory limit (network_memory_mib). If that process ends or hangs, the robot \
+    brakes to zero and the process is started again. If the node itself ends or hangs, that process publishes zeros. For the time \
+    in between, the base must have its own timeout on cmd_vel. The program must be built with `--features ros2`; it needs no ROS installation."
 )]
 pub struct NodeArguments {
     /// Settings, TOML: those of `inbye drive`.

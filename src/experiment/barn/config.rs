@@ -53,8 +53,8 @@ pub fn barn_config(max_speed: f64) -> Config {
         local: LocalSettings {
             // The challenge's baseline makes 20 decisions per second.
             control_period_s: 0.05,
-            // It stops from 2 m/s within 0.5 s. A longer horizon costs speed: the rule of `stopping` counts the cylinders that the
-            // robot reaches only at its end, and arcs that end beyond the key node at 1.2 m are longer than the score wants.
+            // It stops from 2 m/s within 0.5 s. A longer horizon costs speed for two reasons. The rule of `stopping` counts
+            // cylinders that the robot reaches only at the end of the horizon. Arcs that end beyond the key node at 1.2 m score worse.
             sim_time_s: 0.6,
             sim_step_s: 0.05,
             vx_samples: 20,

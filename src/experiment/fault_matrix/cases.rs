@@ -34,8 +34,8 @@ const OLD_STAMP_S: f64 = 1.5;
 const BY_COMPARISON_S: f64 = 3.0;
 /// The same for a pose that nothing corrects: it counts for a second.
 const NO_FIX_S: f64 = 2.8;
-/// The localizer knows within 3 s that the robot does not move. It finds the robot where it stands, so the robot tries again; the
-/// third loss at one place is final.
+/// The localizer detects within 3 s that the robot does not move. It finds the robot at the same place, so the robot tries again.
+/// The third loss at one place is final.
 const BOGGED_S: f64 = 9.0;
 /// Time for which a wrong planner commands, seconds.
 const WRONG_PLANNER_S: f64 = 60.0;

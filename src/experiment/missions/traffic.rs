@@ -61,7 +61,7 @@ const KINDS: [TrafficKind; 6] = [
     TrafficKind::SteppingOut,
 ];
 /// Distance of the robot's origin at which an obstacle appears, metres. Where a robot on the path sees its place from there, it
-/// is present from the start: no person comes into being in front of a lidar.
+/// is present from the start, because a real person cannot appear in the view of a lidar.
 const APPEARS_WITHIN_M: RangeInclusive<f64> = 2.0..=5.0;
 /// Largest distance of its random waypoints from its start, metres.
 const WANDER_M: f64 = 3.0;

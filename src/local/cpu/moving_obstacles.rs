@@ -1,6 +1,6 @@
-//! Clearances to moving obstacles. Only an obstacle that can be nearer to a tile's neighbouring samples than anything
-//! else is evaluated exactly: the middle sample of the middle row, and the distance of the others from it, give a
-//! bound.
+//! Clearances to moving obstacles. An obstacle is evaluated exactly only if it can be nearer to the samples of a tile than
+//! anything else. The bound for this comes from the middle sample of the middle row, and the distance of the other samples
+//! from it.
 
 use super::displacement_table::{DisplacementTable, disc_positions_at, displacements_at};
 use super::lanes::Lanes;

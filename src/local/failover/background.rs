@@ -1,4 +1,4 @@
-//! Opens and closes devices in threads of their own: a driver may hang.
+//! Opens and closes devices in separate threads, because a driver may hang.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};

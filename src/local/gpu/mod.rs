@@ -100,9 +100,9 @@ impl GpuEngine {
         let header = &problem.header;
         let (steps, discs) = (u64::from(header.steps), u64::from(header.disc_count));
         let moving = u64::from(header.obstacle_count);
-        // One iteration per step, disc and obstacle, and up to three more for the square root of a distance; before
-        // that, one per disc and obstacle; 40 for the search of the problem in its batch, the roots of the terms and
-        // the reduction of the workgroup.
+        // For each step, disc and obstacle: one iteration, and up to three more for the square root of a distance. Before the
+        // steps: one for each disc and obstacle. The search of the problem in its batch, the roots of the terms and the
+        // reduction of the workgroup take 40.
         let evaluation = steps * (1 + discs * (1 + 4 * moving)) + discs + moving + 40;
         // For each chunk of steps of a turn profile: its segments, its discs, and the rounds of the sum over the steps.
         let per_chunk = 8 + u64::from(header.segment_count) + discs;

@@ -1,10 +1,10 @@
-//! A localiser that goes on with another map, or with odometry in another frame.
+//! A localizer that continues with another map, or with odometry in another frame.
 
 use super::Localizer;
 use crate::localization::PoseHistory;
 
 impl Localizer {
-    /// Continues with pose, odometry and status of a localiser on another map in the same frame.
+    /// Continues with pose, odometry and status of a localizer on another map in the same frame.
     pub fn continue_from(&mut self, before: &Self) {
         let pose = self.map.to_grid(before.pose());
         let is_turned = self.map.frame.origin.yaw != before.map.frame.origin.yaw;

@@ -1,4 +1,4 @@
-//! People who stand: what a scan shows of them is too little for a track.
+//! Standing people. A scan shows too little of them for a track.
 
 use super::super::scan_visibility::Earlier;
 use super::cluster::{Cluster, Return};
@@ -10,8 +10,8 @@ const LEGS_WIDTH_M: f64 = 0.3;
 pub(super) const LEGS_RETURNS: usize = 3;
 /// New returns within this distance of a place are legs of the person there, metres.
 const LEGS_REACH_M: f64 = 0.4;
-/// Legs count as a person after this many scans, each within this time of the one before, seconds: by an error of the pose a
-/// post may seem to stand on free ground for one scan.
+/// Legs count as a person after this many scans, each within this time of the previous one, seconds. One scan is not enough:
+/// after an error of the pose, a post may seem to stand on free ground for one scan.
 const MIN_SIGHTINGS: u32 = 5;
 const SIGHTED_S: f64 = 0.25;
 /// A person who stands shifts their weight by at most this, metres. Farther away, the returns are those of something else.
@@ -220,7 +220,7 @@ mod tests {
         // One leg hides the other, and shows too little to be new.
         standing.update(5.0, &[], &mut returns[..1], |_| true);
         assert_eq!(count(&standing), 1);
-        // An obstacle that was there before shows nobody.
+        // An obstacle that was there before is no person.
         returns[0].is_candidate = false;
         standing.update(5.1, &[], &mut returns[..1], |_| true);
         assert_eq!(count(&standing), 0);

@@ -216,7 +216,7 @@ function addObstacleAt([x, y], direction) {
   changed();
 }
 
-// What a click on the map does, beside the selection of a sample.
+// What a click on the map does, in addition to the selection of a sample.
 function clickAt(screen) {
   const at = view.toWorld(screen), { robot } = state.problem;
   const towards = ([x, y]) => Math.atan2(y - at[1], x - at[0]);

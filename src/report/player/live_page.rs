@@ -1,4 +1,4 @@
-//! The page of a drive that goes on. Its script gets from a server what it does not know yet.
+//! The page of a running drive. Its script requests the data that it does not have yet from a server.
 
 use maud::html;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ const SECTION: &str = "mission-1";
 /// Most frames of a part: its encoding takes less than the time between two ticks.
 const MOST_FRAMES: usize = 200;
 
-/// What a page knows of a drive.
+/// The part of a playback that a page has already received.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct KnownPlayback {
     /// Number of frames.
@@ -76,7 +76,7 @@ impl LivePage {
         &self.html
     }
 
-    /// What a page does not know of a playback, at most 200 frames of it. It is a copy, so that the recorder can go on.
+    /// The part of a playback that a page has not received, at most 200 frames. It is a copy, so that the recorder can continue.
     pub(crate) fn unknown_part(playback: &PlaybackRecorder, known: &KnownPlayback) -> PlaybackPart {
         let is_same_shape = known.shape == playback.shape.key();
         let first = if is_same_shape { known.frames.min(playback.lasting_frames()) } else { 0 };

@@ -64,8 +64,8 @@ const KEYS: [(&str, &str); 9] = [
     ("?", "show or hide this list, from anywhere in the player"),
 ];
 
-/// The player of a mission. The section must have an identifier, and contain the map picture of the same viewport. A drive
-/// that goes on has no playback yet.
+/// The player of a mission. The section must have an identifier, and contain the map picture of the same viewport. A
+/// running drive has no playback yet.
 pub(super) fn figure(
     mission: &Mission,
     config: &Config,

@@ -1,15 +1,15 @@
 //! Identification of a base's response to commands while it drives: latency, acceleration, braking, speed and turn ratios.
 //!
-//! A stopping distance that rests on a wrong latency ends in contact, so the latency is measured in each drive instead of
-//! stated. [`SpeedResponse`] compares the measured speed with a bank of models of the base, each with another latency,
-//! acceleration and braking; [`TurnResponse`] compares the measured turn rate with the commanded one. Both are recursive, in
-//! bounded memory, and forget old drives by the information of new ones.
+//! With a wrong latency the stopping distance may be too short, and the robot hits an obstacle. So the latency is identified during
+//! each drive, and is not only a setting. [`SpeedResponse`] compares the measured speed with a bank of models of the base, each with
+//! another latency, acceleration and braking. [`TurnResponse`] compares the measured turn rate with the commanded one. Both are
+//! recursive and use bounded memory. New information replaces that of old drives.
 //!
 //! **Which latency.** The latency runs from the hand-over of a command to its visible effect in the measured speed, by the time
 //! stamp of the measurement. A lag of the motors counts as latency. Where the stamp is the true time of the measurement, this is
 //! the latency of the actuation alone. Where a stamp hides an age of the measurement, the latency includes that age. In both
-//! cases the state at the time when a command takes effect is the measured state, advanced by the present age of its stamp plus
-//! the identified latency: the latency covers an age that the stamp hides.
+//! cases, the state at which a command takes effect is the measured state, advanced by a time: the present age of its stamp plus
+//! the identified latency.
 
 mod speed_response;
 mod turn_response;

@@ -1,6 +1,6 @@
 //! The server of the action `navigate_to_pose` over DDS.
 //!
-//! The control process decides about goals; this keeps what their clients still ask for: answers, statuses and results.
+//! The control process decides about goals. This server keeps the answers, statuses and results for which clients still wait.
 
 use std::collections::VecDeque;
 

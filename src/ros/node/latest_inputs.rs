@@ -34,7 +34,7 @@ pub enum OdometryFrame {
     IsMap,
     /// By `tf`.
     ByTransforms,
-    /// By a localiser in this program.
+    /// By a localizer in this program.
     Measured {
         /// The pose.
         pose: Pose,

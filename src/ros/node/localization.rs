@@ -17,13 +17,13 @@ use crate::ros::msg::DiagnosticStatus;
 /// Scans that wait for the odometry of their time. More mean that odometry is a second late: the oldest goes.
 const MAX_WAITING: usize = 16;
 
-/// A localiser on the newest map. Times are seconds by the node's clock.
+/// A localizer on the newest map. Times are seconds by the node's clock.
 #[derive(Debug)]
 pub struct NodeLocalization {
     settings: LocalizationSettings,
     unknown: UnknownPolicy,
     localizer: Option<Localizer>,
-    /// Prepares a localiser for a new map: that takes time in proportion to the map's area.
+    /// Prepares a localizer for a new map: that takes time in proportion to the map's area.
     preparation: Option<JoinHandle<Result<Localizer, LocalizationError>>>,
     /// A hint that came before the map, with its frame.
     hint: Option<(String, PoseHint)>,
@@ -49,7 +49,7 @@ impl NodeLocalization {
         }
     }
 
-    /// Prepares a new map on a thread of its own. Until then the present map is used.
+    /// Prepares a new map on its own thread. Until then the present map is used.
     pub fn set_map(&mut self, map: &OccupancyGrid, frame: &str) {
         self.hint.take_if(|(found, _)| found != frame);
         let (map, settings, unknown) = (map.clone(), self.settings, self.unknown);
@@ -106,7 +106,7 @@ impl NodeLocalization {
         let Some(finished) = self.preparation.take_if(|running| running.is_finished()) else {
             return;
         };
-        // The settings were checked, so that only a panic of the thread leaves no localiser.
+        // The settings were checked, so that only a panic of the thread leaves no localizer.
         let Ok(Ok(mut localizer)) = finished.join() else {
             return;
         };

@@ -2,7 +2,7 @@
 //!
 //! [`NodeCore`] has no sockets, threads or clocks. It takes messages with their times of arrival, and returns at each tick the
 //! messages to publish. With the feature `ros2`, `dds` transports them over DDS, without a ROS installation; [`network`] keeps
-//! DDS in a process of its own.
+//! DDS in a separate process.
 
 mod action;
 #[cfg(feature = "ros2")]

@@ -212,7 +212,7 @@ fn interrupted_soak_keeps_its_runs_and_goes_on() {
     let arguments = "bench soak --missions 40 --longest 15 --threads 1 --out runs";
     let (status, _, stderr) = interrupted(&place, arguments, "runs/cells");
     assert_eq!(status, 1, "{stderr}");
-    assert!(stderr.contains("kept in runs: the same command goes on"), "{stderr}");
+    assert!(stderr.contains("kept in runs: the same command resumes"), "{stderr}");
     let kept = || std::fs::read_dir(place.path("runs/cells")).expect("results").count();
     let before = kept();
     assert!((1..40).contains(&before), "{before} of 40");

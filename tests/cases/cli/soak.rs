@@ -114,7 +114,8 @@ fn ablation_reports_all_variants() {
     let run = place.run(&format!("{ablation} --report out --record rows.csv"));
     assert_eq!(run.status, 0, "{run:?}");
     assert!(run.stdout.contains("A* and DWA as in the paper"), "{run:?}");
-    let table = fs::read_to_string(place.path("out/ablation.csv")).expect("beside the page");
+    let table =
+        fs::read_to_string(place.path("out/ablation.csv")).expect("the table next to the page");
     assert!(table.starts_with("name,kind,config,"), "{table}");
     assert_eq!(table.lines().count(), 1 + 7, "{table}");
     let (status, object) = place.json(&format!("{ablation} --out cells"));

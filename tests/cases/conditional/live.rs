@@ -1,4 +1,4 @@
-//! `inbye drive --live`: the page of a drive that goes on, in headless Chromium and by its requests.
+//! `inbye drive --live`: the page of a running drive, in headless Chromium and by its requests.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -92,7 +92,7 @@ fn follows(program: &Program) -> Result<(), Failed> {
         "Number({slider}.max) > {ticks} + 10 && {slider}.value === {slider}.max"
     ))?;
     page.photograph("live")?;
-    // A tick that the user selects stays, while the drive goes on.
+    // A tick that the user selects stays, while the drive continues.
     page.evaluate("document.querySelector('[data-action=back]').click()")?;
     let newest = "document.querySelector('[data-action=live]')";
     page.wait_for(&format!("{newest}.getAttribute('aria-pressed') === 'false'"))?;

@@ -168,7 +168,7 @@ fn body_fits_on_every_path_through_narrow_passages() {
         with_headings += u32::from(plan.raw == plan.smoothed);
         let gap_m = least_gap_m(&obstacles, plan.smoothed.points());
         assert!(gap_m >= safety_m, "{case}: {gap_m} m");
-        // The check is of use: two decimetres beside the path there is too little room.
+        // The check can fail: two decimetres to the side of the path there is too little room.
         let beside = plan.smoothed.points().iter().map(|point| Point::new(point.x, point.y + 0.2));
         let beside: Vec<Point> = beside.collect();
         unfit += u32::from(least_gap_m(&obstacles, &beside) < safety_m);

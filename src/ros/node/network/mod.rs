@@ -1,8 +1,8 @@
-//! DDS in a process of its own.
+//! DDS in a separate process.
 //!
-//! A message from the network must not end the part that stops the robot. The control process has the navigator and no sockets;
-//! the network process has DDS and a memory limit. Two pipes connect them, with frames of bounded length. Where the network
-//! process dies, hangs or is starved, the control process commands zero and starts it again; where the control process dies or
+//! A message from the network must not end the process that stops the robot. The control process has the navigator and no sockets;
+//! the network process has DDS and a memory limit. Two pipes connect them, with frames of bounded length. If the network
+//! process dies, hangs or is starved, the control process commands zero and starts it again. If the control process dies or
 //! hangs, the network process publishes zero.
 
 #[cfg(feature = "ros2")]

@@ -148,7 +148,7 @@ fn full_stop_keeps_the_curvature() {
     assert!((braked.linear - braked.angular).abs() < 1e-9 && braked.linear < 1.0, "{braked:?}");
 }
 
-/// One return beside the motion may be dust; two reduce the speed.
+/// One return next to the swept area may be dust; two reduce the speed.
 #[test]
 fn single_return_in_the_slow_zone_is_dust() {
     let beside = |beams: f64| {

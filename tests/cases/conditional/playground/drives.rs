@@ -28,7 +28,7 @@ pub fn trials() -> Vec<Trial> {
 /// Pixels by which the page is wider than the window.
 const OVERFLOW: &str = "Math.max(0, document.documentElement.scrollWidth - window.innerWidth)";
 
-/// Red and blue of the page's picture 0.17 m beside the centre of the robot, which looks along x. The goal is 5.104 m away.
+/// Red and blue of the page's picture, 0.17 m to the side of the robot's centre, which looks along x. The goal is 5.104 m away.
 const BESIDE_THE_CENTRE: &str = "(() => { \
     const centre = (name) => { const box = document.querySelector(`[data-handle=${name}]`).getBoundingClientRect(); \
         return [box.x + box.width / 2, box.y + box.height / 2]; }; \

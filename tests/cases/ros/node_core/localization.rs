@@ -87,7 +87,7 @@ fn transform_is_published_only_while_the_pose_is_known() {
     assert_eq!(robot.commands.iter().flatten().count(), 0);
     let stamp_s = robot.transforms[0].transforms[0].header.stamp.seconds();
     assert!((stamp_s - robot.now_s).abs() < 0.011, "{stamp_s} at {}", robot.now_s);
-    // Somebody carries the robot to the other side of the wall.
+    // The robot is carried to the other side of the wall.
     robot.pose = Pose::new(9.0, 4.5, 2.5);
     robot.frame_at = Pose::new(6.0, 2.0, 1.1);
     let known = robot.transforms.len();
@@ -167,7 +167,7 @@ fn robot_keeps_its_pose_on_a_map_that_grows() {
     assert!(robot.away_m() < 0.1, "{:?}", robot.pose);
 }
 
-/// The passage beside the wall is blocked but for a gap at the upper border; the robot has seen that for minutes.
+/// The passage next to the wall is blocked except for a gap at the upper border. The robot has seen this for minutes.
 #[test]
 fn obstacle_that_is_not_on_the_map_is_reported_and_planned_around() {
     let mut robot = localizing();
