@@ -8,12 +8,17 @@ use anyhow::{Context, bail};
 use clap::Args;
 use inbye::lidar_log::LidarLog;
 
+use super::output;
+
 /// How a log is read.
 #[derive(Debug, Args)]
 pub struct LogFileArguments {
     /// Topic of the scans in a recording of ROS 2 with several.
     #[arg(long, value_name = "TOPIC")]
     pub scan_topic: Option<String>,
+    /// Topic of the odometry in a recording of ROS 2 with several.
+    #[arg(long, value_name = "TOPIC")]
+    pub odometry_topic: Option<String>,
 }
 
 impl LogFileArguments {
@@ -34,24 +39,48 @@ impl LogFileArguments {
                 bail!("{}: the folder has no .mcap file: name a log", path.display());
             }
         } else if !has_extension(path, "mcap") {
-            if self.scan_topic.is_some() {
-                bail!("--scan-topic: {} is no recording of ROS 2", path.display());
+            for (name, topic) in self.topics() {
+                if topic.is_some() {
+                    bail!("{name}: {} is no recording of ROS 2", path.display());
+                }
             }
             return Ok(LidarLog::read(path)?);
         }
         self.read_recording(&files)
     }
 
+    /// The options that choose a topic, with their values: of the scans, and of the odometry.
+    fn topics(&self) -> [(&'static str, Option<&str>); 2] {
+        [
+            ("--scan-topic", self.scan_topic.as_deref()),
+            ("--odometry-topic", self.odometry_topic.as_deref()),
+        ]
+    }
+
     #[cfg(feature = "mcap")]
     fn read_recording(&self, files: &[PathBuf]) -> anyhow::Result<LidarLog> {
-        let mut reader = inbye::recording::RosLogReader::new(self.scan_topic.as_deref());
+        use inbye::recording::{RecordingError, RosLogReader};
+
+        let [(scans, scan_topic), (odometry, odometry_topic)] = self.topics();
+        let mut reader = RosLogReader::new(scan_topic, odometry_topic);
         for path in files {
             let place = || path.display().to_string();
             let file = File::open(path).with_context(place)?;
             reader.read(BufReader::new(file)).with_context(place)?;
         }
-        let last = files.last().map_or(Path::new(""), PathBuf::as_path);
-        reader.finish().with_context(|| last.display().to_string())
+        let last = files.last().map_or(Path::new(""), PathBuf::as_path).display();
+        let (log, warnings) = reader.finish().map_err(|error| {
+            let option = match error {
+                RecordingError::SeveralTopics { name: "LaserScan", .. } => scans,
+                RecordingError::SeveralTopics { .. } => odometry,
+                _ => return anyhow::Error::from(error).context(last.to_string()),
+            };
+            anyhow::anyhow!("{error} with {option}").context(last.to_string())
+        })?;
+        for warning in warnings {
+            output::warn(format!("{last}: {warning}"));
+        }
+        Ok(log)
     }
 
     #[cfg(not(feature = "mcap"))]

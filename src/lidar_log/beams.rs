@@ -39,7 +39,7 @@ pub(super) fn scan(
 }
 
 /// Removes the readings at the largest value if they are too many for a measured distance: a sensor that reports its limit.
-pub(super) fn remove_saturated(records: &mut [LogRecord]) {
+pub(crate) fn remove_saturated(records: &mut [LogRecord]) {
     let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
     let (mut readings, mut largest) = (0_usize, 0.0_f64);
     // The mount is removed again, since the readings are equal in the lidar's frame.

@@ -23,6 +23,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+pub(crate) use beams::remove_saturated;
 pub use error::LogError;
 
 use crate::geometry::Pose;
@@ -111,7 +112,7 @@ impl LidarLog {
             LogFormat::TinySlam => tinyslam::parse(text)?,
             LogFormat::Ros2 => return Err(LogError::UnknownFormat),
         };
-        beams::remove_saturated(&mut records);
+        remove_saturated(&mut records);
         let has_times = times_advance(&records);
         if !has_times {
             for (index, record) in records.iter_mut().enumerate() {

@@ -11,17 +11,24 @@ const HISTORY_S: f64 = 1.0;
 /// Largest number of poses, whatever their times.
 const MAX_POSES: usize = 1024;
 
-/// The poses of the last second.
+/// The poses of the last second, or of a whole log.
 #[derive(Clone, Debug, Default)]
 pub struct PoseHistory {
     rows: VecDeque<(f64, Pose)>,
+    keeps_all: bool,
 }
 
 impl PoseHistory {
     /// Creates an empty history with preallocated memory.
     #[must_use]
     pub fn new() -> Self {
-        Self { rows: VecDeque::with_capacity(MAX_POSES) }
+        Self { rows: VecDeque::with_capacity(MAX_POSES), keeps_all: false }
+    }
+
+    /// Creates an empty history that keeps all poses, for logs.
+    #[must_use]
+    pub fn of_log() -> Self {
+        Self { keeps_all: true, ..Self::default() }
     }
 
     /// Records a pose at a time, seconds. A pose at the same time as the last replaces it; an earlier time clears the
@@ -38,12 +45,19 @@ impl PoseHistory {
             _ => {}
         }
         // One pose older than the limit is kept for interpolation.
-        while self.rows.len() >= MAX_POSES
-            || self.rows.get(1).is_some_and(|(next_s, _)| time_s - next_s > HISTORY_S)
+        while !self.keeps_all
+            && (self.rows.len() >= MAX_POSES
+                || self.rows.get(1).is_some_and(|(next_s, _)| time_s - next_s > HISTORY_S))
         {
             self.rows.pop_front();
         }
         self.rows.push_back((time_s, *pose));
+    }
+
+    /// The oldest time and pose.
+    #[must_use]
+    pub fn oldest(&self) -> Option<(f64, Pose)> {
+        self.rows.front().copied()
     }
 
     /// The newest time and pose.

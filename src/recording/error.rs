@@ -61,18 +61,22 @@ pub enum RecordingError {
         /// The type of the messages.
         missing: &'static str,
     },
-    /// A log with scans of several lidars.
-    #[error("the file has scans on {topics}: name one of them with --scan-topic")]
+    /// A log with messages of one type on several topics.
+    #[error("the file has {name} on {topics}: choose one of these topics")]
     SeveralTopics {
+        /// The type of the messages.
+        name: &'static str,
         /// The topics.
         topics: String,
     },
-    /// No scans on the requested topic.
-    #[error("the file has no scans on {topic}: they are on {topics}")]
-    NoScansOn {
+    /// No messages of a type on the requested topic.
+    #[error("the file has no {name} on {topic}: they are on {topics}")]
+    NotOnTopic {
+        /// The type of the messages.
+        name: &'static str,
         /// The requested topic.
         topic: String,
-        /// The topics with scans.
+        /// The topics with such messages.
         topics: String,
     },
     /// The place of the lidar on the robot is not known.
@@ -84,6 +88,26 @@ pub enum RecordingError {
         lidar: String,
         /// Frame of the robot.
         base: String,
+    },
+    /// The lidar is not upright on the robot.
+    #[error("the frame {lidar} is tilted against {base}: the lidar must be upright")]
+    TiltedMount {
+        /// Frame of the scans.
+        lidar: String,
+        /// Frame of the robot.
+        base: String,
+    },
+    /// The clock of the recording robot was set.
+    #[error(
+        "message {number} of the file, on {topic}: its stamp is {back_s:.1} s before the one before it: cut the recording there, or put its files in order"
+    )]
+    StampsGoBack {
+        /// The topic.
+        topic: String,
+        /// The number of the message, from one.
+        number: u64,
+        /// The step, seconds.
+        back_s: f64,
     },
     /// A message that cannot be used.
     #[error("message {number} of the file, on {topic}: {reason}")]

@@ -30,5 +30,5 @@ pub use metadata::{DriveMetadata, DriveSummary};
 pub use reader::Reader;
 pub use recorder::{BackpressurePolicy, Recorder, RecordingReport};
 pub use replay::{Difference, FieldValue, Replay, replay};
-pub use ros_log::RosLogReader;
+pub use ros_log::{RosLogReader, RosLogWarning};
 pub use tick::RecordedTick;

@@ -2,25 +2,28 @@
 //!
 //! `rosbag2` writes MCAP files: messages in CDR, with the names of their types. inbye's own recordings are such files too.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 
 use mcap::McapError;
 use mcap::records::Record;
+use thiserror::Error;
 
 use super::error::RecordingError;
 use super::mcap_reader::McapReader;
 use crate::geometry::Pose;
-use crate::lidar_log::{LidarLog, LogFormat, LogRecord, LoggedScan};
+use crate::lidar_log::{LidarLog, LogFormat, LogRecord, LoggedScan, remove_saturated};
 use crate::localization::PoseHistory;
 use crate::map::TimedScan;
 use crate::ros::msg::{LaserScan, Message, Odometry, TFMessage};
-use crate::ros::node::{Frames, laser_scan, planar_pose, timed_scan};
+use crate::ros::node::{Frames, NoPose, frame_name, laser_scan, planar_pose, timed_scan};
 
 /// Frame of the map by REP-105: with a transform to it, a record has a corrected pose.
 const MAP_FRAME: &str = "map";
-/// The topic of transforms that hold for all times.
+/// The end of the topic of transforms that hold for all times.
 const STATIC_TRANSFORMS: &str = "/tf_static";
+/// A stamp that is older than the one before by more than this, seconds, means that the clock was set.
+const MAX_BACK_S: f64 = 1.0;
 
 /// A kind of message that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,52 +57,81 @@ struct Channel {
     kind: Kind,
 }
 
-/// A scan that waits for odometry of its time.
+/// A scan whose pose is not known yet.
 #[derive(Debug)]
-struct PendingScan {
+struct RecordedScan {
     beams: TimedScan,
     end_s: f64,
     frame: String,
 }
 
+/// What a log leaves out.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum RosLogWarning {
+    /// Messages that cannot be used.
+    #[error("{count} messages on {topic} are left out; the first: {reason}")]
+    InvalidMessages {
+        /// Their topic.
+        topic: String,
+        /// Their number.
+        count: usize,
+        /// The cause for the first one.
+        reason: String,
+    },
+    /// Scans before the first odometry, after the last, or without a stamp.
+    #[error("{count} scans are left out: they have no odometry of their time")]
+    ScansWithoutOdometry {
+        /// Their number.
+        count: usize,
+    },
+    /// A file was cut off.
+    #[error("a file was cut off: everything up to its last whole chunk is read")]
+    Truncated,
+}
+
 /// Reads a log from the files of a recording, one after the other.
 #[derive(Debug)]
 pub struct RosLogReader {
-    scan_topic: Option<String>,
+    /// The topics to read: of scans, and of odometry.
+    chosen: [Option<String>; 2],
     /// Topics with scans, and with odometry, in the order in which they were seen.
     topics: [Vec<String>; 2],
     frames: Frames,
     base_frame: Option<String>,
     odometry: PoseHistory,
-    /// Time of the first pose by odometry, seconds.
-    first_s: Option<f64>,
-    pending: VecDeque<PendingScan>,
+    scans: Vec<RecordedScan>,
+    /// The records of the odometry.
     records: Vec<LogRecord>,
     /// Messages so far.
     messages: u64,
+    /// Unusable messages by topic: their number, and the error of the first.
+    invalid: BTreeMap<String, (usize, RecordingError)>,
+    is_truncated: bool,
 }
 
 impl RosLogReader {
-    /// Creates a reader for the scans of a topic, or of the only one.
+    /// Creates a reader for the scans and the odometry of these topics; of the only one where none is named.
     #[must_use]
-    pub fn new(scan_topic: Option<&str>) -> Self {
+    pub fn new(scan_topic: Option<&str>, odometry_topic: Option<&str>) -> Self {
         Self {
-            scan_topic: scan_topic.map(str::to_owned),
+            chosen: [scan_topic, odometry_topic].map(|topic| topic.map(str::to_owned)),
             topics: [Vec::new(), Vec::new()],
-            frames: Frames::default(),
+            frames: Frames::of_log(),
             base_frame: None,
-            odometry: PoseHistory::new(),
-            first_s: None,
-            pending: VecDeque::new(),
+            odometry: PoseHistory::of_log(),
+            scans: Vec::new(),
             records: Vec::new(),
             messages: 0,
+            invalid: BTreeMap::new(),
+            is_truncated: false,
         }
     }
 
-    /// Reads a file. Of a truncated one, everything up to its last whole chunk.
+    /// Reads a file. Of a truncated one, everything up to its last whole chunk. A message that cannot be used is left out.
     ///
     /// # Errors
-    /// When the file is no MCAP file, is damaged or cannot be read, or a message is invalid.
+    /// When the file is no MCAP file, is damaged or cannot be read, or the stamps of the odometry go back.
     pub fn read(&mut self, file: impl Read + Seek) -> Result<(), RecordingError> {
         let mut mcap = McapReader::new(file);
         let mut types: BTreeMap<u16, String> = BTreeMap::new();
@@ -122,11 +154,14 @@ impl RosLogReader {
                 Ok(Some(Record::Message { header, data })) => {
                     if let Some(channel) = channels.get(&header.channel_id) {
                         self.messages += 1;
-                        self.take(channel, &data, header.log_time as f64 * 1e-9)?;
+                        let taken = self.take(channel, &data, header.log_time as f64 * 1e-9);
+                        self.leave_out_invalid(taken)?;
                     }
                 }
                 Ok(Some(_)) => {}
-                Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
+                Ok(None) => return Ok(()),
+                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
+                    self.is_truncated = true;
                     return Ok(());
                 }
                 Err(McapError::BadMagic) => return Err(RecordingError::NotMcap),
@@ -138,38 +173,105 @@ impl RosLogReader {
         }
     }
 
-    /// The log of all files.
+    /// The log of all files, and what it leaves out.
     ///
     /// # Errors
     /// When scans or odometry are missing, are on several topics, or the place of the lidar on the robot is not known.
-    pub fn finish(mut self) -> Result<LidarLog, RecordingError> {
-        let [scans, odometry] = &self.topics;
-        for (missing, topics) in [(LaserScan::NAME, scans), (Odometry::NAME, odometry)] {
-            if topics.is_empty() {
-                return Err(RecordingError::NoMessages { missing });
-            }
+    pub fn finish(mut self) -> Result<(LidarLog, Vec<RosLogWarning>), RecordingError> {
+        self.check_topics()?;
+        let scans = core::mem::take(&mut self.scans);
+        let all = scans.len();
+        let mut records = Vec::with_capacity(all + self.records.len());
+        for scan in scans {
+            records.extend(self.scan_record(scan)?);
         }
-        if self.scan_topic.is_none() && scans.len() > 1 {
-            return Err(RecordingError::SeveralTopics { topics: scans.join(", ") });
+        let mut warnings: Vec<RosLogWarning> = Vec::new();
+        if records.len() < all {
+            warnings.push(RosLogWarning::ScansWithoutOdometry { count: all - records.len() });
         }
-        if let Some(topic) = self.scan_topic.as_ref().filter(|topic| !scans.contains(*topic)) {
-            let (topic, topics) = (topic.clone(), scans.join(", "));
-            return Err(RecordingError::NoScansOn { topic, topics });
-        }
-        // Scans after the last odometry have no pose.
-        let first_s = self.records.iter().map(|record| record.time_s).fold(f64::INFINITY, f64::min);
-        for record in &mut self.records {
+        records.append(&mut self.records);
+        // Stable: a scan stays before the odometry of its end.
+        records.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
+        let first_s = records.first().map_or(0.0, |record| record.time_s);
+        for record in &mut records {
+            record.corrected = self.corrected(record.time_s);
             record.time_s -= first_s;
             let beams = record.scan.iter_mut().flat_map(|scan| &mut scan.beams.beams);
             beams.for_each(|beam| beam.time_s -= first_s);
         }
-        Ok(LidarLog { format: LogFormat::Ros2, records: self.records, has_times: true })
+        remove_saturated(&mut records);
+        let invalid = self.invalid.into_iter().map(|(topic, (count, error))| {
+            let reason = error.to_string();
+            RosLogWarning::InvalidMessages { topic, count, reason }
+        });
+        warnings.extend(invalid);
+        if self.is_truncated {
+            warnings.push(RosLogWarning::Truncated);
+        }
+        Ok((LidarLog { format: LogFormat::Ros2, records, has_times: true }, warnings))
+    }
+
+    /// Checks that there are usable scans and odometry, each of one topic.
+    fn check_topics(&mut self) -> Result<(), RecordingError> {
+        let kinds =
+            [(LaserScan::NAME, self.scans.is_empty()), (Odometry::NAME, self.records.is_empty())];
+        for (((name, is_empty), topics), chosen) in
+            kinds.into_iter().zip(&self.topics).zip(&self.chosen)
+        {
+            let Some(first) = topics.first() else {
+                return Err(RecordingError::NoMessages { missing: name });
+            };
+            let listed = || topics.join(", ");
+            match chosen {
+                None if topics.len() > 1 => {
+                    return Err(RecordingError::SeveralTopics { name, topics: listed() });
+                }
+                Some(topic) if !topics.contains(topic) => {
+                    let topic = topic.clone();
+                    return Err(RecordingError::NotOnTopic { name, topic, topics: listed() });
+                }
+                _ => {}
+            }
+            if is_empty
+                && let Some((_, error)) = self.invalid.remove(chosen.as_ref().unwrap_or(first))
+            {
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps the error of a message that is left out; other errors end the reading.
+    fn leave_out_invalid(
+        &mut self,
+        taken: Result<(), RecordingError>,
+    ) -> Result<(), RecordingError> {
+        let Err(error) = taken else {
+            return Ok(());
+        };
+        let RecordingError::InvalidMessage { topic, .. } = &error else {
+            return Err(error);
+        };
+        let topic = topic.clone();
+        self.invalid.entry(topic).or_insert((0, error)).0 += 1;
+        Ok(())
+    }
+
+    /// Notes a topic, and returns whether its messages are read.
+    fn is_chosen(&mut self, kind: Kind, topic: &str) -> bool {
+        let at = usize::from(kind == Kind::Odometry);
+        let topics = &mut self.topics[at];
+        if !topics.iter().any(|known| known == topic) {
+            topics.push(topic.to_owned());
+        }
+        self.chosen[at].as_deref().unwrap_or(&topics[0]) == topic
     }
 
     fn take(&mut self, channel: &Channel, data: &[u8], log_s: f64) -> Result<(), RecordingError> {
         let topic = &channel.topic;
+        let number = self.messages;
         let invalid = |reason: String| {
-            let (topic, number) = (topic.clone(), self.messages);
+            let topic = topic.clone();
             RecordingError::InvalidMessage { topic, number, reason }
         };
         let no_cdr = || invalid("it is no message of its type".to_owned());
@@ -177,45 +279,44 @@ impl RosLogReader {
             Kind::Transforms => {
                 let message = TFMessage::from_cdr(data).ok_or_else(no_cdr)?;
                 // A transform that repeats an older time is of no use, and no reason to refuse a recording.
-                let _ = self.frames.update(log_s, &message, topic == STATIC_TRANSFORMS);
+                let _ = self.frames.update(log_s, &message, topic.ends_with(STATIC_TRANSFORMS));
             }
-            Kind::Scan => {
-                note_topic(&mut self.topics[0], topic);
-                if self.scan_topic.as_ref().unwrap_or(&self.topics[0][0]) != topic {
-                    return Ok(());
-                }
+            Kind::Scan if self.is_chosen(channel.kind, topic) => {
                 let message = LaserScan::from_cdr(data).ok_or_else(no_cdr)?;
                 let scan = laser_scan(&message).map_err(|error| invalid(error.to_string()))?;
+                let frame = frame_name("header.frame_id", &message.header.frame_id);
+                let frame = frame.map_err(|error| invalid(error.to_string()))?;
                 // A scan without a stamp or without beams tells nothing.
                 if let Some(beams) = timed_scan(&message, &scan) {
                     let end_s = beams.beams.last().map_or(0.0, |beam| beam.time_s);
-                    let frame = message.header.frame_id;
-                    self.pending.push_back(PendingScan { beams, end_s, frame });
+                    self.scans.push(RecordedScan { beams, end_s, frame });
                 }
             }
-            Kind::Odometry => {
-                note_topic(&mut self.topics[1], topic);
-                if self.topics[1][0] != *topic {
-                    return Ok(());
-                }
+            Kind::Odometry if self.is_chosen(channel.kind, topic) => {
                 let message = Odometry::from_cdr(data).ok_or_else(no_cdr)?;
                 let pose = planar_pose("pose", &message.pose.pose);
                 let pose = pose.map_err(|error| invalid(error.to_string()))?;
+                let base_frame = frame_name("child_frame_id", &message.child_frame_id);
+                let base_frame = base_frame.map_err(|error| invalid(error.to_string()))?;
                 let time_s = message.header.stamp.seconds();
-                if self.odometry.newest().is_some_and(|(last_s, _)| time_s <= last_s) {
+                let back_s = self.odometry.newest().map_or(-1.0, |(last_s, _)| last_s - time_s);
+                if back_s > MAX_BACK_S {
+                    let topic = topic.clone();
+                    return Err(RecordingError::StampsGoBack { topic, number, back_s });
+                }
+                if back_s >= 0.0 {
                     return Ok(());
                 }
-                self.base_frame.get_or_insert(message.child_frame_id);
-                self.first_s.get_or_insert(time_s);
+                self.base_frame.get_or_insert(base_frame);
                 self.odometry.record(time_s, &pose);
-                self.release_scans(time_s)?;
                 self.records.push(LogRecord {
                     time_s,
                     odometry: pose,
-                    corrected: self.corrected(time_s),
+                    corrected: None,
                     scan: None,
                 });
             }
+            Kind::Scan | Kind::Odometry => {}
         }
         Ok(())
     }
@@ -223,43 +324,34 @@ impl RosLogReader {
     /// The robot's pose in the map, where the recording has it.
     fn corrected(&self, time_s: f64) -> Option<Pose> {
         let base_frame = self.base_frame.as_deref()?;
-        Some(self.frames.pose_in(MAP_FRAME, base_frame, time_s)?.pose)
+        let found = self.frames.pose_in(MAP_FRAME, base_frame, time_s).ok()?;
+        self.frames.have_begun(base_frame, time_s).then_some(found.pose)
     }
 
-    /// Adds the scans that ended by the time of the newest odometry.
-    fn release_scans(&mut self, newest_s: f64) -> Result<(), RecordingError> {
-        while self.pending.front().is_some_and(|scan| scan.end_s <= newest_s) {
-            let Some(scan) = self.pending.pop_front() else { break };
-            // Before the first odometry there is no pose.
-            let has_pose = self.first_s.is_some_and(|first_s| scan.end_s >= first_s);
-            let Some(odometry) = self.odometry.at(scan.end_s).filter(|_| has_pose) else {
-                continue;
-            };
-            let base_frame = self.base_frame.as_deref().unwrap_or_default();
-            let mount = self.frames.pose_in(base_frame, &scan.frame, scan.end_s);
-            let mount = mount.ok_or_else(|| RecordingError::NoMount {
-                lidar: scan.frame.clone(),
-                base: base_frame.to_owned(),
-            })?;
-            let mount = mount.pose;
-            let mut beams = scan.beams;
-            for beam in &mut beams.beams {
-                *beam = beam.from_mount(&mount);
+    /// The record of a scan; `None` where there is no odometry of its time.
+    fn scan_record(&self, scan: RecordedScan) -> Result<Option<LogRecord>, RecordingError> {
+        let RecordedScan { mut beams, end_s, frame } = scan;
+        let times = self.odometry.oldest().zip(self.odometry.newest());
+        let has_pose =
+            times.is_some_and(|((first_s, _), (last_s, _))| (first_s..=last_s).contains(&end_s));
+        let Some(odometry) = self.odometry.at(end_s).filter(|_| has_pose) else {
+            return Ok(None);
+        };
+        let base = self.base_frame.clone().unwrap_or_default();
+        let mount = match self.frames.pose_in(&base, &frame, end_s) {
+            Ok(found) => found.pose,
+            Err(NoPose::Unconnected) => {
+                return Err(RecordingError::NoMount { lidar: frame, base });
             }
-            beams.range_max += mount.position().to_vector().norm();
-            self.records.push(LogRecord {
-                time_s: scan.end_s,
-                odometry,
-                corrected: self.corrected(scan.end_s),
-                scan: Some(LoggedScan { mount, beams }),
-            });
+            Err(NoPose::Tilted) => {
+                return Err(RecordingError::TiltedMount { lidar: frame, base });
+            }
+        };
+        for beam in &mut beams.beams {
+            *beam = beam.from_mount(&mount);
         }
-        Ok(())
-    }
-}
-
-fn note_topic(topics: &mut Vec<String>, topic: &str) {
-    if !topics.iter().any(|known| known == topic) {
-        topics.push(topic.to_owned());
+        beams.range_max += mount.position().to_vector().norm();
+        let scan = Some(LoggedScan { mount, beams });
+        Ok(Some(LogRecord { time_s: end_s, odometry, corrected: None, scan }))
     }
 }

@@ -1,4 +1,4 @@
-//! The tree of frames by `tf` and `tf_static`, bounded in memory.
+//! The tree of frames by `tf` and `tf_static`. That of the node is bounded in memory.
 
 use std::collections::BTreeMap;
 
@@ -16,9 +16,13 @@ const MAX_PARENTS: usize = 32;
 /// that the sender's clock was set.
 const OUT_OF_ORDER_S: f64 = 1.0;
 
-/// The recent planar poses of each frame in its parent frame.
+/// The planar poses of each frame in its parent frame: the recent ones, or those of a whole log.
 #[derive(Clone, Debug, Default)]
-pub struct Frames(BTreeMap<String, Link>);
+pub struct Frames {
+    links: BTreeMap<String, Link>,
+    /// The empty history of a new frame.
+    history: PoseHistory,
+}
 
 /// A frame below its parent.
 #[derive(Clone, Debug)]
@@ -33,6 +37,31 @@ enum LinkPose {
     Static(Pose),
     /// From `tf`.
     Dynamic(PoseHistory),
+    /// It does not lie in the plane, like the optical frame of a camera or a wheel.
+    Tilted,
+}
+
+/// Why a frame has no planar pose in another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoPose {
+    /// No chain of transforms connects the two frames.
+    Unconnected,
+    /// A frame between the two is tilted.
+    Tilted,
+}
+
+impl NoPose {
+    /// What the pose of a lidar lacks, for a message after the name of its frame.
+    pub fn of_lidar(self, base_frame: &str) -> String {
+        match self {
+            Self::Unconnected => format!(
+                "which tf does not connect to `{base_frame}`: publish the lidar's pose on tf_static"
+            ),
+            Self::Tilted => {
+                format!("which is tilted against `{base_frame}`: the lidar must be upright")
+            }
+        }
+    }
 }
 
 /// The pose of a frame in another.
@@ -44,41 +73,59 @@ pub struct FramePose {
 }
 
 impl Frames {
+    /// Creates an empty tree that keeps all transforms, for logs.
+    #[cfg(all(feature = "mcap", feature = "logs"))]
+    pub fn of_log() -> Self {
+        Self { history: PoseHistory::of_log(), ..Self::default() }
+    }
+
     /// Stores the transforms of a message that arrived at a time, seconds. A dynamic transform counts from its stamp, or from its
     /// arrival if the stamp is later: localization nodes date their transforms ahead.
     ///
     /// # Errors
-    /// The first invalid transform; those before it are stored.
+    /// The first invalid transform; all others are stored, because one message may have the frames of the whole robot.
     pub fn update(
         &mut self,
         now_s: f64,
         message: &TFMessage,
         is_static: bool,
     ) -> Result<(), MessageError> {
+        let mut outcome = Ok(());
         for stamped in &message.transforms {
-            let msg::Vector3 { x, y, z } = stamped.transform.translation;
-            let pose = msg::Pose {
-                position: msg::Point { x, y, z },
-                orientation: stamped.transform.rotation,
-            };
-            let pose = planar_pose("a transform", &pose)?;
-            let child = frame_name("child_frame_id", &stamped.child_frame_id)?;
-            let parent = frame_name("header.frame_id", &stamped.header.frame_id)?;
-            if self.0.len() >= MAX_FRAMES && !self.0.contains_key(&child) {
-                return Err(MessageError::TooManyFrames { max: MAX_FRAMES });
-            }
-            if is_static {
-                self.0.insert(child, Link { parent, pose: LinkPose::Static(pose) });
-                continue;
-            }
-            let stamp = stamped.header.stamp;
-            if stamp.is_zero() {
-                return Err(MessageError::NoStamp);
-            }
-            let time_s = stamp.seconds().min(now_s);
-            self.record(child, parent, time_s, &pose)?;
+            outcome = outcome.and(self.store(now_s, stamped, is_static));
         }
-        Ok(())
+        outcome
+    }
+
+    fn store(
+        &mut self,
+        now_s: f64,
+        stamped: &msg::TransformStamped,
+        is_static: bool,
+    ) -> Result<(), MessageError> {
+        let child = frame_name("child_frame_id", &stamped.child_frame_id)?;
+        let parent = frame_name("header.frame_id", &stamped.header.frame_id)?;
+        let msg::Vector3 { x, y, z } = stamped.transform.translation;
+        let position = msg::Point { x, y, z };
+        let pose = msg::Pose { position, orientation: stamped.transform.rotation };
+        let pose = planar_pose("a transform", &pose);
+        if self.links.len() >= MAX_FRAMES && !self.links.contains_key(&child) {
+            return Err(MessageError::TooManyFrames { max: MAX_FRAMES });
+        }
+        if matches!(pose, Err(MessageError::Tilted(_))) {
+            self.links.insert(child, Link { parent, pose: LinkPose::Tilted });
+            return Ok(());
+        }
+        let pose = pose?;
+        if is_static {
+            self.links.insert(child, Link { parent, pose: LinkPose::Static(pose) });
+            return Ok(());
+        }
+        let stamp = stamped.header.stamp;
+        if stamp.is_zero() {
+            return Err(MessageError::NoStamp);
+        }
+        self.record(child, parent, stamp.seconds().min(now_s), &pose)
     }
 
     fn record(
@@ -89,7 +136,7 @@ impl Frames {
         pose: &Pose,
     ) -> Result<(), MessageError> {
         if let Some(Link { parent: before, pose: LinkPose::Dynamic(history) }) =
-            self.0.get_mut(&child)
+            self.links.get_mut(&child)
             && *before == parent
         {
             let newest_s = history.newest().map_or(f64::NEG_INFINITY, |(newest_s, _)| newest_s);
@@ -99,35 +146,55 @@ impl Frames {
             history.record(time_s, pose);
             return Ok(());
         }
-        let mut history = PoseHistory::default();
+        let mut history = self.history.clone();
         history.record(time_s, pose);
-        self.0.insert(child, Link { parent, pose: LinkPose::Dynamic(history) });
+        self.links.insert(child, Link { parent, pose: LinkPose::Dynamic(history) });
         Ok(())
     }
 
-    /// The pose of a frame in one of its ancestors at a time, seconds, or nothing if they are not connected. Between two
-    /// transforms it is interpolated; outside their times it is the nearest.
-    #[must_use]
-    pub fn pose_in(&self, ancestor: &str, frame: &str, time_s: f64) -> Option<FramePose> {
+    /// The pose of a frame in one of its ancestors at a time, seconds. Between two transforms it is interpolated; outside their
+    /// times it is the nearest.
+    ///
+    /// # Errors
+    /// When the two frames are not connected, or not by frames in one plane.
+    pub fn pose_in(&self, ancestor: &str, frame: &str, time_s: f64) -> Result<FramePose, NoPose> {
         let mut at = frame;
         let mut found = FramePose { pose: Pose::default(), time_s: f64::INFINITY };
+        let mut is_tilted = false;
         for _ in 0..MAX_PARENTS {
             if at == ancestor {
-                return Some(found);
+                return if is_tilted { Err(NoPose::Tilted) } else { Ok(found) };
             }
-            let link = self.0.get(at)?;
+            let link = self.links.get(at).ok_or(NoPose::Unconnected)?;
+            at = &link.parent;
             let in_parent = match &link.pose {
                 LinkPose::Static(pose) => *pose,
                 LinkPose::Dynamic(history) => {
-                    let (newest_s, _) = history.newest()?;
+                    let (newest_s, _) = history.newest().ok_or(NoPose::Unconnected)?;
                     found.time_s = found.time_s.min(newest_s);
-                    history.at(time_s)?
+                    history.at(time_s).ok_or(NoPose::Unconnected)?
+                }
+                LinkPose::Tilted => {
+                    is_tilted = true;
+                    continue;
                 }
             };
             found.pose = in_parent.transform_pose(&found.pose);
-            at = &link.parent;
         }
-        None
+        Err(NoPose::Unconnected)
+    }
+
+    /// Whether the dynamic transforms above a frame had begun at a time, seconds.
+    #[cfg(all(feature = "mcap", feature = "logs"))]
+    pub fn have_begun(&self, frame: &str, time_s: f64) -> bool {
+        let above = |link: &&Link| self.links.get(&link.parent);
+        let links = core::iter::successors(self.links.get(frame), above);
+        links.take(MAX_PARENTS).all(|link| match &link.pose {
+            LinkPose::Dynamic(history) => {
+                history.oldest().is_some_and(|(oldest_s, _)| oldest_s <= time_s)
+            }
+            LinkPose::Static(_) | LinkPose::Tilted => true,
+        })
     }
 }
 
@@ -175,7 +242,28 @@ mod tests {
         frames.update(10.0, &message("map", "odom", 10.0, 1.0), false).expect("valid");
         let late = frames.update(10.1, &message("map", "odom", 9.8, 2.0), false);
         assert!(matches!(late, Err(MessageError::NotNewer)), "{late:?}");
-        assert_eq!(frames.pose_in("map", "odom", 10.1).map(|found| found.pose.x), Some(1.0));
+        assert_eq!(frames.pose_in("map", "odom", 10.1).map(|found| found.pose.x), Ok(1.0));
+    }
+
+    /// `robot_state_publisher` sends all fixed frames in one message, and a camera's optical frame is tilted.
+    #[test]
+    fn tilted_and_invalid_transforms_keep_no_other_from_being_stored() {
+        let mut camera = message("base", "camera", 0.0, 0.0).transforms;
+        camera[0].transform.rotation = msg::Quaternion { x: -0.5, y: 0.5, z: -0.5, w: 0.5 };
+        let mut broken = message("base", "broken", 0.0, 0.0).transforms;
+        broken[0].transform.rotation = msg::Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 0.0 };
+        let sensor = message("camera", "sensor", 0.0, 0.1).transforms;
+        let laser = message("base", "laser", 0.0, 0.2).transforms;
+        let transforms = [camera, broken, sensor, laser].concat();
+        let mut frames = Frames::default();
+        let outcome = frames.update(1.0, &TFMessage { transforms }, true);
+        assert!(matches!(outcome, Err(MessageError::BadQuaternion { .. })), "{outcome:?}");
+        assert_eq!(frames.pose_in("base", "laser", 1.0).map(|found| found.pose.x), Ok(0.2));
+        for tilted in ["camera", "sensor"] {
+            assert_eq!(frames.pose_in("base", tilted, 1.0), Err(NoPose::Tilted), "{tilted}");
+        }
+        assert_eq!(frames.pose_in("base", "broken", 1.0), Err(NoPose::Unconnected));
+        assert_eq!(frames.pose_in("map", "sensor", 1.0), Err(NoPose::Unconnected));
     }
 
     #[test]
@@ -197,6 +285,6 @@ mod tests {
         let mut frames = Frames::default();
         frames.update(1.0, &message("a", "b", 1.0, 0.0), false).expect("valid");
         frames.update(1.0, &message("b", "a", 1.0, 0.0), false).expect("valid");
-        assert_eq!(frames.pose_in("map", "a", 1.0), None);
+        assert_eq!(frames.pose_in("map", "a", 1.0), Err(NoPose::Unconnected));
     }
 }

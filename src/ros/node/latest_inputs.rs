@@ -122,9 +122,10 @@ impl LatestInputs {
         check_stamp(stamp, self.scan.as_ref().map(|before| before.stamp))?;
         let frame = frame_name("header.frame_id", &message.header.frame_id)?;
         if let Some(OdometryInput { base_frame, .. }) = &self.odometry
-            && self.frames.pose_in(base_frame, &frame, stamp.seconds()).is_none()
+            && let Err(reason) = self.frames.pose_in(base_frame, &frame, stamp.seconds())
         {
-            return Err(MessageError::UnknownFrame { frame, base_frame: base_frame.clone() });
+            let base_frame = base_frame.clone();
+            return Err(MessageError::LidarMount { frame, base_frame, reason });
         }
         let scan = laser_scan(message)?;
         let timed = timed_scan(message, &scan);
@@ -184,9 +185,10 @@ impl LatestInputs {
         limits: &AgeLimits,
     ) -> Result<Pose, MissingInput> {
         let mount = self.frames.pose_in(base_frame, &scan.frame, scan.stamp.seconds());
-        let mount = mount.ok_or_else(|| MissingInput::LidarMount {
+        let mount = mount.map_err(|reason| MissingInput::LidarMount {
             frame: scan.frame.clone(),
             base_frame: base_frame.to_owned(),
+            reason,
         })?;
         fresh(now_s, &mount, limits, &scan.frame, base_frame)
     }
@@ -209,7 +211,7 @@ impl LatestInputs {
             OdometryFrame::IsMap => (Pose::default(), now_s, None),
             OdometryFrame::ByTransforms => {
                 let found = self.frames.pose_in(&map.frame, &odometry.frame, odometry_s);
-                let found = found.ok_or_else(|| MissingInput::Transform {
+                let found = found.map_err(|_| MissingInput::Transform {
                     odometry: odometry.frame.clone(),
                     map: map.frame.clone(),
                 })?;

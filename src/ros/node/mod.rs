@@ -30,10 +30,10 @@ mod zones;
 
 pub use action::ActionUpdate;
 #[cfg(feature = "mcap")]
-pub(crate) use frames::Frames;
+pub(crate) use frames::{Frames, NoPose};
 pub use incoming::IncomingMessage;
 #[cfg(feature = "mcap")]
-pub(crate) use incoming::planar_pose;
+pub(crate) use incoming::{frame_name, planar_pose};
 pub use lifecycle::LifecycleState;
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;

@@ -6,6 +6,7 @@ use std::mem::{Discriminant, discriminant, take};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::frames::NoPose;
 use crate::base::{OperatorState, ProtectiveAction};
 use crate::localization::{LocalizationError, LostReason};
 use crate::map::MapError;
@@ -40,10 +41,8 @@ pub enum MessageError {
     BadFrameName { field: &'static str, max: usize },
     #[error("tf has more than {max} frames")]
     TooManyFrames { max: usize },
-    #[error(
-        "it is in the frame `{frame}`, which tf does not connect to `{base_frame}`: publish the lidar's pose on tf_static"
-    )]
-    UnknownFrame { frame: String, base_frame: String },
+    #[error("it is in the frame `{frame}`, {}", .reason.of_lidar(.base_frame))]
+    LidarMount { frame: String, base_frame: String, reason: NoPose },
     #[error("its stamp is zero: the sender must set the time of the measurement")]
     NoStamp,
     #[error(
@@ -119,10 +118,8 @@ pub enum MissingInput {
         "tf no longer gives the pose of `{frame}` in `{ancestor}`: its last transform is too old"
     )]
     RecentTransform { frame: String, ancestor: String },
-    #[error(
-        "tf does not connect the lidar's frame `{frame}` to `{base_frame}`: publish the lidar's pose on tf_static"
-    )]
-    LidarMount { frame: String, base_frame: String },
+    #[error("scans are in the frame `{frame}`, {}", .reason.of_lidar(.base_frame))]
+    LidarMount { frame: String, base_frame: String, reason: NoPose },
     #[error("no scan was received")]
     Scan,
 }

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use inbye::geometry::Pose;
+use inbye::lidar_log::{LidarLog, LoggedScan};
 use inbye::map::TimedScan;
-use inbye::recording::{RecordingError, RosLogReader};
+use inbye::recording::{RecordingError, RosLogReader, RosLogWarning};
 use inbye::ros::msg::{self, Header, LaserScan, Message, Odometry, TFMessage, Time};
 use mcap::records::MessageHeader;
 use mcap::write::{WriteOptions, Writer};
@@ -31,7 +32,21 @@ enum Odd {
     NoOdometry,
     SecondLidar,
     ShortMessage,
+    OnlyShortMessages,
     OtherEncoding,
+    /// Scans are published after newer odometry.
+    LateScans,
+    /// Transforms of a tick come after its odometry, and static ones after the first scans.
+    LateTransforms,
+    /// The frames of a camera and a wheel are tilted.
+    TiltedFrames,
+    TiltedLidar,
+    /// Frames have the slash of ROS 1, and topics a namespace.
+    Names,
+    SecondOdometry,
+    ClockSetBack,
+    /// A reading without an echo is the largest range.
+    Saturated,
 }
 
 /// The true pose on a circle in a room.
@@ -78,44 +93,91 @@ fn transform(time_s: f64, [parent, child]: [&str; 2], pose: &Pose) -> TFMessage 
     TFMessage { transforms: vec![stamped] }
 }
 
+/// The place of the lidar, and other fixed frames.
+fn static_transforms(odd: Odd) -> TFMessage {
+    let mut lidar = transform(0.0, ["base_link", "laser"], &MOUNT);
+    let mut camera = transform(0.0, ["base_link", "camera_optical"], &Pose::default());
+    camera.transforms[0].transform.rotation = msg::Quaternion { x: -0.5, y: 0.5, z: -0.5, w: 0.5 };
+    match odd {
+        Odd::TiltedFrames => {
+            TFMessage { transforms: [camera.transforms, lidar.transforms].concat() }
+        }
+        Odd::TiltedLidar => {
+            let upside_down = msg::Quaternion { x: 1.0, y: 0.0, z: 0.0, w: 0.0 };
+            lidar.transforms[0].transform.rotation = upside_down;
+            lidar
+        }
+        _ => lidar,
+    }
+}
+
+fn odometry_message(odd: Odd, time_s: f64) -> Odometry {
+    let slash = if odd == Odd::Names { "/" } else { "" };
+    let set_back_s = if odd == Odd::ClockSetBack && time_s > 10.0 { 5.0 } else { 0.0 };
+    Odometry {
+        header: header(time_s - set_back_s, "odom"),
+        child_frame_id: format!("{slash}base_link"),
+        pose: msg::PoseWithCovariance {
+            pose: msg::Pose::from(&odometry(time_s)),
+            ..Default::default()
+        },
+        ..Odometry::default()
+    }
+}
+
+fn scan_message(odd: Odd, tick: u32, begin_s: f64) -> Vec<u8> {
+    let mut scan = scan(begin_s, if odd == Odd::Names { "/laser" } else { "laser" });
+    if odd == Odd::Saturated {
+        scan.ranges.iter_mut().step_by(10).for_each(|range| *range = 20.0);
+    }
+    let mut message = scan.to_cdr();
+    if odd == Odd::OnlyShortMessages || odd == Odd::ShortMessage && tick == 50 {
+        message.truncate(40);
+    }
+    message
+}
+
 /// A recording of 20 s, as `rosbag2` writes it.
 fn recording(odd: Odd) -> Vec<u8> {
     let mut file = Bag::new();
     let encoding = if odd == Odd::OtherEncoding { "ros1" } else { "cdr" };
-    let statics = file.channel::<TFMessage>("/tf_static", "cdr");
+    let statics = if odd == Odd::Names { "/rover/tf_static" } else { "/tf_static" };
+    let statics = file.channel::<TFMessage>(statics, "cdr");
     let transforms = file.channel::<TFMessage>("/tf", "cdr");
     let scans = file.channel::<LaserScan>("/front/scan", encoding);
     let rear = (odd == Odd::SecondLidar).then(|| file.channel::<LaserScan>("/rear/scan", "cdr"));
     let odometries = (odd != Odd::NoOdometry).then(|| file.channel::<Odometry>("/odom", "cdr"));
-    if odd != Odd::NoMount {
-        file.write(statics, 0.0, &transform(0.0, ["base_link", "laser"], &MOUNT).to_cdr());
-    }
+    let camera =
+        (odd == Odd::SecondOdometry).then(|| file.channel::<Odometry>("/camera/odom", "cdr"));
+    let static_tick = if odd == Odd::LateTransforms { 50 } else { 0 };
     file.write(transforms, 0.0, &transform(0.0, ["map", "odom"], &truth(0.0)).to_cdr());
     for tick in 0..1000_u32 {
         let time_s = 0.02 * f64::from(tick);
-        if let Some(channel) = odometries {
-            let message = Odometry {
-                header: header(time_s, "odom"),
-                child_frame_id: "base_link".to_owned(),
-                pose: msg::PoseWithCovariance {
-                    pose: msg::Pose::from(&odometry(time_s)),
-                    ..Default::default()
-                },
-                ..Odometry::default()
-            };
-            let moved = transform(time_s, ["odom", "base_link"], &odometry(time_s));
-            file.write(transforms, time_s, &moved.to_cdr());
-            file.write(channel, time_s, &message.to_cdr());
+        if tick == static_tick && odd != Odd::NoMount {
+            file.write(statics, time_s, &static_transforms(odd).to_cdr());
         }
-        if tick % 5 == 0 {
-            let mut message = scan(time_s + 0.003, "laser").to_cdr();
-            if odd == Odd::ShortMessage && tick == 50 {
-                message.truncate(40);
-            }
-            // A scan is published at its end.
-            file.write(scans, time_s + 0.075, &message);
-            if let Some(rear) = rear {
-                file.write(rear, time_s + 0.075, &scan(time_s + 0.003, "laser").to_cdr());
+        let mut moved = transform(time_s, ["odom", "base_link"], &odometry(time_s));
+        if odd == Odd::TiltedFrames {
+            let mut wheel = transform(time_s, ["base_link", "wheel"], &Pose::default()).transforms;
+            wheel[0].transform.rotation =
+                msg::Quaternion { x: 0.7071068, y: 0.0, z: 0.0, w: 0.7071068 };
+            moved.transforms.splice(0..0, wheel);
+        }
+        if odd != Odd::LateTransforms {
+            file.write(transforms, time_s, &moved.to_cdr());
+        }
+        for channel in odometries.into_iter().chain(camera) {
+            file.write(channel, time_s, &odometry_message(odd, time_s).to_cdr());
+        }
+        if odd == Odd::LateTransforms {
+            file.write(transforms, time_s, &moved.to_cdr());
+        }
+        // A scan is published at its end, or after newer odometry.
+        let ago = if odd == Odd::LateScans { 7 } else { 0 };
+        if tick >= ago && (tick - ago).is_multiple_of(5) {
+            let message = scan_message(odd, tick, 0.02 * f64::from(tick - ago) + 0.003);
+            for channel in [Some(scans), rear].into_iter().flatten() {
+                file.write(channel, time_s + 0.075, &message);
             }
         }
     }
@@ -156,16 +218,18 @@ impl Bag {
     }
 }
 
-fn read(file: &[u8], topic: Option<&str>) -> Result<inbye::lidar_log::LidarLog, RecordingError> {
-    let mut reader = RosLogReader::new(topic);
+fn read(file: &[u8]) -> Result<(LidarLog, Vec<RosLogWarning>), RecordingError> {
+    let mut reader = RosLogReader::new(None, None);
     reader.read(Cursor::new(file))?;
     reader.finish()
 }
 
 #[test]
 fn scans_have_odometry_of_their_end_and_the_place_of_the_lidar() {
-    let log = read(&recording(Odd::Nothing), None).expect("a log");
-    assert_eq!(log.scans(), 200, "the last one ended before the last odometry");
+    let (log, warnings) = read(&recording(Odd::Nothing)).expect("a log");
+    // The last scan ended after the last odometry.
+    assert_eq!((log.scans(), warnings.len()), (199, 1));
+    assert!(matches!(warnings[0], RosLogWarning::ScansWithoutOdometry { count: 1 }));
     let mut last_s = -1.0;
     for record in &log.records {
         assert!(record.time_s >= last_s, "records are in the order of their times");
@@ -190,7 +254,7 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
     let whole = recording(Odd::Nothing);
     place.write("bag/bag_0.mcap", &whole);
     let (status, object) = place.json("map bag --out room.yaml");
-    assert_eq!((status, &object["scans"]), (0, &200.into()), "{object}");
+    assert_eq!((status, &object["scans"]), (0, &199.into()), "{object}");
     let mean_m = object["absolute"]["position_m"]["mean"].as_f64().expect("a mean");
     assert!(mean_m < 0.02, "{object}");
     let (status, object) = place.json("bench localization --log bag/bag_0.mcap --map room.yaml");
@@ -207,8 +271,17 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
     assert!(two.contains("/front/scan, /rear/scan") && two.contains("--scan-topic"), "{two}");
     let unknown = refused(Odd::Nothing, " --scan-topic /scan");
     assert!(unknown.contains("no scans on /scan: they are on /front/scan"), "{unknown}");
-    let short = refused(Odd::ShortMessage, "");
+    let poses = refused(Odd::SecondOdometry, "");
+    assert!(poses.contains("/odom, /camera/odom") && poses.contains("--odometry-topic"), "{poses}");
+    let short = refused(Odd::OnlyShortMessages, "");
     assert!(short.contains("on /front/scan") && short.contains("odd.mcap"), "{short}");
+    let back = refused(Odd::ClockSetBack, "");
+    assert!(back.contains("on /odom: its stamp is 5.0 s before"), "{back}");
+    let tilted = refused(Odd::TiltedLidar, "");
+    assert!(tilted.contains("laser is tilted against base_link"), "{tilted}");
+    place.write("odd.mcap", recording(Odd::ShortMessage));
+    let one = place.run("map odd.mcap --out odd.yaml");
+    assert!(one.status == 0 && one.stderr.contains("1 messages on /front/scan"), "{one:?}");
     let other = refused(Odd::OtherEncoding, "");
     assert!(other.contains("ros1"), "{other}");
     place.write("bag/bag_0.db3", b"SQLite format 3");
@@ -218,13 +291,41 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
     assert_eq!(place.run("map odd.mcap --out odd.yaml --scan-topic /rear/scan").status, 0);
 }
 
+/// Publishers are late and the frames of other parts are tilted, in usual recordings.
+#[test]
+fn order_of_messages_and_other_frames_change_no_record() {
+    let (expected, _) = read(&recording(Odd::Nothing)).expect("a log");
+    for odd in [Odd::LateScans, Odd::LateTransforms, Odd::TiltedFrames, Odd::Names] {
+        let (log, _) = read(&recording(odd)).expect("a log");
+        // Seven ticks pass until a late scan is published.
+        let scans = if odd == Odd::LateScans { 199 } else { expected.scans() };
+        assert_eq!(log.scans(), scans, "{odd:?}");
+        let common = log.records.iter().zip(&expected.records);
+        assert!(common.clone().count() > 1100, "{odd:?}");
+        for (record, expected) in common {
+            assert_eq!(record, expected, "{odd:?}");
+        }
+    }
+}
+
+/// Such readings are no walls at the largest range.
+#[test]
+fn largest_reading_that_occurs_often_is_no_echo() {
+    let (log, _) = read(&recording(Odd::Saturated)).expect("a log");
+    let scans = || log.records.iter().filter_map(|record| record.scan.as_ref());
+    let without =
+        |scan: &LoggedScan| scan.beams.beams.iter().filter(|it| it.range.is_nan()).count();
+    assert!(scans().count() > 190 && scans().all(|scan| without(scan) == BEAMS / 10));
+}
+
 /// A file that was cut off is readable up to its last whole chunk; other damage is an error.
 #[test]
 fn truncated_recording_is_read_and_a_damaged_one_is_refused() {
     let whole = recording(Odd::Nothing);
-    let log = read(&whole[..whole.len() * 2 / 3], None).expect("most of the log");
-    assert!((50..200).contains(&log.scans()), "{}", log.scans());
-    assert!(matches!(read(b"a text, and no MCAP file", None), Err(RecordingError::NotMcap)));
+    let (log, warnings) = read(&whole[..whole.len() * 2 / 3]).expect("most of the log");
+    assert!((50..199).contains(&log.scans()), "{}", log.scans());
+    assert!(warnings.contains(&RosLogWarning::Truncated), "{warnings:?}");
+    assert!(matches!(read(b"a text, and no MCAP file"), Err(RecordingError::NotMcap)));
 }
 
 #[test]

@@ -163,5 +163,5 @@ fn stamps_are_set_in_order_and_not_ahead() {
     let mut elsewhere = scan(START_S + 0.05);
     elsewhere.header.frame_id = "elsewhere".to_owned();
     let unknown = arrived(0.0, 0.0).set_scan(START_S, &elsewhere, &LIMITS);
-    assert!(matches!(unknown, Err(MessageError::UnknownFrame { .. })));
+    assert!(matches!(unknown, Err(MessageError::LidarMount { .. })));
 }
