@@ -54,6 +54,7 @@ impl ContradictedMap {
     }
 
     /// The changes to plan with.
+    #[cfg(any(test, feature = "ros"))]
     pub const fn planned_with(&self) -> &MapChanges {
         &self.planned_with
     }

@@ -19,7 +19,10 @@ mod zone_compliance;
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
-pub(crate) use map_update::{ContradictedMap, MapUpdate, prepare};
+#[cfg(feature = "mcap")]
+pub(crate) use map_update::prepare;
+#[cfg(feature = "ros")]
+pub(crate) use map_update::{ContradictedMap, MapUpdate};
 pub(crate) use mission::stands;
 pub use mission::{
     Decider, EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError,

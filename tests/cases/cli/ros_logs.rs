@@ -281,7 +281,7 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
     assert!(tilted.contains("laser is tilted against base_link"), "{tilted}");
     place.write("odd.mcap", recording(Odd::ShortMessage));
     let one = place.run("map odd.mcap --out odd.yaml");
-    assert!(one.status == 0 && one.stderr.contains("1 messages on /front/scan"), "{one:?}");
+    assert!(one.status == 0 && one.errors.contains("1 messages on /front/scan"), "{one:?}");
     let other = refused(Odd::OtherEncoding, "");
     assert!(other.contains("ros1"), "{other}");
     place.write("bag/bag_0.db3", b"SQLite format 3");
