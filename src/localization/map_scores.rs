@@ -1,5 +1,6 @@
 //! How well each place of a map explains the end of a beam, for the search of the whole map.
 
+use super::free_places::FreePlaces;
 use super::score_pyramid::ScorePyramid;
 use super::signed_distance_field::SignedDistanceField;
 
@@ -19,8 +20,7 @@ pub(super) const FULL: u8 = 200;
 pub(super) struct MapScores {
     pub cell_m: f64,
     pub scores: ScorePyramid,
-    /// One where a robot can stand.
-    pub free: ScorePyramid,
+    pub free: FreePlaces,
 }
 
 impl MapScores {
@@ -44,13 +44,13 @@ impl MapScores {
                 let near = distance_m
                     .map_or(0.0, |distance_m| (1.0 - distance_m.abs() / reach_m).max(0.0));
                 scores.push((near * f64::from(FULL)).round() as u8);
-                free.push(u8::from(distance_m.is_some_and(|distance_m| distance_m > 0.0)));
+                free.push(distance_m.is_some_and(|distance_m| distance_m > 0.0));
             }
         }
         Self {
             cell_m,
-            scores: ScorePyramid::new(columns, rows, scores, LEVELS),
-            free: ScorePyramid::new(columns, rows, free, LEVELS),
+            scores: ScorePyramid::new(columns, rows, &scores, LEVELS),
+            free: FreePlaces::new(columns as usize, &free, LEVELS),
         }
     }
 }

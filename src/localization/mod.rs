@@ -17,6 +17,8 @@ mod agreement;
 mod change_detector;
 mod coarse_search;
 mod deskewed_scan;
+mod free_places;
+mod frontier;
 mod localizer;
 mod map_changes;
 mod map_scores;
@@ -42,7 +44,7 @@ pub use pose_hint::PoseHint;
 #[cfg(feature = "logs")]
 pub(crate) use scan_matcher::{ScanMatcher, Surfaces, information_of};
 #[cfg(feature = "logs")]
-pub(crate) use score_pyramid::ScorePyramid;
+pub(crate) use score_pyramid::{EndCells, ScorePyramid};
 pub use settings::LocalizationSettings;
 #[cfg(feature = "logs")]
 pub(crate) use signed_distance_field::DistanceSample;

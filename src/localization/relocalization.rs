@@ -7,12 +7,12 @@
 //! is divided first, so poses come in the order of their scores, and the search ends when no other place can be nearly as good as
 //! the best one. It is spread over revolutions, so that each costs a bounded time. The robot stands meanwhile.
 
-use core::cmp::Reverse;
 use core::f64::consts::TAU;
-use std::collections::BinaryHeap;
 
+use super::frontier::{Frontier, Node};
 use super::map_scores::{FULL, MapScores};
 use super::scan_matcher::{ScanMatcher, information_of};
+use super::score_pyramid::EndCells;
 use super::signed_distance_field::SignedDistanceField;
 use super::{Agreement, DeskewedScan, LocalizationSettings};
 use crate::geometry::{Point, Pose, wrap_angle};
@@ -52,6 +52,15 @@ fn is_apart(one: &Pose, other: &Pose, distance_m: f64, angle_rad: f64) -> bool {
         || wrap_angle(one.yaw - other.yaw).abs() > angle_rad
 }
 
+/// The cells of points relative to that of the robot, which stands in the middle of its cell, at a yaw.
+fn turned_cells(points: &[Point], yaw: f64, cell_m: f64) -> Vec<(i32, i32)> {
+    let (sin, cos) = libm::sincos(yaw);
+    let cell = |along: f64| (along / cell_m + 0.5).floor() as i32;
+    let turned =
+        |point: &Point| (cell(cos * point.x - sin * point.y), cell(sin * point.x + cos * point.y));
+    points.iter().map(turned).collect()
+}
+
 /// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Found {
@@ -84,9 +93,6 @@ impl SearchRegion {
     }
 }
 
-/// A block of translations at one yaw, the highest bound first; of equal bounds the smallest block, and then in a fixed order.
-type Node = (u32, Reverse<u8>, Reverse<[i32; 3]>);
-
 /// A search for the pose of a robot at one revolution, spread over its revolutions.
 #[derive(Clone, Debug)]
 pub(super) struct GlobalSearch {
@@ -96,10 +102,12 @@ pub(super) struct GlobalSearch {
     /// `None` for the whole map.
     region: Option<SearchRegion>,
     /// Cells of the beam ends relative to the robot, for each yaw.
-    turns: Vec<Vec<(i32, i32)>>,
-    /// Number of finished blocks of the largest size.
+    turns: Vec<EndCells>,
+    /// Highest score of a pose.
+    full: u32,
+    /// Number of finished groups of four of the largest nodes.
     roots: usize,
-    nodes: BinaryHeap<Node>,
+    frontier: Frontier,
     bounded: usize,
     /// The best poses with their scores, separated from each other, the best first.
     best: Vec<(u32, Pose)>,
@@ -115,20 +123,19 @@ impl GlobalSearch {
         let long = lengths.get((LONG_BEAM_SHARE * lengths.len() as f64) as usize);
         let step_rad = (STEP_M / long.copied().unwrap_or(1.0)).clamp(STEP_RAD.0, STEP_RAD.1);
         let count = (TAU / step_rad).ceil();
-        let cells = |turn: u32| {
-            let (sin, cos) = libm::sincos(TAU * f64::from(turn) / count);
-            // The robot stands in the middle of a cell.
-            let cell = |along: f64| (along / map.cell_m + 0.5).floor() as i32;
-            let turned = |x: f64, y: f64| (cell(cos * x - sin * y), cell(sin * x + cos * y));
-            ends.iter().map(|end| turned(end.x, end.y)).collect()
+        let turned = |turn: u32| {
+            let cells = turned_cells(&ends, TAU * f64::from(turn) / count, map.cell_m);
+            EndCells::new(&cells)
         };
+        let full = u32::from(FULL) * ends.len() as u32;
         Self {
             scan: scan.clone(),
             odometry: *odometry,
             region: None,
-            turns: (0..count as u32).map(cells).collect(),
+            turns: (0..count as u32).map(turned).collect(),
+            full,
             roots: 0,
-            nodes: BinaryHeap::new(),
+            frontier: Frontier::new(full),
             bounded: 0,
             best: Vec::with_capacity(REFINED),
         }
@@ -155,20 +162,17 @@ impl GlobalSearch {
         let until = self.bounded + nodes;
         self.bound_largest(scores, until);
         while self.bounded < until {
-            let Some((bound, Reverse(level), Reverse([turn, right, up]))) = self.nodes.pop() else {
+            let Some((bound, node)) = self.frontier.pop() else {
                 return Some(self.conclude(map, settings));
             };
             if bound < self.least() || self.best.len() == REFINED {
-                self.nodes.clear();
+                self.frontier.clear();
                 return Some(self.conclude(map, settings));
             }
-            if level == 0 {
-                self.keep(bound, self.pose(scores, [turn, right, up]));
-                continue;
-            }
-            let half = 1 << (level - 1);
-            for (x, y) in [(0, 0), (half, 0), (0, half), (half, half)] {
-                self.bound(scores, level - 1, [turn, right + x, up + y]);
+            if node.level == 0 {
+                self.keep(bound, self.pose(scores, &node));
+            } else {
+                self.divide(scores, node);
             }
         }
         (self.bounded > MAX_NODES).then_some(Found::Ambiguous(None))
@@ -188,42 +192,62 @@ impl GlobalSearch {
             && share(pose) >= share(believed) + settings.relocalization_margin
     }
 
-    /// Bounds the blocks of the largest size, up to a number of nodes.
+    /// Bounds the largest nodes, up to a number of nodes.
     fn bound_largest(&mut self, scores: &MapScores, until: usize) {
-        let top = scores.scores.top();
-        let side = 1_usize << top;
-        let columns = (scores.scores.columns() as usize).div_ceil(side);
-        let blocks = columns * (scores.scores.rows() as usize).div_ceil(side);
-        let all = blocks * self.turns.len();
+        let level = scores.scores.top() + 1;
+        let groups = |cells: i32| (cells as usize).div_ceil(1 << level);
+        let (columns, rows) = (groups(scores.scores.columns()), groups(scores.scores.rows()));
+        let all = columns * rows * self.turns.len();
         while self.roots < all && self.bounded < until {
-            let (turn, block) = (self.roots / blocks, self.roots % blocks);
-            let (right, up) = (block % columns * side, block / columns * side);
-            self.bound(scores, top as u8, [turn as i32, right as i32, up as i32]);
+            let (turn, group) = (self.roots / (columns * rows), self.roots % (columns * rows));
+            let at = |group: usize| (group << level) as u16;
+            let (right, up) = (at(group % columns), at(group / columns));
+            self.divide(scores, Node { level: level as u8, turn: turn as u16, right, up });
             self.roots += 1;
         }
     }
 
-    /// Adds a node if a pose in it can be good enough.
-    fn bound(&mut self, scores: &MapScores, level: u8, node: [i32; 3]) {
-        let [turn, right, up] = node;
-        let at = usize::from(level);
-        let is_outside = |region: &SearchRegion| {
-            let corner = |cell: i32| scores.cell_m * f64::from(cell);
-            let side_m = scores.cell_m * f64::from(1 << level);
-            !region.overlaps(self.yaw(turn), Point::new(corner(right), corner(up)), side_m)
-        };
-        if self.region.as_ref().is_some_and(is_outside) {
-            return;
-        }
+    /// Adds the quarters of a node in which a pose can be good enough.
+    fn divide(&mut self, scores: &MapScores, node: Node) {
+        let level = node.level - 1;
+        let quarters = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(right, up)| Node {
+            level,
+            right: node.right + (right << level),
+            up: node.up + (up << level),
+            ..node
+        });
+        let (right, up) = (i32::from(node.right), i32::from(node.up));
         // The robot stands in free space.
-        if scores.free.sum_of(at, &[(0, 0)], right, up) == 0 {
+        let mut is_possible = scores.free.of_four(usize::from(level), right, up);
+        for (is_possible, quarter) in is_possible.iter_mut().zip(&quarters) {
+            *is_possible &= self.is_searched(scores, quarter);
+        }
+        if is_possible == [false; 4] {
             return;
         }
-        self.bounded += 1;
-        let bound = scores.scores.sum_of(at, &self.turns[turn as usize], right, up);
-        if bound >= self.least() {
-            self.nodes.push((bound, Reverse(level), Reverse(node)));
+        let ends = &self.turns[usize::from(node.turn)];
+        let bounds = scores.scores.sums_of_four(usize::from(level), ends, right, up);
+        for ((quarter, bound), is_possible) in quarters.into_iter().zip(bounds).zip(is_possible) {
+            if is_possible {
+                self.bounded += 1;
+                if bound >= self.least() {
+                    self.frontier.push(bound, quarter);
+                }
+            }
         }
+    }
+
+    /// Whether the region has a pose of a node.
+    fn is_searched(&self, scores: &MapScores, node: &Node) -> bool {
+        self.region.as_ref().is_none_or(|region| {
+            let corner = |cell: u16| scores.cell_m * f64::from(cell);
+            let side_m = scores.cell_m * f64::from(1 << node.level);
+            region.overlaps(
+                self.yaw(node.turn),
+                Point::new(corner(node.right), corner(node.up)),
+                side_m,
+            )
+        })
     }
 
     /// The smallest score that a pose must have.
@@ -235,16 +259,16 @@ impl GlobalSearch {
 
     /// A share of the highest score.
     fn of_full(&self, share: f64) -> u32 {
-        let beams = self.turns.first().map_or(0, Vec::len);
-        (share * (f64::from(FULL) * beams as f64)) as u32
+        (share * f64::from(self.full)) as u32
     }
 
-    fn pose(&self, scores: &MapScores, [turn, right, up]: [i32; 3]) -> Pose {
-        let at = |cell: i32| scores.cell_m * (f64::from(cell) + 0.5);
-        Pose::new(at(right), at(up), self.yaw(turn))
+    /// The pose of a node with one translation.
+    fn pose(&self, scores: &MapScores, node: &Node) -> Pose {
+        let at = |cell: u16| scores.cell_m * (f64::from(cell) + 0.5);
+        Pose::new(at(node.right), at(node.up), self.yaw(node.turn))
     }
 
-    fn yaw(&self, turn: i32) -> f64 {
+    fn yaw(&self, turn: u16) -> f64 {
         wrap_angle(TAU * f64::from(turn) / self.turns.len() as f64)
     }
 
@@ -295,8 +319,151 @@ impl GlobalSearch {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
     use super::*;
-    use crate::map::{GridFrame, ObstacleGrid};
+    use crate::geometry::Vector;
+    use crate::localization::Hit;
+    use crate::map::{Cell, GridFrame, ObstacleGrid, RayCaster, RayEnd};
+
+    const COLUMNS: i32 = 90;
+    const ROWS: i32 = 75;
+    const BEAMS_SEEN: u32 = 50;
+
+    /// A map, and what a robot on it sees.
+    struct Case {
+        map: SignedDistanceField,
+        scores: MapScores,
+        ends: Vec<Point>,
+    }
+
+    impl Case {
+        /// Random blocks; the right half of the map may be as the left one.
+        fn new(random: &mut Pcg64Mcg, is_doubled: bool) -> Self {
+            let frame = GridFrame::new(COLUMNS, ROWS, 0.1, Pose::default()).expect("a valid size");
+            let width = if is_doubled { COLUMNS / 2 } else { COLUMNS };
+            let mut cells = vec![false; frame.len()];
+            for _ in 0..12 {
+                let (left, low) = (random.random_range(0..width), random.random_range(0..ROWS));
+                let (right, high) =
+                    (left + random.random_range(1..20), low + random.random_range(1..12));
+                for row in low..high.min(ROWS) {
+                    for column in (0..COLUMNS).filter(|it| (left..right).contains(&(it % width))) {
+                        cells[frame.index(Cell { column, row })] = true;
+                    }
+                }
+            }
+            let obstacles = ObstacleGrid::new(frame, cells);
+            let free = loop {
+                let cell = frame.cell_at(random.random_range(0..frame.len()));
+                if !obstacles.is_blocked(cell) {
+                    break frame.center_of(cell);
+                }
+            };
+            let (caster, yaw) = (RayCaster::new(&obstacles), random.random_range(0.0..TAU));
+            let mut ends = Vec::new();
+            for beam in 0..BEAMS_SEEN {
+                let angle = TAU * f64::from(beam) / f64::from(BEAMS_SEEN);
+                let (sin, cos) = libm::sincos(angle);
+                if let RayEnd::Blocked(range_m) = caster.cast(&free, yaw + angle, 6.0) {
+                    ends.push(Point::default() + Vector::new(cos, sin) * range_m);
+                }
+            }
+            let map = SignedDistanceField::new(&obstacles);
+            let scores = MapScores::new(&map);
+            Self { map, scores, ends }
+        }
+
+        /// A finished search, in steps of this number of nodes.
+        fn search(&self, nodes: usize) -> GlobalSearch {
+            let hit = |end: &Point| Hit { from: Point::default(), end: *end };
+            let hits = self.ends.iter().map(hit).collect();
+            let scan = DeskewedScan { hits, range_max: 6.0, ..DeskewedScan::default() };
+            let mut search = GlobalSearch::new(&scan, &Pose::default(), &self.scores);
+            let settings = LocalizationSettings::default();
+            while search.step(&self.map, &self.scores, &settings, nodes).is_none() {}
+            search
+        }
+
+        /// The score of each pose at which a robot can stand, in the order of turn, row and column.
+        fn all_poses(&self, search: &GlobalSearch) -> Vec<(u32, Pose)> {
+            let turns = search.turns.len() as u16;
+            let mut all = Vec::new();
+            for turn in 0..turns {
+                let yaw = TAU * f64::from(turn) / f64::from(turns);
+                let cells = turned_cells(&self.ends, yaw, self.scores.cell_m);
+                for (up, right) in (0..ROWS).flat_map(|up| (0..COLUMNS).map(move |it| (up, it))) {
+                    let node = Node { level: 0, turn, right: right as u16, up: up as u16 };
+                    let pose = search.pose(&self.scores, &node);
+                    if self.map.cell_distance_m(pose.x, pose.y).is_some_and(|it| it > 0.0) {
+                        let score = |(column, row): &(i32, i32)| {
+                            u32::from(self.scores.scores.score(column + right, row + up))
+                        };
+                        all.push((cells.iter().map(score).sum(), pose));
+                    }
+                }
+            }
+            all
+        }
+    }
+
+    /// Compares the best poses of a finished search with all poses of the map.
+    fn compare(search: &GlobalSearch, all: &[(u32, Pose)]) -> Result<(), String> {
+        let best = &search.best;
+        let highest = all.iter().map(|(score, _)| *score).max().filter(|it| *it >= search.least());
+        if best.first().map(|(score, _)| *score) != highest {
+            return Err(format!(
+                "{highest:?} is the highest score, not that of {:?}",
+                best.first()
+            ));
+        }
+        let is_near =
+            |one: &Pose, other: &Pose| !is_apart(one, other, SEPARATION_M, SEPARATION_RAD);
+        for (index, found) in best.iter().enumerate() {
+            let is_in_order = best[..index]
+                .iter()
+                .all(|(score, pose)| *score >= found.0 && !is_near(pose, &found.1));
+            if found.0 < search.least() || !is_in_order || !all.contains(found) {
+                return Err(format!("{found:?} is no pose that comes here"));
+            }
+        }
+        // The search ends at the last pose that it keeps.
+        let ends_at = best.get(REFINED - 1).map_or(search.least(), |(score, _)| score + 1);
+        let is_missed = |(score, pose): &&(u32, Pose)| {
+            *score >= ends_at && !best.iter().any(|it| it.0 >= *score && is_near(&it.1, pose))
+        };
+        match all.iter().find(is_missed) {
+            Some(missed) => Err(format!("{missed:?} was not found")),
+            None => Ok(()),
+        }
+    }
+
+    #[test]
+    fn search_finds_the_best_of_all_poses_whatever_its_steps() {
+        let mut random = Pcg64Mcg::seed_from_u64(21);
+        for is_doubled in [false, true, false, true] {
+            let case = Case::new(&mut random, is_doubled);
+            let search = case.search(1_000_000);
+            assert_eq!(compare(&search, &case.all_poses(&search)), Ok(()));
+            assert!(search.best.len() > usize::from(is_doubled));
+            assert_eq!(search.best, case.search(97).best);
+        }
+    }
+
+    #[test]
+    fn one_wrong_bit_of_a_score_is_found() {
+        let mut random = Pcg64Mcg::seed_from_u64(22);
+        let mut case = Case::new(&mut random, false);
+        let search = case.search(1_000_000);
+        let all = case.all_poses(&search);
+        let (_, best) = search.best[0];
+        let cells = turned_cells(&case.ends, best.yaw, case.scores.cell_m);
+        let at = |along: f64| (along / case.scores.cell_m) as i32;
+        let (right, up) = (at(best.x), at(best.y));
+        case.scores.scores.flip_bit(cells[0].0 + right, cells[0].1 + up);
+        assert_ne!(compare(&case.search(1_000_000), &all), Ok(()));
+    }
 
     /// A map without surfaces, 14 million kilometres high: its cells are few and large.
     #[test]

@@ -5,7 +5,7 @@
 
 use super::surfels::Surfel;
 use crate::geometry::{Point, Pose, wrap_angle};
-use crate::localization::{CellScores, ScorePyramid};
+use crate::localization::{CellScores, EndCells, ScorePyramid};
 
 /// Side of a cell, metres.
 const CELL_M: f64 = 0.05;
@@ -92,7 +92,7 @@ impl ScoreGrid {
                 }
             }
         }
-        Some(Self { corner, scores: ScorePyramid::new(columns, rows, scores, levels) })
+        Some(Self { corner, scores: ScorePyramid::new(columns, rows, &scores, levels) })
     }
 
     /// The pose in a window around a predicted one at which points in the robot's frame have the highest mean score, and that
@@ -110,35 +110,30 @@ impl ScoreGrid {
         let turns = (window.extent_rad / step_rad).ceil() as i32;
         let extent = (window.extent_m / CELL_M).ceil() as i32;
         let top = self.scores.top();
-        let side = 1 << top;
+        let side = 1_usize << top;
         // The sum of scores that a result must exceed.
         let mut best_sum = (window.min_score * f64::from(FULL) * points.len() as f64) as u32;
         let mut best: Option<(i32, i32, i32)> = None;
-        // Cells of the points for each angle.
-        let cells: Vec<Vec<(i32, i32)>> = (-turns..=turns)
+        // Cells of the points for each angle, at the lower left corner of the window: blocks begin there.
+        let cells: Vec<EndCells> = (-turns..=turns)
             .map(|turn| {
                 let (sin, cos) = libm::sincos(predicted.yaw + step_rad * f64::from(turn));
                 let cell = |point: &Point| {
                     let x = predicted.x + cos * point.x - sin * point.y - self.corner.x;
                     let y = predicted.y + sin * point.x + cos * point.y - self.corner.y;
-                    ((x / CELL_M).floor() as i32, (y / CELL_M).floor() as i32)
+                    ((x / CELL_M).floor() as i32 - extent, (y / CELL_M).floor() as i32 - extent)
                 };
-                points.iter().map(cell).collect()
+                EndCells::new(&points.iter().map(cell).collect::<Vec<_>>())
             })
             .collect();
         let mut roots = Vec::new();
         for (turn, cells) in cells.iter().enumerate() {
-            let mut up = -extent;
-            while up <= extent {
-                let mut right = -extent;
-                while right <= extent {
-                    let sum = self.scores.sum_of(top, cells, right, up);
-                    if sum > best_sum {
-                        roots.push((sum, turn as i32, right, up));
-                    }
-                    right += side;
+            for up in (0..=2 * extent).step_by(2 * side) {
+                for right in (0..=2 * extent).step_by(2 * side) {
+                    let all = self.quarters(top, cells, (right, up), 2 * extent);
+                    let good = all.into_iter().filter(|(sum, ..)| *sum > best_sum);
+                    roots.extend(good.map(|(sum, right, up)| (sum, turn as i32, right, up)));
                 }
-                up += side;
             }
         }
         // The best bound first; equal bounds in a fixed order.
@@ -148,44 +143,55 @@ impl ScoreGrid {
                 break;
             }
             let node = (turn, right, up);
-            self.descend(top, &cells, node, extent, &mut best_sum, &mut best);
+            self.descend(top, &cells, node, 2 * extent, &mut best_sum, &mut best);
         }
         let (turn, right, up) = best?;
         let yaw = wrap_angle(predicted.yaw + step_rad * f64::from(turn - turns));
-        let (dx, dy) = (CELL_M * f64::from(right), CELL_M * f64::from(up));
+        let (dx, dy) = (CELL_M * f64::from(right - extent), CELL_M * f64::from(up - extent));
         let score = f64::from(best_sum) / (f64::from(FULL) * points.len() as f64);
         Some((Pose::new(predicted.x + dx, predicted.y + dy, yaw), score))
+    }
+
+    /// The four blocks of a level from a translation on, with the bounds of their sums: 0 beyond the last translation.
+    fn quarters(
+        &self,
+        level: usize,
+        cells: &EndCells,
+        (right, up): (i32, i32),
+        last: i32,
+    ) -> [(u32, i32, i32); 4] {
+        let side = 1 << level;
+        let sums = self.scores.sums_of_four(level, cells, right, up);
+        let mut quarters =
+            [(right, up), (right, up + side), (right + side, up), (right + side, up + side)]
+                .into_iter()
+                .zip(sums);
+        core::array::from_fn(|_| {
+            let ((right, up), sum) = quarters.next().unwrap_or_default();
+            (if right <= last && up <= last { sum } else { 0 }, right, up)
+        })
     }
 
     /// Searches the translations below a node that can be better than the best one.
     fn descend(
         &self,
         level: usize,
-        cells: &[Vec<(i32, i32)>],
+        cells: &[EndCells],
         (turn, right, up): (i32, i32, i32),
-        extent: i32,
+        last: i32,
         best_sum: &mut u32,
         best: &mut Option<(i32, i32, i32)>,
     ) {
-        if level == 0 {
-            let sum = self.scores.sum_of(0, &cells[turn as usize], right, up);
-            if sum > *best_sum {
-                (*best_sum, *best) = (sum, Some((turn, right, up)));
+        let mut quarters = self.quarters(level - 1, &cells[turn as usize], (right, up), last);
+        quarters.sort_by(|one, other| other.0.cmp(&one.0).then(one.cmp(other)));
+        for (bound, right, up) in quarters {
+            if bound <= *best_sum {
+                break;
             }
-            return;
-        }
-        let half = 1 << (level - 1);
-        let mut children = [(0, 0, 0); 4];
-        for (child, (x, y)) in children.iter_mut().zip([(0, 0), (half, 0), (0, half), (half, half)])
-        {
-            let is_inside = right + x <= extent && up + y <= extent;
-            let sum = || self.scores.sum_of(level - 1, &cells[turn as usize], right + x, up + y);
-            *child = (if is_inside { sum() } else { 0 }, right + x, up + y);
-        }
-        children.sort_by(|one, other| other.0.cmp(&one.0).then(one.cmp(other)));
-        for (bound, right, up) in children {
-            if bound > *best_sum {
-                self.descend(level - 1, cells, (turn, right, up), extent, best_sum, best);
+            if level == 1 {
+                (*best_sum, *best) = (bound, Some((turn, right, up)));
+            } else {
+                self.descend(level - 1, cells, (turn, right, up), last, best_sum, best);
             }
         }
     }

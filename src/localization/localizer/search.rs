@@ -13,7 +13,7 @@ const STANDING_M: f64 = 0.05;
 const STANDING_RAD: f64 = 0.03;
 
 /// Nodes of a search at each revolution: some ten milliseconds; and the part of them while the robot drives.
-const NODES: usize = 150_000;
+const NODES: usize = 450_000;
 const DOUBT_SHARE: usize = 5;
 
 /// Number of consecutive revolutions with poor agreement before a search.
