@@ -472,8 +472,7 @@ impl Navigator {
 
     /// A command, or the same arc at this speed, m/s, as far as the base reaches it.
     fn at_most(&self, fastest: f64, command: &Twist, twist: &Twist) -> Twist {
-        let share = fastest / command.linear.abs();
-        if share >= 1.0 {
+        if command.linear.abs() <= fastest {
             return *command;
         }
         let slower = Twist::new(share * command.linear, share * command.angular);
@@ -482,6 +481,7 @@ impl Navigator {
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {
         let left_m = self.route.left_m();
+        let share = fastest / command.linear.abs();
         if let Some(error) = &self.replanner.no_path {
             return Fault::Plan(error.clone());
         }
