@@ -106,6 +106,8 @@ pub struct NodeCore {
     map_update: MapUpdate,
     protection: Protection,
     published_plans: usize,
+    /// Since when the goal has waited for a first scan, seconds.
+    without_scan_since_s: Option<f64>,
     ended_s: Option<f64>,
     hold: Hold,
     /// Until when an ended goal publishes zero velocity at least, seconds.
@@ -159,6 +161,7 @@ impl NodeCore {
             map_update: MapUpdate::default(),
             published_plans: 0,
             ended_s: None,
+            without_scan_since_s: None,
             hold: Hold::None,
             zero_until_s: f64::NEG_INFINITY,
             markers_s: f64::NEG_INFINITY,
@@ -334,7 +337,7 @@ impl NodeCore {
         self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
         self.goal = Some((found, goal));
         self.navigator = None;
-        self.ended_s = None;
+        (self.ended_s, self.without_scan_since_s) = (None, None);
         self.stats.goals += 1;
         Ok(())
     }
@@ -367,6 +370,7 @@ impl NodeCore {
             outgoing.command = Some(self.command);
             self.add_plan_and_markers(now_s, decision.as_ref(), &mut outgoing);
             self.add_feedback(now_s, decision.as_ref());
+            self.wait_for_scan(now_s);
             self.end_cancelled(self.command == Twist::STOP);
             self.drop_ended_goal(now_s);
         } else {

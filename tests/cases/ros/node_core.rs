@@ -96,6 +96,30 @@ fn node_aborts_goal_without_scans() {
     assert_eq!(robot.core.stats().aborted, 1);
 }
 
+/// The navigator, which times missing scans, does not exist yet, or is not asked.
+#[test]
+fn node_aborts_goal_without_a_first_scan() {
+    let aborted = "aborted the goal: no scan was received for 3 s";
+    let mut robot = Robot::unarmed(false).with_goal();
+    robot.has_scan = false;
+    // Until an operator arms the robot, no time counts.
+    (0..50).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+    robot.core.operator().arm();
+    let steps = robot.until(50, |robot| robot.has_notice(aborted));
+    assert!((30..=33).contains(&steps), "{steps}");
+    robot.until(50, |robot| robot.commands.last() == Some(&None));
+    robot.has_scan = true;
+    robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    // The network process starts again, and the nodes have 5 s to find each other.
+    robot.core.transport_lost();
+    robot.has_scan = false;
+    (0..50).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+    robot.core.transport_restored(robot.now_s);
+    let steps = robot.until(100, |robot| robot.core.stats().aborted == 2);
+    assert!((78..=83).contains(&steps), "{steps}");
+}
+
 #[test]
 fn node_stops_without_odometry_and_continues_with_it() {
     let mut robot = Robot::ready();
