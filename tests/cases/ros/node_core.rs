@@ -11,8 +11,9 @@ mod transport;
 mod zones;
 
 use inbye::geometry::{Pose, Twist};
+use inbye::local::CpuEngine;
 use inbye::ros::msg::TFMessage;
-use inbye::ros::node::IncomingMessage;
+use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings};
 use robot::{GOAL, Robot, crossings_m, goal, grid, map, transform};
 
 #[test]
@@ -118,6 +119,19 @@ fn node_aborts_goal_without_a_first_scan() {
     robot.core.transport_restored(robot.now_s);
     let steps = robot.until(100, |robot| robot.core.stats().aborted == 2);
     assert!((78..=83).contains(&steps), "{steps}");
+}
+
+#[test]
+fn node_rejects_a_control_period_that_it_would_take_for_a_pause() {
+    for (period_s, is_valid) in [(0.25, true), (0.26, false), (0.4, false)] {
+        let mut settings = NodeSettings::default();
+        settings.config.local.control_period_s = period_s;
+        let created = NodeCore::new(settings, Box::new(CpuEngine::single_threaded()));
+        let error = created.err().map(|error| error.to_string());
+        assert_eq!(error.is_none(), is_valid, "{period_s}: {error:?}");
+        let start = format!("[local] control_period_s is {period_s}: it must be at most 0.25");
+        assert!(error.is_none_or(|error| error.starts_with(&start)));
+    }
 }
 
 #[test]
