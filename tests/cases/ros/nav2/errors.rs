@@ -56,7 +56,7 @@ fn invalid_values_are_rejected_with_their_path() {
         (
             "smoothing_frequency: 30.0",
             "smoothing_frequency: 2.0",
-            "velocity_smoother.smoothing_frequency; rate_hz is 2; 5 to 1000",
+            "velocity_smoother.smoothing_frequency; rate_hz is 2; 10 to 1000",
         ),
         (
             "deadband_velocity: [0.03",
