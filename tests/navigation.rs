@@ -15,6 +15,7 @@ mod cases {
         mod narrow_passages;
         mod observations;
         mod odometry;
+        mod operator;
         mod robot;
         mod slow_planner;
         mod surroundings;

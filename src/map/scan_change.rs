@@ -17,6 +17,14 @@ impl ScanChange {
     /// Compares a new revolution, with its time in seconds, to the one before. Returns the time of the latest one that
     /// differed. Beams without a range in one of the two are left out. The same revolution must not be passed twice.
     pub fn update(&mut self, time_s: f64, ranges: impl ExactSizeIterator<Item = f64>) -> f64 {
+        if !self.is_repeated(ranges) {
+            self.changed_s = Some(time_s);
+        }
+        *self.changed_s.get_or_insert(time_s)
+    }
+
+    /// Compares a new revolution to the one before as [`Self::update`] does. Returns whether it is the same one.
+    pub(crate) fn is_repeated(&mut self, ranges: impl ExactSizeIterator<Item = f64>) -> bool {
         let mut is_other = ranges.len() != self.ranges.len();
         let mut equal = 0;
         self.ranges.resize(ranges.len(), f64::NAN);
@@ -27,10 +35,7 @@ impl ScanChange {
             }
             *before = now;
         }
-        if is_other || equal < MIN_RETURNS {
-            self.changed_s = Some(time_s);
-        }
-        *self.changed_s.get_or_insert(time_s)
+        !is_other && equal >= MIN_RETURNS
     }
 }
 

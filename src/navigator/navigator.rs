@@ -253,6 +253,13 @@ impl Navigator {
         self.base.forget_commands();
     }
 
+    /// Forgets the time without progress, and the attempts to escape and to park. Call it after each tick at which an operator
+    /// keeps the robot standing: it is not stuck, and must not escape or give up.
+    pub fn restart_progress(&mut self) {
+        self.progress = ProgressChecker::default();
+        self.behaviours.start_leg();
+    }
+
     fn decide(&mut self, observation: &Observation) -> Decision {
         self.base.record_sent(observation);
         if let Some(host) = &mut self.controller {
@@ -353,8 +360,7 @@ impl Navigator {
             self.replanner.cancel();
             self.route = Route::new(&plan, &self.settings);
             self.plans.push(plan);
-            self.progress = ProgressChecker::default();
-            self.behaviours.start_leg();
+            self.restart_progress();
             if let Some(host) = &mut self.controller {
                 host.start_leg(&self.route.path);
             }
@@ -472,10 +478,10 @@ impl Navigator {
 
     /// A command, or the same arc at this speed, m/s, as far as the base reaches it.
     fn at_most(&self, fastest: f64, command: &Twist, twist: &Twist) -> Twist {
-        let share = fastest / command.linear.abs();
-        if share >= 1.0 {
+        if command.linear.abs() <= fastest {
             return *command;
         }
+        let share = fastest / command.linear.abs();
         let slower = Twist::new(share * command.linear, share * command.angular);
         self.robot.limits.reachable(twist, &slower, self.period_s)
     }

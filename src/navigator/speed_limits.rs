@@ -10,9 +10,13 @@ use crate::map::Zones;
 const ZONE_BRAKING: f64 = 0.6;
 
 impl Navigator {
-    /// Limits the speed everywhere, m/s; `None` for no limit. A robot that is faster brakes.
+    /// Limits the speed everywhere, m/s; `None` for no limit. A robot that is faster brakes. With a limit of zero it stands or
+    /// turns on the spot. A limit below zero, or NaN, counts as zero.
     pub const fn set_speed_limit(&mut self, limit: Option<f64>) {
-        self.speed_limit = limit;
+        self.speed_limit = match limit {
+            Some(limit) => Some(limit.max(0.0)),
+            None => None,
+        };
     }
 
     /// The highest speed that keeps the limit for everywhere and those of zones around a place, m/s; infinite without any.

@@ -183,6 +183,7 @@ impl Recorder {
             plans: plans.len() as u64,
             plans_received: navigator.plans_received(),
             took_s,
+            awaits_operator: event.protective_action.awaits_operator(),
         };
         entries.extend([
             entry(Topic::Odometry, messages::odometry(time_s, odometry).to_cdr()),

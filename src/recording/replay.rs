@@ -191,6 +191,9 @@ fn repeat(navigator: &mut Navigator, tick: &RecordedTick) -> Option<Difference> 
     let mut readings = [0.0, tick.took_s].into_iter();
     let mut clock = || readings.next().unwrap_or(tick.took_s);
     let (decision, _) = navigator.step_by(&tick.observation, &mut clock);
+    if tick.awaits_operator {
+        navigator.restart_progress();
+    }
     let recorded = fields(&tick.decision, tick.plans, tick.plans_received);
     let plans = navigator.plans().len() as u64;
     let replayed = fields(&decision, plans, navigator.plans_received());

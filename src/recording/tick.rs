@@ -28,6 +28,8 @@ pub struct RecordedTick {
     pub plans_received: u64,
     /// Duration of the decision by the wall clock, seconds.
     pub took_s: f64,
+    /// Whether the robot stood until an operator armed it.
+    pub awaits_operator: bool,
 }
 
 /// The modes in the order of their numbers in the message.
@@ -141,6 +143,8 @@ mod message {
             reply_angular: f64,
             /// Reason of an answer without velocity.
             reply_reason: String,
+            /// Whether the robot stood until an operator armed it.
+            awaits_operator: bool,
         }
     }
 }
@@ -214,6 +218,7 @@ impl RecordedTick {
             reply_linear: reply.numbers[0],
             reply_angular: reply.numbers[1],
             reply_reason: reply.reason,
+            awaits_operator: self.awaits_operator,
         };
         message.to_cdr()
     }
@@ -267,6 +272,7 @@ impl RecordedTick {
             plans: message.plans,
             plans_received: message.plans_received,
             took_s: message.took_s,
+            awaits_operator: message.awaits_operator,
         })
     }
 }
@@ -319,6 +325,7 @@ mod tests {
             plans: 6,
             plans_received: 7,
             took_s: 0.001,
+            awaits_operator: true,
         };
         for counts in
             [None, Some(Counts { admissible: 1, collision: 2, cannot_stop: 3, outside: 4 })]

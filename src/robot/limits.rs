@@ -3,17 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose, Twist};
-use crate::settings::{require, settings};
+use crate::settings::settings;
 
 settings! {
     /// Limits of the base. Names and signs follow Nav2's DWB: decelerations are negative.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Limits {
-        /// Smallest forward speed, at most `max_vel_x`; a negative value permits reversing.
-        pub min_vel_x: f64 = 0.0, ["m/s", finite];
-        /// Largest forward speed, at least `min_vel_x`.
-        pub max_vel_x: f64 = 1.0, ["m/s", finite];
+        /// Smallest forward speed; a negative value permits reversing. Every robot may stand.
+        pub min_vel_x: f64 = 0.0, ["m/s", at_most 0];
+        /// Largest forward speed.
+        pub max_vel_x: f64 = 1.0, ["m/s", at_least 0];
         /// Largest turn rate in both directions.
         pub max_vel_theta: f64 = 1.0, ["rad/s", above 0];
         /// Largest forward acceleration.
@@ -25,12 +25,6 @@ settings! {
         /// Largest angular deceleration.
         pub decel_lim_theta: f64 = -2.0, ["rad/s^2", below 0];
     }
-    rule |limits| require(
-        limits.max_vel_x >= limits.min_vel_x,
-        "max_vel_x",
-        limits.max_vel_x,
-        "finite and at least min_vel_x",
-    )
 }
 
 impl Limits {

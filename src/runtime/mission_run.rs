@@ -241,6 +241,9 @@ impl<R: Robot> MissionRun<R> {
             updated_map: updated_map.as_ref(),
             navigator: &self.navigator,
         });
+        if protective_action.awaits_operator() {
+            self.navigator.restart_progress();
+        }
         (row, has_stopped)
     }
 

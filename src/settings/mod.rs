@@ -245,7 +245,7 @@ impl de::Error for Words {
     }
 }
 
-/// A range as it is declared: `above 0`, `at_least 0`, `below 0`, `finite`, `0 to 1`, `0 to below 1`, `above 0 to 1`, `above 0 to pi`, or `above 0 to tau`.
+/// A range as it is declared: `above 0`, `at_least 0`, `below 0`, `at_most 0`, `finite`, `0 to 1`, `0 to below 1`, `above 0 to 1`, `above 0 to pi`, or `above 0 to tau`.
 macro_rules! range {
     (finite) => {
         $crate::settings::range!(@ f64::NEG_INFINITY, true, f64::INFINITY, "finite")
@@ -277,6 +277,9 @@ macro_rules! range {
             (0.0, true),
             "finite and below zero",
         )
+    };
+    (at_most 0) => {
+        $crate::settings::range!(@ f64::NEG_INFINITY, true, 0.0, "finite and at most zero")
     };
     (0 to below $max:literal) => {
         $crate::settings::Range::new(

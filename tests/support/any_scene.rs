@@ -104,7 +104,7 @@ fn motion() -> impl Strategy<Value = ([f64; 3], Window, u32, f64, (Sampler, Samp
     };
     let window = (axis(-0.3, 1.0, 0.8, 120), axis(-1.0, 0.9, 0.3, 20));
     let window = window.prop_map(|(linear, angular)| Window { vx: linear, vtheta: angular });
-    let inputs = (-0.3..1.5, -1.0..1.0, -0.3..0.1, 0.2..1.5, 0.05..4.0, 0..100_u32);
+    let inputs = (-0.3..1.5, -1.0..1.0, -0.3..0.0, 0.2..1.5, 0.05..4.0, 0..100_u32);
     let inputs = inputs.prop_map(|(linear, angular, least, most, ramp_time_s, seed)| {
         let limits = Limits::default().min_vel_x(least).max_vel_x(most);
         let twist = Twist::new(linear, angular);

@@ -113,6 +113,12 @@ impl ProtectiveAction {
         matches!(self, Self::Pass)
     }
 
+    /// Whether the robot stands until an operator arms it.
+    #[must_use]
+    pub const fn awaits_operator(&self) -> bool {
+        matches!(self, Self::NotArmed | Self::OperatorStop)
+    }
+
     /// Name of the action, as in JSON.
     #[must_use]
     pub const fn name(&self) -> &'static str {

@@ -9,7 +9,7 @@ use super::directions::{BINS, Largest, bin_of, polar};
 use super::thinning::{is_return, thinned};
 use crate::geometry::{Frame, Point, Pose, Twist, wrap_angle};
 use crate::localization::PoseHistory;
-use crate::map::{Beam, TimedScan};
+use crate::map::{Beam, ScanChange, TimedScan};
 
 /// Sectors of a turn for which it is known whether the lidar measures there.
 const SECTORS: usize = 36;
@@ -249,7 +249,6 @@ struct NewestScan {
     return_share: f64,
     /// Whether each sector is seen.
     seen: [bool; SECTORS],
-    ranges: Vec<f64>,
 }
 
 /// Identical scans.
@@ -267,6 +266,7 @@ pub(super) struct RawScans {
     motion: MeasuredMotion,
     newest: Option<NewestScan>,
     earlier: VecDeque<SeenSpace>,
+    change: ScanChange,
     repetition: Repetition,
 }
 
@@ -279,7 +279,8 @@ impl RawScans {
             turned_rad: 0.0,
         };
         let repetition = Repetition { scans: 0, since_m: 0.0, since_rad: 0.0 };
-        Self { motion, newest: None, earlier: VecDeque::new(), repetition }
+        let change = ScanChange::default();
+        Self { motion, newest: None, earlier: VecDeque::new(), change, repetition }
     }
 
     /// Takes the measured motion at its time, seconds.
@@ -300,8 +301,7 @@ impl RawScans {
         {
             return;
         }
-        let ranges: Vec<f64> = scan.beams.iter().map(|beam| beam.range).collect();
-        self.count_repetition(&ranges);
+        self.count_repetition(scan);
         let pose = self.motion.pose_at(stamp_s);
         // Of the scans that are old enough, the newest.
         let newest_of_age = |age_s: f64| {
@@ -357,10 +357,9 @@ impl RawScans {
         self.newest = Some(NewestScan {
             stamp_s,
             pose,
-            return_share: return_count as f64 / ranges.len() as f64,
+            return_share: return_count as f64 / scan.beams.len() as f64,
             returns,
             seen: with_neighbours(beams.map(is_seen)),
-            ranges,
         });
     }
 
@@ -374,13 +373,8 @@ impl RawScans {
         self.earlier.push_back(seen);
     }
 
-    fn count_repetition(&mut self, ranges: &[f64]) {
-        let is_same = |newest: &NewestScan| {
-            let pairs = newest.ranges.iter().zip(ranges);
-            newest.ranges.len() == ranges.len()
-                && pairs.into_iter().all(|(old, new)| old.to_bits() == new.to_bits())
-        };
-        if self.newest.as_ref().is_some_and(is_same) {
+    fn count_repetition(&mut self, scan: &TimedScan) {
+        if self.change.is_repeated(scan.beams.iter().map(|beam| beam.range)) {
             self.repetition.scans += 1;
         } else {
             let MeasuredMotion { travelled_m, turned_rad, .. } = self.motion;

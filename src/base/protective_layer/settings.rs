@@ -41,7 +41,8 @@ settings! {
         pub min_return_share: f64 = 0.02, ["", 0 to 1];
         /// Age of a scan, by its stamp, from which the robot stops.
         pub source_timeout: f64 = 0.3, ["s", above 0 to 10];
-        /// Number of consecutive scans with identical ranges from which the lidar counts as frozen if the base moves.
+        /// Number of consecutive scans with identical ranges from which the lidar counts as frozen if the base moves. Scans with
+        /// fewer than 10 equal returns do not count: in the open every scan is empty.
         pub frozen_scans: usize = 3, ["", 2 to 1000];
         /// Fixed zones in the robot's frame, as in Nav2; none by default. Each is a table with the keys `name`,
         /// `action_type` (`stop`, `slowdown`, `limit` or `approach`), `points` (at least three pairs, metres), and

@@ -17,8 +17,8 @@ const ENCODER_QUERIES: usize = 2;
 ///
 /// One request is outstanding at a time, and a command goes before the next query of a poll cycle. Until the controller has
 /// confirmed its watchdog the session sends only the watchdog setting and zero commands: it does not drive a base that would not
-/// stop by itself. A controller that receives but does not answer still gets zero commands, because queries alone keep its
-/// watchdog from acting.
+/// stop by itself. A controller that receives but does not answer gets zero for every command, because the session's requests keep
+/// its watchdog from acting.
 #[derive(Clone, Debug)]
 pub struct RoboClawSession {
     core: SessionCore,
@@ -63,14 +63,9 @@ impl RoboClawSession {
         self.watchdog == Watchdog::Confirmed
     }
 
-    /// Whether the pending command may be sent.
-    fn may_drive(&self) -> bool {
-        self.is_ready() || self.core.target_speeds() == TrackSpeeds::default()
-    }
-
     /// The next request, if one is due.
     fn next_request(&mut self, now_s: f64) -> Option<Request> {
-        if self.core.is_pending && self.may_drive() {
+        if self.core.is_pending {
             return Some(self.drive());
         }
         match self.watchdog {
@@ -88,11 +83,12 @@ impl RoboClawSession {
         POLL_CYCLE.get(self.next_query).copied()
     }
 
-    /// Takes the latest command.
+    /// Takes the latest command. Until the watchdog is confirmed it becomes zero: the controller may still run at an earlier speed.
     fn drive(&mut self) -> Request {
-        // The cast saturates.
         let rates = self.core.take_rates();
-        Request::Drive(rates.map(|rate| rate.round() as i32))
+        // The cast saturates.
+        let rate = |rate: f64| if self.is_ready() { rate.round() as i32 } else { 0 };
+        Request::Drive(rates.map(rate))
     }
 
     fn send(&mut self, request: Request, line: &mut Vec<u8>) {
@@ -197,11 +193,6 @@ impl Session for RoboClawSession {
                 if self.next_query < ENCODER_QUERIES {
                     self.next_query = 0;
                 }
-            }
-            // A zero command sent before the watchdog was confirmed, which the latest command would turn into motion.
-            RequestState::Retry(request) if is_drive(request) && !self.may_drive() => {
-                self.requests.finish();
-                self.core.counters.unanswered += 1;
             }
             RequestState::Retry(request) => {
                 self.core.counters.retries += 1;

@@ -43,8 +43,9 @@ settings! {
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct SupervisorSettings {
-        /// Commands per second. Default 50.
-        pub rate_hz: f64 = 50.0, ["Hz", 5 to 1000];
+        /// Commands per second. Default 50. With fewer than 10, one step of the ramp would be longer than the longest that counts: the
+        /// base would brake more slowly than its limits say.
+        pub rate_hz: f64 = 50.0, ["Hz", 10 to 1000];
         /// Age at which a target expires. Default 0.3 s: three periods of the planner. The ROS differential drive
         /// controller allows 0.5 s, and cannot tell that a hung planner repeats an old target.
         pub target_timeout_s: f64 = 0.3, ["s", above 0];

@@ -18,7 +18,7 @@ pub(super) struct Odometer {
     before: Option<(f64, PerTrack<u32>)>,
     /// The latest counts, for a base with encoders.
     counts: Option<PerTrack<u32>>,
-    /// Time of the last report.
+    /// Time of the newest report.
     last_s: Option<f64>,
     /// The pose integrated from speeds, for a base without encoders.
     by_speeds: Option<Pose>,
@@ -40,11 +40,16 @@ impl Odometer {
         }
     }
 
-    /// Takes the latest report, which may be the previous one again.
+    /// Takes the latest report, which may be the previous one again. The pose is that at the time of the newest report, whenever
+    /// that arrived: speeds are integrated from report to report.
     pub(super) fn update(&mut self, feedback: &Feedback, now_s: f64) {
-        let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
+        let stamp_s = now_s - feedback.age_s;
+        let before_s = self.last_s.unwrap_or(stamp_s);
+        // The time of a report that comes again is the same only to some microseconds.
+        self.last_s = Some(before_s.max(stamp_s));
+        let elapsed_s = stamp_s - before_s;
         if let Some(counts) = feedback.encoder_counts {
-            self.resume(&counts, now_s);
+            self.resume(&counts, stamp_s);
             self.counts = Some(counts);
             self.travelled_m += self.tracks.update(counts).linear.abs();
             return;
@@ -64,11 +69,11 @@ impl Odometer {
     }
 
     /// Continues from the counts before an interruption, if the tracks can have run that far meanwhile.
-    fn resume(&mut self, counts: &PerTrack<u32>, now_s: f64) {
+    fn resume(&mut self, counts: &PerTrack<u32>, stamp_s: f64) {
         if let Some((before_s, before)) = self.before.take()
             && !is_plausible_travel(
                 &travel_m(&before, counts, &self.ticks_per_m),
-                now_s - before_s,
+                stamp_s - before_s,
                 self.max_speed_m_s,
             )
         {
@@ -134,6 +139,23 @@ mod tests {
         odometer.update(&at(90_100), 6.1);
         assert!((x_m(&odometer) - 0.91).abs() < 1e-12, "{odometer:?}");
         assert!((odometer.travelled_m() - 0.91).abs() < 1e-12);
+    }
+
+    /// A report every 0.05 s, as of WHEELTEC, which is read every 0.02 s.
+    #[test]
+    fn pose_from_speeds_is_that_at_the_time_of_the_report() {
+        let mut odometer = Odometer::new(&BaseSettings::default());
+        let turn_rate = 1.0;
+        for cycle in 3..300 {
+            let now_s = 0.02 * f64::from(cycle);
+            let stamp_s = 0.05 * (now_s / 0.05 + 1e-9).floor();
+            // The clock is read at a slightly different time in each cycle.
+            let age_s = now_s - stamp_s + 1e-5 * f64::from(cycle % 3);
+            let twist = Twist::new(0.0, turn_rate);
+            odometer.update(&Feedback { twist, age_s, ..Feedback::default() }, now_s);
+            let turned = odometer.pose().yaw - turn_rate * (stamp_s - 0.05);
+            assert!(crate::geometry::wrap_angle(turned).abs() < 1e-4, "{now_s} s: {turned}");
+        }
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub struct SupervisorStatus {
     pub feedback: Option<Feedback>,
     /// Time of that report by the supervisor's clock, seconds; none before the first one. It outlasts the connection.
     pub feedback_s: Option<f64>,
-    /// Odometry pose relative to the first report.
+    /// Odometry pose relative to the first report, at the time of the latest one.
     pub pose: Pose,
     /// Distance travelled by odometry, forwards and backwards, metres.
     pub travelled_m: f64,

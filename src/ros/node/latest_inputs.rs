@@ -89,6 +89,11 @@ impl LatestInputs {
         self.history = PoseHistory::default();
     }
 
+    /// Whether there is a scan, of any age.
+    pub const fn has_scan(&self) -> bool {
+        self.scan.is_some()
+    }
+
     /// Sets the odometry, which arrived at a time, seconds.
     pub fn set_odometry(
         &mut self,

@@ -8,6 +8,7 @@ mod lifecycle;
 mod localization;
 mod map;
 
+use self::ages::{MAX_TICK_GAP_S, check_period};
 use super::action::{ActionUpdate, ActiveGoal, UNKNOWN, error_code};
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
@@ -33,8 +34,6 @@ const RESUME_HOLD_S: f64 = 2.0;
 /// Time after the return of the transport for which an ended goal still publishes zero velocity, seconds: nodes discover each
 /// other meanwhile.
 const TRANSPORT_SETTLE_S: f64 = 5.0;
-/// Longest time between two ticks, seconds. After a longer one the world may have changed: the robot starts again from zero.
-const MAX_TICK_GAP_S: f64 = 0.3;
 
 /// Settings of a node.
 #[derive(Clone, Debug, Default)]
@@ -107,6 +106,8 @@ pub struct NodeCore {
     protection: Protection,
     published_plans: usize,
     ended_s: Option<f64>,
+    /// Since when the goal has waited for a first scan, seconds.
+    without_scan_since_s: Option<f64>,
     hold: Hold,
     /// Until when an ended goal publishes zero velocity at least, seconds.
     zero_until_s: f64,
@@ -133,10 +134,11 @@ impl NodeCore {
     /// A node without inputs, and a robot that is not armed.
     ///
     /// # Errors
-    /// A setting of the protective layer or a limit out of range.
+    /// A setting of the protective layer or a limit out of range, or a control period that is too long for the node.
     pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Result<Self, SettingError> {
         settings.config = settings.config.in_real_time();
         let config = &settings.config;
+        check_period(config.local.control_period_s)?;
         let lifecycle =
             if settings.is_managed { LifecycleState::Unconfigured } else { LifecycleState::Active };
         Ok(Self {
@@ -159,6 +161,7 @@ impl NodeCore {
             map_update: MapUpdate::default(),
             published_plans: 0,
             ended_s: None,
+            without_scan_since_s: None,
             hold: Hold::None,
             zero_until_s: f64::NEG_INFINITY,
             markers_s: f64::NEG_INFINITY,
@@ -334,7 +337,7 @@ impl NodeCore {
         self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
         self.goal = Some((found, goal));
         self.navigator = None;
-        self.ended_s = None;
+        (self.ended_s, self.without_scan_since_s) = (None, None);
         self.stats.goals += 1;
         Ok(())
     }
@@ -367,6 +370,7 @@ impl NodeCore {
             outgoing.command = Some(self.command);
             self.add_plan_and_markers(now_s, decision.as_ref(), &mut outgoing);
             self.add_feedback(now_s, decision.as_ref());
+            self.wait_for_scan(now_s);
             self.end_cancelled(self.command == Twist::STOP);
             self.drop_ended_goal(now_s);
         } else {

@@ -77,7 +77,7 @@ fn check_reports_errors_of_the_commands() {
         ("--check bad.toml", "bad.toml: line 2; did you mean `vx_samples`?"),
         ("--check gone.toml", "--check gone.toml: cannot be read"),
         ("--check base.toml", "base.toml: line 1; unknown field `supervisor`"),
-        ("--base --check base.toml", "base.toml: [supervisor] rate_hz is 1; 5 to 1000"),
+        ("--base --check base.toml", "base.toml: [supervisor] rate_hz is 1; 10 to 1000"),
         ("--base --check good.toml", "good.toml: line 1; unknown field `local`"),
         ("", "--print; --check; --help"),
         ("--print --check good.toml", "--print; --check"),

@@ -203,6 +203,7 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [local.weights]|heading = -1.0 -> [local.weights] heading is -1; 0 to 1e6
 [local]|max_clearance_m = 500.0 -> mine.yaml; clearance cap; at most
 [robot.limits]|max_vel_x = inf -> [robot.limits] max_vel_x is inf; finite
+[robot.limits]|min_vel_x = 0.1 -> [robot.limits] min_vel_x is 0.1; at most zero
 [robot.limits]|decel_lim_x = 1.0 -> [robot.limits] decel_lim_x is 1; below zero
 [robot]|footprint = [] -> line 2; at least one
 [robot]|footprint = [{x = 0, y = 0, radius = -1}] -> line 2; radius above zero
@@ -282,7 +283,8 @@ fn unusable_problem_values_are_rejected() {
 /weights/heading -1 -> heading is -1; 0 to 1e6
 /weights/pth 1 -> unknown field `pth`; did you mean `path`?
 /limits/max_vel 1 -> unknown field `max_vel`; did you mean `max_vel_x`?
-/limits/max_vel_x -1 -> limits: max_vel_x is -1; at least min_vel_x
+/limits/max_vel_x -1 -> limits: max_vel_x is -1; at least zero
+/limits/min_vel_x 0.1 -> limits: min_vel_x is 0.1; at most zero
 /limits/max_vel_theta 0 -> limits: max_vel_theta is 0; above zero
 /limits/acc_lim_x 0 -> limits: acc_lim_x is 0; above zero
 /limits/decel_lim_x 0.5 -> limits: decel_lim_x is 0.5; below zero

@@ -1,4 +1,4 @@
-//! Observations that the navigator rejects.
+//! Decisions at single observations: those that the navigator rejects, and those with a speed limit.
 
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::CpuEngine;
@@ -52,5 +52,22 @@ fn finite_speeds_that_no_base_reaches_are_a_fault() {
         let mut navigator = navigator();
         navigator.step(&observation(0.0, twist));
         assert_eq!(navigator.observation_fault(), None, "{twist:?}");
+    }
+}
+
+#[test]
+fn speed_limit_of_zero_or_less_brakes_and_stops_the_robot() {
+    for limit in [0.0, -0.0, -1.0, f64::NAN] {
+        let mut navigator = navigator();
+        let mut twist = Twist::new(0.5, 0.0);
+        for tick in 0..30 {
+            navigator.set_speed_limit(Some(limit));
+            twist = navigator.step(&observation(0.1 * f64::from(tick), twist)).command;
+            assert!(twist.is_finite(), "{limit}: {twist:?} at tick {tick}");
+        }
+        assert_eq!(twist, Twist::STOP, "{limit}");
+        navigator.set_speed_limit(None);
+        let decision = navigator.step(&observation(3.0, twist));
+        assert!(decision.command.linear > 0.0, "{limit}: {decision:?}");
     }
 }

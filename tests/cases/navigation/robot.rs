@@ -90,6 +90,19 @@ fn top_track_speed_combines_both_limits() {
     assert!((DRIVE.max_curvature(0.8, top, 1.2) - 1.5).abs() < 1e-12);
 }
 
+/// Else no command, and no layer, could make it stand.
+#[test]
+fn limits_permit_a_robot_to_stand() {
+    let error = |limits: Limits| limits.validate().expect_err("out of range").to_string();
+    let (faster, slower) = (Limits::default().min_vel_x(0.1), Limits::default().max_vel_x(-0.1));
+    assert_eq!(error(faster), "min_vel_x is 0.1: it must be finite and at most zero");
+    assert_eq!(
+        error(slower.min_vel_x(-0.3)),
+        "max_vel_x is -0.1: it must be finite and at least zero"
+    );
+    Limits::default().max_vel_x(0.0).validate().expect("a robot that may only turn");
+}
+
 #[test]
 fn travel_wraps_with_the_counters_in_both_directions() {
     let ticks = |before: u32, now: u32| {

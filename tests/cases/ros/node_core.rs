@@ -11,8 +11,9 @@ mod transport;
 mod zones;
 
 use inbye::geometry::{Pose, Twist};
+use inbye::local::CpuEngine;
 use inbye::ros::msg::TFMessage;
-use inbye::ros::node::IncomingMessage;
+use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings};
 use robot::{GOAL, Robot, crossings_m, goal, grid, map, transform};
 
 #[test]
@@ -94,6 +95,43 @@ fn node_aborts_goal_without_scans() {
     robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
     robot.until(600, |robot| robot.has_notice("reached the goal"));
     assert_eq!(robot.core.stats().aborted, 1);
+}
+
+/// The navigator, which times missing scans, does not exist yet, or is not asked.
+#[test]
+fn node_aborts_goal_without_a_first_scan() {
+    let aborted = "aborted the goal: no scan was received for 3 s";
+    let mut robot = Robot::unarmed(false).with_goal();
+    robot.has_scan = false;
+    // Until an operator arms the robot, no time counts.
+    (0..50).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+    robot.core.operator().arm();
+    let steps = robot.until(50, |robot| robot.has_notice(aborted));
+    assert!((30..=33).contains(&steps), "{steps}");
+    robot.until(50, |robot| robot.commands.last() == Some(&None));
+    robot.has_scan = true;
+    robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    // The network process starts again, and the nodes have 5 s to find each other.
+    robot.core.transport_lost();
+    robot.has_scan = false;
+    (0..50).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+    robot.core.transport_restored(robot.now_s);
+    let steps = robot.until(100, |robot| robot.core.stats().aborted == 2);
+    assert!((78..=83).contains(&steps), "{steps}");
+}
+
+#[test]
+fn node_rejects_a_control_period_that_it_would_take_for_a_pause() {
+    for (period_s, is_valid) in [(0.25, true), (0.26, false), (0.4, false)] {
+        let mut settings = NodeSettings::default();
+        settings.config.local.control_period_s = period_s;
+        let created = NodeCore::new(settings, Box::new(CpuEngine::single_threaded()));
+        let error = created.err().map(|error| error.to_string());
+        assert_eq!(error.is_none(), is_valid, "{period_s}: {error:?}");
+        let start = format!("[local] control_period_s is {period_s}: it must be at most 0.25");
+        assert!(error.is_none_or(|error| error.starts_with(&start)));
+    }
 }
 
 #[test]

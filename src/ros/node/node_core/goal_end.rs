@@ -3,10 +3,11 @@
 use std::fmt::Display;
 
 use super::NodeCore;
+use crate::base::OperatorState;
 use crate::geometry::Twist;
 use crate::navigator::{Mode, Navigator};
 use crate::ros::msg::ActionEnd;
-use crate::ros::node::action::error_code;
+use crate::ros::node::action::{UNKNOWN, error_code};
 
 /// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
 const STOP_S: f64 = 1.0;
@@ -25,6 +26,22 @@ impl NodeCore {
         let fault = self.navigator.as_ref().and_then(Navigator::fault).cloned();
         if let Some(fault) = fault {
             self.abort(now_s, error_code(&fault), &fault);
+        }
+    }
+
+    /// Aborts a goal for which no scan comes: without one the navigator, which times missing scans, is not asked. After a loss of
+    /// the transport the time begins when the nodes know each other.
+    pub(super) fn wait_for_scan(&mut self, now_s: f64) {
+        let waits = self.ended_s.is_none()
+            && self.protection.state() == OperatorState::Armed
+            && now_s >= self.zero_until_s
+            && !self.inputs.has_scan();
+        let since_s = waits.then(|| self.without_scan_since_s.unwrap_or(now_s));
+        self.without_scan_since_s = since_s;
+        let patience_s = self.settings.config.navigator.sensor_fault_patience_s;
+        if since_s.is_some_and(|since_s| now_s - since_s > patience_s) {
+            let cause = format!("no scan was received for {patience_s} s");
+            self.abort(now_s, UNKNOWN, &cause);
         }
     }
 

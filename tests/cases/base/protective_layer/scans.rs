@@ -65,6 +65,26 @@ fn same_scan_again_does_not_count_towards_a_frozen_lidar() {
     assert_eq!(after_identical(3, fast), ProtectiveAction::FrozenScan { scans: 3 });
 }
 
+/// In the open every scan is empty. Fewer than ten equal returns are no proof that the lidar is frozen.
+#[test]
+fn scans_with_hardly_any_return_do_not_count_towards_a_frozen_lidar() {
+    let is_frozen = |returns: f64, empty: f64| {
+        let mut layer = layer(CollisionMonitorSettings::default().min_return_share(0.0));
+        for number in 0..50 {
+            let now_s = f64::from(number) * 0.1;
+            layer.update_motion(&FULL, now_s);
+            let range = |angle: f64| if angle.to_degrees() + 180.0 < returns { 9.0 } else { empty };
+            layer.update_scan(&scan(now_s, range), now_s);
+        }
+        let action = layer.limit(&FULL, &FULL, 4.9).1;
+        matches!(action, ProtectiveAction::FrozenScan { .. })
+    };
+    for empty in [f64::INFINITY, f64::NAN] {
+        assert!(!is_frozen(0.0, empty) && !is_frozen(9.0, empty), "{empty}");
+        assert!(is_frozen(10.0, empty), "{empty}");
+    }
+}
+
 /// The robot drove on since the scan: its returns are nearer by that.
 #[test]
 fn returns_come_nearer_by_the_motion_since_their_scan() {

@@ -252,7 +252,9 @@ fn silence_ends_feedback_and_slow_reads_delay_commands() {
         pair.drive_for(CURVE, 2.0);
         let received_s = pair.session.latest().expect("feedback before").received_s;
         assert!(received_s < 1.01, "{protocol:?}: {received_s}");
-        assert!(pair.emulator.twist().linear > 0.3, "{protocol:?}");
+        // A RoboClaw's watchdog is reset by every request, so that its session sends zeros.
+        let drives_on = protocol != Protocol::Roboclaw;
+        assert_eq!(pair.emulator.twist().linear > 0.3, drives_on, "{protocol:?}");
         // It still receives: zeros of another session stop it.
         pair.session = protocol.session(BaseSettings::default()).expect("as before");
         pair.drive_for(Twist::STOP, 1.5);

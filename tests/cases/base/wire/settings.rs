@@ -32,6 +32,8 @@ fn supervisor_settings_reject_bad_values_by_name() {
     valid.validate().expect("valid settings");
     for (settings, words) in [
         (valid.rate_hz(1.0), "rate_hz is 1"),
+        // One step of the ramp is at most 0.1 s.
+        (valid.rate_hz(9.9), "rate_hz is 9.9: it must be 10 to 1000"),
         (valid.target_timeout_s(f64::NAN), "target_timeout_s is NaN"),
         (valid.reconnect_max_s(0.01), "reconnect_max_s is 0.01"),
         // Longer times than the detector remembers would never be reached.

@@ -1,6 +1,7 @@
 //! Stops of a base: its watchdog, its latched stop, and an unconfirmed configuration.
 
 use inbye::base::native::{self, Command, NativeDevice, NativeSession};
+use inbye::base::roboclaw::Request;
 use inbye::base::wheeltec::{Report, WheeltecSession};
 use inbye::base::{
     BaseSettings, Bumper, DeviceProtocol, Faults, MachineState, Protocol, Session, Tilt,
@@ -8,7 +9,6 @@ use inbye::base::{
 use inbye::geometry::Twist;
 use inbye::robot::TrackSpeeds;
 
-use super::goldens::bytes;
 use super::simulated_link::{Direction, SimulatedLink};
 
 const AHEAD: Twist = Twist::new(0.4, 0.0);
@@ -235,12 +235,36 @@ fn roboclaw_is_not_driven_before_watchdog_is_confirmed() {
     link.drive_for(AHEAD, 0.06);
     assert!(answers.get() <= 4);
     assert!(link.set.iter().all(|set| *set == TrackSpeeds::default()));
-    let set_watchdog = bytes("80 0E 05 48 F0");
-    assert!(link.written.chunks(5).all(|packet| packet == set_watchdog), "{:02X?}", link.written);
+    let address = BaseSettings::default().roboclaw.address;
+    let mut written = link.written.as_slice();
+    while let Some((request, length)) = Request::decode(written, address).expect("a request") {
+        assert!(matches!(request, Request::SetTimeout(5) | Request::Drive([0, 0])), "{request:?}");
+        written = &written[length..];
+    }
     link.drive_for(AHEAD, 1.0);
     assert!(link.twist().linear > 0.39);
     let counters = link.session.counters();
     assert!(counters.retries >= 3 && counters.unanswered >= 1, "{counters:?}");
+}
+
+/// Its answers are lost, and every byte that it receives resets its watchdog.
+#[test]
+fn roboclaw_without_answers_gets_zero_for_every_command() {
+    let mut link = driving(Protocol::Roboclaw);
+    link.damage = Box::new(|direction, bytes| match direction {
+        Direction::ToHost => Vec::new(),
+        Direction::ToBase => bytes,
+    });
+    let before = link.set.len();
+    link.drive_for(AHEAD, 0.25);
+    assert_eq!(link.set.last(), Some(&TrackSpeeds::default()));
+    let moves = |set: &&TrackSpeeds| **set != TrackSpeeds::default();
+    let moving_steps = link.set[before..].iter().filter(moves).count();
+    assert!(moving_steps < 150, "{moving_steps} ms");
+    // Answers come again: the watchdog is confirmed, and the base follows the next command.
+    link.damage = Box::new(|_, bytes| bytes);
+    link.drive_for(AHEAD, 0.5);
+    assert!(link.twist().linear > 0.39, "{:?}", link.twist());
 }
 
 #[test]

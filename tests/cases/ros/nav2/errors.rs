@@ -43,11 +43,20 @@ fn invalid_values_are_rejected_with_their_path() {
             "max_velocity: [0.5, 1.0]",
             "velocity_smoother.max_velocity is [0.5,1.0]; [x, y, theta]",
         ),
-        ("min_vel_x: -0.1", "min_vel_x: 0.9", "FollowPath.min_vel_x; at least min_vel_x"),
+        (
+            "min_vel_x: -0.1",
+            "min_vel_x: 0.05",
+            "FollowPath.min_vel_x; min_vel_x is 0.05; at most zero",
+        ),
+        (
+            "max_vel_x: 0.45",
+            "max_vel_x: -0.2",
+            "FollowPath.max_vel_x; max_vel_x is -0.2; at least zero",
+        ),
         (
             "smoothing_frequency: 30.0",
             "smoothing_frequency: 2.0",
-            "velocity_smoother.smoothing_frequency; rate_hz is 2; 5 to 1000",
+            "velocity_smoother.smoothing_frequency; rate_hz is 2; 10 to 1000",
         ),
         (
             "deadband_velocity: [0.03",
