@@ -6,6 +6,8 @@ takes a ``config`` accepts a :class:`Config`, a dictionary with the keys of a co
 or the text of such a file.
 """
 
+from collections.abc import Sequence
+
 from inbye import bench
 from inbye._native import (
     Config,
@@ -58,7 +60,7 @@ def evaluate(problem: Problem, *, engine: Engine | None = None, samples: bool = 
 
 
 def evaluate_batch(
-    problems: list[Problem], *, engine: Engine | None = None, samples: bool = False
+    problems: Sequence[Problem], *, engine: Engine | None = None, samples: bool = False
 ) -> list[Decision]:
     """Take the decisions of many robots; the bits are those of :func:`evaluate`."""
     return (engine or _cpu).evaluate_batch(problems, samples=samples)
