@@ -7,13 +7,14 @@ use std::sync::Arc;
 
 use inbye::experiment::{self, RunRow};
 use inbye::recording::{FieldValue, Reader};
-use inbye::runtime::{Decider, MissionResult, Observer};
+use inbye::runtime::{Decider, MissionResult, Observer, TickEvent};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::controller::{PythonController, Raised};
 use super::conversion::{from_json, goal, pose, raise};
 use super::decision::open;
+use super::interrupt::Interrupt;
 use super::map::Map;
 use super::records::Records;
 use super::settings::changed;
@@ -67,9 +68,14 @@ impl World {
     ) -> PyResult<Drive> {
         let config = changed(&self.inner.settings, config)?;
         let (decider, raised) = decider(controller, engine)?;
+        let (mut world, mut interrupt) = (self.inner.clone(), Interrupt::new());
+        interrupt.set_in(&mut world);
         let run = py.detach(|| {
-            let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-            self.inner.drive(seed, &config, decider, &mut observer)
+            let on_tick = &mut |_: &TickEvent<'_>| {
+                interrupt.check_now_and_then().unwrap_or_else(|error| raised.set(error));
+            };
+            let mut observer = Observer { clock: &mut || 0.0, on_tick };
+            world.drive(seed, &config, decider, &mut observer)
         });
         raised.check()?;
         py.check_signals()?;

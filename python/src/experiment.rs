@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use inbye::experiment::{Cell, Grid, Plan, RunRow, open_engine, rankings, run_cell, run_in_order};
+use inbye::experiment::{
+    Cell, Grid, Plan, RunRow, open_engine, rankings, run_cell, run_in_order_checked,
+};
 use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::parse_toml;
@@ -14,6 +16,7 @@ use pyo3::types::{PyDict, PyType};
 use super::controller::PythonController;
 use super::conversion::{from_json, raise};
 use super::drive::World;
+use super::interrupt::Interrupt;
 use super::settings::toml_text;
 
 /// A plan from its file, a dictionary or a TOML text, and the folder that its paths are relative to.
@@ -47,20 +50,19 @@ fn rows(
     jobs: usize,
 ) -> PyResult<(String, Vec<RunRow>)> {
     let (plan, folder) = read(plan)?;
-    let grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
+    let mut grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
+    let interrupt = Interrupt::new();
+    grid.cells.iter_mut().for_each(|cell| interrupt.set_in(&mut cell.world));
     let cells = grid.distinct();
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64();
     let engines = SharedEngines::default();
     let own = |cell: &&Cell| {
-        // Ctrl-C counts between two runs.
-        Python::attach(|py| -> PyResult<_> {
-            py.check_signals()?;
-            open_engine(cell, &engines).map_err(raise)
-        })
-        .map(|engine| run_cell(cell, engine, &mut { clock }, "").row)
+        let engine = open_engine(cell, &engines).map_err(raise)?;
+        Ok(run_cell(cell, engine, &mut { clock }, "").row)
     };
-    let mut rows = py.detach(|| run_in_order(&cells, jobs.max(1), own, || {}))?;
+    let check = || interrupt.check();
+    let mut rows = py.detach(|| run_in_order_checked(&cells, jobs.max(1), own, || {}, check))?;
     let task = |cell: &Cell| (cell.row.kind, cell.row.world.clone(), cell.row.seed);
     let tasks: BTreeMap<_, &Cell> = cells.iter().rev().map(|cell| (task(cell), *cell)).collect();
     for (name, controller) in controllers.into_iter().flatten() {

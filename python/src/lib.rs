@@ -14,6 +14,7 @@ mod decision;
 mod drive;
 mod environment;
 mod experiment;
+mod interrupt;
 mod localizer;
 mod map;
 mod navigator;
