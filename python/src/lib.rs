@@ -17,11 +17,13 @@ mod experiment;
 mod interrupt;
 mod localizer;
 mod map;
+mod mission_slot;
 mod navigator;
 mod problem;
 mod program;
 mod records;
 mod settings;
+mod shared;
 
 use pyo3::prelude::*;
 

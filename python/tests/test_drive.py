@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -217,3 +218,39 @@ def test_localizer_corrects_a_wrong_start() -> None:
     assert estimate.status == "tracking"
     assert np.hypot(estimate.pose[0] - 3.58, estimate.pose[1] - 4.0) < 0.02
     assert estimate.covariance[0][0] < 0.01
+
+
+def test_navigator_and_localizer_are_shared_between_threads() -> None:
+    navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)])
+    localizer = inbye.Localizer(walls(), (2.0, 3.0, 0.0))
+    errors: list[BaseException] = []
+    is_over = threading.Event()
+
+    def read() -> None:
+        try:
+            while not is_over.is_set():
+                assert len(navigator.path) > 1
+                assert localizer.estimate.pose
+        except BaseException as error:
+            errors.append(error)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    try:
+        for tick in range(100):
+            seen = scan(2.0, 3.0)
+            navigator.step(0.1 * tick, (2.0, 3.0, 0.0), (0.0, 0.0), seen, **ANGLES)
+            localizer.update(0.1 * tick, seen, **ANGLES)
+    finally:
+        is_over.set()
+        reader.join()
+    assert not errors
+
+
+def test_controller_that_uses_its_own_navigator_gets_an_error() -> None:
+    def controller(_: inbye.ControllerInput) -> tuple[float, float]:
+        return float(len(navigator.path)), 0.0
+
+    navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)], controller=controller)
+    with pytest.raises(inbye.InbyeError, match="cannot use the object that calls it"):
+        navigator.step(0.0, (2.0, 3.0, 0.0), (0.0, 0.0), scan(2.0, 3.0), **ANGLES)

@@ -5,11 +5,16 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NoReturn, Protocol, TypeAlias, final, type_check_only
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
 Settings: TypeAlias = Config | Mapping[str, Any] | str
 PlanSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
+SeenArrays: TypeAlias = tuple[NDArray[np.float32], Floats, Floats]
+# Index of the robot; outcome, world, seed, time, digest and reason; what the robot saw last.
+Finished: TypeAlias = tuple[
+    int, tuple[str, str, int, float, str | None, str | None], SeenArrays
+]
 Velocity: TypeAlias = tuple[float, float] | None
 
 @type_check_only
@@ -461,10 +466,14 @@ class Environments:
         seeds: Sequence[int],
         config: Settings | None = None,
         navigator: bool = False,
+        autoreset: bool = True,
         engine: str = "cpu",
         threads: int | None = None,
     ) -> Environments:
-        """Make ``count`` environments that take the missions of all seeds and worlds in turn."""
+        """Make ``count`` environments that take the missions of all seeds and worlds in turn.
+
+        Without ``autoreset`` a robot whose mission has ended stays there until the next reset.
+        """
     @property
     def beams(self) -> int:
         """Number of beams of the lidar."""
@@ -480,29 +489,12 @@ class Environments:
     @property
     def commands(self) -> Floats:
         """Velocities that the robots were last commanded."""
-    def reset(
-        self,
-        first_job: int,
-        ranges: NDArray[np.float32],
-        goals: Floats,
-        velocities: Floats,
-    ) -> None:
-        """Start missions; the arrays get what the robots see."""
+    def reset(self, first_job: int) -> SeenArrays:
+        """Start missions; return what the robots see: ranges, goals and velocities."""
     def step(
-        self,
-        actions: Floats,
-        ranges: NDArray[np.float32],
-        goals: Floats,
-        velocities: Floats,
-        rewards: Floats,
-        ends: NDArray[np.uint8],
-    ) -> None:
-        """Drive every robot for a control period; those that ended start the next mission."""
-    def finished(
-        self,
-        index: int,
-        ranges: NDArray[np.float32],
-        goals: Floats,
-        velocities: Floats,
-    ) -> tuple[str, str, int, float, str | None] | None:
-        """Return how a mission ended in the last step: outcome, world, seed, time and digest."""
+        self, actions: ArrayLike
+    ) -> tuple[SeenArrays, Floats, NDArray[np.uint8], list[Finished]]:
+        """Drive every robot for a control period; return what they see, rewards and ends.
+
+        An end is 1, or 2 where the time was up. Those robots start the next mission.
+        """
