@@ -96,7 +96,7 @@ def test_no_robot_is_stepped_when_an_action_is_not_finite() -> None:
     with pytest.raises(inbye.InbyeError, match=r"actions: row 2 is not finite: no robot was step"):
         env.step(bad)
     assert np.array_equal(env.step(good)[0]["goal"], same.step(good)[0]["goal"])
-    with pytest.raises(inbye.InbyeError, match="actions: real numbers are expected, not .*U"):
+    with pytest.raises(inbye.InbyeError, match=r"actions: real numbers are expected, not .*U"):
         env.step(np.full((3, 2), "fast"))
 
 
@@ -140,7 +140,7 @@ def test_mission_without_a_path_fails_and_the_next_one_starts() -> None:
     reached, failed = ("open", "reached", True, False), ("blocked", "failed", True, False)
     assert outcomes(env, 3) == [reached, failed, reached]
     env = inbye.gym.VectorEnv(worlds[1:], 2, navigator=True)
-    with pytest.raises(inbye.InbyeError, match="no mission can start.*blocked.*NO_VALID_PATH"):
+    with pytest.raises(inbye.InbyeError, match=r"no mission can start.*blocked.*NO_VALID_PATH"):
         env.reset()
 
 

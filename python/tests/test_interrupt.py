@@ -7,13 +7,13 @@ import time
 
 import pytest
 
-# A mission that cannot end within the test: its goal is far, and the robot waits for its time limit.
+# A drive that takes longer than the test: each decision has a million samples.
 DRIVE = """
 cells = np.zeros((40, 400), np.int8)
 cells[[0, -1]] = 100
 cells[:, [0, -1]] = 100
-slow = {"robot": {"limits": {"max_vel_x": 0.01, "min_vel_x": 0.0}}}
-world = inbye.World(inbye.Map(cells, 0.1), (1.0, 2.0, 0.0), (39.0, 2.0), time_limit_s=1e5)
+slow = {"local": {"vx_samples": 1024, "vtheta_samples": 1024}}
+world = inbye.World(inbye.Map(cells, 0.1), (1.0, 2.0, 0.0), (39.0, 2.0))
 started()
 world.drive(config=slow)
 """

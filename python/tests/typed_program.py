@@ -1,4 +1,4 @@
-"""A user's program, for type checkers: `python/check` runs mypy in strict mode on it. It is not executed."""
+"""A user's program for type checkers: `python/check` runs mypy in strict mode on it."""
 
 from __future__ import annotations
 

@@ -12,10 +12,8 @@ Settings: TypeAlias = Config | Mapping[str, Any] | str
 PlanSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 SeenArrays: TypeAlias = tuple[NDArray[np.float32], Floats, Floats]
 # Index of the robot; outcome, world, seed, time, digest and reason; what the robot saw last.
-Finished: TypeAlias = tuple[
-    int, tuple[str, str, int, float, str | None, str | None], SeenArrays
-]
-Velocity: TypeAlias = tuple[float, float] | None
+Finished: TypeAlias = tuple[int, tuple[str, str, int, float, str | None, str | None], SeenArrays]
+Velocity: TypeAlias = Sequence[float] | NDArray[np.floating[Any]] | None
 
 @type_check_only
 class ControllerObject(Protocol):

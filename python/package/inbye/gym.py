@@ -32,6 +32,9 @@ __all__ = ["Env", "VectorEnv", "make", "make_vector"]
 Observation = dict[str, NDArray[Any]]
 Action = NDArray[np.float64]
 
+# What is known of a mission that has ended.
+_ENDED = ("outcome", "world", "seed", "time_s", "digest", "reason")
+
 
 def _observation(seen: _native.SeenArrays) -> Observation:
     ranges, goals, velocities = seen
@@ -136,16 +139,15 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
     ) -> None:
         """Add how missions ended, in the arrays of Gymnasium's convention."""
         final = np.full(self.num_envs, None, object)
-        names = ("outcome", "world", "seed", "time_s", "digest", "reason")
         columns: dict[str, NDArray[Any]] = {
-            name: np.full(self.num_envs, None, object) for name in names
+            name: np.full(self.num_envs, None, object) for name in _ENDED
         }
         for index, ended, last in finished:
             final[index] = _first(last)
-            for name, value in zip(names, ended, strict=True):
+            for name, value in zip(_ENDED, ended, strict=True):
                 columns[name][index] = value
         info["final_obs"], info["_final_obs"] = final, over
-        masks = {f"_{name}": over for name in names}
+        masks = {f"_{name}": over for name in _ENDED}
         info["final_info"], info["_final_info"] = columns | masks, over
 
 
@@ -183,10 +185,10 @@ class Env(gymnasium.Env[Observation, Action]):
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Drive for one control period. Raises after the end of an episode."""
         seen, rewards, ends, finished = self._native.step(np.reshape(action, (1, -1)))
-        end, info = int(ends[0]), {}
-        for _, (outcome, world, seed, time_s, _, reason), _ in finished:
-            info = {"outcome": outcome, "world": world, "seed": seed, "time_s": time_s}
-            info["reason"] = reason
+        end = int(ends[0])
+        info: dict[str, Any] = {}
+        for _, ended, _ in finished:
+            info = dict(zip(_ENDED, ended, strict=True))
         return _first(seen), float(rewards[0]), end == 1, end == 2, info
 
 
