@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::conversion::{pose, pose_tuple, raise, scan};
 use super::map::Map;
-use super::settings::changed;
+use super::settings::settings;
 use super::shared::Shared;
 
 /// The pose after a revolution of the lidar, with its quality.
@@ -53,7 +53,7 @@ impl Localizer {
         start: [f64; 3],
         config: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let config = settings(config)?;
         let (map, start) = (map.get(), pose(start)?);
         let localizer = py.detach(|| {
             let known = map.grid.obstacles(config.unknown);

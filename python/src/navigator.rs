@@ -7,7 +7,7 @@ use super::controller::{PythonController, Raised};
 use super::conversion::{goal, points, pose, raise, scan, twist, twist_tuple};
 use super::decision::open;
 use super::map::Map;
-use super::settings::changed;
+use super::settings::settings;
 use super::shared::Shared;
 
 /// The decision of a tick.
@@ -48,7 +48,7 @@ impl Navigator {
         controller: Option<&Bound<'_, PyAny>>,
         engine: &str,
     ) -> PyResult<Self> {
-        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let config = settings(config)?;
         let goals = goals.iter().map(|values| goal(values)).collect::<PyResult<Vec<_>>>()?;
         if goals.is_empty() {
             return Err(raise("goals must have at least one"));

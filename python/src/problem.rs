@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::conversion::{moving_discs, point, pose, raise, twist};
 use super::map::Map;
-use super::settings::changed;
+use super::settings::settings;
 
 /// All inputs of one decision.
 #[pyclass(frozen, module = "inbye")]
@@ -29,7 +29,7 @@ impl Problem {
         obstacles: Option<&Bound<'_, PyAny>>,
         config: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let config = settings(config)?;
         let map = map.get();
         // The first problem on a map measures its distances to obstacles.
         let field = py.detach(|| map.field(config.unknown))?;

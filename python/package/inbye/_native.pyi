@@ -34,7 +34,8 @@ def run_program(program: Sequence[str], arguments: Sequence[str]) -> NoReturn:
 class Config:
     """All settings of a robot, its navigation and its simulation.
 
-    ``inbye config`` prints them with their units and ranges.
+    ``inbye config`` prints them with their units and ranges. A world applies the changes to its
+    own settings, as those of a dictionary.
     """
 
     def __new__(cls, changes: Settings | None = None) -> Config:
