@@ -213,7 +213,7 @@ impl Environments {
         for world in &worlds {
             let world = &world.get().inner;
             let config = changed(&world.settings, config)?;
-            config.validate().map_err(raise)?;
+            check_programs(&config, navigator)?;
             prepared.push((world.clone(), Arc::new(config)));
         }
         let lidar = prepared[0].1.simulation.lidar;
@@ -307,6 +307,21 @@ impl Environments {
             finished.into_iter().map(|(index, it)| self.setup.tuple(py, index, it)).collect(),
         ))
     }
+}
+
+/// Rejects programs of the settings that the environments would not use.
+fn check_programs(config: &Config, is_navigator: bool) -> PyResult<()> {
+    if config.simulator.is_set() {
+        return Err(raise(
+            "simulator.command: environments use inbye's own simulator: leave it out, or use World.drive",
+        ));
+    }
+    if config.global_planner.is_set() && !is_navigator {
+        return Err(raise(
+            "global_planner.command: without the navigator no program plans paths: leave it out, or set navigator=True",
+        ));
+    }
+    Ok(())
 }
 
 /// What the robots see, for arrays that are filled with Python's lock.

@@ -162,3 +162,12 @@ def test_environment_is_shared_between_threads() -> None:
     for thread in threads:
         thread.join()
     assert not errors
+
+
+@pytest.mark.parametrize("key", ["simulator", "global_planner"])
+def test_programs_that_environments_do_not_use_are_errors(key: str) -> None:
+    config = {key: {"command": ["program"]}}
+    with pytest.raises(inbye.InbyeError, match=rf"^{key}\.command: .*leave it out, or"):
+        inbye.gym.VectorEnv(WORLDS, 1, config=config)
+    with pytest.raises(inbye.InbyeError, match=rf"^{key}\.command: .*leave it out, or"):
+        inbye.gym.Env(WORLDS, config=config)
