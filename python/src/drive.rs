@@ -19,6 +19,11 @@ use super::map::Map;
 use super::records::Records;
 use super::settings::changed;
 
+/// Most people of a world, as in plans.
+const MOST_PEOPLE: usize = 100;
+/// Longest time limit of a world, as in plans, seconds.
+const LONGEST_S: f64 = 1e9;
+
 /// A world to drive in.
 #[pyclass(frozen, module = "inbye")]
 #[derive(Clone)]
@@ -42,6 +47,15 @@ impl World {
         let Map { grid, zones, .. } = map.get();
         let (grid, zones) = (Arc::clone(grid), zones.clone());
         let (start, goal) = (pose(start)?, self::goal(&goal)?);
+        if people > MOST_PEOPLE {
+            return Err(raise(format!("people is {people}: it must be 0 to {MOST_PEOPLE}")));
+        }
+        let is_in_range = |time_s: f64| time_s > 0.0 && time_s <= LONGEST_S;
+        if let Some(time_s) = time_limit_s.filter(|time_s| !is_in_range(*time_s)) {
+            return Err(raise(format!(
+                "time_limit_s is {time_s}: it must be above 0, at most 1e9"
+            )));
+        }
         let inner = experiment::World::on_map(name, grid, zones, start, goal, people, time_limit_s);
         Ok(Self { inner })
     }
@@ -81,6 +95,14 @@ impl World {
         py.check_signals()?;
         let run = run.map_err(raise)?;
         Ok(Drive { row: run.row, result: run.result })
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {
@@ -192,6 +214,14 @@ impl Drive {
     fn paths<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, numpy::PyArray2<f64>>>> {
         let paths = self.result.iter().flat_map(|result| &result.trace.paths);
         paths.map(|path| super::conversion::points(py, path)).collect()
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

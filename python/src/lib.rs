@@ -46,7 +46,7 @@ mod _native {
     #[pymodule_export]
     use super::localizer::{Localizer, PoseEstimate};
     #[pymodule_export]
-    use super::map::{Map, plan};
+    use super::map::{Map, map_of_parts, plan};
     #[pymodule_export]
     use super::navigator::{Navigator, NavigatorDecision};
     #[pymodule_export]

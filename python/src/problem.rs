@@ -57,6 +57,14 @@ impl Problem {
         self.inner.window.len()
     }
 
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
     /// Positions of a sample after each step of the horizon, metres.
     fn path<'py>(&self, py: Python<'py>, index: u32) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
         if index as usize >= self.__len__() {

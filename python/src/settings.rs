@@ -42,6 +42,10 @@ impl Config {
         from_json(py, &self.inner)
     }
 
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, (String,)) {
+        (slf.get_type(), (slf.get().changes.clone(),))
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("Config({})", self.to_dict(py)?.repr()?))
     }

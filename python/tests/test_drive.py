@@ -93,8 +93,8 @@ def fails(_: inbye.ControllerInput) -> tuple[float, float]:
     ("controller", "error"),
     [
         (fails, KeyError),
-        (lambda _: "fast", TypeError),
-        (lambda _: (1.0, 2.0, 3.0), ValueError),
+        (lambda _: "fast", inbye.InbyeError),
+        (lambda _: (1.0, 2.0, 3.0), inbye.InbyeError),
         (7, inbye.InbyeError),
     ],
 )
@@ -103,6 +103,45 @@ def test_exception_of_a_controller_is_raised(
 ) -> None:
     with pytest.raises(error):
         room().drive(controller=controller)
+
+
+def test_answer_of_a_controller_is_any_sequence_of_two_numbers() -> None:
+    def answers(form: Callable[[tuple[float, float]], object]) -> str | None:
+        return room().drive(controller=lambda seen: form(straight(seen))).digest
+
+    assert answers(tuple) == answers(list) == answers(np.array)
+    message = r"^controller recorded: it returned \[1, 2, 3\]: return speed and turn rate, two"
+    wrong = Recorded()
+    wrong.compute_velocity = lambda _: [1, 2, 3]
+    with pytest.raises(inbye.InbyeError, match=message):
+        room().drive(controller=wrong)
+
+
+def test_config_changes_the_settings_of_a_world_as_its_dictionary_does() -> None:
+    # Worlds of this kind have settings of their own: the pose is that of scans.
+    world = inbye.bench.worlds(kind="localization")[0]
+
+    def digest(config: inbye.Config | dict[str, object] | None) -> str | None:
+        return world.drive(config=config, controller=lambda _: None).digest
+
+    changes = {"navigator": {"xy_goal_tolerance": 0.15}}
+    own = digest(changes)
+    assert own == digest(inbye.Config(changes)) == digest(inbye.Config(inbye.Config(changes)))
+    assert own != digest({"pose_source": "fixes"})
+    assert digest(inbye.Config()) == digest(None)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"people": 101}, "people is 101: it must be 0 to 100"),
+        ({"time_limit_s": 0.0}, "time_limit_s is 0: it must be above 0"),
+        ({"time_limit_s": float("nan")}, "time_limit_s is NaN: it must be above 0"),
+    ],
+)
+def test_world_checks_its_ranges(options: dict[str, float], message: str) -> None:
+    with pytest.raises(inbye.InbyeError, match=message):
+        room(**options)
 
 
 def test_controller_that_sees_no_way_gives_up() -> None:

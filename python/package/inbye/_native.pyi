@@ -51,14 +51,14 @@ class Map:
 
     def __new__(
         cls,
-        cells: NDArray[np.int8],
+        cells: ArrayLike,
         resolution_m: float,
         origin: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> Map:
         """Make a map of rows of cells, the lowest row first.
 
-        A cell has its occupancy in percent, or -1 if it is unknown. ``origin`` is the pose of the
-        lower left corner.
+        A cell has its occupancy in percent, an integer, or -1 if it is unknown. ``origin`` is the
+        pose of the lower left corner.
         """
     @staticmethod
     def load(path: str | os.PathLike[str], resolution_m: float = 1.0) -> Map:
@@ -95,6 +95,14 @@ class Map:
     def origin(self) -> tuple[float, float, float]:
         """Pose of the lower left corner."""
 
+def _map_of_parts(
+    cells: ArrayLike,
+    resolution_m: float,
+    origin: Sequence[float],
+    zones: ArrayLike | None,
+) -> Map:
+    """Make a map of the parts that it was pickled as."""
+
 def plan(
     map: Map,
     start: Sequence[float],
@@ -121,7 +129,7 @@ class Problem:
         velocity: Sequence[float] = (0.0, 0.0),
         last_command: Sequence[float] | None = None,
         key_node: Sequence[float] | None = None,
-        obstacles: Floats | None = None,
+        obstacles: ArrayLike | None = None,
         config: Settings | None = None,
     ) -> Problem:
         """Make a problem.
@@ -299,7 +307,7 @@ class World:
     ) -> World:
         """Make a mission on a map, among people who walk across the path.
 
-        Without a time limit it follows from the length of the path.
+        ``people`` is 0 to 100. Without a time limit it follows from the length of the path.
         """
     @property
     def name(self) -> str:
@@ -384,7 +392,7 @@ class Localizer:
     def update(
         self,
         time_s: float,
-        ranges: Floats,
+        ranges: ArrayLike,
         *,
         angle_min: float,
         angle_increment: float,
@@ -439,7 +447,7 @@ class Navigator:
         time_s: float,
         pose: Sequence[float],
         velocity: Sequence[float],
-        ranges: Floats,
+        ranges: ArrayLike,
         *,
         angle_min: float,
         angle_increment: float,
