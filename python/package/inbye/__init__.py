@@ -8,7 +8,7 @@ or the text of such a file.
 
 from collections.abc import Sequence
 
-from inbye import bench
+from inbye import bench, planner_arena
 from inbye._native import (
     Config,
     ControllerInput,
@@ -45,6 +45,7 @@ __all__ = [
     "evaluate",
     "evaluate_batch",
     "plan",
+    "planner_arena",
     "replay",
 ]
 
