@@ -10,6 +10,9 @@ use pyo3::prelude::*;
 
 use super::conversion::{points, pose_tuple, raise, table, twist_tuple};
 
+/// Most characters of an answer that an error quotes.
+const MOST_QUOTED: usize = 60;
+
 /// What a controller decides from.
 #[pyclass(frozen, get_all, module = "inbye")]
 pub struct ControllerInput {
@@ -43,7 +46,8 @@ pub struct ControllerInput {
 pub struct Raised(Arc<Mutex<Option<PyErr>>>);
 
 impl Raised {
-    fn set(&self, error: PyErr) {
+    /// Keeps an exception for the caller.
+    pub fn set(&self, error: PyErr) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
     }
 
@@ -130,6 +134,18 @@ impl PythonController {
         })
     }
 
+    /// The answer of the controller: any sequence of two numbers, or none to brake.
+    fn velocity(&self, answer: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>> {
+        answer.extract().or_else(|_| {
+            let answer: String = answer.repr()?.extract()?;
+            let answer: String = answer.replace('\n', " ").chars().take(MOST_QUOTED).collect();
+            Err(raise(format!(
+                "controller {}: it returned {answer}: return speed and turn rate, two numbers, or None to brake",
+                self.name
+            )))
+        })
+    }
+
     /// Calls an optional method.
     fn tell<'py, A>(&self, py: Python<'py>, method: &str, arguments: A) -> PyResult<()>
     where
@@ -166,9 +182,9 @@ impl Controller for PythonController {
                 .check_signals()
                 .and_then(|()| self.raised.check())
                 .and_then(|()| self.compute.bind(py).call1((self.input(py, input)?,)))
-                .and_then(|answer| answer.extract::<Option<(f64, f64)>>());
+                .and_then(|answer| self.velocity(&answer));
             match answer {
-                Ok(Some((linear, angular))) => Ok(Twist::new(linear, angular)),
+                Ok(Some([linear, angular])) => Ok(Twist::new(linear, angular)),
                 Ok(None) => Err(ControllerError::NoValidControl {
                     reason: "the controller returned None".to_owned(),
                 }),

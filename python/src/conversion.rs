@@ -5,7 +5,8 @@ use core::fmt::Display;
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::{MovingDisc, Scan};
 use inbye::navigator::Goal;
-use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::{ArrayView1, Dimension};
+use numpy::{Ix1, Ix2, PyArray, PyArray2, PyArrayMethods, PyReadonlyArray};
 use pyo3::prelude::*;
 
 use super::InbyeError;
@@ -55,13 +56,18 @@ pub fn goal(values: &[f64]) -> PyResult<Goal> {
 }
 
 /// Moving obstacles from rows of x, y, radius, vx and vy.
-pub fn moving_discs(rows: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Vec<MovingDisc>> {
+pub fn moving_discs(rows: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<MovingDisc>> {
     let Some(rows) = rows else { return Ok(Vec::new()) };
+    // An empty list has one dimension.
+    if rows.len().is_ok_and(|rows| rows == 0) {
+        return Ok(Vec::new());
+    }
+    let rows = real_array::<Ix2>("obstacles", rows)?;
     let rows = rows.as_array();
     if rows.ncols() != 5 {
         return Err(raise("moving obstacles have five columns: x, y, radius, vx, vy"));
     }
-    let disc = |row: numpy::ndarray::ArrayView1<'_, f64>| MovingDisc {
+    let disc = |row: ArrayView1<'_, f64>| MovingDisc {
         x: row[0],
         y: row[1],
         radius: row[2],
@@ -73,12 +79,12 @@ pub fn moving_discs(rows: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Vec<Mov
 
 /// A scan from ranges in metres at equal angles.
 pub fn scan(
-    ranges: &PyReadonlyArray1<'_, f64>,
+    ranges: &Bound<'_, PyAny>,
     angle_min: f64,
     angle_increment: f64,
     range_max: f64,
 ) -> PyResult<Scan> {
-    let ranges = ranges.as_array().iter().copied().collect();
+    let ranges = real_array::<Ix1>("ranges", ranges)?.as_array().iter().copied().collect();
     let scan = Scan { angle_min, angle_increment, range_max, ranges };
     if scan.is_valid() {
         return Ok(scan);
@@ -86,6 +92,41 @@ pub fn scan(
     Err(raise(
         "angle_min, angle_increment and range_max must be finite, and the increment above zero",
     ))
+}
+
+/// An argument as an array of real numbers, from an array of any real type or from sequences.
+pub fn real_array<'py, D: Dimension>(
+    argument: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArray<'py, f64, D>> {
+    let wrong = |why: String| raise(format!("{argument}: {why}"));
+    if let Ok(array) = value.cast::<PyArray<f64, D>>() {
+        return array.try_readonly().map_err(|error| wrong(error.to_string()));
+    }
+    let array = numpy_array(argument, value)?;
+    let (kind, name) = dtype(&array)?;
+    if !"iuf".contains(&kind) {
+        return Err(wrong(format!("real numbers are expected, not values of type {name}")));
+    }
+    let array = array.call_method1("astype", ("float64",))?;
+    let dimensions: usize = array.getattr("ndim")?.extract()?;
+    let array = array.cast_into::<PyArray<f64, D>>().map_err(|_| {
+        let expected = D::NDIM.unwrap_or_default();
+        wrong(format!("an array of dimension {expected} is expected, not {dimensions}"))
+    })?;
+    array.try_readonly().map_err(|error| wrong(error.to_string()))
+}
+
+/// An argument as NumPy makes an array of it.
+pub fn numpy_array<'py>(argument: &str, value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let array = value.py().import("numpy")?.call_method1("asarray", (value,));
+    array.map_err(|_| raise(format!("{argument}: rows of equal length are expected")))
+}
+
+/// The kind of an array's type, as NumPy abbreviates it, and its name.
+pub fn dtype(array: &Bound<'_, PyAny>) -> PyResult<(String, String)> {
+    let dtype = array.getattr("dtype")?;
+    Ok((dtype.getattr("kind")?.extract()?, dtype.str()?.extract()?))
 }
 
 /// Points as an array of two columns.

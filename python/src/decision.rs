@@ -101,6 +101,14 @@ impl Decision {
         records.to_array(py).map(Some)
     }
 
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
     fn __repr__(&self) -> String {
         let samples: u32 = self.evaluation.counts.to_array().iter().sum();
         match &self.winner {

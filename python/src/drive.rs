@@ -7,16 +7,22 @@ use std::sync::Arc;
 
 use inbye::experiment::{self, RunRow};
 use inbye::recording::{FieldValue, Reader};
-use inbye::runtime::{Decider, MissionResult, Observer};
+use inbye::runtime::{Decider, MissionResult, Observer, TickEvent};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::controller::{PythonController, Raised};
 use super::conversion::{from_json, goal, pose, raise};
 use super::decision::open;
+use super::interrupt::Interrupt;
 use super::map::Map;
 use super::records::Records;
 use super::settings::changed;
+
+/// Most people of a world, as in plans.
+const MOST_PEOPLE: usize = 100;
+/// Longest time limit of a world, as in plans, seconds.
+const LONGEST_S: f64 = 1e9;
 
 /// A world to drive in.
 #[pyclass(frozen, module = "inbye")]
@@ -41,6 +47,15 @@ impl World {
         let Map { grid, zones, .. } = map.get();
         let (grid, zones) = (Arc::clone(grid), zones.clone());
         let (start, goal) = (pose(start)?, self::goal(&goal)?);
+        if people > MOST_PEOPLE {
+            return Err(raise(format!("people is {people}: it must be 0 to {MOST_PEOPLE}")));
+        }
+        let is_in_range = |time_s: f64| time_s > 0.0 && time_s <= LONGEST_S;
+        if let Some(time_s) = time_limit_s.filter(|time_s| !is_in_range(*time_s)) {
+            return Err(raise(format!(
+                "time_limit_s is {time_s}: it must be above 0, at most 1e9"
+            )));
+        }
         let inner = experiment::World::on_map(name, grid, zones, start, goal, people, time_limit_s);
         Ok(Self { inner })
     }
@@ -67,14 +82,27 @@ impl World {
     ) -> PyResult<Drive> {
         let config = changed(&self.inner.settings, config)?;
         let (decider, raised) = decider(controller, engine)?;
+        let (mut world, mut interrupt) = (self.inner.clone(), Interrupt::new());
+        interrupt.set_in(&mut world);
         let run = py.detach(|| {
-            let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-            self.inner.drive(seed, &config, decider, &mut observer)
+            let on_tick = &mut |_: &TickEvent<'_>| {
+                interrupt.check_now_and_then().unwrap_or_else(|error| raised.set(error));
+            };
+            let mut observer = Observer { clock: &mut || 0.0, on_tick };
+            world.drive(seed, &config, decider, &mut observer)
         });
         raised.check()?;
         py.check_signals()?;
         let run = run.map_err(raise)?;
         Ok(Drive { row: run.row, result: run.result })
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {
@@ -186,6 +214,14 @@ impl Drive {
     fn paths<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, numpy::PyArray2<f64>>>> {
         let paths = self.result.iter().flat_map(|result| &result.trace.paths);
         paths.map(|path| super::conversion::points(py, path)).collect()
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {

@@ -1,25 +1,28 @@
 //! Plans of experiments, run with controllers in Python.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use inbye::experiment::{Cell, Grid, Plan, RunRow, open_engine, rankings, run_cell, run_in_order};
+use inbye::experiment::{
+    Cell, Grid, Plan, RunRow, open_engine, planner_name, rankings, run_cell, run_in_order_checked,
+};
 use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::parse_toml;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyType};
+use pyo3::types::{PyMapping, PyType};
 
 use super::controller::PythonController;
 use super::conversion::{from_json, raise};
 use super::drive::World;
+use super::interrupt::Interrupt;
 use super::settings::toml_text;
 
 /// A plan from its file, a dictionary or a TOML text, and the folder that its paths are relative to.
 fn read(plan: &Bound<'_, PyAny>) -> PyResult<(Plan, PathBuf)> {
     let parse = |text: &str| parse_toml(text, &Plan::default(), Plan::check);
-    if plan.is_instance_of::<PyDict>() {
+    if let Ok(plan) = plan.cast::<PyMapping>() {
         return Ok((parse(&toml_text(plan)?).map_err(raise)?, PathBuf::new()));
     }
     let path: PathBuf =
@@ -38,33 +41,54 @@ pub fn read_worlds(py: Python<'_>, plan: &Bound<'_, PyAny>) -> PyResult<Vec<Worl
     Ok(worlds.into_iter().map(|inner| World { inner }).collect())
 }
 
+/// The controllers with their names, each of which is that of one planner only: the ranking merges rows of one name.
+fn named_controllers<'py>(
+    controllers: Option<&Bound<'py, PyMapping>>,
+    cells: &[Cell],
+) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    let Some(controllers) = controllers else { return Ok(Vec::new()) };
+    let taken: BTreeSet<&str> = cells.iter().map(|cell| planner_name(&cell.row)).collect();
+    let named = |item: Bound<'py, PyAny>| {
+        let (name, controller): (String, Bound<'py, PyAny>) = item.extract()?;
+        if name.is_empty() {
+            return Err(raise("controllers: a name is empty: name each controller"));
+        }
+        if taken.contains(&*name) {
+            return Err(raise(format!(
+                "controllers: settings of the plan have the name {name} too: rename the controller"
+            )));
+        }
+        Ok((name, controller))
+    };
+    controllers.items()?.iter().map(named).collect()
+}
+
 /// The rows of a plan's cells, this many at a time. Each controller drives the tasks of the plan after that, one at a time: only
 /// one thread executes Python.
 fn rows(
     py: Python<'_>,
     plan: &Bound<'_, PyAny>,
-    controllers: Option<&Bound<'_, PyDict>>,
+    controllers: Option<&Bound<'_, PyMapping>>,
     jobs: usize,
 ) -> PyResult<(String, Vec<RunRow>)> {
     let (plan, folder) = read(plan)?;
-    let grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
+    let mut grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
+    let controllers = named_controllers(controllers, &grid.cells)?;
+    let interrupt = Interrupt::new();
+    grid.cells.iter_mut().for_each(|cell| interrupt.set_in(&mut cell.world));
     let cells = grid.distinct();
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64();
     let engines = SharedEngines::default();
     let own = |cell: &&Cell| {
-        // Ctrl-C counts between two runs.
-        Python::attach(|py| -> PyResult<_> {
-            py.check_signals()?;
-            open_engine(cell, &engines).map_err(raise)
-        })
-        .map(|engine| run_cell(cell, engine, &mut { clock }, "").row)
+        let engine = open_engine(cell, &engines).map_err(raise)?;
+        Ok(run_cell(cell, engine, &mut { clock }, "").row)
     };
-    let mut rows = py.detach(|| run_in_order(&cells, jobs.max(1), own, || {}))?;
+    let check = || interrupt.check();
+    let mut rows = py.detach(|| run_in_order_checked(&cells, jobs.max(1), own, || {}, check))?;
     let task = |cell: &Cell| (cell.row.kind, cell.row.world.clone(), cell.row.seed);
     let tasks: BTreeMap<_, &Cell> = cells.iter().rev().map(|cell| (task(cell), *cell)).collect();
-    for (name, controller) in controllers.into_iter().flatten() {
-        let name: String = name.extract()?;
+    for (name, controller) in controllers {
         for cell in tasks.values() {
             // A class has an object for each run.
             let object = match controller.cast::<PyType>() {
@@ -86,7 +110,7 @@ fn rows(
 pub fn run<'py>(
     py: Python<'py>,
     plan: &Bound<'py, PyAny>,
-    controllers: Option<&Bound<'py, PyDict>>,
+    controllers: Option<&Bound<'py, PyMapping>>,
     jobs: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (_, rows) = rows(py, plan, controllers, jobs)?;
@@ -99,7 +123,7 @@ pub fn run<'py>(
 pub fn compare<'py>(
     py: Python<'py>,
     plan: &Bound<'py, PyAny>,
-    controllers: Option<&Bound<'py, PyDict>>,
+    controllers: Option<&Bound<'py, PyMapping>>,
     jobs: usize,
     report: Option<PathBuf>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {

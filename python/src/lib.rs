@@ -14,13 +14,16 @@ mod decision;
 mod drive;
 mod environment;
 mod experiment;
+mod interrupt;
 mod localizer;
 mod map;
+mod mission_slot;
 mod navigator;
 mod problem;
 mod program;
 mod records;
 mod settings;
+mod shared;
 
 use pyo3::prelude::*;
 
@@ -43,7 +46,7 @@ mod _native {
     #[pymodule_export]
     use super::localizer::{Localizer, PoseEstimate};
     #[pymodule_export]
-    use super::map::{Map, plan};
+    use super::map::{Map, map_of_parts, plan};
     #[pymodule_export]
     use super::navigator::{Navigator, NavigatorDecision};
     #[pymodule_export]

@@ -6,11 +6,11 @@ use std::sync::{Arc, OnceLock};
 use inbye::local::ClearanceField;
 use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, load};
 use inbye::navigator::NavigationMap;
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use super::conversion::{point, points, pose, pose_tuple, raise};
-use super::settings::changed;
+use super::conversion::{dtype, numpy_array, point, points, pose, pose_tuple, raise};
+use super::settings::settings;
 
 /// An occupancy grid.
 #[pyclass(frozen, module = "inbye")]
@@ -47,13 +47,14 @@ impl Map {
     /// Cells of occupancy in percent, -1 for unknown, with the lowest row first.
     #[new]
     #[pyo3(signature = (cells, resolution_m, origin=[0.0; 3]))]
-    fn new(cells: PyReadonlyArray2<'_, i8>, resolution_m: f64, origin: [f64; 3]) -> PyResult<Self> {
+    fn new(cells: &Bound<'_, PyAny>, resolution_m: f64, origin: [f64; 3]) -> PyResult<Self> {
+        let cells = whole_cells(cells)?;
         let cells = cells.as_array();
         let side = |cells: usize| i32::try_from(cells).unwrap_or(i32::MAX);
         let (height, width) = (side(cells.nrows()), side(cells.ncols()));
         let frame = GridFrame::new(width, height, resolution_m, pose(origin)?).map_err(raise)?;
         if cells.iter().any(|cell| !(-1..=100).contains(cell)) {
-            return Err(raise("cells must be -1, for unknown, or 0 to 100 percent"));
+            return Err(raise(CELL_RANGE));
         }
         Ok(Self::of(OccupancyGrid::new(frame, cells.iter().copied().collect())))
     }
@@ -91,6 +92,9 @@ impl Map {
         keepout: Option<&Bound<'_, Self>>,
         speed: Option<&Bound<'_, Self>>,
     ) -> PyResult<Self> {
+        if self.zones.is_some() {
+            return Err(raise("the map has zones already: give both masks in one call"));
+        }
         let keepout = keepout.map(|mask| &*mask.get().grid);
         let speed = speed.map(|mask| &*mask.get().grid);
         let zones = Zones::from_masks(self.grid.frame(), keepout, speed);
@@ -103,10 +107,65 @@ impl Map {
         self.zones.as_ref().map(|zones| cells(py, &zones.to_grid())).transpose()
     }
 
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<MapParts<'py>> {
+        let make = py.import("inbye._native")?.getattr("_map_of_parts")?;
+        let parts = (self.cells(py)?, self.resolution_m(), self.origin(), self.zones(py)?);
+        Ok((make, parts))
+    }
+
     fn __repr__(&self) -> String {
         let frame = self.grid.frame();
         format!("Map({} x {} cells of {} m)", frame.width, frame.height, frame.resolution_m)
     }
+}
+
+/// Cells, resolution, origin and zones, with the function that makes a map of them.
+type MapParts<'py> = (
+    Bound<'py, PyAny>,
+    (Bound<'py, PyArray2<i8>>, f64, (f64, f64, f64), Option<Bound<'py, PyArray2<i8>>>),
+);
+
+/// Makes a map of the parts that it was pickled as.
+#[pyfunction]
+#[pyo3(name = "_map_of_parts")]
+pub fn map_of_parts(
+    cells: &Bound<'_, PyAny>,
+    resolution_m: f64,
+    origin: [f64; 3],
+    zones: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Map> {
+    let map = Map::new(cells, resolution_m, origin)?;
+    let Some(zones) = zones else { return Ok(map) };
+    let zones = Map::new(zones, resolution_m, origin)?;
+    Ok(Map { zones: Some(Arc::new(Zones::from_grid(&zones.grid))), ..map })
+}
+
+/// The range of cells, as an error says it.
+const CELL_RANGE: &str = "cells must be -1, for unknown, or 0 to 100 percent";
+
+/// Cells from an array of any type of integers, or from rows of them.
+fn whole_cells<'py>(cells: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray2<'py, i8>> {
+    let of = |array: &Bound<'py, PyArray2<i8>>| array.try_readonly().map_err(raise);
+    if let Ok(array) = cells.cast::<PyArray2<i8>>() {
+        return of(array);
+    }
+    let array = numpy_array("cells", cells)?;
+    let (kind, name) = dtype(&array)?;
+    // Truth values would be occupied by one percent, and shares of one be free.
+    if kind != "i" && kind != "u" {
+        return Err(raise(format!("cells: integers are expected, not values of type {name}")));
+    }
+    // The conversion wraps larger values.
+    if array.getattr("size")?.extract::<usize>()? > 0 {
+        let least: i128 = array.call_method0("min")?.extract()?;
+        let largest: i128 = array.call_method0("max")?.extract()?;
+        if least < -1 || largest > 100 {
+            return Err(raise(CELL_RANGE));
+        }
+    }
+    let array = array.call_method1("astype", ("int8",))?;
+    let array = array.cast_into::<PyArray2<i8>>();
+    of(&array.map_err(|_| raise("cells: an array of dimension 2 is expected"))?)
 }
 
 /// A copy of the cells of a grid.
@@ -126,7 +185,12 @@ pub fn plan<'py>(
     goal: [f64; 2],
     config: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let config = changed(&inbye::runtime::Config::default(), config)?;
+    let config = settings(config)?;
+    if config.global_planner.is_set() {
+        return Err(raise(
+            "global_planner.command: plan uses inbye's own planner: leave it out, or use Navigator and its path",
+        ));
+    }
     let (map, start, goal) = (map.get(), point(start)?, point(goal)?);
     let plan = py.detach(|| {
         let closed = map.navigation_map(config.unknown).closed();

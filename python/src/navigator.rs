@@ -1,16 +1,14 @@
 //! The navigator, for a robot that a Python program drives.
 
-use std::sync::{Mutex, PoisonError};
-
 use inbye::navigator::{Observation, Waypoints};
-use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
 use super::controller::{PythonController, Raised};
 use super::conversion::{goal, points, pose, raise, scan, twist, twist_tuple};
 use super::decision::open;
 use super::map::Map;
-use super::settings::changed;
+use super::settings::settings;
+use super::shared::Shared;
 
 /// The decision of a tick.
 #[pyclass(frozen, get_all, module = "inbye")]
@@ -26,12 +24,15 @@ pub struct NavigatorDecision {
 }
 
 /// Follows global paths to its goals among obstacles that are not in the map.
-#[pyclass(module = "inbye")]
+#[pyclass(frozen, module = "inbye")]
 pub struct Navigator {
-    /// The lock lets threads share it.
-    inner: Mutex<inbye::navigator::Navigator>,
-    scan_change: inbye::map::ScanChange,
+    state: Shared<State>,
     raised: Raised,
+}
+
+struct State {
+    navigator: inbye::navigator::Navigator,
+    scan_change: inbye::map::ScanChange,
 }
 
 #[pymethods]
@@ -47,7 +48,7 @@ impl Navigator {
         controller: Option<&Bound<'_, PyAny>>,
         engine: &str,
     ) -> PyResult<Self> {
-        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let config = settings(config)?;
         let goals = goals.iter().map(|values| goal(values)).collect::<PyResult<Vec<_>>>()?;
         if goals.is_empty() {
             return Err(raise("goals must have at least one"));
@@ -70,23 +71,21 @@ impl Navigator {
             }
         });
         raised.check()?;
-        Ok(Self {
-            inner: Mutex::new(made.map_err(raise)?),
-            scan_change: inbye::map::ScanChange::default(),
-            raised,
-        })
+        let navigator = made.map_err(raise)?;
+        let scan_change = inbye::map::ScanChange::default();
+        Ok(Self { state: Shared::new(State { navigator, scan_change }), raised })
     }
 
     /// Decides what to do at a time, seconds. Times that are left out are that of the tick.
     #[pyo3(signature = (time_s, pose, velocity, ranges, *, angle_min, angle_increment, range_max, pose_s=None, odometry_s=None, scan_s=None))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn step(
-        &mut self,
+        &self,
         py: Python<'_>,
         time_s: f64,
         pose: [f64; 3],
         velocity: [f64; 2],
-        ranges: PyReadonlyArray1<'_, f64>,
+        ranges: &Bound<'_, PyAny>,
         angle_min: f64,
         angle_increment: f64,
         range_max: f64,
@@ -94,38 +93,44 @@ impl Navigator {
         odometry_s: Option<f64>,
         scan_s: Option<f64>,
     ) -> PyResult<NavigatorDecision> {
-        let scan = scan(&ranges, angle_min, angle_increment, range_max)?;
+        let scan = scan(ranges, angle_min, angle_increment, range_max)?;
         let odometry_s = odometry_s.unwrap_or(time_s);
         let scan_s = scan_s.unwrap_or(time_s);
-        let observation = Observation {
-            time_s,
-            pose: self::pose(pose)?,
-            pose_s: pose_s.unwrap_or(odometry_s),
-            lost: None,
-            twist: twist(velocity)?,
-            odometry_s,
-            scan_changed_s: self.scan_change.update(scan_s, scan.ranges.iter().copied()),
-            scan,
-            scan_s,
-            sent: None,
-        };
-        let inner = self.inner.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let decision = py.detach(|| inner.step(&observation));
+        let (pose, twist) = (self::pose(pose)?, twist(velocity)?);
+        let decision = self.state.with(py, |state| {
+            let observation = Observation {
+                time_s,
+                pose,
+                pose_s: pose_s.unwrap_or(odometry_s),
+                lost: None,
+                twist,
+                odometry_s,
+                scan_changed_s: state.scan_change.update(scan_s, scan.ranges.iter().copied()),
+                scan,
+                scan_s,
+                sent: None,
+            };
+            let decision = state.navigator.step(&observation);
+            let navigator = &state.navigator;
+            NavigatorDecision {
+                command: twist_tuple(&decision.command),
+                mode: decision.mode.as_str(),
+                local_target: (decision.local_target.x, decision.local_target.y),
+                observation_fault: navigator.observation_fault().map(|fault| fault.to_string()),
+                fault: navigator.fault().map(ToString::to_string),
+            }
+        })?;
         self.raised.check()?;
-        Ok(NavigatorDecision {
-            command: twist_tuple(&decision.command),
-            mode: decision.mode.as_str(),
-            local_target: (decision.local_target.x, decision.local_target.y),
-            observation_fault: inner.observation_fault().map(|fault| fault.to_string()),
-            fault: inner.fault().map(ToString::to_string),
-        })
+        Ok(decision)
     }
 
     /// The global path that the robot follows.
     #[getter]
     fn path<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
-        let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-        let path = inner.plans().last().map_or(&[][..], |plan| plan.smoothed.points());
-        points(py, path)
+        let path = self.state.with(py, |state| {
+            let plan = state.navigator.plans().last();
+            plan.map(|plan| plan.smoothed.points().to_vec()).unwrap_or_default()
+        })?;
+        points(py, &path)
     }
 }

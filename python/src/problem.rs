@@ -1,12 +1,11 @@
 //! The problem of one decision.
 
 use inbye::local::DecisionInput;
-use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 
 use super::conversion::{moving_discs, point, pose, raise, twist};
 use super::map::Map;
-use super::settings::changed;
+use super::settings::settings;
 
 /// All inputs of one decision.
 #[pyclass(frozen, module = "inbye")]
@@ -20,18 +19,20 @@ impl Problem {
     #[pyo3(signature = (map, pose, target, *, velocity=[0.0; 2], last_command=None, key_node=None, obstacles=None, config=None))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
+        py: Python<'_>,
         map: &Bound<'_, Map>,
         pose: [f64; 3],
         target: [f64; 2],
         velocity: [f64; 2],
         last_command: Option<[f64; 2]>,
         key_node: Option<[f64; 2]>,
-        obstacles: Option<PyReadonlyArray2<'_, f64>>,
+        obstacles: Option<&Bound<'_, PyAny>>,
         config: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let config = changed(&inbye::runtime::Config::default(), config)?;
+        let config = settings(config)?;
         let map = map.get();
-        let field = map.field(config.unknown)?;
+        // The first problem on a map measures its distances to obstacles.
+        let field = py.detach(|| map.field(config.unknown))?;
         let velocity = twist(velocity)?;
         let input = DecisionInput {
             field: &field,
@@ -54,6 +55,14 @@ impl Problem {
     /// Number of samples.
     fn __len__(&self) -> usize {
         self.inner.window.len()
+    }
+
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
     }
 
     /// Positions of a sample after each step of the horizon, metres.

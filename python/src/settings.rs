@@ -1,15 +1,29 @@
-//! The configuration.
+//! The configuration, and plain values of Python as TOML.
 
+use std::path::PathBuf;
+
+use inbye::runtime;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple, PyType};
+use toml::{Table, Value};
 
 use super::conversion::{from_json, raise};
 
-/// All settings of a robot, its navigation and its simulation.
+/// Most levels of nested dictionaries and lists: one that contains itself has no end.
+const MOST_LEVELS: usize = 32;
+
+/// All settings of a robot, its navigation and its simulation: the defaults with changes.
 #[pyclass(frozen, eq, module = "inbye")]
-#[derive(Clone, PartialEq)]
 pub struct Config {
-    pub inner: inbye::runtime::Config,
+    inner: runtime::Config,
+    /// The changes, TOML. A world applies them to its own settings.
+    changes: String,
+}
+
+impl PartialEq for Config {
+    fn eq(&self, other: &Self) -> bool {
+        self.inner == other.inner
+    }
 }
 
 #[pymethods]
@@ -18,7 +32,9 @@ impl Config {
     #[new]
     #[pyo3(signature = (changes=None))]
     fn new(changes: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        Ok(Self { inner: changed(&inbye::runtime::Config::default(), changes)? })
+        let changes = changes.map_or(Ok(String::new()), changes_text)?;
+        let inner = runtime::Config::default().with_changes(&changes).map_err(raise)?;
+        Ok(Self { inner, changes })
     }
 
     /// The settings as a dictionary.
@@ -26,32 +42,117 @@ impl Config {
         from_json(py, &self.inner)
     }
 
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, (String,)) {
+        (slf.get_type(), (slf.get().changes.clone(),))
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("Config({})", self.to_dict(py)?.repr()?))
     }
 }
 
-/// Settings with changes: a [`Config`], which replaces them, a dictionary, or a TOML text.
-pub fn changed(
-    base: &inbye::runtime::Config,
-    changes: Option<&Bound<'_, PyAny>>,
-) -> PyResult<inbye::runtime::Config> {
-    let Some(changes) = changes else { return Ok(base.clone()) };
+/// The changes as TOML: those of a [`Config`], of a dictionary, or a TOML text as it is.
+fn changes_text(changes: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(config) = changes.cast::<Config>() {
-        return Ok(config.get().inner.clone());
+        return Ok(config.get().changes.clone());
     }
-    base.with_changes(&toml_text(changes)?).map_err(raise)
-}
-
-/// The TOML text of a dictionary; a text as it is.
-pub fn toml_text(changes: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = changes.extract::<String>() {
         return Ok(text);
     }
-    let changes = changes.cast::<PyDict>().map_err(|_| {
+    let changes = changes.cast::<PyMapping>().map_err(|_| {
         raise("settings are a Config, a dictionary such as {\"local\": {\"vx_samples\": 32}}, or TOML text")
     })?;
-    let json = changes.py().import("json")?.call_method1("dumps", (changes,))?;
-    let table: toml::Table = serde_json::from_str(&json.extract::<String>()?).map_err(raise)?;
-    Ok(table.to_string())
+    toml_text(changes)
+}
+
+/// The default settings with changes.
+pub fn settings(changes: Option<&Bound<'_, PyAny>>) -> PyResult<runtime::Config> {
+    // Its changes are applied already.
+    if let Some(Ok(config)) = changes.map(|changes| changes.cast::<Config>()) {
+        return Ok(config.get().inner.clone());
+    }
+    changed(&runtime::Config::default(), changes)
+}
+
+/// Settings, such as those of a world, with changes.
+pub fn changed(
+    base: &runtime::Config,
+    changes: Option<&Bound<'_, PyAny>>,
+) -> PyResult<runtime::Config> {
+    let Some(changes) = changes else { return Ok(base.clone()) };
+    base.with_changes(&changes_text(changes)?).map_err(raise)
+}
+
+/// The TOML text of a dictionary.
+pub fn toml_text(table: &Bound<'_, PyMapping>) -> PyResult<String> {
+    Ok(table_of(table, "", 0)?.to_string())
+}
+
+fn table_of(mapping: &Bound<'_, PyMapping>, place: &str, level: usize) -> PyResult<Table> {
+    let mut table = Table::new();
+    for item in mapping.items()? {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+        let inside = if place.is_empty() { String::new() } else { format!("{place}: ") };
+        let key: String = key
+            .extract()
+            .map_err(|_| raise(format!("{inside}the key {key} is no text: keys are names")))?;
+        let place = if place.is_empty() { key.clone() } else { format!("{place}.{key}") };
+        table.insert(key, toml_value(&value, &place, level + 1)?);
+    }
+    Ok(table)
+}
+
+/// A value of a dictionary: texts, numbers, truth values, paths, and what contains them; NumPy's scalars and arrays count as those
+/// of Python.
+fn toml_value(value: &Bound<'_, PyAny>, place: &str, level: usize) -> PyResult<Value> {
+    if level > MOST_LEVELS {
+        return Err(raise(format!("{place}: more than {MOST_LEVELS} levels")));
+    }
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Boolean(value.extract()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        let whole = value.extract();
+        return whole
+            .map(Value::Integer)
+            .map_err(|_| raise(format!("{place}: {value} is too large")));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::String(value.extract()?));
+    }
+    if let Ok(mapping) = value.cast::<PyMapping>() {
+        return Ok(Value::Table(table_of(mapping, place, level)?));
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let value_at = |(index, item): (usize, PyResult<Bound<'_, PyAny>>)| {
+            toml_value(&item?, &format!("{place}[{index}]"), level + 1)
+        };
+        return value
+            .try_iter()?
+            .enumerate()
+            .map(value_at)
+            .collect::<PyResult<_>>()
+            .map(Value::Array);
+    }
+    if value.hasattr("__fspath__")? {
+        let path: PathBuf = value.extract()?;
+        return path
+            .into_os_string()
+            .into_string()
+            .map(Value::String)
+            .map_err(|path| raise(format!("{place}: {} is no UTF-8: rename it", path.display())));
+    }
+    // A scalar or an array of NumPy. A class has the method too, but no value.
+    match value.getattr_opt("tolist")? {
+        Some(tolist) if !value.is_instance_of::<PyType>() => {
+            toml_value(&tolist.call0()?, place, level + 1)
+        }
+        _ => {
+            let kind = value.get_type().name()?;
+            Err(raise(format!("{place}: a value of type {kind} cannot be used: leave the key out")))
+        }
+    }
 }

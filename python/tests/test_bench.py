@@ -1,8 +1,11 @@
 """Experiments with controllers in Python."""
 
 import sqlite3
+import subprocess
+import sys
 from contextlib import closing
 from pathlib import Path
+from types import MappingProxyType
 
 import inbye
 import numpy as np
@@ -46,6 +49,44 @@ def test_comparison_ranks_planners_and_writes_its_page(tmp_path: Path) -> None:
     key = ("config", "world", "trace_digest")
     ours = [[row[name] for name in key] for row in inbye.bench.run(PLAN)]
     assert [[row[name] for name in key] for row in comparison.rows[:6]] == ours
+
+
+@pytest.mark.parametrize(
+    ("plan", "name", "message"),
+    [
+        (PLAN, "slow", "settings of the plan have the name slow too"),
+        (PLAN | {"configs": {}}, "inbye", "settings of the plan have the name inbye too"),
+        (PLAN, "", "a name is empty"),
+    ],
+)
+def test_name_of_a_controller_is_its_own(plan: dict[str, object], name: str, message: str) -> None:
+    before = Pursuit.runs
+    for function in (inbye.bench.run, inbye.bench.compare):
+        with pytest.raises(inbye.InbyeError, match=message):
+            function(plan, {name: Pursuit})
+    assert Pursuit.runs == before
+
+
+def test_plan_has_paths_scalars_of_numpy_and_any_mapping(tmp_path: Path) -> None:
+    rows = ["#" * 20, *["#" + 18 * "." + "#"] * 8, "#" * 20]
+    (tmp_path / "room.txt").write_text("\n".join(rows))
+    route = {"start": np.array([1.6, 2.0, 0.0]), "goal": (np.float32(6.0), 2)}
+    world = {"kind": "map", "path": tmp_path / "room.txt", "resolution_m": np.float64(0.4)}
+    settings = MappingProxyType({"local": MappingProxyType({"vx_samples": np.int64(32)})})
+    plan = {"worlds": [world | {"routes": [route]}], "configs": {"more": settings}}
+    (row,) = inbye.bench.run(MappingProxyType(plan))
+    assert (row["outcome"], row["config"], row["vx_samples"]) == ("reached", "more", 32)
+    with pytest.raises(inbye.InbyeError, match=r"worlds\[0\]\.path: a value of type NoneType"):
+        inbye.bench.worlds({"worlds": [{"kind": "map", "path": None}]})
+    endless: dict[str, object] = {}
+    endless["local"] = endless
+    with pytest.raises(inbye.InbyeError, match="more than 32 levels"):
+        inbye.Config(endless)
+
+
+def test_worlds_are_those_of_a_plan_or_of_a_kind() -> None:
+    with pytest.raises(inbye.InbyeError, match=r"give a plan, or a kind .* not both: kind"):
+        inbye.bench.worlds(PLAN, kind="scenes")
 
 
 def test_plan_of_a_file_is_relative_to_it(tmp_path: Path) -> None:
@@ -93,3 +134,12 @@ def test_database_for_planner_arena_has_a_run_for_each_row(tmp_path: Path) -> No
         planner_arena.write(rows, file)
     with pytest.raises(ValueError, match="no rows"):
         planner_arena.write([], tmp_path / "empty.db")
+    half = tmp_path / "half.db"
+    with pytest.raises(ValueError, match="not in tuple"):
+        planner_arena.write([*rows, rows[0] | {"outcome": "unknown"}], half)
+    assert not half.exists()
+
+
+def test_package_has_planner_arena() -> None:
+    program = "import inbye; inbye.planner_arena.write"
+    subprocess.run([sys.executable, "-c", program], check=True)

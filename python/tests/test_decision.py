@@ -1,6 +1,8 @@
 """Decisions: the same bits as the program's, and arrays that show them."""
 
+import copy
 import json
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -103,6 +105,71 @@ def test_bad_input_is_one_clear_error(changes: dict[str, object], message: str) 
     with pytest.raises(inbye.InbyeError, match=message) as error:
         problem(**changes)
     assert "\n" not in str(error.value)
+
+
+def test_arrays_have_any_real_type_or_are_lists() -> None:
+    row = [[3.0, 1.25, 0.25, -0.5, 0.0]]
+    digests = {
+        inbye.evaluate(problem(obstacles=obstacles)).digest
+        for obstacles in (np.array(row), np.array(row, np.float32), row)
+    }
+    assert len(digests) == 1
+    assert inbye.evaluate(problem(obstacles=[])).digest == inbye.evaluate(problem()).digest
+    cells = np.array([[100, 0, -1], [0, 0, 100]])
+    for form in (cells, cells.astype(np.int16), cells.tolist()):
+        assert np.array_equal(inbye.Map(form, 0.5).cells, cells)
+
+
+@pytest.mark.parametrize(
+    ("obstacles", "message"),
+    [
+        (np.array([["a"] * 5]), "^obstacles: real numbers are expected, not values of type <U1"),
+        (np.zeros(5), "^obstacles: an array of dimension 2 is expected, not 1"),
+        ([[1.0], [1.0, 2.0]], "^obstacles: rows of equal length"),
+    ],
+)
+def test_array_that_is_none_is_one_line_with_its_argument(obstacles: object, message: str) -> None:
+    with pytest.raises(inbye.InbyeError, match=message) as error:
+        problem(obstacles=obstacles)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("cells", "message"),
+    [
+        (np.full((2, 2), 255, np.uint8), "0 to 100"),
+        (np.full((2, 2), 2**64 - 1, np.uint64), "0 to 100"),
+        (np.zeros((2, 2), bool), "cells: integers are expected, not values of type bool"),
+        (np.zeros((2, 2)), "cells: integers are expected, not values of type float64"),
+        (np.zeros(4, np.int64), "cells: an array of dimension 2"),
+    ],
+)
+def test_cells_of_other_types_are_converted_or_rejected(cells: np.ndarray, message: str) -> None:
+    with pytest.raises(inbye.InbyeError, match=message):
+        inbye.Map(cells, 0.5)
+
+
+def test_values_are_copied_and_pickled() -> None:
+    config = inbye.Config(CONFIG)
+    cells = np.array([[100, 0, -1], [0, 0, 100]], np.int8)
+    speed = inbye.Map(np.array([[0, 40, 0], [0, 0, 0]], np.int8), 0.5, (1.0, 2.0, 0.5))
+    world = inbye.Map(cells, 0.5, (1.0, 2.0, 0.5)).with_zones(speed=speed)
+    for copied in (pickle.loads(pickle.dumps(config)), copy.copy(config), copy.deepcopy(config)):
+        assert copied == config
+    for copied in (pickle.loads(pickle.dumps(world)), copy.copy(world), copy.deepcopy(world)):
+        assert np.array_equal(copied.cells, world.cells)
+        assert np.array_equal(copied.zones, world.zones)
+        assert (copied.resolution_m, copied.origin) == (world.resolution_m, world.origin)
+    asked = problem()
+    assert copy.deepcopy(asked) is asked
+    mission = inbye.World(world, (1.2, 2.6, 0.0), (2.0, 2.6))
+    assert copy.deepcopy({"mission": mission})["mission"] is mission
+
+
+def test_plan_does_not_ignore_a_program() -> None:
+    config = {"global_planner": {"command": ["planner"]}}
+    with pytest.raises(inbye.InbyeError, match=r"^global_planner\.command: .*leave it out"):
+        inbye.plan(inbye.Map.from_rows(ROWS, 0.5), (1.0, 1.2), (6.0, 1.2), config=config)
 
 
 def test_map_of_an_array_is_the_map_of_its_rows() -> None:

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -92,8 +93,8 @@ def fails(_: inbye.ControllerInput) -> tuple[float, float]:
     ("controller", "error"),
     [
         (fails, KeyError),
-        (lambda _: "fast", TypeError),
-        (lambda _: (1.0, 2.0, 3.0), ValueError),
+        (lambda _: "fast", inbye.InbyeError),
+        (lambda _: (1.0, 2.0, 3.0), inbye.InbyeError),
         (7, inbye.InbyeError),
     ],
 )
@@ -102,6 +103,45 @@ def test_exception_of_a_controller_is_raised(
 ) -> None:
     with pytest.raises(error):
         room().drive(controller=controller)
+
+
+def test_answer_of_a_controller_is_any_sequence_of_two_numbers() -> None:
+    def answers(form: Callable[[tuple[float, float]], object]) -> str | None:
+        return room().drive(controller=lambda seen: form(straight(seen))).digest
+
+    assert answers(tuple) == answers(list) == answers(np.array)
+    message = r"^controller recorded: it returned \[1, 2, 3\]: return speed and turn rate, two"
+    wrong = Recorded()
+    wrong.compute_velocity = lambda _: [1, 2, 3]
+    with pytest.raises(inbye.InbyeError, match=message):
+        room().drive(controller=wrong)
+
+
+def test_config_changes_the_settings_of_a_world_as_its_dictionary_does() -> None:
+    # Worlds of this kind have settings of their own: the pose is that of scans.
+    world = inbye.bench.worlds(kind="localization")[0]
+
+    def digest(config: inbye.Config | dict[str, object] | None) -> str | None:
+        return world.drive(config=config, controller=lambda _: None).digest
+
+    changes = {"navigator": {"xy_goal_tolerance": 0.15}}
+    own = digest(changes)
+    assert own == digest(inbye.Config(changes)) == digest(inbye.Config(inbye.Config(changes)))
+    assert own != digest({"pose_source": "fixes"})
+    assert digest(inbye.Config()) == digest(None)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"people": 101}, "people is 101: it must be 0 to 100"),
+        ({"time_limit_s": 0.0}, "time_limit_s is 0: it must be above 0"),
+        ({"time_limit_s": float("nan")}, "time_limit_s is NaN: it must be above 0"),
+    ],
+)
+def test_world_checks_its_ranges(options: dict[str, float], message: str) -> None:
+    with pytest.raises(inbye.InbyeError, match=message):
+        room(**options)
 
 
 def test_controller_that_sees_no_way_gives_up() -> None:
@@ -203,6 +243,8 @@ def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
         walls().with_zones(keepout=rectangle(0, 0, 0, 0, 0))
     with pytest.raises(inbye.InbyeError, match="speed: a cell is 100 percent"):
         walls().with_zones(speed=closed)
+    with pytest.raises(inbye.InbyeError, match="has zones already: give both masks in one call"):
+        zoned.with_zones(speed=rectangle(70, 0, 90, 80, 40))
 
 
 def test_localizer_corrects_a_wrong_start() -> None:
@@ -215,3 +257,39 @@ def test_localizer_corrects_a_wrong_start() -> None:
     assert estimate.status == "tracking"
     assert np.hypot(estimate.pose[0] - 3.58, estimate.pose[1] - 4.0) < 0.02
     assert estimate.covariance[0][0] < 0.01
+
+
+def test_navigator_and_localizer_are_shared_between_threads() -> None:
+    navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)])
+    localizer = inbye.Localizer(walls(), (2.0, 3.0, 0.0))
+    errors: list[BaseException] = []
+    is_over = threading.Event()
+
+    def read() -> None:
+        try:
+            while not is_over.is_set():
+                assert len(navigator.path) > 1
+                assert localizer.estimate.pose
+        except BaseException as error:
+            errors.append(error)
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    try:
+        for tick in range(100):
+            seen = scan(2.0, 3.0)
+            navigator.step(0.1 * tick, (2.0, 3.0, 0.0), (0.0, 0.0), seen, **ANGLES)
+            localizer.update(0.1 * tick, seen, **ANGLES)
+    finally:
+        is_over.set()
+        reader.join()
+    assert not errors
+
+
+def test_controller_that_uses_its_own_navigator_gets_an_error() -> None:
+    def controller(_: inbye.ControllerInput) -> tuple[float, float]:
+        return float(len(navigator.path)), 0.0
+
+    navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)], controller=controller)
+    with pytest.raises(inbye.InbyeError, match="cannot use the object that calls it"):
+        navigator.step(0.0, (2.0, 3.0, 0.0), (0.0, 0.0), scan(2.0, 3.0), **ANGLES)

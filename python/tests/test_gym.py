@@ -1,5 +1,8 @@
 """Gymnasium's environments."""
 
+import sys
+import threading
+
 import gymnasium
 import inbye.gym
 import numpy as np
@@ -26,7 +29,10 @@ def test_episode_ends_with_its_outcome() -> None:
         total, over = total + float(reward), done or cut
     assert info["outcome"] in ("contact", "timeout", "reached")
     assert total < first + 20.0
-    with pytest.raises(inbye.InbyeError, match="finite"):
+    with pytest.raises(inbye.InbyeError, match="the episode has ended: call reset"):
+        env.unwrapped.step(np.array([0.5, 0.0]))
+    env.reset()
+    with pytest.raises(inbye.InbyeError, match="row 0 is not finite"):
         env.unwrapped.step(np.array([np.nan, 0.0]))
 
 
@@ -78,3 +84,90 @@ def test_threads_and_seeds_repeat_every_step() -> None:
     one, two, other = steps(1, 7), steps(2, 7), steps(1, 8)
     assert np.array_equal(one, two)
     assert not np.array_equal(one, other)
+
+
+def test_no_robot_is_stepped_when_an_action_is_not_finite() -> None:
+    good = np.tile([0.8, 0.1], (3, 1))
+    bad = good.copy()
+    bad[2] = np.nan
+    env, same = (inbye.gym.VectorEnv(WORLDS, 3) for _ in range(2))
+    env.reset()
+    same.reset()
+    with pytest.raises(inbye.InbyeError, match=r"actions: row 2 is not finite: no robot was step"):
+        env.step(bad)
+    assert np.array_equal(env.step(good)[0]["goal"], same.step(good)[0]["goal"])
+    with pytest.raises(inbye.InbyeError, match=r"actions: real numbers are expected, not .*U"):
+        env.step(np.full((3, 2), "fast"))
+
+
+def box(name: str, *, is_blocked: bool = False) -> inbye.World:
+    cells = np.zeros((50, 80), np.int8)
+    cells[[0, -1]] = 100
+    cells[:, [0, -1]] = 100
+    if is_blocked:
+        cells[:, 60] = 100
+    return inbye.World(inbye.Map(cells, 0.1), (1.0, 1.0, 0.0), (7.0, 4.0), name=name)
+
+
+def outcomes(env: inbye.gym.VectorEnv, missions: int) -> list[tuple[str, str, bool, bool]]:
+    """World, outcome, terminated and truncated of the first missions of one robot."""
+    ends = []
+    while len(ends) < missions:
+        _, _, done, cut, info = env.step(np.zeros((1, 2)))
+        if done[0] or cut[0]:
+            final = info["final_info"]
+            ends.append((final["world"][0], final["outcome"][0], bool(done[0]), bool(cut[0])))
+            if final["outcome"][0] == "failed":
+                assert final["reason"][0]
+    return ends
+
+
+def test_failed_mission_has_the_outcome_of_a_single_run() -> None:
+    answers = "import sys\nfor index, _ in enumerate(sys.stdin):\n"
+    answers += " print('{\"protocol\":1}' if index == 0 else 'x', flush=True)"
+    config = {"controller": {"command": [sys.executable, "-c", answers]}}
+    env = inbye.gym.VectorEnv([box("box")], 1, navigator=True, config=config)
+    env.reset()
+    assert box("box").drive(config=config).figures["outcome"] == "failed"
+    assert outcomes(env, 1) == [("box", "failed", True, False)]
+
+
+def test_mission_without_a_path_fails_and_the_next_one_starts() -> None:
+    worlds = [box("open"), box("blocked", is_blocked=True)]
+    assert worlds[1].drive().figures["outcome"] == "failed"
+    env = inbye.gym.VectorEnv(worlds, 1, navigator=True)
+    env.reset()
+    reached, failed = ("open", "reached", True, False), ("blocked", "failed", True, False)
+    assert outcomes(env, 3) == [reached, failed, reached]
+    env = inbye.gym.VectorEnv(worlds[1:], 2, navigator=True)
+    with pytest.raises(inbye.InbyeError, match=r"no mission can start.*blocked.*NO_VALID_PATH"):
+        env.reset()
+
+
+def test_environment_is_shared_between_threads() -> None:
+    env = inbye.gym.VectorEnv(WORLDS, 3)
+    env.reset()
+    errors: list[BaseException] = []
+
+    def step() -> None:
+        try:
+            for _ in range(30):
+                env.step(np.zeros((3, 2)))
+        except BaseException as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=step) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not errors
+
+
+@pytest.mark.parametrize("key", ["simulator", "global_planner"])
+def test_programs_that_environments_do_not_use_are_errors(key: str) -> None:
+    config = {key: {"command": ["program"]}}
+    with pytest.raises(inbye.InbyeError, match=rf"^{key}\.command: .*leave it out, or"):
+        inbye.gym.VectorEnv(WORLDS, 1, config=config)
+    with pytest.raises(inbye.InbyeError, match=rf"^{key}\.command: .*leave it out, or"):
+        inbye.gym.Env(WORLDS, config=config)

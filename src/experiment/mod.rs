@@ -59,5 +59,5 @@ pub use soak::{
     spread_evenly,
 };
 pub use tuning::{Point, SearchRange, TuningPlan};
-pub use workers::{run_in_order, run_jobs};
+pub use workers::{run_in_order, run_in_order_checked, run_jobs};
 pub use world::{World, WorldSimulation};

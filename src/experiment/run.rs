@@ -47,12 +47,13 @@ impl World {
             row.reason = Some(fault);
             Run { row, simulation, result: None }
         };
-        let generated = match self.simulation(seed, config) {
+        let mut generated = match self.simulation(seed, config) {
             Err(ExperimentError::Simulation(SimError::Mission(MissionError::Fault(fault)))) => {
                 return Ok(refused(row, fault.to_string(), None));
             }
             generated => generated?,
         };
+        generated.simulation.mission.interrupt.clone_from(&self.interrupt);
         let simulation = &generated.simulation;
         row.path_m = generated.path_m;
         row.traffic = generated.traffic;

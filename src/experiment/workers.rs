@@ -1,8 +1,12 @@
 //! Jobs on several threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
+use std::time::Duration;
+
+/// Longest time between two checks of the caller: short enough for a person who presses Ctrl-C.
+const CHECK_PERIOD: Duration = Duration::from_millis(100);
 
 /// Runs jobs on this many threads, at least one, and passes each result to `take` as it finishes, in no fixed order.
 ///
@@ -15,7 +19,18 @@ pub fn run_jobs<J: Sync, R: Send, E: Send>(
     jobs: &[J],
     threads: usize,
     work: impl Fn(&J) -> Result<R, E> + Sync,
+    take: impl FnMut(R) -> Result<(), E>,
+) -> Result<(), E> {
+    run_jobs_checked(jobs, threads, work, take, || Ok(()))
+}
+
+/// As [`run_jobs`]. It also calls `check` in the calling thread, after each result and at least every 100 ms.
+fn run_jobs_checked<J: Sync, R: Send, E: Send>(
+    jobs: &[J],
+    threads: usize,
+    work: impl Fn(&J) -> Result<R, E> + Sync,
     mut take: impl FnMut(R) -> Result<(), E>,
+    mut check: impl FnMut() -> Result<(), E>,
 ) -> Result<(), E> {
     let next = AtomicUsize::new(0);
     let (sender, results) = mpsc::channel();
@@ -32,7 +47,16 @@ pub fn run_jobs<J: Sync, R: Send, E: Send>(
             });
         }
         drop(sender);
-        let outcome = results.iter().try_for_each(|result| take(result?));
+        let outcome = loop {
+            let taken = match results.recv_timeout(CHECK_PERIOD) {
+                Ok(result) => result.and_then(&mut take),
+                Err(RecvTimeoutError::Timeout) => Ok(()),
+                Err(RecvTimeoutError::Disconnected) => break Ok(()),
+            };
+            if let Err(error) = taken.and_then(|()| check()) {
+                break Err(error);
+            }
+        };
         drop(results);
         outcome
     })
@@ -46,16 +70,69 @@ pub fn run_in_order<J: Sync, R: Send, E: Send>(
     jobs: &[J],
     threads: usize,
     work: impl Fn(&J) -> Result<R, E> + Sync,
+    progress: impl FnMut(),
+) -> Result<Vec<R>, E> {
+    run_in_order_checked(jobs, threads, work, progress, || Ok(()))
+}
+
+/// As [`run_in_order`]. It also calls `check` in the calling thread, after each result and at least every 100 ms. This is for a
+/// caller whose signals only one thread can see, such as Python.
+///
+/// # Errors
+/// Returns the first error, also of `check`.
+pub fn run_in_order_checked<J: Sync, R: Send, E: Send>(
+    jobs: &[J],
+    threads: usize,
+    work: impl Fn(&J) -> Result<R, E> + Sync,
     mut progress: impl FnMut(),
+    check: impl FnMut() -> Result<(), E>,
 ) -> Result<Vec<R>, E> {
     let numbered: Vec<(usize, &J)> = jobs.iter().enumerate().collect();
     let mut done = Vec::with_capacity(jobs.len());
     let work = |&(index, job): &(usize, &J)| Ok((index, work(job)?));
-    run_jobs(&numbered, threads, work, |result| {
+    let take = |result| {
         progress();
         done.push(result);
         Ok(())
-    })?;
+    };
+    run_jobs_checked(&numbered, threads, work, take, check)?;
     done.sort_by_key(|&(index, _)| index);
     Ok(done.into_iter().map(|(_, result)| result).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn check_ends_the_work_while_a_job_is_in_progress() {
+        let stop = AtomicUsize::new(0);
+        let work = |_: &u8| -> Result<(), &str> {
+            while stop.load(Ordering::Relaxed) == 0 {
+                thread::sleep(Duration::from_millis(1));
+            }
+            Ok(())
+        };
+        let check = || {
+            stop.store(1, Ordering::Relaxed);
+            Err("interrupted")
+        };
+        assert_eq!(run_in_order_checked(&[0; 4], 2, work, || (), check), Err("interrupted"));
+    }
+
+    #[test]
+    fn results_are_in_the_order_of_the_jobs() {
+        let jobs: Vec<u64> = (0..20).collect();
+        let work = |&job: &u64| {
+            thread::sleep(Duration::from_millis(20 - job));
+            Ok::<_, ()>(job)
+        };
+        let mut checks = 0;
+        let check = || {
+            checks += 1;
+            Ok(())
+        };
+        assert_eq!(run_in_order_checked(&jobs, 3, work, || (), check), Ok(jobs.clone()));
+        assert!(checks >= jobs.len());
+    }
 }

@@ -1,6 +1,7 @@
 //! The worlds that cells drive in. A digest of its content identifies a world, not its name.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use super::barn::{self, BarnWorld, Course};
 use super::dynabarn::{self, DynaBarnWorld};
@@ -25,6 +26,8 @@ pub struct World {
     pub settings: Arc<Config>,
     /// Whether latency is measured here.
     pub latency: bool,
+    /// Ends the drives of this world at the next tick once it is set. It does not affect the world's identity.
+    pub interrupt: Option<Arc<AtomicBool>>,
     pub(super) source: Arc<WorldSource>,
     pub(super) digest: String,
 }
@@ -84,6 +87,7 @@ impl World {
             name,
             settings: Arc::new(settings),
             latency: false,
+            interrupt: None,
             digest: source.digest(),
             source: Arc::new(source),
         }

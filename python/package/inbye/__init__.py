@@ -6,7 +6,9 @@ takes a ``config`` accepts a :class:`Config`, a dictionary with the keys of a co
 or the text of such a file.
 """
 
-from inbye import bench
+from collections.abc import Sequence
+
+from inbye import bench, planner_arena
 from inbye._native import (
     Config,
     ControllerInput,
@@ -43,6 +45,7 @@ __all__ = [
     "evaluate",
     "evaluate_batch",
     "plan",
+    "planner_arena",
     "replay",
 ]
 
@@ -58,7 +61,7 @@ def evaluate(problem: Problem, *, engine: Engine | None = None, samples: bool = 
 
 
 def evaluate_batch(
-    problems: list[Problem], *, engine: Engine | None = None, samples: bool = False
+    problems: Sequence[Problem], *, engine: Engine | None = None, samples: bool = False
 ) -> list[Decision]:
     """Take the decisions of many robots; the bits are those of :func:`evaluate`."""
     return (engine or _cpu).evaluate_batch(problems, samples=samples)

@@ -5,12 +5,15 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NoReturn, Protocol, TypeAlias, final, type_check_only
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
 Settings: TypeAlias = Config | Mapping[str, Any] | str
 PlanSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
-Velocity: TypeAlias = tuple[float, float] | None
+SeenArrays: TypeAlias = tuple[NDArray[np.float32], Floats, Floats]
+# Index of the robot; outcome, world, seed, time, digest and reason; what the robot saw last.
+Finished: TypeAlias = tuple[int, tuple[str, str, int, float, str | None, str | None], SeenArrays]
+Velocity: TypeAlias = Sequence[float] | NDArray[np.floating[Any]] | None
 
 @type_check_only
 class ControllerObject(Protocol):
@@ -31,7 +34,8 @@ def run_program(program: Sequence[str], arguments: Sequence[str]) -> NoReturn:
 class Config:
     """All settings of a robot, its navigation and its simulation.
 
-    ``inbye config`` prints them with their units and ranges.
+    ``inbye config`` prints them with their units and ranges. A world applies the changes to its
+    own settings, as those of a dictionary.
     """
 
     def __new__(cls, changes: Settings | None = None) -> Config:
@@ -47,14 +51,14 @@ class Map:
 
     def __new__(
         cls,
-        cells: NDArray[np.int8],
+        cells: ArrayLike,
         resolution_m: float,
         origin: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> Map:
         """Make a map of rows of cells, the lowest row first.
 
-        A cell has its occupancy in percent, or -1 if it is unknown. ``origin`` is the pose of the
-        lower left corner.
+        A cell has its occupancy in percent, an integer, or -1 if it is unknown. ``origin`` is the
+        pose of the lower left corner.
         """
     @staticmethod
     def load(path: str | os.PathLike[str], resolution_m: float = 1.0) -> Map:
@@ -72,7 +76,8 @@ class Map:
 
         The masks are those of Nav2's costmap filters: occupied cells of ``keepout`` are closed,
         and a value of 30 in ``speed`` limits the speed to 70 percent of the largest. They may
-        have another size and resolution than the map. A lidar sees through zones.
+        have another size and resolution than the map. A lidar sees through zones. A map with
+        zones gets no others: both masks are for one call.
         """
     @property
     def cells(self) -> NDArray[np.int8]:
@@ -89,6 +94,14 @@ class Map:
     @property
     def origin(self) -> tuple[float, float, float]:
         """Pose of the lower left corner."""
+
+def _map_of_parts(
+    cells: ArrayLike,
+    resolution_m: float,
+    origin: Sequence[float],
+    zones: ArrayLike | None,
+) -> Map:
+    """Make a map of the parts that it was pickled as."""
 
 def plan(
     map: Map,
@@ -116,7 +129,7 @@ class Problem:
         velocity: Sequence[float] = (0.0, 0.0),
         last_command: Sequence[float] | None = None,
         key_node: Sequence[float] | None = None,
-        obstacles: Floats | None = None,
+        obstacles: ArrayLike | None = None,
         config: Settings | None = None,
     ) -> Problem:
         """Make a problem.
@@ -294,7 +307,7 @@ class World:
     ) -> World:
         """Make a mission on a map, among people who walk across the path.
 
-        Without a time limit it follows from the length of the path.
+        ``people`` is 0 to 100. Without a time limit it follows from the length of the path.
         """
     @property
     def name(self) -> str:
@@ -379,7 +392,7 @@ class Localizer:
     def update(
         self,
         time_s: float,
-        ranges: Floats,
+        ranges: ArrayLike,
         *,
         angle_min: float,
         angle_increment: float,
@@ -434,7 +447,7 @@ class Navigator:
         time_s: float,
         pose: Sequence[float],
         velocity: Sequence[float],
-        ranges: Floats,
+        ranges: ArrayLike,
         *,
         angle_min: float,
         angle_increment: float,
@@ -460,10 +473,14 @@ class Environments:
         seeds: Sequence[int],
         config: Settings | None = None,
         navigator: bool = False,
+        autoreset: bool = True,
         engine: str = "cpu",
         threads: int | None = None,
     ) -> Environments:
-        """Make ``count`` environments that take the missions of all seeds and worlds in turn."""
+        """Make ``count`` environments that take the missions of all seeds and worlds in turn.
+
+        Without ``autoreset`` a robot whose mission has ended stays there until the next reset.
+        """
     @property
     def beams(self) -> int:
         """Number of beams of the lidar."""
@@ -479,29 +496,12 @@ class Environments:
     @property
     def commands(self) -> Floats:
         """Velocities that the robots were last commanded."""
-    def reset(
-        self,
-        first_job: int,
-        ranges: NDArray[np.float32],
-        goals: Floats,
-        velocities: Floats,
-    ) -> None:
-        """Start missions; the arrays get what the robots see."""
+    def reset(self, first_job: int) -> SeenArrays:
+        """Start missions; return what the robots see: ranges, goals and velocities."""
     def step(
-        self,
-        actions: Floats,
-        ranges: NDArray[np.float32],
-        goals: Floats,
-        velocities: Floats,
-        rewards: Floats,
-        ends: NDArray[np.uint8],
-    ) -> None:
-        """Drive every robot for a control period; those that ended start the next mission."""
-    def finished(
-        self,
-        index: int,
-        ranges: NDArray[np.float32],
-        goals: Floats,
-        velocities: Floats,
-    ) -> tuple[str, str, int, float, str | None] | None:
-        """Return how a mission ended in the last step: outcome, world, seed, time and digest."""
+        self, actions: ArrayLike
+    ) -> tuple[SeenArrays, Floats, NDArray[np.uint8], list[Finished]]:
+        """Drive every robot for a control period; return what they see, rewards and ends.
+
+        An end is 1, or 2 where the time was up. Those robots start the next mission.
+        """

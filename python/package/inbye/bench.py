@@ -23,6 +23,9 @@ __all__ = ["Comparison", "compare", "run", "worlds"]
 
 def worlds(plan: PlanSource | None = None, **group: Any) -> list[_native.World]:  # noqa: ANN401
     """Read the worlds of a plan, or those of one kind: ``worlds(kind="barn", path="barn")``."""
+    if plan is not None and group:
+        keys = ", ".join(group)
+        raise _native.InbyeError(f"worlds: give a plan, or a kind with its keys, not both: {keys}")
     return _native.read_worlds({"worlds": [group]} if plan is None else plan)
 
 

@@ -32,24 +32,17 @@ __all__ = ["Env", "VectorEnv", "make", "make_vector"]
 Observation = dict[str, NDArray[Any]]
 Action = NDArray[np.float64]
 
+# What is known of a mission that has ended.
+_ENDED = ("outcome", "world", "seed", "time_s", "digest", "reason")
 
-class _Buffers:
-    """The arrays that a step fills."""
 
-    def __init__(self, count: int, beams: int) -> None:
-        self.ranges = np.zeros((count, beams), np.float32)
-        self.goals = np.zeros((count, 2))
-        self.velocities = np.zeros((count, 2))
+def _observation(seen: _native.SeenArrays) -> Observation:
+    ranges, goals, velocities = seen
+    return {"ranges": ranges, "goal": goals, "velocity": velocities}
 
-    def observation(self) -> Observation:
-        return {
-            "ranges": self.ranges.copy(),
-            "goal": self.goals.copy(),
-            "velocity": self.velocities.copy(),
-        }
 
-    def first(self) -> Observation:
-        return {name: values[0] for name, values in self.observation().items()}
+def _first(seen: _native.SeenArrays) -> Observation:
+    return {name: values[0] for name, values in _observation(seen).items()}
 
 
 def _spaces(
@@ -76,8 +69,9 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
     velocities, and what the agent sees is what inbye decided from. A robot whose mission ends
     begins the next one in the same step; what it saw last is in ``info["final_obs"]``, and
     ``info["final_info"]`` has the outcome, world, seed, time and, for inbye, the digest of its
-    trace, which is that of a single run. On a GPU, ``engine="gpu"``, the decisions of all robots
-    are evaluated in batches.
+    trace and the reason of a failure, which are those of a single run. On a GPU, ``engine="gpu"``,
+    the decisions of all robots are evaluated in batches. A mission that cannot start ends in its
+    first step, with the outcome "failed" or "error"; if none can, ``reset`` or ``step`` raises.
 
     ``threads`` is 1 by default, and on a GPU the number of robots, up to 256.
     """
@@ -110,10 +104,6 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
         self.observation_space = batch(observation, num_envs)
         self.action_space = batch(action, num_envs)
         self._jobs = len(worlds) * len(seeds)
-        self._seen = _Buffers(num_envs, self._native.beams)
-        self._last = _Buffers(1, self._native.beams)
-        self._rewards = np.zeros(num_envs)
-        self._ends = np.zeros(num_envs, np.uint8)
 
     def reset(
         self,
@@ -126,46 +116,46 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
             seed = seed[0]
         super().reset(seed=seed)
         first = 0 if seed is None else int(self.np_random.integers(self._jobs))
-        seen = self._seen
-        self._native.reset(first, seen.ranges, seen.goals, seen.velocities)
-        return seen.observation(), self._info()
+        return _observation(self._native.reset(first)), self._info()
 
     def step(
         self, actions: Action
     ) -> tuple[Observation, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Drive every robot for one control period."""
-        seen, ends = self._seen, self._ends
-        actions = np.ascontiguousarray(actions, np.float64)
-        self._native.step(actions, seen.ranges, seen.goals, seen.velocities, self._rewards, ends)
+        seen, rewards, ends, finished = self._native.step(actions)
         info = self._info()
-        if ends.any():
-            self._add_final(info)
-        return seen.observation(), self._rewards.copy(), ends == 1, ends == 2, info
+        if finished:
+            self._add_final(info, ends > 0, finished)
+        return _observation(seen), rewards, ends == 1, ends == 2, info
 
     def _info(self) -> dict[str, Any]:
         return {"command": np.asarray(self._native.commands)}
 
-    def _add_final(self, info: dict[str, Any]) -> None:
+    def _add_final(
+        self,
+        info: dict[str, Any],
+        over: NDArray[np.bool_],
+        finished: Sequence[_native.Finished],
+    ) -> None:
         """Add how missions ended, in the arrays of Gymnasium's convention."""
-        over = self._ends > 0
-        last, final = self._last, np.full(self.num_envs, None, object)
-        names = ("outcome", "world", "seed", "time_s", "digest")
+        final = np.full(self.num_envs, None, object)
         columns: dict[str, NDArray[Any]] = {
-            name: np.full(self.num_envs, None, object) for name in names
+            name: np.full(self.num_envs, None, object) for name in _ENDED
         }
-        for index in np.flatnonzero(over):
-            ended = self._native.finished(int(index), last.ranges, last.goals, last.velocities)
-            assert ended is not None
-            final[index] = last.first()
-            for name, value in zip(names, ended, strict=True):
+        for index, ended, last in finished:
+            final[index] = _first(last)
+            for name, value in zip(_ENDED, ended, strict=True):
                 columns[name][index] = value
         info["final_obs"], info["_final_obs"] = final, over
-        masks = {f"_{name}": over for name in names}
+        masks = {f"_{name}": over for name in _ENDED}
         info["final_info"], info["_final_info"] = columns | masks, over
 
 
 class Env(gymnasium.Env[Observation, Action]):
-    """One robot on the missions of all worlds and seeds in turn, a new one at each reset."""
+    """One robot on the missions of all worlds and seeds in turn, a new one at each reset.
+
+    A mission that cannot start ends in its first step, with the outcome "failed" or "error".
+    """
 
     def __init__(
         self,
@@ -174,12 +164,11 @@ class Env(gymnasium.Env[Observation, Action]):
         seeds: Sequence[int] = range(1),
         config: Settings | None = None,
     ) -> None:
-        self._native = _native.Environments(list(worlds), 1, seeds=list(seeds), config=config)
+        self._native = _native.Environments(
+            list(worlds), 1, seeds=list(seeds), config=config, autoreset=False
+        )
         self.observation_space, self.action_space = _spaces(self._native)
         self._jobs, self._next = len(worlds) * len(seeds), 0
-        self._seen = _Buffers(1, self._native.beams)
-        self._last = _Buffers(1, self._native.beams)
-        self._rewards, self._ends = np.zeros(1), np.zeros(1, np.uint8)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -188,25 +177,19 @@ class Env(gymnasium.Env[Observation, Action]):
         super().reset(seed=seed)
         if seed is not None:
             self._next = int(self.np_random.integers(self._jobs))
-        seen = self._seen
-        self._native.reset(self._next, seen.ranges, seen.goals, seen.velocities)
+        seen = self._native.reset(self._next)
         self._next += 1
         world, mission_seed = self._native.missions[0]
-        return seen.first(), {"world": world, "seed": mission_seed}
+        return _first(seen), {"world": world, "seed": mission_seed}
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive for one control period."""
-        seen, actions = self._seen, np.ascontiguousarray(action, np.float64).reshape(1, 2)
-        self._native.step(
-            actions, seen.ranges, seen.goals, seen.velocities, self._rewards, self._ends
-        )
-        end, info = int(self._ends[0]), {}
-        if end > 0:
-            seen = self._last
-            ended = self._native.finished(0, seen.ranges, seen.goals, seen.velocities)
-            assert ended is not None
-            info = {"outcome": ended[0], "world": ended[1], "seed": ended[2], "time_s": ended[3]}
-        return seen.first(), float(self._rewards[0]), end == 1, end == 2, info
+        """Drive for one control period. Raises after the end of an episode."""
+        seen, rewards, ends, finished = self._native.step(np.reshape(action, (1, -1)))
+        end = int(ends[0])
+        info: dict[str, Any] = {}
+        for _, ended, _ in finished:
+            info = dict(zip(_ENDED, ended, strict=True))
+        return _first(seen), float(rewards[0]), end == 1, end == 2, info
 
 
 def _worlds(kind: str, path: str | None) -> list[World]:

@@ -70,6 +70,15 @@ def write(
         raise ValueError("there are no rows to write")
     if Path(path).exists():
         raise FileExistsError(f"{path} is there already: remove it, or give another name")
+    try:
+        _write(rows, path, date)
+    except BaseException:
+        # Half a database looks like a whole one.
+        Path(path).unlink(missing_ok=True)
+        raise
+
+
+def _write(rows: list[Mapping[str, Any]], path: str | os.PathLike[str], date: str) -> None:
     # The name that Planner Arena shows for the time of a run.
     columns = ["time" if name == "time_s" else name for name in _MEASURED]
     with closing(sqlite3.connect(path)) as database, database:

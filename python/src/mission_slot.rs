@@ -1,0 +1,250 @@
+//! One robot of the environments on its mission.
+
+use std::sync::Arc;
+
+use inbye::experiment::{ExperimentError, RunOutcome, World};
+use inbye::geometry::{Pose, Twist};
+use inbye::global::Path;
+use inbye::local::Engine;
+use inbye::navigator::Goal;
+use inbye::runtime::{Config, LidarData, MissionError, MissionRun, Observer, TickEvent};
+use inbye::sim::{Episode, EpisodeEnd, SimError, SimulatedRobot, Simulation};
+
+/// Reward at the goal; contact costs as much.
+const REACHED_REWARD: f64 = 10.0;
+
+/// A world of the list, and a seed.
+pub type Job = (usize, u64);
+
+/// Who decides the velocities.
+enum Driver {
+    Caller(Box<Episode>),
+    Navigator(Box<MissionRun<SimulatedRobot>>),
+    /// The mission could not start: its only step ends it, for this reason.
+    Refused(RunOutcome, String),
+    /// The mission has ended, and no other one follows.
+    Ended,
+}
+
+/// What an agent sees.
+#[derive(Clone, Default)]
+pub struct Seen {
+    pub ranges: Vec<f32>,
+    /// Goal in the robot's frame, metres.
+    pub goal: [f64; 2],
+    pub velocity: [f64; 2],
+}
+
+/// A mission that is going on.
+pub struct Slot {
+    driver: Driver,
+    pub job: Job,
+    goal: Goal,
+    path: Path,
+    progress_m: f64,
+    pub seen: Seen,
+    pub command: [f64; 2],
+    time_s: f64,
+}
+
+/// How a mission ended.
+pub struct Finished {
+    pub outcome: &'static str,
+    pub job: Job,
+    pub time_s: f64,
+    pub digest: Option<String>,
+    /// Why the goal was not reached, where the navigator drove or the mission did not start.
+    pub reason: Option<String>,
+    pub seen: Seen,
+}
+
+impl Slot {
+    /// Puts a robot at the start of a mission; inbye drives it with the engine, or the caller without one. A mission that cannot
+    /// start has an outcome like any other: that of a single run.
+    pub fn start(
+        (world, config): &(World, Arc<Config>),
+        job: Job,
+        engine: Option<Box<dyn Engine>>,
+        range_max: f64,
+    ) -> Self {
+        let outcome = |error: &SimError| match error {
+            SimError::Mission(MissionError::Fault(_)) => RunOutcome::Failed,
+            _ => RunOutcome::Error,
+        };
+        let simulation = match world.simulation(job.1, config) {
+            Ok(made) => made.simulation,
+            Err(error) => {
+                let outcome = match &error {
+                    ExperimentError::Simulation(error) => outcome(error),
+                    _ => RunOutcome::Error,
+                };
+                let goal = Goal::at(Pose::default().position());
+                let refused = Driver::Refused(outcome, error.to_string());
+                return Self::new(refused, job, &Pose::default(), goal, None, range_max);
+            }
+        };
+        let (driver, path) = driver(&simulation, config, engine)
+            .unwrap_or_else(|error| (Driver::Refused(outcome(&error), error.to_string()), None));
+        let (start, goal) = (&simulation.mission.start, simulation.mission.goal);
+        Self::new(driver, job, start, goal, path, range_max)
+    }
+
+    fn new(
+        driver: Driver,
+        job: Job,
+        start: &Pose,
+        goal: Goal,
+        path: Option<Path>,
+        range_max: f64,
+    ) -> Self {
+        let path = path.unwrap_or_else(|| Path::new(vec![start.position(), goal.position]));
+        let seen = match &driver {
+            Driver::Caller(episode) => seen_in(episode, &goal, range_max),
+            _ => seen(start, &Twist::STOP, core::iter::empty(), &goal, range_max),
+        };
+        let progress_m = path.project(&start.position()).arc_m;
+        Self { driver, job, goal, path, progress_m, seen, command: [0.0; 2], time_s: 0.0 }
+    }
+
+    /// Why the mission could not start, if it could not.
+    pub const fn refusal(&self) -> Option<&String> {
+        match &self.driver {
+            Driver::Refused(_, reason) => Some(reason),
+            _ => None,
+        }
+    }
+
+    /// Whether the mission has ended and no other one follows.
+    pub const fn has_ended(&self) -> bool {
+        matches!(self.driver, Driver::Ended)
+    }
+
+    /// Drives for a control period. Returns the reward, and how the mission ended.
+    pub fn step(&mut self, action: &Twist, range_max: f64) -> (f64, Option<RunOutcome>) {
+        let (pose, end) = match &mut self.driver {
+            Driver::Caller(episode) => {
+                // The actions are finite: all were checked before the first robot was stepped.
+                let end = episode.step(action).unwrap_or(None).map(|end| match end {
+                    EpisodeEnd::Reached => RunOutcome::Reached,
+                    EpisodeEnd::Contact => RunOutcome::Contact,
+                    EpisodeEnd::Timeout => RunOutcome::Timeout,
+                });
+                self.seen = seen_in(episode, &self.goal, range_max);
+                self.time_s = episode.time_s();
+                self.command = [action.linear, action.angular];
+                (*episode.pose(), end)
+            }
+            Driver::Navigator(run) => {
+                let (goal, last) = (&self.goal, &mut self.seen);
+                let mut on_tick = |event: &TickEvent<'_>| {
+                    let ranges = event.observation.scan.ranges.iter().copied();
+                    *last = seen(&event.row.pose, &event.row.twist, ranges, goal, range_max);
+                };
+                let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
+                let is_over = run.step(&mut observer).is_break();
+                let last = run.trace().rows.last();
+                let (pose, gap_m) =
+                    last.map_or((Pose::default(), 1.0), |row| (row.pose, row.gap_m));
+                self.time_s = last.map_or(0.0, |row| row.time_s);
+                self.command =
+                    last.map_or([0.0; 2], |row| [row.command.linear, row.command.angular]);
+                let end = is_over.then(|| match run.is_reached() {
+                    _ if gap_m <= 0.0 => RunOutcome::Contact,
+                    true => RunOutcome::Reached,
+                    false if run.navigator().fault().is_some() => RunOutcome::Failed,
+                    false => RunOutcome::Timeout,
+                });
+                (pose, end)
+            }
+            Driver::Refused(outcome, _) => return (0.0, Some(*outcome)),
+            Driver::Ended => return (0.0, None),
+        };
+        let progress_m = self.path.project(&pose.position()).arc_m;
+        let mut reward = progress_m - self.progress_m;
+        self.progress_m = progress_m;
+        match end {
+            Some(RunOutcome::Reached) => reward += REACHED_REWARD,
+            Some(RunOutcome::Contact) => reward -= REACHED_REWARD,
+            _ => {}
+        }
+        (reward, end)
+    }
+
+    /// Ends the mission with this outcome.
+    pub fn finish(&mut self, outcome: RunOutcome) -> Finished {
+        let (digest, reason) = match core::mem::replace(&mut self.driver, Driver::Ended) {
+            Driver::Caller(_) | Driver::Ended => (None, None),
+            Driver::Navigator(run) => {
+                let result = run.result();
+                (Some(result.trace.digest()), result.why())
+            }
+            Driver::Refused(_, reason) => (None, Some(reason)),
+        };
+        let (job, time_s, seen) = (self.job, self.time_s, self.seen.clone());
+        Finished { outcome: name(outcome), job, time_s, digest, reason, seen }
+    }
+}
+
+/// What drives the robot, and the path along which progress counts; none where no path was found.
+fn driver(
+    simulation: &Simulation,
+    config: &Arc<Config>,
+    engine: Option<Box<dyn Engine>>,
+) -> Result<(Driver, Option<Path>), SimError> {
+    let mission = &simulation.mission;
+    let Some(engine) = engine else {
+        let obstacles = mission.map.obstacles(config.unknown);
+        let mut planner = config.route_planner(mission.map.frame().resolution_m);
+        let ends = (mission.start.position(), mission.goal.position);
+        let plan = planner.plan(&obstacles, ends.0, ends.1, &mut || 0.0);
+        let episode = Episode::new(simulation, config)?;
+        return Ok((Driver::Caller(Box::new(episode)), plan.ok().map(|plan| plan.smoothed)));
+    };
+    let robot = simulation.robot(config)?;
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+    let run = MissionRun::new(mission.clone(), Arc::clone(config), engine, robot, &mut observer)?;
+    let path = run.navigator().plans().first().map(|plan| plan.smoothed.clone());
+    Ok((Driver::Navigator(Box::new(run)), path))
+}
+
+/// The name of an outcome, as in the records of experiments.
+const fn name(outcome: RunOutcome) -> &'static str {
+    match outcome {
+        RunOutcome::Reached => "reached",
+        RunOutcome::Contact => "contact",
+        RunOutcome::Timeout => "timeout",
+        RunOutcome::Failed => "failed",
+        _ => "error",
+    }
+}
+
+/// The ranges of a scan in the order of its beams.
+fn lidar_ranges(lidar: Option<&LidarData>) -> Box<dyn Iterator<Item = f64> + '_> {
+    match lidar {
+        Some(LidarData::Scan(scan)) => Box::new(scan.ranges.iter().copied()),
+        Some(LidarData::TimedScan(sweep)) => Box::new(sweep.beams.iter().map(|beam| beam.range)),
+        None => Box::new(core::iter::empty()),
+    }
+}
+
+fn seen_in(episode: &Episode, goal: &Goal, range_max: f64) -> Seen {
+    let ranges = lidar_ranges(episode.sensed().lidar.as_ref());
+    seen(episode.pose(), episode.twist(), ranges, goal, range_max)
+}
+
+/// Nothing within range reads as the longest range, and no measurement as zero.
+fn seen(
+    pose: &Pose,
+    twist: &Twist,
+    ranges: impl Iterator<Item = f64>,
+    goal: &Goal,
+    range_max: f64,
+) -> Seen {
+    let plain = |range: f64| if range.is_nan() { 0.0 } else { range.min(range_max) as f32 };
+    let goal = pose.inverse_transform(&goal.position);
+    Seen {
+        ranges: ranges.map(plain).collect(),
+        goal: [goal.x, goal.y],
+        velocity: [twist.linear, twist.angular],
+    }
+}

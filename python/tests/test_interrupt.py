@@ -1,0 +1,53 @@
+"""Ctrl-C while Rust works."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+# A drive that takes longer than the test: each decision has a million samples.
+DRIVE = """
+cells = np.zeros((40, 400), np.int8)
+cells[[0, -1]] = 100
+cells[:, [0, -1]] = 100
+slow = {"local": {"vx_samples": 1024, "vtheta_samples": 1024}}
+world = inbye.World(inbye.Map(cells, 0.1), (1.0, 2.0, 0.0), (39.0, 2.0))
+started()
+world.drive(config=slow)
+"""
+BENCH = """
+started()
+inbye.bench.{function}({{"seeds": list(range(10000)), "worlds": [{{"kind": "scenes"}}]}}, jobs=2)
+"""
+PROGRAM = """
+import inbye
+import numpy as np
+
+def started() -> None:
+    print("started", flush=True)
+
+"""
+
+
+@pytest.mark.parametrize(
+    "action", [DRIVE, BENCH.format(function="run"), BENCH.format(function="compare")]
+)
+def test_ctrl_c_ends_a_drive_and_an_experiment_at_once(action: str) -> None:
+    program = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM + action],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert program.stdout is not None
+        assert program.stdout.readline() == "started\n"
+        time.sleep(1.0)
+        assert program.poll() is None
+        program.send_signal(signal.SIGINT)
+        _, error = program.communicate(timeout=20)
+    finally:
+        program.kill()
+    assert error.rstrip().endswith("KeyboardInterrupt")
