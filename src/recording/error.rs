@@ -151,4 +151,4 @@ pub enum RecordingError {
 }
 
 /// The format that this version writes and reads.
-pub const FORMAT: u32 = 5;
+pub const FORMAT: u32 = 6;
