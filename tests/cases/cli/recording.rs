@@ -110,8 +110,8 @@ fn unusable_recordings_are_rejected_with_one_line() {
     damaged[ends[2] - 5000] ^= 1;
     place.write("damaged.mcap", damaged);
     let newer = altered(&file, "drive.toml", 0, |text| {
-        let format = text.windows(10).position(|bytes| bytes == b"format = 5");
-        text[format.expect("the format is stated") + 9] = b'6';
+        let format = text.windows(10).position(|bytes| bytes == b"format = 6");
+        text[format.expect("the format is stated") + 9] = b'7';
     });
     place.write("newer.mcap", newer);
     for (name, words) in [
@@ -120,7 +120,7 @@ fn unusable_recordings_are_rejected_with_one_line() {
         ("empty.mcap", "no recording of"),
         ("head.mcap", "no tick"),
         ("damaged.mcap", "damaged after"),
-        ("newer.mcap", "format 5"),
+        ("newer.mcap", "format 6"),
     ] {
         let line = place.refusal(&format!("replay {name} --engine cpu"));
         assert!(line.contains(name) && line.contains(words), "{name}: {line}");
