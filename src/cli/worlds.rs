@@ -52,13 +52,19 @@ pub struct WorldsArguments {
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Make only this run, for --svg or --ticks.
-    #[arg(long, value_name = "WORLD,SEED", conflicts_with_all = ["only", "seeds", "record", "report", "out"])]
+    // The other flags require the group: clap drops the requirement of a flag that conflicts with another given flag.
+    #[arg(
+        long,
+        value_name = "WORLD,SEED",
+        group = "one_run",
+        conflicts_with_all = ["only", "seeds", "record", "report", "out"]
+    )]
     pub trace: Option<OneRun>,
     /// Draw the run of --trace into this file: obstacles, plans and the path driven.
-    #[arg(long, value_name = "FILE.svg", requires = "trace")]
+    #[arg(long, value_name = "FILE.svg", requires = "one_run")]
     pub svg: Option<PathBuf>,
     /// Write every tick of the run of --trace as a line of JSON into this file.
-    #[arg(long, value_name = "FILE", requires = "trace")]
+    #[arg(long, value_name = "FILE", requires = "one_run")]
     pub ticks: Option<PathBuf>,
 }
 
