@@ -19,7 +19,7 @@ const PARQUET: &[u8] = b"PAR1";
 const NAME: &[u8] = b"inbye";
 
 /// Kinds of files that this program writes: how they begin, and what their first bytes contain.
-const KINDS: [(&[u8], &[u8]); 10] = [
+const KINDS: [(&[u8], &[u8]); 11] = [
     // A report page.
     (
         b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none';",
@@ -33,6 +33,8 @@ const KINDS: [(&[u8], &[u8]); 10] = [
     (b"\x89MCAP0\r\n", NAME),
     // A picture.
     (b"\x89PNG\r\n\x1a\n", b"Software\0inbye"),
+    // An animation, by its comment block.
+    (b"GIF89a", b"!\xFE\x05inbye\0"),
     // A map and its image.
     (b"# Map written by inbye.\n", b""),
     (b"P5\n# inbye\n", b""),

@@ -97,6 +97,20 @@ fn command_that_fails_keeps_the_output_of_an_earlier_one() {
     assert_eq!(fs::read_to_string(place.path("fan.svg")).expect("still there"), drawing);
 }
 
+#[cfg(feature = "png")]
+#[test]
+fn animation_is_written_twice() {
+    let place = Workplace::new();
+    place.write("other.gif", "GIF89a");
+    for _ in 0..2 {
+        let run = place.run(&format!("{DRIVE} --time-limit 1 --animation run.gif"));
+        assert_eq!(run.status, 1, "{run:?}");
+        assert!(run.errors.is_empty(), "{run:?}");
+    }
+    let refusal = place.refusal(&format!("{DRIVE} --animation other.gif"));
+    assert!(refusal.contains("was not written by this command"), "{refusal}");
+}
+
 #[test]
 fn two_flags_cannot_name_one_file() {
     let place = Workplace::new();
