@@ -246,6 +246,12 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     }
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
+    // The result comes first: a picture that cannot be written must not cost it.
+    let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
+    output::result(json, &object, lines)?;
+    if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
+        output.write(&changes.applied_to(&mission.map))?;
+    }
     if let Some(playback) = playback.as_ref().filter(|_| files.pictures.are_requested) {
         let (command, facts) = (&command_line(), &drive_text::facts(&result, seed));
         let view = MissionView {
@@ -259,11 +265,6 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         };
         files.pictures.write(arguments.hardware.description(), view, playback)?;
     }
-    if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
-        output.write(&changes.applied_to(&mission.map))?;
-    }
-    let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
-    output::result(json, &object, lines)?;
     let is_recorded = recording.is_none_or(|recording| recording.is_whole);
     Ok(result.reached && !result.collided && is_recorded)
 }

@@ -135,6 +135,11 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let ranked = rankings(&rows);
+    let judged = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
+    let before = all.iter().find(|candidate| candidate.point.is_none());
+    let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
+    let judge = [judged(DEFAULT), judged(TUNED)];
+    print(json, best, (train, judge), &ranked, &all)?;
     save.write(|| &best.changes)?;
     report.write(|| {
         comparison_files(&ComparisonReport {
@@ -146,11 +151,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
             plays: &BTreeMap::new(),
         })
     })?;
-    let judged = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
-    let before = all.iter().find(|candidate| candidate.point.is_none());
-    let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
-    let judge = [judged(DEFAULT), judged(TUNED)];
-    print(json, best, (train, judge), &ranked, &all)
+    Ok(true)
 }
 
 fn print(
@@ -159,7 +160,7 @@ fn print(
     (train, judge): ([f64; 2], [f64; 2]),
     ranked: &[RankedPlanner],
     all: &[Candidate],
-) -> anyhow::Result<bool> {
+) -> anyhow::Result<()> {
     let pair = |[default, tuned]: [f64; 2]| json!({ "default": default, "tuned": tuned });
     let candidates: Vec<Value> =
         all.iter().map(|it| json!({ "changes": it.changes, "success": it.success })).collect();
@@ -179,8 +180,7 @@ fn print(
         lines.push("no candidate was better than the settings without changes".to_owned());
     }
     lines.extend(best.changes.lines().map(|line| format!("  {line}")));
-    output::result(json, &object, lines)?;
-    Ok(true)
+    output::result(json, &object, lines)
 }
 
 /// Runs a sweep whose worlds are named as in the file of the plan; with --out each part keeps its results in a folder of its own.

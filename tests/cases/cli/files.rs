@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
 use std::process::Command;
 use std::time::Duration;
 
@@ -82,6 +83,28 @@ fn outputs_replace_only_own_files() {
             assert!(run.status <= 1, "{arguments}: {run:?}");
             assert!(!run.errors.iter().any(|line| line.contains("exists")), "{run:?}");
         }
+    }
+}
+
+#[test]
+fn results_are_printed_before_files_that_cannot_be_written() {
+    let place = Workplace::with_room();
+    fs::create_dir_all(place.path("full")).expect("a folder");
+    symlink("/dev/full", place.path("full/index.html")).expect("a link");
+    let room = "--map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu";
+    let run = place.run(&format!("drive {room} --record run.mcap"));
+    assert_eq!(run.status, 0, "{run:?}");
+    for arguments in [
+        &*format!("drive {room}"),
+        "replay run.mcap --engine cpu",
+        "bench soak --missions 1",
+        "bench ablation --missions 1 --longest 5",
+        "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0 --no-batches",
+    ] {
+        let run = place.run(&format!("{arguments} --report full"));
+        assert_eq!(run.status, 2, "{arguments}: {run:?}");
+        assert!(!run.stdout.is_empty(), "{arguments}: {run:?}");
+        assert!(run.errors.iter().any(|line| line.contains("--report full")), "{run:?}");
     }
 }
 
