@@ -1,10 +1,11 @@
 //! `inbye tune`.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use std::{fs, io};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::experiment::{
     Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, planner_name, rankings,
@@ -90,6 +91,15 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let report = ReportFolder::create(arguments.report.as_deref())?;
 
     let mut all: Vec<Candidate> = Vec::new();
+    let first_error = RefCell::new(None);
+    // Whether the settings are valid together, as changes of the default ones.
+    let is_usable = |changes: &str| match Config::default().with_changes(changes) {
+        Ok(_) => true,
+        Err(error) => {
+            first_error.borrow_mut().get_or_insert(error);
+            false
+        }
+    };
     for round in 0..plan.rounds {
         let points: Vec<Point> =
             all.iter().filter_map(|candidate| candidate.point.clone()).collect();
@@ -102,11 +112,10 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
                 success: 0.0,
             })
             .collect();
-        ensure!(
-            !new.is_empty(),
-            "{}: no settings of this space are valid together: narrow a range",
-            place()
-        );
+        if new.is_empty() {
+            let why = first_error.take().map_or_else(String::new, |error| error.to_string());
+            bail!("{}: no settings of [space] are valid; the first drawn ones: {why}", place());
+        }
         if round == 0 {
             new.insert(0, Candidate { point: None, changes: String::new(), success: 0.0 });
         }
@@ -231,9 +240,4 @@ fn success<'r>(rows: impl Iterator<Item = &'r RunRow>) -> f64 {
 
 fn changes(text: &str) -> anyhow::Result<Changes> {
     text.parse().map_err(|error: String| anyhow::anyhow!(error))
-}
-
-/// Whether the settings are valid together, as changes of the default ones.
-fn is_usable(changes: &str) -> bool {
-    Config::default().with_changes(changes).is_ok()
 }
