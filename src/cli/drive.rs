@@ -428,7 +428,7 @@ fn no_path_or(
     };
     let reason = error.to_string();
     if !matches!(error, PlanError::NoValidPath { .. }) {
-        return Err(plan::unusable(&error, &reason, map_name, map, config));
+        return Err(plan::unusable(&error, &reason, map_name, map, config, None));
     }
     let mut object = plan::no_path_json(&error);
     object["reached"] = json!(false);

@@ -103,6 +103,16 @@ fn degrees_and_swapped_axes_are_noticed() {
     assert!(swapped.contains("swapped"), "{swapped}");
     let occupied = place.refusal("plan --scene mine --start 30,31");
     assert!(!occupied.contains("swapped"), "{occupied}");
+    // The swapped place must be free for the radius that failed, and another place.
+    let (wall, row) = ("#".repeat(40) + "\n", format!("#{}#\n", ".".repeat(38)));
+    place.write("strip.txt", [&wall, &row.repeat(18), &wall].map(String::as_str).concat());
+    let strip = "plan --map strip.txt --resolution 0.1 --goal 3,1 --radius 0.8 --start";
+    let swapped = place.refusal(&format!("{strip} 1,2.5"));
+    assert!(swapped.contains("swapped"), "{swapped}");
+    for start in ["0.7,1", "0.7,0.7"] {
+        let refusal = place.refusal(&format!("{strip} {start}"));
+        assert!(refusal.contains("START_") && !refusal.contains("swapped"), "{refusal}");
+    }
 }
 
 #[test]
