@@ -27,7 +27,7 @@ use super::drive_text::{self, DriveLog};
 use super::files::{command_line, create_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
-use super::map_file::{self, EndArguments, MapArguments, MapInput};
+use super::map_file::{self, EndArguments, MapArguments, MapInput, MapSettings};
 use super::map_output::MapOutput;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
@@ -239,9 +239,11 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
         // The source of the invalid setting.
-        return Err(anyhow!(error.clone())).with_context(|| match &arguments.map.settings.config {
-            Some(file) => format!("{} with {map_name}", file.display()),
-            None => format!("{map_name} with the default settings"),
+        let MapSettings { config: file, changes, .. } = &arguments.map.settings;
+        return Err(anyhow!(error.clone())).with_context(|| match file {
+            Some(file) if changes.is_empty() => format!("{} with {map_name}", file.display()),
+            None if changes.is_empty() => format!("{map_name} with the default settings"),
+            _ => format!("{map_name} with these settings"),
         });
     }
     let playback = live.map(|live| live.end(&result)).or(playback);
