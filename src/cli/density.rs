@@ -115,7 +115,11 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     let record = Output::of_rows::<DensityRow>("--record", arguments.record.as_deref())?;
     let losses =
         Output::of_rows::<QualityRow>("--record-quality", arguments.record_quality.as_deref())?;
-    let missions = arguments.record_missions.as_deref().filter(|_| arguments.missions > 0);
+    let missions = arguments.record_missions.as_deref();
+    if let Some(name) = missions.filter(|_| arguments.missions == 0) {
+        let name = name.display();
+        bail!("--record-missions {name}: --missions 0 drives none: raise it or leave one out");
+    }
     let missions = Output::of_rows::<RunRow>("--record-missions", missions)?;
     let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
     let folder = ReportFolder::create(arguments.report.as_deref())?;

@@ -163,6 +163,7 @@ bench density --chart gone/density.svg -> --chart gone/density.svg; folder that 
 bench density --ticks 101 -> --ticks; 0 to 100
 bench density --ticks -1 -> --ticks; 0 to 100
 bench density --seconds 0 -> --seconds; above zero
+bench density --missions 0 --record-missions rows.csv -> --record-missions rows.csv; --missions
 ";
     assert_table(&place, "", table);
 }
