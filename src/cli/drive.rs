@@ -134,7 +134,7 @@ fn milliseconds(text: &str) -> Result<f64, String> {
 
 fn factor(text: &str) -> Result<f64, String> {
     let is_valid = |factor: f64| (0.01..=1000.0).contains(&factor);
-    number(text, is_valid, "a factor from 0.01 to 1000")
+    number(text, is_valid, "0.01 to 1000")
 }
 
 /// The pose comes from scans with a real lidar; only then, or where the settings say so, a robot finds its own start.

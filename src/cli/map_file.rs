@@ -41,7 +41,7 @@ pub struct MapArguments {
 /// Start and goal of a command.
 #[derive(Debug, Args)]
 pub struct EndArguments {
-    /// Start, metres and radians; the default yaw is 0.
+    /// Start, metres and radians. The default yaw is 0; a drawing of `plan` then shows the start along the path.
     #[arg(
         long,
         value_name = "X,Y[,YAW]",

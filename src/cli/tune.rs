@@ -32,9 +32,14 @@ const JUDGE: &str = "judge";
 /// Name of the sweep that a runner gets.
 const PLAN: &str = "plan.toml";
 
+/// The search has too many runs for rows of its own.
+const RECORD_HELP: &str =
+    "Write a row for each run of the judgement into this file, CSV or JSON by its extension";
+
 /// `inbye tune`.
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("record", |record| record.help(RECORD_HELP)),
     after_help = "Example:\n  inbye tune --print-plan\n  inbye tune tune.toml --out tuning --save tuned.toml\n\n\
     The plan names settings with their ranges, worlds for the search, and other worlds that judge the best candidate. Each round \
     drives its candidates through all worlds of the search; the next one draws candidates near the best three. What counts is \
