@@ -9,11 +9,14 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::{
-    Axis, ClearanceField, Normalization, Outside, Problem, Sampler, SamplerInputs, Stopping,
-    Weights, Window,
+    Axis, ClearanceField, MAX_REACH_UNITS, Normalization, Outside, Problem, Sampler, SamplerInputs,
+    Stopping, Weights, Window,
 };
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint, Limits};
+
+/// Largest distance to the target and to the key node, as a share of the range of a problem: rounding stays below the range.
+const REACH_SHARE: f64 = 0.999_999;
 
 /// Problem number `case` of a seed: grids of 8 to 120 cells a side at 0.02 to 0.5 m, any origin, empty to crowded;
 /// 1 to about 900 samples; 1 to 80 steps; 1 to 3 discs; 0 to 5 moving obstacles; both normalisations, both stopping
@@ -34,6 +37,13 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
         frame.from_cell_units(&Point::new(column, row))
     };
     let start = within(rng, 0.02);
+    // A large grid is longer from corner to corner than the range of a problem.
+    let reach_m = REACH_SHARE * MAX_REACH_UNITS * field.unit_m();
+    let near_start = |place: Point| {
+        let offset = place - start;
+        let distance_m = offset.norm();
+        if distance_m > reach_m { start + offset * (reach_m / distance_m) } else { place }
+    };
     let step_s = *pick(rng, &[0.05, 0.1, 0.25]);
     let steps = rng.random_range(1..=80);
     // Slow enough that most trajectories end near the grid and within the specified ranges.
@@ -74,8 +84,8 @@ pub fn random_problem(seed: u64, case: u64) -> Problem {
         footprint,
         max_clearance_m: rng.random_range(0.3..3.0),
         outside: *pick(rng, &[Outside::Obstacle, Outside::Free]),
-        target: within(rng, 0.0),
-        key_node: within(rng, 0.0),
+        target: near_start(within(rng, 0.0)),
+        key_node: near_start(within(rng, 0.0)),
         weights: Weights {
             heading: rng.random_range(0.0..1.0),
             clearance: rng.random_range(0.0..1.0),

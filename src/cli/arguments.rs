@@ -127,7 +127,7 @@ pub fn duration(text: &str) -> Result<f64, String> {
 pub fn number(text: &str, is_valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(number) if is_valid(number) => Ok(number),
-        _ => Err(format!("it must be a number of {expected}")),
+        _ => Err(format!("it must be a number: {expected}")),
     }
 }
 

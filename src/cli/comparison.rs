@@ -46,6 +46,11 @@ pub fn run(arguments: &CompareArguments, json: bool) -> anyhow::Result<bool> {
     let folder = ReportFolder::create(arguments.report.as_deref())?;
     let rows = arguments.run.run(&grid, |_| {})?;
     let ranked = rankings(&rows);
+    let lines = text_table(&ranked, RankedPlanner::SUMMARY).into_iter();
+    let verdicts = ranked.iter().filter(|planner| planner.rank > 1);
+    let verdicts =
+        verdicts.map(|planner| format!("{}: {}", planner.planner, planner.verdict.text()));
+    output::result(json, &json!({ "ranked": ranked, "rows": rows }), lines.chain(verdicts))?;
     let mut plays = BTreeMap::new();
     if let Some(report) = &arguments.report {
         let played = first_tasks(&rows, arguments.play);
@@ -68,11 +73,6 @@ pub fn run(arguments: &CompareArguments, json: bool) -> anyhow::Result<bool> {
             plays: &plays,
         })
     })?;
-    let lines = text_table(&ranked, RankedPlanner::SUMMARY).into_iter();
-    let verdicts = ranked.iter().filter(|planner| planner.rank > 1);
-    let verdicts =
-        verdicts.map(|planner| format!("{}: {}", planner.planner, planner.verdict.text()));
-    output::result(json, &json!({ "ranked": ranked, "rows": rows }), lines.chain(verdicts))?;
     Ok(true)
 }
 

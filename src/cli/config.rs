@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use inbye::base::BaseConfig;
 use inbye::runtime::{Config, is_other_variant, parse_toml};
 use inbye::settings::SettingError;
@@ -47,17 +47,49 @@ pub fn changed(settings: Config, file: Option<&Path>) -> anyhow::Result<Config> 
         .with_context(|| file.display().to_string())
 }
 
-/// Returns settings with one changed: `key=value`, where the value is TOML or a bare word.
-pub fn with_change(settings: &Config, change: &str) -> anyhow::Result<Config> {
-    let place = || format!("--set {change}");
-    let (key, value) = change
-        .split_once('=')
-        .with_context(|| format!("{}: write KEY=VALUE, such as local.vx_samples=32", place()))?;
+/// Returns settings with the changes of `--set`, each `key=value`, where the value is TOML or a bare word. Of two changes of one
+/// key the later counts. The numbers are checked together, so that the order of the keys does not matter.
+pub fn with_set(settings: Config, changes: &[String]) -> anyhow::Result<Config> {
+    if changes.is_empty() {
+        return Ok(settings);
+    }
+    let unchecked = |_: &Config| Ok::<(), SettingError>(());
+    let change = |settings: Config, change: &String| {
+        set_line(change)
+            .and_then(|line| Ok(parse_toml(&line, &settings, unchecked)?))
+            .with_context(|| format!("--set {change}"))
+    };
+    let changed = changes.iter().try_fold(settings, change)?;
+    changed.validate().map_err(|error| {
+        let flag = format!("--set {}", change_of(&error, changes));
+        anyhow!(error).context(flag)
+    })?;
+    Ok(changed)
+}
+
+/// A change of `--set` as a line of TOML.
+fn set_line(change: &str) -> anyhow::Result<String> {
+    let (key, value) =
+        change.split_once('=').context("write KEY=VALUE, such as local.vx_samples=32")?;
     // A word without quotes is a text.
     let is_toml = format!("value = {value}").parse::<Table>().is_ok();
     let value = if is_toml { value.to_owned() } else { format!("{value:?}") };
-    let text = format!("{key} = {value}");
-    settings.with_changes(&text).with_context(place)
+    Ok(format!("{key} = {value}"))
+}
+
+/// The change that an error is about: the last one of its key, else of its table, else the last one.
+fn change_of<'c>(error: &SettingError, changes: &'c [String]) -> &'c str {
+    let is_in = |path: &str, table: &str| {
+        path.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    };
+    let last = |is_cause: &dyn Fn(&str) -> bool| {
+        let key = |change: &String| change.split('=').next().unwrap_or_default().trim().to_owned();
+        changes.iter().rfind(|change| is_cause(&key(change)))
+    };
+    let path = format!("{}.{}", error.table, error.name);
+    let path = path.trim_start_matches('.');
+    let change = last(&|key| is_in(path, key)).or_else(|| last(&|key| is_in(key, &error.table)));
+    change.or(changes.last()).map_or("", String::as_str)
 }
 
 fn read<T: Default + Serialize + DeserializeOwned>(

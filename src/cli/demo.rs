@@ -71,19 +71,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     };
     let measured = density::measure(&mut all, &plan)?;
     let quality = density::compare(&plan, DENSEST, TICKS)?;
-    report.write_page(|| {
-        html(&Report {
-            title: "inbye: the demo",
-            intro: INTRO,
-            machine: &machine::description(),
-            missions: drives.iter().map(|drive| drive.view(&config)).collect(),
-            comparisons: &comparisons,
-            density: &measured.rows,
-            skipped: &measured.skipped,
-            quality: &quality,
-            density_command: "inbye bench density",
-        })
-    })?;
     let (count, cases) = (all.len(), verification.cases);
     let mut lines = vec![if agree {
         let text = format!("{count} engines returned the same bits for {cases} problems");
@@ -109,6 +96,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         "report": folder.join("index.html"),
     });
     output::result(arguments.json, &object, lines)?;
+    report.write_page(|| {
+        html(&Report {
+            title: "inbye: the demo",
+            intro: INTRO,
+            machine: &machine::description(),
+            missions: drives.iter().map(|drive| drive.view(&config)).collect(),
+            comparisons: &comparisons,
+            density: &measured.rows,
+            skipped: &measured.skipped,
+            quality: &quality,
+            density_command: "inbye bench density",
+        })
+    })?;
     let reached = drives.iter().all(|drive| drive.result.reached && !drive.result.collided);
     Ok(reached && agree)
 }

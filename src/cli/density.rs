@@ -115,7 +115,11 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
     let record = Output::of_rows::<DensityRow>("--record", arguments.record.as_deref())?;
     let losses =
         Output::of_rows::<QualityRow>("--record-quality", arguments.record_quality.as_deref())?;
-    let missions = arguments.record_missions.as_deref().filter(|_| arguments.missions > 0);
+    let missions = arguments.record_missions.as_deref();
+    if let Some(name) = missions.filter(|_| arguments.missions == 0) {
+        let name = name.display();
+        bail!("--record-missions {name}: --missions 0 drives none: raise it or leave one out");
+    }
     let missions = Output::of_rows::<RunRow>("--record-missions", missions)?;
     let chart = Output::create("--chart", arguments.chart.as_deref(), &["svg"])?;
     let folder = ReportFolder::create(arguments.report.as_deref())?;
@@ -131,20 +135,7 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
         measure_batches(&mut all, &plan, &mut wall_clock())?
     };
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
-    let closed_loop = drive(arguments.missions, most, missions)?;
-    record.write_rows(&density.rows)?;
-    losses.write_rows(&quality)?;
-    let report = BenchReport {
-        title: TITLE,
-        intro: INTRO,
-        density: &density.rows,
-        skipped: &density.skipped,
-        quality: &quality,
-        closed_loop: &closed_loop,
-        ..BenchReport::default()
-    };
-    chart.write(|| bench_svg(&report))?;
-    folder.write_bench(report)?;
+    let (driven, closed_loop) = drive(arguments.missions, most)?;
     let object = json!({
         "rows": density.rows,
         "skipped": density.skipped,
@@ -165,6 +156,20 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
         lines.extend(text_table(&closed_loop, CLOSED_LOOP));
     }
     output::result(json, &object, lines)?;
+    record.write_rows(&density.rows)?;
+    losses.write_rows(&quality)?;
+    missions.write_rows(&driven)?;
+    let report = BenchReport {
+        title: TITLE,
+        intro: INTRO,
+        density: &density.rows,
+        skipped: &density.skipped,
+        quality: &quality,
+        closed_loop: &closed_loop,
+        ..BenchReport::default()
+    };
+    chart.write(|| bench_svg(&report))?;
+    folder.write_bench(report)?;
     Ok(true)
 }
 
@@ -205,10 +210,10 @@ pub fn compare(
 }
 
 /// Drives this many missions with each sampling of at most `most` samples, one at a time, since ticks are timed. Without
-/// missions there are no groups.
-fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Group>> {
+/// missions there are no rows and no groups.
+fn drive(missions: usize, most: usize) -> anyhow::Result<(Vec<RunRow>, Vec<Group>)> {
     if missions == 0 {
-        return Ok(Vec::new());
+        return Ok((Vec::new(), Vec::new()));
     }
     let config = Config::default();
     let (least, most) = (CLOSED_LOOP_SAMPLES.0.min(most), CLOSED_LOOP_SAMPLES.1.min(most));
@@ -218,7 +223,6 @@ fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Gro
     let grid = Grid::of_missions("closed loop", &worlds, &setups, missions, SEED)?;
     let mut rows = run_grid(&grid, None, 1)?;
     sort(&mut rows);
-    record.write_rows(&rows)?;
     let mut groups = groups(&rows);
     groups.sort_by_key(|group| {
         let is_own = |local: &LocalSettings| {
@@ -228,7 +232,7 @@ fn drive(missions: usize, most: usize, record: Output) -> anyhow::Result<Vec<Gro
         };
         setups.iter().position(|setup| is_own(&setup.config.local))
     });
-    Ok(groups)
+    Ok((rows, groups))
 }
 
 /// The table of latencies, the skipped cells, where GPUs overtake the CPU, and the table of regrets if commands were compared.

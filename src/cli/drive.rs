@@ -27,7 +27,7 @@ use super::drive_text::{self, DriveLog};
 use super::files::{command_line, create_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
-use super::map_file::{self, EndArguments, MapArguments, MapInput};
+use super::map_file::{self, EndArguments, MapArguments, MapInput, MapSettings};
 use super::map_output::MapOutput;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
@@ -137,7 +137,7 @@ fn milliseconds(text: &str) -> Result<f64, String> {
 
 fn factor(text: &str) -> Result<f64, String> {
     let is_valid = |factor: f64| (0.01..=1000.0).contains(&factor);
-    number(text, is_valid, "a factor from 0.01 to 1000")
+    number(text, is_valid, "0.01 to 1000")
 }
 
 /// The pose comes from scans with a real lidar; only then, or where the settings say so, a robot finds its own start.
@@ -242,13 +242,21 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
         // The source of the invalid setting.
-        return Err(anyhow!(error.clone())).with_context(|| match &arguments.map.settings.config {
-            Some(file) => format!("{} with {map_name}", file.display()),
-            None => format!("{map_name} with the default settings"),
+        let MapSettings { config: file, changes, .. } = &arguments.map.settings;
+        return Err(anyhow!(error.clone())).with_context(|| match file {
+            Some(file) if changes.is_empty() => format!("{} with {map_name}", file.display()),
+            None if changes.is_empty() => format!("{map_name} with the default settings"),
+            _ => format!("{map_name} with these settings"),
         });
     }
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
+    // The result comes first: a picture that cannot be written must not cost it.
+    let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
+    output::result(json, &object, lines)?;
+    if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
+        output.write(&changes.applied_to(&mission.map))?;
+    }
     if let Some(playback) = playback.as_ref().filter(|_| files.pictures.are_requested) {
         let (command, facts) = (&command_line(), &drive_text::facts(&result, seed));
         let view = MissionView {
@@ -262,11 +270,6 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         };
         files.pictures.write(arguments.hardware.description(), view, playback)?;
     }
-    if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
-        output.write(&changes.applied_to(&mission.map))?;
-    }
-    let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
-    output::result(json, &object, lines)?;
     let is_recorded = recording.is_none_or(|recording| recording.is_whole);
     Ok(result.reached && !result.collided && is_recorded)
 }
@@ -430,7 +433,7 @@ fn no_path_or(
     };
     let reason = error.to_string();
     if !matches!(error, PlanError::NoValidPath { .. }) {
-        return Err(plan::unusable(&error, &reason, map_name, map, config));
+        return Err(plan::unusable(&error, &reason, map_name, map, config, None));
     }
     let mut object = plan::no_path_json(&error);
     object["reached"] = json!(false);

@@ -1,6 +1,6 @@
 //! The surroundings of an emulated base: a world with people, an LD19 lidar, and the true gaps.
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use inbye::base::{InjectedFault, LidarFaultInjector, ScheduledFault};
 use inbye::geometry::{Pose, Twist};
 use inbye::map::UnknownPolicy;
@@ -42,6 +42,23 @@ pub struct EmulatedSurroundings {
     observed: Observed,
 }
 
+/// A fault of what is not emulated would do nothing.
+fn check_faults(arguments: &EmulateArguments) -> anyhow::Result<()> {
+    for fault in arguments.fault.iter().map(|scheduled| scheduled.fault) {
+        let is_carried = fault == InjectedFault::Carried;
+        ensure!(
+            !is_carried || arguments.carry_to.is_some(),
+            "--fault {fault}: the place is missing: add --carry-to"
+        );
+        let is_of_lidar = fault.to_string().starts_with("lidar-");
+        ensure!(
+            !is_of_lidar || arguments.lidar_map.is_some(),
+            "--fault {fault}: no lidar is emulated: add --lidar-map"
+        );
+    }
+    Ok(())
+}
+
 /// What the surroundings have seen of the robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Observed {
@@ -58,6 +75,7 @@ pub struct Observed {
 impl EmulatedSurroundings {
     /// Opens the emulated lidar in its world, if requested.
     pub fn open(arguments: &EmulateArguments) -> anyhow::Result<Option<Self>> {
+        check_faults(arguments)?;
         let Some(file) = &arguments.lidar_map else {
             return Ok(None);
         };

@@ -100,13 +100,17 @@ pub fn create_file(flag: &str, name: &Path) -> anyhow::Result<File> {
 pub struct ReportFolder<'a>(Option<&'a Path>);
 
 impl<'a> ReportFolder<'a> {
-    /// Creates the folder if it is missing.
+    /// Creates the folder if it is missing. A page of another program is refused before the work, not after it.
     pub fn create(name: Option<&'a Path>) -> anyhow::Result<Self> {
         if let Some(name) = name {
             fs::create_dir_all(name).with_context(|| {
                 format!("--report {}: cannot be a folder: choose another name", name.display())
             })?;
-            own_file::reserve("--report", &name.join(PAGE))?;
+            let page = name.join(PAGE);
+            own_file::reserve("--report", &page)?;
+            if page.exists() {
+                own_file::open("--report", &page, &[])?;
+            }
         }
         Ok(Self(name))
     }

@@ -23,29 +23,30 @@ use super::output;
 #[derive(Debug, Args)]
 pub struct HardwareArguments {
     /// Drive the base on this port, in real time, with --lidar or --simulated-senses.
-    #[arg(long, value_name = "P")]
+    // The other flags require the group: clap drops the requirement of a flag that conflicts with another given flag.
+    #[arg(long, value_name = "P", group = "serial_base")]
     pub port: Option<String>,
     /// Use the LD19 lidar on this port: the pose comes from its scans, matched to the map, and from the base's odometry.
-    #[arg(long, value_name = "P", requires = "port")]
+    #[arg(long, value_name = "P", requires = "serial_base")]
     pub lidar: Option<String>,
     /// Simulate world, lidar and pose around the base on --port: for a test stand. The robot sees nothing real.
-    #[arg(long, requires = "port", conflicts_with = "lidar")]
+    #[arg(long, requires = "serial_base", conflicts_with = "lidar")]
     pub simulated_senses: bool,
     /// Arm the robot at once. Without it, the robot moves after the word `arm` in the terminal, or a request to --operator-port. Enter
     /// in the terminal stops it.
-    #[arg(long, requires = "port")]
+    #[arg(long, requires = "serial_base")]
     pub arm: bool,
     /// Serve the operator on this port of localhost: POST /arm, POST /stop, GET /status.
-    #[arg(long, value_name = "N", requires = "port")]
+    #[arg(long, value_name = "N", requires = "serial_base")]
     pub operator_port: Option<u16>,
     /// Give the page of --live a button that stops the robot.
-    #[arg(long, requires_all = ["port", "live"])]
+    #[arg(long, requires_all = ["serial_base", "live"])]
     pub operator: bool,
     /// Protocol of that base [default: native].
-    #[arg(long, value_name = "P", requires = "port", value_parser = protocol())]
+    #[arg(long, value_name = "P", requires = "serial_base", value_parser = protocol())]
     pub protocol: Option<Protocol>,
     /// Settings of that base: TOML with the tables [base], [supervisor] and [lidar].
-    #[arg(long, value_name = "FILE.toml", requires = "port")]
+    #[arg(long, value_name = "FILE.toml", requires = "serial_base")]
     pub base_config: Option<PathBuf>,
 }
 

@@ -9,10 +9,12 @@ use anyhow::{Context, ensure};
 /// Longest text of settings, a plan or a problem, bytes.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;
 
-/// Reads a file of at most [`MAX_TEXT_BYTES`]. The message does not name the file.
+/// Reads a file of at most [`MAX_TEXT_BYTES`], without the byte order mark that some editors write. The message does not name
+/// the file.
 pub fn read_text(file: &Path) -> anyhow::Result<String> {
     let bytes = read_bytes(file, MAX_TEXT_BYTES).context("cannot be read as text")?;
-    String::from_utf8(bytes).context("cannot be read as text: it is not UTF-8")
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").map_or(&*bytes, |text| text);
+    String::from_utf8(text.to_vec()).context("cannot be read as text: it is not UTF-8")
 }
 
 /// Reads a file of at most `limit` bytes. The message does not name the file.

@@ -41,7 +41,7 @@ pub struct MapArguments {
 /// Start and goal of a command.
 #[derive(Debug, Args)]
 pub struct EndArguments {
-    /// Start, metres and radians; the default yaw is 0.
+    /// Start, metres and radians. The default yaw is 0; a drawing of `plan` then shows the start along the path.
     #[arg(
         long,
         value_name = "X,Y[,YAW]",
@@ -110,10 +110,8 @@ pub struct MapSettings {
 impl MapSettings {
     /// Loads the configuration.
     pub fn load(&self) -> anyhow::Result<Config> {
-        let mut config = config::load("--config", self.config.as_deref())?;
-        for change in &self.changes {
-            config = config::with_change(&config, change)?;
-        }
+        let config = config::load("--config", self.config.as_deref())?;
+        let mut config = config::with_set(config, &self.changes)?;
         config.unknown = self.unknown.unwrap_or(config.unknown);
         Ok(config)
     }

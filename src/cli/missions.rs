@@ -172,12 +172,6 @@ pub fn ablation(arguments: &AblationArguments, json: bool) -> anyhow::Result<boo
          stand on it. Maps: {}.",
         maps.join(", ")
     );
-    report.write_bench(BenchReport {
-        title: "inbye: effect of each part of the navigator",
-        intro: &intro,
-        ablation: &table,
-        ..BenchReport::default()
-    })?;
     let mut lines = group_table(&table);
     let shared = table.first().map_or(0, |row| row.shared);
     lines.push(format!("over the {shared} missions that every variant with any success reached:"));
@@ -188,5 +182,11 @@ pub fn ablation(arguments: &AblationArguments, json: bool) -> anyhow::Result<boo
     }));
     lines.extend(faults(&rows).into_iter().map(|(name, count)| format!("fault {name}: {count}")));
     output::result(json, &json!({ "variants": table, "rows": rows }), lines)?;
+    report.write_bench(BenchReport {
+        title: "inbye: effect of each part of the navigator",
+        intro: &intro,
+        ablation: &table,
+        ..BenchReport::default()
+    })?;
     Ok(true)
 }

@@ -293,3 +293,52 @@ fn run_bench(bench: &BenchArguments, json: bool) -> anyhow::Result<bool> {
         BenchCommand::Soak(command) => soak::run(command, json),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::{Arg, CommandFactory};
+
+    use super::*;
+
+    /// The names of the flags and groups that a flag requires. clap shows them in its debug output only.
+    fn required(argument: &Arg) -> Vec<String> {
+        let text = format!("{argument:?}");
+        let list = text.split_once(", requires: [").and_then(|(_, rest)| rest.split_once(']'));
+        let names = list.map_or("", |(list, _)| list).split('"').skip(1).step_by(2);
+        names.map(str::to_owned).collect()
+    }
+
+    /// Checks the flags of a command and of its subcommands. Returns the number of requirements.
+    fn check(command: &clap::Command) -> usize {
+        let conflicts = |one: &Arg, other: &Arg| {
+            let declares = |of: &Arg, with: &Arg| {
+                command.get_arg_conflicts_with(of).iter().any(|it| it.get_id() == with.get_id())
+            };
+            declares(one, other) || declares(other, one)
+        };
+        let mut count = 0;
+        for argument in command.get_arguments() {
+            for name in required(argument) {
+                count += 1;
+                // A group has no conflicts.
+                let target = command.get_arguments().find(|it| it.get_id() == name.as_str());
+                let Some(target) = target else { continue };
+                for other in command.get_arguments().filter(|other| conflicts(target, other)) {
+                    assert!(
+                        conflicts(argument, other),
+                        "{}: {argument} is ignored without {target} if {other} is given: let it require a group",
+                        command.get_name()
+                    );
+                }
+            }
+        }
+        count + command.get_subcommands().map(check).sum::<usize>()
+    }
+
+    #[test]
+    fn requirements_hold_next_to_flags_that_conflict_with_the_required_flag() {
+        let mut command = Arguments::command();
+        command.build();
+        assert!(check(&command) > 15, "the debug output of clap has changed");
+    }
+}

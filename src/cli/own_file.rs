@@ -2,7 +2,7 @@
 //! writes.
 
 use std::ffi::OsStr;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -19,7 +19,7 @@ const PARQUET: &[u8] = b"PAR1";
 const NAME: &[u8] = b"inbye";
 
 /// Kinds of files that this program writes: how they begin, and what their first bytes contain.
-const KINDS: [(&[u8], &[u8]); 10] = [
+const KINDS: [(&[u8], &[u8]); 11] = [
     // A report page.
     (
         b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none';",
@@ -33,6 +33,8 @@ const KINDS: [(&[u8], &[u8]); 10] = [
     (b"\x89MCAP0\r\n", NAME),
     // A picture.
     (b"\x89PNG\r\n\x1a\n", b"Software\0inbye"),
+    // An animation, by its comment block.
+    (b"GIF89a", b"!\xFE\x05inbye\0"),
     // A map and its image.
     (b"# Map written by inbye.\n", b""),
     (b"P5\n# inbye\n", b""),
@@ -78,7 +80,7 @@ fn identity(name: &Path) -> PathBuf {
 /// Creates the file of a flag, or empties one that this program wrote. `columns` are those of its rows, if it has rows.
 ///
 /// # Errors
-/// The file cannot be written, it exists and has other content, or another flag writes it.
+/// The file cannot be written, it exists and has other content, or another flag or process writes it.
 pub fn create(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
     let mut file = open(flag, name, columns)?;
     empty(&mut file).with_context(|| format!("{flag} {}", name.display()))?;
@@ -97,6 +99,9 @@ pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
         format!("{}: cannot be written: name a file in a folder that exists", place())
     })?;
     let metadata = file.metadata().with_context(place)?;
+    if metadata.is_file() {
+        lock(&file).with_context(place)?;
+    }
     if metadata.is_file() && metadata.len() > 0 {
         let is_own = is_own(&mut file, columns).with_context(place)?;
         ensure!(
@@ -108,6 +113,17 @@ pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
         bail!("{}: is a folder: name a file", place());
     }
     Ok(file)
+}
+
+/// Locks a file until it is closed: two processes that write one file would mix their bytes.
+fn lock(file: &File) -> anyhow::Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            bail!("another process writes this file: choose another name, or wait for its end")
+        }
+        // Some file systems have no locks.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
 }
 
 /// Empties a file; not a device or a pipe.
@@ -211,5 +227,18 @@ mod tests {
         reserve("--report", &folder.path().join("index.html")).expect("free");
         assert!(create("--record", &folder.path().join("index.html"), &[]).is_err());
         create("--record", &folder.path().join("other.html"), &[]).expect("free");
+    }
+
+    #[test]
+    fn file_that_another_process_writes_is_refused() {
+        let folder = tempfile::tempdir().expect("a place for temporary files");
+        let name = folder.path().join("run.mcap");
+        let first = create("--record", &name, &[]).expect("a new file");
+        // A lock belongs to an opened file, so that this process meets its own.
+        let error = format!("{:#}", create("--record", &name, &[]).expect_err("locked"));
+        assert!(error.contains("run.mcap: another process writes this file"), "{error}");
+        drop(first);
+        create("--record", &name, &[]).expect("its writer has ended");
+        create("--record", Path::new("/dev/null"), &[]).expect("devices have no locks");
     }
 }

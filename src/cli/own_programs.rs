@@ -47,7 +47,7 @@ pub struct Words(Vec<String>);
 pub fn words(text: &str) -> Result<Words, String> {
     match shlex::split(text) {
         None => Err("a quote is not closed".to_owned()),
-        Some(words) if words.is_empty() => {
+        Some(words) if words.first().is_none_or(|program| program.trim().is_empty()) => {
             Err("it must be a program and its arguments, such as \"python3 my_planner.py\""
                 .to_owned())
         }

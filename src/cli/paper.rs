@@ -91,6 +91,8 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
             faults.extend(table.faults());
         }
     }
+    let lines = tables.iter().flat_map(paper_text).chain(faults.clone());
+    output::result(json, &json!({ "tables": tables, "faults": faults }), lines)?;
     if arguments.report.is_some() {
         let traces = traces(arguments, &worlds, &config)?;
         report.write(|| {
@@ -107,8 +109,6 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
             })
         })?;
     }
-    let lines = tables.iter().flat_map(paper_text).chain(faults.clone());
-    output::result(json, &json!({ "tables": tables, "faults": faults }), lines)?;
     Ok(faults.is_empty())
 }
 

@@ -63,7 +63,7 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     let plan = plan_result::plan(&task, config, &known);
     drawing.write(&task, &input, &plan)?;
     if let Some(failure) = &plan.failure {
-        return no_path(failure, &input, json);
+        return no_path(failure, &input, arguments.radius, json);
     }
     let mut object = plan.object();
     object["unknown"] = map_file::unknown_cells_json(map, config.unknown);
@@ -74,10 +74,16 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 /// Prints that there is no path, which is an answer; an invalid start or goal is unusable input.
-fn no_path(failure: &LegFailure, input: &MapInput, json: bool) -> anyhow::Result<bool> {
+fn no_path(
+    failure: &LegFailure,
+    input: &MapInput,
+    radius_m: Option<f64>,
+    json: bool,
+) -> anyhow::Result<bool> {
     let reason = failure.reason();
     if !matches!(failure.error, PlanError::NoValidPath { .. }) {
-        return Err(unusable(&failure.error, &reason, &input.name, &input.map, &input.config));
+        let MapInput { name, map, config, .. } = input;
+        return Err(unusable(&failure.error, &reason, name, map, config, radius_m));
     }
     let mut object = no_path_json(&failure.error);
     object["reason"] = json!(reason);
@@ -103,8 +109,13 @@ pub fn no_path_json(error: &PlanError) -> Value {
     })
 }
 
-/// Whether an invalid start or goal is in free space if its coordinates are swapped.
-fn is_free_with_swapped_axes(error: &PlanError, map: &OccupancyGrid, config: &Config) -> bool {
+/// Whether an invalid start or goal is in free space if its coordinates are swapped. `radius_m` as in [`unusable`].
+fn is_free_with_swapped_axes(
+    error: &PlanError,
+    map: &OccupancyGrid,
+    config: &Config,
+    radius_m: Option<f64>,
+) -> bool {
     let (PlanError::StartOccupied { place, .. }
     | PlanError::GoalOccupied { place, .. }
     | PlanError::StartOutsideMap { place, .. }
@@ -112,19 +123,24 @@ fn is_free_with_swapped_axes(error: &PlanError, map: &OccupancyGrid, config: &Co
     else {
         return false;
     };
-    let radius_m = config.robot.footprint.circumscribed_radius_m();
     let swapped = Point::new(place.y, place.x);
-    let space = FreeSpace::new(&map.obstacles(config.unknown), radius_m);
+    if swapped == *place {
+        return false;
+    }
+    let least_m = || config.route_planner(map.frame().resolution_m).least_radius_m();
+    let space = FreeSpace::new(&map.obstacles(config.unknown), radius_m.unwrap_or_else(least_m));
     map.frame().cell_of(&swapped).is_some_and(|cell| space.is_free(cell))
 }
 
-/// The error for an invalid start or goal, with the name of the map, or for a planner of the user's own.
+/// The error for an invalid start or goal, with the name of the map, or for a planner of the user's own. `radius_m` is the
+/// distance to keep from obstacles, metres; none for that of the robot.
 pub fn unusable(
     error: &PlanError,
     reason: &str,
     map_name: &str,
     map: &OccupancyGrid,
     config: &Config,
+    radius_m: Option<f64>,
 ) -> anyhow::Error {
     let place = match error {
         PlanError::InvalidPlanner { .. } => return anyhow!("{reason}"),
@@ -137,7 +153,7 @@ pub fn unusable(
         && place.is_some_and(|cell| map.cells()[map.frame().index(cell)] == UNKNOWN);
     let hint = if unknown {
         "; this cell is unknown in the map: --unknown free counts unknown cells as free"
-    } else if is_free_with_swapped_axes(error, map, config) {
+    } else if is_free_with_swapped_axes(error, map, config, radius_m) {
         "; with x and y swapped it is free: write X,Y"
     } else {
         ""

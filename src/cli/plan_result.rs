@@ -206,7 +206,11 @@ impl PlanResult {
             Some(_) => vec![stage(("path", &self.smoothed))],
             None => stages.into_iter().map(stage).collect(),
         };
-        lines.push(format!("clearance {:8.3} m at the narrowest", self.clearance_m));
+        lines.push(if self.clearance_m.is_finite() {
+            format!("clearance {:8.3} m at the narrowest", self.clearance_m)
+        } else {
+            "clearance no obstacle on the map".to_owned()
+        });
         lines.push(self.curvature.line());
         lines.push(self.time_line());
         if self.legs.len() > 1 {
@@ -252,13 +256,14 @@ impl Leg {
 
     fn line(&self, number: usize) -> String {
         let place = |at: &Point| format!("({:.2}, {:.2})", at.x, at.y);
+        let clearance = finite(self.clearance_m);
+        let clearance = clearance.map_or_else(|| "-".to_owned(), |metres| format!("{metres:.3}"));
         format!(
-            "{number:3}  {:20} {:20} {:10.2} {:5} {:11.3} {:9} {:9.2}",
+            "{number:3}  {:20} {:20} {:10.2} {:5} {clearance:>11} {:9} {:9.2}",
             place(&self.from),
             place(&self.to),
             self.plan.smoothed.length_m(),
             self.plan.smoothed.turns(),
-            self.clearance_m,
             self.plan.expanded,
             total_ms(&self.plan.time_s),
         )

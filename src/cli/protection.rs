@@ -60,12 +60,6 @@ pub fn run(arguments: &ProtectionArguments, json: bool) -> anyhow::Result<bool> 
     let count = arguments.missions;
     let grid = Grid::of_missions("protection", &worlds, &setups, count, missions.seed)?;
     let rows = missions.run.run(&grid, sort)?;
-    report.write_bench(BenchReport {
-        title: "inbye: the protective layer against wrong planners",
-        intro: INTRO,
-        soak: &rows,
-        ..BenchReport::default()
-    })?;
     let table = groups(&rows);
     let is_protected = |name: &Option<String>| name.as_deref() == Some(WITH);
     let mut protected = table.iter().filter(|group| is_protected(&group.config));
@@ -75,5 +69,11 @@ pub fn run(arguments: &ProtectionArguments, json: bool) -> anyhow::Result<bool> 
     let lines = group_table(&table).into_iter().chain(unreached(contacts));
     let object = json!({ "groups": table, "sound": is_sound, "rows": rows });
     output::result(json, &object, lines)?;
+    report.write_bench(BenchReport {
+        title: "inbye: the protective layer against wrong planners",
+        intro: INTRO,
+        soak: &rows,
+        ..BenchReport::default()
+    })?;
     Ok(is_sound)
 }

@@ -79,6 +79,15 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
             ticks - 1
         ));
     }
+    let object = json!({
+        "ticks": ticks,
+        "agree": replay.agrees(),
+        "engine": engine,
+        "recorded_engine": recorded_engine,
+        "first_difference": difference.map(difference_object),
+        "complete": replay.is_complete,
+    });
+    output::result(json, &object, lines)?;
     if let Some(playback) = &playback {
         let view = MissionView {
             title: &name(),
@@ -91,15 +100,6 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
         };
         pictures.write(REPLAYED, view, playback)?;
     }
-    let object = json!({
-        "ticks": ticks,
-        "agree": replay.agrees(),
-        "engine": engine,
-        "recorded_engine": recorded_engine,
-        "first_difference": difference.map(difference_object),
-        "complete": replay.is_complete,
-    });
-    output::result(json, &object, lines)?;
     Ok(replay.agrees())
 }
 

@@ -109,12 +109,6 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         _ => grid,
     };
     let rows = missions.run.run(&grid, sort)?;
-    report.write_bench(BenchReport {
-        title: "inbye: a soak of random missions",
-        intro: INTRO,
-        soak: &rows,
-        ..BenchReport::default()
-    })?;
     let comparisons = compare(arguments, &first.name(), &grid, &rows)?;
     let summary = SoakSummary::of(&rows, &comparisons);
     let is_sound = summary.is_sound();
@@ -122,6 +116,12 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         json!({ "summary": summary, "sound": is_sound, "comparisons": comparisons, "rows": rows });
     let lines = text(&summary, &comparisons).into_iter();
     output::result(json, &object, lines.chain(unreached(&rows)))?;
+    report.write_bench(BenchReport {
+        title: "inbye: a soak of random missions",
+        intro: INTRO,
+        soak: &rows,
+        ..BenchReport::default()
+    })?;
     Ok(is_sound)
 }
 

@@ -1,10 +1,11 @@
 //! `inbye tune`.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use std::{fs, io};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::experiment::{
     Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, planner_name, rankings,
@@ -31,9 +32,14 @@ const JUDGE: &str = "judge";
 /// Name of the sweep that a runner gets.
 const PLAN: &str = "plan.toml";
 
+/// The search has too many runs for rows of its own.
+const RECORD_HELP: &str =
+    "Write a row for each run of the judgement into this file, CSV or JSON by its extension";
+
 /// `inbye tune`.
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("record", |record| record.help(RECORD_HELP)),
     after_help = "Example:\n  inbye tune --print-plan\n  inbye tune tune.toml --out tuning --save tuned.toml\n\n\
     The plan names settings with their ranges, worlds for the search, and other worlds that judge the best candidate. Each round \
     drives its candidates through all worlds of the search; the next round draws candidates near the best three. Candidates are \
@@ -90,6 +96,15 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let report = ReportFolder::create(arguments.report.as_deref())?;
 
     let mut all: Vec<Candidate> = Vec::new();
+    let first_error = RefCell::new(None);
+    // Whether the settings are valid together, as changes of the default ones.
+    let is_usable = |changes: &str| match Config::default().with_changes(changes) {
+        Ok(_) => true,
+        Err(error) => {
+            first_error.borrow_mut().get_or_insert(error);
+            false
+        }
+    };
     for round in 0..plan.rounds {
         let points: Vec<Point> =
             all.iter().filter_map(|candidate| candidate.point.clone()).collect();
@@ -102,11 +117,10 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
                 success: 0.0,
             })
             .collect();
-        ensure!(
-            !new.is_empty(),
-            "{}: no settings of this space are valid together: narrow a range",
-            place()
-        );
+        if new.is_empty() {
+            let why = first_error.take().map_or_else(String::new, |error| error.to_string());
+            bail!("{}: no settings of [space] are valid; the first drawn ones: {why}", place());
+        }
         if round == 0 {
             new.insert(0, Candidate { point: None, changes: String::new(), success: 0.0 });
         }
@@ -135,6 +149,11 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let ranked = rankings(&rows);
+    let judged = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
+    let before = all.iter().find(|candidate| candidate.point.is_none());
+    let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
+    let judge = [judged(DEFAULT), judged(TUNED)];
+    print(json, best, (train, judge), &ranked, &all)?;
     save.write(|| &best.changes)?;
     report.write(|| {
         comparison_files(&ComparisonReport {
@@ -146,11 +165,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
             plays: &BTreeMap::new(),
         })
     })?;
-    let judged = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
-    let before = all.iter().find(|candidate| candidate.point.is_none());
-    let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
-    let judge = [judged(DEFAULT), judged(TUNED)];
-    print(json, best, (train, judge), &ranked, &all)
+    Ok(true)
 }
 
 fn print(
@@ -159,7 +174,7 @@ fn print(
     (train, judge): ([f64; 2], [f64; 2]),
     ranked: &[RankedPlanner],
     all: &[Candidate],
-) -> anyhow::Result<bool> {
+) -> anyhow::Result<()> {
     let pair = |[default, tuned]: [f64; 2]| json!({ "default": default, "tuned": tuned });
     let candidates: Vec<Value> =
         all.iter().map(|it| json!({ "changes": it.changes, "success": it.success })).collect();
@@ -179,8 +194,7 @@ fn print(
         lines.push("no candidate was better than the settings without changes".to_owned());
     }
     lines.extend(best.changes.lines().map(|line| format!("  {line}")));
-    output::result(json, &object, lines)?;
-    Ok(true)
+    output::result(json, &object, lines)
 }
 
 /// Runs a sweep whose worlds are named as in the file of the plan; with --out each part keeps its results in a folder of its own.
@@ -231,9 +245,4 @@ fn success<'r>(rows: impl Iterator<Item = &'r RunRow>) -> f64 {
 
 fn changes(text: &str) -> anyhow::Result<Changes> {
     text.parse().map_err(|error: String| anyhow::anyhow!(error))
-}
-
-/// Whether the settings are valid together, as changes of the default ones.
-fn is_usable(changes: &str) -> bool {
-    Config::default().with_changes(changes).is_ok()
 }

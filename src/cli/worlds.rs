@@ -52,13 +52,19 @@ pub struct WorldsArguments {
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Make only this run, for --svg or --ticks.
-    #[arg(long, value_name = "WORLD,SEED", conflicts_with_all = ["only", "seeds", "record", "report", "out"])]
+    // The other flags require the group: clap drops the requirement of a flag that conflicts with another given flag.
+    #[arg(
+        long,
+        value_name = "WORLD,SEED",
+        group = "one_run",
+        conflicts_with_all = ["only", "seeds", "record", "report", "out"]
+    )]
     pub trace: Option<OneRun>,
     /// Draw the run of --trace into this file: obstacles, plans and the path driven.
-    #[arg(long, value_name = "FILE.svg", requires = "trace")]
+    #[arg(long, value_name = "FILE.svg", requires = "one_run")]
     pub svg: Option<PathBuf>,
     /// Write every tick of the run of --trace as a line of JSON into this file.
-    #[arg(long, value_name = "FILE", requires = "trace")]
+    #[arg(long, value_name = "FILE", requires = "one_run")]
     pub ticks: Option<PathBuf>,
 }
 
@@ -86,20 +92,18 @@ impl WorldsArguments {
         self.trace.map_or_else(|| self.only.clone(), |run| Some(vec![run.world]))
     }
 
-    /// Drives all worlds with all seeds, and writes record and report; the rows, by world and seed.
+    /// Drives all worlds with all seeds, and writes the record. Returns the rows, by world and seed, and the folder of the report.
     fn drive(
         &self,
-        (title, intro): (&str, &str),
+        title: &str,
         worlds: &[World],
         config: Config,
-        report: for<'r> fn(&'r [RunRow]) -> BenchReport<'r>,
-    ) -> anyhow::Result<Vec<RunRow>> {
+    ) -> anyhow::Result<(Vec<RunRow>, ReportFolder<'_>)> {
         let folder = ReportFolder::create(self.report.as_deref())?;
         let seeds: Vec<u64> = (0..self.seeds).collect();
         let grid = Grid::of_worlds(title, worlds, &[Setup::unnamed(config)], &seeds)?;
         let rows = self.run.run(&grid, |_| {})?;
-        folder.write_bench(BenchReport { intro, ..report(&rows) })?;
-        Ok(rows)
+        Ok((rows, folder))
     }
 
     /// Makes the run of `--trace`: draws it, writes its ticks, and prints it as text or JSON.
@@ -116,6 +120,7 @@ impl WorldsArguments {
         let mut observer = Observer { clock: &mut wall_clock(), on_tick: &mut |_| {} };
         let engine = Box::new(CpuEngine::single_threaded());
         let driven = world.drive(run.seed, config, engine, &mut observer)?;
+        output::result(json, &driven.row, [run_text(&driven.row)])?;
         if let (Some(drawn), Some(result)) = (&driven.simulation, &driven.result) {
             let title = format!("{title} {}", run_name(&driven.row));
             svg.write(|| picture(&title, &drawn.simulation, result))?;
@@ -123,7 +128,6 @@ impl WorldsArguments {
                 recording::write_ticks("--ticks", file, result)?;
             }
         }
-        output::result(json, &driven.row, [run_text(&driven.row)])?;
         Ok(true)
     }
 }
@@ -193,17 +197,19 @@ pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     }
     let simulator = barn_simulator(&config);
     let intro = format!("Driven at up to {max_speed} m/s in {simulator}.");
-    let rows = of.drive(("BARN", &intro), &worlds, config, |rows| BenchReport {
-        title: "inbye: BARN",
-        barn: rows,
-        ..BenchReport::default()
-    })?;
+    let (rows, folder) = of.drive("BARN", &worlds, config)?;
     let summary = BarnSummary::of(&rows, &listed);
     let lines = barn_text(&summary, max_speed, &simulator).into_iter().chain(unreached(&rows));
     let object = json!({
         "summary": summary, "max_speed": max_speed, "simulator": simulator, "rows": rows,
     });
     output::result(json, &object, lines)?;
+    folder.write_bench(BenchReport {
+        title: "inbye: BARN",
+        intro: &intro,
+        barn: &rows,
+        ..BenchReport::default()
+    })?;
     Ok(true)
 }
 
@@ -263,11 +269,7 @@ pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<boo
         return of.one_run(run, "DynaBARN", &worlds[0], &config, json);
     }
     let intro = format!("Driven in {DYNABARN_SIMULATOR}.");
-    let rows = of.drive(("DynaBARN", &intro), &worlds, config, |rows| BenchReport {
-        title: "inbye: DynaBARN",
-        dynabarn: rows,
-        ..BenchReport::default()
-    })?;
+    let (rows, folder) = of.drive("DynaBARN", &worlds, config)?;
     let summary = Group::of("all", &rows.iter().collect::<Vec<_>>());
     let object = json!({ "summary": summary, "simulator": DYNABARN_SIMULATOR, "rows": rows });
     let attributed = summary.attributed_share;
@@ -276,7 +278,13 @@ pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<boo
     lines.push(format!(
         "success without the runs whose contact the robot neither caused nor could avoid: {attributed}"
     ));
-    lines.push(intro);
+    lines.push(intro.clone());
     output::result(json, &object, lines.into_iter().chain(unreached(&rows)))?;
+    folder.write_bench(BenchReport {
+        title: "inbye: DynaBARN",
+        intro: &intro,
+        dynabarn: &rows,
+        ..BenchReport::default()
+    })?;
     Ok(true)
 }

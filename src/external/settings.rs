@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
-use crate::settings::settings;
+use crate::settings::{require, settings};
 
 settings! {
     /// A program that decides or plans in place of inbye.
@@ -17,6 +17,15 @@ settings! {
         pub command: Vec<String> = Vec::new();
         /// Longest time without an answer, by the wall clock. Then the mission fails.
         pub timeout_s: f64 = 10.0, ["s", above 0 to 3600];
+    }
+    rule |settings| {
+        let program = settings.command.first().map(|word| word.trim().len());
+        require(
+            program != Some(0),
+            "length of the program in command",
+            0.0,
+            "above zero; an empty list means inbye's own",
+        )
     }
 }
 

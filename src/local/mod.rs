@@ -48,6 +48,8 @@ pub use field::ClearanceField;
 #[cfg(feature = "gpu")]
 pub use gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
 pub use planner::LocalPlanner;
+#[cfg(feature = "experiment")]
+pub(crate) use problem::MAX_REACH_UNITS;
 pub use problem::{DecisionInput, MAX_DISCS, Normalization, Outside, Problem, Stopping, Weights};
 pub use quantize::QuantizedProblem;
 pub use sampler::{Sampler, SamplerInputs};

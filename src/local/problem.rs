@@ -282,7 +282,7 @@ impl DecisionInput<'_> {
 /// Longest distance of one step, units.
 pub(super) const MAX_STEP_UNITS: f64 = 16_384.0;
 /// Longest distance over the horizon, to the target and to the key node, units.
-pub(super) const MAX_REACH_UNITS: f64 = 262_144.0;
+pub(crate) const MAX_REACH_UNITS: f64 = 262_144.0;
 /// Largest sum of clearance cap and radii, units: two squares of it fit in a `u32`.
 pub(super) const MAX_CLEARANCE_UNITS: f64 = 46_330.0;
 /// Largest coordinate of a disc in the robot's frame, units.

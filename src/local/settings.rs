@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::problem::check_counts;
 use super::{Normalization, Outside, Sampler, Stopping, Weights};
-use crate::settings::settings;
+use crate::settings::{require, settings};
 
 settings! {
     /// Sampling density, horizon and weights. The defaults suit the default robot.
@@ -26,7 +26,7 @@ settings! {
         pub control_period_s: f64 = 0.1, ["s", 0.0001 to 1000];
         /// Horizon of the rollout, and at most 1023 steps.
         pub sim_time_s: f64 = 2.5, ["s", above 0 to 1000];
-        /// Time between two checked poses.
+        /// Time between two checked poses, at most `sim_time_s`.
         pub sim_step_s: f64 = 0.1, ["s", above 0 to 1000];
         /// Cap of the clearance: more clearance does not improve the score.
         pub max_clearance_m: f64 = 3.0, ["m", above 0 to 1000];
@@ -42,6 +42,8 @@ settings! {
         pub stopping: Stopping = Stopping::default();
     }
     rule |settings| {
+        let (step_s, horizon_s) = (settings.sim_step_s, settings.sim_time_s);
+        require(step_s <= horizon_s, "sim_step_s", step_s, "at most sim_time_s")?;
         check_counts(settings.vx_samples, settings.vtheta_samples, settings.steps())
     }
 }

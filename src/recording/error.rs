@@ -11,7 +11,7 @@ use crate::settings::SettingError;
 #[non_exhaustive]
 pub enum RecordingError {
     /// The file could not be read or written.
-    #[error("{0}")]
+    #[error(transparent)]
     Io(#[from] io::Error),
     /// The system provides no thread for the recorder.
     #[error("no thread for the recorder: {0}")]

@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use color_quant::NeuQuant;
-use gif::{Encoder, EncodingError, Repeat};
+use gif::{AnyExtension, Encoder, EncodingError, Extension, Repeat};
 use resvg::tiny_skia::{
     Color, FillRule, IntRect, LineCap, LineJoin, Paint, PathBuilder, Pixmap, PixmapPaint, Rect,
     Stroke, Transform,
@@ -36,6 +36,8 @@ const MAX_FRAMES: usize = 160;
 /// Frames from which the palette is chosen, and the share of their pixels: one in this many.
 const PALETTE_FRAMES: usize = 12;
 const NEU_QUANT_SHARE: i32 = 10;
+/// The comment that names the program which wrote the file.
+const WRITER: &[u8] = b"inbye";
 /// Colours of a GIF.
 const COLOURS: usize = 256;
 /// Points of a drawn trajectory.
@@ -101,6 +103,8 @@ pub fn gif_animation(
     let mut encoder =
         Encoder::new(&mut bytes, WIDTH_PX as u16, HEIGHT_PX as u16, &palette.color_map_rgb())?;
     encoder.set_repeat(Repeat::Infinite)?;
+    // By the comment the next run recognises its own file.
+    encoder.write_raw_extension(AnyExtension(Extension::Comment as u8), &[WRITER])?;
     for &index in &shown {
         let picture = scene.draw(index)?;
         let (pixels, _) = picture.data().as_chunks::<4>();

@@ -66,9 +66,9 @@ pub enum PlanOutcome<'a> {
 pub struct PlanMetrics {
     /// Length of the smoothed path, m.
     pub length_m: f64,
-    /// Number of direction changes.
+    /// Number of direction changes before smoothing.
     pub turns: usize,
-    /// Number of direction changes at a corner, not along a curve.
+    /// Number of direction changes of the smoothed path at a corner, not along a curve.
     pub sharp_turns: usize,
     /// Smallest distance between the smoothed path and an obstacle, m; infinite without obstacles.
     pub min_clearance_m: f64,
@@ -163,7 +163,7 @@ fn metrics_text(metrics: &PlanMetrics, stops: usize) -> String {
     };
     let turns = match metrics.turns {
         0 => "no turn".to_owned(),
-        turns => format!("{} ({sharp})", count(turns, "turn")),
+        turns => format!("{} before smoothing, {sharp} after it", count(turns, "turn")),
     };
     let stops = match stops {
         0 => String::new(),

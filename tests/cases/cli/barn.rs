@@ -172,6 +172,9 @@ fn barn_rejects_bad_arguments_and_files() {
 --worlds barn --record runs.txt -> --record runs.txt; .csv
 --worlds barn --record gone/rows.csv -> --record gone/rows.csv; folder that exists
 --worlds barn --svg run.svg -> --trace
+--worlds barn --only 3 --svg run.svg -> --trace
+--worlds barn --seeds 2 --ticks run.jsonl -> --trace
+--worlds barn --report page --ticks run.jsonl -> --trace
 --worlds barn --trace 3 -> --trace; WORLD,SEED
 --worlds barn --trace 4,0 -> world 4 is not among
 --worlds barn --trace 3,0 --svg run.png -> --svg run.png; .svg

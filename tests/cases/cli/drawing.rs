@@ -78,7 +78,7 @@ fn plan_is_drawn_on_map() {
     }
     let caption = texts.iter().find(|text| text.contains(" m long"));
     let caption = caption.expect("a caption");
-    for words in ["2 stops", "turns", "clearance at least"] {
+    for words in ["2 stops", "turns before smoothing", "clearance at least"] {
         assert!(caption.contains(words), "{caption}");
     }
     assert!(texts.iter().any(|text| text.contains("mine.yaml")));

@@ -247,3 +247,24 @@ fn real_base_without_lidar_needs_an_explicit_flag() {
     let refusal = place.refusal(&format!("{drive} --simulated-senses --arm"));
     assert!(refusal.contains("no-such-port: cannot be opened"), "{refusal}");
 }
+
+#[test]
+fn flags_of_a_real_base_are_not_ignored_in_a_simulation() {
+    let place = room();
+    place.write("truth.txt", fs::read(place.path("room.txt")).expect("the map is there"));
+    // clap drops the requirement of a flag if the required one conflicts with another given flag.
+    for simulated in ["", "--real-time-factor 50", "--truth truth.txt"] {
+        for real in [
+            "--lidar /dev/nope",
+            "--simulated-senses",
+            "--arm",
+            "--operator-port 7777",
+            "--operator --live 0",
+            "--protocol wheeltec",
+            "--base-config gone.toml",
+        ] {
+            let refusal = place.refusal(&format!("{DRIVE} {simulated} {real}"));
+            assert!(refusal.contains("--port"), "{simulated} {real}: {refusal}");
+        }
+    }
+}

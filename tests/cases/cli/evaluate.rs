@@ -57,6 +57,13 @@ fn evaluate_json_has_every_field() {
 }
 
 #[test]
+fn problem_may_begin_with_a_byte_order_mark() {
+    let place = Workplace::new();
+    place.write("problem.json", format!("\u{feff}{}", room()));
+    assert_eq!(place.json("evaluate --problem problem.json --engine cpu").0, 0);
+}
+
+#[test]
 fn samples_have_documented_order_end_and_terms() {
     let (_, object) = evaluate(&room());
     let samples = object["samples"].as_array().unwrap();

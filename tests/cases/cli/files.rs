@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::symlink;
 use std::process::Command;
 use std::time::Duration;
 
@@ -86,6 +87,28 @@ fn outputs_replace_only_own_files() {
 }
 
 #[test]
+fn results_are_printed_before_files_that_cannot_be_written() {
+    let place = Workplace::with_room();
+    fs::create_dir_all(place.path("full")).expect("a folder");
+    symlink("/dev/full", place.path("full/index.html")).expect("a link");
+    let room = "--map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu";
+    let run = place.run(&format!("drive {room} --record run.mcap"));
+    assert_eq!(run.status, 0, "{run:?}");
+    for arguments in [
+        &*format!("drive {room}"),
+        "replay run.mcap --engine cpu",
+        "bench soak --missions 1",
+        "bench ablation --missions 1 --longest 5",
+        "bench density --min-samples 4 --max-samples 16 --seconds 0.01 --ticks 2 --missions 0 --no-batches",
+    ] {
+        let run = place.run(&format!("{arguments} --report full"));
+        assert_eq!(run.status, 2, "{arguments}: {run:?}");
+        assert!(!run.stdout.is_empty(), "{arguments}: {run:?}");
+        assert!(run.errors.iter().any(|line| line.contains("--report full")), "{run:?}");
+    }
+}
+
+#[test]
 fn command_that_fails_keeps_the_output_of_an_earlier_one() {
     let place = Workplace::new();
     let drawing =
@@ -95,6 +118,20 @@ fn command_that_fails_keeps_the_output_of_an_earlier_one() {
     let refusal = place.refusal("evaluate --problem problem.json --svg fan.svg");
     assert!(refusal.contains("problem.json"), "{refusal}");
     assert_eq!(fs::read_to_string(place.path("fan.svg")).expect("still there"), drawing);
+}
+
+#[cfg(feature = "png")]
+#[test]
+fn animation_is_written_twice() {
+    let place = Workplace::new();
+    place.write("other.gif", "GIF89a");
+    for _ in 0..2 {
+        let run = place.run(&format!("{DRIVE} --time-limit 1 --animation run.gif"));
+        assert_eq!(run.status, 1, "{run:?}");
+        assert!(run.errors.is_empty(), "{run:?}");
+    }
+    let refusal = place.refusal(&format!("{DRIVE} --animation other.gif"));
+    assert!(refusal.contains("was not written by this command"), "{refusal}");
 }
 
 #[test]

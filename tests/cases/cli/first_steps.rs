@@ -67,6 +67,31 @@ fn one_setting_is_changed_and_a_wrong_one_is_refused() {
 }
 
 #[test]
+fn changes_of_set_are_checked_together() {
+    let place = Workplace::new();
+    // Each of these is out of range without the other, in any order.
+    for [one, other] in [
+        ["robot.limits.min_vel_x=1.5", "robot.limits.max_vel_x=2"],
+        ["local.vx_samples=200000", "local.vtheta_samples=5"],
+    ] {
+        for [first, second] in [[one, other], [other, one]] {
+            let run = place.run(&format!("plan --scene dead_end --set {first} --set {second}"));
+            assert_eq!(run.status, 0, "{first} {second}: {run:?}");
+        }
+        let refusal = place.refusal(&format!("plan --scene dead_end --set {one}"));
+        assert!(refusal.contains(&format!("--set {one}: ")), "{refusal}");
+    }
+    // Of one key the later counts.
+    let twice = "plan --scene dead_end --set local.vx_samples=0 --set local.vx_samples=5";
+    assert_eq!(place.run(twice).status, 0);
+    // The flag with the failing key is named, wherever it is.
+    let refusal = place.refusal(
+        "plan --scene dead_end --set local.sim_time_s=-1 --set local.vx_samples=5 --set navigator.safety_margin_m=0.1",
+    );
+    assert!(refusal.contains("--set local.sim_time_s=-1: [local] sim_time_s"), "{refusal}");
+}
+
+#[test]
 fn degrees_and_swapped_axes_are_noticed() {
     let place = Workplace::new();
     let run = place.run("plan --scene mine --start 10,5,90");
@@ -78,6 +103,16 @@ fn degrees_and_swapped_axes_are_noticed() {
     assert!(swapped.contains("swapped"), "{swapped}");
     let occupied = place.refusal("plan --scene mine --start 30,31");
     assert!(!occupied.contains("swapped"), "{occupied}");
+    // The swapped place must be free for the radius that failed, and another place.
+    let (wall, row) = ("#".repeat(40) + "\n", format!("#{}#\n", ".".repeat(38)));
+    place.write("strip.txt", [&wall, &row.repeat(18), &wall].map(String::as_str).concat());
+    let strip = "plan --map strip.txt --resolution 0.1 --goal 3,1 --radius 0.8 --start";
+    let swapped = place.refusal(&format!("{strip} 1,2.5"));
+    assert!(swapped.contains("swapped"), "{swapped}");
+    for start in ["0.7,1", "0.7,0.7"] {
+        let refusal = place.refusal(&format!("{strip} {start}"));
+        assert!(refusal.contains("START_") && !refusal.contains("swapped"), "{refusal}");
+    }
 }
 
 #[test]

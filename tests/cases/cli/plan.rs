@@ -60,6 +60,17 @@ fn plan_text_has_same_numbers_as_json() {
 }
 
 #[test]
+fn clearance_on_a_map_without_obstacles_is_no_number() {
+    let place = Workplace::new();
+    place.write("free.txt", "......\n......\n");
+    let plan = "plan --map free.txt --start 0.5,0.5 --via 3.5,0.5 --goal 5.5,0.5 --radius 0";
+    let run = place.run(plan);
+    assert_eq!(run.status, 0, "{run:?}");
+    assert!(run.stdout.contains("clearance no obstacle on the map"), "{run:?}");
+    assert!(!run.stdout.contains("inf"), "{run:?}");
+}
+
+#[test]
 fn radius_sets_clearance() {
     let place = Workplace::new();
     let clearance = |radius: &str| {

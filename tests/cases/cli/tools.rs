@@ -25,6 +25,14 @@ fn verify_compares_engines() {
 }
 
 #[test]
+fn problems_of_any_seed_are_within_the_ranges_of_a_problem() {
+    let place = Workplace::new();
+    // The key node of this problem was drawn 65.04 m from the start; the range is 64 m.
+    let (status, object) = place.json("verify --cases 1 --seed 6824013776580330788");
+    assert_eq!((status, object["agree"].as_bool()), (0, Some(true)), "{object}");
+}
+
+#[test]
 fn devices_lists_adapters_and_cpu() {
     let place = Workplace::new();
     let (status, object) = place.json("devices");

@@ -69,3 +69,27 @@ fn runner_that_fails_is_named_and_one_without_a_folder_is_refused() {
     let refusal = place.refusal("tune plans/plan.toml --runner false");
     assert!(refusal.contains("--out"), "{refusal}");
 }
+
+#[test]
+fn space_without_valid_settings_is_refused_with_the_reason() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    for (name, range, words) in [
+        ("local.vx_sampels", "from = 2, to = 12", "did you mean `vx_samples`?"),
+        ("robot.limits.acc_lim_x", "from = -2, to = -1", "[robot.limits] acc_lim_x"),
+        ("local.stopping", "values = [\"arcs\"]", "did you mean `arc`?"),
+    ] {
+        let other = plan.replace("local.vx_samples", name).replace("from = 2, to = 12", range);
+        place.write("plans/other.toml", other);
+        let refusal = place.refusal("tune plans/other.toml");
+        assert!(refusal.contains("plans/other.toml: no settings of [space]"), "{refusal}");
+        assert!(refusal.contains(words), "{name}: {refusal}");
+    }
+}
+
+#[test]
+fn help_says_which_runs_are_recorded() {
+    let help = place().run("tune --help").stdout;
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("--record <FILE> Write a row for each run of the judgement"), "{help}");
+}

@@ -110,6 +110,12 @@ fn unusable_flags_are_rejected() {
     assert_table(&place, "plan --map mine.yaml", table);
     let table = "
 --engine nonsense -> --engine; auto, cpu, gpu
+--real-time-factor 0 -> --real-time-factor; a number: 0.01 to 1000
+--set local.sim_step_s=5 -> --set local.sim_step_s=5: [local] sim_step_s is 5; at most sim_time_s
+--set local.max_clearance_m=500 -> mine.yaml with these settings; clearance cap
+--set controller.command=[''] -> --set controller.command; [controller] length of the program
+--set simulator.command=['','x'] -> --set simulator.command; [simulator] length of the program
+--controller '' -> --controller; a program and its arguments
 --engine gpu: -> --engine; gpu:ADAPTER
 --threads 0 -> --threads; 1 to 1024
 --threads 99999 -> --threads; 1 to 1024
@@ -157,8 +163,30 @@ bench density --chart gone/density.svg -> --chart gone/density.svg; folder that 
 bench density --ticks 101 -> --ticks; 0 to 100
 bench density --ticks -1 -> --ticks; 0 to 100
 bench density --seconds 0 -> --seconds; above zero
+bench density --missions 0 --record-missions rows.csv -> --record-missions rows.csv; --missions
 ";
     assert_table(&place, "", table);
+}
+
+#[test]
+fn folder_as_recording_is_rejected_with_its_reason_once() {
+    let place = place();
+    let refusal = place.refusal("replay .");
+    assert_eq!(refusal.matches("os error").count(), 1, "{refusal}");
+}
+
+#[cfg(all(unix, feature = "serial"))]
+#[test]
+fn faults_without_the_flags_that_they_need_are_rejected() {
+    let place = place();
+    place.write("room.txt", "....\n....\n");
+    let table = "
+--fault lidar-frozen@1 -> --fault lidar-frozen; add --lidar-map
+--fault silence --fault lidar-late -> --fault lidar-late; add --lidar-map
+--fault carried@2 -> --fault carried; add --carry-to
+--fault carried@2 --lidar-map room.txt --start 1,1 -> --fault carried; add --carry-to
+";
+    assert_table(&place, "base emulate --for 0.1", table);
 }
 
 #[test]
@@ -221,6 +249,8 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [simulation.lidar]|beams = 0 -> [simulation.lidar] beams is 0; 1 to
 [simulation.dynamics]|motor_lag_s = -1.0 -> [simulation.dynamics] motor_lag_s is -1; at least zero
 [simulation.pedestrians]|min_speed = 0.9|max_speed = 0.2 -> [simulation.pedestrians] max_speed is 0.2; at least min_speed
+[local]|sim_step_s = 5.0 -> [local] sim_step_s is 5; at most sim_time_s
+[global_planner]|command = [' '] -> [global_planner] length of the program in command is 0; above zero
 [walkers]|radius_m = 0.2 -> line 1; `walkers` is now `simulation.pedestrians`
 [navigator]|patience_s = 1.0 -> line 2; `patience_s` is now `stuck_patience_s`
 ";

@@ -34,6 +34,21 @@ fn send_drives_in_every_protocol() {
 }
 
 #[test]
+fn speed_above_that_of_the_tracks_is_announced_in_every_protocol() {
+    for protocol in PROTOCOLS {
+        let base = Emulated::start(protocol, "");
+        let limited = "the base drives";
+        let ended = base.host("base send --linear 5 --for 0.3").wait();
+        let messages = format!("{ended:?}");
+        assert!(messages.contains(limited) && messages.contains("not 5.00 m/s"), "{messages}");
+        let ended = base.host("base send --linear 0.2 --for 0.3").wait();
+        let messages = format!("{ended:?}");
+        assert!(!messages.contains("max_track_speed"), "{messages}");
+        base.end();
+    }
+}
+
+#[test]
 fn stuck_track_stops_base_with_cause() {
     for protocol in PROTOCOLS {
         let base = Emulated::start(protocol, "--fault stuck-right");
