@@ -1,6 +1,5 @@
 //! `inbye drive`.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -24,11 +23,12 @@ use serde_json::{Value, json};
 use super::arguments::{EngineArguments, Place, duration, number, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
-use super::files::{command_line, create_file};
+use super::files::{command_line, open_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::map_output::MapOutput;
+use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
 use super::{output, plan};
@@ -298,9 +298,9 @@ fn outcome(
     (object, lines)
 }
 
-/// The output files of a drive. They are created before it: a wrong name must not cost an hour of driving.
+/// The output files of a drive. They are opened before it: a wrong name must not cost an hour of driving.
 struct DriveFiles<'a> {
-    recording: Option<(File, &'a Path)>,
+    recording: Option<(OutputFile, &'a Path)>,
     pictures: Pictures<'a>,
     updated_map: Option<MapOutput<'a>>,
 }
@@ -308,7 +308,7 @@ struct DriveFiles<'a> {
 impl<'a> DriveFiles<'a> {
     fn create(arguments: &'a DriveArguments) -> anyhow::Result<Self> {
         let name = arguments.record.as_deref();
-        let recording = name.map(|name| create_file("--record", name)).transpose()?.zip(name);
+        let recording = name.map(|name| open_file("--record", name)).transpose()?.zip(name);
         let updated = arguments.update_map.as_deref();
         Ok(Self {
             recording,

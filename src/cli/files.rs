@@ -1,5 +1,5 @@
-//! Output files of flags, and the folder of `--report`. They are created before the work starts, so that a wrong name fails
-//! early.
+//! Output files of flags, and the folder of `--report`. They are opened before the work starts, so that a wrong name fails
+//! early, and written after it, so that a command that fails leaves them as they were.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, ReportFile, bench_files};
 
-use super::own_file::LEADING_COLUMNS;
+use super::own_file::{LEADING_COLUMNS, OutputFile};
 use super::{invocation, machine, output, own_file};
 
 /// Extensions of a file of rows.
@@ -22,12 +22,11 @@ pub const PAGE: &str = "index.html";
 /// The output file of a flag; nothing is written without the flag.
 pub struct Output<'a> {
     flag: &'static str,
-    file: Option<(&'a Path, File)>,
+    file: Option<(&'a Path, OutputFile)>,
 }
 
 impl<'a> Output<'a> {
-    /// Creates the file. The name must have one of these extensions. A file of an earlier command keeps its content until
-    /// [`Self::write`].
+    /// Opens the file. The name must have one of these extensions. The file stays as it is until [`Self::write`].
     pub fn create(
         flag: &'static str,
         name: Option<&'a Path>,
@@ -66,11 +65,10 @@ impl<'a> Output<'a> {
 
     /// Writes the content.
     pub fn write<C: AsRef<[u8]>>(self, content: impl FnOnce() -> C) -> anyhow::Result<()> {
-        let Some((name, mut file)) = self.file else {
+        let Some((name, file)) = self.file else {
             return Ok(());
         };
-        let content = content();
-        let written = own_file::empty(&mut file).and_then(|()| file.write_all(content.as_ref()));
+        let written = file.write(content().as_ref());
         written.with_context(|| format!("{} {}", self.flag, name.display()))?;
         // A report names its page.
         if self.flag != "--report" {
@@ -90,7 +88,12 @@ impl<'a> Output<'a> {
     }
 }
 
-/// Creates the file of a flag, which has no rows of a table.
+/// Opens the file of a flag, which has no rows of a table. The file stays as it is until its content is written.
+pub fn open_file(flag: &str, name: &Path) -> anyhow::Result<OutputFile> {
+    own_file::open(flag, name, &[])
+}
+
+/// Creates the file of a flag, which has no rows of a table, or empties it: its content is known already.
 pub fn create_file(flag: &str, name: &Path) -> anyhow::Result<File> {
     own_file::create(flag, name, &[])
 }
@@ -100,13 +103,13 @@ pub fn create_file(flag: &str, name: &Path) -> anyhow::Result<File> {
 pub struct ReportFolder<'a>(Option<&'a Path>);
 
 impl<'a> ReportFolder<'a> {
-    /// Creates the folder if it is missing.
+    /// Creates the folder if it is missing, and checks that its page can be written.
     pub fn create(name: Option<&'a Path>) -> anyhow::Result<Self> {
         if let Some(name) = name {
             fs::create_dir_all(name).with_context(|| {
                 format!("--report {}: cannot be a folder: choose another name", name.display())
             })?;
-            own_file::reserve("--report", &name.join(PAGE))?;
+            open_file("--report", &name.join(PAGE))?;
         }
         Ok(Self(name))
     }

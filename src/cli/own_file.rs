@@ -75,22 +75,63 @@ fn identity(name: &Path) -> PathBuf {
     fs::canonicalize(name).ok().or_else(folder).unwrap_or_else(|| name.to_owned())
 }
 
+/// The file of a flag that can be written. It keeps what an earlier command wrote until [`Self::begin`], and a new file does not
+/// exist before: a command that fails or is interrupted changes nothing.
+#[derive(Debug)]
+pub enum OutputFile {
+    /// A file of an earlier command, a device or a pipe.
+    Existing(File),
+    /// The name of a file that does not exist yet.
+    New(PathBuf),
+}
+
+impl OutputFile {
+    /// Empties the file, or creates it.
+    pub fn begin(self) -> io::Result<File> {
+        match self {
+            // A file that another program created in the meantime is not ours.
+            Self::New(name) => OpenOptions::new().write(true).create_new(true).open(name),
+            Self::Existing(mut file) => {
+                if file.metadata()?.is_file() {
+                    file.rewind()?;
+                    file.set_len(0)?;
+                }
+                Ok(file)
+            }
+        }
+    }
+
+    /// Writes the whole content.
+    pub fn write(self, content: &[u8]) -> io::Result<()> {
+        io::Write::write_all(&mut self.begin()?, content)
+    }
+}
+
 /// Creates the file of a flag, or empties one that this program wrote. `columns` are those of its rows, if it has rows.
 ///
 /// # Errors
-/// The file cannot be written, it exists and has other content, or another flag writes it.
+/// Those of [`open`].
 pub fn create(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
-    let mut file = open(flag, name, columns)?;
-    empty(&mut file).with_context(|| format!("{flag} {}", name.display()))?;
-    Ok(file)
+    open(flag, name, columns)?.begin().with_context(|| format!("{flag} {}", name.display()))
 }
 
-/// As [`create`], but an existing file keeps its content until it is emptied.
+/// As [`create`], but the file stays as it is until its content is written.
 ///
 /// # Errors
-/// Those of [`create`].
-pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
+/// The file cannot be written, it exists and has other content, or another flag writes it.
+pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<OutputFile> {
     reserve(flag, name)?;
+    // Creating a file shows that its name can be used. It goes at once: an interrupted command does not clean up.
+    if OpenOptions::new().write(true).create_new(true).open(name).is_ok()
+        && fs::remove_file(name).is_ok()
+    {
+        return Ok(OutputFile::New(name.to_owned()));
+    }
+    existing(flag, name, columns).map(OutputFile::Existing)
+}
+
+/// Opens a file that exists, and checks that this program wrote it.
+fn existing(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
     let place = || format!("{flag} {}", name.display());
     let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(name);
     let mut file = opened.with_context(|| {
@@ -108,15 +149,6 @@ pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
         bail!("{}: is a folder: name a file", place());
     }
     Ok(file)
-}
-
-/// Empties a file; not a device or a pipe.
-pub fn empty(file: &mut File) -> io::Result<()> {
-    if file.metadata()?.is_file() {
-        file.rewind()?;
-        file.set_len(0)?;
-    }
-    Ok(())
 }
 
 fn is_own(file: &mut File, columns: &[&str]) -> io::Result<bool> {
