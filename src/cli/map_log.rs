@@ -1,8 +1,8 @@
 //! `inbye map`: a map from the log of a real robot.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use inbye::bench::{against, corrected_pairs, percentiles};
 use inbye::lidar_log::LidarLog;
@@ -52,9 +52,11 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
         times_us.push((now_s - before_s) * 1e6);
         before_s = now_s;
         bar.inc(1);
-    })?;
+    });
     let total_s = clock();
     bar.finish_and_clear();
+    let mapped = mapped.with_context(|| arguments.log.display().to_string())?;
+    warn_of_unmatched(&arguments.log, &log, &mapped);
     let image = output.write(&mapped.map)?;
     let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
     let truth = truth.filter(|_| log.has_times);
@@ -118,6 +120,18 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     }
     output::result(json, &object, lines)?;
     Ok(true)
+}
+
+/// Warns if most scans do not match others: such a map is worth no more than the odometry.
+fn warn_of_unmatched(file: &Path, log: &LidarLog, mapped: &MappedLog) {
+    let (unmatched, scans) = (mapped.unmatched, log.scans());
+    if 2 * unmatched > scans {
+        output::warn(format!(
+            "{}: {unmatched} of {scans} scans do not match the scans before them, and follow the odometry: check the ranges, and the \
+             place of the lidar on the robot",
+            file.display()
+        ));
+    }
 }
 
 fn scans_text(log: &LidarLog, mapped: &MappedLog, loops: Option<&ErrorStatistics>) -> String {

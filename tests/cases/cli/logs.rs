@@ -88,13 +88,37 @@ fn perception_over_a_log_of_an_empty_room_finds_nothing_that_moves() {
     assert!(text.stdout.contains("obstacles that moved: 0"), "{}", text.stdout);
 }
 
+/// Scans that never fit together: the map is made, but it is worth no more than the odometry.
+#[test]
+fn log_with_mostly_unmatched_scans_is_warned_of() {
+    let place = Workplace::new();
+    // Each scan has one short wall, at another place.
+    let scan = |index: u32| {
+        let range_m = if index % 2 == 0 { 2 } else { 15 };
+        let x_m = 0.3 * f64::from(index);
+        format!("FLASER 3 {range_m} {range_m} {range_m} {x_m} 0 0 {x_m} 0 0 {index} host {index}\n")
+    };
+    place.write("drive.log", (0..20).map(scan).collect::<String>());
+    let run = place.run("map drive.log --out room.yaml");
+    assert_eq!(run.status, 0, "{run:?}");
+    let warning = run.errors.iter().find(|line| line.starts_with("warning: drive.log: "));
+    assert!(warning.is_some_and(|line| line.contains("of 20 scans do not match")), "{run:?}");
+}
+
 #[test]
 fn unusable_logs_are_refused() {
     let place = Workplace::new();
     place.write("bad.log", drive_log(1.0).replacen(" 1.5 0 ", " 1.5 nought ", 1));
     place.write("empty.log", "");
     place.write("drive.log", drive_log(1.0));
+    place.write("millimetres.log", "FLASER 3 1000 2000 1000 0 0 0 0 0 0 1 host 1\n");
+    let scan = |x_m: u32| format!("FLASER 1 3 {x_m} 0 0 {x_m} 0 0 {x_m} host {x_m}\n");
+    place.write("jump.log", scan(0) + &scan(9000));
     for (command, expected) in [
+        ("map millimetres.log --out room.yaml", "millimetres.log: no reading within 25 m: "),
+        ("bench perception millimetres.log", "millimetres.log: no reading within 25 m: "),
+        ("map jump.log --out room.yaml", "jump.log: its map has 180"),
+        ("map jump.log --out room.yaml", "up to 9000.0 m, at 9000.000 s"),
         ("map bad.log --out room.yaml", "bad.log: line 2: FLASER has `nought`"),
         ("map empty.log --out room.yaml", "empty.log"),
         ("map drive.log --out room.png", "must end in .yaml"),
