@@ -23,6 +23,7 @@ use serde_json::{Value, json};
 use super::arguments::{EngineArguments, Place, duration, number, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
+use super::error_text::refused;
 use super::files::{command_line, open_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
@@ -240,8 +241,8 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
         // The source of the invalid setting.
         return Err(anyhow!(error.clone())).with_context(|| match &arguments.map.settings.config {
-            Some(file) => format!("{} with {map_name}", file.display()),
-            None => format!("{map_name} with the default settings"),
+            Some(file) => format!("{}: with {map_name}", file.display()),
+            None => format!("{map_name}: with the default settings"),
         });
     }
     let playback = live.map(|live| live.end(&result)).or(playback);
@@ -344,8 +345,9 @@ fn live_view(
     };
     let stop = hardware.filter(|_| arguments.hardware.operator).map(|base| base.switch.clone());
     let drive = LiveDrive { title, command: &command_line(), mission, config, stop };
-    let live = LiveView::start(port, drive).with_context(|| {
-        format!("--live {port}: cannot be served: choose another port, or 0 for any free one")
+    let live = LiveView::start(port, drive).map_err(|error| {
+        let what = format!("--live {port}: cannot be served");
+        refused(what, error, "choose another port, or 0 for any free one")
     })?;
     output::note(format!("the drive is shown at http://{}/", live.address()));
     Ok(Some(live))

@@ -10,6 +10,7 @@ use anyhow::{Context, bail};
 use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, ReportFile, bench_files};
 
+use super::error_text::refused;
 use super::own_file::{LEADING_COLUMNS, OutputFile};
 use super::{invocation, machine, output, own_file};
 
@@ -106,8 +107,9 @@ impl<'a> ReportFolder<'a> {
     /// Creates the folder if it is missing, and checks that its page can be written.
     pub fn create(name: Option<&'a Path>) -> anyhow::Result<Self> {
         if let Some(name) = name {
-            fs::create_dir_all(name).with_context(|| {
-                format!("--report {}: cannot be a folder: choose another name", name.display())
+            fs::create_dir_all(name).map_err(|error| {
+                let what = format!("--report {}: cannot be a folder", name.display());
+                refused(what, error, "choose another name")
             })?;
             open_file("--report", &name.join(PAGE))?;
         }

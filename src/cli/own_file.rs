@@ -9,6 +9,8 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail, ensure};
 
+use super::error_text::refused;
+
 /// Bytes of a file's start, or end, that are looked at.
 const HEAD_BYTES: u64 = 4096;
 
@@ -134,8 +136,9 @@ pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<OutputF
 fn existing(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
     let place = || format!("{flag} {}", name.display());
     let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(name);
-    let mut file = opened.with_context(|| {
-        format!("{}: cannot be written: name a file in a folder that exists", place())
+    let mut file = opened.map_err(|error| {
+        let what = format!("{}: cannot be written", place());
+        refused(what, error, "name a file in a folder that exists")
     })?;
     let metadata = file.metadata().with_context(place)?;
     if metadata.is_file() && metadata.len() > 0 {
