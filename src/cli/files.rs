@@ -45,8 +45,7 @@ impl<'a> Output<'a> {
         let Some(name) = name else {
             return Ok(Self { flag, file: None });
         };
-        let given = name.extension().and_then(|extension| extension.to_str());
-        if !given.is_some_and(|given| extensions.contains(&given)) {
+        if !extensions.iter().any(|extension| has_extension(name, extension)) {
             let extensions = extensions.join(" or .");
             bail!("{flag} {}: the name must end in .{extensions}", name.display());
         }
@@ -81,12 +80,17 @@ impl<'a> Output<'a> {
     /// Writes rows, as JSON or CSV by the file's extension.
     pub fn write_rows<R: Columns>(self, rows: &[R]) -> anyhow::Result<()> {
         let name = self.file.as_ref().map(|(name, _)| *name);
-        if name.and_then(Path::extension).is_some_and(|extension| extension == "json") {
+        if name.is_some_and(|name| has_extension(name, "json")) {
             let text = serde_json::to_string_pretty(rows)? + "\n";
             return self.write(|| text);
         }
         self.write(|| csv_text(rows))
     }
+}
+
+/// Whether a name ends in an extension, in capitals or not.
+pub fn has_extension(name: &Path, wanted: &str) -> bool {
+    name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
 /// Opens the file of a flag, which has no rows of a table. The file stays as it is until its content is written.

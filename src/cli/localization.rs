@@ -38,7 +38,7 @@ const COLUMNS: &str = "case seed outcome travelled_m pose_error_max_m pose_error
     With --out the same command resumes where it was interrupted.\n\
     With --log the robot is a real one: its odometry and scans, on --map or on the map that the log's own corrected poses show. \
     The errors are relative to these poses, after a rigid alignment, and with --relations to ground truth. Formats: CARMEN, GMapping's \
-    gfs, tinySLAM.\n\
+    gfs, tinySLAM, and recordings of ROS 2 in MCAP, as for `inbye map`.\n\
     Exit status 1: the localizer was lost at the end of the log; a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad, or \
     a drive of any case did not start.")]
 pub struct LocalizationArguments {

@@ -9,6 +9,7 @@ use clap::Args;
 use inbye::lidar_log::LidarLog;
 
 use super::error_text::refused;
+use super::files::has_extension;
 
 /// How a log is read.
 #[derive(Debug, Args)]
@@ -21,8 +22,6 @@ pub struct LogFileArguments {
 impl LogFileArguments {
     /// Reads a log: a text file, an MCAP file, or a folder of `rosbag2` with MCAP files.
     pub fn read(&self, path: &Path) -> anyhow::Result<LidarLog> {
-        let has_extension =
-            |path: &Path, wanted: &str| path.extension().is_some_and(|found| found == wanted);
         let mut files = if path.is_dir() { listed(path)? } else { vec![path.to_path_buf()] };
         if files.iter().any(|file| has_extension(file, "db3")) {
             bail!(

@@ -59,8 +59,11 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     warn_of_unmatched(&arguments.log, &log, &mapped);
     let image = output.write(&mapped.map)?;
     let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
-    let truth = truth.filter(|_| log.has_times);
-    let relations = truth.as_ref().and_then(|truth| against(&log, &mapped.poses, truth));
+    let relations = truth.as_ref().filter(|_| log.has_times);
+    let relations = relations.and_then(|truth| against(&log, &mapped.poses, truth));
+    if let Some(truth) = &truth {
+        arguments.truth.warn_if_unused(&log, truth, relations.is_some());
+    }
     let loops = ErrorStatistics::of(mapped.loop_errors_m.clone());
     let revisits = ErrorStatistics::of(mapped.revisit_errors_m.clone());
     let scan_us = percentiles(times_us, [0.5, 0.99]);

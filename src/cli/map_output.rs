@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use inbye::map::OccupancyGrid;
 
-use super::files::open_file;
+use super::files::{has_extension, open_file};
 use super::own_file::OutputFile;
 
 /// The files of a map. They are opened before the work: a wrong name must not cost it.
@@ -20,9 +20,8 @@ pub struct MapOutput<'a> {
 impl<'a> MapOutput<'a> {
     /// Opens the files, which stay as they are until [`Self::write`]. `flag` is the argument with the name.
     pub fn create(flag: &'static str, name: &'a Path) -> anyhow::Result<Self> {
-        let extension = name.extension().unwrap_or_default();
         ensure!(
-            extension == "yaml" || extension == "yml",
+            has_extension(name, "yaml") || has_extension(name, "yml"),
             "{flag} {}: the name must end in .yaml or .yml",
             name.display()
         );

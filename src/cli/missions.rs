@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::arguments::{number, whole};
 use super::error_text::refused;
-use super::files::ReportFolder;
+use super::files::{ReportFolder, has_extension};
 use super::own_programs::ProgramArguments;
 use super::runs::{RunArguments, group_table};
 use super::{config, map_file, output};
@@ -129,7 +129,7 @@ fn yaml_files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
         let what = format!("--maps {}: cannot be read", folder.display());
         refused(what, error, "name a folder of maps")
     })?;
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "yaml"));
+    files.retain(|path| has_extension(path, "yaml"));
     files.sort();
     Ok(files)
 }

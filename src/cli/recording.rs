@@ -13,6 +13,7 @@ use inbye::recording::{BackpressurePolicy, DriveMetadata, Recorder, RecordingRep
 use inbye::runtime::{Config, Mission, MissionResult, TickEvent};
 use serde_json::{Value, json};
 
+use super::files::has_extension;
 use super::output;
 use super::own_file::OutputFile;
 
@@ -50,7 +51,7 @@ impl<'a> Recording<'a> {
         is_real_time: bool,
     ) -> Self {
         let has_begun = Arc::default();
-        if name.extension().is_none_or(|extension| extension != "mcap") {
+        if !has_extension(name, "mcap") {
             return Self { name, kind: Kind::Lines(file), has_begun };
         }
         let policy =

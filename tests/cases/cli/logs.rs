@@ -106,6 +106,53 @@ fn log_with_mostly_unmatched_scans_is_warned_of() {
 }
 
 #[test]
+fn relations_that_are_compared_with_nothing_are_warned_of() {
+    let place = Workplace::new();
+    place.write("drive.log", drive_log(1.02));
+    place.write("far.rel", "1e9 2e9 0 0 0 0 0 0\n");
+    place.write("empty.rel", "");
+    for command in ["map drive.log --out room.yaml", "bench localization --log drive.log"] {
+        for (file, why) in [("far.rel", "check --time-offset"), ("empty.rel", "holds no relation")]
+        {
+            let run = place.run(&format!("{command} --relations {file}"));
+            assert_eq!(run.status, 0, "{run:?}");
+            let begin = format!("warning: --relations {file}: nothing is compared: ");
+            let warning = run.errors.iter().find(|line| line.starts_with(&begin));
+            assert!(warning.is_some_and(|line| line.contains(why)), "{run:?}");
+        }
+    }
+}
+
+#[test]
+fn start_of_a_log_outside_the_map_is_refused() {
+    let place = Workplace::new();
+    place.write("drive.log", drive_log(1.0));
+    assert_eq!(place.run("map drive.log --out room.yaml").status, 0);
+    let localize = "bench localization --log drive.log";
+    let refusal = place.refusal(&format!("{localize} --map room.yaml --start 500,500"));
+    assert!(refusal.contains("--start 500,500: lies outside the map room.yaml"), "{refusal}");
+    // It ends at 1.2, 1.2, and the log begins at 1.5, 0.
+    place.write("small.txt", "...\n...\n...\n");
+    let refusal = place.refusal(&format!("{localize} --map small.txt --resolution 0.4"));
+    assert!(refusal.contains("small.txt: the log's first pose"), "{refusal}");
+}
+
+#[test]
+fn duration_of_a_log_whose_stamps_run_backwards_is_not_negative() {
+    let place = Workplace::new();
+    let log = drive_log(1.02);
+    let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
+    for line in &mut lines {
+        let Some(at) = line.find(" host ") else { continue };
+        let from = line[..at].rfind(' ').expect("a scan has fields");
+        line.insert(from + 1, '-');
+    }
+    place.write("drive.log", lines.join("\n"));
+    let (_, object) = place.json("bench localization --log drive.log");
+    assert_eq!(object["duration_s"], 0.5 * f64::from(SCANS - 1), "{object}");
+}
+
+#[test]
 fn unusable_logs_are_refused() {
     let place = Workplace::new();
     place.write("bad.log", drive_log(1.0).replacen(" 1.5 0 ", " 1.5 nought ", 1));
