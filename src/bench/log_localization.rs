@@ -155,9 +155,9 @@ pub fn corrected_pairs(log: &LidarLog, estimates: &[Option<Pose>]) -> Vec<(Pose,
     log.records.iter().zip(estimates).filter_map(pair).collect()
 }
 
+/// Time from the earliest to the latest scan. The stamps of a log may run backwards.
 fn duration_s(log: &LidarLog) -> Option<f64> {
-    let mut scans = log.records.iter().filter(|record| record.scan.is_some());
-    let first = scans.next()?;
-    let last = scans.next_back().unwrap_or(first);
-    log.has_times.then_some(last.time_s - first.time_s)
+    let times = || log.records.iter().filter_map(|it| it.scan.is_some().then_some(it.time_s));
+    let (first_s, last_s) = (times().reduce(f64::min)?, times().reduce(f64::max)?);
+    log.has_times.then_some(last_s - first_s)
 }

@@ -8,10 +8,8 @@ use serde::Serialize;
 use super::{percentile, percentiles};
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::lidar_log::{LidarLog, LogFormat};
-use crate::map::{
-    Cell, FreeSpace, GridFrame, MapError, MovingDisc, ObstacleGrid, Scan, UnknownPolicy,
-};
-use crate::mapping::{log_scans, map_log};
+use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan, UnknownPolicy};
+use crate::mapping::{MappingError, log_scans, map_log};
 use crate::navigator::ObstacleModel;
 
 /// Motion is not seen over a longer time between two scans, seconds.
@@ -77,11 +75,11 @@ pub struct Perceived {
 /// alone.
 ///
 /// # Errors
-/// Returns an error if the map is too large for a grid.
+/// As [`map_log`].
 pub fn perceive_log(
     log: &LidarLog,
     clock: &mut dyn FnMut() -> f64,
-) -> Result<LogPerception, MapError> {
+) -> Result<LogPerception, MappingError> {
     let mapped = map_log(log, &mut || ())?;
     let surfaces = mapped.map.obstacles(UnknownPolicy::Free);
     let nothing = ObstacleGrid::new(*surfaces.frame(), vec![false; surfaces.frame().len()]);

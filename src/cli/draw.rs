@@ -91,10 +91,9 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 fn read(path: &Path) -> anyhow::Result<Record> {
-    let file = path.display();
-    let bytes = read_bytes(path, MAX_RECORD_BYTES).with_context(|| {
-        format!("{file}: cannot be read: name a CSV file that `inbye bench` wrote")
-    })?;
+    let remedy = "name a CSV file that `inbye bench` wrote";
+    let bytes =
+        read_bytes(path, MAX_RECORD_BYTES, remedy).with_context(|| path.display().to_string())?;
     Ok(read_record(&bytes, path)?)
 }
 

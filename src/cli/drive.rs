@@ -1,6 +1,5 @@
 //! `inbye drive`.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -24,11 +23,13 @@ use serde_json::{Value, json};
 use super::arguments::{EngineArguments, Place, duration, number, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
-use super::files::{command_line, create_file};
+use super::error_text::refused;
+use super::files::{command_line, open_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
 use super::map_file::{self, EndArguments, MapArguments, MapInput, MapSettings};
 use super::map_output::MapOutput;
+use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
 use super::{output, plan};
@@ -244,9 +245,9 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         // The source of the invalid setting.
         let MapSettings { config: file, changes, .. } = &arguments.map.settings;
         return Err(anyhow!(error.clone())).with_context(|| match file {
-            Some(file) if changes.is_empty() => format!("{} with {map_name}", file.display()),
-            None if changes.is_empty() => format!("{map_name} with the default settings"),
-            _ => format!("{map_name} with these settings"),
+            Some(file) if changes.is_empty() => format!("{}: with {map_name}", file.display()),
+            None if changes.is_empty() => format!("{map_name}: with the default settings"),
+            _ => format!("{map_name}: with these settings"),
         });
     }
     let playback = live.map(|live| live.end(&result)).or(playback);
@@ -304,9 +305,9 @@ fn outcome(
     (object, lines)
 }
 
-/// The output files of a drive. They are created before it: a wrong name must not cost an hour of driving.
+/// The output files of a drive. They are opened before it: a wrong name must not cost an hour of driving.
 struct DriveFiles<'a> {
-    recording: Option<(File, &'a Path)>,
+    recording: Option<(OutputFile, &'a Path)>,
     pictures: Pictures<'a>,
     updated_map: Option<MapOutput<'a>>,
 }
@@ -314,7 +315,7 @@ struct DriveFiles<'a> {
 impl<'a> DriveFiles<'a> {
     fn create(arguments: &'a DriveArguments) -> anyhow::Result<Self> {
         let name = arguments.record.as_deref();
-        let recording = name.map(|name| create_file("--record", name)).transpose()?.zip(name);
+        let recording = name.map(|name| open_file("--record", name)).transpose()?.zip(name);
         let updated = arguments.update_map.as_deref();
         Ok(Self {
             recording,
@@ -350,8 +351,9 @@ fn live_view(
     };
     let stop = hardware.filter(|_| arguments.hardware.operator).map(|base| base.switch.clone());
     let drive = LiveDrive { title, command: &command_line(), mission, config, stop };
-    let live = LiveView::start(port, drive).with_context(|| {
-        format!("--live {port}: cannot be served: choose another port, or 0 for any free one")
+    let live = LiveView::start(port, drive).map_err(|error| {
+        let what = format!("--live {port}: cannot be served");
+        refused(what, error, "choose another port, or 0 for any free one")
     })?;
     output::note(format!("the drive is shown at http://{}/", live.address()));
     Ok(Some(live))

@@ -30,7 +30,7 @@ pub struct Pictures<'a> {
 }
 
 impl<'a> Pictures<'a> {
-    /// Creates the files. They are created before the drive: a wrong name must not cost an hour of driving.
+    /// Opens the files. They are opened before the drive: a wrong name must not cost an hour of driving.
     pub fn create(arguments: &'a PictureArguments) -> anyhow::Result<Self> {
         let PictureArguments { report, animation } = arguments;
         anyhow::ensure!(cfg!(feature = "png") || animation.is_none(), WITHOUT_GIF);

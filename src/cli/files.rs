@@ -1,5 +1,5 @@
-//! Output files of flags, and the folder of `--report`. They are created before the work starts, so that a wrong name fails
-//! early.
+//! Output files of flags, and the folder of `--report`. They are opened before the work starts, so that a wrong name fails
+//! early, and written after it, so that a command that fails leaves them as they were.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -10,7 +10,8 @@ use anyhow::{Context, bail};
 use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, ReportFile, bench_files};
 
-use super::own_file::LEADING_COLUMNS;
+use super::error_text::refused;
+use super::own_file::{LEADING_COLUMNS, OutputFile};
 use super::{invocation, machine, output, own_file};
 
 /// Extensions of a file of rows.
@@ -22,12 +23,11 @@ pub const PAGE: &str = "index.html";
 /// The output file of a flag; nothing is written without the flag.
 pub struct Output<'a> {
     flag: &'static str,
-    file: Option<(&'a Path, File)>,
+    file: Option<(&'a Path, OutputFile)>,
 }
 
 impl<'a> Output<'a> {
-    /// Creates the file. The name must have one of these extensions. A file of an earlier command keeps its content until
-    /// [`Self::write`].
+    /// Opens the file. The name must have one of these extensions. The file stays as it is until [`Self::write`].
     pub fn create(
         flag: &'static str,
         name: Option<&'a Path>,
@@ -45,8 +45,7 @@ impl<'a> Output<'a> {
         let Some(name) = name else {
             return Ok(Self { flag, file: None });
         };
-        let given = name.extension().and_then(|extension| extension.to_str());
-        if !given.is_some_and(|given| extensions.contains(&given)) {
+        if !extensions.iter().any(|extension| has_extension(name, extension)) {
             let extensions = extensions.join(" or .");
             bail!("{flag} {}: the name must end in .{extensions}", name.display());
         }
@@ -66,11 +65,10 @@ impl<'a> Output<'a> {
 
     /// Writes the content.
     pub fn write<C: AsRef<[u8]>>(self, content: impl FnOnce() -> C) -> anyhow::Result<()> {
-        let Some((name, mut file)) = self.file else {
+        let Some((name, file)) = self.file else {
             return Ok(());
         };
-        let content = content();
-        let written = own_file::empty(&mut file).and_then(|()| file.write_all(content.as_ref()));
+        let written = file.write(content().as_ref());
         written.with_context(|| format!("{} {}", self.flag, name.display()))?;
         // A report names its page.
         if self.flag != "--report" {
@@ -82,7 +80,7 @@ impl<'a> Output<'a> {
     /// Writes rows, as JSON or CSV by the file's extension.
     pub fn write_rows<R: Columns>(self, rows: &[R]) -> anyhow::Result<()> {
         let name = self.file.as_ref().map(|(name, _)| *name);
-        if name.and_then(Path::extension).is_some_and(|extension| extension == "json") {
+        if name.is_some_and(|name| has_extension(name, "json")) {
             let text = serde_json::to_string_pretty(rows)? + "\n";
             return self.write(|| text);
         }
@@ -90,7 +88,17 @@ impl<'a> Output<'a> {
     }
 }
 
-/// Creates the file of a flag, which has no rows of a table.
+/// Whether a name ends in an extension, in capitals or not.
+pub fn has_extension(name: &Path, wanted: &str) -> bool {
+    name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
+}
+
+/// Opens the file of a flag, which has no rows of a table. The file stays as it is until its content is written.
+pub fn open_file(flag: &str, name: &Path) -> anyhow::Result<OutputFile> {
+    own_file::open(flag, name, &[])
+}
+
+/// Creates the file of a flag, which has no rows of a table, or empties it: its content is known already.
 pub fn create_file(flag: &str, name: &Path) -> anyhow::Result<File> {
     own_file::create(flag, name, &[])
 }
@@ -103,14 +111,11 @@ impl<'a> ReportFolder<'a> {
     /// Creates the folder if it is missing. A page of another program is refused before the work, not after it.
     pub fn create(name: Option<&'a Path>) -> anyhow::Result<Self> {
         if let Some(name) = name {
-            fs::create_dir_all(name).with_context(|| {
-                format!("--report {}: cannot be a folder: choose another name", name.display())
+            fs::create_dir_all(name).map_err(|error| {
+                let what = format!("--report {}: cannot be a folder", name.display());
+                refused(what, error, "choose another name")
             })?;
-            let page = name.join(PAGE);
-            own_file::reserve("--report", &page)?;
-            if page.exists() {
-                own_file::open("--report", &page, &[])?;
-            }
+            open_file("--report", &name.join(PAGE))?;
         }
         Ok(Self(name))
     }

@@ -1,13 +1,15 @@
 //! Logs of real robots: text files, and recordings of ROS 2.
 
 use std::fs::{self, File};
-use std::io::BufReader;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
 use inbye::lidar_log::LidarLog;
 
+use super::error_text::refused;
+use super::files::has_extension;
 use super::output;
 
 /// How a log is read.
@@ -24,8 +26,6 @@ pub struct LogFileArguments {
 impl LogFileArguments {
     /// Reads a log: a text file, an MCAP file, or a folder of `rosbag2` with MCAP files.
     pub fn read(&self, path: &Path) -> anyhow::Result<LidarLog> {
-        let has_extension =
-            |path: &Path, wanted: &str| path.extension().is_some_and(|found| found == wanted);
         let mut files = if path.is_dir() { listed(path)? } else { vec![path.to_path_buf()] };
         if files.iter().any(|file| has_extension(file, "db3")) {
             bail!(
@@ -65,7 +65,7 @@ impl LogFileArguments {
         let mut reader = RosLogReader::new(scan_topic, odometry_topic);
         for path in files {
             let place = || path.display().to_string();
-            let file = File::open(path).with_context(place)?;
+            let file = File::open(path).map_err(|error| unreadable(path, &error))?;
             reader.read(BufReader::new(file)).with_context(place)?;
         }
         let last = files.last().map_or(Path::new(""), PathBuf::as_path).display();
@@ -89,9 +89,13 @@ impl LogFileArguments {
     }
 }
 
+fn unreadable(path: &Path, error: &io::Error) -> anyhow::Error {
+    refused(format!("{}: cannot be read", path.display()), error, "check the path")
+}
+
 /// The files of a folder in the order of their numbers: `run_2.mcap` before `run_10.mcap`.
 fn listed(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let entries = fs::read_dir(folder).with_context(|| folder.display().to_string())?;
+    let entries = fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
     let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     Ok(files)

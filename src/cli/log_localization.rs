@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::bench::{LogLocalization, LogRelations, RelationErrors, localize_log};
+use inbye::geometry::Pose;
 use inbye::lidar_log::LidarLog;
 use inbye::map::OccupancyGrid;
 use inbye::mapping::{log_scans, render};
@@ -50,6 +51,21 @@ impl TruthArguments {
         let relations = read_relations(file).context("--relations")?;
         Ok(Some(LogRelations { relations, offset_s: self.time_offset }))
     }
+
+    /// Warns if the ground truth was compared with nothing.
+    pub fn warn_if_unused(&self, log: &LidarLog, truth: &LogRelations, is_used: bool) {
+        let why = if is_used {
+            return;
+        } else if truth.relations.is_empty() {
+            "the file holds no relation"
+        } else if !log.has_times {
+            "the stamps of the log do not advance"
+        } else {
+            "no relation has both of its times on the log: check --time-offset"
+        };
+        let file = self.relations.as_deref().unwrap_or(Path::new(""));
+        output::warn(format!("--relations {}: nothing is compared: {why}", file.display()));
+    }
 }
 
 fn offset(text: &str) -> Result<f64, String> {
@@ -69,12 +85,38 @@ pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow
     let Some(start) = start else {
         bail!("--log {}: it has no scans", file.display());
     };
+    check_start(arguments, &map, &start)?;
     let mut clock = machine::wall_clock();
     let obstacles = map.obstacles(config.unknown);
     let truth = truth.as_ref();
     let result = localize_log(&log, &obstacles, &start, config.localization, truth, &mut clock)?;
+    if let Some(truth) = truth {
+        arguments.log.truth.warn_if_unused(&log, truth, result.relations.is_some());
+    }
     output::result(json, &result, lines(&result))?;
     Ok(!result.is_lost_at_end)
+}
+
+/// An error for a start outside the map: no scan matches there.
+fn check_start(
+    arguments: &LocalizationArguments,
+    map: &OccupancyGrid,
+    start: &Pose,
+) -> anyhow::Result<()> {
+    let Some(file) = &arguments.map else {
+        return Ok(());
+    };
+    let (Pose { x, y, .. }, file) = (start, file.display());
+    let is_on_map = map.frame().cell_of(&start.position()).is_some();
+    ensure!(
+        is_on_map || arguments.start.is_none(),
+        "--start {x},{y}: lies outside the map {file}: choose a place on the map"
+    );
+    ensure!(
+        is_on_map,
+        "{file}: the log's first pose ({x:.2}, {y:.2}) lies outside the map: name where the log starts with --start"
+    );
+    Ok(())
 }
 
 /// The map that the corrected poses of a log show.

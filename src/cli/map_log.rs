@@ -1,8 +1,8 @@
 //! `inbye map`: a map from the log of a real robot.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use inbye::bench::{against, corrected_pairs, percentiles};
 use inbye::lidar_log::LidarLog;
@@ -52,13 +52,18 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
         times_us.push((now_s - before_s) * 1e6);
         before_s = now_s;
         bar.inc(1);
-    })?;
+    });
     let total_s = clock();
     bar.finish_and_clear();
+    let mapped = mapped.with_context(|| arguments.log.display().to_string())?;
+    warn_of_unmatched(&arguments.log, &log, &mapped);
     let image = output.write(&mapped.map)?;
     let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
-    let truth = truth.filter(|_| log.has_times);
-    let relations = truth.as_ref().and_then(|truth| against(&log, &mapped.poses, truth));
+    let relations = truth.as_ref().filter(|_| log.has_times);
+    let relations = relations.and_then(|truth| against(&log, &mapped.poses, truth));
+    if let Some(truth) = &truth {
+        arguments.truth.warn_if_unused(&log, truth, relations.is_some());
+    }
     let loops = ErrorStatistics::of(mapped.loop_errors_m.clone());
     let revisits = ErrorStatistics::of(mapped.revisit_errors_m.clone());
     let scan_us = percentiles(times_us, [0.5, 0.99]);
@@ -118,6 +123,18 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     }
     output::result(json, &object, lines)?;
     Ok(true)
+}
+
+/// Warns if most scans do not match others: such a map is worth no more than the odometry.
+fn warn_of_unmatched(file: &Path, log: &LidarLog, mapped: &MappedLog) {
+    let (unmatched, scans) = (mapped.unmatched, log.scans());
+    if 2 * unmatched > scans {
+        output::warn(format!(
+            "{}: {unmatched} of {scans} scans do not match the scans before them, and follow the odometry: check the ranges, and the \
+             place of the lidar on the robot",
+            file.display()
+        ));
+    }
 }
 
 fn scans_text(log: &LidarLog, mapped: &MappedLog, loops: Option<&ErrorStatistics>) -> String {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use inbye::experiment::missions::Rules;
 use inbye::experiment::{
@@ -15,7 +15,8 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::{number, whole};
-use super::files::ReportFolder;
+use super::error_text::refused;
+use super::files::{ReportFolder, has_extension};
 use super::own_programs::ProgramArguments;
 use super::runs::{RunArguments, group_table};
 use super::{config, map_file, output};
@@ -121,10 +122,14 @@ fn files(maps: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 fn yaml_files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let place = || format!("--maps {}: cannot be read", folder.display());
-    let paths = fs::read_dir(folder).with_context(place)?.map(|entry| Ok(entry?.path()));
-    let mut files = paths.collect::<std::io::Result<Vec<PathBuf>>>().with_context(place)?;
-    files.retain(|path| path.extension().is_some_and(|extension| extension == "yaml"));
+    let paths = fs::read_dir(folder).and_then(|entries| {
+        entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<PathBuf>>>()
+    });
+    let mut files = paths.map_err(|error| {
+        let what = format!("--maps {}: cannot be read", folder.display());
+        refused(what, error, "name a folder of maps")
+    })?;
+    files.retain(|path| has_extension(path, "yaml"));
     files.sort();
     Ok(files)
 }

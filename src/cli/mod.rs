@@ -23,6 +23,7 @@ mod emulated_person;
 #[cfg(all(unix, feature = "serial"))]
 mod emulated_surroundings;
 mod engine_selection;
+mod error_text;
 mod evaluate;
 mod fault_matrix;
 mod files;

@@ -17,6 +17,8 @@ use log::{Level, LevelFilter, Record};
 use serde::Serialize;
 use serde_json::json;
 
+use super::{error_text, invocation};
+
 /// Style of the word `error`, and of a bad result.
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 /// Style of a good result.
@@ -152,8 +154,8 @@ pub fn print_error(error: &anyhow::Error, is_json: bool) {
     let message = in_one_line(&format!("{error:#}"));
     print_error_text(&message);
     if is_json {
-        let place = (error.chain().len() > 1).then(|| in_one_line(&error.to_string()));
-        json_error("unusable_input", &message, place.as_deref());
+        let place = error_text::place(&message, invocation::arguments());
+        json_error("unusable_input", &message, place);
     }
 }
 

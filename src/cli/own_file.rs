@@ -9,6 +9,8 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail, ensure};
 
+use super::error_text::refused;
+
 /// Bytes of a file's start, or end, that are looked at.
 const HEAD_BYTES: u64 = 4096;
 
@@ -77,26 +79,72 @@ fn identity(name: &Path) -> PathBuf {
     fs::canonicalize(name).ok().or_else(folder).unwrap_or_else(|| name.to_owned())
 }
 
+/// The file of a flag that can be written. It keeps what an earlier command wrote until [`Self::begin`], and a new file does not
+/// exist before: a command that fails or is interrupted changes nothing.
+#[derive(Debug)]
+pub enum OutputFile {
+    /// A file of an earlier command, a device or a pipe.
+    Existing(File),
+    /// The name of a file that does not exist yet.
+    New(PathBuf),
+}
+
+impl OutputFile {
+    /// Empties the file, or creates it.
+    pub fn begin(self) -> io::Result<File> {
+        match self {
+            // A file that another program created in the meantime is not ours.
+            Self::New(name) => {
+                let file = OpenOptions::new().write(true).create_new(true).open(name)?;
+                lock(&file)?;
+                Ok(file)
+            }
+            Self::Existing(mut file) => {
+                if file.metadata()?.is_file() {
+                    file.rewind()?;
+                    file.set_len(0)?;
+                }
+                Ok(file)
+            }
+        }
+    }
+
+    /// Writes the whole content.
+    pub fn write(self, content: &[u8]) -> io::Result<()> {
+        io::Write::write_all(&mut self.begin()?, content)
+    }
+}
+
 /// Creates the file of a flag, or empties one that this program wrote. `columns` are those of its rows, if it has rows.
 ///
 /// # Errors
-/// The file cannot be written, it exists and has other content, or another flag or process writes it.
+/// Those of [`open`].
 pub fn create(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
-    let mut file = open(flag, name, columns)?;
-    empty(&mut file).with_context(|| format!("{flag} {}", name.display()))?;
-    Ok(file)
+    open(flag, name, columns)?.begin().with_context(|| format!("{flag} {}", name.display()))
 }
 
-/// As [`create`], but an existing file keeps its content until it is emptied.
+/// As [`create`], but the file stays as it is until its content is written.
 ///
 /// # Errors
-/// Those of [`create`].
-pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
+/// The file cannot be written, it exists and has other content, or another flag or process writes it.
+pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<OutputFile> {
     reserve(flag, name)?;
+    // Creating a file shows that its name can be used. It goes at once: an interrupted command does not clean up.
+    if OpenOptions::new().write(true).create_new(true).open(name).is_ok()
+        && fs::remove_file(name).is_ok()
+    {
+        return Ok(OutputFile::New(name.to_owned()));
+    }
+    existing(flag, name, columns).map(OutputFile::Existing)
+}
+
+/// Opens a file that exists, and checks that this program wrote it.
+fn existing(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
     let place = || format!("{flag} {}", name.display());
     let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(name);
-    let mut file = opened.with_context(|| {
-        format!("{}: cannot be written: name a file in a folder that exists", place())
+    let mut file = opened.map_err(|error| {
+        let what = format!("{}: cannot be written", place());
+        refused(what, error, "name a file in a folder that exists")
     })?;
     let metadata = file.metadata().with_context(place)?;
     if metadata.is_file() {
@@ -116,23 +164,14 @@ pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
 }
 
 /// Locks a file until it is closed: two processes that write one file would mix their bytes.
-fn lock(file: &File) -> anyhow::Result<()> {
+fn lock(file: &File) -> io::Result<()> {
     match file.try_lock() {
-        Err(TryLockError::WouldBlock) => {
-            bail!("another process writes this file: choose another name, or wait for its end")
-        }
+        Err(TryLockError::WouldBlock) => Err(io::Error::other(
+            "another process writes this file: choose another name, or wait for its end",
+        )),
         // Some file systems have no locks.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
-}
-
-/// Empties a file; not a device or a pipe.
-pub fn empty(file: &mut File) -> io::Result<()> {
-    if file.metadata()?.is_file() {
-        file.rewind()?;
-        file.set_len(0)?;
-    }
-    Ok(())
 }
 
 fn is_own(file: &mut File, columns: &[&str]) -> io::Result<bool> {

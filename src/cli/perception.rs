@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use inbye::bench::{LogPerception, Perceived, perceive_log};
 
@@ -31,7 +31,8 @@ pub fn run(arguments: &PerceptionArguments, json: bool) -> anyhow::Result<bool> 
         bail!("{}: it has no scans: name a log with a lidar", arguments.log.display());
     }
     let mut clock = machine::wall_clock();
-    let result = perceive_log(&log, &mut clock)?;
+    let result =
+        perceive_log(&log, &mut clock).with_context(|| arguments.log.display().to_string())?;
     output::result(json, &result, lines(&result))?;
     Ok(true)
 }

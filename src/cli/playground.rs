@@ -63,6 +63,7 @@ mod server {
     use serde_json::json;
 
     use super::PlaygroundArguments;
+    use crate::cli::error_text::refused;
     use crate::cli::{files, machine, map_file, output, problem_file};
 
     /// Interval at which the program looks for Ctrl-C.
@@ -73,9 +74,9 @@ mod server {
         let scenes = scenes(arguments, &arguments.settings.load()?)?;
         let names: Vec<String> = scenes.iter().map(|scene| scene.name().to_owned()).collect();
         let end = machine::interrupt_flag()?;
-        let server = playground::start(arguments.port, scenes, parse).with_context(|| {
-            let port = arguments.port;
-            format!("--port {port}: cannot be served: choose another, or 0 for any free one")
+        let server = playground::start(arguments.port, scenes, parse).map_err(|error| {
+            let what = format!("--port {}: cannot be served", arguments.port);
+            refused(what, error, "choose another, or 0 for any free one")
         })?;
         let address = server.address();
         let url = format!("http://{address}/");

@@ -2,23 +2,31 @@
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
+use std::mem;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::bail;
+use inbye::navigator::Mode;
 use inbye::recording::{BackpressurePolicy, DriveMetadata, Recorder, RecordingReport};
 use inbye::runtime::{Config, Mission, MissionResult, TickEvent};
 use serde_json::{Value, json};
 
+use super::files::has_extension;
 use super::output;
+use super::own_file::OutputFile;
 
 /// A recording in progress.
 pub struct Recording<'a> {
     name: &'a Path,
     kind: Kind,
+    /// Whether the drive has begun, so that the file may lose what an earlier drive wrote.
+    has_begun: Arc<AtomicBool>,
 }
 
 enum Kind {
-    Lines(File),
+    Lines(OutputFile),
     Mcap(Box<Recorder>),
     /// The recording could not start.
     Stopped(String),
@@ -33,26 +41,34 @@ pub struct Ending {
 }
 
 impl<'a> Recording<'a> {
-    /// Starts a recording in an empty file: MCAP for the extension `.mcap`. A drive in real time does not wait for the disk.
+    /// Prepares a recording: MCAP for the extension `.mcap`. The file stays as it is until the robot has begun to drive. A drive in
+    /// real time does not wait for the disk.
     pub fn begin(
-        (file, name): (File, &'a Path),
+        (file, name): (OutputFile, &'a Path),
         mission: &Mission,
         config: &Config,
         engine: String,
         is_real_time: bool,
     ) -> Self {
-        if name.extension().is_none_or(|extension| extension != "mcap") {
-            return Self { name, kind: Kind::Lines(file) };
+        let has_begun = Arc::default();
+        if !has_extension(name, "mcap") {
+            return Self { name, kind: Kind::Lines(file), has_begun };
         }
         let policy =
             if is_real_time { BackpressurePolicy::Stop } else { BackpressurePolicy::Block };
         let real_time = is_real_time.then(|| config.clone().in_real_time());
         let metadata = DriveMetadata::new(mission, real_time.as_ref().unwrap_or(config), engine);
+        let file = DeferredFile {
+            has_begun: Arc::clone(&has_begun),
+            output: Some(file),
+            file: None,
+            waiting: Vec::new(),
+        };
         let kind = match Recorder::new(file, &metadata, policy) {
             Ok(recorder) => Kind::Mcap(Box::new(recorder)),
             Err(error) => Kind::Stopped(error.to_string()),
         };
-        Self { name, kind }
+        Self { name, kind, has_begun }
     }
 
     /// The warning before the drive, if the recording could not start.
@@ -68,6 +84,10 @@ impl<'a> Recording<'a> {
         let Kind::Mcap(recorder) = &mut self.kind else {
             return None;
         };
+        // Settings that no engine takes fail at the first decision, like a start in an obstacle before it.
+        if tick.row.mode != Mode::Failed {
+            self.has_begun.store(true, Ordering::Release);
+        }
         if recorder.record(tick) {
             return None;
         }
@@ -76,11 +96,12 @@ impl<'a> Recording<'a> {
 
     /// Finishes the recording after the drive, and warns if it stopped only now.
     pub fn end(self, result: &MissionResult) -> Ending {
+        self.has_begun.store(true, Ordering::Release);
         let (has_warned, recorded) = match self.kind {
             Kind::Mcap(recorder) => {
                 (recorder.stopped().is_some(), recorder.finish(result.trace.digest()))
             }
-            Kind::Lines(file) => (false, lines(file, result)),
+            Kind::Lines(file) => (false, write_lines(file, result)),
             Kind::Stopped(why) => {
                 (true, RecordingReport { stopped: Some(why), ..RecordingReport::default() })
             }
@@ -102,15 +123,54 @@ impl<'a> Recording<'a> {
     }
 }
 
+/// The file of a recording. It stays as it is until the drive has begun; until then the content waits in memory. The recorder's
+/// thread empties the file, so that a real base does not wait for the disk.
+struct DeferredFile {
+    has_begun: Arc<AtomicBool>,
+    /// None once it has been begun.
+    output: Option<OutputFile>,
+    /// None until then.
+    file: Option<File>,
+    waiting: Vec<u8>,
+}
+
+impl DeferredFile {
+    /// The file with all that waited; none before the drive has begun.
+    fn begun(&mut self) -> io::Result<Option<&mut File>> {
+        if self.has_begun.load(Ordering::Acquire)
+            && let Some(output) = self.output.take()
+        {
+            let mut file = output.begin()?;
+            file.write_all(&mem::take(&mut self.waiting))?;
+            self.file = Some(file);
+        }
+        Ok(self.file.as_mut())
+    }
+}
+
+impl Write for DeferredFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if let Some(file) = self.begun()? {
+            return file.write(bytes);
+        }
+        self.waiting.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.begun()?.map_or(Ok(()), File::flush)
+    }
+}
+
 fn warning(name: &Path, why: &str) -> String {
     format!("the recording stopped: --record {}: {why}; the drive is not affected", name.display())
 }
 
 /// Writes every tick as a line of JSON.
-fn lines(file: File, result: &MissionResult) -> RecordingReport {
+fn write_lines(file: OutputFile, result: &MissionResult) -> RecordingReport {
     let mut recorded = RecordingReport::default();
-    let mut out = BufWriter::new(file);
-    let mut write = || -> io::Result<()> {
+    let write = || -> io::Result<()> {
+        let mut out = BufWriter::new(file.begin()?);
         for row in &result.trace.rows {
             let line = serde_json::to_string(row)? + "\n";
             out.write_all(line.as_bytes())?;
@@ -124,6 +184,6 @@ fn lines(file: File, result: &MissionResult) -> RecordingReport {
 }
 
 /// Writes every tick of a run as a line of JSON into the file of a flag.
-pub fn write_ticks(flag: &str, file: File, result: &MissionResult) -> anyhow::Result<()> {
-    lines(file, result).stopped.map_or(Ok(()), |why| bail!("{flag}: {why}"))
+pub fn write_ticks(flag: &str, file: OutputFile, result: &MissionResult) -> anyhow::Result<()> {
+    write_lines(file, result).stopped.map_or(Ok(()), |why| bail!("{flag}: {why}"))
 }

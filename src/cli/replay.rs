@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use super::arguments::EngineArguments;
 use super::drive_pictures::{PictureArguments, Pictures};
+use super::error_text::refused;
 use super::files::command_line;
 use super::output;
 
@@ -43,8 +44,9 @@ pub struct ReplayArguments {
 /// Repeats the decisions of a recording. Returns false if a bit differs.
 pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
     let name = || format!("{}", arguments.file.display());
-    let file = File::open(&arguments.file)
-        .with_context(|| format!("{}: cannot be read: name a recording", name()))?;
+    let file = File::open(&arguments.file).map_err(|error| {
+        refused(format!("{}: cannot be read", name()), error, "name a recording")
+    })?;
     let mut recording = Reader::open(BufReader::new(file)).with_context(name)?;
     let engine = arguments.engine.open(&recording.metadata().config, false)?;
     let recorded_engine = recording.metadata().engine.clone();

@@ -13,6 +13,7 @@ use anyhow::{Context, ensure};
 use inbye::experiment::{CellFile, Manifest};
 use serde_json::json;
 
+use super::error_text::refused;
 use super::output;
 use super::whole_file::write_whole;
 
@@ -46,9 +47,9 @@ impl ResultStore {
     pub fn open(path: &Path, manifest: &Manifest) -> anyhow::Result<Self> {
         let place = || format!("--out {}", path.display());
         for part in [CELLS, CLAIMS] {
-            fs::create_dir_all(path.join(part))
-                .context("cannot be a folder: choose another name")
-                .with_context(place)?;
+            fs::create_dir_all(path.join(part)).map_err(|error| {
+                refused(format!("{}: cannot be a folder", place()), error, "choose another name")
+            })?;
         }
         let opened = Self::prepared(path, manifest);
         let (in_use, log) = opened.with_context(place)?;
@@ -135,9 +136,9 @@ impl Claim {
 /// The manifest and the results of a folder.
 pub fn read(path: &Path) -> anyhow::Result<(Manifest, Vec<(PathBuf, CellFile)>)> {
     let file = path.join(MANIFEST);
-    let held = fs::read(&file).with_context(|| {
-        let file = file.display();
-        format!("{file}: cannot be read: name a folder that --out of an experiment made")
+    let held = fs::read(&file).map_err(|error| {
+        let remedy = "name a folder that --out of an experiment made";
+        refused(format!("{}: cannot be read", file.display()), error, remedy)
     });
     let manifest = Manifest::parse(&held?, &file)?;
     let cells = manifest.keys().into_iter().filter_map(|key| read_cell(path, key).transpose());

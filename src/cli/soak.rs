@@ -15,7 +15,7 @@ use inbye::runtime::{Config, PlantKind, PoseSource};
 use serde_json::json;
 
 use super::arguments::{decision_size, engine, plants, pose_source, whole};
-use super::files::{PAGE, ReportFolder, create_file};
+use super::files::{PAGE, ReportFolder, open_file};
 use super::machine::{self, wall_clock};
 use super::missions::{MissionsArguments, share, sort};
 use super::runs::{group_table, in_memory, run_text, unreached};
@@ -252,7 +252,7 @@ fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     let run = run_page::write(cell, "--report", &folder.join(PAGE))?;
     output::note(format!("report: {}", folder.join(PAGE).display()));
     if let Some(result) = &run.result {
-        recording::write_ticks("--report", create_file("--report", &folder.join(TICKS))?, result)?;
+        recording::write_ticks("--report", open_file("--report", &folder.join(TICKS))?, result)?;
     }
     output::result(json, &run.row, [run_text(&run.row)])?;
     Ok(run.row.reached())

@@ -17,7 +17,7 @@ use serde_json::json;
 use super::arguments::{number, whole};
 use super::config::changed;
 use super::drive_text::one_line;
-use super::files::{Output, ReportFolder, create_file};
+use super::files::{Output, ReportFolder, open_file};
 use super::machine::wall_clock;
 use super::own_programs::ProgramArguments;
 use super::runs::{RunArguments, group_table, run_name, run_text, unreached};
@@ -116,7 +116,7 @@ impl WorldsArguments {
         json: bool,
     ) -> anyhow::Result<bool> {
         let svg = Output::create("--svg", self.svg.as_deref(), &["svg"])?;
-        let ticks = self.ticks.as_deref().map(|name| create_file("--ticks", name)).transpose()?;
+        let ticks = self.ticks.as_deref().map(|name| open_file("--ticks", name)).transpose()?;
         let mut observer = Observer { clock: &mut wall_clock(), on_tick: &mut |_| {} };
         let engine = Box::new(CpuEngine::single_threaded());
         let driven = world.drive(run.seed, config, engine, &mut observer)?;

@@ -73,7 +73,10 @@ impl ZoneArguments {
             let cell = closed.frame().cell_of(&place.position);
             let is_closed = cell.is_some_and(|cell| closed.is_blocked(cell));
             let (Point { x, y }, file) = (place.position, file.display());
-            ensure!(!is_closed, "{flag} {x},{y} lies in a closed zone of --keepout {file}");
+            ensure!(
+                !is_closed,
+                "{flag} {x},{y}: lies in a closed zone of --keepout {file}: choose a place outside the zone, or change the mask"
+            );
         }
         Ok(())
     }

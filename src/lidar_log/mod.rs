@@ -104,6 +104,8 @@ impl LidarLog {
     /// # Errors
     /// Returns an error if the text has an unknown format or a bad line; the message names the line.
     pub fn parse(text: &str) -> Result<Self, LogError> {
+        // Editors of Windows begin a text with a byte order mark.
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let format = format_of(text).ok_or(LogError::UnknownFormat)?;
         let mut records = match format {
             LogFormat::Carmen => carmen::parse(text)?,
@@ -194,6 +196,12 @@ mod tests {
 
     fn near(pose: &Pose, x: f64, y: f64, yaw: f64) -> bool {
         (pose.x - x).abs() < 1e-9 && (pose.y - y).abs() < 1e-9 && (pose.yaw - yaw).abs() < 1e-9
+    }
+
+    #[test]
+    fn byte_order_mark_is_skipped() {
+        let marked = LidarLog::parse(&format!("\u{feff}{RAW}")).expect("a valid log");
+        assert_eq!(marked, LidarLog::parse(RAW).expect("a valid log"));
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! Results are identical at every run and on every machine: all sums run in a fixed order on one thread, and trigonometry uses
 //! `libm`.
 
+mod error;
 mod log_scans;
 mod loops;
 mod mapper;
@@ -16,12 +17,14 @@ mod render;
 mod score_grid;
 mod surfels;
 
+pub use error::MappingError;
 pub use log_scans::{LogScan, log_scans};
 pub use render::{MAP_RESOLUTION_M, render};
 
 use crate::geometry::Pose;
 use crate::lidar_log::LidarLog;
-use crate::map::{MapError, OccupancyGrid};
+use crate::map::{MAX_GRID_SIDE, MapError, OccupancyGrid};
+use render::{USED_RANGE_M, frame, shows_nothing};
 
 /// A map from a log, with the poses that it rests on.
 #[derive(Clone, Debug)]
@@ -46,19 +49,48 @@ pub struct MappedLog {
 /// called after each scan.
 ///
 /// # Errors
-/// Returns an error if the map is too large for a grid.
-pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, MapError> {
+/// Returns an error if no reading of the log is in range, or the map is too large for a grid.
+pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, MappingError> {
     let scans = log_scans(log);
+    if scans.iter().all(|scan| shows_nothing(&scan.scan)) {
+        return Err(MappingError::NoReading { range_m: USED_RANGE_M });
+    }
+    // No map holds such a jump. Matching moves a scan by metres at most, and searches long for it.
+    let by_odometry = scans.iter().map(|scan| (scan.odometry, &scan.scan));
+    if longest_step(log, &scans).0 > f64::from(MAX_GRID_SIDE) * MAP_RESOLUTION_M
+        && let Err(error) = frame(by_odometry)
+    {
+        return Err(too_large(&error, log, &scans));
+    }
     let start = log.start().unwrap_or_default();
     let solved = mapper::solve(&scans, &start, on_scan);
     let placed = solved.poses.iter().copied().zip(scans.iter().map(|scan| &scan.scan));
-    let map = render(placed)?;
+    let map = render(placed).map_err(|error| too_large(&error, log, &scans))?;
     let mut poses = vec![None; log.records.len()];
     for (scan, pose) in scans.iter().zip(&solved.poses) {
         poses[scan.record] = Some(*pose);
     }
     let mapper::Solved { nodes, loop_errors_m, revisit_errors_m, unmatched, .. } = solved;
     Ok(MappedLog { map, poses, nodes, loop_errors_m, revisit_errors_m, unmatched })
+}
+
+/// The error for a map of this size. Ranges are limited, so such scans lie far apart: most likely the odometry jumps.
+fn too_large(error: &MapError, log: &LidarLog, scans: &[LogScan]) -> MappingError {
+    let (width, height) = match error {
+        MapError::BadGridSize { width, height } => (*width, *height),
+        _ => (0, 0),
+    };
+    let (step_m, time_s) = longest_step(log, scans);
+    MappingError::TooLarge { width, height, step_m, time_s }
+}
+
+/// The longest step of the odometry from one scan to the next, metres, and the time after it.
+fn longest_step(log: &LidarLog, scans: &[LogScan]) -> (f64, f64) {
+    let steps = scans.windows(2).map(|pair| {
+        let step = pair[1].odometry.position() - pair[0].odometry.position();
+        (step.norm(), log.records[pair[1].record].time_s)
+    });
+    steps.max_by(|(one_m, _), (other_m, _)| one_m.total_cmp(other_m)).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -167,9 +199,37 @@ mod tests {
     }
 
     #[test]
-    fn log_without_scans_has_an_empty_map() {
+    fn log_of_one_scan_has_a_map() {
         let log = LidarLog::parse("FLASER 1 3 0 0 0 0 0 0 1 host 1\n").expect("a valid log");
         let mapped = map_log(&log, &mut || ()).expect("a small map");
         assert_eq!(mapped.poses, [Some(Pose::default())]);
+    }
+
+    #[test]
+    fn log_without_readings_in_range_has_no_map() {
+        // Nothing, no echo, and three metres in millimetres.
+        for reading in ["0", "81.91", "3000"] {
+            let text = format!("FLASER 1 {reading} 0 0 0 0 0 0 1 host 1\n");
+            let log = LidarLog::parse(&text).expect("a valid log");
+            let refused = map_log(&log, &mut || ()).err();
+            assert_eq!(refused, Some(MappingError::NoReading { range_m: 25.0 }), "{reading}");
+        }
+    }
+
+    #[test]
+    fn jump_of_odometry_is_named_with_its_time() {
+        let scan = |at_m: f64, time_s: f64| {
+            format!("FLASER 1 3 {at_m} {at_m} 0 {at_m} {at_m} 0 {time_s} host {time_s}\n")
+        };
+        // Beyond the longest side of a map, and beyond its area.
+        for (jump_m, step) in [(5000.0, "7071.1 m"), (900.0, "1272.8 m")] {
+            let text = scan(0.0, 1.0)
+                + &scan(0.3, 1.5)
+                + &scan(0.3 + jump_m, 2.0)
+                + &scan(0.5 + jump_m, 2.5);
+            let log = LidarLog::parse(&text).expect("a valid log");
+            let error = map_log(&log, &mut || ()).expect_err("too large").to_string();
+            assert!(error.contains(&format!("by up to {step}, at 2.000 s")), "{error}");
+        }
     }
 }

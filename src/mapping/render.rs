@@ -8,7 +8,7 @@ use crate::map::{GridFrame, GridRay, MapError, OccupancyGrid, UNKNOWN};
 pub const MAP_RESOLUTION_M: f64 = 0.05;
 
 /// Beams are used up to this range, metres: farther beams are far apart from each other.
-const USED_RANGE_M: f64 = 25.0;
+pub(super) const USED_RANGE_M: f64 = 25.0;
 
 /// A cell is occupied if at least this fraction of the beams that reach it end in it. GMapping takes 0.25; higher values cut holes
 /// into walls that are seen at small angles.
@@ -68,7 +68,15 @@ fn used<'a>(pose: &Pose, scan: &'a DeskewedScan) -> impl Iterator<Item = (Point,
     hits.map(move |(from, end)| (pose.transform(&from), pose.transform(&end)))
 }
 
-fn frame<'a>(scans: impl Iterator<Item = (Pose, &'a DeskewedScan)>) -> Result<GridFrame, MapError> {
+/// Whether no beam of a scan is used.
+pub(super) fn shows_nothing(scan: &DeskewedScan) -> bool {
+    used(&Pose::default(), scan).next().is_none()
+}
+
+/// The frame of the map of scans at these poses.
+pub(super) fn frame<'a>(
+    scans: impl Iterator<Item = (Pose, &'a DeskewedScan)>,
+) -> Result<GridFrame, MapError> {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for (pose, scan) in scans {
         for point in used(&pose, scan).flat_map(|(from, end)| [from, end]) {

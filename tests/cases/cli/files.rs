@@ -134,6 +134,79 @@ fn animation_is_written_twice() {
     assert!(refusal.contains("was not written by this command"), "{refusal}");
 }
 
+/// What earlier commands wrote, as far as its kind is recognised: a recording, a map and its image.
+const EARLIER: [(&str, &[u8]); 3] = [
+    ("run.mcap", b"\x89MCAP0\r\n, recorded by inbye"),
+    ("new.yaml", b"# Map written by inbye.\nimage: new.pgm\n"),
+    ("new.pgm", b"P5\n# inbye\n1 1\n255\n\xff"),
+];
+
+#[test]
+fn drive_that_does_not_begin_keeps_every_file() {
+    let place = Workplace::new();
+    for (name, content) in EARLIER {
+        place.write(name, content);
+    }
+    place.write("foreign/index.html", "<p>mine</p>");
+    let drive = "drive --map mine.yaml --set pose_source=scans --record run.mcap --update-map new.yaml --engine cpu";
+    let ends = "--start 5,5 --goal 7,5";
+    for (arguments, status) in [
+        // In the wall.
+        ("--start 50,5 --goal 7,5".to_owned(), 2),
+        ("--start 5,5 --goal 50,5".to_owned(), 2),
+        (format!("{ends} --controller /nonexistent"), 2),
+        (format!("{ends} --global-planner /nonexistent"), 2),
+        (format!("{ends} --simulator /nonexistent"), 2),
+        (format!("{ends} --animation gone/a.gif"), 2),
+        (format!("{ends} --report foreign"), 2),
+        (format!("{ends} --report mine.png"), 2),
+        (format!("{ends} --set local.max_clearance_m=500"), 2),
+    ] {
+        let run = place.run(&format!("{drive} {arguments}"));
+        assert_eq!(run.status, status, "{arguments}: {run:?}");
+        for (name, content) in EARLIER {
+            let kept = fs::read(place.path(name)).expect("still there");
+            assert!(kept == content, "{arguments}: {name} has {} bytes", kept.len());
+        }
+    }
+    // Nor does it leave empty files.
+    let refusal = place.refusal(&format!(
+        "drive --map mine.yaml --start 50,5 --goal 7,5 --set pose_source=scans --record a.mcap --update-map a.yaml \
+         --animation a.gif"
+    ));
+    assert!(refusal.contains("START_OCCUPIED"), "{refusal}");
+    for name in ["a.mcap", "a.yaml", "a.pgm", "a.gif"] {
+        assert!(!place.path(name).exists(), "{name}");
+    }
+}
+
+#[test]
+fn map_that_is_not_made_leaves_its_files() {
+    let place = Workplace::new();
+    for (name, content) in EARLIER {
+        place.write(name, content);
+    }
+    // Two scans, between which the odometry jumps.
+    let scan = |x_m: f64, time_s: u32| {
+        format!("FLASER 3 1.0 2.0 1.0 {x_m} 0 0 {x_m} 0 0 {time_s} host {time_s}\n")
+    };
+    place.write("jump.log", scan(0.0, 1) + &scan(1e6, 2));
+    for name in ["new.yaml", "other.yaml"] {
+        let refusal = place.refusal(&format!("map jump.log --out {name}"));
+        assert!(refusal.contains("cells"), "{refusal}");
+    }
+    for (name, content) in EARLIER {
+        assert!(fs::read(place.path(name)).expect("still there") == content, "{name}");
+    }
+    // An image of another program is not replaced, and its map is not begun.
+    place.write("foreign.pgm", "P5\n1 1\n255\n0");
+    let refusal = place.refusal("map jump.log --out foreign.yaml");
+    assert!(refusal.contains("foreign.pgm"), "{refusal}");
+    for name in ["other.yaml", "other.pgm", "foreign.yaml"] {
+        assert!(!place.path(name).exists(), "{name}");
+    }
+}
+
 #[test]
 fn two_flags_cannot_name_one_file() {
     let place = Workplace::new();

@@ -137,16 +137,54 @@ fn config_without_a_task_names_all_of_them() {
 #[test]
 fn error_is_json_too() {
     let place = Workplace::new();
-    for (arguments, code, place_of_it) in [
-        ("plan --map gone.yaml --start 1,1 --goal 2,2", "unusable_input", Value::Null),
-        ("plan --scene mine --config gone.toml", "unusable_input", json!("--config gone.toml")),
-        ("plan --scene moon", "usage", Value::Null),
-    ] {
+    place.write("empty.log", "");
+    place.write("zone.txt", "###\n###\n###\n");
+    place.write("hall.txt", "...\n...\n...\n");
+    let ends = "--start 1,1 --goal 2,2";
+    // What the message begins with, and how it ends.
+    let unusable = [
+        (format!("plan --map gone.yaml {ends}"), "gone.yaml", "check the path and its permissions"),
+        ("plan --scene mine --config gone.toml".to_owned(), "--config gone.toml", "check the path"),
+        (
+            "map empty.log --out a.yaml".to_owned(),
+            "empty.log",
+            "it is no CARMEN, GMapping or tinySLAM log",
+        ),
+        (
+            format!("drive --map hall.txt {ends} --obstacles gone.json"),
+            "gone.json",
+            "check its name and permissions",
+        ),
+        (
+            format!("drive --map hall.txt {ends} --keepout zone.txt"),
+            "--start 1,1",
+            "choose a place outside the zone, or change the mask",
+        ),
+        ("replay gone.mcap".to_owned(), "gone.mcap", "name a recording"),
+        (
+            "drive --scene mine --record no/x.mcap".to_owned(),
+            "--record no/x.mcap",
+            "name a file in a folder that exists",
+        ),
+        (
+            "drive --scene mine --report mine.yaml".to_owned(),
+            "--report mine.yaml",
+            "choose another name",
+        ),
+    ];
+    let unusable = unusable
+        .into_iter()
+        .map(|(arguments, at, hint)| (arguments, "unusable_input", json!(at), json!(hint)));
+    let usage = ("plan --scene moon".to_owned(), "usage", Value::Null, Value::Null);
+    for (arguments, code, place_of_it, hint) in unusable.chain([usage]) {
         let run = place.run(&format!("{arguments} --json"));
         assert_eq!((run.status, run.stdout.lines().count()), (2, 1), "{run:?}");
         let object: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
         let error = &object["error"];
         assert_eq!((&error["code"], &error["place"]), (&json!(code), &place_of_it), "{error}");
+        if code != "usage" {
+            assert_eq!(error["hint"], hint, "{error}");
+        }
         let message = error["message"].as_str().expect("a message");
         assert!(run.errors[0].contains(message), "{run:?}");
     }

@@ -88,13 +88,84 @@ fn perception_over_a_log_of_an_empty_room_finds_nothing_that_moves() {
     assert!(text.stdout.contains("obstacles that moved: 0"), "{}", text.stdout);
 }
 
+/// Scans that never fit together: the map is made, but it is worth no more than the odometry.
+#[test]
+fn log_with_mostly_unmatched_scans_is_warned_of() {
+    let place = Workplace::new();
+    // Each scan has one short wall, at another place.
+    let scan = |index: u32| {
+        let range_m = if index % 2 == 0 { 2 } else { 15 };
+        let x_m = 0.3 * f64::from(index);
+        format!("FLASER 3 {range_m} {range_m} {range_m} {x_m} 0 0 {x_m} 0 0 {index} host {index}\n")
+    };
+    place.write("drive.log", (0..20).map(scan).collect::<String>());
+    let run = place.run("map drive.log --out room.yaml");
+    assert_eq!(run.status, 0, "{run:?}");
+    let warning = run.errors.iter().find(|line| line.starts_with("warning: drive.log: "));
+    assert!(warning.is_some_and(|line| line.contains("of 20 scans do not match")), "{run:?}");
+}
+
+#[test]
+fn relations_that_are_compared_with_nothing_are_warned_of() {
+    let place = Workplace::new();
+    place.write("drive.log", drive_log(1.02));
+    place.write("far.rel", "1e9 2e9 0 0 0 0 0 0\n");
+    place.write("empty.rel", "");
+    for command in ["map drive.log --out room.yaml", "bench localization --log drive.log"] {
+        for (file, why) in [("far.rel", "check --time-offset"), ("empty.rel", "holds no relation")]
+        {
+            let run = place.run(&format!("{command} --relations {file}"));
+            assert_eq!(run.status, 0, "{run:?}");
+            let begin = format!("warning: --relations {file}: nothing is compared: ");
+            let warning = run.errors.iter().find(|line| line.starts_with(&begin));
+            assert!(warning.is_some_and(|line| line.contains(why)), "{run:?}");
+        }
+    }
+}
+
+#[test]
+fn start_of_a_log_outside_the_map_is_refused() {
+    let place = Workplace::new();
+    place.write("drive.log", drive_log(1.0));
+    assert_eq!(place.run("map drive.log --out room.yaml").status, 0);
+    let localize = "bench localization --log drive.log";
+    let refusal = place.refusal(&format!("{localize} --map room.yaml --start 500,500"));
+    assert!(refusal.contains("--start 500,500: lies outside the map room.yaml"), "{refusal}");
+    // It ends at 1.2, 1.2, and the log begins at 1.5, 0.
+    place.write("small.txt", "...\n...\n...\n");
+    let refusal = place.refusal(&format!("{localize} --map small.txt --resolution 0.4"));
+    assert!(refusal.contains("small.txt: the log's first pose"), "{refusal}");
+}
+
+#[test]
+fn duration_of_a_log_whose_stamps_run_backwards_is_not_negative() {
+    let place = Workplace::new();
+    let log = drive_log(1.02);
+    let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
+    for line in &mut lines {
+        let Some(at) = line.find(" host ") else { continue };
+        let from = line[..at].rfind(' ').expect("a scan has fields");
+        line.insert(from + 1, '-');
+    }
+    place.write("drive.log", lines.join("\n"));
+    let (_, object) = place.json("bench localization --log drive.log");
+    assert_eq!(object["duration_s"], 0.5 * f64::from(SCANS - 1), "{object}");
+}
+
 #[test]
 fn unusable_logs_are_refused() {
     let place = Workplace::new();
     place.write("bad.log", drive_log(1.0).replacen(" 1.5 0 ", " 1.5 nought ", 1));
     place.write("empty.log", "");
     place.write("drive.log", drive_log(1.0));
+    place.write("millimetres.log", "FLASER 3 1000 2000 1000 0 0 0 0 0 0 1 host 1\n");
+    let scan = |x_m: u32| format!("FLASER 1 3 {x_m} 0 0 {x_m} 0 0 {x_m} host {x_m}\n");
+    place.write("jump.log", scan(0) + &scan(9000));
     for (command, expected) in [
+        ("map millimetres.log --out room.yaml", "millimetres.log: no reading within 25 m: "),
+        ("bench perception millimetres.log", "millimetres.log: no reading within 25 m: "),
+        ("map jump.log --out room.yaml", "jump.log: its map has 180"),
+        ("map jump.log --out room.yaml", "up to 9000.0 m, at 9000.000 s"),
         ("map bad.log --out room.yaml", "bad.log: line 2: FLASER has `nought`"),
         ("map empty.log --out room.yaml", "empty.log"),
         ("map drive.log --out room.png", "must end in .yaml"),

@@ -100,7 +100,7 @@ fn unusable_masks_are_refused() {
         (format!("drive {ENDS} --speed-zones hall.yaml"), "limit of zero"),
         (
             format!("plan --map {hall} --goal 5,2 --keepout keepout.yaml"),
-            "--goal 5,2 lies in a closed zone",
+            "--goal 5,2: lies in a closed zone",
         ),
         (format!("drive {ENDS} --keepout missing.yaml"), "missing.yaml"),
         (format!("drive {ENDS} --update-map new.yaml"), "--update-map needs the pose from scans"),

@@ -99,6 +99,16 @@ fn truncated_recording_is_replayed_to_its_end() {
 }
 
 #[test]
+fn extension_in_capitals_is_that_of_a_recording() {
+    let place = room();
+    let (status, object) = place.json(&format!("{DRIVE} --record RUN.MCAP"));
+    assert_eq!(status, 0, "{object}");
+    assert_eq!(place.json("replay RUN.MCAP --engine cpu").0, 0);
+    let (status, map) = place.json("map RUN.MCAP --out ROOM.YAML");
+    assert_eq!((status, &map["format"]), (0, &json!("ros2")), "{map}");
+}
+
+#[test]
 fn unusable_recordings_are_rejected_with_one_line() {
     let place = room();
     recorded(&place);
