@@ -48,14 +48,6 @@ pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
     let rows: Vec<RunRow> = rows.into_iter().map(RunRow::without_clock).collect();
     let groups = groups(&rows);
     let report = ReportFolder::create(Some(folder))?;
-    let cells = manifest.keys().len();
-    let mut lines = text_table(&groups, Group::SUMMARY);
-    if !missing.is_empty() {
-        let named = missing[..NAMED.min(missing.len())].join(", ");
-        lines.push(format!("{} of {cells} cells are missing, such as {named}", missing.len()));
-    }
-    let object = json!({ "cells": cells, "missing": missing, "groups": groups });
-    output::result(json, &object, lines)?;
     table(folder, "sweep", &rows)?;
     if !latencies.is_empty() {
         table(folder, "latency", &latencies)?;
@@ -70,6 +62,14 @@ pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
             ..BenchReport::default()
         })
     })?;
+    let cells = manifest.keys().len();
+    let mut lines = text_table(&groups, Group::SUMMARY);
+    if !missing.is_empty() {
+        let named = missing[..NAMED.min(missing.len())].join(", ");
+        lines.push(format!("{} of {cells} cells are missing, such as {named}", missing.len()));
+    }
+    let object = json!({ "cells": cells, "missing": missing, "groups": groups });
+    output::result(json, &object, lines)?;
     Ok(missing.is_empty())
 }
 
