@@ -19,7 +19,7 @@ world.drive(config=slow)
 """
 BENCH = """
 started()
-inbye.bench.{function}({{"seeds": list(range(10000)), "worlds": [{{"kind": "scenes"}}]}}, jobs=2)
+inbye.bench.{function}({{"seeds": list(range(1000)), "worlds": [{{"kind": "scenes"}}]}}, jobs=2)
 """
 PROGRAM = """
 import inbye
@@ -47,7 +47,7 @@ def test_ctrl_c_ends_a_drive_and_an_experiment_at_once(action: str) -> None:
         time.sleep(1.0)
         assert program.poll() is None
         program.send_signal(signal.SIGINT)
-        _, error = program.communicate(timeout=20)
+        _, error = program.communicate(timeout=60)
     finally:
         program.kill()
     assert error.rstrip().endswith("KeyboardInterrupt")
