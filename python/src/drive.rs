@@ -40,16 +40,16 @@ impl World {
         map: &Bound<'_, Map>,
         start: [f64; 3],
         goal: Vec<f64>,
-        people: usize,
+        people: i64,
         time_limit_s: Option<f64>,
         name: &str,
     ) -> PyResult<Self> {
         let Map { grid, zones, .. } = map.get();
         let (grid, zones) = (Arc::clone(grid), zones.clone());
         let (start, goal) = (pose(start)?, self::goal(&goal)?);
-        if people > MOST_PEOPLE {
-            return Err(raise(format!("people is {people}: it must be 0 to {MOST_PEOPLE}")));
-        }
+        let in_range = usize::try_from(people).ok().filter(|people| *people <= MOST_PEOPLE);
+        let people = in_range
+            .ok_or_else(|| raise(format!("people is {people}: it must be 0 to {MOST_PEOPLE}")))?;
         let is_in_range = |time_s: f64| time_s > 0.0 && time_s <= LONGEST_S;
         if let Some(time_s) = time_limit_s.filter(|time_s| !is_in_range(*time_s)) {
             return Err(raise(format!(

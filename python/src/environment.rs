@@ -30,6 +30,10 @@ type SeenArrays<'py> =
 type FinishedTuple<'py> =
     (usize, (&'static str, String, u64, f64, Option<String>, Option<String>), SeenArrays<'py>);
 
+/// A step: what the robots see, rewards, ends, and the missions that ended.
+type StepTuple<'py> =
+    (SeenArrays<'py>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u8>>, Vec<FinishedTuple<'py>>);
+
 /// Robots on missions in worlds, stepped together. A robot that has ended its mission begins the next one at once.
 #[pyclass(frozen, module = "inbye")]
 pub struct Environments {
@@ -282,16 +286,7 @@ impl Environments {
 
     /// Drives every robot for a control period, and starts the next mission of those that have ended theirs. Returns what the robots
     /// see then, the rewards, 1 for a mission that ended or 2 for one whose time was up, and the missions that ended.
-    fn step<'py>(
-        &self,
-        py: Python<'py>,
-        actions: &Bound<'py, PyAny>,
-    ) -> PyResult<(
-        SeenArrays<'py>,
-        Bound<'py, PyArray1<f64>>,
-        Bound<'py, PyArray1<u8>>,
-        Vec<FinishedTuple<'py>>,
-    )> {
+    fn step<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>) -> PyResult<StepTuple<'py>> {
         let actions = self.setup.actions(actions)?;
         let stepped = self.state.with(py, |state| self.setup.step(state, &actions))?;
         let Stepped { seen, rewards, ends, finished } = stepped.map_err(raise)?;

@@ -49,9 +49,10 @@ fn named_controllers<'py>(
     let Some(controllers) = controllers else { return Ok(Vec::new()) };
     let taken: BTreeSet<&str> = cells.iter().map(|cell| planner_name(&cell.row)).collect();
     let named = |item: Bound<'py, PyAny>| {
-        let (name, controller): (String, Bound<'py, PyAny>) = item.extract()?;
+        let (name, controller): (Bound<'py, PyAny>, Bound<'py, PyAny>) = item.extract()?;
+        let name: String = name.extract().unwrap_or_default();
         if name.is_empty() {
-            return Err(raise("controllers: a name is empty: name each controller"));
+            return Err(raise("controllers: a name is empty or no text: name each controller"));
         }
         if taken.contains(&*name) {
             return Err(raise(format!(

@@ -28,6 +28,10 @@ impl Interrupt {
 
     /// Runs the handlers of signals in the main thread; does nothing in other threads. An exception of a handler ends the drives.
     pub fn check(&self) -> PyResult<()> {
+        #[expect(
+            clippy::redundant_closure_for_method_calls,
+            reason = "the method alone is not general enough in its lifetime"
+        )]
         let handled = Python::attach(|py| py.check_signals());
         if handled.is_err() {
             self.flag.store(true, Ordering::Relaxed);

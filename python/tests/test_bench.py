@@ -57,9 +57,12 @@ def test_comparison_ranks_planners_and_writes_its_page(tmp_path: Path) -> None:
         (PLAN, "slow", "settings of the plan have the name slow too"),
         (PLAN | {"configs": {}}, "inbye", "settings of the plan have the name inbye too"),
         (PLAN, "", "a name is empty"),
+        (PLAN, 3, "a name is empty or no text"),
     ],
 )
-def test_name_of_a_controller_is_its_own(plan: dict[str, object], name: str, message: str) -> None:
+def test_name_of_a_controller_is_its_own(
+    plan: dict[str, object], name: object, message: str
+) -> None:
     before = Pursuit.runs
     for function in (inbye.bench.run, inbye.bench.compare):
         with pytest.raises(inbye.InbyeError, match=message):

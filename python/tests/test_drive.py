@@ -135,6 +135,7 @@ def test_config_changes_the_settings_of_a_world_as_its_dictionary_does() -> None
     ("options", "message"),
     [
         ({"people": 101}, "people is 101: it must be 0 to 100"),
+        ({"people": -1}, "people is -1: it must be 0 to 100"),
         ({"time_limit_s": 0.0}, "time_limit_s is 0: it must be above 0"),
         ({"time_limit_s": float("nan")}, "time_limit_s is NaN: it must be above 0"),
     ],

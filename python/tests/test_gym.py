@@ -164,6 +164,21 @@ def test_environment_is_shared_between_threads() -> None:
     assert not errors
 
 
+def test_environment_applies_a_config_to_the_settings_of_its_worlds() -> None:
+    # Worlds of this kind have settings of their own: the pose is that of scans.
+    worlds = inbye.bench.worlds(kind="localization")[:1]
+
+    def goal(config: inbye.Config | dict[str, object]) -> list[list[float]]:
+        env = inbye.gym.VectorEnv(worlds, 1, config=config, navigator=True)
+        env.reset()
+        steps = [env.step(np.zeros((1, 2)))[0]["goal"] for _ in range(20)]
+        return steps[-1].tolist()
+
+    changes = {"simulation": {"lidar": {"beams": 90}}}
+    assert goal(inbye.Config(changes)) == goal(changes)
+    assert goal(changes) != goal(changes | {"pose_source": "fixes"})
+
+
 @pytest.mark.parametrize("key", ["simulator", "global_planner"])
 def test_programs_that_environments_do_not_use_are_errors(key: str) -> None:
     config = {key: {"command": ["program"]}}

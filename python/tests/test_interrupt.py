@@ -7,19 +7,19 @@ import time
 
 import pytest
 
-# A drive that takes longer than the test: each decision has a million samples.
+# A drive of minutes: the goal is far, and each decision has a million samples.
 DRIVE = """
-cells = np.zeros((40, 400), np.int8)
+cells = np.zeros((40, 8000), np.int8)
 cells[[0, -1]] = 100
 cells[:, [0, -1]] = 100
 slow = {"local": {"vx_samples": 1024, "vtheta_samples": 1024}}
-world = inbye.World(inbye.Map(cells, 0.1), (1.0, 2.0, 0.0), (39.0, 2.0))
+world = inbye.World(inbye.Map(cells, 0.1), (1.0, 2.0, 0.0), (799.0, 2.0))
 started()
 world.drive(config=slow)
 """
 BENCH = """
 started()
-inbye.bench.{function}({{"seeds": list(range(10000)), "worlds": [{{"kind": "scenes"}}]}}, jobs=2)
+inbye.bench.{function}({{"seeds": list(range(1000)), "worlds": [{{"kind": "scenes"}}]}}, jobs=2)
 """
 PROGRAM = """
 import inbye
@@ -47,7 +47,7 @@ def test_ctrl_c_ends_a_drive_and_an_experiment_at_once(action: str) -> None:
         time.sleep(1.0)
         assert program.poll() is None
         program.send_signal(signal.SIGINT)
-        _, error = program.communicate(timeout=20)
+        _, error = program.communicate(timeout=30)
     finally:
         program.kill()
     assert error.rstrip().endswith("KeyboardInterrupt")

@@ -39,8 +39,12 @@ inbye.evaluate_batch((problem, problem))
 mission = inbye.World(world, (10.0, 5.0, 0.6), (80.0, 40.0), people=4)
 drive = mission.drive(seed=1, controller=Mine(), config={"local": {"vx_samples": 32}})
 drive = mission.drive(seed=1, controller=straight)
-planners = {"mine": Mine, "straight": straight, "object": Mine()}
-comparison = inbye.bench.compare({"seeds": [0]}, planners, jobs=2, report=Path("comparison"))
+comparison = inbye.bench.compare(
+    {"seeds": [0]},
+    {"mine": Mine, "straight": straight, "object": Mine()},
+    jobs=2,
+    report=Path("comparison"),
+)
 rows = inbye.bench.run(Path("plan.toml"), {"mine": Mine})
 inbye.planner_arena.write(rows, "arena.db")
 

@@ -53,12 +53,12 @@ class Map:
         cls,
         cells: ArrayLike,
         resolution_m: float,
-        origin: Sequence[float] = (0.0, 0.0, 0.0),
+        origin: Sequence[float] = ...,
     ) -> Map:
         """Make a map of rows of cells, the lowest row first.
 
         A cell has its occupancy in percent, an integer, or -1 if it is unknown. ``origin`` is the
-        pose of the lower left corner.
+        pose of the lower left corner, zeros by default.
         """
     @staticmethod
     def load(path: str | os.PathLike[str], resolution_m: float = 1.0) -> Map:
@@ -67,9 +67,7 @@ class Map:
         The side of a cell counts for the last two.
         """
     @staticmethod
-    def from_rows(
-        rows: Sequence[str], resolution_m: float, origin: Sequence[float] = (0.0, 0.0, 0.0)
-    ) -> Map:
+    def from_rows(rows: Sequence[str], resolution_m: float, origin: Sequence[float] = ...) -> Map:
         """Make a map of rows of text, the highest row first: # wall, . free, ? unknown."""
     def with_zones(self, *, keepout: Map | None = None, speed: Map | None = None) -> Map:
         """Return this map with zones in which the robot must not drive, or only slowly.
@@ -126,7 +124,7 @@ class Problem:
         pose: Sequence[float],
         target: Sequence[float],
         *,
-        velocity: Sequence[float] = (0.0, 0.0),
+        velocity: Sequence[float] = ...,
         last_command: Sequence[float] | None = None,
         key_node: Sequence[float] | None = None,
         obstacles: ArrayLike | None = None,
@@ -134,12 +132,15 @@ class Problem:
     ) -> Problem:
         """Make a problem.
 
-        If left out, the key node is the target and the last command the velocity.
+        If left out, the velocity is zero, the key node the target, and the last command the
+        velocity.
         """
     def __len__(self) -> int:
         """Return the number of samples."""
     def path(self, index: int) -> Floats:
         """Return the positions of a sample after each step of the horizon."""
+    def __copy__(self) -> Problem: ...
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Problem: ...
 
 @final
 class Decision:
@@ -169,6 +170,8 @@ class Decision:
 
         The fields are vx, vtheta, status, x, y, yaw, heading, clearance, velocity, path and score.
         """
+    def __copy__(self) -> Decision: ...
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Decision: ...
 
 @final
 class Engine:
@@ -290,6 +293,8 @@ class Drive:
     @property
     def paths(self) -> list[Floats]:
         """The global paths that the robot followed."""
+    def __copy__(self) -> Drive: ...
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Drive: ...
 
 @final
 class World:
@@ -328,6 +333,8 @@ class World:
         The settings change those of the world. An exception of the controller ends the drive and
         is raised here.
         """
+    def __copy__(self) -> World: ...
+    def __deepcopy__(self, _memo: dict[int, Any]) -> World: ...
 
 def replay(path: str | os.PathLike[str], *, engine: str = "cpu") -> dict[str, Any]:
     """Repeat the decisions of a recording and compare every bit.
