@@ -170,10 +170,10 @@ fn drive_that_does_not_begin_keeps_every_file() {
         }
     }
     // Nor does it leave empty files.
-    let refusal = place.refusal(&format!(
+    let refusal = place.refusal(
         "drive --map mine.yaml --start 50,5 --goal 7,5 --set pose_source=scans --record a.mcap --update-map a.yaml \
-         --animation a.gif"
-    ));
+         --animation a.gif",
+    );
     assert!(refusal.contains("START_OCCUPIED"), "{refusal}");
     for name in ["a.mcap", "a.yaml", "a.pgm", "a.gif"] {
         assert!(!place.path(name).exists(), "{name}");

@@ -94,7 +94,7 @@ fn log_with_mostly_unmatched_scans_is_warned_of() {
     let place = Workplace::new();
     // Each scan has one short wall, at another place.
     let scan = |index: u32| {
-        let range_m = if index % 2 == 0 { 2 } else { 15 };
+        let range_m = if index.is_multiple_of(2) { 2 } else { 15 };
         let x_m = 0.3 * f64::from(index);
         format!("FLASER 3 {range_m} {range_m} {range_m} {x_m} 0 0 {x_m} 0 0 {index} host {index}\n")
     };
