@@ -269,7 +269,7 @@ fn interrupted(place: &Workplace, arguments: &str, once: &str) -> (i32, String, 
 fn interrupted_drive_writes_what_it_has() {
     let place = Workplace::new();
     let arguments = "drive --scene mine --engine cpu --threads 1 --report out --record ticks.jsonl";
-    let (status, stdout, stderr) = interrupted(&place, arguments, "ticks.jsonl");
+    let (status, stdout, stderr) = interrupted(&place, arguments, "out");
     assert_eq!(status, 1, "{stdout}{stderr}");
     assert!(stdout.contains("the drive was interrupted"), "{stdout}");
     let page = std::fs::read_to_string(place.path("out/index.html")).expect("a page");
