@@ -6,3 +6,5 @@
 pub mod input_file;
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;
+#[path = "../../src/cli/refusal.rs"]
+mod refusal;

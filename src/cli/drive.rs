@@ -23,7 +23,6 @@ use serde_json::{Value, json};
 use super::arguments::{EngineArguments, Place, duration, number, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
-use super::error_text::refused;
 use super::files::{command_line, open_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
@@ -32,6 +31,7 @@ use super::map_output::MapOutput;
 use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
+use super::refusal::refused;
 use super::{output, plan};
 
 /// `inbye drive`.

@@ -1,18 +1,11 @@
-//! The text of errors: the place that they begin with, and the remedy that they end with.
+//! The place that the text of an error begins with.
 
 use std::ffi::OsString;
-use std::fmt::Display;
 use std::path::Path;
 
-use anyhow::{Error, anyhow};
 use clap::CommandFactory;
 
 use super::Arguments;
-
-/// The error for a file or a port that the system refuses. The system's reason stands before the remedy, which ends the message.
-pub fn refused(what: impl Display, reason: impl Display, remedy: &str) -> Error {
-    anyhow!("{what} ({reason}): {remedy}")
-}
 
 /// The file or flag that a message begins with; a flag with its value where the message has it. Files are those of the arguments
 /// of the program, and those in folders among them.

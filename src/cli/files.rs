@@ -10,8 +10,8 @@ use anyhow::{Context, bail};
 use inbye::bench::{Columns, csv_text};
 use inbye::report::{BenchReport, ReportFile, bench_files};
 
-use super::error_text::refused;
 use super::own_file::{LEADING_COLUMNS, OutputFile};
+use super::refusal::refused;
 use super::{invocation, machine, output, own_file};
 
 /// Extensions of a file of rows.

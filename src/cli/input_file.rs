@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::ensure;
 
-use super::error_text::refused;
+use super::refusal::refused;
 
 /// Longest text of settings, a plan or a problem, bytes.
 pub const MAX_TEXT_BYTES: u64 = 16 << 20;

@@ -8,9 +8,9 @@ use anyhow::{Context, bail};
 use clap::Args;
 use inbye::lidar_log::LidarLog;
 
-use super::error_text::refused;
 use super::files::has_extension;
 use super::output;
+use super::refusal::refused;
 
 /// How a log is read.
 #[derive(Debug, Args)]

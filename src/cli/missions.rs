@@ -15,9 +15,9 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::{number, whole};
-use super::error_text::refused;
 use super::files::{ReportFolder, has_extension};
 use super::own_programs::ProgramArguments;
+use super::refusal::refused;
 use super::runs::{RunArguments, group_table};
 use super::{config, map_file, output};
 

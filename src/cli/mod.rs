@@ -57,6 +57,7 @@ mod protection;
 #[cfg(all(unix, feature = "serial"))]
 mod pseudo_terminal;
 mod recording;
+mod refusal;
 mod replay;
 mod result_store;
 mod run_page;

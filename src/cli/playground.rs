@@ -63,7 +63,7 @@ mod server {
     use serde_json::json;
 
     use super::PlaygroundArguments;
-    use crate::cli::error_text::refused;
+    use crate::cli::refusal::refused;
     use crate::cli::{files, machine, map_file, output, problem_file};
 
     /// Interval at which the program looks for Ctrl-C.

@@ -13,9 +13,9 @@ use serde_json::{Value, json};
 
 use super::arguments::EngineArguments;
 use super::drive_pictures::{PictureArguments, Pictures};
-use super::error_text::refused;
 use super::files::command_line;
 use super::output;
+use super::refusal::refused;
 
 /// Introduction of the page of a recording.
 const REPLAYED: &str = "One mission, replayed from its recording, as the robot knew it: poses are estimated, gaps are those to the map, and \

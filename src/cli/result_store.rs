@@ -13,8 +13,8 @@ use anyhow::{Context, ensure};
 use inbye::experiment::{CellFile, Manifest};
 use serde_json::json;
 
-use super::error_text::refused;
 use super::output;
+use super::refusal::refused;
 use super::whole_file::write_whole;
 
 /// Names in the folder.
