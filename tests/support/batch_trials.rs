@@ -98,7 +98,7 @@ pub fn growth(adapter: &Adapter) -> Result<(), Failed> {
 pub fn many_submissions(adapter: &Adapter) -> Result<(), Failed> {
     let at = |index: i32| Pose::new(1.0 + 0.002 * f64::from(index), 2.5, 0.005 * f64::from(index));
     let problem = |index| QuantizedProblem::new(&Problem { pose: at(index), ..plain() });
-    let problems = (0..4 * 256 + 1).map(problem).collect::<Result<Vec<_>, _>>()?;
+    let problems = (0..=4 * 256).map(problem).collect::<Result<Vec<_>, _>>()?;
     let answers = expected(&problems, Detail::Answer)?;
     if answers.windows(2).any(|pair| pair[0] == pair[1]) {
         return Err("neighbours with one answer: a swapped one could not show".into());

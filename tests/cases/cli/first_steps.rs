@@ -71,7 +71,7 @@ fn changes_of_set_are_checked_together() {
     let place = Workplace::new();
     // Each of these is out of range without the other, in any order.
     for [one, other] in [
-        ["robot.limits.min_vel_x=1.5", "robot.limits.max_vel_x=2"],
+        ["local.sim_step_s=5", "local.sim_time_s=6"],
         ["local.vx_samples=200000", "local.vtheta_samples=5"],
     ] {
         for [first, second] in [[one, other], [other, one]] {

@@ -1,6 +1,7 @@
 //! Logs from recordings of ROS 2.
 #![cfg(all(feature = "mcap", feature = "logs"))]
 
+use core::f64::consts::FRAC_1_SQRT_2;
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
@@ -160,7 +161,7 @@ fn recording(odd: Odd) -> Vec<u8> {
         if odd == Odd::TiltedFrames {
             let mut wheel = transform(time_s, ["base_link", "wheel"], &Pose::default()).transforms;
             wheel[0].transform.rotation =
-                msg::Quaternion { x: 0.7071068, y: 0.0, z: 0.0, w: 0.7071068 };
+                msg::Quaternion { x: FRAC_1_SQRT_2, y: 0.0, z: 0.0, w: FRAC_1_SQRT_2 };
             moved.transforms.splice(0..0, wheel);
         }
         if odd != Odd::LateTransforms {

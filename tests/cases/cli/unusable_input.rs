@@ -112,7 +112,7 @@ fn unusable_flags_are_rejected() {
 --engine nonsense -> --engine; auto, cpu, gpu
 --real-time-factor 0 -> --real-time-factor; a number: 0.01 to 1000
 --set local.sim_step_s=5 -> --set local.sim_step_s=5: [local] sim_step_s is 5; at most sim_time_s
---set local.max_clearance_m=500 -> mine.yaml with these settings; clearance cap
+--set local.max_clearance_m=500 -> mine.yaml: with these settings; clearance cap
 --set controller.command=[''] -> --set controller.command; [controller] length of the program
 --set simulator.command=['','x'] -> --set simulator.command; [simulator] length of the program
 --controller '' -> --controller; a program and its arguments
