@@ -3,7 +3,7 @@
 use super::protocol::{
     GridMessage, PROTOCOL, PathRequest, PlannedPath, Request, Robot, Role, Start,
 };
-use super::{Program, ProgramSettings};
+use super::{Program, ProgramSettings, SHOWN_CHARACTERS};
 use crate::geometry::Point;
 use crate::global::{Path, Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
@@ -107,8 +107,18 @@ impl GlobalPlanner for ProcessPlanner {
                 plan.time_s.search = took_s;
                 Ok(plan)
             }
-            PlannedPath::Error(_) => {
-                Err(PlanError::NoValidPath { start, goal, radius_m, expanded: 0, nearest: None })
+            PlannedPath::Error(why) => {
+                let why = why.as_str().map_or_else(|| why.to_string(), str::to_owned);
+                let shown: String = why.chars().take(SHOWN_CHARACTERS).collect();
+                let reason = format!("{}: {}", self.program.name, shown.escape_debug());
+                Err(PlanError::NoValidPath {
+                    start,
+                    goal,
+                    radius_m,
+                    expanded: 0,
+                    nearest: None,
+                    reason: Some(reason),
+                })
             }
         }
     }

@@ -1,6 +1,5 @@
 //! The messages between inbye and a program: one JSON object per line, answered by one line.
 
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::geometry::{Point, Pose, Twist};
@@ -176,8 +175,8 @@ pub(crate) struct PathRequest<'a> {
 #[serde(rename_all = "snake_case")]
 pub(crate) enum PlannedPath {
     Path(Vec<[f64; 2]>),
-    /// There is no path, whatever the text says.
-    Error(IgnoredAny),
+    /// There is no path, for this reason: usually a text.
+    Error(serde_json::Value),
 }
 
 /// A world and a robot to simulate.

@@ -44,10 +44,9 @@ pub enum PlanError {
     },
     /// Start and goal are not connected.
     #[error(
-        "NO_VALID_PATH: no path from ({:.2}, {:.2}) to ({:.2}, {:.2}) keeps {radius_m:.3} m from every obstacle \
-         ({expanded} cells searched){}: choose a goal on the same side, a smaller radius (that of the footprint and its \
-         margins) or a finer map",
-        start.x, start.y, goal.x, goal.y, as_far_as(nearest.as_ref())
+        "NO_VALID_PATH: no path from ({:.2}, {:.2}) to ({:.2}, {:.2}) {}",
+        start.x, start.y, goal.x, goal.y,
+        reason.clone().map_or_else(|| search_text(*radius_m, *expanded, nearest.as_ref()), |it| format!("by {it}"))
     )]
     NoValidPath {
         /// The start.
@@ -60,6 +59,8 @@ pub enum PlanError {
         expanded: u32,
         /// The reachable cell centre nearest to the goal.
         nearest: Option<Point>,
+        /// Name and reason of the user's own global planner, which did the search.
+        reason: Option<String>,
     },
     /// The user's own global planner failed, or its path is unusable.
     #[error("INVALID_PLANNER: {name}: {reason}")]
@@ -90,9 +91,13 @@ impl PlanError {
     }
 }
 
-/// Names the nearest reachable point, to the millimetre, so that it lies in the cell found.
-fn as_far_as(nearest: Option<&Point>) -> String {
-    nearest.map_or_else(String::new, |point| {
+/// What a search without a path found. The nearest reachable point is exact to the millimetre, so that it lies in the cell found.
+fn search_text(radius_m: f64, expanded: u32, nearest: Option<&Point>) -> String {
+    let nearest = nearest.map_or_else(String::new, |point| {
         format!("; the reachable point nearest to the goal is ({:.3}, {:.3})", point.x, point.y)
-    })
+    });
+    format!(
+        "keeps {radius_m:.3} m from every obstacle ({expanded} cells searched){nearest}: choose a goal on the same side, a smaller \
+         radius (that of the footprint and its margins) or a finer map"
+    )
 }

@@ -119,6 +119,7 @@ pub fn plan(
             radius_m: free.radius_m(),
             expanded: no_path.expanded,
             nearest: nearest.map(|cell| free.frame().center_of(cell)),
+            reason: None,
         }
     })?;
     let raw = through_centers(free, start, found.cells, goal);

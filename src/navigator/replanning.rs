@@ -324,8 +324,14 @@ mod tests {
     fn fail(replanner: &mut Replanner, x: f64) {
         let (start, goal) = (Point::new(x, 0.0), Point::new(0.0, 50.0));
         replanner.retries.add(&start);
-        replanner.no_path =
-            Some(PlanError::NoValidPath { start, goal, radius_m: 0.3, expanded: 0, nearest: None });
+        replanner.no_path = Some(PlanError::NoValidPath {
+            start,
+            goal,
+            radius_m: 0.3,
+            expanded: 0,
+            nearest: None,
+            reason: None,
+        });
     }
 
     fn has_given_up(replanner: &Replanner) -> bool {
