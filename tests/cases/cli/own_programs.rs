@@ -185,7 +185,7 @@ fn plan_has_the_path_of_the_program() {
     script(&place, "plans.sh", r#"echo '{"error": "no way"}'"#);
     let run = planned(&["--global-planner", "sh plans.sh", "--radius", "0.1"]);
     assert_eq!(run.status, 1, "{run:?}");
-    assert!(run.stdout.contains("(5.00, 1.50) by sh plans.sh: no way"), "{run:?}");
+    assert!(run.stdout.contains("(5.00, 1.50) by a script: no way"), "{run:?}");
     let run = planned(&["--global-planner", "sh missing.sh"]);
     let names_it = |line: &String| line.contains("sh missing.sh: the program ended");
     assert!(run.status == 2 && run.errors.iter().any(names_it), "{run:?}");
