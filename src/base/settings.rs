@@ -73,7 +73,7 @@ impl BaseSettings {
     ///
     /// # Errors
     /// [`BaseError::NotFinite`].
-    pub(super) fn limit(&self, twist: &Twist) -> Result<Twist, BaseError> {
+    pub fn limit(&self, twist: &Twist) -> Result<Twist, BaseError> {
         let twist = require_finite(twist)?;
         let tracks = self.drive().tracks(twist);
         let within = self.tracks.scale_to_max(&tracks);

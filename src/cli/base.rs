@@ -245,9 +245,12 @@ pub fn open(
 pub fn send(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
     let (line, supervisor) = open(&arguments.line, arguments.release)?;
     let asked = Twist::new(arguments.linear, arguments.angular);
-    let (twist, max_track_speed) = limited(&asked, &line);
+    // The supervisor limits every target likewise.
+    let base = line.base();
+    let twist = base.limit(&asked)?;
     if twist != asked {
         let (linear, angular) = (arguments.linear, arguments.angular);
+        let max_track_speed = base.tracks.max_track_speed;
         output::warn(format!(
             "a track drives at most {max_track_speed} m/s (max_track_speed in [base.tracks]): the base drives {:.2} m/s and {:.2} rad/s, \
             not {linear:.2} m/s and {angular:.2} rad/s",
@@ -286,19 +289,6 @@ pub fn send(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
     let feedback = status.feedback.as_ref().map(feedback_line);
     output::result(json, &object, [summary].into_iter().chain(feedback))?;
     Ok(done)
-}
-
-/// A motion within the speed of the tracks, and that speed, m/s. The supervisor limits every target likewise.
-fn limited(twist: &Twist, line: &SerialLine) -> (Twist, f64) {
-    let base = &line.config.base;
-    let mut limits = base.tracks;
-    let cap = line.speed_cap_m_s().unwrap_or(f64::INFINITY);
-    limits.max_track_speed = limits.max_track_speed.min(cap);
-    let drive = base.drive();
-    let tracks = drive.tracks(twist);
-    let scaled = limits.scale_to_max(&tracks);
-    let twist = if scaled == tracks { *twist } else { drive.twist(&scaled) };
-    (twist, limits.max_track_speed)
 }
 
 /// Commands a motion while a condition holds, no stop is latched and the supervisor runs.

@@ -50,9 +50,8 @@ fn check_faults(arguments: &EmulateArguments) -> anyhow::Result<()> {
             !is_carried || arguments.carry_to.is_some(),
             "--fault {fault}: the place is missing: add --carry-to"
         );
-        let is_of_lidar = fault.to_string().starts_with("lidar-");
         ensure!(
-            !is_of_lidar || arguments.lidar_map.is_some(),
+            !fault.is_of_lidar() || arguments.lidar_map.is_some(),
             "--fault {fault}: no lidar is emulated: add --lidar-map"
         );
     }

@@ -46,7 +46,7 @@ pub enum PlanError {
     #[error(
         "NO_VALID_PATH: no path from ({:.2}, {:.2}) to ({:.2}, {:.2}) {}",
         start.x, start.y, goal.x, goal.y,
-        reason.clone().map_or_else(|| search_text(*radius_m, *expanded, nearest.as_ref()), |it| format!("by {it}"))
+        reason.as_ref().map_or_else(|| search_text(*radius_m, *expanded, nearest.as_ref()), |it| format!("by {it}"))
     )]
     NoValidPath {
         /// The start.

@@ -79,7 +79,7 @@ pub enum RosLogWarning {
         /// The cause for the first one.
         reason: String,
     },
-    /// Scans before the first odometry, after the last, or without a stamp.
+    /// Scans before the first odometry, or after the last.
     #[error("{count} scans are left out: they have no odometry of their time")]
     ScansWithoutOdometry {
         /// Their number.

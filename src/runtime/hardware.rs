@@ -11,7 +11,7 @@ use thiserror::Error;
 use super::{LidarData, OdometryReading, Robot, SensorData};
 use crate::base::ld19::{LidarReader, LidarSettings, LidarStatus, OpenLidar};
 use crate::base::{
-    BaseConfig, BaseError, BaseSupervisor, DriveStatus, OpenBase, ProtectiveAction,
+    BaseConfig, BaseError, BaseSettings, BaseSupervisor, DriveStatus, OpenBase, ProtectiveAction,
     ProtectiveLayer, Protocol, ScanSource, SupervisorStatus,
 };
 use crate::geometry::{Pose, Twist};
@@ -93,6 +93,16 @@ impl SerialLine {
         ))
     }
 
+    /// The settings of the base, with tracks as fast as it may drive.
+    #[must_use]
+    pub fn base(&self) -> BaseSettings {
+        let mut base = self.config.base;
+        if let Some(cap) = self.speed_cap_m_s() {
+            base.tracks.max_track_speed = base.tracks.max_track_speed.min(cap);
+        }
+        base
+    }
+
     /// Lowers a robot's limits to the speed that a base without a watchdog may drive.
     pub fn cap_speed(&self, limits: &mut Limits) {
         if let Some(cap) = self.speed_cap_m_s() {
@@ -107,11 +117,8 @@ impl SerialLine {
     /// # Errors
     /// [`HardwareError::Base`].
     pub fn supervise(&self, end: Arc<AtomicBool>) -> Result<BaseSupervisor, HardwareError> {
-        let BaseConfig { mut base, supervisor, .. } = self.config;
-        if let Some(cap) = self.speed_cap_m_s() {
-            base.tracks.max_track_speed = base.tracks.max_track_speed.min(cap);
-        }
-        Ok(BaseSupervisor::start(self.opener(), &base, supervisor, end)?)
+        let supervisor = self.config.supervisor;
+        Ok(BaseSupervisor::start(self.opener(), &self.base(), supervisor, end)?)
     }
 
     /// Waits for the first report of the base, or for the end of its supervisor.

@@ -84,6 +84,22 @@ pub enum InjectedFault {
 }
 
 impl InjectedFault {
+    /// Whether it is a fault of the lidar.
+    #[must_use]
+    pub const fn is_of_lidar(self) -> bool {
+        matches!(
+            self,
+            Self::LidarFrozen
+                | Self::LidarBlind
+                | Self::LidarSectorBlind
+                | Self::LidarLate
+                | Self::LidarCorrupt
+                | Self::LidarBitFlips
+                | Self::LidarStalled
+                | Self::LidarSilent
+        )
+    }
+
     /// Every fault.
     pub const ALL: [Self; 34] = [
         Self::StuckLeft,

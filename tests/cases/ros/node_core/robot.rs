@@ -1,6 +1,8 @@
 //! A simulated robot that exchanges messages with a node, tick by tick, without DDS.
 
 use std::ops::Range;
+use std::thread;
+use std::time::Duration;
 
 use inbye::geometry::{Pose, Twist};
 use inbye::local::CpuEngine;
@@ -245,36 +247,40 @@ impl Robot {
     /// Steps until a condition holds. Returns the number of steps.
     #[track_caller]
     pub fn until(&mut self, max: usize, done: impl Fn(&Self) -> bool) -> usize {
-        for steps in 0..max {
-            if done(self) {
-                return steps;
-            }
-            self.step();
-        }
-        panic!("not within {max} steps, at {:?}: {:?}", self.pose, self.notices);
+        self.until_after(max, done, |_| ())
     }
 
     /// Steps until a condition holds, with time for the threads that plan: more after each step, so that a busy machine passes too.
-    /// Returns the number of steps.
     #[track_caller]
-    pub fn until_planned(&mut self, max: u32, done: impl Fn(&Self) -> bool) -> u32 {
+    pub fn until_planned(&mut self, max: usize, done: impl Fn(&Self) -> bool) {
+        let wait = |steps: usize| thread::sleep(Duration::from_millis(1 << steps.min(9)));
+        self.until_after(max, done, wait);
+    }
+
+    #[track_caller]
+    fn until_after(
+        &mut self,
+        max: usize,
+        done: impl Fn(&Self) -> bool,
+        after: impl Fn(usize),
+    ) -> usize {
         for steps in 0..max {
             if done(self) {
                 return steps;
             }
             self.step();
-            std::thread::sleep(std::time::Duration::from_millis(1 << steps.min(9)));
+            after(steps);
         }
         panic!("not within {max} steps, at {:?}: {:?}", self.pose, self.notices);
     }
 
-    /// Steps without a stop until a number of paths is published. Returns the number of steps.
+    /// Steps without a stop until a number of paths is published.
     #[track_caller]
-    pub fn until_published(&mut self, max: u32, paths: usize) -> u32 {
+    pub fn until_published(&mut self, max: usize, paths: usize) {
         self.until_planned(max, |robot| {
             assert!(robot.speed() > 0.1, "{:?}", robot.notices);
             robot.paths.len() >= paths
-        })
+        });
     }
 
     /// Distance to the goal of most tests.
