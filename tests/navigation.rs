@@ -20,5 +20,6 @@ mod cases {
         mod slow_planner;
         mod surroundings;
         mod tracking;
+        mod vanished_wall;
     }
 }

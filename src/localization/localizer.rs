@@ -93,6 +93,8 @@ fn has_moved(from: &Pose, to: &Pose, by_m: f64, by_rad: f64) -> bool {
 #[derive(Clone, Debug)]
 pub struct Localizer {
     map: SignedDistanceField,
+    /// The map of which the changes are reported, if the scans are matched to another one.
+    original: Option<SignedDistanceField>,
     settings: LocalizationSettings,
     ekf: PoseEkf,
     /// The newest pose by odometry.
@@ -139,6 +141,7 @@ impl Localizer {
         let mut localizer = Self {
             changes: ChangeDetector::new(&map),
             map,
+            original: None,
             settings,
             ekf,
             odometry: None,
@@ -215,7 +218,7 @@ impl Localizer {
         self.ekf.odometry_scale()
     }
 
-    /// What the scans have contradicted in the map for minutes. The map must be that of the localizer.
+    /// What the scans have contradicted for minutes in the map of the localizer's creation, which must be given.
     ///
     /// # Panics
     /// Panics if the map has fewer cells.
@@ -444,7 +447,8 @@ impl Localizer {
         };
         if self.estimate.status == LocalizationStatus::Tracking {
             let near_m = self.settings.outlier_distance_m + 0.5 * self.map.frame.resolution_m;
-            self.changes.update(&self.map, &self.scan, &self.ekf.pose, near_m);
+            let original = self.original.as_ref().unwrap_or(&self.map);
+            self.changes.update(original, &self.scan, &self.ekf.pose, near_m);
         }
     }
 

@@ -357,7 +357,7 @@ impl Navigator {
     /// Starts the next leg when the pause is over.
     fn leave_waypoint(&mut self, now_s: f64) {
         if let Some(plan) = self.waypoints.next(now_s) {
-            self.replanner.cancel();
+            self.replanner.start_leg();
             self.route = Route::new(&plan, &self.settings);
             self.plans.push(plan);
             self.restart_progress();

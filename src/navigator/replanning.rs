@@ -61,6 +61,8 @@ pub(super) struct Replanner {
     next_s: f64,
     next_shortcut_s: f64,
     least_radius_m: f64,
+    /// The plans to later goals are of the map before.
+    is_map_replaced: bool,
     is_map_new: bool,
     is_blocked: bool,
     blocked: ConditionTimer,
@@ -84,6 +86,7 @@ impl Replanner {
             planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shortcut_s: f64::NEG_INFINITY,
+            is_map_replaced: false,
             is_map_new: false,
             is_blocked: false,
             blocked: ConditionTimer::default(),
@@ -94,9 +97,14 @@ impl Replanner {
         })
     }
 
-    /// Drops the pending request: the goal has changed.
-    pub fn cancel(&mut self) {
+    /// The goal has changed, and with it the plan: drops the pending request. The plan was made before the robot moved; if the map was
+    /// replaced since, a new one is due at once.
+    pub fn start_leg(&mut self) {
         self.planner.cancel();
+        self.is_map_new = self.is_map_replaced;
+        if self.is_map_new {
+            self.next_s = f64::NEG_INFINITY;
+        }
         self.blocked = ConditionTimer::default();
         self.no_path = None;
         self.retries = Retries::default();
@@ -105,6 +113,7 @@ impl Replanner {
     /// Plans on another map from now on, first of all at once.
     pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>) {
         self.planner = planner;
+        self.is_map_replaced = true;
         self.is_map_new = true;
         self.next_s = f64::NEG_INFINITY;
         self.no_path = None;
@@ -370,7 +379,7 @@ mod tests {
         };
         assert!(after_left(19.6) && after_left(30.0) && !after_left(19.4));
         let mut replanner = after(7, 4.0);
-        replanner.cancel();
+        replanner.start_leg();
         assert!(!has_given_up(&replanner));
         fail(&mut replanner, 40.0);
         assert!(!has_given_up(&replanner), "another goal");

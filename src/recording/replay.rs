@@ -100,7 +100,7 @@ pub fn replay<R: Read + Seek>(
     let DriveMetadata { config, waypoints, map, zones, controller, .. } = reader.metadata().clone();
     let known = NavigationMap { obstacles: map.obstacles(config.unknown), zones: zones.clone() };
     let footprint = &config.robot.footprint;
-    let gap = ObstacleGap::new(known.obstacles.clone());
+    let mut gap = ObstacleGap::new(known.obstacles.clone());
     // The clock measures the duration of planning, which no decision depends on.
     let (controller, next_reply) = controller.map(RecordedController::new).unzip();
     let controller = controller.map(|it| Box::new(it) as Box<dyn Controller>);
@@ -121,6 +121,7 @@ pub fn replay<R: Read + Seek>(
         if let Some(map) = &updated_map {
             let zones = zones.clone();
             let known = NavigationMap { obstacles: map.obstacles(config.unknown), zones };
+            gap = ObstacleGap::new(known.obstacles.clone());
             navigator.replace_map(prepare(known, &config)?);
         }
         first_difference = repeat(&mut navigator, &tick);

@@ -1,9 +1,9 @@
-//! Changed maps for a navigator that drives.
+//! Changed maps for a robot that drives.
 
 use std::thread::{Builder, JoinHandle};
 
-use super::Config;
-use crate::localization::MapChanges;
+use super::{Config, PoseSource};
+use crate::localization::{MapChanges, SignedDistanceField};
 use crate::map::GridFrame;
 use crate::navigator::{Fault, NavigationMap, PreparedMap};
 
@@ -69,10 +69,27 @@ pub(crate) fn prepare(map: NavigationMap, config: &Config) -> Result<PreparedMap
     PreparedMap::new(map, route_planner, &config.navigator)
 }
 
+/// A changed map, prepared for navigation and localisation.
+pub(crate) struct ChangedMap {
+    pub for_navigator: PreparedMap,
+    /// `None` without a localizer.
+    pub for_localizer: Option<SignedDistanceField>,
+}
+
+impl ChangedMap {
+    /// # Errors
+    /// When the global planner or its thread does not start.
+    pub fn new(map: NavigationMap, config: &Config) -> Result<Self, Fault> {
+        let is_localized = config.pose_source == PoseSource::Scans;
+        let for_localizer = is_localized.then(|| SignedDistanceField::new(&map.obstacles));
+        Ok(Self { for_navigator: prepare(map, config)?, for_localizer })
+    }
+}
+
 /// The preparation of the newest map on its own thread, while the robot drives.
 #[derive(Debug, Default)]
 pub(crate) struct MapUpdate {
-    running: Option<JoinHandle<Result<PreparedMap, Fault>>>,
+    running: Option<JoinHandle<Result<ChangedMap, Fault>>>,
     /// A newer map arrived since the start of the thread.
     is_outdated: bool,
 }
@@ -85,7 +102,7 @@ impl MapUpdate {
             return true;
         }
         let (map, config) = (map.clone(), config.clone());
-        let prepare = move || prepare(map, &config);
+        let prepare = move || ChangedMap::new(map, &config);
         self.running = Builder::new().name("inbye-map".to_owned()).spawn(prepare).ok();
         self.is_outdated = false;
         self.is_running()
@@ -101,7 +118,7 @@ impl MapUpdate {
         &mut self,
         newest: impl FnOnce() -> Option<NavigationMap>,
         config: &Config,
-    ) -> Result<Option<PreparedMap>, ()> {
+    ) -> Result<Option<ChangedMap>, ()> {
         let Some(finished) = self.running.take_if(|running| running.is_finished()) else {
             return Ok(None);
         };

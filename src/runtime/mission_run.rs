@@ -4,7 +4,7 @@ use core::ops::ControlFlow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::map_update::{ContradictedMap, MapUpdate, prepare};
+use super::map_update::{ChangedMap, ContradictedMap, MapUpdate};
 use super::mission::{
     Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, stands,
 };
@@ -247,8 +247,8 @@ impl<R: Robot> MissionRun<R> {
         (row, has_stopped)
     }
 
-    /// Gives the navigator the map with what the scans contradicted for minutes, and returns it. A map that cannot be prepared
-    /// is left out: the navigator keeps the one that it has.
+    /// Gives navigator and localizer the map with what the scans contradicted for minutes, and returns it. A map that cannot be
+    /// prepared is left out: they keep the one that they have.
     ///
     /// To prepare a map takes time in proportion to its area. A real robot drives on meanwhile; simulated time stands still.
     fn update_map(&mut self, time_s: f64) -> Option<OccupancyGrid> {
@@ -266,15 +266,24 @@ impl<R: Robot> MissionRun<R> {
             }
             let updated = changes.applied_to(&mission.map);
             if !self.robot.is_real_time() {
-                self.navigator.replace_map(prepare(on(&updated), config).ok()?);
-                return Some(updated);
+                let changed = ChangedMap::new(on(&updated), config).ok()?;
+                return Some(self.replace_map(changed, updated));
             }
             self.map_update.start(&on(&updated), config);
             self.coming_map = Some(updated);
         }
-        let prepared = self.map_update.take(|| None, config).ok()??;
-        self.navigator.replace_map(prepared);
-        self.coming_map.take()
+        let changed = self.map_update.take(|| None, config).ok()??;
+        let updated = self.coming_map.take()?;
+        Some(self.replace_map(changed, updated))
+    }
+
+    fn replace_map(&mut self, changed: ChangedMap, updated: OccupancyGrid) -> OccupancyGrid {
+        self.navigator.replace_map(changed.for_navigator);
+        self.pose_estimator.adopt_changes(changed.for_localizer);
+        if let Some(gap) = &mut self.map_gap {
+            *gap = ObstacleGap::new(updated.obstacles(self.config.unknown));
+        }
+        updated
     }
 
     /// Senses, and estimates the pose in the map.

@@ -2,7 +2,9 @@
 
 use super::{Config, LidarData, Mission, PoseSource, SensorData};
 use crate::geometry::{Pose, Twist};
-use crate::localization::{LocalizationError, Localizer, LostReason, MapChanges, PoseEstimate};
+use crate::localization::{
+    LocalizationError, Localizer, LostReason, MapChanges, PoseEstimate, SignedDistanceField,
+};
 use crate::map::{ObstacleGrid, OccupancyGrid, TimedScan};
 
 /// The robot's pose in the map: from its own positioning, or from scans that are matched to the map.
@@ -81,6 +83,13 @@ impl PoseEstimator {
         match self {
             Self::Fixes(..) => None,
             Self::Scans { localizer, .. } => Some(localizer.map_changes(map)),
+        }
+    }
+
+    /// Matches the scans to a changed map.
+    pub fn adopt_changes(&mut self, changed: Option<SignedDistanceField>) {
+        if let (Self::Scans { localizer, .. }, Some(changed)) = (self, changed) {
+            localizer.adopt_changes(changed);
         }
     }
 

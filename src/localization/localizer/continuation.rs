@@ -1,7 +1,7 @@
-//! A localizer that continues with another map, or with odometry in another frame.
+//! A localizer that continues with another map, with changes of its map, or with odometry in another frame.
 
 use super::Localizer;
-use crate::localization::PoseHistory;
+use crate::localization::{PoseHistory, SignedDistanceField};
 
 impl Localizer {
     /// Continues with pose, odometry and status of a localizer on another map in the same frame.
@@ -22,6 +22,17 @@ impl Localizer {
         self.searches.hint = before.searches.hint.map(|hint| hint.on(&self.map, &before.map));
         self.estimate = before.estimate;
         self.update_estimate();
+    }
+
+    /// Matches scans to the map with the changes that they showed; a map in another frame is ignored. The changes are still those of
+    /// the map before.
+    pub(crate) fn adopt_changes(&mut self, changed: SignedDistanceField) {
+        if changed.frame != self.map.frame {
+            return;
+        }
+        let before = core::mem::replace(&mut self.map, changed);
+        self.original.get_or_insert(before);
+        self.searches.restart();
     }
 
     /// Odometry starts in another frame: the next pose by odometry only sets the reference.

@@ -56,6 +56,11 @@ impl HintedRegion {
 }
 
 impl Searches {
+    /// Begins again on another map in the same frame.
+    pub fn restart(&mut self) {
+        *self = Self { hint: self.hint.take(), ..Self::default() };
+    }
+
     /// Ends all searches: what they began with no longer holds.
     pub fn stop(&mut self) {
         (self.of_lost, self.hint, self.doubt, self.doubtful) = (None, None, None, 0);

@@ -8,7 +8,7 @@ use super::notices::MissingInput;
 use crate::geometry::Pose;
 use crate::localization::{
     LocalizationError, LocalizationSettings, LocalizationStatus, Localizer, MapChanges,
-    PoseEstimate, PoseHint,
+    PoseEstimate, PoseHint, SignedDistanceField,
 };
 use crate::map::{OccupancyGrid, TimedScan, UnknownPolicy};
 use crate::ros::convert::key_value;
@@ -56,6 +56,13 @@ impl NodeLocalization {
         let prepare = move || Localizer::without_pose(&map.obstacles(unknown), settings);
         // A thread that prepares an older map ends by itself.
         self.preparation = Builder::new().name("inbye-localizer".to_owned()).spawn(prepare).ok();
+    }
+
+    /// Matches the scans to the present map with its changes.
+    pub fn adopt_changes(&mut self, changed: SignedDistanceField) {
+        if let Some(localizer) = &mut self.localizer {
+            localizer.adopt_changes(changed);
+        }
     }
 
     /// Discards the pose and searches near a hint in a frame, which must be that of the newest map.

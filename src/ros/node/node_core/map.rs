@@ -56,14 +56,19 @@ impl NodeCore {
         }
     }
 
-    /// Gives the navigator a changed map that is prepared.
+    /// Gives navigator and localizer a changed map that is prepared.
     pub(super) fn update_map(&mut self) {
         let mut map_update = std::mem::take(&mut self.map_update);
         let newest = || self.navigation_map();
         let taken = map_update.take(newest, &self.settings.config);
         self.map_update = map_update;
         match (taken, &mut self.navigator) {
-            (Ok(Some(prepared)), Some(navigator)) => navigator.replace_map(prepared),
+            (Ok(Some(changed)), Some(navigator)) => {
+                navigator.replace_map(changed.for_navigator);
+                if let (Some(own), Some(map)) = (&mut self.localization, changed.for_localizer) {
+                    own.adopt_changes(map);
+                }
+            }
             (Ok(_), _) => {}
             // The robot stops, and a new navigator plans.
             (Err(()), _) => self.navigator = None,
