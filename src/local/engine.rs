@@ -210,7 +210,7 @@ pub trait Engine: Send {
     }
 
     /// GPU failures so far, for an engine with a CPU fallback; `None` for any other engine.
-    fn incidents(&self) -> Option<&Incidents> {
+    fn incidents(&self) -> Option<Incidents> {
         None
     }
 }

@@ -206,7 +206,7 @@ impl MissionResult {
             robot_fault: None,
             observation_faults: navigator.observation_faults().clone(),
             protective_actions: BTreeMap::new(),
-            incidents: navigator.planner().incidents().cloned(),
+            incidents: navigator.planner().incidents(),
             deadline_stats: navigator.deadline_stats(),
             motion: *navigator.motion(),
             odometry_scale: None,
