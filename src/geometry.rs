@@ -355,6 +355,9 @@ impl Twist {
     /// No motion.
     pub const STOP: Self = Self { linear: 0.0, angular: 0.0 };
 
+    /// Speed and turn rate below which a robot stands, m/s and rad/s.
+    pub const STANDING: f64 = 0.02;
+
     /// Creates a twist from its linear and angular rate.
     #[must_use]
     #[inline]
@@ -369,6 +372,18 @@ impl Twist {
             linear: f64::midpoint(self.linear, other.linear),
             angular: f64::midpoint(self.angular, other.angular),
         }
+    }
+
+    /// Whether a robot with this motion stands: both rates are below [`Self::STANDING`]. NaN does not stand.
+    #[must_use]
+    pub const fn stands(&self) -> bool {
+        self.is_below(Self::STANDING)
+    }
+
+    /// Whether both rates are below a limit, m/s and rad/s. NaN is not.
+    #[must_use]
+    pub const fn is_below(&self, limit: f64) -> bool {
+        self.linear.abs() < limit && self.angular.abs() < limit
     }
 
     /// Whether both rates are finite.

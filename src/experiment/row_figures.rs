@@ -155,9 +155,7 @@ impl RunRow {
 
 /// The share of ticks in which the robot stood, and the longest sequence of them in seconds.
 fn waits(rows: &[TraceRow], period_s: f64) -> (f64, f64) {
-    let stands = |row: &TraceRow| {
-        row.twist.linear.abs() < STANDS_BELOW && row.twist.angular.abs() < STANDS_BELOW
-    };
+    let stands = |row: &TraceRow| row.twist.is_below(STANDS_BELOW);
     let stood = rows.iter().filter(|row| stands(row)).count();
     let longest = rows
         .chunk_by(|a, b| stands(a) == stands(b))

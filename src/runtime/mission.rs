@@ -90,14 +90,6 @@ impl Mission {
     }
 }
 
-/// Speed and turn rate below which a robot stands, m/s and rad/s.
-const STANDING: f64 = 0.02;
-
-/// Whether a robot with this motion stands.
-pub(crate) fn stands(twist: &Twist) -> bool {
-    twist.linear.abs() < STANDING && twist.angular.abs() < STANDING
-}
-
 /// What ends a mission early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

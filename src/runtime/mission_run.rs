@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::map_update::{ContradictedMap, MapUpdate, prepare};
 use super::mission::{
-    Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, stands,
+    Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
 };
 use super::pose_estimator::PoseEstimator;
 use super::{
@@ -189,7 +189,7 @@ impl<R: Robot> MissionRun<R> {
             return false;
         }
         let failed_s = *self.failed_s.get_or_insert(row.time_s);
-        stands(&row.twist) || row.time_s - failed_s >= BRAKING_S
+        row.twist.stands() || row.time_s - failed_s >= BRAKING_S
     }
 
     /// Runs one tick. Returns its row, and whether the robot has stopped for good.

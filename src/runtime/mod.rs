@@ -23,7 +23,6 @@ pub use encounters::{Encounters, MET_WITHIN_M};
 pub(crate) use map_update::prepare;
 #[cfg(feature = "ros")]
 pub(crate) use map_update::{ContradictedMap, MapUpdate};
-pub(crate) use mission::stands;
 pub use mission::{
     Decider, EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError,
     TickEvent, run_mission,

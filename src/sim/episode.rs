@@ -4,7 +4,7 @@ use super::{SimError, SimulatedRobot, Simulation};
 use crate::base::{BaseError, require_finite};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::robot::Limits;
-use crate::runtime::{Config, Mission, Robot, SensorData, stands};
+use crate::runtime::{Config, Mission, Robot, SensorData};
 
 /// How an episode ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,7 @@ impl Episode {
             let goal = &self.mission.goal;
             let away_m = (pose.position() - goal.position).norm();
             let turn = goal.yaw.map_or(0.0, |yaw| wrap_angle(pose.yaw - yaw));
-            stands(twist) && away_m <= self.tolerances.0 && turn.abs() <= self.tolerances.1
+            twist.stands() && away_m <= self.tolerances.0 && turn.abs() <= self.tolerances.1
         };
         if is_reached {
             return Some(EpisodeEnd::Reached);
