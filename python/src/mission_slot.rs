@@ -7,8 +7,10 @@ use inbye::geometry::{Pose, Twist};
 use inbye::global::Path;
 use inbye::local::Engine;
 use inbye::navigator::Goal;
-use inbye::runtime::{Config, LidarData, MissionError, MissionRun, Observer, TickEvent};
-use inbye::sim::{Episode, EpisodeEnd, SimError, SimulatedRobot, Simulation};
+use inbye::runtime::{
+    Config, LidarData, MissionEnd, MissionError, MissionRun, Observer, TickEvent,
+};
+use inbye::sim::{Episode, SimError, SimulatedRobot, Simulation};
 
 /// Reward at the goal; contact costs as much.
 const REACHED_REWARD: f64 = 10.0;
@@ -124,11 +126,7 @@ impl Slot {
         let (pose, end) = match &mut self.driver {
             Driver::Caller(episode) => {
                 // The actions are finite: all were checked before the first robot was stepped.
-                let end = episode.step(action).unwrap_or(None).map(|end| match end {
-                    EpisodeEnd::Reached => RunOutcome::Reached,
-                    EpisodeEnd::Contact => RunOutcome::Contact,
-                    EpisodeEnd::Timeout => RunOutcome::Timeout,
-                });
+                let end = episode.step(action).unwrap_or(None);
                 self.seen = seen_in(episode, &self.goal, range_max);
                 self.time_s = episode.time_s();
                 self.command = [action.linear, action.angular];
@@ -141,20 +139,13 @@ impl Slot {
                     *last = seen(&event.row.pose, &event.row.twist, ranges, goal, range_max);
                 };
                 let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
-                let is_over = run.step(&mut observer).is_break();
+                let _ = run.step(&mut observer);
                 let last = run.trace().rows.last();
-                let (pose, gap_m) =
-                    last.map_or((Pose::default(), 1.0), |row| (row.pose, row.gap_m));
+                let pose = last.map_or_else(Pose::default, |row| row.pose);
                 self.time_s = last.map_or(0.0, |row| row.time_s);
                 self.command =
                     last.map_or([0.0; 2], |row| [row.command.linear, row.command.angular]);
-                let end = is_over.then(|| match run.is_reached() {
-                    _ if gap_m <= 0.0 => RunOutcome::Contact,
-                    true => RunOutcome::Reached,
-                    false if run.navigator().fault().is_some() => RunOutcome::Failed,
-                    false => RunOutcome::Timeout,
-                });
-                (pose, end)
+                (pose, run.end())
             }
             Driver::Refused(outcome, _) => return (0.0, Some(*outcome)),
             Driver::Ended => return (0.0, None),
@@ -163,11 +154,11 @@ impl Slot {
         let mut reward = progress_m - self.progress_m;
         self.progress_m = progress_m;
         match end {
-            Some(RunOutcome::Reached) => reward += REACHED_REWARD,
-            Some(RunOutcome::Contact) => reward -= REACHED_REWARD,
+            Some(MissionEnd::Reached) => reward += REACHED_REWARD,
+            Some(MissionEnd::Contact) => reward -= REACHED_REWARD,
             _ => {}
         }
-        (reward, end)
+        (reward, end.map(RunOutcome::from))
     }
 
     /// Ends the mission with this outcome.
@@ -181,7 +172,7 @@ impl Slot {
             Driver::Refused(_, reason) => (None, Some(reason)),
         };
         let (job, time_s, seen) = (self.job, self.time_s, self.seen.clone());
-        Finished { outcome: name(outcome), job, time_s, digest, reason, seen }
+        Finished { outcome: outcome.name(), job, time_s, digest, reason, seen }
     }
 }
 
@@ -205,17 +196,6 @@ fn driver(
     let run = MissionRun::new(mission.clone(), Arc::clone(config), engine, robot, &mut observer)?;
     let path = run.navigator().plans().first().map(|plan| plan.smoothed.clone());
     Ok((Driver::Navigator(Box::new(run)), path))
-}
-
-/// The name of an outcome, as in the records of experiments.
-const fn name(outcome: RunOutcome) -> &'static str {
-    match outcome {
-        RunOutcome::Reached => "reached",
-        RunOutcome::Contact => "contact",
-        RunOutcome::Timeout => "timeout",
-        RunOutcome::Failed => "failed",
-        _ => "error",
-    }
 }
 
 /// The ranges of a scan in the order of its beams.

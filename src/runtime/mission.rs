@@ -1,11 +1,11 @@
 //! A mission, the events of its ticks and their faults, and its result.
 
 use super::{
-    Config, Contact, Encounters, MissionRun, OdometryReading, Robot, Trace, TraceRow,
+    Config, Contact, Encounters, MissionEnd, MissionRun, OdometryReading, Robot, Trace, TraceRow,
     ZoneCompliance,
 };
 use crate::base::ProtectiveAction;
-use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
 use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
 use crate::localization::{LocalizationError, MapChanges, PoseEstimate};
@@ -215,6 +215,12 @@ impl MissionResult {
     pub fn omega_sign_changes_per_m(&self) -> Option<f64> {
         let changes = self.trace.omega_sign_changes() as f64;
         (self.travelled_m > 0.0).then(|| changes / self.travelled_m)
+    }
+
+    /// How the mission ended.
+    #[must_use]
+    pub const fn end(&self) -> MissionEnd {
+        MissionEnd::new(self.collided, self.reached, self.fault.is_some())
     }
 
     /// Why the goal was not reached, and the robot's last mode and pose; `None` for a goal that was reached without contact.

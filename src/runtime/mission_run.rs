@@ -10,8 +10,8 @@ use super::mission::{
 };
 use super::pose_estimator::PoseEstimator;
 use super::{
-    Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, Robot,
-    RobotConfig, Trace, TraceRow, ZoneCompliance,
+    Config, Contact, Encounters, GroundTruth, LidarData, MissionEnd, ObstacleGap, OdometryReading,
+    Robot, RobotConfig, Trace, TraceRow, ZoneCompliance,
 };
 use crate::geometry::Pose;
 use crate::local::{CpuEngine, Engine};
@@ -350,6 +350,14 @@ impl<R: Robot> MissionRun<R> {
     pub fn is_reached(&self) -> bool {
         let at_goal = |row: &TraceRow| row.mode == Mode::Arrived || self.mission.is_done(&row.pose);
         self.trace.rows.last().is_some_and(at_goal)
+    }
+
+    /// How the mission ended; none while it runs.
+    #[must_use]
+    pub fn end(&self) -> Option<MissionEnd> {
+        let collided = self.trace.rows.last().is_some_and(|row| row.gap_m <= 0.0);
+        let has_failed = self.navigator.fault().is_some();
+        self.is_over.then(|| MissionEnd::new(collided, self.is_reached(), has_failed))
     }
 
     /// The result of the mission up to now.

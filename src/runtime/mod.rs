@@ -6,6 +6,7 @@ mod encounters;
 pub mod hardware;
 mod map_update;
 mod mission;
+mod mission_end;
 mod mission_run;
 mod obstacle_gap;
 pub(crate) mod plant_settings;
@@ -27,6 +28,7 @@ pub use mission::{
     Decider, EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError,
     TickEvent, run_mission,
 };
+pub use mission_end::MissionEnd;
 pub use mission_run::MissionRun;
 pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};
