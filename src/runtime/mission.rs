@@ -179,14 +179,13 @@ impl MissionResult {
         let rows = &trace.rows;
         let last = rows.last();
         let pose = last.map_or(mission.start, |row| row.pose);
-        let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
         let error = StopError::of(&pose, &mission.goal);
         Self {
             reached: last.is_some_and(|row| row.mode == Mode::Arrived),
             contact: None,
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
-            travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),
+            travelled_m: trace.travelled_m(),
             zones: None,
             encounters: Encounters::default(),
             min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
