@@ -424,6 +424,16 @@ pub fn nearest_on_segment(from: &Point, to: &Point, point: &Point) -> Point {
     from + whole * fraction
 }
 
+/// Whether a point is inside the polygon with these corners in order, by the even-odd rule.
+pub(crate) fn is_in_polygon(corners: &[Point], point: &Point) -> bool {
+    let next = corners.iter().skip(1).chain(corners.first());
+    corners.iter().zip(next).fold(false, |inside, (from, to)| {
+        let is_crossed = (from.y > point.y) != (to.y > point.y)
+            && point.x < from.x + (to.x - from.x) * (point.y - from.y) / (to.y - from.y);
+        inside != is_crossed
+    })
+}
+
 /// The ratio of chord to arc length: sin(h) / h for an arc with a turn of 2 h, radians.
 fn sinc(half_turn: f64) -> f64 {
     if half_turn.abs() < 1e-4 {

@@ -5,7 +5,7 @@ use serde_json::json;
 use thiserror::Error;
 
 use super::raw_scan::{RawPoint, is_obstacle};
-use crate::geometry::{Point, Pose, Twist};
+use crate::geometry::{Point, Pose, Twist, is_in_polygon};
 use crate::settings::setting_schema;
 
 /// Most zones, and most corners of a zone.
@@ -135,13 +135,7 @@ impl ZonePolygon {
     /// Whether a point of the robot's frame lies in the zone: the even-odd rule.
     #[must_use]
     pub fn contains(&self, point: &Point) -> bool {
-        let corners = self.points.iter();
-        let next = self.points.iter().cycle().skip(1);
-        corners.zip(next).fold(false, |inside, (from, to)| {
-            let is_crossed = (from.y > point.y) != (to.y > point.y)
-                && point.x < from.x + (point.y - from.y) / (to.y - from.y) * (to.x - from.x);
-            inside != is_crossed
-        })
+        is_in_polygon(&self.points, point)
     }
 
     /// Whether enough returns lie in the zone of a robot at a pose.
