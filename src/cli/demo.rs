@@ -1,13 +1,11 @@
 //! The demo on built-in scenes: `inbye` without a command.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use inbye::bench::{DensityPlan, EngineRequest, crossovers, verify};
 use inbye::local::Engine;
-use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
-use inbye::runtime::{Config, Mission, MissionResult};
+use inbye::runtime::{Config, MissionResult};
 use inbye::sim::{Scene, Simulation, mine, scenes};
 use serde_json::json;
 
@@ -126,13 +124,8 @@ struct Drive {
 
 impl Drive {
     fn new(scene: Scene, config: &Config, engine: Box<dyn Engine>) -> anyhow::Result<Self> {
-        let (start, goal) = (scene.start, scene.goal);
         let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
-        let goal = Goal::at(goal);
-        let mission = Mission {
-            time_limit_s: 600.0,
-            ..Mission::new(Arc::new(scene.map.clone()), start, goal)
-        };
+        let mission = scene.mission(600.0);
         let simulation = Simulation {
             moving_obstacles: spawner.spawn_on_route(&mission, config)?,
             seed: scene.seed,
