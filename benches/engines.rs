@@ -55,7 +55,7 @@ fn samplers(criterion: &mut Criterion) {
             let (vx_samples, vtheta_samples) = grid_counts(SAMPLES, usual_shape(sampler));
             let plain = Roadway { steps: 20, window_s, ..Roadway::default() };
             let roadway = Roadway { vx_samples, vtheta_samples, sampler, ..plain };
-            let name = format!("{}, window {window_s} s", sampler.as_str());
+            let name = format!("{}, window {window_s} s", sampler.name());
             group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
                 bencher.iter(|| {
                     let quantized = QuantizedProblem::new(&roadway.problem(&field, 0))

@@ -194,7 +194,7 @@ impl Drive {
             records.reals([row.local_target.x, row.local_target.y, row.gap_m]);
             records.whole(row.admissible);
             records.whole(row.samples);
-            records.text(row.mode.as_str(), 12);
+            records.text(row.mode.name(), 12);
             records.whole(row.path as u32);
         }
         records.to_array(py)

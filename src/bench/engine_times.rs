@@ -109,7 +109,7 @@ impl Default for DecisionSize {
 impl fmt::Display for DecisionSize {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { vx_samples, vtheta_samples, steps, discs, sampler } = self;
-        let (sampler, plural) = (sampler.as_str(), if *discs == 1 { "" } else { "s" });
+        let (sampler, plural) = (sampler.name(), if *discs == 1 { "" } else { "s" });
         write!(
             f,
             "{vx_samples} x {vtheta_samples} {sampler} of {steps} steps, {discs} disc{plural}"

@@ -226,7 +226,7 @@ fn drive(missions: usize, most: usize) -> anyhow::Result<(Vec<RunRow>, Vec<Group
     let mut groups = groups(&rows);
     groups.sort_by_key(|group| {
         let is_own = |local: &LocalSettings| {
-            let name = (local.sampler != Sampler::Arcs).then(|| local.sampler.as_str());
+            let name = (local.sampler != Sampler::Arcs).then(|| local.sampler.name());
             (local.vx_samples, local.vtheta_samples) == (group.vx_samples, group.vtheta_samples)
                 && name == group.config.as_deref()
         };

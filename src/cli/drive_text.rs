@@ -283,7 +283,7 @@ impl DriveLog {
         }
         self.faults = faults;
         if self.mode != Some(row.mode) {
-            output::detail(format!("{}: {}", at(), row.mode.as_str().replace('_', " ")));
+            output::detail(format!("{}: {}", at(), row.mode.name().replace('_', " ")));
         }
         self.mode = Some(row.mode);
         self.plans = plans.len();

@@ -4,39 +4,29 @@ use serde::{Deserialize, Serialize};
 
 use crate::robot::Footprint;
 use crate::runtime::{Config, MissionEnd, MissionResult, TraceRow};
+use crate::settings::words;
 use crate::sim::{Simulation, World};
 
-/// How a run ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum RunOutcome {
-    /// The robot reached its goal.
-    Reached,
-    /// The robot and something touched.
-    Contact,
-    /// The time was up.
-    Timeout,
-    /// The navigator gave up.
-    Failed,
-    /// The run did not start: a start in a wall, a map without room.
-    #[default]
-    Error,
+words! {
+    /// How a run ended.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[non_exhaustive]
+    pub enum RunOutcome {
+        /// The robot reached its goal.
+        Reached = "reached",
+        /// The robot and something touched.
+        Contact = "contact",
+        /// The time was up.
+        Timeout = "timeout",
+        /// The navigator gave up.
+        Failed = "failed",
+        /// The run did not start: a start in a wall, a map without room.
+        #[default]
+        Error = "error",
+    }
 }
 
 impl RunOutcome {
-    /// The name in records.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Reached => "reached",
-            Self::Contact => "contact",
-            Self::Timeout => "timeout",
-            Self::Failed => "failed",
-            Self::Error => "error",
-        }
-    }
-
     /// As people read it.
     #[must_use]
     pub const fn text(self) -> &'static str {

@@ -66,7 +66,7 @@ impl SampleStatus {
 
     /// The name in JSON.
     #[must_use]
-    pub const fn as_str(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Ok => "ok",
             Self::Collision => "collision",

@@ -254,7 +254,7 @@ fn changes(from: &Config, to: &Config) -> Vec<(String, String)> {
         [
             ("vx_samples", local.vx_samples.to_string()),
             ("vtheta_samples", local.vtheta_samples.to_string()),
-            ("sampler", local.sampler.as_str().to_owned()),
+            ("sampler", local.sampler.name().to_owned()),
             ("sim_time_s", local.sim_time_s.to_string()),
             ("weights.heading", weights.heading.to_string()),
             ("weights.clearance", weights.clearance.to_string()),

@@ -243,7 +243,7 @@ fn fields(
     let [admissible, collision, cannot_stop, outside] =
         counts.unwrap_or_default().to_array().map(u64::from);
     [
-        ("mode", FieldValue::Named(mode.as_str(), *mode as u64)),
+        ("mode", FieldValue::Named(mode.name(), *mode as u64)),
         ("plans", FieldValue::Count(plans)),
         ("plans_received", FieldValue::Count(plans_received)),
         ("target_x", FieldValue::Real(local_target.x)),

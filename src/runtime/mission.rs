@@ -245,7 +245,7 @@ impl MissionResult {
         };
         // The last mode says only that the navigator gave up; the mode before is the reason.
         let before = earlier.iter().rev().find(|row| row.mode != Mode::Failed);
-        let mode = before.map_or(last.mode, |row| row.mode).as_str().replace('_', " ");
+        let mode = before.map_or(last.mode, |row| row.mode).name().replace('_', " ");
         let Pose { x, y, yaw } = last.pose;
         Some(format!("{why}; {mode} at ({x:.2}, {y:.2}, {yaw:.2})"))
     }

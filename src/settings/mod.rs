@@ -5,6 +5,7 @@
 
 #[cfg(feature = "sim")]
 mod document;
+mod words;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -18,6 +19,7 @@ use serde_json::{Map, Value, json};
 pub use document::KeyDescription;
 #[cfg(feature = "sim")]
 pub(crate) use document::{commented_toml, keys, schema};
+pub(crate) use words::words;
 
 /// Permitted values of a number. A number has to be finite in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
