@@ -141,6 +141,7 @@ impl ProtectiveLayer {
 
     /// Sets the time from a command to its effect, seconds, and the deceleration, m/s^2, where they are known; else the layer
     /// identifies them. Values that are not finite or out of range are ignored.
+    #[doc(hidden)]
     pub fn set_stopping(&mut self, delay_s: f64, deceleration_m_s2: f64) {
         let is_valid = delay_s.is_finite() && delay_s >= 0.0 && deceleration_m_s2.is_finite();
         if is_valid && deceleration_m_s2 >= MIN_DECELERATION {
