@@ -30,7 +30,7 @@ enum Driver {
 
 /// What an agent sees.
 #[derive(Clone, Default)]
-pub struct Seen {
+pub struct AgentObservation {
     pub ranges: Vec<f32>,
     /// Goal in the robot's frame, metres.
     pub goal: [f64; 2],
@@ -44,7 +44,7 @@ pub struct Slot {
     goal: Goal,
     path: Path,
     progress_m: f64,
-    pub seen: Seen,
+    pub seen: AgentObservation,
     pub command: [f64; 2],
     time_s: f64,
 }
@@ -57,7 +57,7 @@ pub struct Finished {
     pub digest: Option<String>,
     /// Why the goal was not reached, where the navigator drove or the mission did not start.
     pub reason: Option<String>,
-    pub seen: Seen,
+    pub seen: AgentObservation,
 }
 
 impl Slot {
@@ -202,12 +202,12 @@ fn driver(
 fn lidar_ranges(lidar: Option<&LidarData>) -> Box<dyn Iterator<Item = f64> + '_> {
     match lidar {
         Some(LidarData::Scan(scan)) => Box::new(scan.ranges.iter().copied()),
-        Some(LidarData::TimedScan(sweep)) => Box::new(sweep.beams.iter().map(|beam| beam.range)),
+        Some(LidarData::TimedScan(scan)) => Box::new(scan.beams.iter().map(|beam| beam.range)),
         None => Box::new(core::iter::empty()),
     }
 }
 
-fn seen_in(episode: &Episode, goal: &Goal, range_max: f64) -> Seen {
+fn seen_in(episode: &Episode, goal: &Goal, range_max: f64) -> AgentObservation {
     let ranges = lidar_ranges(episode.sensed().lidar.as_ref());
     seen(episode.pose(), episode.twist(), ranges, goal, range_max)
 }
@@ -219,10 +219,10 @@ fn seen(
     ranges: impl Iterator<Item = f64>,
     goal: &Goal,
     range_max: f64,
-) -> Seen {
+) -> AgentObservation {
     let plain = |range: f64| if range.is_nan() { 0.0 } else { range.min(range_max) as f32 };
     let goal = pose.inverse_transform(&goal.position);
-    Seen {
+    AgentObservation {
         ranges: ranges.map(plain).collect(),
         goal: [goal.x, goal.y],
         velocity: [twist.linear, twist.angular],

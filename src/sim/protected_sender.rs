@@ -40,11 +40,11 @@ impl ProtectedSender {
         self.layer.update_motion(measured, measured_s);
         match lidar {
             LidarData::Scan(scan) => {
-                let sweep = TimedScan::from_scan(scan, measured_s, 0.0);
-                self.layer.update_scan(&sweep, measured_s);
+                let scan = TimedScan::from_scan(scan, measured_s, 0.0);
+                self.layer.update_scan(&scan, measured_s);
             }
-            LidarData::TimedScan(sweep) => {
-                self.layer.update_scan(sweep, sweep.end_s().unwrap_or(time_s));
+            LidarData::TimedScan(scan) => {
+                self.layer.update_scan(scan, scan.end_s().unwrap_or(time_s));
             }
         }
     }
