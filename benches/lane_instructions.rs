@@ -15,8 +15,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         // `cargo bench` runs all benches.
         return Ok(());
     };
-    let instructions = InstructionSet::ALL.into_iter().find(|one| one.as_str() == lanes);
-    let sampler = Sampler::ALL.into_iter().find(|one| one.as_str() == sampler);
+    let instructions = InstructionSet::ALL.into_iter().find(|one| one.name() == lanes);
+    let sampler = Sampler::ALL.into_iter().find(|one| one.name() == sampler);
     let (instructions, sampler) = instructions.zip(sampler).ok_or("unknown lanes or sampler")?;
     let (vx_samples, vtheta_samples) = grid_counts(samples.parse()?, usual_shape(sampler));
     let roadway = Roadway {

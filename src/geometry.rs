@@ -355,6 +355,9 @@ impl Twist {
     /// No motion.
     pub const STOP: Self = Self { linear: 0.0, angular: 0.0 };
 
+    /// Speed and turn rate below which a robot stands, m/s and rad/s.
+    pub const STANDING: f64 = 0.02;
+
     /// Creates a twist from its linear and angular rate.
     #[must_use]
     #[inline]
@@ -369,6 +372,18 @@ impl Twist {
             linear: f64::midpoint(self.linear, other.linear),
             angular: f64::midpoint(self.angular, other.angular),
         }
+    }
+
+    /// Whether a robot with this motion stands: both rates are below [`Self::STANDING`]. NaN does not stand.
+    #[must_use]
+    pub const fn stands(&self) -> bool {
+        self.is_below(Self::STANDING)
+    }
+
+    /// Whether both rates are below a limit, m/s and rad/s. NaN is not.
+    #[must_use]
+    pub const fn is_below(&self, limit: f64) -> bool {
+        self.linear.abs() < limit && self.angular.abs() < limit
     }
 
     /// Whether both rates are finite.
@@ -407,6 +422,16 @@ pub fn nearest_on_segment(from: &Point, to: &Point, point: &Point) -> Point {
     let fraction =
         if squared > 0.0 { (whole.dot(&(point - from)) / squared).clamp(0.0, 1.0) } else { 0.0 };
     from + whole * fraction
+}
+
+/// Whether a point is inside the polygon with these corners in order, by the even-odd rule.
+pub(crate) fn is_in_polygon(corners: &[Point], point: &Point) -> bool {
+    let next = corners.iter().skip(1).chain(corners.first());
+    corners.iter().zip(next).fold(false, |inside, (from, to)| {
+        let is_crossed = (from.y > point.y) != (to.y > point.y)
+            && point.x < from.x + (to.x - from.x) * (point.y - from.y) / (to.y - from.y);
+        inside != is_crossed
+    })
 }
 
 /// The ratio of chord to arc length: sin(h) / h for an arc with a turn of 2 h, radians.

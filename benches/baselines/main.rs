@@ -149,7 +149,7 @@ fn engines() -> Vec<CpuEngine> {
 
 fn baselines() -> Vec<(&'static str, GatherBaseline)> {
     let here = InstructionSet::ALL.into_iter().filter(|one| one.is_available());
-    here.map(|one| (one.as_str(), GatherBaseline(one))).collect()
+    here.map(|one| (one.name(), GatherBaseline(one))).collect()
 }
 
 fn compare(criterion: &mut Criterion) {
@@ -192,7 +192,7 @@ fn measure(
 #[expect(clippy::print_stdout, reason = "a bench prints what it finds")]
 fn print_ratios(scene: &Scene, engines: &mut [CpuEngine], baselines: &[(&str, GatherBaseline)]) {
     for engine in engines {
-        let word = engine.instructions().as_str();
+        let word = engine.instructions().name();
         let own = baselines.iter().find(|(name, _)| *name == word);
         let (_, baseline) = own.expect("one for each set of instructions");
         let (ratio, pairs) = median_ratio(

@@ -147,7 +147,7 @@ impl PythonController {
     }
 
     /// Calls an optional method.
-    fn tell<'py, A>(&self, py: Python<'py>, method: &str, arguments: A) -> PyResult<()>
+    fn call_optional<'py, A>(&self, py: Python<'py>, method: &str, arguments: A) -> PyResult<()>
     where
         A: pyo3::call::PyCallArgs<'py>,
     {
@@ -167,7 +167,7 @@ impl Controller for PythonController {
         Python::attach(|py| {
             let set = points(py, path.points()).and_then(|path| {
                 self.path = path.clone().unbind();
-                self.tell(py, "set_plan", (path,))
+                self.call_optional(py, "set_plan", (path,))
             });
             if let Err(error) = set {
                 self.raised.set(error);
@@ -199,7 +199,7 @@ impl Controller for PythonController {
 
     fn reset(&mut self) {
         Python::attach(|py| {
-            if let Err(error) = self.tell(py, "reset", ()) {
+            if let Err(error) = self.call_optional(py, "reset", ()) {
                 self.raised.set(error);
             }
         });

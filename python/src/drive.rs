@@ -5,8 +5,8 @@ use std::io::BufReader;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use inbye::experiment::{self, RunRow};
-use inbye::recording::{FieldValue, Reader};
+use inbye::experiment::{self, PlanWorlds, RunRow};
+use inbye::recording::Reader;
 use inbye::runtime::{Decider, MissionResult, Observer, TickEvent};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,11 +18,6 @@ use super::interrupt::Interrupt;
 use super::map::Map;
 use super::records::Records;
 use super::settings::changed;
-
-/// Most people of a world, as in plans.
-const MOST_PEOPLE: usize = 100;
-/// Longest time limit of a world, as in plans, seconds.
-const LONGEST_S: f64 = 1e9;
 
 /// A world to drive in.
 #[pyclass(frozen, module = "inbye")]
@@ -47,15 +42,11 @@ impl World {
         let Map { grid, zones, .. } = map.get();
         let (grid, zones) = (Arc::clone(grid), zones.clone());
         let (start, goal) = (pose(start)?, self::goal(&goal)?);
-        let in_range = usize::try_from(people).ok().filter(|people| *people <= MOST_PEOPLE);
-        let people = in_range
-            .ok_or_else(|| raise(format!("people is {people}: it must be 0 to {MOST_PEOPLE}")))?;
-        let is_in_range = |time_s: f64| time_s > 0.0 && time_s <= LONGEST_S;
-        if let Some(time_s) = time_limit_s.filter(|time_s| !is_in_range(*time_s)) {
-            return Err(raise(format!(
-                "time_limit_s is {time_s}: it must be above 0, at most 1e9"
-            )));
-        }
+        let people = usize::try_from(people)
+            .map_err(|_| raise(format!("people is {people}: it must be at least 0")))?;
+        let mut ranges = PlanWorlds::default().people(people);
+        ranges.time_limit_s = time_limit_s.unwrap_or(ranges.time_limit_s);
+        ranges.validate().map_err(raise)?;
         let inner = experiment::World::on_map(name, grid, zones, start, goal, people, time_limit_s);
         Ok(Self { inner })
     }
@@ -203,7 +194,7 @@ impl Drive {
             records.reals([row.local_target.x, row.local_target.y, row.gap_m]);
             records.whole(row.admissible);
             records.whole(row.samples);
-            records.text(row.mode.as_str(), 12);
+            records.text(row.mode.name(), 12);
             records.whole(row.path as u32);
         }
         records.to_array(py)
@@ -248,12 +239,8 @@ pub fn replay<'py>(py: Python<'py>, path: PathBuf, engine: &str) -> PyResult<Bou
     answer.set_item(
         "first_difference",
         replay.first_difference.as_ref().map(|difference| {
-            let value = |value: &FieldValue| match value {
-                FieldValue::Real(real) => real.to_string(),
-                FieldValue::Count(count) => count.to_string(),
-                FieldValue::Named(name, _) => (*name).to_owned(),
-            };
-            let (recorded, replayed) = (value(&difference.recorded), value(&difference.replayed));
+            let [recorded, replayed] =
+                [&difference.recorded, &difference.replayed].map(ToString::to_string);
             (difference.tick, difference.field, recorded, replayed)
         }),
     )?;

@@ -15,7 +15,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::conversion::{raise, real_array};
 use super::drive::World;
-use super::mission_slot::{Finished, Job, Seen, Slot};
+use super::mission_slot::{AgentObservation, Finished, Job, Slot};
 use super::settings::changed;
 use super::shared::Shared;
 
@@ -67,7 +67,7 @@ struct State {
 
 /// What a step did.
 struct Stepped {
-    seen: Vec<Seen>,
+    seen: Vec<AgentObservation>,
     rewards: Vec<f64>,
     ends: Vec<Option<RunOutcome>>,
     /// Missions that ended, with the indices of their robots.
@@ -108,7 +108,7 @@ impl Setup {
     }
 
     /// Starts missions, the first ones from this job on. Returns what the robots see.
-    fn reset(&self, state: &mut State, first_job: usize) -> Result<Vec<Seen>, String> {
+    fn reset(&self, state: &mut State, first_job: usize) -> Result<Vec<AgentObservation>, String> {
         state.next_job = first_job;
         state.slots = self.start(state, self.count)?;
         Ok(clone_seen(state))
@@ -174,7 +174,7 @@ impl Setup {
     fn seen_arrays<'py, 'a>(
         &self,
         py: Python<'py>,
-        seen: impl ExactSizeIterator<Item = &'a Seen>,
+        seen: impl ExactSizeIterator<Item = &'a AgentObservation>,
     ) -> SeenArrays<'py> {
         let count = seen.len();
         let mut ranges = Array2::zeros((count, self.beams));
@@ -320,6 +320,6 @@ fn check_programs(config: &Config, is_navigator: bool) -> PyResult<()> {
 }
 
 /// What the robots see, for arrays that are filled with Python's lock.
-fn clone_seen(state: &State) -> Vec<Seen> {
+fn clone_seen(state: &State) -> Vec<AgentObservation> {
     state.slots.iter().map(|slot| slot.seen.clone()).collect()
 }

@@ -7,8 +7,10 @@ use inbye::geometry::{Pose, Twist};
 use inbye::global::Path;
 use inbye::local::Engine;
 use inbye::navigator::Goal;
-use inbye::runtime::{Config, LidarData, MissionError, MissionRun, Observer, TickEvent};
-use inbye::sim::{Episode, EpisodeEnd, SimError, SimulatedRobot, Simulation};
+use inbye::runtime::{
+    Config, LidarData, MissionEnd, MissionError, MissionRun, Observer, TickEvent,
+};
+use inbye::sim::{Episode, SimError, SimulatedRobot, Simulation};
 
 /// Reward at the goal; contact costs as much.
 const REACHED_REWARD: f64 = 10.0;
@@ -28,7 +30,7 @@ enum Driver {
 
 /// What an agent sees.
 #[derive(Clone, Default)]
-pub struct Seen {
+pub struct AgentObservation {
     pub ranges: Vec<f32>,
     /// Goal in the robot's frame, metres.
     pub goal: [f64; 2],
@@ -42,7 +44,7 @@ pub struct Slot {
     goal: Goal,
     path: Path,
     progress_m: f64,
-    pub seen: Seen,
+    pub seen: AgentObservation,
     pub command: [f64; 2],
     time_s: f64,
 }
@@ -55,7 +57,7 @@ pub struct Finished {
     pub digest: Option<String>,
     /// Why the goal was not reached, where the navigator drove or the mission did not start.
     pub reason: Option<String>,
-    pub seen: Seen,
+    pub seen: AgentObservation,
 }
 
 impl Slot {
@@ -124,11 +126,7 @@ impl Slot {
         let (pose, end) = match &mut self.driver {
             Driver::Caller(episode) => {
                 // The actions are finite: all were checked before the first robot was stepped.
-                let end = episode.step(action).unwrap_or(None).map(|end| match end {
-                    EpisodeEnd::Reached => RunOutcome::Reached,
-                    EpisodeEnd::Contact => RunOutcome::Contact,
-                    EpisodeEnd::Timeout => RunOutcome::Timeout,
-                });
+                let end = episode.step(action).unwrap_or(None);
                 self.seen = seen_in(episode, &self.goal, range_max);
                 self.time_s = episode.time_s();
                 self.command = [action.linear, action.angular];
@@ -141,20 +139,13 @@ impl Slot {
                     *last = seen(&event.row.pose, &event.row.twist, ranges, goal, range_max);
                 };
                 let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
-                let is_over = run.step(&mut observer).is_break();
+                let _ = run.step(&mut observer);
                 let last = run.trace().rows.last();
-                let (pose, gap_m) =
-                    last.map_or((Pose::default(), 1.0), |row| (row.pose, row.gap_m));
+                let pose = last.map_or_else(Pose::default, |row| row.pose);
                 self.time_s = last.map_or(0.0, |row| row.time_s);
                 self.command =
                     last.map_or([0.0; 2], |row| [row.command.linear, row.command.angular]);
-                let end = is_over.then(|| match run.is_reached() {
-                    _ if gap_m <= 0.0 => RunOutcome::Contact,
-                    true => RunOutcome::Reached,
-                    false if run.navigator().fault().is_some() => RunOutcome::Failed,
-                    false => RunOutcome::Timeout,
-                });
-                (pose, end)
+                (pose, run.end())
             }
             Driver::Refused(outcome, _) => return (0.0, Some(*outcome)),
             Driver::Ended => return (0.0, None),
@@ -163,11 +154,11 @@ impl Slot {
         let mut reward = progress_m - self.progress_m;
         self.progress_m = progress_m;
         match end {
-            Some(RunOutcome::Reached) => reward += REACHED_REWARD,
-            Some(RunOutcome::Contact) => reward -= REACHED_REWARD,
+            Some(MissionEnd::Reached) => reward += REACHED_REWARD,
+            Some(MissionEnd::Contact) => reward -= REACHED_REWARD,
             _ => {}
         }
-        (reward, end)
+        (reward, end.map(RunOutcome::from))
     }
 
     /// Ends the mission with this outcome.
@@ -181,7 +172,7 @@ impl Slot {
             Driver::Refused(_, reason) => (None, Some(reason)),
         };
         let (job, time_s, seen) = (self.job, self.time_s, self.seen.clone());
-        Finished { outcome: name(outcome), job, time_s, digest, reason, seen }
+        Finished { outcome: outcome.name(), job, time_s, digest, reason, seen }
     }
 }
 
@@ -207,27 +198,16 @@ fn driver(
     Ok((Driver::Navigator(Box::new(run)), path))
 }
 
-/// The name of an outcome, as in the records of experiments.
-const fn name(outcome: RunOutcome) -> &'static str {
-    match outcome {
-        RunOutcome::Reached => "reached",
-        RunOutcome::Contact => "contact",
-        RunOutcome::Timeout => "timeout",
-        RunOutcome::Failed => "failed",
-        _ => "error",
-    }
-}
-
 /// The ranges of a scan in the order of its beams.
 fn lidar_ranges(lidar: Option<&LidarData>) -> Box<dyn Iterator<Item = f64> + '_> {
     match lidar {
         Some(LidarData::Scan(scan)) => Box::new(scan.ranges.iter().copied()),
-        Some(LidarData::TimedScan(sweep)) => Box::new(sweep.beams.iter().map(|beam| beam.range)),
+        Some(LidarData::TimedScan(scan)) => Box::new(scan.beams.iter().map(|beam| beam.range)),
         None => Box::new(core::iter::empty()),
     }
 }
 
-fn seen_in(episode: &Episode, goal: &Goal, range_max: f64) -> Seen {
+fn seen_in(episode: &Episode, goal: &Goal, range_max: f64) -> AgentObservation {
     let ranges = lidar_ranges(episode.sensed().lidar.as_ref());
     seen(episode.pose(), episode.twist(), ranges, goal, range_max)
 }
@@ -239,10 +219,10 @@ fn seen(
     ranges: impl Iterator<Item = f64>,
     goal: &Goal,
     range_max: f64,
-) -> Seen {
+) -> AgentObservation {
     let plain = |range: f64| if range.is_nan() { 0.0 } else { range.min(range_max) as f32 };
     let goal = pose.inverse_transform(&goal.position);
-    Seen {
+    AgentObservation {
         ranges: ranges.map(plain).collect(),
         goal: [goal.x, goal.y],
         velocity: [twist.linear, twist.angular],

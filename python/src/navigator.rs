@@ -114,7 +114,7 @@ impl Navigator {
             let navigator = &state.navigator;
             NavigatorDecision {
                 command: twist_tuple(&decision.command),
-                mode: decision.mode.as_str(),
+                mode: decision.mode.name(),
                 local_target: (decision.local_target.x, decision.local_target.y),
                 observation_fault: navigator.observation_fault().map(|fault| fault.to_string()),
                 fault: navigator.fault().map(ToString::to_string),

@@ -13,39 +13,26 @@ use super::wheeltec::{WheeltecDevice, WheeltecSession};
 use super::{BaseError, BaseSettings, Bumper, Faults, Feedback, Tilt};
 use crate::geometry::Twist;
 use crate::robot::{PerTrack, TrackSpeeds};
-use crate::settings::parse_choice;
+use crate::settings::{parse_choice, words};
 
-/// A wire protocol of bases.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum Protocol {
-    /// This crate's own frames: see [`super::native`].
-    #[default]
-    Native,
-    /// WHEELTEC's STM32 controllers: see [`super::wheeltec`].
-    Wheeltec,
-    /// `RoboClaw` motor controllers: see [`super::roboclaw`].
-    Roboclaw,
-    /// `ROSArduinoBridge`: see [`super::arduino`].
-    Arduino,
+words! {
+    /// A wire protocol of bases.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+    #[non_exhaustive]
+    pub enum Protocol {
+        /// This crate's own frames: see [`super::native`].
+        #[default]
+        Native = "native",
+        /// WHEELTEC's STM32 controllers: see [`super::wheeltec`].
+        Wheeltec = "wheeltec",
+        /// `RoboClaw` motor controllers: see [`super::roboclaw`].
+        Roboclaw = "roboclaw",
+        /// `ROSArduinoBridge`: see [`super::arduino`].
+        Arduino = "arduino",
+    }
 }
 
 impl Protocol {
-    /// Every protocol.
-    pub const ALL: [Self; 4] = [Self::Native, Self::Wheeltec, Self::Roboclaw, Self::Arduino];
-
-    /// The name on the command line and in settings.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Native => "native",
-            Self::Wheeltec => "wheeltec",
-            Self::Roboclaw => "roboclaw",
-            Self::Arduino => "arduino",
-        }
-    }
-
     /// Whether a base with the published firmware stops by itself when commands cease.
     #[must_use]
     pub const fn has_watchdog(self) -> bool {

@@ -23,7 +23,7 @@ columns! {
         pub adapter: Option<String>,
         /// Threads of a CPU engine; zero for a GPU engine.
         pub threads: usize,
-        /// Motion of the samples: [`Sampler::as_str`].
+        /// Motion of the samples: [`Sampler::name`].
         #[serde(default = "arcs")]
         pub sampler: String,
         /// Samples of the dynamic window.
@@ -153,7 +153,7 @@ pub fn measure_density(
         let steps = plan.steps;
         let roadway = Roadway { vx_samples, vtheta_samples, steps, sampler, ..Roadway::default() };
         last.iter_mut().for_each(|last| {
-            last.take_if(|last| last.sampler != sampler.as_str());
+            last.take_if(|last| last.sampler != sampler.name());
         });
         let mut expected: Option<(String, String)> = None;
         for (engine, last) in engines.iter_mut().zip(&mut last) {
@@ -266,7 +266,7 @@ fn time(
         engine: engine.kind().to_owned(),
         adapter: (engine.kind() == "gpu").then(|| engine.name()),
         threads: engine.threads(),
-        sampler: roadway.sampler.as_str().to_owned(),
+        sampler: roadway.sampler.name().to_owned(),
         samples,
         steps,
         p50_ms: summary.p50_ms,
@@ -320,11 +320,7 @@ impl fmt::Display for Crossover {
 /// The name of an engine with the sampler, unless that is the plain one.
 #[must_use]
 pub fn named_sampler(engine: &str, sampler: &str) -> String {
-    if sampler == Sampler::Arcs.as_str() {
-        engine.to_owned()
-    } else {
-        format!("{engine}, {sampler}")
-    }
+    if sampler == Sampler::Arcs.name() { engine.to_owned() } else { format!("{engine}, {sampler}") }
 }
 
 /// The crossover of each GPU engine and sampler, in the order in which they occur. Rows of one number of steps are expected.

@@ -20,7 +20,7 @@ columns! {
     pub struct QualityRow {
         /// Time that the dynamic window looks ahead, seconds.
         pub window_s: f64,
-        /// Motion of the samples: [`Sampler::as_str`].
+        /// Motion of the samples: [`Sampler::name`].
         #[serde(default = "arcs")]
         pub sampler: String,
         /// Samples of the dynamic window.
@@ -83,7 +83,7 @@ pub fn grid_counts(samples: usize, shape: f64) -> (u32, u32) {
 
 /// The sampler of rows that were recorded before there were others.
 pub(super) fn arcs() -> String {
-    Sampler::Arcs.as_str().to_owned()
+    Sampler::Arcs.name().to_owned()
 }
 
 /// The usual ratio of forward speeds to rows. A row of two segments or of a sequence has a second velocity too, so it
@@ -169,7 +169,7 @@ impl Losses {
         let [omega_off_p50_rad_s, omega_off_max_rad_s] = median_and_worst(&self.angular);
         QualityRow {
             window_s: roadway.window_s,
-            sampler: roadway.sampler.as_str().to_owned(),
+            sampler: roadway.sampler.name().to_owned(),
             samples: roadway.samples(),
             vx_samples: roadway.vx_samples,
             vtheta_samples: roadway.vtheta_samples,

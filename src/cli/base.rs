@@ -310,10 +310,8 @@ pub fn drive_while(
 
 /// Whether the base stands and is commanded to.
 fn is_still(status: &SupervisorStatus) -> bool {
-    let stands =
-        |twist: &Twist| twist.linear.abs() < STANDSTILL && twist.angular.abs() < STANDSTILL;
     let reported = status.feedback.as_ref().map(|feedback| feedback.twist);
-    stands(&status.sent) && reported.is_none_or(|twist| stands(&twist))
+    status.sent.is_below(STANDSTILL) && reported.is_none_or(|twist| twist.is_below(STANDSTILL))
 }
 
 /// Prints a base's reports. Returns false if the base is silent at the end.

@@ -28,9 +28,6 @@ mod on_pseudo_terminal {
     use crate::cli::pseudo_terminal::PseudoTerminal;
     use crate::cli::{config, output};
 
-    /// Speed and turn rate below which the base stands, m/s and rad/s.
-    const STANDING: f64 = 0.02;
-
     /// Shortest time in which a base stands, seconds: a reversal passes through zero.
     const STANDSTILL_S: f64 = 0.2;
 
@@ -145,7 +142,7 @@ mod on_pseudo_terminal {
 
     impl MotionLog {
         fn record(&mut self, now_s: f64, twist: &Twist) {
-            if twist.linear.abs() >= STANDING || twist.angular.abs() >= STANDING {
+            if !twist.stands() {
                 self.end(now_s);
                 self.last_motion_s = now_s;
             }

@@ -1,13 +1,11 @@
 //! The demo on built-in scenes: `inbye` without a command.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use inbye::bench::{DensityPlan, EngineRequest, crossovers, verify};
-use inbye::local::Engine;
-use inbye::navigator::Goal;
+use inbye::local::{CpuEngines, Engine};
 use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
-use inbye::runtime::{Config, Mission, MissionResult};
+use inbye::runtime::{Config, MissionResult};
 use inbye::sim::{Scene, Simulation, mine, scenes};
 use serde_json::json;
 
@@ -54,7 +52,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         }
         drives.push(drive);
     }
-    let mut all = machine::all_engines()?;
+    let mut all = machine::engines(CpuEngines::OneAndAll)?;
     let bar = output::progress(CASES, "comparing engines", "problems");
     let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
     bar.finish_and_clear();
@@ -126,13 +124,8 @@ struct Drive {
 
 impl Drive {
     fn new(scene: Scene, config: &Config, engine: Box<dyn Engine>) -> anyhow::Result<Self> {
-        let (start, goal) = (scene.start, scene.goal);
         let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
-        let goal = Goal { position: goal, yaw: None };
-        let mission = Mission {
-            time_limit_s: 600.0,
-            ..Mission::new(Arc::new(scene.map.clone()), start, goal)
-        };
+        let mission = scene.mission(600.0);
         let simulation = Simulation {
             moving_obstacles: spawner.spawn_on_route(&mission, config)?,
             seed: scene.seed,

@@ -6,7 +6,9 @@ use inbye::localization::ChangedArea;
 use inbye::map::GridFrame;
 use inbye::navigator::{DeadlineStats, Mode};
 use inbye::report::{MissionView, Report, html};
-use inbye::runtime::{EarlyEnd, FaultEvents, MissionResult, StopError, TickEvent, ZoneCompliance};
+use inbye::runtime::{
+    EarlyEnd, FaultEvents, MissionEnd, MissionResult, StopError, TickEvent, ZoneCompliance,
+};
 use serde_json::{Value, json};
 
 use super::output;
@@ -73,16 +75,15 @@ pub fn one_line(result: &MissionResult) -> String {
 
 /// The result in one line, in colour on a terminal.
 pub fn coloured_line(result: &MissionResult) -> String {
-    let is_good = result.reached && !result.collided;
-    let mark = if is_good { output::good } else { output::bad };
+    let mark = if result.end() == MissionEnd::Reached { output::good } else { output::bad };
     with_outcome(&mark(outcome(result)), result)
 }
 
 const fn outcome(result: &MissionResult) -> &'static str {
-    match (result.reached, result.collided) {
-        (_, true) => "hit an obstacle",
-        (true, false) => "reached the goal",
-        (false, false) => "did not reach the goal",
+    match result.end() {
+        MissionEnd::Contact => "hit an obstacle",
+        MissionEnd::Reached => "reached the goal",
+        MissionEnd::Timeout | MissionEnd::Failed => "did not reach the goal",
     }
 }
 
@@ -282,7 +283,7 @@ impl DriveLog {
         }
         self.faults = faults;
         if self.mode != Some(row.mode) {
-            output::detail(format!("{}: {}", at(), row.mode.as_str().replace('_', " ")));
+            output::detail(format!("{}: {}", at(), row.mode.name().replace('_', " ")));
         }
         self.mode = Some(row.mode);
         self.plans = plans.len();

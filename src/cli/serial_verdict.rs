@@ -1,13 +1,11 @@
 //! Whether a robot on an emulated serial line did what its case requires.
 
 use inbye::experiment::FaultRow;
+use inbye::geometry::Twist;
 use serde_json::Value;
 
 /// Least distance that a robot drives before and after the fault, metres: one that does not drive proves nothing.
 const MIN_TRAVEL_M: f64 = 1.5;
-
-/// Speed below which a robot stands at the end, m/s.
-const STANDING_M_S: f64 = 0.02;
 
 /// Time by which the last motion may precede a fault that makes the robot stand at once, seconds.
 const SETTLED_S: f64 = 0.1;
@@ -142,7 +140,8 @@ impl SerialOutcome {
             None => Some("the robot did not stand".to_owned()),
         };
         let moves = || {
-            (self.speed_m_s >= STANDING_M_S).then(|| "the robot still moves at the end".to_owned())
+            (self.speed_m_s >= Twist::STANDING)
+                .then(|| "the robot still moves at the end".to_owned())
         };
         let elsewhere = || {
             (self.error_m > AT_GOAL_M)

@@ -254,7 +254,7 @@ pub fn sampling_setups(
             let mut setup =
                 Setup::unnamed(config.clone()).with_sampling(vx_samples, vtheta_samples);
             setup.config.local.sampler = sampler;
-            setup.name = (sampler != Sampler::Arcs).then(|| sampler.as_str().to_owned());
+            setup.name = (sampler != Sampler::Arcs).then(|| sampler.name().to_owned());
             if !setups.contains(&setup) {
                 setups.push(setup);
             }

@@ -1,5 +1,6 @@
 //! Figures of the motion of a drive, from its true trace.
 
+use super::RunRow;
 use super::group::mean;
 use super::outcome::gap_to_moving_m;
 use crate::geometry::{Point, Vector, wrap_angle};
@@ -16,40 +17,18 @@ const CURVATURE_STEP_M: f64 = 0.2;
 /// A contact that is farther away than this is none, seconds.
 const FARTHEST_CONTACT_S: f64 = 10.0;
 
-/// Figures of the motion of a drive. A figure is none where the drive is too short for it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct DriveMetrics {
-    /// Share of ticks with a gap below 0.3 m (MRPB, Wen et al. 2021).
-    pub near_share: Option<f64>,
-    /// Mean change of the speed, m/s^2 (MRPB's velocity change over the time of a tick).
-    pub speed_change_m_s2: Option<f64>,
-    /// Root mean square of the jerk along the motion, m/s^3.
-    pub jerk_rms_m_s3: Option<f64>,
-    /// Control effort: root mean square of the accelerations of both belts that the commands ask for, m/s^2.
-    pub control_effort_m_s2: Option<f64>,
-    /// Kinetic energy that the belts put into the motion, each with half of the mass, J/kg: without friction, and without what
-    /// braking may recover.
-    pub drive_work_j_per_kg: Option<f64>,
-    /// Root mean square distance from the global path of the time, metres.
-    pub off_path_rms_m: Option<f64>,
-    /// Angle turned per metre driven, rad/m.
-    pub angle_per_m: Option<f64>,
-    /// Mean curvature of the path driven, 1/m: Menger's, of points 0.2 m apart.
-    pub curvature_per_m: Option<f64>,
-    /// Shares of ticks with a moving obstacle within the intimate, personal and social space; none without any.
-    pub intrusion_shares: Option<[f64; 3]>,
-    /// Least time to a contact with a moving obstacle if both kept their velocities, seconds.
-    pub least_time_to_contact_s: Option<f64>,
-}
-
-impl DriveMetrics {
-    /// The figures of a trace with this time between two rows, seconds.
-    pub fn of(trace: &Trace, footprint: &Footprint, drive: &TrackedDrive, period_s: f64) -> Self {
+impl RunRow {
+    /// Fills in the figures of the motion from a trace with this time between two rows, seconds. A figure is none where the drive
+    /// is too short for it.
+    pub(super) fn fill_motion(
+        &mut self,
+        trace: &Trace,
+        footprint: &Footprint,
+        drive: &TrackedDrive,
+        period_s: f64,
+    ) {
         let rows = &trace.rows;
-        let share = |is: &dyn Fn(&TraceRow) -> bool| {
-            let count = rows.iter().filter(|row| is(row)).count();
-            (!rows.is_empty()).then(|| count as f64 / rows.len() as f64)
-        };
+        let share = |count: usize| (!rows.is_empty()).then(|| count as f64 / rows.len() as f64);
         let changes = rows.windows(2).map(|pair| pair[1].twist.linear - pair[0].twist.linear);
         let jerks = rows.windows(3).map(|three| {
             let [before, now, after] = [0, 1, 2].map(|index: usize| three[index].twist.linear);
@@ -57,29 +36,23 @@ impl DriveMetrics {
         });
         let turned_rad: f64 =
             rows.windows(2).map(|pair| wrap_angle(pair[1].pose.yaw - pair[0].pose.yaw).abs()).sum();
-        let step_m = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
-        let driven_m: f64 = rows.windows(2).map(step_m).sum();
-        let has_moving = !trace.moving_radii.is_empty();
-        let gap_m = |row| gap_to_moving_m(row, &trace.moving_radii, footprint);
-        let gaps_m: Vec<Option<f64>> = rows.iter().map(gap_m).collect();
-        let within = |space_m: f64| {
-            let count = gaps_m.iter().flatten().filter(|gap_m| **gap_m < space_m).count();
-            (!rows.is_empty()).then(|| count as f64 / rows.len() as f64)
-        };
-        let [intimate, personal, social] = SPACES_M.map(within);
-        let shares = has_moving.then_some(()).and_then(|()| Some([intimate?, personal?, social?]));
-        Self {
-            near_share: share(&|row| row.gap_m < NEAR_M),
-            speed_change_m_s2: mean(changes.map(f64::abs)).map(|change| change / period_s),
-            jerk_rms_m_s3: mean(jerks.map(|jerk| jerk * jerk)).map(f64::sqrt),
-            control_effort_m_s2: control_effort_m_s2(rows, drive, period_s),
-            drive_work_j_per_kg: drive_work_j_per_kg(rows, drive),
-            off_path_rms_m: off_path_rms_m(trace),
-            angle_per_m: (driven_m > 0.0).then(|| turned_rad / driven_m),
-            curvature_per_m: mean_curvature(rows),
-            intrusion_shares: shares,
-            least_time_to_contact_s: least_time_to_contact_s(trace, footprint, period_s),
+        let driven_m = trace.travelled_m();
+        self.near_share = share(rows.iter().filter(|row| row.gap_m < NEAR_M).count());
+        self.speed_change_m_s2 = mean(changes.map(f64::abs)).map(|change| change / period_s);
+        self.jerk_rms_m_s3 = mean(jerks.map(|jerk| jerk * jerk)).map(f64::sqrt);
+        self.control_effort_m_s2 = control_effort_m_s2(rows, drive, period_s);
+        self.drive_work_j_per_kg = drive_work_j_per_kg(rows, drive);
+        self.off_path_rms_m = off_path_rms_m(trace);
+        self.angle_per_m = (driven_m > 0.0).then(|| turned_rad / driven_m);
+        self.curvature_per_m = mean_curvature(rows);
+        self.least_time_to_contact_s = least_time_to_contact_s(trace, footprint, period_s);
+        if trace.moving_radii.is_empty() {
+            return;
         }
+        let gap_m = |row| gap_to_moving_m(row, &trace.moving_radii, footprint);
+        let gaps_m: Vec<f64> = rows.iter().filter_map(gap_m).collect();
+        let within = |space_m: f64| share(gaps_m.iter().filter(|gap_m| **gap_m < space_m).count());
+        [self.intimate_share, self.personal_share, self.social_share] = SPACES_M.map(within);
     }
 }
 
@@ -180,9 +153,11 @@ mod tests {
         TraceRow::driving(pose, Twist::new(linear, 0.0))
     }
 
-    fn metrics(trace: &Trace) -> DriveMetrics {
+    fn metrics(trace: &Trace) -> RunRow {
         let drive = TrackedDrive { track_width_m: 0.4 };
-        DriveMetrics::of(trace, &Footprint::round(0.25).expect("a radius"), &drive, PERIOD_S)
+        let mut row = RunRow::default();
+        row.fill_motion(trace, &Footprint::round(0.25).expect("a radius"), &drive, PERIOD_S);
+        row
     }
 
     fn close(value: Option<f64>, expected: f64) -> bool {
@@ -191,7 +166,7 @@ mod tests {
 
     #[test]
     fn empty_drive_has_no_figures() {
-        assert_eq!(metrics(&Trace::default()), DriveMetrics::default());
+        assert_eq!(metrics(&Trace::default()), RunRow::default());
     }
 
     /// On a circle of radius R a robot turns by 1/R per metre of arc; Menger's circle through three points is that circle.
@@ -210,7 +185,7 @@ mod tests {
         // The chords are shorter than the arcs.
         let chords = 2.0 * radius_m * libm::sin(TAU / 2.0 / f64::from(steps)) * f64::from(steps);
         assert!(close(figures.angle_per_m, TAU / chords), "{figures:?}");
-        assert_eq!(figures.intrusion_shares, None);
+        assert_eq!(figures.social_share, None);
     }
 
     /// Speeds 0, 0.1, 0.3, 0.3: changes of 1, 2 and 0 m/s^2, jerks of 10 and -20 m/s^3.
@@ -268,7 +243,8 @@ mod tests {
         let figures = metrics(&trace);
         assert!(close(figures.least_time_to_contact_s, 1.625), "{figures:?}");
         // The gaps are 3.45, 3.25 and 3.05 m.
-        assert_eq!(figures.intrusion_shares, Some([0.0, 0.0, 1.0]));
+        let shares = [figures.intimate_share, figures.personal_share, figures.social_share];
+        assert_eq!(shares, [0.0, 0.0, 1.0].map(Some));
         let past = time_to_contact_s(&Vector::new(4.0, 1.0), &Vector::new(-2.0, 0.0), 0.55);
         assert_eq!(past, None, "the person passes at a metre");
         assert_eq!(time_to_contact_s(&Vector::new(0.5, 0.0), &Vector::ZERO, 0.55), Some(0.0));

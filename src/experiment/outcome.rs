@@ -3,25 +3,27 @@
 use serde::{Deserialize, Serialize};
 
 use crate::robot::Footprint;
-use crate::runtime::{Config, MissionResult, TraceRow};
+use crate::runtime::{Config, MissionEnd, MissionResult, TraceRow};
+use crate::settings::words;
 use crate::sim::{Simulation, World};
 
-/// How a run ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum RunOutcome {
-    /// The robot reached its goal.
-    Reached,
-    /// The robot and something touched.
-    Contact,
-    /// The time was up.
-    Timeout,
-    /// The navigator gave up.
-    Failed,
-    /// The run did not start: a start in a wall, a map without room.
-    #[default]
-    Error,
+words! {
+    /// How a run ended.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[non_exhaustive]
+    pub enum RunOutcome {
+        /// The robot reached its goal.
+        Reached = "reached",
+        /// The robot and something touched.
+        Contact = "contact",
+        /// The time was up.
+        Timeout = "timeout",
+        /// The navigator gave up.
+        Failed = "failed",
+        /// The run did not start: a start in a wall, a map without room.
+        #[default]
+        Error = "error",
+    }
 }
 
 impl RunOutcome {
@@ -34,6 +36,17 @@ impl RunOutcome {
             Self::Timeout => "ran out of time",
             Self::Failed => "gave up",
             Self::Error => "did not start",
+        }
+    }
+}
+
+impl From<MissionEnd> for RunOutcome {
+    fn from(end: MissionEnd) -> Self {
+        match end {
+            MissionEnd::Reached => Self::Reached,
+            MissionEnd::Contact => Self::Contact,
+            MissionEnd::Timeout => Self::Timeout,
+            MissionEnd::Failed => Self::Failed,
         }
     }
 }
@@ -54,24 +67,23 @@ pub enum ContactCause {
 /// How a run ended, who caused a contact, and why the goal was not reached.
 pub(super) type Ended = (RunOutcome, Option<ContactCause>, Option<String>);
 
-/// Returns the outcome of a run. Contact comes first: a robot that touches something at its goal has not reached it.
+/// Returns the outcome of a run.
 pub(super) fn outcome(simulation: &Simulation, config: &Config, result: &MissionResult) -> Ended {
-    let why = result.why();
-    if result.collided {
+    let (end, why) = (result.end(), result.why());
+    if end == MissionEnd::Contact {
         // A contact of an unknown body counts against the robot.
         let is_by_other = result.contact.is_some_and(|contact| !contact.is_by_robot());
         let cause = if is_by_other { ContactCause::Other } else { ContactCause::Robot };
-        return (RunOutcome::Contact, Some(cause), why);
+        return (end.into(), Some(cause), why);
     }
-    if result.reached {
-        return (RunOutcome::Reached, None, None);
+    if end == MissionEnd::Reached {
+        return (end.into(), None, None);
     }
-    let outcome = if result.fault.is_some() { RunOutcome::Failed } else { RunOutcome::Timeout };
     let gaps = result.trace.rows.last().map_or_else(String::new, |last| {
         let world = World::new(simulation.true_obstacles(config));
         format!(", {}", gaps(last, result, config, &world))
     });
-    (outcome, None, why.map(|why| why + &gaps))
+    (end.into(), None, why.map(|why| why + &gaps))
 }
 
 /// The gaps to static and to moving obstacles, as text.

@@ -11,7 +11,7 @@ use toml::Table;
 
 use super::ExperimentError;
 use crate::local::{EngineChoice, Weights};
-use crate::settings::{choices, commented_toml, setting_schema, settings};
+use crate::settings::{choices, commented_toml, setting_schema, settings, words};
 
 settings! {
     /// A plan. Every combination of the listed values is a cell.
@@ -91,44 +91,28 @@ setting_schema! {
     });
 }
 
-/// Kinds of worlds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum WorldKind {
-    /// The built-in scenes.
-    #[default]
-    Scenes,
-    /// Routes on a map.
-    Map,
-    /// Random missions.
-    Missions,
-    /// BARN.
-    Barn,
-    /// `DynaBARN`.
-    DynaBarn,
-    /// Cases of localization.
-    Localization,
-    /// Drives of the paper.
-    Paper,
-    /// MRPB 1.0.
-    Mrpb,
-}
-
-impl WorldKind {
-    /// Its name in plans and tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Scenes => "scenes",
-            Self::Map => "map",
-            Self::Missions => "missions",
-            Self::Barn => "barn",
-            Self::DynaBarn => "dynabarn",
-            Self::Localization => "localization",
-            Self::Paper => "paper",
-            Self::Mrpb => "mrpb",
-        }
+words! {
+    /// Kinds of worlds.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[non_exhaustive]
+    pub enum WorldKind {
+        /// The built-in scenes.
+        #[default]
+        Scenes = "scenes",
+        /// Routes on a map.
+        Map = "map",
+        /// Random missions.
+        Missions = "missions",
+        /// BARN.
+        Barn = "barn",
+        /// `DynaBARN`.
+        DynaBarn = "dynabarn",
+        /// Cases of localization.
+        Localization = "localization",
+        /// Drives of the paper.
+        Paper = "paper",
+        /// MRPB 1.0.
+        Mrpb = "mrpb",
     }
 }
 

@@ -22,7 +22,7 @@ const LEAST_WORLDS: usize = 10;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum Verdict {
+pub enum RankStatus {
     /// It is the best one.
     #[default]
     Best,
@@ -32,7 +32,7 @@ pub enum Verdict {
     MayBeChance,
 }
 
-impl Verdict {
+impl RankStatus {
     /// As people read it.
     #[must_use]
     pub const fn text(self) -> &'static str {
@@ -45,7 +45,7 @@ impl Verdict {
 }
 
 column_values! {
-    Text: Verdict;
+    Text: RankStatus;
 }
 
 columns! {
@@ -86,7 +86,7 @@ columns! {
         /// Upper end.
         pub difference_high: Option<f64> => 3,
         /// What that says.
-        pub verdict: Verdict,
+        pub verdict: RankStatus,
         /// BARN's mean score, 0 to 0.5.
         pub score: Option<f64> => 4,
         /// Mean time of the runs that reached their goal over BARN's optimal time.
@@ -166,7 +166,7 @@ fn ranking(kind: WorldKind, planners: &BTreeMap<&str, Vec<&RunRow>>) -> Vec<Rank
             planner.difference = Some(difference);
             planner.difference_low = Some(low);
             planner.difference_high = Some(high);
-            planner.verdict = if high < 0.0 { Verdict::Worse } else { Verdict::MayBeChance };
+            planner.verdict = if high < 0.0 { RankStatus::Worse } else { RankStatus::MayBeChance };
         }
         planner
     };
@@ -297,8 +297,8 @@ mod tests {
         let ranked = rankings(&rows);
         let names: Vec<&str> = ranked.iter().map(|it| it.planner.as_str()).collect();
         assert_eq!(names, ["fast", "equal", "slow"]);
-        let verdicts: Vec<Verdict> = ranked.iter().map(|it| it.verdict).collect();
-        assert_eq!(verdicts, [Verdict::Best, Verdict::MayBeChance, Verdict::Worse]);
+        let verdicts: Vec<RankStatus> = ranked.iter().map(|it| it.verdict).collect();
+        assert_eq!(verdicts, [RankStatus::Best, RankStatus::MayBeChance, RankStatus::Worse]);
         let slow = &ranked[2];
         assert!((slow.difference.expect("pairs") + 0.205).abs() < 1e-9, "{slow:?}");
         assert_eq!((ranked[0].runs, slow.runs), (41, 40));

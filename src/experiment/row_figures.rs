@@ -1,6 +1,6 @@
 //! The figures of a row: how each column follows from a run.
 
-use super::metrics::{DriveMetrics, weighted_success};
+use super::metrics::weighted_success;
 use super::outcome::gap_to_moving_m;
 use super::paper_drives::Deviation;
 use super::row::STANDS_BELOW;
@@ -55,10 +55,8 @@ impl RunRow {
 
     /// Fills in the figures of the motion. The outcome and BARN's optimal time must be known.
     fn fill_metrics(&mut self, simulation: &Simulation, config: &Config, result: &MissionResult) {
-        let trace = &result.trace;
-        let period_s = config.local.control_period_s;
-        let metrics =
-            DriveMetrics::of(trace, &config.robot.footprint, &config.robot.drive(), period_s);
+        let (robot, period_s) = (&config.robot, config.local.control_period_s);
+        self.fill_motion(&result.trace, &robot.footprint, &robot.drive(), period_s);
         let fastest = match self.optimal_time_s {
             Some(_) => barn::OPTIMAL_SPEED,
             None => config.robot.limits.max_vel_x,
@@ -74,19 +72,6 @@ impl RunRow {
             self.ideal_time_s.map(|ideal_s| weighted_success(reached, ideal_s, actual.0));
         self.path_weighted_success =
             ideal_m.map(|ideal_m| weighted_success(reached, ideal_m, actual.1));
-        self.near_share = metrics.near_share;
-        self.speed_change_m_s2 = metrics.speed_change_m_s2;
-        self.jerk_rms_m_s3 = metrics.jerk_rms_m_s3;
-        self.control_effort_m_s2 = metrics.control_effort_m_s2;
-        self.drive_work_j_per_kg = metrics.drive_work_j_per_kg;
-        self.off_path_rms_m = metrics.off_path_rms_m;
-        self.angle_per_m = metrics.angle_per_m;
-        self.curvature_per_m = metrics.curvature_per_m;
-        let [intimate, personal, social] =
-            metrics.intrusion_shares.map_or([None; 3], |it| it.map(Some));
-        (self.intimate_share, self.personal_share, self.social_share) =
-            (intimate, personal, social);
-        self.least_time_to_contact_s = metrics.least_time_to_contact_s;
     }
 
     /// Fills in the response of the base as the drive identified it.
@@ -155,9 +140,7 @@ impl RunRow {
 
 /// The share of ticks in which the robot stood, and the longest sequence of them in seconds.
 fn waits(rows: &[TraceRow], period_s: f64) -> (f64, f64) {
-    let stands = |row: &TraceRow| {
-        row.twist.linear.abs() < STANDS_BELOW && row.twist.angular.abs() < STANDS_BELOW
-    };
+    let stands = |row: &TraceRow| row.twist.is_below(STANDS_BELOW);
     let stood = rows.iter().filter(|row| stands(row)).count();
     let longest = rows
         .chunk_by(|a, b| stands(a) == stands(b))

@@ -149,14 +149,18 @@ impl SoakSummary {
         let (distance_m, time_s) = (sum(|row| row.travelled_m), sum(|row| row.time_s));
         let faults = faults(rows).into_iter();
         let all = Group::of("all", &rows.iter().collect::<Vec<_>>());
-        let heedless = || rows.iter().filter(|row| row.traffic == Some(TrafficKind::NonYielding));
+        let non_yielding =
+            || rows.iter().filter(|row| row.traffic == Some(TrafficKind::NonYielding));
         let caused = |row: &&RunRow| row.contact_cause == Some(ContactCause::Other);
         let protected = || rows.iter().filter_map(|row| row.protected_ticks);
         let ticks = rows.iter().map(|row| row.ticks).sum::<usize>().max(1);
         Self {
             reached: Share::new(all.reached, all.runs),
             contacts_robot: Share::new(all.contacts_robot, all.runs),
-            contacts_of_heedless: Share::new(heedless().filter(caused).count(), heedless().count()),
+            contacts_of_heedless: Share::new(
+                non_yielding().filter(caused).count(),
+                non_yielding().count(),
+            ),
             all,
             faults: faults.map(|(name, count)| (name.to_owned(), count)).collect(),
             mean_speed_m_s: (time_s > 0.0).then(|| distance_m / time_s),

@@ -179,7 +179,6 @@ mod tests {
     use super::*;
     use crate::base::OperatorState;
     use crate::local::CpuEngine;
-    use crate::navigator::Goal;
     use crate::runtime::Observer;
     use crate::sim::{Simulation, roadway};
 
@@ -195,11 +194,7 @@ mod tests {
     }
 
     fn served(stop: Option<OperatorSwitch>) -> (LiveView, Simulation) {
-        let scene = roadway();
-        let goal = Goal { position: scene.goal, yaw: None };
-        let mission =
-            Mission { time_limit_s: 60.0, ..Mission::new(Arc::new(scene.map), scene.start, goal) };
-        let simulation = Simulation::new(mission);
+        let simulation = Simulation::new(roadway().mission(60.0));
         let config = Config::default();
         let drive = LiveDrive {
             title: "<drive>",

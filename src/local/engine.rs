@@ -66,7 +66,7 @@ impl SampleStatus {
 
     /// The name in JSON.
     #[must_use]
-    pub const fn as_str(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Ok => "ok",
             Self::Collision => "collision",
@@ -210,7 +210,7 @@ pub trait Engine: Send {
     }
 
     /// GPU failures so far, for an engine with a CPU fallback; `None` for any other engine.
-    fn incidents(&self) -> Option<&Incidents> {
+    fn incidents(&self) -> Option<Incidents> {
         None
     }
 }

@@ -61,7 +61,7 @@ pub struct SampleSi {
     pub vtheta: f64,
     /// Whether the robot may drive it.
     pub admissible: bool,
-    /// Its status, see [`SampleStatus::as_str`].
+    /// Its status, see [`SampleStatus::name`].
     pub status: &'static str,
     /// Its final pose, map frame.
     pub end: Pose,
@@ -181,7 +181,7 @@ impl<'a> Explainer<'a> {
                 vx: twist.linear,
                 vtheta: twist.angular,
                 admissible,
-                status: record.status.as_str(),
+                status: record.status.name(),
                 end: self.end_pose(rollout::end_position(header, vx, &table), profile.end_turn),
                 terms: self.terms(&record.terms),
                 score: admissible.then(|| self.score(&record.terms)),

@@ -31,7 +31,7 @@ impl LocalPlanner {
 
     /// GPU failures so far, see [`Engine::incidents`].
     #[must_use]
-    pub fn incidents(&self) -> Option<&Incidents> {
+    pub fn incidents(&self) -> Option<Incidents> {
         self.engine.incidents()
     }
 

@@ -187,6 +187,7 @@ impl Problem {
 
     /// Largest forward speed and turn rate, without sign, from which a sample must be able to stop (eq. 30): those of its
     /// column, of its row, and of every step.
+    #[doc(hidden)]
     #[must_use]
     pub fn stopping_velocity(&self, index: u32) -> Twist {
         let (vx, profile) = self.motions().sample(index);

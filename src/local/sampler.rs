@@ -4,29 +4,30 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::Twist;
 use crate::robot::Limits;
-use crate::settings::{choices, setting_schema};
+use crate::settings::{choices, setting_schema, words};
 
 /// Largest number of segments of a profile.
 pub(super) const MAX_SEGMENTS: usize = 4;
 
-/// How the samples of a decision move over the horizon.
-///
-/// Turning in place, standing, reversing and the last command are samples of every sampler where limits and window
-/// permit them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Sampler {
-    /// A constant forward speed and turn rate, reached at once (eq. 27).
-    #[default]
-    Arcs,
-    /// A constant acceleration from the present velocity, then a constant velocity. The window holds the velocities that
-    /// are reachable within the ramp.
-    Ramps,
-    /// A first velocity, then a second one that is reached with the limits' acceleration. The ends of the second segments are spread
-    /// evenly (C-Uniform, arXiv 2409.12266).
-    TwoSegments,
-    /// A first velocity, then turn rates and speeds that change by seeded noise (as in MPPI).
-    Sequences,
+words! {
+    /// How the samples of a decision move over the horizon.
+    ///
+    /// Turning in place, standing, reversing and the last command are samples of every sampler where limits and window
+    /// permit them.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+    pub enum Sampler {
+        /// A constant forward speed and turn rate, reached at once (eq. 27).
+        #[default]
+        Arcs = "arcs",
+        /// A constant acceleration from the present velocity, then a constant velocity. The window holds the velocities that
+        /// are reachable within the ramp.
+        Ramps = "ramps",
+        /// A first velocity, then a second one that is reached with the limits' acceleration. The ends of the second segments are spread
+        /// evenly (C-Uniform, arXiv 2409.12266).
+        TwoSegments = "two_segments",
+        /// A first velocity, then turn rates and speeds that change by seeded noise (as in MPPI).
+        Sequences = "sequences",
+    }
 }
 
 setting_schema! {
@@ -34,20 +35,6 @@ setting_schema! {
 }
 
 impl Sampler {
-    /// All samplers.
-    pub const ALL: [Self; 4] = [Self::Arcs, Self::Ramps, Self::TwoSegments, Self::Sequences];
-
-    /// The name in settings and tables.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Arcs => "arcs",
-            Self::Ramps => "ramps",
-            Self::TwoSegments => "two_segments",
-            Self::Sequences => "sequences",
-        }
-    }
-
     /// Number of segments of every profile.
     pub(super) const fn segment_count(self) -> usize {
         match self {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use super::engine::{Detail, Engine, Evaluation};
-use super::{EngineError, GpuFailureKind, QuantizedProblem};
+use super::{EngineError, GpuFailureKind, Incidents, QuantizedProblem};
 
 /// A handle to an engine that other handles use as well, each in its own thread, such as robots that are simulated side by side.
 ///
@@ -78,18 +78,31 @@ impl Shared {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn engine(&self) -> MutexGuard<'_, Box<dyn Engine>> {
+        self.engine.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The answers in the order of the problems. One batch holds them all.
     fn evaluate(
         &self,
-        problem: &QuantizedProblem,
+        problems: &[QuantizedProblem],
         detail: Detail,
-    ) -> Result<Evaluation, EngineError> {
+    ) -> Vec<Result<Evaluation, EngineError>> {
+        if problems.is_empty() {
+            return Vec::new();
+        }
         let mut queue = self.lock();
-        let ticket = queue.next_ticket;
-        queue.next_ticket += 1;
-        queue.waiting.push(Request { ticket, problem: problem.clone(), detail });
+        let first = queue.next_ticket;
+        queue.next_ticket += problems.len() as u64;
+        let tickets = first..queue.next_ticket;
+        let own = tickets.clone().zip(problems);
+        let own = own.map(|(ticket, problem)| Request { ticket, problem: problem.clone(), detail });
+        queue.waiting.extend(own);
         loop {
-            if let Some(place) = queue.answers.iter().position(|(other, _)| *other == ticket) {
-                return queue.answers.swap_remove(place).1;
+            // The answers to a batch are consecutive, in the order of the tickets.
+            if let Some(place) = queue.answers.iter().position(|(ticket, _)| *ticket == first) {
+                let own = queue.answers.drain(place..place + problems.len());
+                return own.map(|(_, answer)| answer).collect();
             }
             if queue.is_busy {
                 queue = self.answered.wait(queue).unwrap_or_else(PoisonError::into_inner);
@@ -131,7 +144,7 @@ impl Shared {
         let details: Vec<Detail> = requests.iter().map(|request| request.detail).collect();
         let problems: Vec<QuantizedProblem> =
             requests.into_iter().map(|request| request.problem).collect();
-        let mut engine = self.engine.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut engine = self.engine();
         let is_uniform = details.windows(2).all(|pair| pair[0] == pair[1]);
         if let Some(&detail) = details.first().filter(|_| is_uniform)
             && let Ok(answers) = engine.evaluate_batch(&problems, detail)
@@ -164,6 +177,19 @@ impl Engine for SharedEngine {
         problem: &QuantizedProblem,
         detail: Detail,
     ) -> Result<Evaluation, EngineError> {
-        self.shared.evaluate(problem, detail)
+        self.shared.evaluate(std::slice::from_ref(problem), detail).remove(0)
+    }
+
+    fn evaluate_batch(
+        &mut self,
+        problems: &[QuantizedProblem],
+        detail: Detail,
+    ) -> Result<Vec<Evaluation>, EngineError> {
+        self.shared.evaluate(problems, detail).into_iter().collect()
+    }
+
+    /// Waits for the end of a batch.
+    fn incidents(&self) -> Option<Incidents> {
+        self.shared.engine().incidents()
     }
 }

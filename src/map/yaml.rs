@@ -4,6 +4,8 @@ use serde::de::DeserializeOwned;
 use serde_saphyr::options::NonFiniteFloatPolicy;
 use serde_saphyr::{Error, Options, budget, options};
 
+use crate::suggest::in_one_line;
+
 /// Deepest nesting accepted; hand-written files have less than ten levels.
 const MAX_DEPTH: usize = 64;
 
@@ -43,9 +45,6 @@ fn reason(error: &Error, max_nodes: usize) -> String {
             format!("the file is nested too deeply, or expands to more than {max_nodes} values")
         }
         Error::MultipleDocuments { .. } => "a second document".into(),
-        error => {
-            let message = error.to_string();
-            message.split_whitespace().collect::<Vec<_>>().join(" ")
-        }
+        error => in_one_line(&error.to_string()),
     }
 }

@@ -8,9 +8,6 @@ use crate::geometry::wrap_angle;
 use crate::global::Path;
 use crate::map::MovingDisc;
 
-/// Below this speed and turn rate the robot stands, m/s and rad/s.
-const STANDS: f64 = 0.02;
-
 /// A controller with its last answer.
 pub(super) struct ControllerHost {
     controller: Box<dyn Controller>,
@@ -77,7 +74,7 @@ impl ControllerHost {
     ) -> Result<Decision, Fault> {
         let Observation { time_s, pose, twist, odometry_s, scan, scan_s, .. } = observation;
         if state.is_at_goal {
-            let is_still = twist.linear.abs() < STANDS && twist.angular.abs() < STANDS;
+            let is_still = twist.stands();
             let stood_s = self.stands.update(*time_s, is_still);
             let has_stopped = is_still && stood_s >= state.settings.stopped_time_s;
             return Ok(state.stand(if has_stopped { Mode::Arrived } else { Mode::Parking }));

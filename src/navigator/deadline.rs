@@ -8,6 +8,7 @@ use crate::robot::Limits;
 
 /// A command that is not renewed decays to zero within this time, seconds: Nav2's `failure_tolerance`, three ticks at 10 Hz.
 /// An obstacle at 1.5 m/s comes 0.45 m nearer in this time.
+#[doc(hidden)]
 pub const COMMAND_LIFETIME_S: f64 = 0.3;
 
 /// This many misses lower the sampling density

@@ -7,51 +7,33 @@ use super::{ControllerError, ObservationFault};
 use crate::geometry::{Point, Twist};
 use crate::global::PlanError;
 use crate::local::{Counts, DecisionError};
-use crate::settings::SettingError;
+use crate::settings::{SettingError, words};
 
-/// What the navigator does at a tick: the behaviour that decided it, or the state of the mission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Mode {
-    /// The robot follows the path with the command of the local planner.
-    Driving,
-    /// The robot rotates in place towards the path.
-    Rotating,
-    /// The robot brakes: the local planner found no admissible sample.
-    Blocked,
-    /// The robot leaves a place where it was stuck.
-    Escaping,
-    /// The robot stands at the goal.
-    Arrived,
-    /// The mission has failed; [`Navigator::fault`](super::Navigator::fault) has the reason.
-    Failed,
-    /// The robot drives the last decimetres to a goal.
-    Parking,
-    /// The robot stands at a waypoint and continues after a pause.
-    AtWaypoint,
-    /// The robot avoids an approaching moving obstacle.
-    Evading,
-    /// The robot brakes: the observation is faulty.
-    SensorFault,
-}
-
-impl Mode {
-    /// Returns the name used in JSON and diagnostics.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Driving => "driving",
-            Self::Rotating => "rotating",
-            Self::Blocked => "blocked",
-            Self::Escaping => "escaping",
-            Self::Arrived => "arrived",
-            Self::Failed => "failed",
-            Self::Parking => "parking",
-            Self::AtWaypoint => "at_waypoint",
-            Self::Evading => "evading",
-            Self::SensorFault => "sensor_fault",
-        }
+words! {
+    /// What the navigator does at a tick: the behaviour that decided it, or the state of the mission.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[non_exhaustive]
+    pub enum Mode {
+        /// The robot follows the path with the command of the local planner.
+        Driving = "driving",
+        /// The robot rotates in place towards the path.
+        Rotating = "rotating",
+        /// The robot brakes: the local planner found no admissible sample.
+        Blocked = "blocked",
+        /// The robot leaves a place where it was stuck.
+        Escaping = "escaping",
+        /// The robot stands at the goal.
+        Arrived = "arrived",
+        /// The mission has failed; [`Navigator::fault`](super::Navigator::fault) has the reason.
+        Failed = "failed",
+        /// The robot drives the last decimetres to a goal.
+        Parking = "parking",
+        /// The robot stands at a waypoint and continues after a pause.
+        AtWaypoint = "at_waypoint",
+        /// The robot avoids an approaching moving obstacle.
+        Evading = "evading",
+        /// The robot brakes: the observation is faulty.
+        SensorFault = "sensor_fault",
     }
 }
 

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn far_edges_and_edges_of_moving_obstacles_hide_nobody() {
+    fn far_edges_and_edges_of_moving_obstacles_give_no_hidden_person() {
         assert_eq!(ahead(&found(edge(4.9, 8.0), FREE, &[])).len(), 1);
         assert_eq!(ahead(&found(edge(5.1, 8.0), FREE, &[])), []);
         let place = Pose::new(10.0, 10.0, 1.5).transform(&Point::new(3.0, -0.2));
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn gap_between_beams_and_a_thin_post_hide_nobody() {
+    fn gap_between_beams_and_a_thin_post_give_no_hidden_person() {
         let with_gap = |beams: i32| {
             move |degree: i32| {
                 if (0..beams).contains(&degree) { f64::NAN } else { edge(3.0, 6.0)(degree) }

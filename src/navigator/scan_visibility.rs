@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn hidden_places_are_told_only_where_they_matter() {
+    fn hidden_places_are_listed_only_where_they_matter() {
         let mut history = History::default();
         history.push(0.0, &Pose::default(), &wall(3.0));
         history.select(0.3, &Pose::default());

@@ -285,7 +285,7 @@ impl<'a> State<'a> {
 
     /// Whether the lidar sees all that the robot newly enters if it drives towards a velocity and brakes from the next decision
     /// on.
-    pub fn sees_way_of(&self, wanted: &Twist) -> bool {
+    pub fn is_path_visible(&self, wanted: &Twist) -> bool {
         if self.settings.may_enter_unseen {
             return true;
         }
@@ -293,13 +293,15 @@ impl<'a> State<'a> {
         // A slow robot stops within less than what its own outline hides.
         let probed_s = (PROBED_M / wanted.linear.abs()).min(MAX_PROBED_S);
         let probe = self.now.pose.after(wanted, probed_s);
-        if wanted.linear != 0.0 && !self.visible.sees_way(footprint, &self.visible.pose, &probe) {
+        if wanted.linear != 0.0
+            && !self.visible.is_path_visible(footprint, &self.visible.pose, &probe)
+        {
             return false;
         }
         let (mut pose, mut twist) =
             limits.advance(&self.now.pose, &self.now.twist, wanted, self.period_s);
         for _ in 0..MAX_BRAKING_STEPS {
-            if !self.visible.sees_way(footprint, &self.visible.pose, &pose) {
+            if !self.visible.is_path_visible(footprint, &self.visible.pose, &pose) {
                 return false;
             }
             if twist == Twist::STOP {
@@ -314,7 +316,7 @@ impl<'a> State<'a> {
     pub fn limits_in_sight(&self) -> Limits {
         let limits = self.robot.limits;
         let backwards = Twist::new(limits.min_vel_x.min(0.0), 0.0);
-        if backwards == Twist::STOP || self.sees_way_of(&backwards) {
+        if backwards == Twist::STOP || self.is_path_visible(&backwards) {
             return limits;
         }
         Limits { min_vel_x: 0.0, ..limits }

@@ -81,7 +81,7 @@ impl VisibleSpace<'_> {
     }
 
     /// Whether the lidar sees what a body newly enters that moves from one pose to another.
-    pub fn sees_way(&self, footprint: &Footprint, from: &Pose, to: &Pose) -> bool {
+    pub fn is_path_visible(&self, footprint: &Footprint, from: &Pose, to: &Pose) -> bool {
         let is_inside = |place: &Point| {
             footprint.at(from).any(|(center, radius)| (place - center).norm() <= radius + OUTSIDE_M)
         };
@@ -135,7 +135,8 @@ mod tests {
         let (scan, health) = (scan(), ScanHealth::default());
         let space = VisibleSpace { pose: Pose::default(), scan: &scan, health: &health };
         let footprint = Footprint::round(0.4).expect("a valid radius");
-        let sees = |x: f64| space.sees_way(&footprint, &Pose::default(), &Pose::new(x, 0.0, 0.0));
+        let sees =
+            |x: f64| space.is_path_visible(&footprint, &Pose::default(), &Pose::new(x, 0.0, 0.0));
         assert!(sees(1.0) && sees(0.01) && sees(-0.02) && !sees(-0.3));
     }
 

@@ -141,7 +141,7 @@ impl<'a> Drive<'a> {
         let moving: Result<_, SimError> = people.iter().map(Person::moving).collect();
         let moving = moving.map_err(|error| HttpError::bad_request(error.to_string()))?;
         let [x, y] = request.goal;
-        let goal = Goal { position: Point::new(x, y), yaw: None };
+        let goal = Goal::at(Point::new(x, y));
         let is_late = Arc::new(AtomicBool::new(false));
         let mission = Mission {
             time_limit_s: TIME_LIMIT_S,
@@ -254,7 +254,7 @@ fn changes(from: &Config, to: &Config) -> Vec<(String, String)> {
         [
             ("vx_samples", local.vx_samples.to_string()),
             ("vtheta_samples", local.vtheta_samples.to_string()),
-            ("sampler", local.sampler.as_str().to_owned()),
+            ("sampler", local.sampler.name().to_owned()),
             ("sim_time_s", local.sim_time_s.to_string()),
             ("weights.heading", weights.heading.to_string()),
             ("weights.clearance", weights.clearance.to_string()),

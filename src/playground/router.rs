@@ -151,7 +151,7 @@ fn setup(scenes: &[Scene]) -> Value {
             "record": word_offsets!(Record: heading, clearance, path, status),
             "record_words": size_of::<Record>() / 4,
         },
-        "statuses": (0..4).map(|number| SampleStatus::from_u32(number).as_str()).collect::<Vec<_>>(),
+        "statuses": (0..4).map(|number| SampleStatus::from_u32(number).name()).collect::<Vec<_>>(),
         "limits": {
             "samples": decision::MAX_SAMPLES,
             "obstacles": decision::MAX_OBSTACLES,

@@ -193,16 +193,16 @@ fn decision_status(event: &TickEvent<'_>, engine: &str) -> DiagnosticStatus {
     let mode = decision.mode;
     let (level, message) = match (navigator.fault(), mode) {
         (Some(fault), _) => (DiagnosticStatus::ERROR, fault.to_string()),
-        (None, Mode::Failed) => (DiagnosticStatus::ERROR, mode.as_str().to_owned()),
+        (None, Mode::Failed) => (DiagnosticStatus::ERROR, mode.name().to_owned()),
         (None, Mode::Blocked | Mode::SensorFault) => {
-            (DiagnosticStatus::WARN, mode.as_str().to_owned())
+            (DiagnosticStatus::WARN, mode.name().to_owned())
         }
-        (None, _) => (DiagnosticStatus::OK, mode.as_str().to_owned()),
+        (None, _) => (DiagnosticStatus::OK, mode.name().to_owned()),
     };
     let counts = decision.counts.unwrap_or_default();
     let observation_faults: u64 = navigator.observation_faults().values().sum();
     let mut values = vec![
-        key_value("mode", mode.as_str()),
+        key_value("mode", mode.name()),
         key_value("latency_ms", took_s * 1e3),
         key_value("admissible", counts.admissible),
         key_value("collision", counts.collision),

@@ -9,6 +9,7 @@ use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, OccupancyGrid, Zones};
 use crate::navigator::{Goal, Waypoints};
 use crate::runtime::{Config, Mission};
+use crate::suggest::in_one_line;
 
 /// The attachment with the configuration in TOML.
 pub const CONFIG: &str = "config.toml";
@@ -63,7 +64,7 @@ impl DriveMetadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             engine: self.engine.clone(),
             controller: self.controller.clone(),
-            start: [self.waypoints.start.x, self.waypoints.start.y],
+            start: self.waypoints.start,
             map: *self.map.frame(),
             has_zones: self.zones.is_some(),
             stops: self.waypoints.goals.iter().map(Stop::of).collect(),
@@ -94,11 +95,10 @@ impl DriveMetadata {
                 return Err(RecordingError::BadMetadata { name: DRIVE, reason });
             }
         }
-        let [x, y] = drive.start;
         Ok(Self {
             config,
             waypoints: Waypoints {
-                start: Point::new(x, y),
+                start: drive.start,
                 goals: drive.stops.iter().map(Stop::goal).collect(),
             },
             map: Arc::new(OccupancyGrid::new(frame, cells)),
@@ -116,7 +116,7 @@ pub(super) struct DriveFile {
     version: String,
     engine: String,
     controller: Option<String>,
-    start: [f64; 2],
+    start: Point,
     /// Whether the map has zones.
     #[serde(default)]
     pub has_zones: bool,
@@ -168,7 +168,5 @@ fn parse<T: for<'a> Deserialize<'a>>(name: &'static str, text: &str) -> Result<T
 }
 
 fn bad(name: &'static str, error: &impl ToString) -> RecordingError {
-    let lines = error.to_string();
-    let reason = lines.split_whitespace().collect::<Vec<_>>().join(" ");
-    RecordingError::BadMetadata { name, reason }
+    RecordingError::BadMetadata { name, reason: in_one_line(&error.to_string()) }
 }

@@ -1,7 +1,10 @@
 //! Replays a recording: decides again on the recorded observations and compares the bits.
 
+use core::fmt::{self, Display, Formatter};
 use std::io::{Read, Seek};
 use std::sync::PoisonError;
+
+use serde::{Serialize, Serializer};
 
 use super::controller_reply::RecordedController;
 use super::error::RecordingError;
@@ -74,6 +77,27 @@ impl FieldValue {
     }
 }
 
+impl Display for FieldValue {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Real(value) => value.fmt(formatter),
+            Self::Count(value) => value.fmt(formatter),
+            Self::Named(name, _) => formatter.write_str(name),
+        }
+    }
+}
+
+/// A number as a number, a constant by its name.
+impl Serialize for FieldValue {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Real(value) => serializer.serialize_f64(*value),
+            Self::Count(value) => serializer.serialize_u64(*value),
+            Self::Named(name, _) => serializer.serialize_str(name),
+        }
+    }
+}
+
 impl Replay {
     /// Whether every decision equals the recorded one.
     #[must_use]
@@ -136,7 +160,7 @@ pub fn replay<R: Read + Seek>(
     let start = start.unwrap_or(Pose::new(place.x, place.y, 0.0));
     let (via, goal) = match waypoints.goals.split_last() {
         Some((goal, via)) => (via.to_vec(), *goal),
-        None => (Vec::new(), Goal { position: place, yaw: None }),
+        None => (Vec::new(), Goal::at(place)),
     };
     let mission = Mission { zones, via, ..Mission::new(map, start, goal) };
     let drive = MissionResult::of_drive(&mission, trace, &navigator, decision_s, engine.clone());
@@ -220,7 +244,7 @@ fn fields(
     let [admissible, collision, cannot_stop, outside] =
         counts.unwrap_or_default().to_array().map(u64::from);
     [
-        ("mode", FieldValue::Named(mode.as_str(), *mode as u64)),
+        ("mode", FieldValue::Named(mode.name(), *mode as u64)),
         ("plans", FieldValue::Count(plans)),
         ("plans_received", FieldValue::Count(plans_received)),
         ("target_x", FieldValue::Real(local_target.x)),

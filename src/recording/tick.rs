@@ -32,20 +32,6 @@ pub struct RecordedTick {
     pub awaits_operator: bool,
 }
 
-/// The modes in the order of their numbers in the message.
-const MODES: [Mode; 10] = [
-    Mode::Driving,
-    Mode::Rotating,
-    Mode::Blocked,
-    Mode::Escaping,
-    Mode::Arrived,
-    Mode::Failed,
-    Mode::Parking,
-    Mode::AtWaypoint,
-    Mode::Evading,
-    Mode::SensorFault,
-];
-
 /// The reasons in the order of their numbers in the message, from one.
 const LOST_REASONS: [LostReason; 10] = [
     LostReason::NoReturns,
@@ -152,8 +138,8 @@ mod message {
 /// The schema of the message: the numbers of modes and reasons, then its fields.
 pub fn schema() -> String {
     let mut text = String::new();
-    for mode in MODES {
-        let _ = writeln!(text, "uint8 {}={}", mode.as_str().to_uppercase(), mode as u8);
+    for mode in Mode::ALL {
+        let _ = writeln!(text, "uint8 {}={}", mode.name().to_uppercase(), mode as u8);
     }
     text += "uint8 LOCALIZED=0\n";
     for reason in LOST_REASONS {
@@ -226,7 +212,7 @@ impl RecordedTick {
     /// Reads a message in CDR. Returns nothing if it is invalid.
     pub(super) fn from_cdr(bytes: &[u8]) -> Option<Self> {
         let message = message::Tick::from_cdr(bytes)?;
-        let mode = *MODES.get(usize::from(message.mode))?;
+        let mode = *Mode::ALL.get(usize::from(message.mode))?;
         let lost = match message.lost {
             0 => None,
             number => Some(*LOST_REASONS.get(usize::from(number) - 1)?),
@@ -283,7 +269,7 @@ mod tests {
 
     #[test]
     fn numbers_are_indices_of_the_lists() {
-        for (index, mode) in MODES.into_iter().enumerate() {
+        for (index, mode) in Mode::ALL.into_iter().enumerate() {
             assert_eq!(mode as usize, index);
         }
         for (index, reason) in LOST_REASONS.into_iter().enumerate() {

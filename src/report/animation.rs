@@ -221,7 +221,7 @@ impl<'a> Scene<'a> {
     /// Time, speed and mode of a frame as SVG.
     fn label(&self, frame: &Frame) -> String {
         let row = &frame.row;
-        let mode = row.mode.as_str().replace('_', " ");
+        let mode = row.mode.name().replace('_', " ");
         let text = format!(
             "{:.1} s  ·  {:.2} m/s  ·  gap {:.2} m  ·  {mode}  ·  {:.0} x real time",
             row.time_s, row.twist.linear, row.gap_m, self.speed_up

@@ -8,7 +8,7 @@ use super::figure::{Table, file_links};
 use super::number::fixed;
 use super::page::{ReportFile, document, json_text, page_header, reproduction};
 use crate::bench::csv_text;
-use crate::experiment::{RankedPlanner, RunOutcome, RunRow, Verdict, WorldKind, planner_name};
+use crate::experiment::{RankStatus, RankedPlanner, RunOutcome, RunRow, WorldKind, planner_name};
 
 /// The content of the page.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +80,7 @@ fn sentence(planner: &RankedPlanner) -> String {
     let reached = fixed(100.0 * reached_share, 1);
     let contacts = fixed(100.0 * contact_share, 1);
     let verdict = match (planner.verdict, planner.difference) {
-        (Verdict::Best, _) | (_, None) => String::new(),
+        (RankStatus::Best, _) | (_, None) => String::new(),
         (verdict, Some(difference)) => format!(
             "; {} ({}, interval {} to {})",
             verdict.text(),

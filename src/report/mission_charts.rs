@@ -75,7 +75,7 @@ pub(super) fn motion(mission: &MissionView) -> Chart {
     let modes = MODES.iter().filter_map(|&(mode, class)| {
         let count = rows.iter().filter(|row| row.mode == mode).count();
         let percent = fixed(100.0 * count as f64 / rows.len() as f64, 1);
-        let text = format!("{}, {percent} % of ticks", mode.as_str());
+        let text = format!("{}, {percent} % of ticks", mode.name());
         (count > 0).then(|| LegendEntry::area(class, text))
     });
     let lines = [LegendEntry::line("true", "true"), LegendEntry::line("command", "command")];
@@ -93,7 +93,7 @@ pub(super) fn motion(mission: &MissionView) -> Chart {
             ("commanded, m/s", |row| fixed(row.command.linear, 3)),
             ("turn rate, rad/s", |row| fixed(row.twist.angular, 3)),
             ("commanded, rad/s", |row| fixed(row.command.angular, 3)),
-            ("mode", |row| row.mode.as_str().to_owned()),
+            ("mode", |row| row.mode.name().to_owned()),
             ("admissible samples", |row| format!("{} of {}", row.admissible, row.samples)),
         ],
     );

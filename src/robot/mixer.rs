@@ -86,6 +86,7 @@ impl TrackLimits {
     ///
     /// Speeds are not raised to the deadband, as motor drivers do for voltages: the base would move faster than commanded, and
     /// on noise alone. The planner reads the resulting standstill from the encoder.
+    #[doc(hidden)]
     #[must_use]
     pub fn apply_deadband(&self, speeds: &TrackSpeeds) -> TrackSpeeds {
         speeds.map(|speed| if speed.abs() < self.deadband { 0.0 } else { speed })

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::RobotError;
-use crate::geometry::{Point, nearest_on_segment, segment_to_unit_square};
+use crate::geometry::{Point, is_in_polygon, nearest_on_segment, segment_to_unit_square};
 
 /// Largest absolute coordinate of a corner, metres.
 const MAX_COORDINATE_M: f64 = 100.0;
@@ -80,11 +80,7 @@ impl Polygon {
     /// Whether a point is inside, by the even-odd rule.
     #[must_use]
     pub fn contains(&self, point: &Point) -> bool {
-        let crosses = |&(from, to): &(&Point, &Point)| {
-            (from.y > point.y) != (to.y > point.y)
-                && point.x < from.x + (to.x - from.x) * (point.y - from.y) / (to.y - from.y)
-        };
-        self.edges().fold(false, |inside, edge| inside != crosses(&edge))
+        is_in_polygon(&self.0, point)
     }
 
     /// The point of the outline nearest to a point.

@@ -118,13 +118,6 @@ impl TrackedDrive {
         TrackSpeeds { left: twist.linear - half, right: twist.linear + half }
     }
 
-    /// Turning radius, metres, positive to the left (eq. 9); infinite for equal track speeds.
-    #[must_use]
-    pub fn turning_radius_m(&self, tracks: &TrackSpeeds) -> f64 {
-        let twist = self.twist(tracks);
-        if twist.angular == 0.0 { f64::INFINITY } else { twist.linear / twist.angular }
-    }
-
     /// The largest curvature, 1/m, at a forward speed above zero: the smaller of eq. 12, with the outer track at
     /// `max_track_speed`, and the limit by the turn rate.
     #[must_use]

@@ -1,11 +1,11 @@
 //! A mission, the events of its ticks and their faults, and its result.
 
 use super::{
-    Config, Contact, Encounters, MissionRun, OdometryReading, Robot, Trace, TraceRow,
+    Config, Contact, Encounters, MissionEnd, MissionRun, OdometryReading, Robot, Trace, TraceRow,
     ZoneCompliance,
 };
 use crate::base::ProtectiveAction;
-use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::geometry::{Pose, wrap_angle};
 use crate::global::Plan;
 use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
 use crate::localization::{LocalizationError, MapChanges, PoseEstimate};
@@ -88,14 +88,6 @@ impl Mission {
     pub fn stops(&self) -> Vec<Goal> {
         self.via.iter().chain([&self.goal]).copied().collect()
     }
-}
-
-/// Speed and turn rate below which a robot stands, m/s and rad/s.
-const STANDING: f64 = 0.02;
-
-/// Whether a robot with this motion stands.
-pub(crate) fn stands(twist: &Twist) -> bool {
-    twist.linear.abs() < STANDING && twist.angular.abs() < STANDING
 }
 
 /// What ends a mission early.
@@ -187,14 +179,13 @@ impl MissionResult {
         let rows = &trace.rows;
         let last = rows.last();
         let pose = last.map_or(mission.start, |row| row.pose);
-        let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
         let error = StopError::of(&pose, &mission.goal);
         Self {
             reached: last.is_some_and(|row| row.mode == Mode::Arrived),
             contact: None,
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
-            travelled_m: rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m),
+            travelled_m: trace.travelled_m(),
             zones: None,
             encounters: Encounters::default(),
             min_clearance_m: rows.iter().map(|row| row.gap_m).fold(f64::INFINITY, f64::min),
@@ -206,7 +197,7 @@ impl MissionResult {
             robot_fault: None,
             observation_faults: navigator.observation_faults().clone(),
             protective_actions: BTreeMap::new(),
-            incidents: navigator.planner().incidents().cloned(),
+            incidents: navigator.planner().incidents(),
             deadline_stats: navigator.deadline_stats(),
             motion: *navigator.motion(),
             odometry_scale: None,
@@ -223,6 +214,12 @@ impl MissionResult {
     pub fn omega_sign_changes_per_m(&self) -> Option<f64> {
         let changes = self.trace.omega_sign_changes() as f64;
         (self.travelled_m > 0.0).then(|| changes / self.travelled_m)
+    }
+
+    /// How the mission ended.
+    #[must_use]
+    pub const fn end(&self) -> MissionEnd {
+        MissionEnd::new(self.collided, self.reached, self.fault.is_some())
     }
 
     /// Why the goal was not reached, and the robot's last mode and pose; `None` for a goal that was reached without contact.
@@ -248,7 +245,7 @@ impl MissionResult {
         };
         // The last mode says only that the navigator gave up; the mode before is the reason.
         let before = earlier.iter().rev().find(|row| row.mode != Mode::Failed);
-        let mode = before.map_or(last.mode, |row| row.mode).as_str().replace('_', " ");
+        let mode = before.map_or(last.mode, |row| row.mode).name().replace('_', " ");
         let Pose { x, y, yaw } = last.pose;
         Some(format!("{why}; {mode} at ({x:.2}, {y:.2}, {yaw:.2})"))
     }

@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use super::map_update::{ChangedMap, ContradictedMap, MapUpdate};
 use super::mission::{
-    Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent, stands,
+    Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
 };
 use super::pose_estimator::PoseEstimator;
 use super::{
-    Config, Contact, Encounters, GroundTruth, LidarData, ObstacleGap, OdometryReading, Robot,
-    RobotConfig, Trace, TraceRow, ZoneCompliance,
+    Config, Contact, Encounters, GroundTruth, LidarData, MissionEnd, ObstacleGap, OdometryReading,
+    Robot, RobotConfig, Trace, TraceRow, ZoneCompliance,
 };
 use crate::geometry::Pose;
 use crate::local::{CpuEngine, Engine};
@@ -189,7 +189,7 @@ impl<R: Robot> MissionRun<R> {
             return false;
         }
         let failed_s = *self.failed_s.get_or_insert(row.time_s);
-        stands(&row.twist) || row.time_s - failed_s >= BRAKING_S
+        row.twist.stands() || row.time_s - failed_s >= BRAKING_S
     }
 
     /// Runs one tick. Returns its row, and whether the robot has stopped for good.
@@ -359,6 +359,14 @@ impl<R: Robot> MissionRun<R> {
     pub fn is_reached(&self) -> bool {
         let at_goal = |row: &TraceRow| row.mode == Mode::Arrived || self.mission.is_done(&row.pose);
         self.trace.rows.last().is_some_and(at_goal)
+    }
+
+    /// How the mission ended; none while it runs.
+    #[must_use]
+    pub fn end(&self) -> Option<MissionEnd> {
+        let collided = self.trace.rows.last().is_some_and(|row| row.gap_m <= 0.0);
+        let has_failed = self.navigator.fault().is_some();
+        self.is_over.then(|| MissionEnd::new(collided, self.is_reached(), has_failed))
     }
 
     /// The result of the mission up to now.

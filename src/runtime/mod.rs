@@ -6,6 +6,7 @@ mod encounters;
 pub mod hardware;
 mod map_update;
 mod mission;
+mod mission_end;
 mod mission_run;
 mod obstacle_gap;
 pub(crate) mod plant_settings;
@@ -23,11 +24,11 @@ pub use encounters::{Encounters, MET_WITHIN_M};
 pub(crate) use map_update::prepare;
 #[cfg(feature = "ros")]
 pub(crate) use map_update::{ContradictedMap, MapUpdate};
-pub(crate) use mission::stands;
 pub use mission::{
     Decider, EarlyEnd, FaultEvents, Mission, MissionError, MissionResult, Observer, StopError,
     TickEvent, run_mission,
 };
+pub use mission_end::MissionEnd;
 pub use mission_run::MissionRun;
 pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};

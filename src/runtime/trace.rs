@@ -62,6 +62,13 @@ impl Trace {
         digest.hex()
     }
 
+    /// Distance driven, metres: the sum over the ticks.
+    #[must_use]
+    pub fn travelled_m(&self) -> f64 {
+        let step = |pair: &[TraceRow]| (pair[1].pose.position() - pair[0].pose.position()).norm();
+        self.rows.windows(2).map(step).fold(0.0, |sum, step_m| sum + step_m)
+    }
+
     /// Returns how often the true turn rate changes its sign. Turn rates of at most 0.05 rad/s count as none: a robot that turns
     /// left, drives straight and turns right changes once.
     #[must_use]

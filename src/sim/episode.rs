@@ -4,18 +4,7 @@ use super::{SimError, SimulatedRobot, Simulation};
 use crate::base::{BaseError, require_finite};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::robot::Limits;
-use crate::runtime::{Config, Mission, Robot, SensorData, stands};
-
-/// How an episode ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EpisodeEnd {
-    /// The robot reached the goal by the mission's rule. Without one it stands within the goal's tolerances.
-    Reached,
-    /// The robot and something touched.
-    Contact,
-    /// The time was up.
-    Timeout,
-}
+use crate::runtime::{Config, Mission, MissionEnd, Robot, SensorData};
 
 /// A simulated robot on a mission without a navigator: it does what the caller commands, within the limits of its base and below
 /// its protective layer.
@@ -27,7 +16,7 @@ pub struct Episode {
     period_s: f64,
     ticks: u64,
     sensed: SensorData,
-    end: Option<EpisodeEnd>,
+    end: Option<MissionEnd>,
 }
 
 impl Episode {
@@ -49,7 +38,7 @@ impl Episode {
             sensed,
             end: None,
         };
-        episode.end = episode.judge();
+        episode.end = episode.find_end();
         Ok(episode)
     }
 
@@ -58,22 +47,23 @@ impl Episode {
     ///
     /// # Errors
     /// [`BaseError::NotFinite`].
-    pub fn step(&mut self, command: &Twist) -> Result<Option<EpisodeEnd>, BaseError> {
+    pub fn step(&mut self, command: &Twist) -> Result<Option<MissionEnd>, BaseError> {
         let command = self.limits.clamp(require_finite(command)?);
         if self.end.is_none() {
             // A simulated base never stops for good.
             let _ = self.robot.drive(&command, self.period_s);
             self.ticks += 1;
             self.sensed = self.robot.sense(self.time_s());
-            self.end = self.judge();
+            self.end = self.find_end();
         }
         Ok(self.end)
     }
 
-    fn judge(&self) -> Option<EpisodeEnd> {
+    /// The goal is reached by the mission's rule. Without one the robot must stand within the goal's tolerances.
+    fn find_end(&self) -> Option<MissionEnd> {
         let (pose, twist) = (self.pose(), self.twist());
         if self.robot.touches() {
-            return Some(EpisodeEnd::Contact);
+            return Some(MissionEnd::Contact);
         }
         let is_reached = if self.mission.done_within_m.is_some() {
             self.mission.is_done(pose)
@@ -81,12 +71,12 @@ impl Episode {
             let goal = &self.mission.goal;
             let away_m = (pose.position() - goal.position).norm();
             let turn = goal.yaw.map_or(0.0, |yaw| wrap_angle(pose.yaw - yaw));
-            stands(twist) && away_m <= self.tolerances.0 && turn.abs() <= self.tolerances.1
+            twist.stands() && away_m <= self.tolerances.0 && turn.abs() <= self.tolerances.1
         };
         if is_reached {
-            return Some(EpisodeEnd::Reached);
+            return Some(MissionEnd::Reached);
         }
-        (self.ticks >= self.mission.ticks(self.period_s)).then_some(EpisodeEnd::Timeout)
+        (self.ticks >= self.mission.ticks(self.period_s)).then_some(MissionEnd::Timeout)
     }
 
     /// Time since the start, seconds.
@@ -121,7 +111,7 @@ impl Episode {
 
     /// How the episode ended; none while it runs.
     #[must_use]
-    pub const fn end(&self) -> Option<EpisodeEnd> {
+    pub const fn end(&self) -> Option<MissionEnd> {
         self.end
     }
 }
@@ -154,7 +144,7 @@ mod tests {
         let forward = Twist::new(0.3, 0.0);
         let away = drive(episode(Point::new(7.5, 3.5), 60.0), forward);
         // The protective layer below the caller stops the robot before the wall.
-        assert_eq!(away.end(), Some(EpisodeEnd::Timeout));
+        assert_eq!(away.end(), Some(MissionEnd::Timeout));
         assert!(away.pose().x > 6.0 && away.gap_m() > 0.0);
         assert!((away.time_s() - 60.0).abs() < 1e-9);
 
@@ -162,7 +152,7 @@ mod tests {
         while passing.pose().x < 2.9 {
             assert_eq!(passing.step(&forward), Ok(None));
         }
-        assert_eq!(drive(passing, Twist::STOP).end(), Some(EpisodeEnd::Reached));
+        assert_eq!(drive(passing, Twist::STOP).end(), Some(MissionEnd::Reached));
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub use crate::runtime::simulation_settings::{
     DriveDynamics, Fixes, Lidar, OdometryNoise, PedestrianSettings, Slip, WrongPlanner,
 };
 pub use drive::SimBase;
-pub use episode::{Episode, EpisodeEnd};
+pub use episode::Episode;
 pub use error::SimError;
 pub use fault_injection::{FaultInjection, LidarChange, OdometryChange};
 pub use fixes::FixSource;

@@ -9,7 +9,6 @@ use crate::settings::SettingError;
 /// Limits commands as the sender of a real base does.
 pub(super) struct ProtectedSender {
     layer: ProtectiveLayer,
-    has_ramp: bool,
     /// The last command after protection.
     pub sent: Twist,
 }
@@ -21,13 +20,13 @@ impl ProtectedSender {
         let mut layer = config.protective_layer(config.local.control_period_s)?;
         // A simulated robot needs no operator.
         layer.arm();
-        Ok(Self { layer, has_ramp: config.collision_monitor.enabled, sent: Twist::STOP })
+        Ok(Self { layer, sent: Twist::STOP })
     }
 
     /// The command that the sender lets through at a time, seconds.
     pub fn protected(&mut self, command: &Twist, time_s: f64) -> Twist {
         let (limited, _) = self.layer.limit(command, &self.sent, time_s);
-        self.sent = if self.has_ramp { self.layer.ramp(&limited, &self.sent) } else { limited };
+        self.sent = self.layer.ramp(&limited, &self.sent);
         self.sent
     }
 
@@ -41,11 +40,11 @@ impl ProtectedSender {
         self.layer.update_motion(measured, measured_s);
         match lidar {
             LidarData::Scan(scan) => {
-                let sweep = TimedScan::from_scan(scan, measured_s, 0.0);
-                self.layer.update_scan(&sweep, measured_s);
+                let scan = TimedScan::from_scan(scan, measured_s, 0.0);
+                self.layer.update_scan(&scan, measured_s);
             }
-            LidarData::TimedScan(sweep) => {
-                self.layer.update_scan(sweep, sweep.end_s().unwrap_or(time_s));
+            LidarData::TimedScan(scan) => {
+                self.layer.update_scan(scan, scan.end_s().unwrap_or(time_s));
             }
         }
     }

@@ -129,7 +129,7 @@ impl ProtectiveLayer {
     /// order. The same scan may come again. An invalid scan is ignored, and the last valid one ages. A scan is invalid if a direction
     /// or a time is not finite, if it has more than 65,536 beams, or if a beam is newer than the scan or over a second older.
     pub fn update_scan(&mut self, scan: &TimedScan, stamp_s: f64) {
-        if self.heeds_scans() {
+        if self.uses_scans() {
             self.scans.update_scan(scan, stamp_s);
         }
     }
@@ -141,6 +141,7 @@ impl ProtectiveLayer {
 
     /// Sets the time from a command to its effect, seconds, and the deceleration, m/s^2, where they are known; else the layer
     /// identifies them. Values that are not finite or out of range are ignored.
+    #[doc(hidden)]
     pub fn set_stopping(&mut self, delay_s: f64, deceleration_m_s2: f64) {
         let is_valid = delay_s.is_finite() && delay_s >= 0.0 && deceleration_m_s2.is_finite();
         if is_valid && deceleration_m_s2 >= MIN_DECELERATION {
@@ -186,17 +187,20 @@ impl ProtectiveLayer {
     /// The command to send instead of a target, after the command that was sent last; and what acts. Zero is a full stop: the
     /// sender brakes as hard as it may.
     pub fn limit(&mut self, target: &Twist, sent: &Twist, now_s: f64) -> (Twist, ProtectiveAction) {
-        self.remember_sent(sent, now_s);
+        self.record_sent(sent, now_s);
         let (command, action) = self.decide(target, now_s);
         self.action.clone_from(&action);
         (command, action)
     }
 
     /// A limited command within the accelerations, a period after the command that was sent last: a full stop keeps the
-    /// curvature, so that the robot brakes along the checked arc. For senders without a ramp of their own.
+    /// curvature, so that the robot brakes along the checked arc. For senders without a ramp of their own. A layer that is not
+    /// enabled returns the command.
     #[must_use]
     pub fn ramp(&self, command: &Twist, sent: &Twist) -> Twist {
-        if *command == Twist::STOP {
+        if !self.settings.enabled {
+            *command
+        } else if *command == Twist::STOP {
             self.ramp.brake(sent, self.period_s)
         } else {
             self.ramp.towards(sent, command, self.period_s)
@@ -208,7 +212,7 @@ impl ProtectiveLayer {
         (0.0..=TOO_NEAR_FOR_S).contains(&(self.last_s - self.too_near_s))
     }
 
-    fn remember_sent(&mut self, sent: &Twist, now_s: f64) {
+    fn record_sent(&mut self, sent: &Twist, now_s: f64) {
         let sent = if sent.is_finite() { *sent } else { Twist::STOP };
         if !now_s.is_finite() {
             return;
@@ -243,7 +247,7 @@ impl ProtectiveLayer {
     }
 
     /// Whether what the lidar measures may change a command.
-    const fn heeds_scans(&self) -> bool {
+    const fn uses_scans(&self) -> bool {
         self.settings.enabled && self.requires_scan
     }
 
@@ -251,7 +255,7 @@ impl ProtectiveLayer {
         if let Some(action) = self.full_stop(target, now_s) {
             return (Twist::STOP, action);
         }
-        if !self.heeds_scans() {
+        if !self.uses_scans() {
             return (*target, ProtectiveAction::Pass);
         }
         let points = self.scans.points(&self.body, now_s);
@@ -286,7 +290,7 @@ impl ProtectiveLayer {
         if !(target.is_finite() && now_s.is_finite()) {
             return Some(ProtectiveAction::NotFinite);
         }
-        if !self.heeds_scans() {
+        if !self.uses_scans() {
             return None;
         }
         let Some(age_s) = self.scans.age_s(now_s) else {

@@ -58,6 +58,7 @@ pub enum IllegalPath {
 /// # Errors
 /// Fails when it does not lead from start to goal by moves to one of the eight neighbours, over free cells only, each
 /// diagonal move between two free cells.
+#[doc(hidden)]
 pub fn path_length(
     obstacles: &ObstacleGrid,
     start: Cell,

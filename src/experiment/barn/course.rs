@@ -40,7 +40,7 @@ impl BarnWorld {
     /// Fails when the world is too large for a grid.
     pub fn simulation(&self, seed: u64) -> Result<Simulation, MapError> {
         let course = &self.course;
-        let goal = Goal { position: course.goal, yaw: None };
+        let goal = Goal::at(course.goal);
         let map = empty_map(&self.cylinders, course)?;
         Ok(Simulation {
             truth: Some(truth(&self.cylinders, course)?),
@@ -79,6 +79,7 @@ pub struct Cylinder {
 
 /// Side of a cell of the truth, metres. BARN's cylinders, 0.075 m in radius on a lattice of 0.15 m, grow by at most a
 /// cell's diagonal, 0.014 m.
+#[doc(hidden)]
 pub const TRUTH_RESOLUTION_M: f64 = 0.01;
 /// Side of a cell of the robot's own map, metres. The benchmark's paths keep 0.375 m to the cylinders: cells of 0.05 m and
 /// the margins that go with them close the narrowest of them.

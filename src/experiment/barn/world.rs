@@ -92,6 +92,7 @@ fn table<'f>(text: &str, file: &'f Path, columns: &[&str]) -> Result<CsvFile<'f>
 ///
 /// # Errors
 /// Fails when a field does not fit its column; the message names the file and the line.
+#[doc(hidden)]
 pub fn parse_list(text: &str, file: &Path) -> Result<Vec<BarnWorld>, ExperimentError> {
     let table = table(text, file, &["world", "path_length_m", "optimal_time_s"])?;
     let mut worlds: Vec<BarnWorld> = Vec::new();
@@ -138,6 +139,7 @@ fn published(line: &CsvLine<'_>) -> Result<Option<Published>, ExperimentError> {
 ///
 /// # Errors
 /// Fails when a field does not fit its column, or there is no cylinder; the message names the file and the line.
+#[doc(hidden)]
 pub fn parse_cylinders(text: &str, file: &Path) -> Result<Vec<Cylinder>, ExperimentError> {
     let table = table(text, file, &["x_m", "y_m", "radius_m"])?;
     let near = |value: &f64| value.abs() <= 1000.0;

@@ -95,6 +95,7 @@ pub fn read_worlds(
 ///
 /// # Errors
 /// Fails when the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
+#[doc(hidden)]
 pub fn read_world(file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
     let text = fs::read_to_string(file).map_err(|error| unreadable(file, &error))?;
     parse_world(&text, file)
@@ -113,6 +114,7 @@ fn not_a_world(file: &Path, reason: &str) -> ExperimentError {
 ///
 /// # Errors
 /// Fails when it is no world, or has a number out of range; the message names the file and the number.
+#[doc(hidden)]
 pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
     let read: WorldFile =
         serde_json::from_str(text).map_err(|error| not_a_world(file, &error.to_string()))?;
@@ -205,7 +207,7 @@ impl DynaBarnWorld {
             MovingObstacle::timed_path(cylinder.radius_m, cylinder.script.clone())
         });
         let moving = moving.collect::<Result<Vec<_>, _>>()?;
-        let goal = Goal { position: self.goal, yaw: None };
+        let goal = Goal::at(self.goal);
         Ok(Simulation {
             moving_obstacles: MovingObstacles::new(moving),
             seed,

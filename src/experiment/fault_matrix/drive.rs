@@ -13,9 +13,6 @@ use crate::local::{CpuEngine, Engine};
 use crate::runtime::{Config, MissionResult, Observer, TickEvent, TraceRow};
 use crate::sim::{FaultInjection, Simulation};
 
-/// Speed and turn rate below which a robot stands, m/s and rad/s.
-const STANDING: f64 = 0.02;
-
 /// A fault of the matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FaultCase {
@@ -95,7 +92,7 @@ impl Drive {
 
     fn moves(&self, row: &TraceRow) -> bool {
         let twist = if self.stands_by_command { &row.command } else { &row.twist };
-        twist.linear.abs() >= STANDING || twist.angular.abs() >= STANDING
+        !twist.stands()
     }
 }
 

@@ -15,6 +15,7 @@ use crate::local::CpuEngine;
 use crate::map::{DistanceField, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::{Config, Mission, Observer, PoseSource};
+use crate::settings::words;
 use crate::sim::{
     FaultInjection, Lidar, PedestrianSpawner, Scene, SimError, Simulation, crossing, first_path,
     roadway as roadway_scene,
@@ -33,63 +34,31 @@ const TRIES: usize = 100_000;
 /// Longest time of a tour, seconds.
 const LONGEST_S: f64 = 3600.0;
 
-/// A case of the localization experiment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum LocalizationCase {
-    /// Back and forth between start and goal, for the length of the tour.
-    Tour,
-    /// A tour among five people that the map does not show.
-    People,
-    /// A tour with a map of twice the world's cell size.
-    CoarseMap,
-    /// Along a straight smooth roadway of 120 m. Its walls do not show the position along it.
-    Smooth,
-    /// The robot is moved two metres back while it drives.
-    Kidnapped,
-    /// The robot is moved to a random free place, at least 20 m from the start.
-    KidnappedFar,
-    /// The robot is moved into an identical parallel roadway.
-    KidnappedToTwin,
-    /// Its lidar returns nothing from some time on.
-    Occluded,
-    /// Its lidar returns nothing for three seconds.
-    BrieflyOccluded,
-    /// The map is of another built-in scene.
-    OtherMap,
-}
-
-impl LocalizationCase {
-    /// All cases.
-    pub const ALL: [Self; 10] = [
-        Self::Tour,
-        Self::People,
-        Self::CoarseMap,
-        Self::Smooth,
-        Self::Kidnapped,
-        Self::KidnappedFar,
-        Self::KidnappedToTwin,
-        Self::Occluded,
-        Self::BrieflyOccluded,
-        Self::OtherMap,
-    ];
-
-    /// Its name in rows and on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Tour => "tour",
-            Self::People => "people",
-            Self::CoarseMap => "coarse_map",
-            Self::Smooth => "smooth",
-            Self::Kidnapped => "kidnapped",
-            Self::KidnappedFar => "kidnapped_far",
-            Self::KidnappedToTwin => "kidnapped_to_twin",
-            Self::Occluded => "occluded",
-            Self::BrieflyOccluded => "briefly_occluded",
-            Self::OtherMap => "other_map",
-        }
+words! {
+    /// A case of the localization experiment.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[non_exhaustive]
+    pub enum LocalizationCase {
+        /// Back and forth between start and goal, for the length of the tour.
+        Tour = "tour",
+        /// A tour among five people that the map does not show.
+        People = "people",
+        /// A tour with a map of twice the world's cell size.
+        CoarseMap = "coarse_map",
+        /// Along a straight smooth roadway of 120 m. Its walls do not show the position along it.
+        Smooth = "smooth",
+        /// The robot is moved two metres back while it drives.
+        Kidnapped = "kidnapped",
+        /// The robot is moved to a random free place, at least 20 m from the start.
+        KidnappedFar = "kidnapped_far",
+        /// The robot is moved into an identical parallel roadway.
+        KidnappedToTwin = "kidnapped_to_twin",
+        /// Its lidar returns nothing from some time on.
+        Occluded = "occluded",
+        /// Its lidar returns nothing for three seconds.
+        BrieflyOccluded = "briefly_occluded",
+        /// The map is of another built-in scene.
+        OtherMap = "other_map",
     }
 }
 
@@ -136,9 +105,9 @@ impl LocalizationSite {
         let seeded = |mission| Simulation { seed, ..Simulation::new(mission) };
         let roadway = |map: OccupancyGrid| {
             let start = Pose::new(3.0, along(3.0).y, 0.0);
-            seeded(Mission::new(Arc::new(map), start, stop(along(length_m - 2.0))))
+            seeded(Mission::new(Arc::new(map), start, Goal::at(along(length_m - 2.0))))
         };
-        let one_leg = seeded(Mission::new(Arc::clone(&self.map), self.start, stop(self.goal)));
+        let one_leg = seeded(Mission::new(Arc::clone(&self.map), self.start, Goal::at(self.goal)));
         let kidnapped = |to, drive| Simulation {
             faults: vec![FaultInjection::Kidnapped { at_s: FAULT_S, to }],
             ..drive
@@ -169,7 +138,7 @@ impl LocalizationSite {
                 let own = roadway_scene();
                 Simulation {
                     truth: Some(crossing().map.obstacles(config.unknown)),
-                    ..seeded(Mission::new(Arc::new(own.map), own.start, stop(own.goal)))
+                    ..seeded(Mission::new(Arc::new(own.map), own.start, Goal::at(own.goal)))
                 }
             }
         })
@@ -187,8 +156,8 @@ impl LocalizationSite {
         // The robot cuts corners, so one leg more.
         let legs = (self.tour_m / length_m).ceil() as usize + 1;
         let ends = [self.goal, self.start.position()];
-        let mut stops: Vec<Goal> = (0..legs).map(|leg| stop(ends[leg % 2])).collect();
-        let goal = stops.pop().unwrap_or_else(|| stop(self.goal));
+        let mut stops: Vec<Goal> = (0..legs).map(|leg| Goal::at(ends[leg % 2])).collect();
+        let goal = stops.pop().unwrap_or_else(|| Goal::at(self.goal));
         drive.mission = Mission { via: stops, goal, time_limit_s: LONGEST_S, ..drive.mission };
         Ok(drive)
     }
@@ -234,8 +203,4 @@ impl LocalizationSite {
         let found = (0..TRIES).map(|_| any()).find(is_good);
         found.unwrap_or_else(|| Pose::new(self.goal.x, self.goal.y, 0.0))
     }
-}
-
-const fn stop(position: Point) -> Goal {
-    Goal { position, yaw: None }
 }

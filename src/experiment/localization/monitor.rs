@@ -1,16 +1,13 @@
 //! Localization errors of a drive, tick by tick.
 
 use crate::experiment::RunRow;
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::localization::LocalizationStatus;
 use crate::runtime::TickEvent;
 use crate::sim::FaultInjection;
 
 /// Time in which the robot must detect a fault, seconds.
 const DETECTION_S: f64 = 1.0;
-
-/// Below this speed the robot stands, m/s.
-const STANDING_M_S: f64 = 0.02;
 
 /// Adds the errors of each tick to a row, for a pose from scans.
 #[derive(Default)]
@@ -91,7 +88,7 @@ impl LocalizationMonitor {
             self.driven_m += (truth.position() - before.position()).norm();
         }
         self.before = Some(*truth);
-        let is_over = event.row.twist.linear.abs() < STANDING_M_S || row.found_after_s.is_some();
+        let is_over = event.row.twist.linear.abs() < Twist::STANDING || row.found_after_s.is_some();
         if self.lost_s.is_some() && is_over && !self.has_stood {
             self.has_stood = true;
             row.driven_on_m = Some(self.driven_m);

@@ -11,43 +11,30 @@ use super::Rules;
 use crate::geometry::Point;
 use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid};
+use crate::settings::words;
 use crate::sim::{
     MovingObstacle, MovingObstacles, PedestrianSettings, PedestrianSpawner, SpawnTrigger, Surprise,
     is_in_sight,
 };
 
-/// The kind of moving obstacles of a mission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum TrafficKind {
-    /// No moving obstacles.
-    None,
-    /// They cross or follow the path, and stop for the robot.
-    Yielding,
-    /// They cross or follow the path and ignore the robot.
-    NonYielding,
-    /// They appear out of the robot's sight when it is near, or are there from the start. They wander around the path and stop for
-    /// the robot.
-    Appearing,
-    /// They stand next to the path and walk across it when the robot is near; they stop for the robot.
-    Starting,
-    /// They step out of a crossing or from behind something when the robot is near; they stop for the robot.
-    SteppingOut,
-}
-
-impl TrafficKind {
-    /// Its name in rows.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Yielding => "yielding",
-            Self::NonYielding => "non_yielding",
-            Self::Appearing => "appearing",
-            Self::Starting => "starting",
-            Self::SteppingOut => "stepping_out",
-        }
+words! {
+    /// The kind of moving obstacles of a mission.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[non_exhaustive]
+    pub enum TrafficKind {
+        /// No moving obstacles.
+        None = "none",
+        /// They cross or follow the path, and stop for the robot.
+        Yielding = "yielding",
+        /// They cross or follow the path and ignore the robot.
+        NonYielding = "non_yielding",
+        /// They appear out of the robot's sight when it is near, or are there from the start. They wander around the path and stop for
+        /// the robot.
+        Appearing = "appearing",
+        /// They stand next to the path and walk across it when the robot is near; they stop for the robot.
+        Starting = "starting",
+        /// They step out of a crossing or from behind something when the robot is near; they stop for the robot.
+        SteppingOut = "stepping_out",
     }
 }
 

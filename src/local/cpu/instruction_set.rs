@@ -47,7 +47,7 @@ impl InstructionSet {
 
     /// The name for display.
     #[must_use]
-    pub const fn as_str(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Scalar => "scalar",
             Self::Portable => "portable",

@@ -83,7 +83,7 @@ impl CpuEngine {
         threads: usize,
     ) -> Result<Self, EngineError> {
         let kernel = Kernel::of(instructions)
-            .ok_or(EngineError::UnsupportedInstructionSet { name: instructions.as_str() })?;
+            .ok_or(EngineError::UnsupportedInstructionSet { name: instructions.name() })?;
         let pool = if threads > 1 { Some(ThreadPool::new(threads - 1)?) } else { None };
         Ok(Self::new(instructions, kernel, pool, threads.max(1)))
     }
@@ -169,7 +169,7 @@ fn work(problem: &QuantizedProblem) -> u64 {
 impl Engine for CpuEngine {
     fn name(&self) -> String {
         let plural = if self.threads == 1 { "" } else { "s" };
-        let instructions = self.instructions.as_str();
+        let instructions = self.instructions.name();
         format!("CPU, {} thread{plural}, {instructions}", self.threads)
     }
 

@@ -167,8 +167,8 @@ impl Engine for Failover {
         self.cpu.evaluate_batch(problems, detail)
     }
 
-    fn incidents(&self) -> Option<&Incidents> {
-        Some(&self.incidents)
+    fn incidents(&self) -> Option<Incidents> {
+        Some(self.incidents.clone())
     }
 }
 

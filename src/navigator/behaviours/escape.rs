@@ -176,7 +176,7 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
             // that does not see where it came from would prefer it to every motion ahead.
             let leads_out = wanted.linear != 0.0 || gap_m >= present_m.min(MIN_GAP_M);
             let score = (leads_out, gap_m - RETURN_WEIGHT * (behind - end.position()).norm());
-            if score > best.0 && state.is_safe_towards(&wanted) && state.sees_way_of(&wanted) {
+            if score > best.0 && state.is_safe_towards(&wanted) && state.is_path_visible(&wanted) {
                 best = (score, wanted);
             }
         }

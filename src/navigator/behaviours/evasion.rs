@@ -60,7 +60,7 @@ fn safest_motion(state: &State<'_>) -> Option<Twist> {
             if gap_m > best.0
                 && can_stop_clear(state, &wanted)
                 && state.is_safe_towards(&wanted)
-                && state.sees_way_of(&wanted)
+                && state.is_path_visible(&wanted)
             {
                 best = (gap_m, Some(wanted));
             }

@@ -60,7 +60,7 @@ pub(super) fn motion(state: &State<'_>, behind: &Point) -> Option<Twist> {
     } else {
         Twist::new(state.settings.escape_speed.min(state.robot.limits.max_vel_x), 0.0)
     };
-    (state.is_safe_towards(&wanted) && state.sees_way_of(&wanted)).then_some(wanted)
+    (state.is_safe_towards(&wanted) && state.is_path_visible(&wanted)).then_some(wanted)
 }
 
 /// The poses of a rotation in place by an angle.

@@ -107,7 +107,7 @@ impl Behaviours {
         let replacement = evasion.or_else(|| self.rotate_in_place.replacement(&state, allowed));
         let mut decision = replacement.unwrap_or(decision);
         // No behaviour reverses into what the lidar does not see.
-        if decision.command.linear < 0.0 && !state.sees_way_of(&decision.command) {
+        if decision.command.linear < 0.0 && !state.is_path_visible(&decision.command) {
             decision.command = state.brake();
         }
         self.escape.observe(&state, &decision);

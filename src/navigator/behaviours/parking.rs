@@ -19,8 +19,6 @@ const SPEED_PER_M: f64 = 1.5;
 /// The robot stops to aim where the goal lies this far off its nose or tail, radians, and drives on below the second angle.
 pub(super) const AIM_FROM: f64 = 0.35;
 const AIM_UNTIL: f64 = 0.05;
-/// A base whose measured motion is below this stands, m/s or rad/s.
-const STANDING: f64 = 0.02;
 /// After the final turn the robot approaches the position again if it is this many times the tolerance away, at most this
 /// often.
 const OFF_AGAIN: f64 = 1.5;
@@ -112,7 +110,7 @@ impl Parking {
 
     /// Updates with the measured twist and returns whether the base has stood for long enough.
     pub fn stands(&mut self, motion: &Motion<'_>, settings: &NavigatorSettings) -> bool {
-        let is_still = is_still(motion.measured);
+        let is_still = motion.measured.stands();
         // A timer that has just started has stood for no time.
         is_still & (self.stood.update(motion.time_s, is_still) >= settings.stopped_time_s)
     }
@@ -126,7 +124,7 @@ impl Parking {
     ) -> Option<Twist> {
         let lasted_s = self.lasted_s(motion.time_s);
         let stands = self.stands(&motion, settings);
-        let is_unmoved = is_still(motion.measured) && *motion.sent != Twist::STOP;
+        let is_unmoved = motion.measured.stands() && *motion.sent != Twist::STOP;
         let unmoved_s = self.unmoved.update(motion.time_s, is_unmoved);
         if self.phase == Phase::Steering && unmoved_s >= UNMOVED_S {
             self.raise();
@@ -189,7 +187,7 @@ impl Parking {
         let sign = if reverses { -1.0 } else { 1.0 };
         let error = libm::atan2(sign * to_goal.y, sign * to_goal.x);
         let aim_from = if self.is_aiming { AIM_UNTIL } else { AIM_FROM };
-        let is_moving = motion.twist.linear.abs() >= STANDING;
+        let is_moving = motion.twist.linear.abs() >= Twist::STANDING;
         // A moving robot with the goal to its side stops first: from there it need not turn far.
         let is_beside = error.abs() > FRAC_PI_2 || to_goal.to_vector().norm() < context.least_speed;
         if is_moving && is_beside && error.abs() > AIM_FROM {
@@ -272,11 +270,6 @@ impl Parking {
         self.stood = ConditionTimer::default();
         Twist::STOP
     }
-}
-
-/// Whether a measured motion is nearly zero.
-fn is_still(measured: &Twist) -> bool {
-    measured.linear.abs() < STANDING && measured.angular.abs() < STANDING
 }
 
 /// The distance or angle left, less what braking at a deceleration, below zero, takes.
@@ -364,7 +357,7 @@ mod tests {
 
     #[test]
     fn parking_reverses_to_a_goal_behind_if_the_base_can() {
-        let goal = Goal { position: Point::new(-0.2, 0.0), yaw: None };
+        let goal = Goal::at(Point::new(-0.2, 0.0));
         for (least, backs) in [(-0.3, true), (0.0, false)] {
             let limits = Limits { min_vel_x: least, ..Limits::default() };
             let base = Base { limits, deadband: DEADBAND, late_ticks: 1 };

@@ -167,7 +167,7 @@ fn scan_without_a_measurement_lost_pose_and_frozen_scan_are_faults() {
 
 /// A room of 10 m with walls, and a lidar without a return.
 #[test]
-fn blind_lidar_is_a_fault_and_teaches_nothing() {
+fn blind_lidar_is_a_fault_and_a_later_scan_is_valid() {
     let frame = GridFrame::new(10, 10, 1.0, Pose::default()).expect("a small map");
     let is_wall = |cell: usize| {
         let at = frame.cell_at(cell);

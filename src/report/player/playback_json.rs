@@ -36,7 +36,7 @@ pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
     let frames = &part.frames[..];
     let (scan, window) = (part.shape.scan.as_ref(), part.shape.window.as_ref());
     let paths: Vec<_> = part.paths.iter().map(|path| path_points(path, view)).collect();
-    let modes = changes(part.first, frames.iter().map(|frame| frame.row.mode.as_str()));
+    let modes = changes(part.first, frames.iter().map(|frame| frame.row.mode.name()));
     let (beams, trajectories) = (part.shape.beams(), part.shape.trajectories());
     let ranges = frames.iter().map(|frame| &frame.scan.ranges[..]);
     let windows = || frames.iter().map(|frame| frame.window.as_ref());

@@ -63,7 +63,8 @@ pub struct Outgoing {
     pub transforms: Option<msg::TFMessage>,
     /// For `inbye/updated_map`: the map with what the scans contradicted for minutes, when that changes.
     pub updated_map: Option<msg::OccupancyGrid>,
-    /// For `diagnostics`: what the protective layer and the operator's switch do, and the localisation.
+    /// For `diagnostics`: what the protective layer and the operator's switch do, the localisation, and a GPU with a
+    /// CPU fallback.
     pub diagnostics: Option<msg::DiagnosticArray>,
     /// For the clients of the action `navigate_to_pose`.
     pub action: Vec<ActionUpdate>,
@@ -379,8 +380,9 @@ impl NodeCore {
         self.notices.operator(self.protection.state());
         self.notices.protective_action(now_s, self.protection.action());
         let localization = self.localization.as_ref().map(NodeLocalization::status);
-        let statuses = [Some(self.protection.status()), localization].into_iter().flatten();
-        outgoing.diagnostics = self.diagnostics.message(now_s, statuses.collect());
+        let statuses = [Some(self.protection.status()), localization, self.engine.status()];
+        let statuses = statuses.into_iter().flatten().collect();
+        outgoing.diagnostics = self.diagnostics.message(now_s, statuses);
         outgoing.action = std::mem::take(&mut self.updates);
         outgoing.states = std::mem::take(&mut self.states);
         outgoing.notices = self.notices.take();

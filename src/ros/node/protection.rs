@@ -12,7 +12,6 @@ use crate::settings::SettingError;
 #[derive(Debug)]
 pub struct Protection {
     layer: ProtectiveLayer,
-    limits_by_scans: bool,
     /// What the layer does to the present command; nothing without one.
     action: ProtectiveAction,
 }
@@ -25,7 +24,6 @@ impl Protection {
     pub fn new(config: &Config) -> Result<Self, SettingError> {
         Ok(Self {
             layer: config.protective_layer(config.local.control_period_s)?,
-            limits_by_scans: config.collision_monitor.enabled,
             action: ProtectiveAction::Pass,
         })
     }
@@ -59,8 +57,7 @@ impl Protection {
         self.action = action;
         match self.action {
             ProtectiveAction::NotArmed | ProtectiveAction::OperatorStop => Twist::STOP,
-            _ if self.limits_by_scans => self.layer.ramp(&limited, sent),
-            _ => limited,
+            _ => self.layer.ramp(&limited, sent),
         }
     }
 

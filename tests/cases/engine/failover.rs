@@ -78,7 +78,7 @@ fn with_fallback(gpu: OpenResult, source: impl FnMut() -> OpenResult + Send + 's
     Failover::new(gpu, source, CpuEngine::single_threaded())
 }
 
-fn incidents_of(failover: &Failover) -> &Incidents {
+fn incidents_of(failover: &Failover) -> Incidents {
     failover.incidents().expect("a failover has incidents")
 }
 
@@ -161,7 +161,7 @@ fn delays(answers: &[u32]) -> Vec<u64> {
     let mut failover =
         with_fallback(Ok(lost_after(answers[0])), move || Ok(lost_after(later.pop().unwrap_or(1))));
     let mut delay = || {
-        let Incidents { on_cpu, reopened, .. } = *incidents_of(&failover);
+        let Incidents { on_cpu, reopened, .. } = incidents_of(&failover);
         while incidents_of(&failover).reopened == reopened {
             failover.evaluate(&smallest, Detail::Answer).expect("the CPU does not fail");
         }

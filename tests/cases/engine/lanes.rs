@@ -128,7 +128,7 @@ fn lanes_of_every_instruction_set_equal_scalar_arithmetic() {
     for instructions in WITH_LANES {
         match instructions.run(DifferencesOfAll) {
             Some(wrong) => assert!(wrong.is_empty(), "{instructions:?}: {}", wrong.join("\n")),
-            None => report_untested(instructions.as_str()),
+            None => report_untested(instructions.name()),
         }
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use inbye::bench::random_problem;
 use inbye::local::{
-    CpuEngine, Detail, Engine, EngineError, Evaluation, GpuFailureKind, QuantizedProblem,
+    CpuEngine, Detail, Engine, EngineError, Evaluation, Failover, GpuFailureKind, QuantizedProblem,
     SharedEngine,
 };
 
@@ -113,6 +113,25 @@ fn each_thread_gets_the_answers_to_its_own_problems_from_few_batches() {
     assert!(batches < problems / 2, "{batches} batches of {problems} problems");
     assert!((2..=THREADS).contains(&largest.load(Ordering::Relaxed)));
     assert!(!shared.has_failed());
+}
+
+#[test]
+fn batch_of_a_handle_is_one_batch() {
+    let mut shared = Odd::shared(|_| Ok(()));
+    let problems: Vec<_> = (0..5).map(|case| problem(1, case)).collect();
+    let expected = CpuEngine::single_threaded().evaluate_batch(&problems, Detail::Answer);
+    assert_eq!(shared.evaluate_batch(&problems, Detail::Answer), expected);
+    assert_eq!(shared.counts(), (1, 5));
+    assert_eq!(shared.evaluate_batch(&[], Detail::Answer), Ok(Vec::new()));
+}
+
+#[test]
+fn handle_reports_the_incidents_of_its_engine() {
+    let failover = Failover::new(Err(lost()), || Err(lost()), CpuEngine::single_threaded());
+    let mut shared = SharedEngine::new(Box::new(failover));
+    assert!(shared.evaluate(&problem(1, 1), Detail::Answer).is_ok());
+    let incidents = shared.incidents().expect("a failover has incidents");
+    assert_eq!((incidents.total_failures(), incidents.on_cpu), (1, 1));
 }
 
 /// The comparison above would see an answer that goes to another thread.

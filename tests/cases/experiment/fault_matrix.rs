@@ -1,12 +1,10 @@
 //! The simulated half of the fault matrix: its rows, and drives that fail without what acts on the fault.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use inbye::experiment::{simulated_fault_names, simulated_faults};
 use inbye::local::CpuEngine;
-use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission, MissionResult, Observer};
+use inbye::runtime::{Config, MissionResult, Observer};
 use inbye::sim::{FaultInjection, LidarChange, Simulation, WrongPlanner, roadway};
 
 const FROM_S: f64 = 6.0;
@@ -14,10 +12,7 @@ const TO_S: f64 = f64::INFINITY;
 
 /// A drive of this time, seconds, through the roadways.
 fn drive(config: &Config, fault: FaultInjection, most_s: f64) -> MissionResult {
-    let scene = roadway();
-    let goal = Goal { position: scene.goal, yaw: None };
-    let mission = Mission::new(Arc::new(scene.map), scene.start, goal);
-    let mut simulation = Simulation::new(Mission { time_limit_s: most_s, ..mission });
+    let mut simulation = Simulation::new(roadway().mission(most_s));
     simulation.faults.push(fault);
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());

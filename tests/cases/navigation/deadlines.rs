@@ -1,13 +1,12 @@
 //! Late decisions, by a scripted clock: what the navigator sends, how densely it samples next, and what it counts.
 
 use std::cell::Cell;
-use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{CpuEngine, Sampling};
 use inbye::map::{GridFrame, ObstacleGrid, Scan};
 use inbye::navigator::{COMMAND_LIFETIME_S, Goal, Navigator, Observation, Waypoints};
-use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
+use inbye::runtime::{Config, MissionResult, Observer, TickEvent, TraceRow};
 use inbye::sim::{Simulation, dead_end};
 
 const DEADLINE_S: f64 = 0.05;
@@ -16,15 +15,7 @@ const QUICK_S: f64 = 0.01;
 
 /// Drives out of the dead end for 20 s. `took_s` is the duration of the decision at each tick, seconds.
 fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResult {
-    let scene = dead_end();
-    let goal = Goal { position: scene.goal, yaw: None };
-    let mission = Simulation {
-        seed: 4,
-        ..Simulation::new(Mission {
-            time_limit_s: 20.0,
-            ..Mission::new(Arc::new(scene.map), scene.start, goal)
-        })
-    };
+    let mission = Simulation { seed: 4, ..Simulation::new(dead_end().mission(20.0)) };
     let mut config = Config::default();
     config.navigator.deadline_s = deadline_s;
     let (tick, now_s) = (Cell::new(0), Cell::new(0.0));

@@ -59,12 +59,6 @@ fn twist_and_tracks_are_inverse() {
 }
 
 #[test]
-fn equal_track_speeds_have_an_infinite_radius() {
-    let radius_m = DRIVE.turning_radius_m(&TrackSpeeds { left: 0.3, right: 0.3 });
-    assert_eq!(radius_m, f64::INFINITY);
-}
-
-#[test]
 fn max_curvature_is_the_smaller_of_eq_12_and_the_turn_rate_limit() {
     // 2 / 0.5 * (1.0 / 0.9 - 1) = 0.444..; at 0.5 m/s the rate 1.0 rad/s allows only 2.0, eq. 12 would give 4.0.
     assert!((DRIVE.max_curvature(0.9, 1.0, 1.0) - 4.0 / 9.0).abs() < 1e-12);

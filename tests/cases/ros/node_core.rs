@@ -11,8 +11,8 @@ mod transport;
 mod zones;
 
 use inbye::geometry::{Pose, Twist};
-use inbye::local::CpuEngine;
-use inbye::ros::msg::TFMessage;
+use inbye::local::{CpuEngine, Engine, EngineError, Failover, GpuFailureKind};
+use inbye::ros::msg::{DiagnosticStatus, TFMessage};
 use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings};
 use robot::{GOAL, Robot, crossings_m, goal, grid, map, transform};
 
@@ -37,6 +37,32 @@ fn node_drives_to_goal_then_stays_silent() {
     // It drives to the next goal.
     robot.receive(&IncomingMessage::Goal(goal(2.0, 4.0)));
     robot.until(900, |robot| robot.core.stats().reached == 2);
+}
+
+#[test]
+fn node_diagnostics_report_the_failure_of_a_gpu() {
+    let lost = || -> Result<Box<dyn Engine>, EngineError> {
+        Err(EngineError::Lost {
+            adapter: "test".to_owned(),
+            kind: GpuFailureKind::DeviceLost,
+            message: "gone".to_owned(),
+        })
+    };
+    let failover = Failover::new(lost(), lost, CpuEngine::single_threaded());
+    let mut robot = Robot::unarmed(false);
+    robot.core =
+        NodeCore::new(NodeSettings::default(), Box::new(failover)).expect("valid settings");
+    robot.core.operator().arm();
+    let mut robot = robot.with_goal();
+    robot.until(50, |robot| robot.speed() > 0.5);
+    let newest = robot.diagnostics.last().expect("diagnostics");
+    let status = newest.status.iter().find(|status| status.name == "inbye: engine");
+    let status = status.expect("the status of the engine");
+    assert_eq!(status.level, DiagnosticStatus::WARN);
+    assert!(status.message.contains("gone"), "{status:?}");
+    let value = |key| status.values.iter().find(|pair| pair.key == key).map(|pair| &*pair.value);
+    assert_eq!(value("gpu_failures"), Some("1"));
+    assert!(value("cpu_ticks").is_some_and(|ticks| ticks != "0"), "{status:?}");
 }
 
 #[test]

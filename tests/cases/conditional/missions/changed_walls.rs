@@ -1,12 +1,10 @@
 //! Drives by scans in worlds whose walls are no longer where the map shows them.
 
-use std::sync::Arc;
-
 use inbye::geometry::Pose;
 use inbye::local::CpuEngine;
 use inbye::map::{Cell, DistanceField, ObstacleGrid, UnknownPolicy};
-use inbye::navigator::{Goal, ObservationFault};
-use inbye::runtime::{Config, Mission, PoseSource};
+use inbye::navigator::ObservationFault;
+use inbye::runtime::{Config, PoseSource};
 use inbye::sim::{Scene, Simulation, crossing, mine, roadway};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -78,14 +76,7 @@ fn survives_changed_walls() {
     for (scene, seed) in scenes.iter().flat_map(|scene| (1..=2).map(move |seed| (scene(), seed))) {
         let (world, share) = changed(&scene.map.obstacles(UnknownPolicy::Blocked), seed);
         shares.push(share);
-        let task = Simulation {
-            truth: Some(world),
-            seed,
-            ..Simulation::new(Mission {
-                time_limit_s: 400.0,
-                ..Mission::new(Arc::new(scene.map), scene.start, Goal::at(scene.goal))
-            })
-        };
+        let task = Simulation { truth: Some(world), seed, ..Simulation::new(scene.mission(400.0)) };
         let engine = Box::new(CpuEngine::single_threaded());
         let result = try_drive(&task, &config, engine).expect("a path");
         let error_m = |(one, other): (Pose, Pose)| (one.position() - other.position()).norm();

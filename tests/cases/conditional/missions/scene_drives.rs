@@ -1,11 +1,8 @@
 //! The built-in scenes with their pedestrians.
 
-use std::sync::Arc;
-
 use inbye::local::CpuEngine;
 use inbye::map::UnknownPolicy;
-use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission};
+use inbye::runtime::Config;
 use inbye::sim::{PedestrianSpawner, Scene, Simulation, crossing, dead_end, roadway};
 
 use super::Test;
@@ -35,16 +32,12 @@ fn task(scene: &Scene, offset: u64) -> Simulation {
     let seed = scene.seed + offset;
     let spawner = PedestrianSpawner::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
-    let goal = Goal { position: scene.goal, yaw: None };
     Simulation {
         moving_obstacles: spawner
             .spawn(&obstacles, path.points(), &ends)
             .expect("free space for pedestrians"),
         seed,
-        ..Simulation::new(Mission {
-            time_limit_s: 600.0,
-            ..Mission::new(Arc::new(scene.map.clone()), scene.start, goal)
-        })
+        ..Simulation::new(scene.mission(600.0))
     }
 }
 
