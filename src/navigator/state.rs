@@ -10,7 +10,7 @@ use super::{Decision, Goal, Mode, NavigatorSettings, Route};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use crate::local::ClearanceField;
 use crate::map::{FreeSpace, MovingDisc};
-use crate::robot::{Footprint, Limits};
+use crate::robot::{Footprint, Limits, TickTime};
 
 /// Longest line of sight, metres: more than any lookahead in use.
 const MAX_LINE_M: f64 = 1000.0;
@@ -148,7 +148,7 @@ impl PredictedState {
     }
 }
 
-/// The command after one period of braking at the limit, from the slower of the predicted motion and the last command.
+/// The command after the time of a tick of braking at the limit, from the slower of the predicted motion and the last command.
 ///
 /// Motors follow a braking command with a lag. A command that starts from the measured motion follows that lag, and the robot
 /// then brakes at a part of its limit. A robot that still accelerates is slower than its last command.
@@ -156,7 +156,7 @@ pub(super) fn brake(
     limits: &Limits,
     predicted: &Twist,
     last_command: &Twist,
-    period_s: f64,
+    time: impl Into<TickTime>,
 ) -> Twist {
     let slower = |one: f64, other: f64| {
         if one * other <= 0.0 { 0.0 } else { one.abs().min(other.abs()).copysign(one) }
@@ -165,7 +165,7 @@ pub(super) fn brake(
         slower(predicted.linear, last_command.linear),
         slower(predicted.angular, last_command.angular),
     );
-    limits.brake(&from, period_s)
+    limits.brake(&from, time)
 }
 
 /// What a behaviour decides from.
@@ -174,6 +174,8 @@ pub(super) struct State<'a> {
     pub robot: &'a RobotModel,
     /// Control period, seconds.
     pub period_s: f64,
+    /// Time since the tick before, one period at least.
+    pub tick: TickTime,
     /// The robot and the moving obstacles when the command takes effect.
     pub now: &'a PredictedState,
     /// The twist that the base measured.
@@ -221,15 +223,14 @@ impl<'a> State<'a> {
         self.heading_error = wrap_angle(bearing(&now.pose.position(), &target) - now.pose.yaw);
     }
 
-    /// The velocity after one period of braking at the limit, on the same arc.
+    /// The velocity after the time of this tick of braking at the limit, on the same arc.
     pub fn brake(&self) -> Twist {
-        brake(&self.robot.limits, &self.now.twist, self.last_command, self.period_s)
+        brake(&self.robot.limits, &self.now.twist, self.last_command, self.tick)
     }
 
-    /// The velocity nearest to a wanted one that the robot reaches within one period.
+    /// The velocity nearest to a wanted one that the robot reaches at this tick.
     pub fn towards(&self, wanted: &Twist) -> Twist {
-        let limits = &self.robot.limits;
-        limits.reachable(&self.now.twist, wanted, self.period_s)
+        self.robot.limits.reachable(&self.now.twist, wanted, self.tick)
     }
 
     /// Whether a person is near enough to hold the robot up.

@@ -38,6 +38,7 @@ pub(super) fn with_state<R>(
         settings,
         robot,
         period_s: PERIOD_S,
+        tick: PERIOD_S.into(),
         now,
         measured: &measured,
         last_command: &last_command,
