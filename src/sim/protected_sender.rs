@@ -3,6 +3,7 @@
 use crate::base::{ProtectiveAction, ProtectiveLayer};
 use crate::geometry::Twist;
 use crate::map::TimedScan;
+use crate::robot::TickClock;
 use crate::runtime::{Config, LidarData};
 use crate::settings::SettingError;
 
@@ -10,6 +11,7 @@ use crate::settings::SettingError;
 pub(super) struct ProtectedSender {
     layer: ProtectiveLayer,
     has_ramp: bool,
+    tick_clock: TickClock,
     /// The last command after protection.
     pub sent: Twist,
 }
@@ -18,16 +20,20 @@ impl ProtectedSender {
     /// # Errors
     /// Names the first setting out of range.
     pub fn new(config: &Config) -> Result<Self, SettingError> {
-        let mut layer = config.protective_layer(config.local.control_period_s)?;
+        let period_s = config.local.control_period_s;
+        let mut layer = config.protective_layer(period_s)?;
         // A simulated robot needs no operator.
         layer.arm();
-        Ok(Self { layer, has_ramp: config.collision_monitor.enabled, sent: Twist::STOP })
+        let (has_ramp, tick_clock) = (config.collision_monitor.enabled, TickClock::new(period_s));
+        Ok(Self { layer, has_ramp, tick_clock, sent: Twist::STOP })
     }
 
     /// The command that the sender lets through at a time, seconds.
     pub fn protected(&mut self, command: &Twist, time_s: f64) -> Twist {
         let (limited, _) = self.layer.limit(command, &self.sent, time_s);
-        self.sent = if self.has_ramp { self.layer.ramp(&limited, &self.sent) } else { limited };
+        let tick = self.tick_clock.tick(time_s);
+        self.sent =
+            if self.has_ramp { self.layer.ramp(&limited, &self.sent, tick) } else { limited };
         self.sent
     }
 
