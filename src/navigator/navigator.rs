@@ -43,8 +43,6 @@ pub struct Navigator {
     /// Whether the robot was in a narrow passage, or near one, at the last tick.
     is_narrow: bool,
     base: BaseResponse,
-    /// Control period, seconds.
-    period_s: f64,
     tick_clock: TickClock,
     /// Time since the last tick, one period at least.
     tick: TickTime,
@@ -104,7 +102,6 @@ impl Navigator {
         let mut obstacles = new_model(map);
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
-            period_s,
             tick_clock: TickClock::new(period_s),
             tick: period_s.into(),
             faulty_late_s: 0.0,
@@ -385,7 +382,6 @@ impl Navigator {
         let mut state = State {
             settings: &self.settings,
             robot: &self.robot,
-            period_s: self.period_s,
             tick: self.tick,
             now,
             measured: &observation.twist,
@@ -424,7 +420,7 @@ impl Navigator {
             let radius_m = self.settings.required_movement_radius;
             let stuck_s = self.progress.stuck_s(now.time_s, left_m, radius_m);
             if state.waits_for_people() {
-                self.progress.waited_s += self.period_s + self.tick.late_s();
+                self.progress.waited_s += self.tick.elapsed_s();
             }
             let spared_s = self.progress.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
             if stuck_s - spared_s > self.settings.movement_time_allowance {

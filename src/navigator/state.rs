@@ -172,9 +172,7 @@ pub(super) fn brake(
 pub(super) struct State<'a> {
     pub settings: &'a NavigatorSettings,
     pub robot: &'a RobotModel,
-    /// Control period, seconds.
-    pub period_s: f64,
-    /// Time since the tick before, one period at least.
+    /// Time since the tick before, one control period at least.
     pub tick: TickTime,
     /// The robot and the moving obstacles when the command takes effect.
     pub now: &'a PredictedState,
@@ -263,7 +261,7 @@ impl<'a> State<'a> {
             obstacles,
             footprint: &self.robot.footprint,
             limits: &self.robot.limits,
-            reaction_s: SCANS_TO_REACT * self.period_s,
+            reaction_s: SCANS_TO_REACT * self.tick.period_s(),
             acceleration: settings.pedestrian_acceleration,
             top_speed: settings.pedestrian_speed,
         }
@@ -291,6 +289,7 @@ impl<'a> State<'a> {
             return true;
         }
         let RobotModel { footprint, limits } = self.robot;
+        let period_s = self.tick.period_s();
         // A slow robot stops within less than what its own outline hides.
         let probed_s = (PROBED_M / wanted.linear.abs()).min(MAX_PROBED_S);
         let probe = self.now.pose.after(wanted, probed_s);
@@ -298,7 +297,7 @@ impl<'a> State<'a> {
             return false;
         }
         let (mut pose, mut twist) =
-            limits.advance(&self.now.pose, &self.now.twist, wanted, self.period_s);
+            limits.advance(&self.now.pose, &self.now.twist, wanted, period_s);
         for _ in 0..MAX_BRAKING_STEPS {
             if !self.visible.sees_way(footprint, &self.visible.pose, &pose) {
                 return false;
@@ -306,7 +305,7 @@ impl<'a> State<'a> {
             if twist == Twist::STOP {
                 return true;
             }
-            (pose, twist) = limits.advance_braking(&pose, &twist, self.period_s);
+            (pose, twist) = limits.advance_braking(&pose, &twist, period_s);
         }
         false
     }

@@ -37,7 +37,6 @@ pub(super) fn with_state<R>(
     call(&mut State {
         settings,
         robot,
-        period_s: PERIOD_S,
         tick: PERIOD_S.into(),
         now,
         measured: &measured,

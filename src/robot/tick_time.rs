@@ -42,6 +42,12 @@ impl TickTime {
         Self { elapsed_s: self.elapsed_s.max(self.period_s), ..self }
     }
 
+    /// The planned time between two ticks, seconds.
+    #[must_use]
+    pub const fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
     /// Measured time since the tick before, seconds.
     #[must_use]
     pub const fn elapsed_s(&self) -> f64 {

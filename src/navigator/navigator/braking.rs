@@ -34,7 +34,7 @@ impl Navigator {
         // After a jump of the clock, the time before it says nothing about how long the fault has lasted.
         let late_s = if fault == ObservationFault::ClockJump { 0.0 } else { self.tick.late_s() };
         self.faulty_late_s = if count == 1 { 0.0 } else { self.faulty_late_s } + late_s;
-        if f64::from(count) * self.period_s + self.faulty_late_s > patience_s {
+        if f64::from(count) * self.tick.period_s() + self.faulty_late_s > patience_s {
             self.fail(Fault::FaultyObservation { fault, count });
             decision.mode = Mode::Failed;
         }
