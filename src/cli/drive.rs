@@ -236,7 +236,8 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     };
     let driven = drive(&simulation, &config, engine, "driving", hardware.as_mut(), observers);
     // The base stops before anything is written.
-    let base = hardware.map(HardwareDrive::end);
+    let late_ticks = driven.as_ref().map_or(0, |result| result.late_ticks);
+    let base = hardware.map(|hardware| hardware.end(late_ticks));
     let result = match driven {
         Ok(result) => result,
         Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
@@ -389,6 +390,7 @@ pub fn drive(
     let mut nearest_m = far_m;
     let began = Instant::now();
     let mut log = output::is_verbose().then(DriveLog::default);
+    let mut is_late_known = false;
     let mut on_tick = |tick: &TickEvent<'_>| {
         if let Some(playback) = &mut playback {
             playback.record(tick);
@@ -398,6 +400,10 @@ pub fn drive(
         }
         if let Some(log) = &mut log {
             log.update(tick);
+        }
+        let late = tick.navigator.tick_clock().last().warning();
+        if let Some(late) = late.filter(|_| !std::mem::replace(&mut is_late_known, true)) {
+            bar.suspend(|| output::warn(format!("the control loop is late: {late}")));
         }
         nearest_m = nearest_m.min((goal - tick.row.pose.position()).norm());
         bar.set_position(output::whole_cm(far_m - nearest_m));

@@ -111,10 +111,10 @@ impl HardwareDrive {
         self.line.cap_speed(limits);
     }
 
-    /// Stops the base, closes the ports and reports.
-    pub fn end(self) -> HardwareReport {
+    /// Stops the base, closes the ports and reports, with the number of late ticks of the mission.
+    pub fn end(self, late_ticks: u64) -> HardwareReport {
         let Self { line, lidar_port, robot, .. } = self;
-        let (status, late_ticks) = (robot.base_status(), robot.late_ticks());
+        let status = robot.base_status();
         let lidar = lidar_port.zip(robot.lidar_status());
         drop(robot);
         let mut object = base::line_object(&line, &status);

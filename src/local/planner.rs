@@ -5,11 +5,13 @@ use super::{
     QuantizedProblem, Sampling, TrajectoryFan,
 };
 use crate::geometry::Twist;
+use crate::robot::TickTime;
 
 /// Chooses a velocity from the dynamic window at every control tick.
 pub struct LocalPlanner {
     engine: Box<dyn Engine>,
     settings: LocalSettings,
+    tick: TickTime,
     /// The last problem. The next decision reuses its memory and allocates nothing; its field stays alive until then.
     last: Option<(Problem, QuantizedProblem)>,
     /// The answer to it; `None` when the engine failed.
@@ -20,7 +22,8 @@ impl LocalPlanner {
     /// Creates a planner that owns its engine.
     #[must_use]
     pub fn new(engine: Box<dyn Engine>, settings: LocalSettings) -> Self {
-        Self { engine, settings, last: None, answer: None }
+        let tick = settings.control_period_s.into();
+        Self { engine, settings, tick, last: None, answer: None }
     }
 
     /// Name of the engine, see [`Engine::name`].
@@ -39,6 +42,11 @@ impl LocalPlanner {
     pub const fn set_sampling(&mut self, sampling: Sampling) {
         self.settings.vx_samples = sampling.vx_samples;
         self.settings.vtheta_samples = sampling.vtheta_samples;
+    }
+
+    /// Sets the time since the tick before, by which a late decision may brake further. It is one control period at first.
+    pub const fn set_tick_time(&mut self, tick: TickTime) {
+        self.tick = tick;
     }
 
     /// At most `max` samples along each axis of the last decision, for display. `None` before the first decision and
@@ -65,7 +73,7 @@ impl LocalPlanner {
         input: &DecisionInput<'_>,
     ) -> Result<(Option<Twist>, Evaluation), DecisionError> {
         let (old, quantized) = self.last.take().unzip();
-        let problem = input.problem_in(old, &self.settings);
+        let problem = input.problem_in(old, &self.settings, self.tick);
         let quantized = match quantized {
             None => QuantizedProblem::new(&problem)?,
             Some(quantized) => quantized.requantized(&problem)?,

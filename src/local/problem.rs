@@ -9,7 +9,7 @@ use super::sample_motions::{SampleMotions, ramp_steps};
 use super::{ClearanceField, LocalSettings, ProblemError, Sampler, SamplerInputs, Window};
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
-use crate::robot::{Footprint, Limits};
+use crate::robot::{Footprint, Limits, TickTime};
 use crate::settings::{SettingError, choices, require, setting_schema, settings};
 
 settings! {
@@ -231,29 +231,34 @@ impl DecisionInput<'_> {
     /// The problem for a planner with these settings. The weights of the input replace those of the settings.
     #[must_use]
     pub fn problem(&self, settings: &LocalSettings) -> Problem {
-        self.problem_in(None, settings)
+        self.problem_in(None, settings, settings.control_period_s.into())
     }
 
-    /// As [`Self::problem`], in the memory of an old problem: allocates nothing for an unchanged footprint and for
+    /// As [`Self::problem`], for a tick, in the memory of an old problem: allocates nothing for an unchanged footprint and for
     /// moving obstacles that fit into the old list.
-    pub(super) fn problem_in(&self, old: Option<Problem>, settings: &LocalSettings) -> Problem {
+    pub(super) fn problem_in(
+        &self,
+        old: Option<Problem>,
+        settings: &LocalSettings,
+        tick: TickTime,
+    ) -> Problem {
         let (footprint, mut obstacles) =
             old.map_or_else(Default::default, |old| (Some(old.footprint), old.obstacles));
         let is_same = |footprint: &Footprint| footprint == self.footprint;
         let footprint = footprint.filter(is_same).unwrap_or_else(|| self.footprint.clone());
         obstacles.clear();
         obstacles.extend_from_slice(self.obstacles);
-        let window_s = match settings.sampler {
+        let window_time = match settings.sampler {
             Sampler::Ramps => {
-                f64::from(ramp_steps(settings.ramp_time_s, settings.sim_step_s))
-                    * settings.sim_step_s
+                let steps = f64::from(ramp_steps(settings.ramp_time_s, settings.sim_step_s));
+                (steps * settings.sim_step_s).into()
             }
-            _ => settings.control_period_s,
+            _ => tick,
         };
         Problem {
             field: Arc::clone(self.field),
             pose: self.pose,
-            window: Window::new(&self.limits, &self.twist, window_s, settings.sampling())
+            window: Window::new(&self.limits, &self.twist, window_time, settings.sampling())
                 .through(&self.last_command),
             sampler: settings.sampler,
             sampler_inputs: SamplerInputs {

@@ -2,7 +2,7 @@
 
 use super::Sampling;
 use crate::geometry::Twist;
-use crate::robot::Limits;
+use crate::robot::{Limits, TickTime};
 
 /// Equally spaced values from `low` to `high`, both included; a few are replaced. A single value is `low`.
 ///
@@ -116,8 +116,8 @@ pub struct Window {
 }
 
 impl Window {
-    /// The window around the current twist: within the limits (eq. 28) and within reach in one control period, seconds
-    /// (eq. 29).
+    /// The window around the current twist: within the limits (eq. 28) and within reach in one control period, seconds, or at a
+    /// tick of a control loop (eq. 29). The further braking of a late tick ends at zero.
     ///
     /// Standing still and driving straight ahead are among the samples where they are within the window.
     ///
@@ -127,14 +127,20 @@ impl Window {
     pub fn new(
         limits: &Limits,
         current: &Twist,
-        control_period_s: f64,
+        time: impl Into<TickTime>,
         sampling: Sampling,
     ) -> Self {
-        let axis = |now: f64, (brake, gain): (f64, f64), (min, max): (f64, f64), count| Axis {
-            low: (now + brake * control_period_s).clamp(min, max),
-            high: (now + gain * control_period_s).clamp(min, max),
-            count,
-            through: [Some(0.0), None],
+        let time = time.into();
+        let (gain_s, braking_s) = (time.accelerating_s(), time.braking_s());
+        let axis = |now: f64, (brake, gain): (f64, f64), (min, max): (f64, f64), count| {
+            let (mut low, mut high) = (now + brake * gain_s, now + gain * gain_s);
+            if now >= 0.0 {
+                low = low.min((now + brake * braking_s).max(0.0));
+            } else {
+                high = high.max((now + gain * braking_s).min(0.0));
+            }
+            let (low, high) = (low.clamp(min, max), high.clamp(min, max));
+            Axis { low, high, count, through: [Some(0.0), None] }
         };
         let Sampling { vx_samples, vtheta_samples } = sampling;
         let (vx_rates, vtheta_rates) = (

@@ -81,7 +81,7 @@ impl ControllerHost {
         }
         let input = ControllerInput {
             time_s: *time_s,
-            period_s: state.period_s,
+            period_s: state.tick.period_s(),
             pose: *pose,
             twist: *twist,
             odometry_s: *odometry_s,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::geometry::Twist;
 use crate::local::{LocalSettings, Sampling};
-use crate::robot::Limits;
+use crate::robot::{Limits, TickTime};
 
 /// A command that is not renewed decays to zero within this time, seconds: Nav2's `failure_tolerance`, three ticks at 10 Hz.
 /// An obstacle at 1.5 m/s comes 0.45 m nearer in this time.
@@ -42,7 +42,6 @@ pub struct DeadlineStats {
 /// Checks decisions against their deadline. Holds no clock: the caller measures.
 #[derive(Clone, Debug)]
 pub(super) struct Deadline {
-    period_s: f64,
     limits: Limits,
     decay: CommandDecay,
     /// Levels of sampling density: that of the settings first, and half as many speeds and turn rates at each further one.
@@ -67,7 +66,6 @@ impl Deadline {
             (next != *above).then_some(next)
         };
         Self {
-            period_s: settings.control_period_s,
             limits: *limits,
             decay: CommandDecay::default(),
             levels: core::iter::successors(Some(full), below).collect(),
@@ -78,9 +76,9 @@ impl Deadline {
         }
     }
 
-    /// Returns the command to send, for an observation at `time_s` and a decision that took `took_s`, both in seconds. A late
-    /// decision is for a place that the robot has left: the last timely one is sent instead, decayed.
-    pub fn settle(&mut self, time_s: f64, took_s: f64, decided: Twist) -> Twist {
+    /// Returns the command to send, for an observation at `time_s`, the time since the tick before, and a decision that took
+    /// `took_s`, in seconds. A late decision is for a place that the robot has left: the last timely one is sent instead, decayed.
+    pub fn settle(&mut self, time_s: f64, tick: TickTime, took_s: f64, decided: Twist) -> Twist {
         self.stats.decisions += 1;
         let share = took_s / self.stats.deadline_s;
         self.adapt_sampling(share);
@@ -89,7 +87,7 @@ impl Deadline {
             return decided;
         }
         self.stats.misses += 1;
-        self.decay.at(time_s, self.period_s, &self.limits)
+        self.decay.at(time_s, tick.braking_s(), &self.limits)
     }
 
     /// The counts so far; `last` is the sampling density for the next tick.
@@ -133,15 +131,15 @@ struct CommandDecay {
 }
 
 impl CommandDecay {
-    /// The command to send at a time, `period_s` after the last one, both in seconds. It never grows, even if the clock goes
+    /// The command to send at a time, `elapsed_s` after the last one, both in seconds. It never grows, even if the clock goes
     /// back.
-    fn at(&mut self, time_s: f64, period_s: f64, limits: &Limits) -> Twist {
+    fn at(&mut self, time_s: f64, elapsed_s: f64, limits: &Limits) -> Twist {
         let fresh = 1.0 - (time_s - self.decided_s) / COMMAND_LIFETIME_S;
         // A time that is not a number makes the command worth nothing.
         let wanted = if fresh > 0.0 { fresh } else { 0.0 };
         let fall = |speed: f64, brake: f64| match speed.abs() {
             0.0 => f64::INFINITY,
-            size => -brake * period_s / size,
+            size => -brake * elapsed_s / size,
         };
         let most = fall(self.command.linear, limits.decel_lim_x)
             .min(fall(self.command.angular, limits.decel_lim_theta));
@@ -162,12 +160,12 @@ mod tests {
         let settings = LocalSettings { control_period_s: PERIOD_S, ..LocalSettings::default() };
         let mut deadline = Deadline::new(1.0, &settings, &limits);
         assert_eq!(late(&mut deadline, 0.0), Twist::STOP, "there is no decision yet");
-        assert_eq!(deadline.settle(7.0, 0.5, command), command);
+        assert_eq!(deadline.settle(7.0, PERIOD_S.into(), 0.5, command), command);
         deadline
     }
 
     fn late(deadline: &mut Deadline, time_s: f64) -> Twist {
-        deadline.settle(time_s, 1.5, Twist::new(1.0, 1.0))
+        deadline.settle(time_s, PERIOD_S.into(), 1.5, Twist::new(1.0, 1.0))
     }
 
     fn ticks(count: i32) -> impl Iterator<Item = f64> {

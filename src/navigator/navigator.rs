@@ -1,5 +1,7 @@
 //! The navigator: one decision for each observation.
 
+mod braking;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -14,7 +16,7 @@ use super::occlusion::standing_room;
 use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
-use super::state::{Measured, PredictedState, RobotModel, State, WAITING_PATIENCES, brake};
+use super::state::{Measured, PredictedState, RobotModel, State, WAITING_PATIENCES};
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
@@ -26,7 +28,7 @@ use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::LocalPlanner;
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
-use crate::robot::{Footprint, MotionEstimate};
+use crate::robot::{Footprint, MotionEstimate, TickClock, TickTime};
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
 const UNSEEN_GAP_M: f64 = 0.4;
@@ -41,8 +43,11 @@ pub struct Navigator {
     /// Whether the robot was in a narrow passage, or near one, at the last tick.
     is_narrow: bool,
     base: BaseResponse,
-    /// Control period, seconds.
-    period_s: f64,
+    tick_clock: TickClock,
+    /// Time since the last tick, one period at least.
+    tick: TickTime,
+    /// Lateness of the faulty observations since the last valid one, seconds.
+    faulty_late_s: f64,
     /// Half the side of the local window, metres.
     window_half_m: f64,
     validator: ObservationValidator,
@@ -85,6 +90,7 @@ impl Navigator {
         let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
             global_planner.plan(&closed, &[], from, to, clock)
         })?;
+        let period_s = planner.settings().control_period_s;
         let is_tracking = settings.features.tracking;
         let new_model =
             if is_tracking { ObstacleModel::new } else { ObstacleModel::without_tracking };
@@ -96,7 +102,9 @@ impl Navigator {
         let mut obstacles = new_model(map);
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
-            period_s: planner.settings().control_period_s,
+            tick_clock: TickClock::new(period_s),
+            tick: period_s.into(),
+            faulty_late_s: 0.0,
             window_half_m: window_half_m(&settings, planner.settings(), &robot),
             validator: ObservationValidator::default(),
             obstacles,
@@ -213,6 +221,12 @@ impl Navigator {
         self.deadline.as_ref().map(Deadline::stats)
     }
 
+    /// The measured times between observations.
+    #[must_use]
+    pub const fn tick_clock(&self) -> &TickClock {
+        &self.tick_clock
+    }
+
     /// The identified response of the base.
     #[must_use]
     pub const fn motion(&self) -> &MotionEstimate {
@@ -220,7 +234,8 @@ impl Navigator {
     }
 
     /// Decides what to do now. The command is within the robot's limits, and the robot reaches it within one control period
-    /// unless it is too fast already. After the last goal, or after a fault, the robot brakes and stands.
+    /// unless it is too fast already; an observation that comes later than that after the one before lets it brake for the whole
+    /// time between both. After the last goal, or after a fault, the robot brakes and stands.
     pub fn step(&mut self, observation: &Observation) -> Decision {
         let mut decision = self.decide(observation);
         let wanted = self.robot.limits.clamp(&decision.command);
@@ -241,7 +256,8 @@ impl Navigator {
         let mut decision = self.step(observation);
         let took_s = clock() - began_s;
         if let Some(deadline) = &mut self.deadline {
-            decision.command = deadline.settle(observation.time_s, took_s, decision.command);
+            let (time_s, tick) = (observation.time_s, self.tick);
+            decision.command = deadline.settle(time_s, tick, took_s, decision.command);
             self.behaviours.planner_mut().set_sampling(deadline.stats().last);
             self.base.set_sent(observation.time_s, &decision.command);
         }
@@ -261,6 +277,7 @@ impl Navigator {
     }
 
     fn decide(&mut self, observation: &Observation) -> Decision {
+        self.measure_tick(observation.time_s);
         self.base.record_sent(observation);
         if let Some(host) = &mut self.controller {
             host.start_tick();
@@ -326,34 +343,6 @@ impl Navigator {
         self.mode = Mode::Failed;
     }
 
-    /// Brakes from the last command, since pose and speed are unknown; fails when that lasts. Otherwise the present mode
-    /// continues after the fault.
-    fn brake_without_observation(&mut self, fault: ObservationFault) -> Decision {
-        let count = self.validator.faults_in_a_row;
-        let mut decision = self.brake_from(&self.base.last_command);
-        if self.is_over() {
-            return decision;
-        }
-        decision.mode = Mode::SensorFault;
-        let patience_s = match fault {
-            ObservationFault::Lost(_)
-            | ObservationFault::LidarBlind
-            | ObservationFault::LidarPartlyBlind => self.settings.localization_patience_s,
-            _ => self.settings.sensor_fault_patience_s,
-        };
-        if f64::from(count) * self.period_s > patience_s {
-            self.fail(Fault::FaultyObservation { fault, count });
-            decision.mode = Mode::Failed;
-        }
-        decision
-    }
-
-    /// Brakes from a velocity or from the last command, whichever is slower, in the present mode.
-    fn brake_from(&self, twist: &Twist) -> Decision {
-        let command = brake(&self.robot.limits, twist, &self.base.last_command, self.period_s);
-        Decision::new(command, self.mode, self.goal().position)
-    }
-
     /// Starts the next leg when the pause is over.
     fn leave_waypoint(&mut self, now_s: f64) {
         if let Some(plan) = self.waypoints.next(now_s) {
@@ -393,7 +382,7 @@ impl Navigator {
         let mut state = State {
             settings: &self.settings,
             robot: &self.robot,
-            period_s: self.period_s,
+            tick: self.tick,
             now,
             measured: &observation.twist,
             last_command: &self.base.last_command,
@@ -431,7 +420,7 @@ impl Navigator {
             let radius_m = self.settings.required_movement_radius;
             let stuck_s = self.progress.stuck_s(now.time_s, left_m, radius_m);
             if state.waits_for_people() {
-                self.progress.waited_s += self.period_s;
+                self.progress.waited_s += self.tick.elapsed_s();
             }
             let spared_s = self.progress.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
             if stuck_s - spared_s > self.settings.movement_time_allowance {
@@ -483,7 +472,7 @@ impl Navigator {
         }
         let share = fastest / command.linear.abs();
         let slower = Twist::new(share * command.linear, share * command.angular);
-        self.robot.limits.reachable(twist, &slower, self.period_s)
+        self.robot.limits.reachable(twist, &slower, self.tick)
     }
 
     fn why_stuck(&self, stuck_s: f64) -> Fault {

@@ -23,7 +23,7 @@ const SPEED_FACTOR: f64 = 2.0;
 const MIN_AGREEING: u32 = 5;
 /// A longer time between two ticks is a jump of the clock, seconds: earlier scans and motion no longer count. A robot with a
 /// faulty pose stands after this time, and gets no farther.
-const CLOCK_JUMP_S: f64 = 1.0;
+pub(super) const CLOCK_JUMP_S: f64 = 1.0;
 /// Scan and odometry may have a time stamp this much after their tick, seconds: two clocks are never quite equal.
 const CLOCK_TOLERANCE_S: f64 = 0.05;
 /// A pose is frozen if it stays the same to the bit for this long, seconds, while the robot is commanded to drive at this

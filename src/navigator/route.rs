@@ -132,6 +132,11 @@ impl ProgressChecker {
         self.least_left_m = Some(left_m);
     }
 
+    /// Leaves out a time in which the robot could not make progress, seconds.
+    pub fn pause(&mut self, pause_s: f64) {
+        self.since_s += pause_s;
+    }
+
     /// Counts a decision.
     pub const fn count(&mut self, mode: Mode) {
         match mode {

@@ -10,7 +10,7 @@ use super::{Decision, Goal, Mode, NavigatorSettings, Route};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 use crate::local::ClearanceField;
 use crate::map::{FreeSpace, MovingDisc};
-use crate::robot::{Footprint, Limits};
+use crate::robot::{Footprint, Limits, TickTime};
 
 /// Longest line of sight, metres: more than any lookahead in use.
 const MAX_LINE_M: f64 = 1000.0;
@@ -148,7 +148,7 @@ impl PredictedState {
     }
 }
 
-/// The command after one period of braking at the limit, from the slower of the predicted motion and the last command.
+/// The command after the time of a tick of braking at the limit, from the slower of the predicted motion and the last command.
 ///
 /// Motors follow a braking command with a lag. A command that starts from the measured motion follows that lag, and the robot
 /// then brakes at a part of its limit. A robot that still accelerates is slower than its last command.
@@ -156,7 +156,7 @@ pub(super) fn brake(
     limits: &Limits,
     predicted: &Twist,
     last_command: &Twist,
-    period_s: f64,
+    time: impl Into<TickTime>,
 ) -> Twist {
     let slower = |one: f64, other: f64| {
         if one * other <= 0.0 { 0.0 } else { one.abs().min(other.abs()).copysign(one) }
@@ -165,15 +165,15 @@ pub(super) fn brake(
         slower(predicted.linear, last_command.linear),
         slower(predicted.angular, last_command.angular),
     );
-    limits.brake(&from, period_s)
+    limits.brake(&from, time)
 }
 
 /// What a behaviour decides from.
 pub(super) struct State<'a> {
     pub settings: &'a NavigatorSettings,
     pub robot: &'a RobotModel,
-    /// Control period, seconds.
-    pub period_s: f64,
+    /// Time since the tick before, one control period at least.
+    pub tick: TickTime,
     /// The robot and the moving obstacles when the command takes effect.
     pub now: &'a PredictedState,
     /// The twist that the base measured.
@@ -221,15 +221,14 @@ impl<'a> State<'a> {
         self.heading_error = wrap_angle(bearing(&now.pose.position(), &target) - now.pose.yaw);
     }
 
-    /// The velocity after one period of braking at the limit, on the same arc.
+    /// The velocity after the time of this tick of braking at the limit, on the same arc.
     pub fn brake(&self) -> Twist {
-        brake(&self.robot.limits, &self.now.twist, self.last_command, self.period_s)
+        brake(&self.robot.limits, &self.now.twist, self.last_command, self.tick)
     }
 
-    /// The velocity nearest to a wanted one that the robot reaches within one period.
+    /// The velocity nearest to a wanted one that the robot reaches at this tick.
     pub fn towards(&self, wanted: &Twist) -> Twist {
-        let limits = &self.robot.limits;
-        limits.reachable(&self.now.twist, wanted, self.period_s)
+        self.robot.limits.reachable(&self.now.twist, wanted, self.tick)
     }
 
     /// Whether a person is near enough to hold the robot up.
@@ -262,7 +261,7 @@ impl<'a> State<'a> {
             obstacles,
             footprint: &self.robot.footprint,
             limits: &self.robot.limits,
-            reaction_s: SCANS_TO_REACT * self.period_s,
+            reaction_s: SCANS_TO_REACT * self.tick.period_s(),
             acceleration: settings.pedestrian_acceleration,
             top_speed: settings.pedestrian_speed,
         }
@@ -290,6 +289,7 @@ impl<'a> State<'a> {
             return true;
         }
         let RobotModel { footprint, limits } = self.robot;
+        let period_s = self.tick.period_s();
         // A slow robot stops within less than what its own outline hides.
         let probed_s = (PROBED_M / wanted.linear.abs()).min(MAX_PROBED_S);
         let probe = self.now.pose.after(wanted, probed_s);
@@ -299,7 +299,7 @@ impl<'a> State<'a> {
             return false;
         }
         let (mut pose, mut twist) =
-            limits.advance(&self.now.pose, &self.now.twist, wanted, self.period_s);
+            limits.advance(&self.now.pose, &self.now.twist, wanted, period_s);
         for _ in 0..MAX_BRAKING_STEPS {
             if !self.visible.is_path_visible(footprint, &self.visible.pose, &pose) {
                 return false;
@@ -307,7 +307,7 @@ impl<'a> State<'a> {
             if twist == Twist::STOP {
                 return true;
             }
-            (pose, twist) = limits.advance_braking(&pose, &twist, self.period_s);
+            (pose, twist) = limits.advance_braking(&pose, &twist, period_s);
         }
         false
     }

@@ -37,7 +37,7 @@ pub(super) fn with_state<R>(
     call(&mut State {
         settings,
         robot,
-        period_s: PERIOD_S,
+        tick: PERIOD_S.into(),
         now,
         measured: &measured,
         last_command: &last_command,

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::TickTime;
 use crate::geometry::{Pose, Twist};
 use crate::settings::settings;
 
@@ -37,17 +38,23 @@ impl Limits {
         }
     }
 
-    /// The twist nearest to `target` that the base can reach from `current` within a time, seconds.
+    /// The twist nearest to `target` that the base can reach from `current` within a time, seconds, or at a tick of a control
+    /// loop. The further braking of a late tick ends at zero.
     #[must_use]
-    pub fn reachable(&self, current: &Twist, target: &Twist, time_s: f64) -> Twist {
+    pub fn reachable(&self, current: &Twist, target: &Twist, time: impl Into<TickTime>) -> Twist {
+        let time = time.into();
+        let (gain_s, braking_s) = (time.accelerating_s(), time.braking_s());
         let step = |from: f64, to: f64, acceleration: f64, deceleration: f64| {
             // Braking is any change towards zero.
-            let (up, down) = if from >= 0.0 {
-                (acceleration, deceleration)
+            if from >= 0.0 {
+                let braked = (from + deceleration * braking_s).max(0.0);
+                let low = (from + deceleration * gain_s).min(braked);
+                to.clamp(low, from + acceleration * gain_s)
             } else {
-                (-deceleration, -acceleration)
-            };
-            to.clamp(from + down * time_s, from + up * time_s)
+                let braked = (from - deceleration * braking_s).min(0.0);
+                let high = (from - deceleration * gain_s).max(braked);
+                to.clamp(from - acceleration * gain_s, high)
+            }
         };
         let Self { acc_lim_x, decel_lim_x, acc_lim_theta, decel_lim_theta, .. } = *self;
         Twist {
@@ -56,11 +63,11 @@ impl Limits {
         }
     }
 
-    /// The twist after braking for a time, seconds, with the largest deceleration. The curvature is kept as far as the limits
+    /// The twist after braking for a time, seconds, or at a tick of a control loop, with the largest deceleration. The curvature is kept as far as the limits
     /// allow: a braking robot stays on its arc, which was checked, and does not leave it towards an obstacle.
     #[must_use]
-    pub fn brake(&self, twist: &Twist, time_s: f64) -> Twist {
-        let hardest = self.reachable(twist, &Twist::STOP, time_s);
+    pub fn brake(&self, twist: &Twist, time: impl Into<TickTime>) -> Twist {
+        let hardest = self.reachable(twist, &Twist::STOP, time);
         if twist.linear == 0.0 {
             return hardest;
         }

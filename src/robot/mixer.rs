@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{TrackSpeeds, TrackedDrive};
+use super::{TickTime, TrackSpeeds, TrackedDrive};
 use crate::geometry::Twist;
 use crate::settings::{require, settings};
 
@@ -45,7 +45,8 @@ impl TrackLimits {
         target.map(|speed| (speed * factor).clamp(-max, max))
     }
 
-    /// The speeds nearest to the target that the tracks can reach from the current ones within a time, seconds.
+    /// The speeds nearest to the target that the tracks can reach from the current ones within a time, seconds, or at a tick of a
+    /// control loop.
     ///
     /// Both changes are scaled by the factor of the slower track, so that both tracks reach their targets together. A start
     /// from standstill has the target's curvature throughout, and a stop takes no longer.
@@ -54,11 +55,12 @@ impl TrackLimits {
         &self,
         current: &TrackSpeeds,
         target: &TrackSpeeds,
-        time_s: f64,
+        time: impl Into<TickTime>,
     ) -> TrackSpeeds {
+        let time = time.into();
         let factor = |from: f64, to: f64| {
             let change = (to - from).abs();
-            let max = self.max_change(from, to, time_s);
+            let max = self.max_change(from, to, &time);
             if change > max { max / change } else { 1.0 }
         };
         let factor = factor(current.left, target.left).min(factor(current.right, target.right));
@@ -69,16 +71,17 @@ impl TrackLimits {
     }
 
     /// The largest change of a track's speed towards another within a time: a reversal first decelerates to zero.
-    fn max_change(&self, from: f64, to: f64, time_s: f64) -> f64 {
+    fn max_change(&self, from: f64, to: f64, time: &TickTime) -> f64 {
         let away_from_zero = from == 0.0 || (to - from) * from > 0.0;
         if away_from_zero {
-            return self.acc_lim_track * time_s;
+            return self.acc_lim_track * time.accelerating_s();
         }
         let to_zero_s = from.abs() / -self.decel_lim_track;
-        if time_s <= to_zero_s {
-            -self.decel_lim_track * time_s
+        if time.braking_s() <= to_zero_s {
+            -self.decel_lim_track * time.braking_s()
         } else {
-            from.abs() + self.acc_lim_track * (time_s - to_zero_s)
+            let left_s = (time.braking_s() - to_zero_s).min(time.accelerating_s());
+            from.abs() + self.acc_lim_track * left_s
         }
     }
 
@@ -115,14 +118,14 @@ impl Mixer {
         Self { drive, limits, ramp: TrackSpeeds::default() }
     }
 
-    /// Computes the track speeds to command, `elapsed_s` seconds after the last call. The target is mixed (eqs. 1 and 2), scaled
-    /// to the largest track speed with constant curvature, ramped, and zeroed within the deadband.
+    /// Computes the track speeds to command, a time after the last call, seconds, or at a tick of a control loop. The target is
+    /// mixed (eqs. 1 and 2), scaled to the largest track speed with constant curvature, ramped, and zeroed within the deadband.
     ///
     /// A target that is not finite counts as a stop.
-    pub fn mix(&mut self, target: &Twist, elapsed_s: f64) -> TrackSpeeds {
+    pub fn mix(&mut self, target: &Twist, elapsed: impl Into<TickTime>) -> TrackSpeeds {
         let target = if target.is_finite() { *target } else { Twist::STOP };
         let target = self.limits.scale_to_max(&self.drive.tracks(&target));
-        self.ramp = self.limits.reachable(&self.ramp, &target, elapsed_s.max(0.0));
+        self.ramp = self.limits.reachable(&self.ramp, &target, elapsed);
         self.limits.apply_deadband(&self.ramp)
     }
 

@@ -11,6 +11,7 @@ mod leading_outline;
 mod limits;
 mod mixer;
 mod polygon;
+mod tick_time;
 mod tracks;
 
 pub use footprint::{Disc, Footprint};
@@ -21,6 +22,7 @@ pub use identification::{Interval, MotionEstimate, MotionIdentifier};
 pub use limits::Limits;
 pub use mixer::{Mixer, TrackLimits};
 pub use polygon::Polygon;
+pub use tick_time::{LATE_PERIODS, TickClock, TickTime};
 pub use tracks::{PerTrack, Side, TrackOdometry, TrackSpeeds, TrackedDrive, travel_m};
 
 /// An invalid robot description.

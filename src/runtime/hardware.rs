@@ -228,7 +228,6 @@ pub struct HardwareRobot {
     observed_s: f64,
     /// Time of the next tick by the clock of the base.
     due_s: f64,
-    late_ticks: u64,
     last_report_s: f64,
 }
 
@@ -265,7 +264,6 @@ impl HardwareRobot {
             origin: None,
             observed_s: 0.0,
             due_s: 0.0,
-            late_ticks: 0,
             last_report_s: 0.0,
         }
     }
@@ -280,12 +278,6 @@ impl HardwareRobot {
     #[must_use]
     pub fn lidar_status(&self) -> Option<LidarStatus> {
         self.lidar.as_ref().map(|lidar| lidar.reader.status())
-    }
-
-    /// Number of ticks that were late by more than a control period.
-    #[must_use]
-    pub const fn late_ticks(&self) -> u64 {
-        self.late_ticks
     }
 
     /// The base's pose in the map by dead reckoning.
@@ -353,8 +345,8 @@ impl Robot for HardwareRobot {
         }
     }
 
-    fn is_real_time(&self) -> bool {
-        true
+    fn now_s(&self) -> Option<f64> {
+        Some(self.base.now_s())
     }
 
     /// Sets the command with the time of its observation, and waits until the next tick is due. After a gap of the base's
@@ -374,7 +366,7 @@ impl Robot for HardwareRobot {
         }
         self.due_s += period_s;
         if self.due_s + period_s < now_s {
-            self.late_ticks += 1;
+            // Missed ticks are skipped.
             self.due_s = now_s;
         }
         thread::sleep(Duration::from_secs_f64((self.due_s - now_s).max(0.0)));

@@ -35,7 +35,7 @@ pub struct Mission {
     pub via: Vec<Goal>,
     /// The last stop.
     pub goal: Goal,
-    /// Longest time of the mission, seconds.
+    /// Longest time of the mission, seconds; of real time for a robot with a clock.
     pub time_limit_s: f64,
     /// Distance to the goal, metres, at which it counts as reached even while the robot moves, as in the rules of some
     /// benchmarks. None: the robot has to stand at its goal.
@@ -125,6 +125,8 @@ pub struct MissionResult {
     pub contact: Option<Contact>,
     /// Time of the mission, seconds.
     pub time_s: f64,
+    /// Number of ticks that came over a control period late: [`TickTime::is_late`](crate::robot::TickTime::is_late).
+    pub late_ticks: u64,
     /// Distance travelled, metres.
     pub travelled_m: f64,
     /// Smallest gap to anything solid, metres.
@@ -185,6 +187,7 @@ impl MissionResult {
             contact: None,
             collided: rows.iter().any(|row| row.gap_m <= 0.0),
             time_s: last.map_or(0.0, |row| row.time_s),
+            late_ticks: navigator.tick_clock().late_ticks(),
             travelled_m: trace.travelled_m(),
             zones: None,
             encounters: Encounters::default(),
@@ -393,6 +396,8 @@ impl FaultEvents {
             .map(|fault| format!("sensors: {fault}"))
             .into_iter()
             .collect();
+        let late = navigator.tick_clock().last().warning();
+        now.extend(late.map(|late| format!("control loop: {late}")));
         now.extend(self.engine_events(tick));
         now.extend(tick.robot_fault.map(|words| format!("base: {words}")));
         if tick.row.gap_m <= 0.0 {

@@ -72,6 +72,8 @@ pub struct MissionRun<R> {
     engine: String,
     /// Number of ticks until the time limit.
     ticks: u64,
+    /// Time of the first tick by the robot's clock, seconds, if it has one.
+    began_s: Option<f64>,
     is_over: bool,
 }
 
@@ -91,7 +93,7 @@ impl<R: Robot> MissionRun<R> {
         let map = mission.navigation_map(config.unknown);
         let pose_estimator = PoseEstimator::new(&config, &map.obstacles, &mission)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
-        let real_time = robot.is_real_time().then(|| Config::clone(&config).in_real_time());
+        let real_time = robot.now_s().map(|_| Config::clone(&config).in_real_time());
         let navigator_config = real_time.as_ref().unwrap_or(&config);
         let (engine, controller) = match decider.into() {
             Decider::Navigator(engine) => (engine, navigator_config.new_controller(&map)?),
@@ -115,6 +117,7 @@ impl<R: Robot> MissionRun<R> {
         let ticks = mission.ticks(config.local.control_period_s);
         Ok(Self {
             ticks,
+            began_s: None,
             is_over: ticks == 0,
             mission,
             config,
@@ -151,8 +154,10 @@ impl<R: Robot> MissionRun<R> {
         if self.is_over {
             return ControlFlow::Break(());
         }
-        let period_s = self.config.local.control_period_s;
-        let (row, has_stopped) = self.tick(self.trace.rows.len() as f64 * period_s, observer);
+        if self.trace.rows.is_empty() {
+            self.began_s = self.robot.now_s();
+        }
+        let (row, has_stopped) = self.tick(self.now_s(), observer);
         self.is_over = row.mode == Mode::Arrived
             || self.has_failed_and_stands(&row)
             || row.gap_m <= 0.0
@@ -160,8 +165,22 @@ impl<R: Robot> MissionRun<R> {
             || self.mission.is_done(&row.pose);
         self.early_end = has_stopped.then_some(EarlyEnd::RobotStopped);
         self.trace.rows.push(row);
-        self.is_over |= self.trace.rows.len() as u64 >= self.ticks;
+        self.is_over |= self.is_time_up();
         if self.is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Time since the first tick, seconds: measured by the robot's clock, else by counting ticks.
+    fn now_s(&self) -> f64 {
+        let counted_s = || self.trace.rows.len() as f64 * self.config.local.control_period_s;
+        let measured = self.robot.now_s().zip(self.began_s);
+        measured.map_or_else(counted_s, |(now_s, began_s)| now_s - began_s)
+    }
+
+    fn is_time_up(&self) -> bool {
+        match self.began_s {
+            Some(_) => self.now_s() >= self.mission.time_limit_s,
+            None => self.trace.rows.len() as u64 >= self.ticks,
+        }
     }
 
     /// Runs the rest of the mission.
@@ -265,7 +284,7 @@ impl<R: Robot> MissionRun<R> {
                 return None;
             }
             let updated = changes.applied_to(&mission.map);
-            if !self.robot.is_real_time() {
+            if self.robot.now_s().is_none() {
                 let changed = ChangedMap::new(on(&updated), config).ok()?;
                 return Some(self.replace_map(changed, updated));
             }

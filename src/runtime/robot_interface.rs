@@ -79,14 +79,15 @@ pub trait Robot {
         Vec::new()
     }
 
-    /// Whether time passes by itself, as for every real robot. The loop then waits for no plan, and a decision has a deadline:
-    /// see [`Config::in_real_time`](super::Config::in_real_time).
-    fn is_real_time(&self) -> bool {
-        false
+    /// The present time by the robot's clock, seconds from any origin, where time passes by itself, as for every real robot. The
+    /// mission's time, its time limit and every age are then measured by this clock. The loop waits for no plan, and a decision
+    /// has a deadline: see [`Config::in_real_time`](super::Config::in_real_time). None: each tick takes one control period.
+    fn now_s(&self) -> Option<f64> {
+        None
     }
 
-    /// Executes a finite command for one control period, seconds, of simulated or real time. Returns a break where the robot
-    /// has stopped for good, which ends the mission.
+    /// Executes a finite command for one control period, seconds, of simulated time, or until the next tick is due. Returns a
+    /// break where the robot has stopped for good, which ends the mission.
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()>;
 
     /// What the protective layer of the robot's sender does to the present command.
@@ -113,8 +114,8 @@ impl<R: Robot + ?Sized> Robot for &mut R {
         (**self).moving_radii_m()
     }
 
-    fn is_real_time(&self) -> bool {
-        (**self).is_real_time()
+    fn now_s(&self) -> Option<f64> {
+        (**self).now_s()
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {

@@ -3,12 +3,14 @@
 use crate::base::{ProtectiveAction, ProtectiveLayer};
 use crate::geometry::Twist;
 use crate::map::TimedScan;
+use crate::robot::TickClock;
 use crate::runtime::{Config, LidarData};
 use crate::settings::SettingError;
 
 /// Limits commands as the sender of a real base does.
 pub(super) struct ProtectedSender {
     layer: ProtectiveLayer,
+    tick_clock: TickClock,
     /// The last command after protection.
     pub sent: Twist,
 }
@@ -17,16 +19,19 @@ impl ProtectedSender {
     /// # Errors
     /// Names the first setting out of range.
     pub fn new(config: &Config) -> Result<Self, SettingError> {
-        let mut layer = config.protective_layer(config.local.control_period_s)?;
+        let period_s = config.local.control_period_s;
+        let mut layer = config.protective_layer(period_s)?;
         // A simulated robot needs no operator.
         layer.arm();
-        Ok(Self { layer, sent: Twist::STOP })
+        let tick_clock = TickClock::new(period_s);
+        Ok(Self { layer, tick_clock, sent: Twist::STOP })
     }
 
     /// The command that the sender lets through at a time, seconds.
     pub fn protected(&mut self, command: &Twist, time_s: f64) -> Twist {
         let (limited, _) = self.layer.limit(command, &self.sent, time_s);
-        self.sent = self.layer.ramp(&limited, &self.sent);
+        let tick = self.tick_clock.tick(time_s);
+        self.sent = self.layer.ramp(&limited, &self.sent, tick);
         self.sent
     }
 

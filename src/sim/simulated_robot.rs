@@ -40,6 +40,8 @@ pub struct SimulatedRobot<B = SimBase> {
     moving_obstacles: MovingObstacles,
     displacement: Displacement,
     faulty_odometry: FaultyOdometry,
+    /// Time of the last sensing by the base's clock, seconds, for a base in real time.
+    sensed_s: Option<f64>,
     /// Time of the last sensing, seconds, and the truth then.
     time_s: f64,
     pose: Pose,
@@ -82,6 +84,7 @@ impl<B: Robot> SimulatedRobot<B> {
             moving_obstacles: simulation.moving_obstacles.clone(),
             displacement: Displacement::default(),
             faulty_odometry: FaultyOdometry::default(),
+            sensed_s: None,
             time_s: 0.0,
             pose: mission.start,
             twist: Twist::STOP,
@@ -122,24 +125,24 @@ impl<B: Robot> SimulatedRobot<B> {
 }
 
 impl<B: Robot> SimulatedRobot<B> {
-    /// Moves the obstacles while the robot drives to a pose, and measures the gaps during the motion. The robot's path within the
+    /// Moves the obstacles while the robot drives to a pose, and measures the gaps during the motion. The robot's path within a
     /// period is an arc: an acceleration of 1 m/s^2 moves it along that by 1.3 mm at most.
-    fn move_others(&mut self, to: &Pose, period_s: f64) {
+    fn move_others(&mut self, to: &Pose, elapsed_s: f64) {
         (self.least_gap_m, self.contact) = (f64::INFINITY, None);
         let footprint = &self.footprint;
-        let steps = (period_s / CONTACT_STEP_S).round().max(1.0);
-        // The mean motion of the period, and the motion before it: a robot that brakes has closed the gap earlier.
-        let twists = [self.twist, mean_twist(&self.pose, to, period_s)];
+        let steps = (elapsed_s / CONTACT_STEP_S).round().max(1.0);
+        // The mean motion of this time, and the motion before it: a robot that brakes has closed the gap earlier.
+        let twists = [self.twist, mean_twist(&self.pose, to, elapsed_s)];
         for step in 1..=steps as u32 {
             let share = f64::from(step) / steps;
             let pose = self.pose.interpolate(to, share);
-            self.moving_obstacles.step(period_s / steps, &pose, footprint);
+            self.moving_obstacles.step(elapsed_s / steps, &pose, footprint);
             self.world.moving = self.moving_obstacles.discs();
             if self.world.may_be_nearer(footprint, &pose, MEASURED_GAP_M) {
                 let gap_m = self.world.gap_m(footprint, &pose);
                 self.least_gap_m = self.least_gap_m.min(gap_m);
                 if gap_m <= 0.0 && self.contact.is_none() {
-                    let time_s = self.time_s + share * period_s;
+                    let time_s = self.time_s + share * elapsed_s;
                     self.contact = Some(self.contact_at(time_s, &pose, &twists));
                 }
             }
@@ -194,7 +197,7 @@ impl<B: Robot> SimulatedRobot<B> {
 
 impl<B: Robot> Robot for SimulatedRobot<B> {
     fn sense(&mut self, time_s: f64) -> SensorData {
-        self.time_s = time_s;
+        (self.sensed_s, self.time_s) = (self.base.now_s(), time_s);
         let SimulationSettings { sensing_delay_s, stamps_sensing_delay, .. } = self.plant;
         let measured_s = (time_s - sensing_delay_s).max(0.0);
         let stamp_s = if stamps_sensing_delay { measured_s } else { time_s };
@@ -252,19 +255,22 @@ impl<B: Robot> Robot for SimulatedRobot<B> {
         self.moving_obstacles.radii()
     }
 
-    fn is_real_time(&self) -> bool {
-        self.base.is_real_time()
+    fn now_s(&self) -> Option<f64> {
+        self.base.now_s()
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
         let command = self.protected(command);
         let flow = self.base.drive(&command, period_s);
+        // The world moves on while a real base drives, however long that takes.
+        let measured = self.base.now_s().zip(self.sensed_s);
+        let elapsed_s = measured.map_or(period_s, |(now_s, sensed_s)| now_s - sensed_s);
         let own = match self.base.ground_truth() {
             Some(truth) => truth.pose,
-            None => self.base.sense(self.time_s + period_s).odometry.pose,
+            None => self.base.sense(self.time_s + elapsed_s).odometry.pose,
         };
         let pose = self.displacement.pose_in_map(&own);
-        self.move_others(&pose, period_s);
+        self.move_others(&pose, elapsed_s);
         flow
     }
 

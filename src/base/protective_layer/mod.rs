@@ -32,7 +32,7 @@ use std::collections::VecDeque;
 
 use crate::geometry::{Point, Twist};
 use crate::map::TimedScan;
-use crate::robot::{Footprint, Limits, MotionIdentifier, TrackLimits, TrackedDrive};
+use crate::robot::{Footprint, Limits, MotionIdentifier, TickTime, TrackLimits, TrackedDrive};
 use crate::settings::SettingError;
 use body::Body;
 use ramp::Ramp;
@@ -193,17 +193,17 @@ impl ProtectiveLayer {
         (command, action)
     }
 
-    /// A limited command within the accelerations, a period after the command that was sent last: a full stop keeps the
+    /// A limited command within the accelerations, at a tick after the command that was sent last: a full stop keeps the
     /// curvature, so that the robot brakes along the checked arc. For senders without a ramp of their own. A layer that is not
     /// enabled returns the command.
     #[must_use]
-    pub fn ramp(&self, command: &Twist, sent: &Twist) -> Twist {
+    pub fn ramp(&self, command: &Twist, sent: &Twist, tick: TickTime) -> Twist {
         if !self.settings.enabled {
             *command
         } else if *command == Twist::STOP {
-            self.ramp.brake(sent, self.period_s)
+            self.ramp.brake(sent, tick)
         } else {
-            self.ramp.towards(sent, command, self.period_s)
+            self.ramp.towards(sent, command, tick)
         }
     }
 

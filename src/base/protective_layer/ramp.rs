@@ -1,7 +1,7 @@
 //! The ramp by which a sender approaches a target.
 
 use crate::geometry::Twist;
-use crate::robot::{Limits, TrackLimits, TrackedDrive};
+use crate::robot::{Limits, TickTime, TrackLimits, TrackedDrive};
 
 /// How the commands of a sender change from one to the next.
 #[derive(Clone, Copy, Debug)]
@@ -13,13 +13,13 @@ pub(super) enum Ramp {
 }
 
 impl Ramp {
-    /// The command after a time, seconds, of the change to a target.
-    pub fn towards(&self, twist: &Twist, target: &Twist, time_s: f64) -> Twist {
+    /// The command after a time, seconds, or at a tick, of the change to a target.
+    pub fn towards(&self, twist: &Twist, target: &Twist, time: impl Into<TickTime>) -> Twist {
         match self {
-            Self::Twist(limits) => limits.reachable(twist, target, time_s),
+            Self::Twist(limits) => limits.reachable(twist, target, time),
             Self::Tracks { drive, limits } => {
                 let target = limits.scale_to_max(&drive.tracks(target));
-                drive.twist(&limits.reachable(&drive.tracks(twist), &target, time_s))
+                drive.twist(&limits.reachable(&drive.tracks(twist), &target, time))
             }
         }
     }
@@ -36,11 +36,11 @@ impl Ramp {
         }
     }
 
-    /// The command after a time, seconds, of braking as hard as the limits allow.
-    pub fn brake(&self, twist: &Twist, time_s: f64) -> Twist {
+    /// The command after a time, seconds, or at a tick, of braking as hard as the limits allow.
+    pub fn brake(&self, twist: &Twist, time: impl Into<TickTime>) -> Twist {
         match self {
-            Self::Twist(limits) => limits.brake(twist, time_s),
-            Self::Tracks { .. } => self.towards(twist, &Twist::STOP, time_s),
+            Self::Twist(limits) => limits.brake(twist, time),
+            Self::Tracks { .. } => self.towards(twist, &Twist::STOP, time),
         }
     }
 

@@ -5,6 +5,7 @@
 //!
 //! - The base receives a command at a fixed rate. A target is valid for 0.3 s from its time stamp; after that the base is braked
 //!   to a standstill. The age of the target decides, not the liveness of the planner's thread.
+//! - The ramp uses the measured time between commands: a late one brakes for all of it, and accelerates for one period at most.
 //! - After a gap, zero commands go first: for at least 0.1 s, and until a target has a time stamp after the end of the gap.
 //!   The motion then ramps up from the measured speed. A gap is a pause of more than 0.2 s of the sender or its process, the
 //!   base's reports, or the connection. A stop by the base's own watchdog, a latched stop, and a time without the operator's
@@ -43,8 +44,8 @@ settings! {
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct SupervisorSettings {
-        /// Commands per second. Default 50. With fewer than 10, one step of the ramp would be longer than the longest that counts: the
-        /// base would brake more slowly than its limits say.
+        /// Commands per second. Default 50. A late command brakes for the whole time since the one before it, and accelerates for one
+        /// period at most. At least 10: a target lasts three periods.
         pub rate_hz: f64 = 50.0, ["Hz", 10 to 1000];
         /// Age at which a target expires. Default 0.3 s: three periods of the planner. The ROS differential drive
         /// controller allows 0.5 s, and cannot tell that a hung planner repeats an old target.

@@ -10,10 +10,7 @@ use crate::base::{
 };
 use crate::geometry::Twist;
 use crate::map::TimedScan;
-use crate::robot::{Mixer, TrackSpeeds};
-
-/// Longest ramp of one step, seconds: speeds must not jump after a late cycle.
-const MAX_STEP_S: f64 = 0.1;
+use crate::robot::{Mixer, TickClock, TrackSpeeds};
 
 /// Time of zero commands after a gap, seconds: the port's buffer is read, and two reports of the slowest controller arrive.
 const RESTART_S: f64 = 0.1;
@@ -121,7 +118,7 @@ pub struct SafetyController {
     still_since_s: Option<f64>,
     is_still: bool,
     sent: Twist,
-    last_s: Option<f64>,
+    tick_clock: TickClock,
     /// End of the last gap. Only later targets are followed.
     resumed_s: f64,
     /// Whether the base stands since that gap.
@@ -191,7 +188,7 @@ impl SafetyController {
             still_since_s: Some(f64::NEG_INFINITY),
             is_still: true,
             sent: Twist::STOP,
-            last_s: None,
+            tick_clock: TickClock::new(settings.period_s()),
             resumed_s: f64::NEG_INFINITY,
             is_restarting: true,
             rejected: 0,
@@ -274,10 +271,10 @@ impl SafetyController {
 
     /// Returns the command to send now. Call it at the fixed rate.
     pub fn next_command(&mut self, now_s: f64) -> OutgoingCommand {
-        let elapsed_s = now_s - self.last_s.replace(now_s).unwrap_or(now_s);
+        let tick = self.tick_clock.tick(now_s);
         let max_gap_s = self.settings.max_gap_s + self.settings.period_s();
         // A process that was stopped, or a clock that jumped: the base may have stopped by itself, and its surroundings changed.
-        let was_paused = !(0.0..=max_gap_s).contains(&elapsed_s);
+        let was_paused = !(0.0..=max_gap_s).contains(&tick.elapsed_s());
         if let Some(cause) = self.stop_cause {
             self.interrupt(now_s, DriveStatus::Stopped(cause));
             return OutgoingCommand::EngageStop;
@@ -330,8 +327,7 @@ impl SafetyController {
             let allowance = LAG_S * self.base.tracks.acc_lim_track;
             self.mixer.limit_to(&self.report.tracks, allowance);
         }
-        let elapsed_s = elapsed_s.min(MAX_STEP_S);
-        let speeds = self.mixer.mix(&target.unwrap_or_default(), elapsed_s);
+        let speeds = self.mixer.mix(&target.unwrap_or_default(), tick);
         self.sent = self.mixer.twist(&speeds);
         OutgoingCommand::Drive(self.sent)
     }

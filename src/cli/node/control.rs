@@ -54,7 +54,7 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
     output::note(format!("node {namespace}/inbye in domain {domain}"));
     let OperatorArguments { arm, operator_port } = arguments.operator;
     operator::serve(&core.operator(), arm, operator_port)?;
-    let (mut due_s, mut late_ticks) = (0.0, 0_u64);
+    let mut due_s = 0.0;
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();
         if arguments.for_s.is_some_and(|for_s| now_s >= for_s) || core.has_ended() {
@@ -65,7 +65,6 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
             due_s += core.period_s();
             if due_s <= now_s {
                 // Missed ticks are skipped.
-                late_ticks += 1;
                 due_s = now_s + core.period_s();
             }
             let outgoing = core.tick(now().seconds(), &mut clock);
@@ -74,7 +73,7 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
         thread::sleep(POLL_INTERVAL);
     }
     stop_robot(&core, &mut link, &mut clock);
-    report(&core, &link, late_ticks, json)?;
+    report(&core, &link, json)?;
     Ok(true)
 }
 
@@ -198,14 +197,13 @@ fn stop_robot(core: &NodeCore, link: &mut NetworkLink, clock: &mut dyn FnMut() -
     }
 }
 
-fn report(core: &NodeCore, link: &NetworkLink, late_ticks: u64, json: bool) -> anyhow::Result<()> {
+fn report(core: &NodeCore, link: &NetworkLink, json: bool) -> anyhow::Result<()> {
     let (stats, network) = (core.stats(), link.stats());
     let mut object = json!(stats);
     object["unsent"] = json!(network.unsent);
     object["network_restarts"] = json!(network.network_restarts);
-    object["late_ticks"] = json!(late_ticks);
     let (goals, reached, aborted) = (stats.goals, stats.reached, stats.aborted);
-    let commands = stats.commands;
+    let (commands, late_ticks) = (stats.commands, stats.late_ticks);
     let unsent = network.unsent;
     let mut lines = vec![format!(
         "{goals} goals, {reached} reached, {aborted} aborted; {commands} commands, {late_ticks} ticks late, \

@@ -65,7 +65,7 @@ impl Behaviour for GoalHandling {
             }
         }
         let limits = state.limits_in_sight();
-        let inputs = (settings, &limits, state.period_s);
+        let inputs = (settings, &limits, state.tick.period_s());
         let Some(wanted) = self.parking.next(motion, goal, inputs) else {
             return stand(Mode::Arrived, Override::Never);
         };

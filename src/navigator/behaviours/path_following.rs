@@ -42,6 +42,7 @@ impl Behaviour for PathFollowing {
             footprint: &view.footprint,
             weights,
         };
+        self.planner.set_tick_time(state.tick);
         let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
         let command = command.map(|command| view.in_robot_frame(command));
         // The speed limit holds for the present turn rate, not for the chosen one.
@@ -127,9 +128,8 @@ impl<'a> View<'a> {
         }
         let fastest = fastest.min(state.speed_limit);
         // Widened by what braking needs to get there: the robot reaches every sample, and drives it as it was evaluated.
-        let in_reach = |speed: f64| {
-            limits.reachable(&self.twist, &Twist::new(speed, 0.0), state.period_s).linear
-        };
+        let in_reach =
+            |speed: f64| limits.reachable(&self.twist, &Twist::new(speed, 0.0), state.tick).linear;
         let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
         Limits {
             min_vel_x: within(0.0_f64.min(in_reach(0.0))),

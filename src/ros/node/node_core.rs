@@ -24,6 +24,7 @@ use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
 use crate::map::GridFrame;
 use crate::navigator::{Decision, Fault, Goal, Navigator, Observation, Waypoints};
+use crate::robot::TickClock;
 use crate::ros::msg::{self, ActionEnd};
 use crate::runtime::{Config, ContradictedMap, MapUpdate, PoseSource};
 use crate::settings::SettingError;
@@ -113,8 +114,7 @@ pub struct NodeCore {
     /// Until when an ended goal publishes zero velocity at least, seconds.
     zero_until_s: f64,
     markers_s: f64,
-    /// Time of the last tick, seconds.
-    ticked_s: Option<f64>,
+    tick_clock: TickClock,
     command: Twist,
     diagnostics: Diagnostics,
     notices: Notices,
@@ -140,6 +140,7 @@ impl NodeCore {
         settings.config = settings.config.in_real_time();
         let config = &settings.config;
         check_period(config.local.control_period_s)?;
+        let tick_clock = TickClock::new(config.local.control_period_s);
         let lifecycle =
             if settings.is_managed { LifecycleState::Unconfigured } else { LifecycleState::Active };
         Ok(Self {
@@ -166,7 +167,7 @@ impl NodeCore {
             hold: Hold::None,
             zero_until_s: f64::NEG_INFINITY,
             markers_s: f64::NEG_INFINITY,
-            ticked_s: None,
+            tick_clock,
             command: Twist::STOP,
             diagnostics: Diagnostics::default(),
             notices: Notices::default(),
@@ -347,8 +348,8 @@ impl NodeCore {
     pub fn tick(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Outgoing {
         let mut outgoing = Outgoing::default();
         self.check_delays();
-        let before_s = self.ticked_s.replace(now_s).unwrap_or(now_s);
-        if !(0.0..=MAX_TICK_GAP_S).contains(&(now_s - before_s)) {
+        let tick = self.measure_tick(now_s);
+        if !(0.0..=MAX_TICK_GAP_S).contains(&tick.elapsed_s()) {
             // The node was suspended or its clock was set. The base has stopped by itself, and what was measured before is old.
             self.command = Twist::STOP;
             self.inputs.forget_motion();
@@ -366,7 +367,7 @@ impl NodeCore {
             let decision = self.decide(now_s, odometry_frame, clock);
             let wanted =
                 decision.as_ref().map_or_else(|| self.brake(), |decision| decision.command);
-            self.command = self.protection.command(&wanted, &self.command, now_s);
+            self.command = self.protection.command(&wanted, &self.command, now_s, tick);
             self.stats.count_command(self.protection.action());
             outgoing.command = Some(self.command);
             self.add_plan_and_markers(now_s, decision.as_ref(), &mut outgoing);
@@ -397,7 +398,7 @@ impl NodeCore {
 
     fn brake(&self) -> Twist {
         let limits = &self.settings.config.robot.limits;
-        limits.brake(&self.command, self.period_s())
+        limits.brake(&self.command, *self.tick_clock.last())
     }
 
     /// The navigator's decision; none if an input is missing, the robot must stop before planning, or there is no path.

@@ -11,7 +11,11 @@ use crate::base::{OperatorState, ProtectiveAction};
 use crate::localization::{LocalizationError, LostReason};
 use crate::map::MapError;
 use crate::navigator::{Mode, Navigator};
+use crate::robot::TickTime;
 use crate::settings::SettingError;
+
+/// Time after which a late tick is reported again, seconds.
+const LATE_TICKS_S: f64 = 10.0;
 
 /// Time without a protective action after which the same action is reported again, seconds.
 const QUIET_S: f64 = 1.0;
@@ -140,6 +144,8 @@ pub struct NodeStats {
     pub aborted: u64,
     /// Published velocities.
     pub commands: u64,
+    /// Ticks that came over a control period late: [`TickTime::is_late`].
+    pub late_ticks: u64,
     /// Ticks in which the protective layer changed the velocity, by the name of its action.
     pub protective_actions: BTreeMap<&'static str, u64>,
     /// Least time from stamp to arrival over the last 10 s by topic, seconds: transport, and the offset between the clocks.
@@ -167,6 +173,8 @@ pub struct Notices {
     rejections: HashSet<(&'static str, Discriminant<MessageError>)>,
     missing: Option<MissingInput>,
     late_topics: BTreeSet<&'static str>,
+    /// Time of the last report of a late tick, seconds.
+    late_tick_s: Option<f64>,
     had_sensor_fault: bool,
     operator: Option<OperatorState>,
     /// Protective actions since the layer was last quiet, and the time of the last one, seconds.
@@ -211,6 +219,18 @@ impl Notices {
                 "messages on {topic} are {least_delay_s:.2} s old when they arrive, the limit is {limit_s} s: the sender is slow, or \
                  its clock is behind; synchronise the clocks with chrony or NTP"
             ));
+        }
+    }
+
+    /// Reports a late tick, at most one in ten seconds.
+    pub fn late_tick(&mut self, now_s: f64, tick: &TickTime) {
+        let is_recent = |reported_s: f64| (0.0..LATE_TICKS_S).contains(&(now_s - reported_s));
+        if self.late_tick_s.is_some_and(is_recent) {
+            return;
+        }
+        if let Some(warning) = tick.warning() {
+            self.late_tick_s = Some(now_s);
+            self.push(format!("the control loop is late: {warning}"));
         }
     }
 

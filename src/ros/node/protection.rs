@@ -3,6 +3,7 @@
 use crate::base::{OperatorState, OperatorSwitch, ProtectiveAction, ProtectiveLayer};
 use crate::geometry::Twist;
 use crate::map::TimedScan;
+use crate::robot::TickTime;
 use crate::ros::convert::key_value;
 use crate::ros::msg::DiagnosticStatus;
 use crate::runtime::Config;
@@ -50,14 +51,14 @@ impl Protection {
         self.layer.update_motion(measured, stamp_s);
     }
 
-    /// The command to publish instead of a wanted one, a period after the last command. Without the operator's permission it is
+    /// The command to publish instead of a wanted one, at a tick after the last command. Without the operator's permission it is
     /// zero at once.
-    pub fn command(&mut self, wanted: &Twist, sent: &Twist, now_s: f64) -> Twist {
+    pub fn command(&mut self, wanted: &Twist, sent: &Twist, now_s: f64, tick: TickTime) -> Twist {
         let (limited, action) = self.layer.limit(wanted, sent, now_s);
         self.action = action;
         match self.action {
             ProtectiveAction::NotArmed | ProtectiveAction::OperatorStop => Twist::STOP,
-            _ => self.layer.ramp(&limited, sent),
+            _ => self.layer.ramp(&limited, sent, tick),
         }
     }
 

@@ -7,6 +7,7 @@ mod encoder_speed;
 mod fault_detector;
 mod goldens;
 mod harness;
+mod late_loop;
 mod ld19;
 mod mixer;
 mod own_protocol;

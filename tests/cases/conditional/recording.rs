@@ -8,6 +8,7 @@ use libtest_mimic::Trial;
 mod agreement;
 mod disks;
 mod drives;
+mod late_loop;
 mod metadata;
 mod protection;
 mod python;
@@ -23,8 +24,14 @@ pub fn trials() -> Vec<Trial> {
             Ok(())
         })
     };
-    let tests =
-        [agreement::TESTS, disks::TESTS, metadata::TESTS, protection::TESTS, rewritten::TESTS];
+    let tests = [
+        agreement::TESTS,
+        disks::TESTS,
+        late_loop::TESTS,
+        metadata::TESTS,
+        protection::TESTS,
+        rewritten::TESTS,
+    ];
     let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
     trials.extend(python::trials());
     trials.extend(crate::support::adapters::trials(&agreement::GPU_TESTS));

@@ -3,7 +3,7 @@
 use inbye::geometry::Twist;
 use inbye::local::internals::evenly_spaced;
 use inbye::local::{Axis, Sampling, Window};
-use inbye::robot::Limits;
+use inbye::robot::{Limits, TickTime};
 use proptest::prelude::*;
 
 #[test]
@@ -17,6 +17,24 @@ fn window_intersects_limits_and_reachable_velocities() {
     assert!((window.vtheta.low + 0.1).abs() < 1e-12);
     let middle = window.twist(7);
     assert!((middle.linear - 0.94).abs() < 1e-12 && middle.angular.abs() < 1e-12);
+}
+
+#[test]
+fn window_of_a_late_tick_is_wider_only_towards_standstill() {
+    let limits = Limits::default().min_vel_x(-0.5).acc_lim_x(0.5);
+    let sampling = Sampling { vx_samples: 5, vtheta_samples: 3 };
+    let late = TickTime::between(Some(1.0), 1.4, 0.1);
+    for (twist, low, high) in
+        [(0.8, 0.4, 0.85), (0.3, 0.0, 0.35), (0.05, -0.05, 0.1), (-0.4, -0.5, -0.2)]
+    {
+        let now = Twist::new(twist, twist);
+        let window = Window::new(&limits, &now, late, sampling);
+        let vx = window.vx;
+        assert!((vx.low - low).abs() < 1e-9 && (vx.high - high).abs() < 1e-9, "{twist}: {vx:?}");
+        let punctual = Window::new(&limits, &now, 0.1, sampling);
+        assert!(window.vtheta.low <= punctual.vtheta.low, "{twist}");
+        assert!(window.vtheta.high >= punctual.vtheta.high, "{twist}");
+    }
 }
 
 #[test]

@@ -71,3 +71,39 @@ fn speed_limit_of_zero_or_less_brakes_and_stops_the_robot() {
         assert!(decision.command.linear > 0.0, "{limit}: {decision:?}");
     }
 }
+
+#[test]
+fn late_observation_lets_the_robot_brake_for_the_time_since_the_one_before() {
+    for elapsed_s in [0.1, 0.25, 0.5] {
+        let mut navigator = navigator();
+        let mut twist = Twist::new(0.8, 0.0);
+        for tick in 0..3 {
+            twist = navigator.step(&observation(0.1 * f64::from(tick), twist)).command;
+        }
+        assert!(twist.linear > 0.6, "{twist:?}");
+        let mut stale = observation(0.2 + elapsed_s, twist);
+        stale.odometry_s = f64::NAN;
+        let braked = navigator.step(&stale).command;
+        let fall = twist.linear - braked.linear;
+        assert!((fall - elapsed_s).abs() < 1e-9, "{elapsed_s} s: {twist:?} {braked:?}");
+        let late_ticks = u64::from(elapsed_s > 0.2);
+        assert_eq!(navigator.tick_clock().late_ticks(), late_ticks, "{elapsed_s}");
+    }
+}
+
+/// Observations that come every 0.25 s instead of every 0.1 s: a speed limit of zero stops the robot in the same time.
+#[test]
+fn dynamic_window_of_late_observations_reaches_the_braked_speeds() {
+    let mut navigator = navigator();
+    navigator.set_speed_limit(Some(0.0));
+    let mut twist = Twist::new(0.9, 0.0);
+    navigator.step(&observation(0.0, twist));
+    for tick in 1..=4 {
+        let last = twist.linear;
+        let mut seen = observation(0.25 * f64::from(tick), twist);
+        seen.sent = Some(twist);
+        twist = navigator.step(&seen).command;
+        assert!(last - twist.linear > 0.2 || twist.linear < 0.01, "{tick}: {last} {twist:?}");
+    }
+    assert!(twist.linear < 0.01, "{twist:?}");
+}

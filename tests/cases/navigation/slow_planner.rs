@@ -34,8 +34,8 @@ fn hall(is_open: bool) -> OccupancyGrid {
     OccupancyGrid::new(frame, cells.collect())
 }
 
-/// A simulated base that counts as a real one. Its ticks follow each other without a pause.
-struct RealTimeBase(SimBase);
+/// A simulated base that counts as a real one, with the time of its clock, seconds. Its ticks follow each other without a pause.
+struct RealTimeBase(SimBase, f64);
 
 impl Robot for RealTimeBase {
     fn sense(&mut self, time_s: f64) -> SensorData {
@@ -46,11 +46,12 @@ impl Robot for RealTimeBase {
         self.0.ground_truth()
     }
 
-    fn is_real_time(&self) -> bool {
-        true
+    fn now_s(&self) -> Option<f64> {
+        Some(self.1)
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
+        self.1 += period_s;
         self.0.drive(command, period_s)
     }
 }
@@ -83,7 +84,7 @@ fn longest_tick_s(config: &Config, closed: &ObstacleGrid, is_real_time: bool) ->
     let engine = Box::new(CpuEngine::single_threaded());
     let base = SimBase::of(config, START, 0).expect("valid settings");
     let result = if is_real_time {
-        simulation.run_with(&mut RealTimeBase(base), config, engine, &mut observer)
+        simulation.run_with(&mut RealTimeBase(base, 0.0), config, engine, &mut observer)
     } else {
         let mut base = base;
         simulation.run_with(&mut base, config, engine, &mut observer)

@@ -1,6 +1,7 @@
-//! How old inputs may be, how late they are, and how long the time between two ticks may be.
+//! How old inputs may be, how late they and the ticks are, and how long the time between two ticks may be.
 
 use super::NodeCore;
+use crate::robot::TickTime;
 use crate::ros::node::latest_inputs::AgeLimits;
 use crate::settings::{SettingError, require};
 
@@ -24,6 +25,14 @@ impl NodeCore {
             transform_s: config.node.transform_timeout_s,
             clock_ahead_s: config.node.max_clock_ahead_s,
         }
+    }
+
+    /// Measures the time since the last tick, and counts and reports a late tick.
+    pub(super) fn measure_tick(&mut self, now_s: f64) -> TickTime {
+        let tick = self.tick_clock.tick(now_s);
+        self.stats.late_ticks = self.tick_clock.late_ticks();
+        self.notices.late_tick(now_s, &tick);
+        tick
     }
 
     /// Counts the delays of scans and odometry, and reports those that are late.

@@ -21,7 +21,8 @@ impl NodeCore {
     /// Whether the node is finalized, the robot stands, and the answer to the request has had time to leave.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        let is_over = |since_s: f64| self.ticked_s.is_some_and(|now_s| now_s - since_s >= END_S);
+        let is_over =
+            |since_s: f64| self.tick_clock.last_s().is_some_and(|now_s| now_s - since_s >= END_S);
         self.finalized_s.is_some_and(is_over) && self.command == Twist::STOP
     }
 

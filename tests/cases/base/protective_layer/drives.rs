@@ -77,7 +77,7 @@ impl Drive {
             layer.update_motion(&measured, self.now_s);
             layer.update_scan(&TimedScan::from_scan(&scan, self.now_s, 0.0), self.now_s);
             let (command, _) = layer.limit(target, &self.sent, self.now_s);
-            self.sent = layer.ramp(&command, &self.sent);
+            self.sent = layer.ramp(&command, &self.sent, PERIOD_S.into());
         } else {
             self.sent = *target;
         }

@@ -143,7 +143,7 @@ fn sent_command_that_is_not_finite_hides_no_obstacle() {
 fn full_stop_keeps_the_curvature() {
     let layer = layer(CollisionMonitorSettings::default());
     let sent = Twist::new(1.0, 1.0);
-    let braked = layer.ramp(&Twist::STOP, &sent);
+    let braked = layer.ramp(&Twist::STOP, &sent, 0.1.into());
     assert_eq!(braked, limits().brake(&sent, 0.1));
     assert!((braked.linear - braked.angular).abs() < 1e-9 && braked.linear < 1.0, "{braked:?}");
 }

@@ -105,9 +105,9 @@ fn braking_starts_at_most_a_lag_above_the_measured_speed() {
     assert!((first.linear - 0.27).abs() < 1e-6, "{first:?}");
 }
 
-/// A cycle that was late by 0.18 s accelerates as one of 0.1 s.
+/// A cycle that was late by 0.18 s accelerates as a punctual one, and brakes for the whole time.
 #[test]
-fn late_cycle_ramps_by_a_tenth_of_a_second() {
+fn late_cycle_accelerates_for_one_period_and_brakes_for_its_whole_time() {
     let mut harness = Harness::standing();
     for _ in 0..8 {
         harness.set_target(0.0).expect("a valid target");
@@ -117,7 +117,11 @@ fn late_cycle_ramps_by_a_tenth_of_a_second() {
     assert!((0.0..0.3).contains(&before), "{before}");
     harness.set_target(0.0).expect("a valid target");
     harness.cycle_after(0.2);
-    assert!((harness.base.linear - before - 0.15).abs() < 1e-6, "{before} {:?}", harness.base);
+    assert!((harness.base.linear - before - 0.03).abs() < 1e-6, "{before} {:?}", harness.base);
+    let mut harness = Harness::driving();
+    harness.controller.set_target(&Twist::STOP, harness.now_s, harness.now_s).expect("valid");
+    harness.cycle_after(0.2);
+    assert!((harness.base.linear - (0.6 - 1.5 * 0.2)).abs() < 1e-6, "{:?}", harness.base);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use inbye::geometry::{Pose, Twist};
 use inbye::ros::node::IncomingMessage;
 
-use super::robot::{Robot, transform};
+use super::robot::{Robot, goal, transform};
 
 /// Ticks of 0.1 s until the robot stands: 0.3 s of age, and braking from 1 m/s at 1 m/s^2.
 const STOP_TICKS: usize = 14;
@@ -115,4 +115,52 @@ fn clock_that_is_slightly_ahead_does_not_make_inputs_younger() {
     // The last scan seems to be from the future by 0.09 s; it counts from its arrival.
     let steps = robot.until(50, |robot| robot.has_notice("there is no fresh scan"));
     assert!(steps <= 5, "{steps}");
+}
+
+/// A robot at speed whose next tick comes after a time, seconds. Returns it with its last command.
+fn late_at_speed(elapsed_s: f64) -> (Robot, Twist) {
+    let mut robot = Robot::ready();
+    robot.until(50, |robot| robot.speed() > 0.9);
+    robot.step_s = elapsed_s;
+    let last = robot.step().expect("it drives");
+    (robot, last)
+}
+
+/// A new goal makes the robot stop before the node plans.
+#[test]
+fn late_tick_brakes_for_its_whole_time_and_is_reported() {
+    let (mut robot, last) = late_at_speed(0.25);
+    robot.receive(&IncomingMessage::Goal(goal(9.5, 4.5)));
+    let braked = robot.step().expect("it brakes");
+    assert!((last.linear - braked.linear - 0.25).abs() < 1e-6, "{last:?} {braked:?}");
+    assert_eq!(robot.core.stats().late_ticks, 1);
+    let late = "the control loop is late: 0.250 s passed since the tick before, the control period is 0.1 s";
+    assert!(robot.has_notice(late), "{:?}", robot.notices);
+    // It is late at every tick, and reported once in ten seconds.
+    robot.until(8, Robot::stands);
+    assert!(robot.core.stats().late_ticks > 2);
+    let count = robot.notices.iter().filter(|notice| notice.contains("is late")).count();
+    assert_eq!(count, 1, "{:?}", robot.notices);
+}
+
+#[test]
+fn robot_stands_after_a_stall_of_half_a_second() {
+    let (mut robot, _) = late_at_speed(0.5);
+    robot.step_s = 0.1;
+    assert_eq!(robot.step(), Some(Twist::STOP));
+    assert_eq!(robot.core.stats().late_ticks, 1);
+    robot.until(600, |robot| robot.has_notice("reached the goal"));
+}
+
+#[test]
+fn late_ticks_accelerate_for_one_period() {
+    let mut robot = Robot::ready();
+    robot.step_s = 0.25;
+    let mut last = 0.0;
+    for _ in 0..8 {
+        let speed = robot.step().expect("it drives").linear;
+        assert!(speed - last < 0.1 + 1e-9, "{last} {speed}");
+        last = speed;
+    }
+    assert!(last > 0.3, "{last}");
 }

@@ -83,6 +83,8 @@ pub struct Robot {
     pub core: NodeCore,
     pub pose: Pose,
     pub now_s: f64,
+    /// Time of a step, seconds.
+    pub step_s: f64,
     pub has_scan: bool,
     pub has_odometry: bool,
     /// Whether `tf` gives the pose of the odometry's frame in the map at each step.
@@ -130,6 +132,7 @@ impl Robot {
             core: NodeCore::new(settings, engine).expect("valid settings"),
             pose: Pose::new(2.0, 1.5, 0.0),
             now_s: 100.0,
+            step_s: 0.1,
             has_scan: true,
             has_odometry: true,
             has_transform: false,
@@ -198,7 +201,7 @@ impl Robot {
         self.core.receive(self.now_s, message);
     }
 
-    /// Simulates 0.1 s: publishes odometry and scan, and executes the command.
+    /// Simulates the time of a step: publishes odometry and scan, and executes the command.
     pub fn step(&mut self) -> Option<Twist> {
         if self.has_transform {
             let stamp_s = self.now_s - self.transform_late_s;
@@ -233,8 +236,8 @@ impl Robot {
         self.markers.extend(markers);
         self.commands.push(command);
         self.twist = command.unwrap_or(Twist::STOP);
-        self.pose = self.pose.after(&self.twist, 0.1);
-        self.now_s += 0.1;
+        self.pose = self.pose.after(&self.twist, self.step_s);
+        self.now_s += self.step_s;
         command
     }
 
