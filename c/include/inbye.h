@@ -294,7 +294,8 @@ extern "C" {
 uint32_t inbye_abi_version(void);
 
 /*
- Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME". Returns null on failure.
+ Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with 1 to 1024 threads of the
+ CPU. Returns null on failure.
 
  Precondition: `name` points to a text that ends with zero.
  */
@@ -381,8 +382,9 @@ struct InbyeConfig *inbye_config_new(const char *toml);
 void inbye_config_free(struct InbyeConfig *config);
 
 /*
- Plans a smooth path from a start to a goal. Writes up to `capacity` points into `points`, and the number of all of them into
- `count`: where it is larger than the capacity, call again with more room.
+ Plans a path from a start to a goal: a smooth one, or that of the program `global_planner.command` of the configuration. Writes up
+ to `capacity` points into `points`, and the number of all of them into `count`: where it is larger than the capacity, call again
+ with more room.
 
  Precondition: `map` and `config` are alive; `points` has room for `capacity` points; `count` can be written.
  */
@@ -435,7 +437,8 @@ const char *inbye_navigator_fault(const struct InbyeNavigator *navigator);
 /* Makes a controller for a robot. Null is a failure. */
 void *inbye_controller_create(const struct InbyeRobot *robot);
 
-/* Writes speed (m/s) and turn rate (rad/s) of this tick. Returns false where there is no valid velocity: the robot brakes. */
+/* Writes speed (m/s) and turn rate (rad/s) of this tick. Returns false where there is no valid velocity: the robot brakes. A value
+ * that is not finite ends the mission. */
 bool inbye_controller_compute_velocity(void *controller, const struct InbyeControllerInput *input, double *linear,
                                        double *angular);
 

@@ -13,6 +13,9 @@ use crate::error::{array, boxed, free, guarded, object, object_mut, text};
 use crate::map::{InbyeConfig, InbyeMap};
 use crate::values::{InbyeMovingDisc, InbyePoint, InbyePose, InbyeTwist};
 
+/// Largest number of threads, as for the program.
+const MAX_THREADS: usize = 1024;
+
 /// Evaluates samples on the CPU or on a GPU, with the same bits.
 pub struct InbyeEngine(Box<dyn Engine>);
 
@@ -50,7 +53,8 @@ pub struct InbyeDecision {
     pub digest: [c_char; 65],
 }
 
-/// Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME". Returns null on failure.
+/// Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with 1 to 1024 threads of the
+/// CPU. Returns null on failure.
 ///
 /// # Safety
 /// `name` points to a text that ends with zero.
@@ -66,7 +70,9 @@ pub unsafe extern "C" fn inbye_engine_open(
         let size = DecisionSize::default();
         let started = Instant::now();
         let clock = &mut || started.elapsed().as_secs_f64();
-        let threads = threads.max(1);
+        if !(1..=MAX_THREADS).contains(&threads) {
+            return Err(format!("threads is {threads}: it must be 1 to {MAX_THREADS}"));
+        }
         let engine = open_requested(&request, &size, threads, clock, &mut thread::sleep);
         Ok(InbyeEngine(engine.map_err(|error| error.to_string())?))
     }))

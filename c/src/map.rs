@@ -141,8 +141,9 @@ pub unsafe extern "C" fn inbye_config_free(config: *mut InbyeConfig) {
     unsafe { free(config) };
 }
 
-/// Plans a smooth path from a start to a goal. Writes up to `capacity` points into `points`, and the number of all of them into
-/// `count`: where it is larger than the capacity, call again with more room.
+/// Plans a path from a start to a goal: a smooth one, or that of the program `global_planner.command` of the configuration. Writes up
+/// to `capacity` points into `points`, and the number of all of them into `count`: where it is larger than the capacity, call again
+/// with more room.
 ///
 /// # Safety
 /// `map` and `config` are alive; `points` has room for `capacity` points; `count` can be written.
@@ -161,8 +162,9 @@ pub unsafe extern "C" fn inbye_plan(
         let (map, config) = unsafe { (object(map, "map")?, object(config, "config")?) };
         let (start, goal) = (start.checked("start")?, goal.checked("goal")?);
         let closed = map.navigation_map(config.0.unknown).closed();
-        let mut planner = config.0.route_planner(closed.frame().resolution_m);
-        let plan = planner.plan(&closed, start, goal, &mut || 0.0);
+        let planner = config.0.new_global_planner(closed.frame().resolution_m);
+        let mut planner = planner.map_err(|error| error.to_string())?;
+        let plan = planner.plan(&closed, &[], start, goal, &mut || 0.0);
         let path = plan.map_err(|error| error.to_string())?.smoothed;
         if count.is_null() || (points.is_null() && capacity > 0) {
             return Err("points or count is null".to_owned());

@@ -90,7 +90,7 @@ pub fn scan(
         return Ok(scan);
     }
     Err(raise(
-        "angle_min, angle_increment and range_max must be finite, and the increment above zero",
+        "angle_min, angle_increment and range_max must be finite, angle_increment and range_max above zero",
     ))
 }
 

@@ -223,14 +223,20 @@ impl Drive {
 
 /// Repeats the decisions of a recording and compares their bits.
 #[pyfunction]
-#[pyo3(signature = (path, *, engine="cpu"))]
-pub fn replay<'py>(py: Python<'py>, path: PathBuf, engine: &str) -> PyResult<Bound<'py, PyDict>> {
+#[pyo3(signature = (path, *, engine="cpu", global_planner=None))]
+pub fn replay<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    engine: &str,
+    global_planner: Option<Vec<String>>,
+) -> PyResult<Bound<'py, PyDict>> {
     let place = |error: &dyn core::fmt::Display| raise(format!("{}: {error}", path.display()));
     let engine = open(engine, 1)?;
     let replay = py.detach(|| {
         let file = File::open(&path).map_err(|error| place(&error))?;
         let mut reader = Reader::open(BufReader::new(file)).map_err(|error| place(&error))?;
-        inbye::recording::replay(&mut reader, engine, &mut |_| {}).map_err(|error| place(&error))
+        inbye::recording::replay(&mut reader, engine, global_planner.as_deref(), &mut |_| {})
+            .map_err(|error| place(&error))
     })?;
     let answer = PyDict::new(py);
     answer.set_item("ticks", replay.ticks)?;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use inbye::experiment::{
-    Cell, Grid, Plan, RunRow, open_engine, planner_name, rankings, run_cell, run_in_order_checked,
+    Cell, Grid, Plan, RunRow, check_programs, open_engine, planner_name, rankings, run_cell,
+    run_in_order_checked,
 };
 use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
@@ -78,6 +79,7 @@ fn rows(
     let interrupt = Interrupt::new();
     grid.cells.iter_mut().for_each(|cell| interrupt.set_in(&mut cell.world));
     let cells = grid.distinct();
+    py.detach(|| check_programs(cells.iter().copied())).map_err(raise)?;
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64();
     let engines = SharedEngines::default();

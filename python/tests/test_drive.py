@@ -159,6 +159,8 @@ def test_recording_of_the_program_replays(tmp_path: Path) -> None:
     assert answer["agrees"]
     assert answer["complete"]
     assert answer["ticks"] > 100
+    with pytest.raises(inbye.InbyeError, match="leave the global planner out"):
+        inbye.replay(file, global_planner=["cat"])
     file.write_bytes(b"no recording")
     with pytest.raises(inbye.InbyeError, match=r"run\.mcap"):
         inbye.replay(file)

@@ -35,6 +35,7 @@ impl ChildProcess {
             Err(LineError::Timeout) => {
                 bail!("a process wrote nothing for {:.0} s{}", limit.as_secs_f64(), self.errors())
             }
+            Err(LineError::TooLong) => bail!("a process wrote a line that is too long"),
             Err(LineError::Ended) => bail!("a process ended{}", self.errors()),
         }
     }

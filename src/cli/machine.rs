@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use inbye::base::BaseSupervisor;
+use inbye::external::LineProcess;
 use inbye::local::{AdapterSelection, CpuEngines, Engine, EngineError, open_engines};
 use serde_json::{Value, json};
 
@@ -51,6 +52,8 @@ pub fn interrupt_flag() -> anyhow::Result<Arc<AtomicBool>> {
             while BaseSupervisor::running() > 0 && Instant::now() < latest {
                 thread::sleep(STOP_POLL);
             }
+            // They have process groups of their own: the terminal does not end them.
+            LineProcess::kill_all();
             exit(INTERRUPTED);
         }
     };

@@ -56,6 +56,11 @@ pub fn words(text: &str) -> Result<Words, String> {
 }
 
 impl Words {
+    /// The words.
+    pub fn command(&self) -> &[String] {
+        &self.0
+    }
+
     /// The program with its arguments.
     pub fn program(&self) -> ProgramSettings {
         let mut program = ProgramSettings::default();

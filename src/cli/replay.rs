@@ -15,6 +15,7 @@ use super::arguments::EngineArguments;
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::files::command_line;
 use super::output;
+use super::own_programs::{Words, words};
 use super::refusal::refused;
 
 /// Introduction of the page of a recording.
@@ -29,6 +30,8 @@ const REPLAYED: &str = "One mission, replayed from its recording, as the robot k
     The navigator is created from the configuration, waypoints and map in the file and gets the recorded observations; every \
     number that it decides is compared with the recorded one. Decision times and the arrival of plans are repeated too, so a \
     drive with a deadline or on a real base (--port) replays as well.\n\
+    The answers of a controller are recorded, so its program does not run. A global planner runs again, and only with \
+    --global-planner: a recording of another person must not run a command on this machine.\n\
     `complete` is false for a file that was truncated or whose recording stopped: it is replayed up to its end.\n\
     Exit status: 0 all bits agree; 1 they differ; 2 the file cannot be used.")]
 pub struct ReplayArguments {
@@ -37,6 +40,9 @@ pub struct ReplayArguments {
     pub file: PathBuf,
     #[command(flatten)]
     pub engine: EngineArguments,
+    /// Program that planned the paths of the drive, as in `inbye drive`. It runs again; the command in the recording is not used.
+    #[arg(long, value_name = "COMMAND", value_parser = words)]
+    pub global_planner: Option<Words>,
     #[command(flatten)]
     pub pictures: PictureArguments,
 }
@@ -58,7 +64,10 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
             playback.record(tick);
         }
     };
-    let replay = replay(&mut recording, engine, &mut on_tick).with_context(name)?;
+    let planner = arguments.global_planner.as_ref().map(Words::command);
+    let replay = replay(&mut recording, engine, planner, &mut on_tick)
+        .map_err(with_option)
+        .with_context(name)?;
     if replay.ticks == 0 {
         let missing = "tick";
         return Err(RecordingError::NotOurs { missing }).with_context(name);
@@ -103,6 +112,16 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
         pictures.write(REPLAYED, view, playback)?;
     }
     Ok(replay.agrees())
+}
+
+/// Adds the command-line option that avoids an error.
+fn with_option(error: RecordingError) -> anyhow::Error {
+    let option = match &error {
+        RecordingError::PlannerNotGiven { .. } => "--global-planner COMMAND",
+        RecordingError::NoPlanner => "--global-planner",
+        _ => return error.into(),
+    };
+    anyhow::anyhow!("{error} ({option})")
 }
 
 fn difference_object(difference: &Difference) -> Value {

@@ -6,8 +6,8 @@ use anyhow::bail;
 use clap::Args;
 use inbye::bench::text_table;
 use inbye::experiment::{
-    Cell, CellFile, ContactCause, Grid, Group, Manifest, RunOutcome, RunRow, WorldKind, merge,
-    open_engine, run_cell, run_in_order, run_jobs,
+    Cell, CellFile, ContactCause, Grid, Group, Manifest, RunOutcome, RunRow, WorldKind,
+    check_programs, merge, open_engine, run_cell, run_in_order, run_jobs,
 };
 use inbye::local::SharedEngines;
 use indicatif::ProgressBar;
@@ -66,6 +66,7 @@ impl RunArguments {
 pub fn run_grid(grid: &Grid, out: Option<&Path>, jobs: usize) -> anyhow::Result<Vec<RunRow>> {
     let machine = machine::description();
     let Some(out) = out else {
+        check_programs(&grid.cells)?;
         let engines = SharedEngines::default();
         return in_memory(grid, jobs, |cell| run_alone(cell, &engines, &machine));
     };
@@ -93,11 +94,20 @@ pub fn in_memory(
 ) -> anyhow::Result<Vec<RunRow>> {
     let cells = grid.distinct();
     let bar = output::progress(cells.len() as u64, &grid.title, "runs");
-    let run = |cell: &&Cell| (!is_interrupted()).then(|| run(cell)).transpose();
+    let run = |cell: &&Cell| {
+        let file = (!is_interrupted()).then(|| run(cell)).transpose()?;
+        anyhow::Ok(file.filter(|file| !is_cut(cell, &file.row)))
+    };
     let files = run_in_order(&cells, jobs, run, || bar.inc(1))?;
     bar.finish_and_clear();
     let files = files.into_iter().flatten().map(|file| (PathBuf::new(), file));
     Ok(merge(&Manifest::of(grid), files.collect())?.rows)
+}
+
+/// Whether Ctrl-C may have ended a program during the run of a cell, and so the run.
+fn is_cut(cell: &Cell, row: &RunRow) -> bool {
+    let is_sound = matches!(row.outcome, RunOutcome::Reached | RunOutcome::Contact);
+    is_interrupted() && cell.has_programs() && !is_sound
 }
 
 /// Runs cells and keeps their results.
@@ -124,7 +134,7 @@ pub enum Done {
     },
     /// Another process runs it.
     Busy,
-    /// Ctrl-C came before it began.
+    /// Ctrl-C came before it began, or while its programs ran.
     Interrupted,
     /// This machine does not have its engine.
     NoEngine(String),
@@ -141,9 +151,16 @@ impl Done {
 }
 
 impl Workers<'_> {
-    /// Runs the cells that have no result, this many at a time, and then the latency cells, one at a time. Waits for cells
+    /// Checks the programs of the cells that have no result, then runs these cells, this many at a time, and then the latency cells, one at a time. Waits for cells
     /// that other processes run, and runs them here if that process ends without a result.
     pub fn run(&self, cells: &[&Cell], jobs: usize) -> anyhow::Result<Vec<(String, Done)>> {
+        let mut open = Vec::new();
+        for &cell in cells {
+            if cell.has_programs() && !self.store.has(&cell.row.key)? {
+                open.push(cell);
+            }
+        }
+        check_programs(open)?;
         let bar = output::progress(cells.len() as u64, self.title, "runs");
         let (exclusive, shared): (Vec<&Cell>, Vec<&Cell>) =
             cells.iter().copied().partition(|cell| cell.row.latency);
@@ -201,6 +218,9 @@ impl Workers<'_> {
             Err(error) => return Ok(Done::NoEngine(error.to_string())),
         };
         let file = run_cell(cell, engine, &mut wall_clock(), self.machine);
+        if is_cut(cell, &file.row) {
+            return Ok(Done::Interrupted);
+        }
         store.keep(&file)?;
         claim.done();
         Ok(Done::Driven { is_error: file.row.outcome == RunOutcome::Error })

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
-use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard};
+use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard, check_programs};
 use inbye::local::SharedEngines;
 use inbye::runtime::parse_toml;
 use serde_json::json;
@@ -182,6 +182,7 @@ fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Re
 fn print(cells: &[&Cell], machine: &str, json: bool) -> anyhow::Result<bool> {
     let mut files = Vec::new();
     let engines = SharedEngines::default();
+    check_programs(cells.iter().copied())?;
     for cell in cells {
         let file = run_alone(cell, &engines, machine)?;
         if json {

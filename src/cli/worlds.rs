@@ -1,12 +1,14 @@
 //! `inbye bench barn` and `inbye bench dynabarn`: numbered worlds, each driven with several seeds.
 
 use std::path::PathBuf;
+use std::slice;
 use std::str::FromStr;
 
+use anyhow::bail;
 use clap::Args;
 use inbye::experiment::barn::{self, BarnSummary, OverWorlds, barn_config};
 use inbye::experiment::dynabarn::{self, dynabarn_config};
-use inbye::experiment::{Grid, Group, RunRow, Setup, World};
+use inbye::experiment::{Grid, Group, RunRow, Setup, World, check_programs};
 use inbye::local::CpuEngine;
 use inbye::map::OccupancyGrid;
 use inbye::report::{BenchReport, DriveView, drive_svg};
@@ -115,6 +117,9 @@ impl WorldsArguments {
         config: &Config,
         json: bool,
     ) -> anyhow::Result<bool> {
+        let setup = Setup::unnamed(config.clone());
+        let grid = Grid::of_worlds(title, slice::from_ref(world), &[setup], &[run.seed])?;
+        check_programs(&grid.cells)?;
         let svg = Output::create("--svg", self.svg.as_deref(), &["svg"])?;
         let ticks = self.ticks.as_deref().map(|name| open_file("--ticks", name)).transpose()?;
         let mut observer = Observer { clock: &mut wall_clock(), on_tick: &mut |_| {} };
@@ -214,7 +219,7 @@ pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 fn barn_text(summary: &BarnSummary, max_speed: f64, simulator: &str) -> Vec<String> {
-    let mut lines = group_table(core::slice::from_ref(&summary.all));
+    let mut lines = group_table(slice::from_ref(&summary.all));
     let means = |title: &str, means: &OverWorlds| {
         let OverWorlds { worlds, success, score, .. } = means;
         format!("{title}: {worlds} worlds, success {success:.3}, score {score:.4}")
@@ -242,6 +247,8 @@ fn barn_text(summary: &BarnSummary, max_speed: f64, simulator: &str) -> Vec<Stri
 /// `inbye bench dynabarn`.
 #[derive(Debug, Args)]
 #[command(
+    // Its cylinders are not in the world of another simulator.
+    mut_arg("simulator", |argument| argument.hide(true)),
     after_help = "Example:\n  inbye bench dynabarn --worlds dynabarn --seeds 3 --out moving --record moving.csv\n\n\
     The folder holds world_NN.json. The robot, a Jackal, has an empty map and sees the cylinders only with its laser; they \
     ignore the robot, and jump from the end of their path to its start. A run ends when its true pose is within 1 m of the \
@@ -263,6 +270,17 @@ pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<boo
     let of = &arguments.worlds_of;
     let mut config = changed(dynabarn_config(), of.config.as_deref())?;
     of.programs.set(&mut config);
+    if config.simulator.is_set() {
+        let place = match &of.config {
+            Some(file) if of.programs.simulator.is_none() => {
+                format!("{}: [simulator]", file.display())
+            }
+            _ => "--simulator".to_owned(),
+        };
+        bail!(
+            "{place}: the cylinders of DynaBARN move only in inbye's own simulator: leave it out"
+        );
+    }
     let worlds = dynabarn::read_worlds(&of.worlds, of.numbers().as_deref())?;
     let worlds: Vec<World> = worlds.into_iter().map(World::dynabarn).collect();
     if let Some(run) = of.trace {

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use super::{ExperimentError, RunRow, World};
 use crate::digest::BitDigest;
+use crate::external::ProgramSettings;
 use crate::runtime::Config;
 
 /// Number of the format of inputs and results. Raise it when the same inputs may give other results, or results are
@@ -43,6 +44,12 @@ impl Cell {
         cell
     }
 
+    /// Whether programs of the user's own decide, plan or simulate.
+    #[must_use]
+    pub fn has_programs(&self) -> bool {
+        programs(&self.config).iter().any(|program| program.is_set())
+    }
+
     /// Everything that its result depends on. Not kept: it takes 20 kB, and a plan may have 100,000 cells.
     pub(super) fn inputs(&self) -> Value {
         json!({
@@ -58,17 +65,20 @@ impl Cell {
     }
 }
 
+const fn programs(config: &Config) -> [&ProgramSettings; 3] {
+    [&config.controller, &config.global_planner, &config.simulator]
+}
+
 /// Digests of the files that the programs of a configuration consist of: a changed program is another input. A file that cannot
 /// be read has the digest of an empty one; its program will not start.
 fn program_files(config: &Config) -> Option<Vec<String>> {
-    let programs = [&config.controller, &config.global_planner, &config.simulator];
     let digest = |file: &Path| {
         let mut digest = BitDigest::default();
         digest.bytes(&fs::read(file).unwrap_or_default());
         digest.hex()
     };
     let digests: Vec<String> =
-        programs.iter().flat_map(|program| program.files().map(digest)).collect();
+        programs(config).iter().flat_map(|program| program.files().map(digest)).collect();
     (!digests.is_empty()).then_some(digests)
 }
 

@@ -1,11 +1,11 @@
 //! A controller that is a program.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::protocol::{
     GridMessage, PROTOCOL, Request, Robot, Role, ScanMessage, Start, Tick, Velocity, Want,
 };
-use super::{NoAnswer, Program, ProgramSettings};
+use super::{NoAnswer, Program, ProgramSettings, REASON_CHARACTERS, shown};
 use crate::geometry::{Point, Twist};
 use crate::global::Path;
 use crate::map::ObstacleGrid;
@@ -64,17 +64,17 @@ impl ProcessController {
         })
     }
 
-    /// Waits for the answer to the last tick.
-    fn velocity(&mut self) -> ControllerReply {
-        let limit = self.budget.unwrap_or(self.program.timeout);
-        match self.program.answer(limit) {
+    /// The velocity of an answer for which the program had this time.
+    fn velocity(&mut self, answer: Result<Velocity, NoAnswer>, limit: Duration) -> ControllerReply {
+        match answer {
             Ok(Velocity::Velocity { linear, angular }) => {
                 self.late = None;
                 Ok(Twist::new(linear, angular))
             }
             Ok(Velocity::Error { error }) => {
                 self.late = None;
-                Err(ControllerError::NoValidControl { reason: error })
+                let reason = shown(&error, REASON_CHARACTERS);
+                Err(ControllerError::NoValidControl { reason })
             }
             Err(NoAnswer::Failed(reason)) => Err(ControllerError::Failed { reason }),
             Err(NoAnswer::Silent) => {
@@ -85,6 +85,19 @@ impl ProcessController {
                 }
                 Err(ControllerError::TimedOut { after_s: self.program.timeout.as_secs_f64() })
             }
+        }
+    }
+
+    /// Waits for the answer to an earlier tick, if it is due. It is for a place that the robot has left: a velocity or a reason
+    /// against one is dropped.
+    fn drop_late_answer(&mut self, limit: Duration) -> Result<(), ControllerError> {
+        if self.late.is_none() {
+            return Ok(());
+        }
+        let answer = self.program.answer(limit);
+        match self.velocity(answer, limit) {
+            Ok(_) | Err(ControllerError::NoValidControl { .. }) => Ok(()),
+            Err(error) => Err(error),
         }
     }
 }
@@ -99,10 +112,9 @@ impl Controller for ProcessController {
     }
 
     fn compute_velocity(&mut self, input: &ControllerInput<'_>) -> ControllerReply {
-        if self.late.is_some() {
-            // The answer to an earlier tick is for a place that the robot has left.
-            self.velocity()?;
-        }
+        let began = Instant::now();
+        let limit = self.budget.unwrap_or(self.program.timeout);
+        self.drop_late_answer(limit)?;
         let wants = |want| self.program.wants.contains(&want);
         let moving_obstacles = wants(Want::MovingObstacles).then_some(input.moving_obstacles);
         let local_grid = wants(Want::LocalGrid).then(|| GridMessage::of_field(input.local_grid));
@@ -128,9 +140,11 @@ impl Controller for ProcessController {
             local_grid,
             map: map.as_ref(),
         };
-        self.program.send(&Request::Tick(Box::new(tick)));
+        // The wait for the late answer is part of this tick's budget.
+        let left = self.budget.map_or(limit, |budget| budget.saturating_sub(began.elapsed()));
+        let answer = self.program.ask(&Request::Tick(Box::new(tick)), left);
         self.ticks += 1;
-        self.velocity()
+        self.velocity(answer, left)
     }
 
     fn reset(&mut self) {

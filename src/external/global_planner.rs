@@ -3,7 +3,7 @@
 use super::protocol::{
     GridMessage, PROTOCOL, PathRequest, PlannedPath, Request, Robot, Role, Start,
 };
-use super::{Program, ProgramSettings, SHOWN_CHARACTERS};
+use super::{Program, ProgramSettings, REASON_CHARACTERS, shown};
 use crate::geometry::Point;
 use crate::global::{Path, Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
@@ -69,8 +69,12 @@ impl ProcessPlanner {
             }
             points[index] = end;
         }
-        let path = Path::new(points);
         let frame = obstacles.frame();
+        // A straight line between two points of the map is on the map, and so of finite length.
+        if let Some(index) = points.iter().position(|point| frame.cell_of(point).is_none()) {
+            return Err(self.invalid(format!("point {index} of the path is not on the map")));
+        }
+        let path = Path::new(points);
         let is_blocked =
             |point: &Point| frame.cell_of(point).is_none_or(|cell| obstacles.is_blocked(cell));
         let step_m = CHECK_STEP_CELLS * frame.resolution_m;
@@ -94,9 +98,8 @@ impl GlobalPlanner for ProcessPlanner {
         let grid = GridMessage::of_grid(obstacles);
         let radius_m = self.least_radius_m;
         let began_s = clock();
-        self.program.send(&Request::Plan(PathRequest { start, goal, radius_m, grid: &grid }));
-        let timeout = self.program.timeout;
-        let answer = self.program.answer(timeout);
+        let request = Request::Plan(PathRequest { start, goal, radius_m, grid: &grid });
+        let answer = self.program.ask(&request, self.program.timeout);
         let planned = answer.map_err(|error| self.invalid(self.program.reason(error)))?;
         let took_s = clock() - began_s;
         match planned {
@@ -108,8 +111,7 @@ impl GlobalPlanner for ProcessPlanner {
             }
             PlannedPath::Error(why) => {
                 let why = why.as_str().map_or_else(|| why.to_string(), str::to_owned);
-                let shown: String = why.chars().take(SHOWN_CHARACTERS).collect();
-                let reason = format!("{}: {}", self.program.name, shown.escape_debug());
+                let reason = format!("{}: {}", self.program.name, shown(&why, REASON_CHARACTERS));
                 Err(PlanError::NoValidPath {
                     start,
                     goal,

@@ -1,41 +1,52 @@
 //! A process that exchanges lines of text with this one.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::io::{self, BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Longest line of a process, bytes.
-const MAX_LINE: u64 = 1 << 20;
+/// Longest line of a process with its line end, bytes.
+pub(super) const MAX_LINE: u64 = 1 << 20;
 /// Lines of a process that wait to be read; the process waits while there are more.
 const MAX_UNREAD: usize = 16;
 /// Bytes at the end of the standard error output that are kept.
 const KEPT_ERRORS: usize = 16 << 10;
 /// Time for a process to end by itself after its input has ended.
 const GRACE: Duration = Duration::from_millis(500);
-/// Time for the rest of the standard error output of a process that has ended. A process that it started may hold the stream.
-const LAST_ERRORS: Duration = Duration::from_millis(200);
+/// Time for the rest of the output of a process that has ended. A process outside its group may hold the streams.
+const LAST_OUTPUT: Duration = Duration::from_millis(200);
 const POLL: Duration = Duration::from_millis(2);
+/// Time between two checks whether a process that writes nothing has ended.
+const END_POLL: Duration = Duration::from_millis(20);
+
+/// The processes that run. On Unix each is the leader of its group.
+static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 
 /// Why there is no line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineError {
     /// The process wrote none within the time.
     Timeout,
-    /// The process has closed its standard output.
+    /// The process has ended or has closed its standard output.
     Ended,
+    /// The process wrote a line that is too long. Nothing after it is read.
+    TooLong,
 }
 
 /// A process that writes lines, and may read lines. It is ended when this is dropped.
 ///
-/// Its streams are read all the time, so that it never waits for a reader, and writing to it never blocks.
+/// Its streams are read all the time, so that it never waits for a reader, and writing to it never blocks. On Unix it has a
+/// process group of its own: Ctrl-C in the terminal does not reach it, and the processes that it started are ended with it.
 pub struct LineProcess {
     process: Child,
+    /// Whether the process has ended and its group was killed.
+    is_over: bool,
+    status: Option<ExitStatus>,
     input: Option<Sender<String>>,
-    lines: Receiver<String>,
+    lines: Receiver<Result<String, LineError>>,
     errors: Arc<Mutex<VecDeque<u8>>>,
     /// Disconnected when the whole standard error output has been read.
     errors_open: Receiver<()>,
@@ -49,7 +60,10 @@ impl LineProcess {
     pub fn start(command: &mut Command, has_input: bool) -> io::Result<Self> {
         let stdin = if has_input { Stdio::piped() } else { Stdio::null() };
         command.stdin(stdin).stdout(Stdio::piped()).stderr(Stdio::piped());
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(command, 0);
         let mut process = command.spawn()?;
+        running().insert(process.id());
         let missing = || io::Error::other("a process without its streams");
         let stdout = process.stdout.take().ok_or_else(missing)?;
         let stderr = process.stderr.take().ok_or_else(missing)?;
@@ -64,9 +78,16 @@ impl LineProcess {
             input: process.stdin.take().map(write_lines),
             lines: read_lines(stdout),
             process,
+            is_over: false,
+            status: None,
             errors,
             errors_open,
         })
+    }
+
+    /// Kills all processes that run, for a program that is about to exit.
+    pub fn kill_all() {
+        running().iter().for_each(|&id| kill_group(id));
     }
 
     /// Writes a line. One that the process can no longer read is lost; [`Self::line`] then tells that it has ended.
@@ -81,10 +102,48 @@ impl LineProcess {
     /// # Errors
     /// [`LineError`].
     pub fn line(&mut self, limit: Duration) -> Result<String, LineError> {
-        self.lines.recv_timeout(limit).map_err(|error| match error {
-            RecvTimeoutError::Timeout => LineError::Timeout,
-            RecvTimeoutError::Disconnected => LineError::Ended,
-        })
+        let until = Instant::now() + limit;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            match self.lines.recv_timeout(left.min(END_POLL)) {
+                Ok(line) => return line,
+                Err(RecvTimeoutError::Disconnected) => return Err(LineError::Ended),
+                Err(RecvTimeoutError::Timeout) if self.has_ended() => {
+                    let last = self.lines.recv_timeout(LAST_OUTPUT);
+                    return last.unwrap_or(Err(LineError::Ended));
+                }
+                Err(RecvTimeoutError::Timeout) if left.is_zero() => return Err(LineError::Timeout),
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// The next line if it is there already.
+    pub fn waiting_line(&self) -> Option<String> {
+        self.lines.try_recv().ok().map(Result::unwrap_or_default)
+    }
+
+    /// The status of a process that has ended by itself, as far as it is known.
+    #[must_use]
+    pub const fn status(&self) -> Option<ExitStatus> {
+        self.status
+    }
+
+    fn has_ended(&mut self) -> bool {
+        if !self.is_over
+            && let Ok(Some(status)) = self.process.try_wait()
+        {
+            self.status = Some(status);
+            self.kill_rest();
+        }
+        self.is_over
+    }
+
+    /// Kills what is left of the group. This follows the end of the process at once, before another group can get its number.
+    fn kill_rest(&mut self) {
+        self.is_over = true;
+        running().remove(&self.process.id());
+        kill_group(self.process.id());
     }
 
     /// The id of the process.
@@ -93,18 +152,22 @@ impl LineProcess {
         self.process.id()
     }
 
-    /// Ends the input, waits a moment for the process, then kills it. Returns the end of its standard error output.
+    /// Ends the input, waits a moment for the process, then kills it with its group. Returns the end of its standard error
+    /// output.
     pub fn end(&mut self) -> String {
         if self.input.take().is_some() {
             let until = Instant::now() + GRACE;
-            while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < until {
+            while !self.has_ended() && Instant::now() < until {
                 thread::sleep(POLL);
             }
         }
-        // A process that has ended already needs no signal.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-        let _ = self.errors_open.recv_timeout(LAST_ERRORS);
+        if !self.has_ended() {
+            self.kill_rest();
+            // A process that has ended already needs no signal.
+            let _ = self.process.kill();
+            let _ = self.process.wait();
+        }
+        let _ = self.errors_open.recv_timeout(LAST_OUTPUT);
         let errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
         let bytes: Vec<u8> = errors.iter().copied().collect();
         String::from_utf8_lossy(&bytes).into_owned()
@@ -116,6 +179,23 @@ impl Drop for LineProcess {
         self.end();
     }
 }
+
+fn running() -> MutexGuard<'static, BTreeSet<u32>> {
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Kills the processes of the group with this leader.
+#[cfg(unix)]
+fn kill_group(leader: u32) {
+    use nix::sys::signal::{Signal, killpg};
+    use nix::unistd::Pid;
+    // A group without processes needs no signal.
+    let _ = killpg(Pid::from_raw(leader.cast_signed()), Signal::SIGKILL);
+}
+
+/// Elsewhere there are no groups: the process itself is killed by its handle.
+#[cfg(not(unix))]
+const fn kill_group(_leader: u32) {}
 
 /// Writes lines on a thread until there are no more.
 fn write_lines(mut stdin: ChildStdin) -> Sender<String> {
@@ -131,16 +211,18 @@ fn write_lines(mut stdin: ChildStdin) -> Sender<String> {
     sender
 }
 
-/// Reads lines on a thread until the stream ends.
-fn read_lines(stdout: ChildStdout) -> Receiver<String> {
+/// Reads lines on a thread until the stream ends or a line is too long.
+fn read_lines(stdout: ChildStdout) -> Receiver<Result<String, LineError>> {
     let (sender, lines) = sync_channel(MAX_UNREAD);
     thread::spawn(move || {
         let mut stdout = BufReader::new(stdout);
         loop {
             let mut line = Vec::new();
             let read = (&mut stdout).take(MAX_LINE).read_until(b'\n', &mut line);
+            let is_whole = line.ends_with(b"\n") || (line.len() as u64) < MAX_LINE;
             let line = String::from_utf8_lossy(&line).into_owned();
-            if !matches!(read, Ok(1..)) || sender.send(line).is_err() {
+            let line = if is_whole { Ok(line) } else { Err(LineError::TooLong) };
+            if !matches!(read, Ok(1..)) || sender.send(line).is_err() || !is_whole {
                 return;
             }
         }
@@ -161,6 +243,8 @@ fn keep_errors(mut stderr: ChildStderr, kept: &Mutex<VecDeque<u8>>) {
 
 #[cfg(all(test, unix))]
 mod tests {
+    use std::os::unix::process::ExitStatusExt;
+
     use super::*;
 
     const LONG: Duration = Duration::from_secs(60);
@@ -183,6 +267,7 @@ mod tests {
         assert_eq!(process.line(Duration::from_millis(300)), Err(LineError::Timeout));
         assert_eq!(process.end(), "why\n");
         assert!(process.process.try_wait().expect("a state").is_some());
+        assert_eq!(process.status(), None);
     }
 
     #[test]
@@ -190,6 +275,7 @@ mod tests {
         let mut process = shell("echo first >&2; echo broken >&2; exit 3", true);
         assert_eq!(process.line(LONG), Err(LineError::Ended));
         assert_eq!(process.end(), "first\nbroken\n");
+        assert_eq!(process.status().and_then(|status| status.code()), Some(3));
     }
 
     #[test]
@@ -202,13 +288,69 @@ mod tests {
         assert_eq!(process.end(), "bye\n");
     }
 
+    /// The processes of a group, without those that wait for their parent.
+    #[cfg(target_os = "linux")]
+    fn group_size(leader: u32) -> usize {
+        let stat = |entry: io::Result<std::fs::DirEntry>| {
+            std::fs::read_to_string(entry.ok()?.path().join("stat")).ok()
+        };
+        let is_member = |stat: &String| {
+            let fields = stat.rsplit(')').next().unwrap_or_default();
+            let mut fields = fields.split_whitespace();
+            fields.next() != Some("Z") && fields.nth(1) == Some(&leader.to_string())
+        };
+        let processes = std::fs::read_dir("/proc").expect("a list of processes");
+        processes.filter_map(stat).filter(is_member).count()
+    }
+
     /// A process that the process started may hold its streams open.
+    #[cfg(target_os = "linux")]
     #[test]
-    fn end_does_not_wait_for_a_process_of_the_process() {
-        let mut process = shell("sleep 1000 & echo started", false);
+    fn end_kills_the_processes_of_the_process() {
+        let mut process = shell("sleep 1000 & echo started; wait", true);
         assert_eq!(process.line(LONG), Ok("started\n".to_owned()));
+        let leader = process.id();
+        assert_eq!(group_size(leader), 2);
         let began = Instant::now();
         process.end();
         assert!(began.elapsed() < LONG);
+        let until = Instant::now() + LONG;
+        while group_size(leader) > 0 {
+            assert!(Instant::now() < until, "the group lives on");
+            thread::sleep(POLL);
+        }
+    }
+
+    /// The streams of a wrapper are open as long as what it started.
+    #[test]
+    fn end_of_a_process_is_noticed_while_another_one_holds_its_streams() {
+        let mut process = shell("sleep 1000 & echo last; kill -SEGV $$", true);
+        assert_eq!(process.line(LONG), Ok("last\n".to_owned()));
+        let began = Instant::now();
+        assert_eq!(process.line(LONG), Err(LineError::Ended));
+        assert!(began.elapsed() < LONG / 2);
+        let signal = process.status().and_then(|status| status.signal());
+        assert_eq!(signal, Some(11));
+    }
+
+    #[test]
+    fn line_that_is_too_long_is_an_error() {
+        let mut process = shell("head -c 1048576 /dev/zero; echo; sleep 1000", false);
+        assert_eq!(process.line(LONG), Err(LineError::TooLong));
+        assert_eq!(process.line(LONG), Err(LineError::Ended));
+    }
+
+    #[test]
+    fn line_before_its_message_is_there_at_once() {
+        let mut process = shell("echo one; echo two; exec sleep 1000", false);
+        assert_eq!(process.line(LONG), Ok("one\n".to_owned()));
+        let until = Instant::now() + LONG;
+        let second = loop {
+            let line = process.waiting_line();
+            if line.is_some() || Instant::now() > until {
+                break line;
+            }
+        };
+        assert_eq!((second, process.waiting_line()), (Some("two\n".to_owned()), None));
     }
 }

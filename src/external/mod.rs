@@ -8,6 +8,8 @@ mod controller;
 mod global_planner;
 mod line_process;
 pub(crate) mod protocol;
+#[cfg(test)]
+mod schema_test;
 mod settings;
 
 pub use controller::ProcessController;
@@ -17,6 +19,8 @@ pub use line_process::{LineError, LineProcess};
 pub use protocol::PROTOCOL;
 pub use settings::ProgramSettings;
 
+use std::path::Path;
+use std::process::ExitStatus;
 use std::time::Duration;
 
 use protocol::{Ready, Request};
@@ -42,7 +46,7 @@ impl Program {
     pub fn start(settings: &ProgramSettings, first: &Request<'_>) -> Result<Self, String> {
         let mut command = settings.to_command();
         let process = LineProcess::start(&mut command, true)
-            .map_err(|error| format!("cannot be started: {error}"))?;
+            .map_err(|error| format!("cannot be started: {error}{}", searched(settings)))?;
         let timeout = Duration::from_secs_f64(settings.timeout_s);
         let (name, wants) = (settings.to_string(), Vec::new());
         let mut program = Self { process, name, wants, timeout };
@@ -53,6 +57,9 @@ impl Program {
                 let limit_s = (START_FACTOR * timeout).as_secs_f64();
                 return Err(format!("no answer to the first message for {limit_s} s"));
             }
+            Err(NoAnswer::Failed(reason)) if program.process.status().is_some() => {
+                return Err(format!("{reason} (in the working folder {})", working_folder()));
+            }
             Err(NoAnswer::Failed(reason)) => return Err(reason),
         };
         if ready.protocol != PROTOCOL {
@@ -61,18 +68,32 @@ impl Program {
                 ready.protocol
             ));
         }
-        program.name = ready.name.unwrap_or(program.name);
+        program.name = ready.name.map_or(program.name, |name| shown(&name, SHOWN_CHARACTERS));
         program.wants = ready.wants;
         Ok(program)
     }
 
-    pub fn send(&self, request: &Request<'_>) {
+    /// Sends a message and waits for its answer. Each earlier message must have been answered.
+    pub fn ask<T: serde::de::DeserializeOwned>(
+        &mut self,
+        request: &Request<'_>,
+        limit: Duration,
+    ) -> Result<T, NoAnswer> {
+        if let Some(line) = self.process.waiting_line() {
+            let line = shown(&line, SHOWN_CHARACTERS);
+            return Err(NoAnswer::Failed(format!("wrote a second line for one message: `{line}`")));
+        }
+        self.send(request);
+        self.answer(limit)
+    }
+
+    fn send(&self, request: &Request<'_>) {
         // Numbers, lists and texts always have a JSON form.
         let line = serde_json::to_string(request).unwrap_or_default();
         self.process.send(line);
     }
 
-    /// Waits for the next answer.
+    /// Waits for an answer that is due.
     pub fn answer<T: serde::de::DeserializeOwned>(
         &mut self,
         limit: Duration,
@@ -80,16 +101,22 @@ impl Program {
         let line = match self.process.line(limit) {
             Ok(line) => line,
             Err(LineError::Timeout) => return Err(NoAnswer::Silent),
+            Err(LineError::TooLong) => {
+                let limit_mib = line_process::MAX_LINE >> 20;
+                let reason = format!("wrote a line that is longer than {limit_mib} MiB");
+                return Err(NoAnswer::Failed(reason));
+            }
             Err(LineError::Ended) => {
                 let errors = self.process.end();
-                let last = errors.trim_end().lines().next_back().unwrap_or_default().trim();
+                let last = errors.trim_end().lines().next_back().unwrap_or_default();
+                let last = shown(last, REASON_CHARACTERS);
                 let why = if last.is_empty() { String::new() } else { format!(": {last}") };
-                return Err(NoAnswer::Failed(format!("the program ended{why}")));
+                return Err(NoAnswer::Failed(format!("{}{why}", end_text(self.process.status()))));
             }
         };
         serde_json::from_str(&line).map_err(|error| {
-            let start: String = line.trim_end().chars().take(SHOWN_CHARACTERS).collect();
-            NoAnswer::Failed(format!("`{}` is no answer: {error}", start.escape_debug()))
+            let line = shown(&line, SHOWN_CHARACTERS);
+            NoAnswer::Failed(format!("`{line}` is no answer: {error}"))
         })
     }
 
@@ -101,7 +128,70 @@ impl Program {
     }
 }
 
+/// How a program ended; without a status it still runs.
+fn end_text(status: Option<ExitStatus>) -> String {
+    let Some(status) = status else { return "the program closed its standard output".to_owned() };
+    #[cfg(unix)]
+    if let Some(signal) = std::os::unix::process::ExitStatusExt::signal(&status) {
+        let name = nix::sys::signal::Signal::try_from(signal);
+        let name = name.map_or_else(|_| format!("signal {signal}"), |name| name.to_string());
+        return format!("the program ended (killed by {name})");
+    }
+    match status.code() {
+        Some(code) => format!("the program ended (exit status {code})"),
+        None => "the program ended".to_owned(),
+    }
+}
+
+/// Where the system looked for a program that it did not find.
+fn searched(settings: &ProgramSettings) -> String {
+    let program = Path::new(settings.command.first().map_or("", String::as_str));
+    if program.is_absolute() {
+        String::new()
+    } else if program.components().count() > 1 || program.starts_with(".") {
+        format!(", in the working folder {}", working_folder())
+    } else {
+        ", in the folders of PATH".to_owned()
+    }
+}
+
+fn working_folder() -> String {
+    std::env::current_dir().map_or_else(|error| error.to_string(), |it| it.display().to_string())
+}
+
+/// The beginning of a text of a program in one line. Control characters are escaped.
+fn shown(text: &str, characters: usize) -> String {
+    let text = text.trim();
+    let mut shown = String::new();
+    for character in text.chars().take(characters) {
+        if character.is_control() {
+            shown.extend(character.escape_default());
+        } else {
+            shown.push(character);
+        }
+    }
+    if text.chars().nth(characters).is_some() {
+        shown.push('\u{2026}');
+    }
+    shown
+}
+
 /// The first answer may take this many times as long as others: a program loads its libraries first.
 const START_FACTOR: u32 = 6;
-/// Characters of a wrong answer that a message shows.
+/// Characters of a wrong answer or of a name that a message shows.
 const SHOWN_CHARACTERS: usize = 80;
+/// Characters of a program's reason that a message shows.
+const REASON_CHARACTERS: usize = 200;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shown_text_is_cut_and_has_no_control_characters() {
+        assert_eq!(shown(" caf\u{e9} \"a\"\n", 80), "caf\u{e9} \"a\"");
+        assert_eq!(shown("\u{1b}[31mred\na", 80), "\\u{1b}[31mred\\na");
+        assert_eq!(shown("abcd", 4), "abcd");
+        assert_eq!(shown("abcde", 4), "abcd\u{2026}");
+    }
+}

@@ -167,11 +167,38 @@ pub(crate) struct PathRequest<'a> {
 
 /// The answer to a request for a path: its points, or why there is none.
 #[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(try_from = "PathFields")]
 pub(crate) enum PlannedPath {
     Path(Vec<Point>),
     /// There is no path, for this reason: usually a text.
     Error(serde_json::Value),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PathFields {
+    path: Option<Vec<Vec<f64>>>,
+    error: Option<serde_json::Value>,
+}
+
+impl TryFrom<PathFields> for PlannedPath {
+    type Error = String;
+
+    fn try_from(fields: PathFields) -> Result<Self, String> {
+        let point = |(index, numbers): (usize, Vec<f64>)| match *numbers {
+            [x, y] => Ok(Point::new(x, y)),
+            _ => {
+                Err(format!("point {index} of `path` has {} numbers: write [x, y]", numbers.len()))
+            }
+        };
+        match fields {
+            PathFields { path: Some(path), error: None } => {
+                path.into_iter().enumerate().map(point).collect::<Result<_, _>>().map(Self::Path)
+            }
+            PathFields { path: None, error: Some(error) } => Ok(Self::Error(error)),
+            _ => Err("write either `path` or `error`".to_owned()),
+        }
+    }
 }
 
 /// A world and a robot to simulate.
@@ -335,10 +362,6 @@ fn ranges<S: Serializer>((ranges, range_max): &(&[f64], f64), out: S) -> Result<
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
-    use serde_json::Value;
-
     use super::*;
 
     #[test]
@@ -379,77 +402,24 @@ mod tests {
         assert!(!is_ready(r#"{"protocol": 1, "need": []}"#));
     }
 
-    /// Keys of an object, and those that the book's schema requires and permits.
-    fn assert_follows_schema(name: &str, message: &impl Serialize) {
-        let schema: Value =
-            serde_json::from_str(include_str!("../../docs/src/protocol.schema.json"))
-                .expect("JSON");
-        let schema = &schema["$defs"][name];
-        let message = serde_json::to_value(message).expect("a message has a JSON form");
-        let keys: BTreeSet<&str> =
-            message.as_object().expect("an object").keys().map(String::as_str).collect();
-        let known = schema["properties"].as_object().expect("the schema lists the fields");
-        assert_eq!(keys, known.keys().map(String::as_str).collect(), "{name}");
-        let required = schema["required"].as_array().expect("a list");
-        assert!(required.iter().all(|key| keys.contains(key.as_str().expect("a key"))), "{name}");
-    }
-
     #[test]
-    fn messages_have_the_fields_of_the_schema_in_the_book() {
-        let (footprint, limits) = (Footprint::round(0.3).expect("a radius"), Limits::default());
-        let grid =
-            GridMessage { width: 1, height: 1, resolution_m: 0.1, origin: [0.0; 3], runs: vec![1] };
-        let (pose, twist, place) = (Pose::default(), Twist::STOP, Point::default());
-        let scan = Scan::default();
-        let robot = || Robot::new(&footprint, &limits);
-        let role = Role::Controller;
-        let start =
-            Start { protocol: PROTOCOL, role, period_s: 0.1, budget_s: None, robot: robot() };
-        assert_follows_schema("start", &Request::Start(start));
-        assert_follows_schema("robot", &robot());
-        assert_follows_schema("limits", &limits);
-        assert_follows_schema("grid", &grid);
-        assert_follows_schema("scan", &ScanMessage::new(&scan));
-        let tick = Tick {
-            tick: 0,
-            time_s: 0.0,
-            pose,
-            twist,
-            odometry_s: 0.0,
-            predicted_pose: pose,
-            predicted_twist: twist,
-            last_command: twist,
-            limits: &limits,
-            goal: Goal::at(place),
-            local_target: place,
-            path: Some(Vec::new()),
-            path_progress_m: 0.0,
-            reset: false,
-            scan: ScanMessage::new(&scan),
-            scan_s: 0.0,
-            moving_obstacles: Some(&[]),
-            local_grid: Some(grid.clone()),
-            map: Some(&grid),
+    fn wrong_path_answers_say_what_is_wrong() {
+        let error = |text: &str| match serde_json::from_str::<PlannedPath>(text) {
+            Ok(_) => String::new(),
+            Err(error) => error.to_string(),
         };
-        assert_follows_schema("tick", &Request::Tick(Box::new(tick)));
-        let plan = PathRequest { start: place, goal: place, radius_m: 0.3, grid: &grid };
-        assert_follows_schema("plan", &Request::Plan(plan));
-        let lidar =
-            LidarMessage { beams: 1, field_of_view_rad: 1.0, range_max_m: 1.0, range_sigma_m: 0.0 };
-        assert_follows_schema("lidar", &lidar);
-        let simulate = Simulate {
-            protocol: PROTOCOL,
-            period_s: 0.1,
-            seed: 0,
-            robot: robot(),
-            track_width_m: 0.4,
-            start: pose,
-            goal: Goal::at(place),
-            lidar,
-            obstacles: grid.clone(),
-        };
-        assert_follows_schema("simulate", &Request::Simulate(Box::new(simulate)));
-        let step = Step { period_s: 0.1, linear: 0.0, angular: 0.0 };
-        assert_follows_schema("step", &Request::Step(step));
+        assert_eq!(error(r#"{"path": [[1, 2], [3, 4]]}"#), "");
+        assert_eq!(error(r#"{"error": "no way"}"#), "");
+        for (answer, expected) in [
+            (r#"{"path": [[1, 2], [3, 4, 0]]}"#, "point 1 of `path` has 3 numbers: write [x, y]"),
+            (
+                r#"{"path": [[1, 2]], "cost": 3}"#,
+                "unknown field `cost`, expected `path` or `error`",
+            ),
+            (r#"{"path": [[1, 2]], "error": "a"}"#, "write either `path` or `error`"),
+            ("{}", "write either `path` or `error`"),
+        ] {
+            assert!(error(answer).starts_with(expected), "{answer}: {}", error(answer));
+        }
     }
 }

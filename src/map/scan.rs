@@ -11,7 +11,7 @@ pub struct Scan {
     pub angle_min: f64,
     /// Angle between adjacent beams, radians, above zero.
     pub angle_increment: f64,
-    /// Largest range of the sensor, metres.
+    /// Largest range of the sensor, metres, above zero.
     pub range_max: f64,
     /// A range for each beam, metres. Infinite: nothing within `range_max`. NaN: no measurement.
     pub ranges: Vec<f64>,
@@ -47,14 +47,15 @@ impl Scan {
         self.angle_min + beam as f64 * self.angle_increment
     }
 
-    /// Whether every beam has a direction. A scan without beams is valid.
+    /// Whether every beam has a direction, and the sensor a largest range above zero. A scan without beams is valid.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.ranges.is_empty()
             || (self.angle_min.is_finite()
                 && self.angle_increment.is_finite()
                 && self.angle_increment > 0.0
-                && self.range_max.is_finite())
+                && self.range_max.is_finite()
+                && self.range_max > 0.0)
     }
 
     /// The beam end points in the map frame, for a robot at this pose. Beams without a return, and ranges outside 0 to

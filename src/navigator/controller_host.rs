@@ -12,6 +12,11 @@ use crate::map::MovingDisc;
 pub(super) struct ControllerHost {
     controller: Box<dyn Controller>,
     reply: Option<ControllerReply>,
+    /// Numbers of answers on this leg, and of late ones.
+    answers: u32,
+    late: u32,
+    /// Its reason against every velocity; none if it was late since, or never had one on this leg.
+    no_control: Option<String>,
     /// Whether the robot has reached the present goal and brakes.
     has_reached_goal: bool,
     stands: ConditionTimer,
@@ -21,8 +26,15 @@ impl ControllerHost {
     /// A controller that follows this path first.
     pub fn new(mut controller: Box<dyn Controller>, path: &Path) -> Self {
         controller.set_plan(path);
-        let stands = ConditionTimer::default();
-        Self { controller, reply: None, has_reached_goal: false, stands }
+        Self {
+            controller,
+            reply: None,
+            answers: 0,
+            late: 0,
+            no_control: None,
+            has_reached_goal: false,
+            stands: ConditionTimer::default(),
+        }
     }
 
     pub fn name(&self) -> &str {
@@ -47,8 +59,33 @@ impl ControllerHost {
     /// Begins with another goal.
     pub fn start_leg(&mut self, path: &Path) {
         (self.has_reached_goal, self.stands) = (false, ConditionTimer::default());
+        (self.answers, self.late, self.no_control) = (0, 0, None);
         self.controller.reset();
         self.controller.set_plan(path);
+    }
+
+    /// Why the controller gave no velocity lately, if it did not: its reason, or the share of its late answers.
+    pub fn why_blocked(&self) -> Option<String> {
+        let (name, late, answers) = (self.name(), self.late, self.answers);
+        match &self.no_control {
+            Some(reason) => Some(format!("{name}: {reason}")),
+            None if late > 0 => Some(format!("{name}: {late} of {answers} answers were late")),
+            None => None,
+        }
+    }
+
+    fn count(&mut self, reply: &ControllerReply) {
+        self.answers += 1;
+        match reply {
+            Err(ControllerError::Late) => {
+                self.late += 1;
+                self.no_control = None;
+            }
+            Err(ControllerError::NoValidControl { reason }) => {
+                self.no_control = Some(reason.clone());
+            }
+            _ => {}
+        }
     }
 
     /// Whether the robot is within the tolerances of the goal, or was and brakes since.
@@ -108,6 +145,7 @@ impl ControllerHost {
             }
         });
         self.reply = Some(reply.clone());
+        self.count(&reply);
         match reply {
             Ok(command) => Ok(Decision::new(command, Mode::Driving, state.local_target)),
             Err(ControllerError::NoValidControl { .. } | ControllerError::Late) => {

@@ -70,14 +70,16 @@ pub enum Fault {
     Choose(#[from] DecisionError),
     /// The robot found no admissible velocity for longer than `movement_time_allowance`, and no escape.
     #[error(
-        "NO_VALID_CONTROL: {stuck_s:.0} s without an admissible velocity, {left_m:.1} m from the goal: obstacles are \
-         within the margins on all sides"
+        "NO_VALID_CONTROL: {stuck_s:.0} s without an admissible velocity, {left_m:.1} m from the goal: {}",
+        reason.as_deref().unwrap_or("obstacles are within the margins on all sides")
     )]
     NoControl {
         /// Time without progress, seconds.
         stuck_s: f64,
         /// Remaining length of the path, metres.
         left_m: f64,
+        /// What kept the controller from deciding; none for the navigator's own behaviours.
+        reason: Option<String>,
     },
     /// The robot made no progress along the path for longer than `movement_time_allowance`.
     #[error(

@@ -481,7 +481,8 @@ impl Navigator {
             return Fault::Plan(error.clone());
         }
         if self.progress.is_blocked() {
-            return Fault::NoControl { stuck_s, left_m };
+            let reason = self.controller.as_ref().and_then(ControllerHost::why_blocked);
+            return Fault::NoControl { stuck_s, left_m, reason };
         }
         Fault::NoProgress { stuck_s, radius_m: self.settings.required_movement_radius, left_m }
     }

@@ -141,13 +141,43 @@ pub enum RecordingError {
     },
     /// The size of the map is invalid.
     #[error("the recording's map: {0}")]
-    Map(#[from] MapError),
+    Map(MapError),
     /// A setting is out of range.
     #[error("the recording's configuration: {0}")]
-    Config(#[from] SettingError),
+    Config(SettingError),
     /// The drive cannot start.
     #[error("the recorded drive cannot start: {0}")]
-    Fault(#[from] Fault),
+    Fault(Fault),
+    /// A program planned the paths of the drive, and the replay is not permitted to run one.
+    #[error(
+        "its paths are of the program `{command}`, and a replay runs no command of a file: give the global planner to run"
+    )]
+    PlannerNotGiven {
+        /// The command in the recording.
+        command: String,
+    },
+    /// A global planner for a drive whose paths are inbye's own.
+    #[error("its paths are inbye's own: leave the global planner out")]
+    NoPlanner,
+}
+
+// The texts have their sources: `#[from]` would show them twice.
+impl From<MapError> for RecordingError {
+    fn from(error: MapError) -> Self {
+        Self::Map(error)
+    }
+}
+
+impl From<SettingError> for RecordingError {
+    fn from(error: SettingError) -> Self {
+        Self::Config(error)
+    }
+}
+
+impl From<Fault> for RecordingError {
+    fn from(fault: Fault) -> Self {
+        Self::Fault(fault)
+    }
 }
 
 /// The format that this version writes and reads.

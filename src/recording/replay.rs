@@ -12,6 +12,7 @@ use super::metadata::DriveMetadata;
 use super::reader::Reader;
 use super::tick::RecordedTick;
 use crate::base::ProtectiveAction;
+use crate::external::ProgramSettings;
 use crate::geometry::Pose;
 use crate::local::Engine;
 use crate::map::OccupancyGrid;
@@ -110,18 +111,23 @@ impl Replay {
 ///
 /// The navigator has the recorded settings and observations. Its clock returns the recorded durations of the decisions, and
 /// asynchronous plans arrive at the recorded ticks. So a drive with a real base, late decisions and late plans is repeatable. The
-/// user's own controller does not run again, because its answers are recorded. The user's own global planner runs again.
+/// user's own controller does not run again, because its answers are recorded. A program that planned the paths runs again, but
+/// never by the command in the recording, which may be of another person: `global_planner` is the command to run.
 ///
 /// `on_tick` is called after each equal tick.
 ///
 /// # Errors
-/// When the recording is damaged or cannot be read, or the drive cannot start.
+/// When the recording is damaged or cannot be read, the drive cannot start, or a global planner is given where the drive had none,
+/// or none where it had one.
 pub fn replay<R: Read + Seek>(
     reader: &mut Reader<R>,
     engine: Box<dyn Engine>,
+    global_planner: Option<&[String]>,
     on_tick: &mut dyn FnMut(&TickEvent<'_>),
 ) -> Result<Replay, RecordingError> {
-    let DriveMetadata { config, waypoints, map, zones, controller, .. } = reader.metadata().clone();
+    let DriveMetadata { mut config, waypoints, map, zones, controller, .. } =
+        reader.metadata().clone();
+    set_global_planner(&mut config.global_planner, global_planner)?;
     let known = NavigationMap { obstacles: map.obstacles(config.unknown), zones: zones.clone() };
     let footprint = &config.robot.footprint;
     let mut gap = ObstacleGap::new(known.obstacles.clone());
@@ -206,6 +212,23 @@ fn show(
         navigator,
     });
     row
+}
+
+/// Replaces the recorded command of a global planner by the given one.
+fn set_global_planner(
+    recorded: &mut ProgramSettings,
+    given: Option<&[String]>,
+) -> Result<(), RecordingError> {
+    match (recorded.name(), given) {
+        (None, None) => {}
+        (Some(_), Some(given)) => recorded.command = given.to_vec(),
+        (Some(name), None) => {
+            let command = name.escape_debug().to_string();
+            return Err(RecordingError::PlannerNotGiven { command });
+        }
+        (None, Some(_)) => return Err(RecordingError::NoPlanner),
+    }
+    Ok(())
 }
 
 /// Repeats a decision and returns its first difference.

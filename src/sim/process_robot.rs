@@ -95,9 +95,8 @@ fn step(
     period_s: f64,
 ) -> Result<(State, Vec<f64>), String> {
     let Twist { linear, angular } = *command;
-    program.send(&Request::Step(Step { period_s, linear, angular }));
-    let timeout = program.timeout;
-    let state: SimulatedState = program.answer(timeout).map_err(|error| program.reason(error))?;
+    let answer = program.ask(&Request::Step(Step { period_s, linear, angular }), program.timeout);
+    let state: SimulatedState = answer.map_err(|error| program.reason(error))?;
     let pose = |[x, y, yaw]: [f64; 3]| Pose::new(x, y, yaw);
     let twist = |[linear, angular]: [f64; 2]| Twist::new(linear, angular);
     let SimulatedState { odometry, scan, pose: own, truth } = state;
@@ -113,6 +112,11 @@ fn step(
     };
     if !state.true_pose.is_finite() || !state.true_twist.is_finite() {
         return Err("the true pose is not finite".to_owned());
+    }
+    if !state.scan.is_valid() {
+        return Err(
+            "`scan`: angle_min must be finite, angle_increment and range_max above zero".to_owned()
+        );
     }
     Ok((state, radii_m))
 }

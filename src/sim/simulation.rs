@@ -72,6 +72,15 @@ impl Simulation {
         Ok(run_mission(&self.mission, config, decider, &mut *robot, observer)?)
     }
 
+    /// Starts the simulator of the settings and ends it.
+    ///
+    /// # Errors
+    /// When it cannot be started, or its first answers are wrong.
+    #[cfg(feature = "experiment")]
+    pub(crate) fn check_simulator(&self, config: &Config) -> Result<(), SimError> {
+        ProcessRobot::start(self, config).map(drop)
+    }
+
     /// Runs the mission with another base, real or simulated, which stands at the mission's start. Its own lidar and
     /// positioning are not used: both are simulated at its true pose. A base without a true pose counts as being at the pose
     /// of its odometry.

@@ -2,6 +2,7 @@
 
 #![expect(unsafe_code, reason = "functions of a shared library are called by pointers")]
 
+use core::error::Error;
 use core::ffi::c_void;
 use std::path::Path;
 
@@ -44,17 +45,14 @@ impl Library {
     pub fn open(file: &Path) -> Result<Self, String> {
         // SAFETY: the user names a library to run, as a program would be; its initialisers may do anything.
         let loaded = unsafe { Loaded::new(file) };
-        let loaded = loaded.map_err(|error| format!("{}: {error}", file.display()))?;
-        let missing = |error| format!("{}: {error}: see inbye.h", file.display());
+        let loaded = loaded.map_err(|error| format!("{}: {}", file.display(), reason(&error)))?;
         // SAFETY: the header declares these functions with these types.
         let (create, compute, destroy) = unsafe {
-            let create: Symbol<'_, Create> =
-                loaded.get(b"inbye_controller_create\0").map_err(missing)?;
-            let compute: Symbol<'_, Compute> =
-                loaded.get(b"inbye_controller_compute_velocity\0").map_err(missing)?;
-            let destroy: Symbol<'_, Destroy> =
-                loaded.get(b"inbye_controller_destroy\0").map_err(missing)?;
-            (*create, *compute, *destroy)
+            (
+                *function::<Create>(&loaded, file, "inbye_controller_create")?,
+                *function::<Compute>(&loaded, file, "inbye_controller_compute_velocity")?,
+                *function::<Destroy>(&loaded, file, "inbye_controller_destroy")?,
+            )
         };
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, create, compute, destroy, _loaded: loaded })
@@ -77,7 +75,14 @@ impl Library {
     }
 
     /// The velocity of a tick; none if the controller sees no valid one.
-    pub fn velocity(&self, controller: &mut Controller, tick: &Tick) -> Option<Twist> {
+    ///
+    /// # Errors
+    /// When it is not finite.
+    pub fn velocity(
+        &self,
+        controller: &mut Controller,
+        tick: &Tick,
+    ) -> Result<Option<Twist>, String> {
         if let Some(path) = &tick.path {
             controller.path = path.concat();
         }
@@ -117,7 +122,31 @@ impl Library {
         let is_valid = unsafe {
             (self.compute)(controller.object, &raw const input, &raw mut linear, &raw mut angular)
         };
-        (is_valid && f64::is_finite(linear) && f64::is_finite(angular))
-            .then_some(Twist { linear, angular })
+        if is_valid && !(f64::is_finite(linear) && f64::is_finite(angular)) {
+            return Err(format!("{}: the velocity {linear}, {angular} is not finite", self.name));
+        }
+        Ok(is_valid.then_some(Twist { linear, angular }))
     }
+}
+
+/// A function of a library.
+///
+/// # Safety
+/// The function has the type.
+unsafe fn function<'l, T>(
+    loaded: &'l Loaded,
+    file: &Path,
+    name: &str,
+) -> Result<Symbol<'l, T>, String> {
+    // SAFETY: the caller vouches for the type.
+    let found = unsafe { loaded.get(name) };
+    found.map_err(|error| {
+        let reason = reason(&error);
+        format!("{}: it has no function {name} ({reason}): see inbye.h", file.display())
+    })
+}
+
+/// An error with its cause, which has the message of the system.
+fn reason(error: &dyn Error) -> String {
+    error.source().map_or_else(|| error.to_string(), |source| format!("{error}: {source}"))
 }

@@ -11,11 +11,21 @@ mod library;
 mod messages;
 
 use std::io::{self, BufRead, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use library::Library;
 use messages::{Answer, Message, Ready};
 
+const HELP: &str = "\
+Usage: inbye-controller-host LIBRARY
+
+Lets a controller in a shared library decide the velocities of a robot: inbye starts this program. inbye.h declares the functions
+of the library.
+
+  inbye drive --scene mine --controller \"inbye-controller-host ./libmy_controller.so\"
+
+Options: --help, --version";
 /// Number of the protocol.
 const PROTOCOL: u32 = inbye::external::PROTOCOL;
 
@@ -29,7 +39,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Answers messages until the input ends.
+/// Serves as the arguments say.
 fn serve() -> Result<(), String> {
     let mut arguments = std::env::args_os().skip(1);
     let (Some(file), None) = (arguments.next(), arguments.next()) else {
@@ -37,7 +47,17 @@ fn serve() -> Result<(), String> {
             "name one shared library: inbye-controller-host ./libmy_controller.so".to_owned()
         );
     };
-    let library = Library::open(file.as_ref())?;
+    let text = match file.to_str() {
+        Some("--help" | "-h") => HELP,
+        Some("--version" | "-V") => concat!("inbye-controller-host ", env!("CARGO_PKG_VERSION")),
+        _ => return serve_library(file.as_ref()),
+    };
+    print(text)
+}
+
+/// Answers messages by a controller of a library until the input ends.
+fn serve_library(file: &Path) -> Result<(), String> {
+    let library = Library::open(file)?;
     let mut controller = None;
     for line in io::stdin().lock().lines() {
         let line = line.map_err(|error| error.to_string())?;
@@ -53,7 +73,7 @@ fn serve() -> Result<(), String> {
             }
             Message::Tick(tick) => {
                 let controller = controller.as_mut().ok_or("a tick came before the start")?;
-                answer(&match library.velocity(controller, &tick) {
+                answer(&match library.velocity(controller, &tick)? {
                     Some(twist) => {
                         Answer::Velocity { linear: twist.linear, angular: twist.angular }
                     }
@@ -66,7 +86,10 @@ fn serve() -> Result<(), String> {
 }
 
 fn answer(answer: &impl serde::Serialize) -> Result<(), String> {
-    let line = serde_json::to_string(answer).map_err(|error| error.to_string())?;
+    print(&serde_json::to_string(answer).map_err(|error| error.to_string())?)
+}
+
+fn print(line: &str) -> Result<(), String> {
     let mut out = io::stdout().lock();
     writeln!(out, "{line}").and_then(|()| out.flush()).map_err(|error| error.to_string())
 }

@@ -336,8 +336,16 @@ class World:
     def __copy__(self) -> World: ...
     def __deepcopy__(self, _memo: dict[int, Any]) -> World: ...
 
-def replay(path: str | os.PathLike[str], *, engine: str = "cpu") -> dict[str, Any]:
+def replay(
+    path: str | os.PathLike[str],
+    *,
+    engine: str = "cpu",
+    global_planner: Sequence[str] | None = None,
+) -> dict[str, Any]:
     """Repeat the decisions of a recording and compare every bit.
+
+    ``global_planner`` is the program that planned the paths of the drive, with its arguments, if a
+    program did. The command in the recording never runs.
 
     Returns ``ticks``, ``agrees``, ``complete`` and ``first_difference``: tick, field, recorded and
     replayed value.

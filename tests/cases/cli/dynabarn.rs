@@ -103,3 +103,14 @@ fn dynabarn_rejects_bad_arguments_and_files() {
         }
     }
 }
+
+/// Its cylinders are not in the world of another simulator.
+#[test]
+fn dynabarn_has_no_other_simulator() {
+    let place = place();
+    let error = place.refusal(&format!("{BENCH} --simulator cat"));
+    assert!(error.contains("--simulator: the cylinders of DynaBARN"), "{error}");
+    place.write("own.toml", "simulator.command = [\"cat\"]\n");
+    let error = place.refusal(&format!("{BENCH} --config own.toml --trace 4,0"));
+    assert!(error.contains("own.toml: [simulator]: the cylinders of DynaBARN"), "{error}");
+}

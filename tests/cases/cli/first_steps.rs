@@ -235,41 +235,12 @@ fn animation_is_a_gif_of_the_drive() {
     assert!(error.contains(".gif"), "{error}");
 }
 
-/// Starts the program, and interrupts it as soon as a file exists.
-#[cfg(unix)]
-fn interrupted(place: &Workplace, arguments: &str, once: &str) -> (i32, String, String) {
-    use std::process::{Command, Stdio};
-    use std::thread::sleep;
-    use std::time::Duration;
-
-    let program = place.command();
-    let mut child = Command::new(program.get_program())
-        .args(arguments.split_whitespace())
-        .current_dir(place.path(""))
-        .env("VK_DRIVER_FILES", "/nonexistent")
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    while !place.path(once).exists() {
-        sleep(Duration::from_millis(5));
-        assert!(child.try_wait().expect("a child").is_none(), "it ended before {once} was there");
-    }
-    // Some ticks, on a busy machine too.
-    sleep(Duration::from_millis(800));
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(kill.expect("a shell's kill").success());
-    let output = child.wait_with_output().expect("the program ends");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (output.status.code().expect("it ends by itself"), text(output.stdout), text(output.stderr))
-}
-
 #[cfg(unix)]
 #[test]
 fn interrupted_drive_writes_what_it_has() {
     let place = Workplace::new();
     let arguments = "drive --scene mine --engine cpu --threads 1 --report out --record ticks.jsonl";
-    let (status, stdout, stderr) = interrupted(&place, arguments, "out");
+    let (status, stdout, stderr) = place.interrupted(arguments, "out");
     assert_eq!(status, 1, "{stdout}{stderr}");
     assert!(stdout.contains("the drive was interrupted"), "{stdout}");
     let page = std::fs::read_to_string(place.path("out/index.html")).expect("a page");
@@ -283,7 +254,7 @@ fn interrupted_drive_writes_what_it_has() {
 fn interrupted_soak_keeps_its_runs_and_goes_on() {
     let place = Workplace::new();
     let arguments = "bench soak --missions 40 --longest 15 --threads 1 --out runs";
-    let (status, _, stderr) = interrupted(&place, arguments, "runs/cells");
+    let (status, _, stderr) = place.interrupted(arguments, "runs/cells");
     assert_eq!(status, 1, "{stderr}");
     assert!(stderr.contains("kept in runs: the same command resumes"), "{stderr}");
     let kept = || std::fs::read_dir(place.path("runs/cells")).expect("results").count();

@@ -72,7 +72,19 @@ fn commands_beyond_the_limits_are_clamped() {
 fn failing_controller_is_a_result_with_its_reason() {
     let place = Workplace::with_room();
     let cases = [
-        ("echo why >&2; exit 3", "INVALID_CONTROLLER: a script: the program ended: why"),
+        (
+            "echo why >&2; exit 3",
+            "INVALID_CONTROLLER: a script: the program ended (exit status 3): why",
+        ),
+        ("kill -SEGV $$", "the program ended (killed by SIGSEGV)"),
+        // What it started holds its output open.
+        ("sleep 100 & exit 3", "the program ended (exit status 3)"),
+        (
+            r#"printf '{"linear": 0, "angular": 0}\n{"linear": 9, "angular": 0}\n'"#,
+            r#"wrote a second line for one message: `{"linear": 9, "angular": 0}`"#,
+        ),
+        ("head -c 1100000 /dev/zero; echo", "wrote a line that is longer than 1 MiB"),
+        (r"printf '\033[31mred\n'", r"`\u{1b}[31mred` is no answer"),
         ("echo nonsense", "INVALID_CONTROLLER: a script: `nonsense` is no answer"),
         (r#"echo '{"linear": 0.5}'"#, "write either `linear` and `angular`, or `error`"),
         (r#"echo '{"linear": 1e999, "angular": 0}'"#, "INVALID_CONTROLLER: a script: "),
@@ -95,7 +107,9 @@ fn controller_without_a_valid_velocity_stands_until_the_navigator_gives_up() {
     let more = "--controller 'sh refuses.sh' --set navigator.movement_time_allowance=2";
     let (status, object) = driven(&place, more);
     assert_eq!((status, object["travelled_m"].as_f64()), (1, Some(0.0)), "{object}");
-    assert!(text(&object, "fault").starts_with("NO_VALID_CONTROL"), "{object}");
+    let fault = text(&object, "fault");
+    assert!(fault.starts_with("NO_VALID_CONTROL"), "{fault}");
+    assert!(fault.ends_with("m from the goal: a script: no way"), "{fault}");
 }
 
 #[test]
@@ -103,8 +117,9 @@ fn program_that_cannot_be_used_is_unusable_input() {
     let place = Workplace::with_room();
     place.write("old.sh", "read -r first\necho '{\"protocol\": 0}'\n");
     for (option, expected) in [
-        ("--controller ./missing", "cannot be started"),
-        ("--controller 'sh missing.sh'", "the program ended"),
+        ("--controller ./missing", "(os error 2), in the working folder /"),
+        ("--controller no-such-program", "(os error 2), in the folders of PATH"),
+        ("--controller 'sh missing.sh'", "(in the working folder /"),
         ("--controller 'sh old.sh'", "speaks protocol 0, this inbye speaks 1"),
         ("--global-planner 'sh missing.sh'", "INVALID_PLANNER"),
         ("--simulator 'sh missing.sh'", "the simulator `sh missing.sh`: the program ended"),
@@ -129,6 +144,30 @@ fn late_answers_do_not_delay_the_drive() {
     assert!(began.elapsed() < Duration::from_secs(8), "{:?}", began.elapsed());
     let misses = object["deadline"]["misses"].as_u64().expect("a count");
     assert!(misses > 20 && object["travelled_m"].as_f64() < Some(0.3), "{object}");
+    let more = "--deadline 20 --set navigator.movement_time_allowance=2";
+    let (_, object) = driven(&place, &format!("{more} --controller 'sh slow.sh'"));
+    assert!(text(&object, "fault").ends_with("answers were late"), "{object}");
+}
+
+/// The terminal sends Ctrl-C to all processes of its foreground group.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_reaches_no_program_and_stores_no_failure() {
+    let place = Workplace::with_room();
+    script(&place, "stands.sh", r#"sleep 0.02; echo '{"linear": 0, "angular": 0}'"#);
+    place.write("own.toml", "controller.command = [\"sh\", \"stands.sh\"]\n");
+    let drive = format!("{DRIVE} --config own.toml --report out");
+    let (status, stdout, stderr) = place.interrupted(&drive, "out");
+    assert_eq!(status, 1, "{stdout}{stderr}");
+    assert!(stdout.contains("the drive was interrupted"), "{stdout}");
+    assert!(!stdout.contains("INVALID_CONTROLLER"), "{stdout}");
+    // A program that ends after Ctrl-C for a reason of its own.
+    script(&place, "stands.sh", "sleep 3; exit 1");
+    let soak = "bench soak --missions 1 --longest 15 --threads 1 --config own.toml --out runs";
+    let (status, _, stderr) = place.interrupted(soak, "runs/cells");
+    assert_eq!(status, 1, "{stderr}");
+    let kept = fs::read_dir(place.path("runs/cells")).expect("results").count();
+    assert_eq!(kept, 0, "{stderr}");
 }
 
 #[test]
@@ -152,7 +191,10 @@ fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
     let has_plan = |line: &String| line.contains("a plan of 4.5 m, 0 cells expanded");
     assert!(run.status == 0 && run.errors.iter().any(has_plan), "{run:?}");
     for (points, expected) in [
-        ("[1, 1.5], [3, 9.0], [5, 1.5]", "the path crosses an obstacle"),
+        ("[1, 1.5], [3, 9.0], [5, 1.5]", "point 1 of the path is not on the map"),
+        ("[1, 1.5], [3, 0.1], [5, 1.5]", "the path crosses an obstacle"),
+        ("[1, 1.5], [1e200, 0], [5, 1.5]", "point 1 of the path is not on the map"),
+        ("[1, 1.5], [3, 1.5, 0], [5, 1.5]", "point 1 of `path` has 3 numbers: write [x, y]"),
         ("[1, 1.5], [4, 1.5]", "the path ends 1.00 m from the goal"),
         ("[1, 1.5]", "at least two points"),
     ] {
@@ -161,6 +203,35 @@ fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
         let message = text(&object["error"], "message");
         assert!(status == 2 && message.contains(expected), "{points}: {message}");
     }
+}
+
+/// A recording may be of another person.
+#[test]
+fn replay_runs_only_a_global_planner_that_is_given() {
+    let place = Workplace::with_room();
+    let answer = r#"echo '{"path": [[1, 1.5], [3, 2.5], [5, 1.5]]}'"#;
+    script(&place, "plans.sh", &format!("touch ran; {answer}"));
+    driven(&place, "--global-planner 'sh plans.sh' --record drive.mcap");
+    fs::remove_file(place.path("ran")).expect("the program ran");
+    let error = place.refusal("replay drive.mcap --engine cpu");
+    assert!(error.contains("drive.mcap: ") && error.contains("`sh plans.sh`"), "{error}");
+    assert!(error.contains("(--global-planner COMMAND)"), "{error}");
+    assert!(!place.path("ran").exists());
+    let replay = ["replay", "drive.mcap", "--engine", "cpu", "--json"];
+    let given =
+        |command| object(&place.run_words(&[&replay[..], &["--global-planner", command]].concat()));
+    let (status, replayed) = given("sh plans.sh");
+    assert_eq!((status, &replayed["agree"]), (0, &json!(true)), "{replayed}");
+    assert!(place.path("ran").exists());
+    let (status, replayed) = given("sh missing.sh");
+    let message = text(&replayed["error"], "message");
+    assert_eq!((status, message.matches("INVALID_PLANNER").count()), (2, 1), "{message}");
+    driven(&place, "--record drive.mcap");
+    let (status, replayed) = given("sh plans.sh");
+    assert!(
+        status == 2 && text(&replayed["error"], "message").contains("inbye's own"),
+        "{replayed}"
+    );
 }
 
 /// `plan` asks the program too, that of the option or that of the configuration.
@@ -201,7 +272,40 @@ fn simulator_that_fails_ends_the_drive_with_its_reason() {
     let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
     assert_eq!(status, 1, "{object}");
     let why = text(&object, "why");
-    assert!(why.contains("the simulator failed: the program ended"), "{why}");
+    assert!(why.contains("the simulator failed: the program ended (exit status 0)"), "{why}");
+    place.write("state.json", state.replace(r#""range_max": 9"#, r#""range_max": -9"#) + "\n");
+    script(&place, "stands.sh", "cat state.json");
+    let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
+    assert_eq!(status, 2, "{object}");
+    let message = text(&object["error"], "message");
+    assert!(message.contains("angle_increment and range_max above zero"), "{message}");
+}
+
+/// A program that cannot be used is no planner that drives badly.
+#[test]
+fn experiment_with_a_program_that_cannot_be_used_stores_nothing() {
+    let place = Workplace::with_room();
+    script(&place, "straight.sh", r#"echo '{"linear": 0.3, "angular": 0}'"#);
+    let plan = |script: &str| {
+        format!(
+            "seeds = [0]\n[configs.inbye]\n[configs.mine]\ncontroller.command = [\"sh\", \"{script}\"]\n\
+             [[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.2\n\
+             routes = [{{ start = [1, 1.5, 0], goal = [5, 1.5] }}]\n"
+        )
+    };
+    place.write("plan.toml", plan("missing.sh"));
+    for command in ["bench compare", "sweep"] {
+        let error = place.refusal(&format!("{command} plan.toml --out cells"));
+        assert!(error.contains("configs.mine: INVALID_CONTROLLER: sh missing.sh: "), "{error}");
+        let kept = fs::read_dir(place.path("cells/cells")).expect("a folder of results").count();
+        assert_eq!(kept, 0, "{error}");
+    }
+    place.refusal("bench compare plan.toml");
+    place.write("plan.toml", plan("straight.sh"));
+    let (status, object) = place.json("bench compare plan.toml --out other");
+    assert_eq!((status, &object["ranked"][1]["reached_share"]), (0, &json!(1.0)), "{object}");
+    // Where every run has its result, no program is needed.
+    place.json("bench compare plan.toml --out other");
 }
 
 #[test]

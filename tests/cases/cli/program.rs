@@ -123,6 +123,38 @@ impl Workplace {
         }
     }
 
+    /// Starts the program, and interrupts its process group once a file exists, as Ctrl-C in a terminal does. Returns the exit
+    /// status and both outputs.
+    #[cfg(unix)]
+    pub fn interrupted(&self, arguments: &str, once: &str) -> (i32, String, String) {
+        use std::os::unix::process::CommandExt;
+        use std::process::{Command, Stdio};
+        use std::thread::sleep;
+        use std::time::Duration;
+
+        let mut child = Command::new(self.command().get_program())
+            .args(arguments.split_whitespace())
+            .current_dir(self.0.path())
+            .env("VK_DRIVER_FILES", "/nonexistent")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .process_group(0)
+            .spawn()
+            .expect("the program starts");
+        while !self.path(once).exists() {
+            sleep(Duration::from_millis(5));
+            assert!(child.try_wait().expect("a child").is_none(), "it ended before {once} exists");
+        }
+        // Some ticks, on a busy machine too.
+        sleep(Duration::from_millis(800));
+        let group = format!("-{}", child.id());
+        let kill = Command::new("kill").args(["-INT", "--", &group]).status();
+        assert!(kill.expect("a shell's kill").success());
+        let output = child.wait_with_output().expect("the program ends");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+        (output.status.code().expect("it ends by itself"), text(output.stdout), text(output.stderr))
+    }
+
     /// Runs the program with `--json`; returns the exit status and the object.
     #[track_caller]
     pub fn json(&self, arguments: &str) -> (i32, Value) {

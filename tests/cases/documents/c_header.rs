@@ -13,7 +13,8 @@ const CONTROLLER: &str = "\
 /* Makes a controller for a robot. Null is a failure. */
 void *inbye_controller_create(const struct InbyeRobot *robot);
 
-/* Writes speed (m/s) and turn rate (rad/s) of this tick. Returns false where there is no valid velocity: the robot brakes. */
+/* Writes speed (m/s) and turn rate (rad/s) of this tick. Returns false where there is no valid velocity: the robot brakes. A value
+ * that is not finite ends the mission. */
 bool inbye_controller_compute_velocity(void *controller, const struct InbyeControllerInput *input, double *linear,
                                        double *angular);
 

@@ -56,6 +56,18 @@ fn finite_speeds_that_no_base_reaches_are_a_fault() {
 }
 
 #[test]
+fn scan_whose_largest_range_is_not_above_zero_is_a_fault() {
+    for range_max in [-1.0, 0.0, f64::NAN] {
+        let mut navigator = navigator();
+        let mut observation = observation(0.0, Twist::STOP);
+        observation.scan.range_max = range_max;
+        let decision = navigator.step(&observation);
+        assert_eq!(navigator.observation_fault(), Some(ObservationFault::NotFinite), "{range_max}");
+        assert_eq!((decision.mode, decision.command), (Mode::SensorFault, Twist::STOP));
+    }
+}
+
+#[test]
 fn speed_limit_of_zero_or_less_brakes_and_stops_the_robot() {
     for limit in [0.0, -0.0, -1.0, f64::NAN] {
         let mut navigator = navigator();

@@ -137,5 +137,5 @@ pub fn crowded() -> (Simulation, Config) {
 
 pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {
     let mut recording = Reader::open(Cursor::new(file)).expect("a recording");
-    replay(&mut recording, engine, &mut |_| {}).expect("a whole or truncated file")
+    replay(&mut recording, engine, None, &mut |_| {}).expect("a whole or truncated file")
 }
