@@ -51,6 +51,18 @@ impl Range {
         let is_below = if self.is_max_open { value < self.max } else { value <= self.max };
         value.is_finite() && is_above && is_below
     }
+
+    /// The schema of a number with the bounds of the range.
+    pub(crate) fn schema(&self, mut number: Value) -> Value {
+        let mut set = |bound: f64, is_open: bool, [closed, open]: [&str; 2]| {
+            if bound.is_finite() {
+                number[if is_open { open } else { closed }] = bound.into();
+            }
+        };
+        set(self.min, self.is_min_open, ["minimum", "exclusiveMinimum"]);
+        set(self.max, self.is_max_open, ["maximum", "exclusiveMaximum"]);
+        number
+    }
 }
 
 /// A number out of its range.
@@ -427,16 +439,10 @@ pub fn table_schema(fields: &[Field]) -> Value {
 fn field_schema(field: &Field) -> Value {
     let mut schema = (field.schema)();
     schema["description"] = description(field).into();
-    if let Some(range) = field.range {
-        let mut set = |bound: f64, is_open: bool, [closed, open]: [&str; 2]| {
-            if bound.is_finite() {
-                schema[if is_open { open } else { closed }] = bound.into();
-            }
-        };
-        set(range.min, range.is_min_open, ["minimum", "exclusiveMinimum"]);
-        set(range.max, range.is_max_open, ["maximum", "exclusiveMaximum"]);
+    match field.range {
+        Some(range) => range.schema(schema),
+        None => schema,
     }
-    schema
 }
 
 /// Text of a key: its meaning, and for a number its unit and range.

@@ -1,22 +1,27 @@
 //! Fixed zones in the robot's frame, as in Nav2's `collision_monitor`.
 
 use serde::{Deserialize, Serialize};
-use serde_json::json;
+use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::raw_scan::{RawPoint, is_obstacle};
 use crate::geometry::{Point, Pose, Twist, is_in_polygon};
-use crate::settings::setting_schema;
+use crate::settings::{Range, choices, range, setting_schema};
 
-/// Most zones, and most corners of a zone.
+/// Most zones.
 const MAX_ZONES: usize = 32;
-const MAX_CORNERS: usize = 64;
 
-/// Largest magnitude of a number of a zone.
-const MAX_NUMBER: f64 = 1e4;
+/// Coordinates of corners, metres.
+const COORDINATE: Range = range!(-10000 to 10000);
 
-/// Longest simulated approach to a zone, seconds.
-const MAX_APPROACH_S: f64 = 10.0;
+/// Keys with a number, and their ranges.
+const NUMBERS: [(&str, Range, fn(&ZonePolygon) -> f64); 5] = [
+    ("min_points", range!(at_least 1), |zone| zone.min_points as f64),
+    ("slowdown_ratio", range!(0 to 1), |zone| zone.slowdown_ratio),
+    ("linear_limit", range!(0 to 10000), |zone| zone.linear_limit),
+    ("angular_limit", range!(0 to 10000), |zone| zone.angular_limit),
+    ("time_before_collision", range!(above 0 to 10), |zone| zone.time_before_collision),
+];
 
 /// What a zone does while it holds enough returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -99,35 +104,18 @@ pub struct ZoneError {
 
 impl ZonePolygon {
     fn check(&self) -> Result<(), ZoneError> {
-        let within = |value: f64| value.is_finite() && value.abs() <= MAX_NUMBER;
-        let corners = self.points.len();
-        let corner = self.points.iter().flat_map(|corner| [corner.x, corner.y]);
-        let bad_corner = corner.into_iter().find(|value| !within(*value));
-        let is_limit = |value: f64| within(value) && value >= 0.0;
-        let time_s = self.time_before_collision;
-        let checks = [
-            ((3..=MAX_CORNERS).contains(&corners), "number of points", corners as f64, "3 to 64"),
-            (bad_corner.is_none(), "points", bad_corner.unwrap_or_default(), "within 10000 m"),
-            (self.min_points >= 1, "min_points", self.min_points as f64, "at least 1"),
-            (
-                (0.0..=1.0).contains(&self.slowdown_ratio),
-                "slowdown_ratio",
-                self.slowdown_ratio,
-                "0 to 1",
-            ),
-            (is_limit(self.linear_limit), "linear_limit", self.linear_limit, "0 to 10000"),
-            (is_limit(self.angular_limit), "angular_limit", self.angular_limit, "0 to 10000"),
-            (
-                time_s > 0.0 && time_s <= MAX_APPROACH_S,
-                "time_before_collision",
-                time_s,
-                "above zero and at most 10",
-            ),
-        ];
-        match checks.into_iter().find(|(is_valid, ..)| !is_valid) {
+        let count = self.points.len() as f64;
+        let corners = self.points.iter().flat_map(|corner| [corner.x, corner.y]);
+        let corners = corners.map(|value| ("points", COORDINATE, value));
+        let numbers = NUMBERS.map(|(key, range, value)| (key, range, value(self)));
+        let mut checks = [("number of points", range!(3 to 64), count)]
+            .into_iter()
+            .chain(corners)
+            .chain(numbers);
+        match checks.find(|(_, range, value)| !range.contains(*value)) {
             None => Ok(()),
-            Some((_, key, value, expected)) => {
-                Err(ZoneError { name: self.name.clone(), key, value, expected })
+            Some((key, range, value)) => {
+                Err(ZoneError { name: self.name.clone(), key, value, expected: range.text })
             }
         }
     }
@@ -211,31 +199,26 @@ impl TryFrom<Vec<ZonePolygon>> for Polygons {
 }
 
 setting_schema! {
-    Polygons: json!({
-        "type": "array",
-        "maxItems": MAX_ZONES,
-        "items": {
-            "type": "object",
-            "properties": {
-                "name": { "type": "string" },
-                "action_type": { "enum": ["stop", "slowdown", "limit", "approach"] },
-                "points": {
-                    "type": "array",
-                    "minItems": 3,
-                    "maxItems": MAX_CORNERS,
-                    "items": {
-                        "type": "array", "minItems": 2, "maxItems": 2, "items": { "type": "number" },
-                    },
-                },
-                "min_points": { "type": "integer", "minimum": 1 },
-                "slowdown_ratio": { "type": "number", "minimum": 0, "maximum": 1 },
-                "linear_limit": { "type": "number", "minimum": 0 },
-                "angular_limit": { "type": "number", "minimum": 0 },
-                "time_before_collision": { "type": "number", "exclusiveMinimum": 0, "maximum": 10 },
-                "enabled": { "type": "boolean" },
-            },
-            "required": ["name", "action_type", "points"],
-            "additionalProperties": false,
-        },
+    Polygons: json!({ "type": "array", "maxItems": MAX_ZONES, "items": zone_schema() });
+}
+
+fn zone_schema() -> Value {
+    let coordinate = COORDINATE.schema(json!({ "type": "number" }));
+    let point = json!({ "type": "array", "minItems": 2, "maxItems": 2, "items": coordinate });
+    let mut properties = json!({
+        "name": { "type": "string" },
+        "action_type": choices::<ActionType>(),
+        "points": { "type": "array", "minItems": 3, "maxItems": 64, "items": point },
+        "enabled": { "type": "boolean" },
     });
+    for (key, range, _) in NUMBERS {
+        let kind = if key == "min_points" { "integer" } else { "number" };
+        properties[key] = range.schema(json!({ "type": kind }));
+    }
+    json!({
+        "type": "object",
+        "properties": properties,
+        "required": ["name", "action_type", "points"],
+        "additionalProperties": false,
+    })
 }
