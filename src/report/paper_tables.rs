@@ -100,8 +100,7 @@ pub(super) fn reduction_table(table: &PathTable) -> Markup {
 
 /// The cell of a reduction. With a target, it shows whether the reduction reaches it.
 fn change(measure: Measure, reduced: Reduced, target: Option<f64>) -> Markup {
-    let reaches = target.zip(reduced.of_sums).map(|(target, of_sums)| of_sums >= target - 5e-4);
-    let (class, mark) = match reaches {
+    let (class, mark) = match target.and_then(|target| reduced.reaches(target)) {
         Some(true) => ("good", " ✓"),
         Some(false) => ("missed", ""),
         None => ("", ""),
@@ -111,9 +110,7 @@ fn change(measure: Measure, reduced: Reduced, target: Option<f64>) -> Markup {
 
 /// A reduction as a change in percent: of the sums, and in brackets the mean of the rows.
 fn change_text(measure: Measure, reduced: Reduced) -> String {
-    // Lengths differ by little.
-    let decimals = if measure == Measure::Length { 2 } else { 1 };
-    let signed = |reduction| signed(reduction, decimals);
+    let signed = |reduction| signed(reduction, measure.decimals());
     let mean = reduced.mean_of_rows.map_or_else(String::new, |mean| format!(" ({})", signed(mean)));
     reduced.of_sums.map_or_else(dash, |of_sums| format!("{} %{mean}", signed(of_sums)))
 }

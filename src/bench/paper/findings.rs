@@ -1,12 +1,9 @@
 //! Findings: sentences about the figures measured on this machine.
 
 use super::ablation::{Breakdown, StepRow};
-use super::reduction::{Measure, Reduction};
+use super::reduction::{Measure, Reduced, Reduction};
 use super::search::{LITERAL_K, SMALL_K, Search, Stage, THETAS, label_of};
 use super::tables::PathRow;
-
-/// Smallest reduction that counts: half of the last digit shown.
-const NONE: f64 = 0.000_5;
 
 /// A share as a signed percentage of change: a reduction is negative.
 fn change(reduction: f64) -> String {
@@ -14,19 +11,18 @@ fn change(reduction: f64) -> String {
     if percent.abs() < 0.05 { "0.0 %".to_owned() } else { format!("{percent:+.1} %") }
 }
 
-/// The same with the digits that the paper prints: lengths differ by little.
+/// The same with the digits that the paper prints.
 fn change_of(measure: Measure, reduction: f64) -> String {
-    if measure == Measure::Length {
-        format!("{:+.2} %", -100.0 * reduction)
-    } else {
-        change(reduction)
+    match measure.decimals() {
+        1 => change(reduction),
+        decimals => format!("{:+.decimals$} %", -100.0 * reduction),
     }
 }
 
 /// A reduction as "12.3 % less" or "12.3 % more".
 fn less_or_more(reduction: f64) -> String {
     let percent = 100.0 * reduction.abs();
-    if reduction.abs() < NONE {
+    if reduction.abs() < Reduced::LEAST {
         "as much".to_owned()
     } else if reduction > 0.0 {
         format!("{percent:.1} % less")
@@ -79,12 +75,12 @@ pub fn origin(found: &Breakdown) -> String {
         change(found.pruning),
         change(found.spline),
     );
-    let origin = if found.total < NONE && found.search >= NONE {
+    let origin = if found.total < Reduced::LEAST && found.search >= Reduced::LEAST {
         let saves = if by_jumps { "jump points save" } else { "the heuristic saves" };
         format!("there is no reduction: what {saves}, the other steps spend")
-    } else if found.total < NONE && found.measure == Measure::Time && !by_jumps {
+    } else if found.total < Reduced::LEAST && found.measure == Measure::Time && !by_jumps {
         "there is no reduction, and the heuristic brings none, where the paper sees it".to_owned()
-    } else if found.total < NONE {
+    } else if found.total < Reduced::LEAST {
         "there is no reduction".to_owned()
     } else {
         let main = found.main_step();
@@ -114,11 +110,12 @@ pub fn origin(found: &Breakdown) -> String {
 pub fn acceptance(reduction: &Reduction, targets: &[(Measure, f64)]) -> String {
     let (mut reached, mut missed) = (Vec::new(), Vec::new());
     for &(measure, target) in targets {
-        let Some(found) = reduction.of(measure).of_sums else {
+        let reduced = reduction.of(measure);
+        let (Some(found), Some(reaches)) = (reduced.of_sums, reduced.reaches(target)) else {
             continue;
         };
         let [text, paper] = [found, target].map(|reduction| change_of(measure, reduction));
-        let list = if found >= target - NONE { &mut reached } else { &mut missed };
+        let list = if reaches { &mut reached } else { &mut missed };
         list.push(format!("{} {text} (paper {paper})", measure.word()));
     }
     let [variant, against] = [reduction.variant, reduction.against].map(label_of);
@@ -149,7 +146,8 @@ pub fn literal(rows: &[StepRow]) -> Option<String> {
             100.0 * row.worst_over_shortest,
         )
     };
-    let is_good = |row: &StepRow| row.expanded < octile.expanded && row.over_shortest < NONE;
+    let is_good =
+        |row: &StepRow| row.expanded < octile.expanded && row.over_shortest < Reduced::LEAST;
     let verdict = if is_good(large) || is_good(small) {
         "one of the two weights is both faster and as short."
     } else {

@@ -94,6 +94,11 @@ impl Measure {
             Self::TurnsSmoothed => "turns when smoothed",
         }
     }
+
+    /// Decimals of a change in percent, as the paper prints them: lengths differ by little.
+    pub(crate) const fn decimals(self) -> usize {
+        if matches!(self, Self::Length) { 2 } else { 1 }
+    }
 }
 
 /// A reduction as a share: 0.25 is a quarter less, a negative value is an increase. None if no values compare.
@@ -106,6 +111,14 @@ pub struct Reduced {
 }
 
 impl Reduced {
+    /// Smallest reduction that counts: half of the last digit shown.
+    pub(super) const LEAST: f64 = 0.000_5;
+
+    /// Whether the reduction of the sums reaches a target, to the last digit shown; none if no values compare.
+    pub(crate) fn reaches(&self, target: f64) -> Option<bool> {
+        self.of_sums.map(|of_sums| of_sums >= target - Self::LEAST)
+    }
+
     /// Computes the reduction from figures before and after, row by row.
     #[must_use]
     pub fn of(before: &[f64], after: &[f64]) -> Self {
