@@ -206,7 +206,11 @@ pub fn text_table<R: Columns>(rows: &[R], names: &str) -> Vec<String> {
 fn stacked(heading: &str, values_width: usize) -> Vec<String> {
     let words = heading.split(' ');
     let longest = words.clone().map(|word| word.chars().count()).max().unwrap_or(0);
-    let width = values_width.max(longest);
+    wrapped(words, values_width.max(longest))
+}
+
+/// Words in lines of at most this number of characters; a longer word has a line of its own.
+pub(crate) fn wrapped<'a>(words: impl Iterator<Item = &'a str>, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in words {
         match lines.last_mut() {

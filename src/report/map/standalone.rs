@@ -4,6 +4,7 @@ use maud::{Markup, PreEscaped, html};
 
 use super::decorations::{STRIP, strip};
 use super::viewport::{MAP_WIDTH, Viewport};
+use crate::bench::columns::wrapped;
 use crate::report::number::coordinate;
 use crate::report::svg::{LegendEntry, drawn_legend, legend_height, legend_list, light_style};
 
@@ -193,17 +194,7 @@ fn svg_file(
 
 /// Breaks a caption into lines that fit below a map.
 fn lines(caption: &str) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in caption.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= LETTERS => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
+    wrapped(caption.split_whitespace(), LETTERS)
 }
 
 #[cfg(test)]
