@@ -1,4 +1,4 @@
-//! Suggestions for misspelled names.
+//! Texts of messages: suggestions for misspelled names, and texts without line breaks.
 
 use strsim::normalized_damerau_levenshtein;
 
@@ -18,4 +18,9 @@ pub fn closest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
     let (known, similarity) =
         known.into_iter().map(rated).max_by(|one, other| one.1.total_cmp(&other.1))?;
     (similarity >= MIN_SIMILARITY).then_some(known)
+}
+
+/// A text with a space in place of line breaks and other white space.
+pub(crate) fn in_one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -18,6 +18,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::{error_text, invocation};
+use crate::suggest::in_one_line;
 
 /// Style of the word `error`, and of a bad result.
 const ERROR: Style = AnsiColor::Red.on_default().bold();
@@ -185,10 +186,6 @@ pub fn print_usage_error(error: &clap::Error, is_json: bool) {
     if is_json {
         json_error("usage", message, None);
     }
-}
-
-fn in_one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Marks a good result, in green on a terminal.

@@ -1,5 +1,6 @@
 //! YAML parsing with limits against alias expansion and deep nesting.
 
+use crate::suggest::in_one_line;
 use serde::de::DeserializeOwned;
 use serde_saphyr::options::NonFiniteFloatPolicy;
 use serde_saphyr::{Error, Options, budget, options};
@@ -43,9 +44,6 @@ fn reason(error: &Error, max_nodes: usize) -> String {
             format!("the file is nested too deeply, or expands to more than {max_nodes} values")
         }
         Error::MultipleDocuments { .. } => "a second document".into(),
-        error => {
-            let message = error.to_string();
-            message.split_whitespace().collect::<Vec<_>>().join(" ")
-        }
+        error => in_one_line(&error.to_string()),
     }
 }

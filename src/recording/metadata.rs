@@ -9,6 +9,7 @@ use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, OccupancyGrid, Zones};
 use crate::navigator::{Goal, Waypoints};
 use crate::runtime::{Config, Mission};
+use crate::suggest::in_one_line;
 
 /// The attachment with the configuration in TOML.
 pub const CONFIG: &str = "config.toml";
@@ -168,7 +169,5 @@ fn parse<T: for<'a> Deserialize<'a>>(name: &'static str, text: &str) -> Result<T
 }
 
 fn bad(name: &'static str, error: &impl ToString) -> RecordingError {
-    let lines = error.to_string();
-    let reason = lines.split_whitespace().collect::<Vec<_>>().join(" ");
-    RecordingError::BadMetadata { name, reason }
+    RecordingError::BadMetadata { name, reason: in_one_line(&error.to_string()) }
 }

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::{Config, renamed_keys};
-use crate::suggest::closest_name;
+use crate::suggest::{closest_name, in_one_line};
 
 /// Longest quotation of a line in an error, characters.
 const MAX_QUOTE: usize = 60;
@@ -119,7 +119,7 @@ pub fn is_other_variant(old: &Table, new: &Table) -> bool {
 #[must_use]
 pub fn plain_message(message: &str, table_of: impl Fn(&str) -> Option<String>) -> String {
     // A quoted key may contain line breaks.
-    let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+    let message = in_one_line(message);
     let plain = TYPES.iter().fold(message.clone(), |text, (rust, plain)| text.replace(rust, plain));
     let plain = match plain.split_once("expected struct ") {
         Some((before, _name)) => format!("{before}expected a table of keys and values"),

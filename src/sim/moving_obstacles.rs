@@ -11,6 +11,7 @@ use super::{MovingObstacle, RngStream, SimError, SpawnTrigger, TimedPath, genera
 use crate::geometry::{Point, Pose};
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
+use crate::suggest::in_one_line;
 
 /// Largest file of moving obstacles, bytes.
 const MAX_BYTES: u64 = 16 << 20;
@@ -192,7 +193,7 @@ impl MovingObstacles {
         };
         let entries = entries.map_err(|reason| SimError::InvalidObstacleFile {
             file: file.to_owned(),
-            reason: reason.split_whitespace().collect::<Vec<_>>().join(" "),
+            reason: in_one_line(&reason),
         })?;
         let mut seeds = generator(seed, RngStream::Obstacles);
         entries

@@ -10,6 +10,7 @@ use crate::base::BaseConfig;
 use crate::navigator::NavigatorSettings;
 use crate::runtime::Config;
 use crate::settings::KeyDescription;
+use crate::suggest::in_one_line;
 
 /// Shortest lookahead of an imported robot, metres: the default of Nav2's regulated pure pursuit.
 const MIN_LOOKAHEAD_M: f64 = 0.6;
@@ -238,8 +239,4 @@ impl ConfigBuilder {
             .collect();
         paths.join(", ")
     }
-}
-
-fn in_one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
