@@ -1,20 +1,20 @@
 //! The lock that keeps a latency measurement apart from all other cells of its user.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File};
 use std::path::PathBuf;
 use std::sync::Once;
 
 use anyhow::Context;
 use inbye::experiment::Cell;
 
-use super::result_store::NO_LOCKS;
+use super::result_store::{NO_LOCKS, lock_file, try_lock};
 use super::{machine, output};
 
 /// Name of the lock file.
 const NAME: &str = "inbye-latency.lock";
 
 /// Whether this process has printed that it waits.
-static HAS_SAID: Once = Once::new();
+static HAS_NOTED_WAIT: Once = Once::new();
 
 /// Waits until a cell may run, and prints that it waits. A latency cell waits for all other cells of this user, and they for it. The
 /// lock ends when the file is dropped.
@@ -23,22 +23,15 @@ pub fn of(cell: &Cell) -> anyhow::Result<File> {
     let path = folder.join(NAME);
     let place = || path.display().to_string();
     fs::create_dir_all(&folder).with_context(place)?;
-    let opened = OpenOptions::new().append(true).create(true).open(&path);
-    let file = opened.with_context(place)?;
+    let file = lock_file(&path)?;
     let is_alone = cell.row.latency;
-    match if is_alone { file.try_lock() } else { file.try_lock_shared() } {
-        Ok(()) => {}
-        Err(TryLockError::WouldBlock) => {
-            HAS_SAID.call_once(|| {
-                let other = if is_alone { "runs cells" } else { "measures latency" };
-                output::note(format!("waiting: another process {other} ({})", place()));
-            });
-            let locked = if is_alone { file.lock() } else { file.lock_shared() };
-            locked.context(NO_LOCKS).with_context(place)?;
-        }
-        Err(TryLockError::Error(error)) => {
-            return Err(error).context(NO_LOCKS).with_context(place);
-        }
+    if !try_lock(&file, is_alone).with_context(place)? {
+        HAS_NOTED_WAIT.call_once(|| {
+            let other = if is_alone { "runs cells" } else { "measures latency" };
+            output::note(format!("waiting: another process {other} ({})", place()));
+        });
+        let locked = if is_alone { file.lock() } else { file.lock_shared() };
+        locked.context(NO_LOCKS).with_context(place)?;
     }
     Ok(file)
 }

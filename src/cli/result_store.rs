@@ -68,7 +68,7 @@ impl ResultStore {
                 break;
             }
             in_use.unlock()?;
-            if !try_lock(&in_use)? {
+            if !try_lock(&in_use, true)? {
                 // Of several processes that start a new plan at the same time one writes it.
                 attempts += 1;
                 ensure!(
@@ -101,7 +101,7 @@ impl ResultStore {
         let lock = lock_file(&path)?;
         if wait {
             lock.lock().context(NO_LOCKS)?;
-        } else if !try_lock(&lock)? {
+        } else if !try_lock(&lock, true)? {
             return Ok(None);
         }
         Ok(Some(Claim { path, _lock: lock }))
@@ -165,14 +165,14 @@ fn cell_path(folder: &Path, key: &str) -> PathBuf {
 pub const NO_LOCKS: &str = "the file system does not lock files: name a folder on another one";
 
 /// Opens a lock file; creates it if it is missing.
-fn lock_file(path: &Path) -> anyhow::Result<File> {
+pub fn lock_file(path: &Path) -> anyhow::Result<File> {
     let opened = OpenOptions::new().append(true).create(true).open(path);
     opened.with_context(|| format!("{}: cannot be opened", path.display()))
 }
 
-/// Locks a file exclusively; returns false if another process holds a lock.
-fn try_lock(file: &File) -> anyhow::Result<bool> {
-    match file.try_lock() {
+/// Locks a file, alone or shared; returns false if a lock of another process prevents it.
+pub fn try_lock(file: &File, is_alone: bool) -> anyhow::Result<bool> {
+    match if is_alone { file.try_lock() } else { file.try_lock_shared() } {
         Ok(()) => Ok(true),
         Err(TryLockError::WouldBlock) => Ok(false),
         Err(TryLockError::Error(error)) => Err(error).context(NO_LOCKS),
