@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use inbye::experiment::{self, RunRow};
-use inbye::recording::{FieldValue, Reader};
+use inbye::recording::Reader;
 use inbye::runtime::{Decider, MissionResult, Observer, TickEvent};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -248,12 +248,8 @@ pub fn replay<'py>(py: Python<'py>, path: PathBuf, engine: &str) -> PyResult<Bou
     answer.set_item(
         "first_difference",
         replay.first_difference.as_ref().map(|difference| {
-            let value = |value: &FieldValue| match value {
-                FieldValue::Real(real) => real.to_string(),
-                FieldValue::Count(count) => count.to_string(),
-                FieldValue::Named(name, _) => (*name).to_owned(),
-            };
-            let (recorded, replayed) = (value(&difference.recorded), value(&difference.replayed));
+            let [recorded, replayed] =
+                [&difference.recorded, &difference.replayed].map(ToString::to_string);
             (difference.tick, difference.field, recorded, replayed)
         }),
     )?;

@@ -107,17 +107,12 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
 
 fn difference_object(difference: &Difference) -> Value {
     let Difference { tick, time_s, field, recorded, replayed, .. } = difference;
-    let value = |number: &FieldValue| match number {
-        FieldValue::Real(value) => json!(value),
-        FieldValue::Count(value) => json!(value),
-        FieldValue::Named(word, _) => json!(word),
-    };
     json!({
         "tick": tick,
         "time_s": time_s,
         "field": field,
-        "recorded": value(recorded),
-        "replayed": value(replayed),
+        "recorded": recorded,
+        "replayed": replayed,
         "recorded_hex": hex(recorded),
         "replayed_hex": hex(replayed),
     })
@@ -128,9 +123,5 @@ fn hex(number: &FieldValue) -> String {
 }
 
 fn with_hex(number: &FieldValue) -> String {
-    match number {
-        FieldValue::Real(value) => format!("{value} ({})", hex(number)),
-        FieldValue::Count(value) => format!("{value} ({})", hex(number)),
-        FieldValue::Named(word, _) => format!("{word} ({})", hex(number)),
-    }
+    format!("{number} ({})", hex(number))
 }

@@ -1,7 +1,10 @@
 //! Replays a recording: decides again on the recorded observations and compares the bits.
 
+use core::fmt::{self, Display, Formatter};
 use std::io::{Read, Seek};
 use std::sync::PoisonError;
+
+use serde::{Serialize, Serializer};
 
 use super::controller_reply::RecordedController;
 use super::error::RecordingError;
@@ -70,6 +73,27 @@ impl FieldValue {
         match self {
             Self::Real(value) => value.to_bits(),
             Self::Count(value) | Self::Named(_, value) => *value,
+        }
+    }
+}
+
+impl Display for FieldValue {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Real(value) => value.fmt(formatter),
+            Self::Count(value) => value.fmt(formatter),
+            Self::Named(name, _) => formatter.write_str(name),
+        }
+    }
+}
+
+/// A number as a number, a constant by its name.
+impl Serialize for FieldValue {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Real(value) => serializer.serialize_f64(*value),
+            Self::Count(value) => serializer.serialize_u64(*value),
+            Self::Named(name, _) => serializer.serialize_str(name),
         }
     }
 }
