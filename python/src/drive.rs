@@ -5,7 +5,7 @@ use std::io::BufReader;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use inbye::experiment::{self, RunRow};
+use inbye::experiment::{self, PlanWorlds, RunRow};
 use inbye::recording::Reader;
 use inbye::runtime::{Decider, MissionResult, Observer, TickEvent};
 use pyo3::prelude::*;
@@ -18,11 +18,6 @@ use super::interrupt::Interrupt;
 use super::map::Map;
 use super::records::Records;
 use super::settings::changed;
-
-/// Most people of a world, as in plans.
-const MOST_PEOPLE: usize = 100;
-/// Longest time limit of a world, as in plans, seconds.
-const LONGEST_S: f64 = 1e9;
 
 /// A world to drive in.
 #[pyclass(frozen, module = "inbye")]
@@ -47,15 +42,11 @@ impl World {
         let Map { grid, zones, .. } = map.get();
         let (grid, zones) = (Arc::clone(grid), zones.clone());
         let (start, goal) = (pose(start)?, self::goal(&goal)?);
-        let in_range = usize::try_from(people).ok().filter(|people| *people <= MOST_PEOPLE);
-        let people = in_range
-            .ok_or_else(|| raise(format!("people is {people}: it must be 0 to {MOST_PEOPLE}")))?;
-        let is_in_range = |time_s: f64| time_s > 0.0 && time_s <= LONGEST_S;
-        if let Some(time_s) = time_limit_s.filter(|time_s| !is_in_range(*time_s)) {
-            return Err(raise(format!(
-                "time_limit_s is {time_s}: it must be above 0, at most 1e9"
-            )));
-        }
+        let people = usize::try_from(people)
+            .map_err(|_| raise(format!("people is {people}: it must be at least 0")))?;
+        let mut ranges = PlanWorlds::default().people(people);
+        ranges.time_limit_s = time_limit_s.unwrap_or(ranges.time_limit_s);
+        ranges.validate().map_err(raise)?;
         let inner = experiment::World::on_map(name, grid, zones, start, goal, people, time_limit_s);
         Ok(Self { inner })
     }

@@ -135,9 +135,9 @@ def test_config_changes_the_settings_of_a_world_as_its_dictionary_does() -> None
     ("options", "message"),
     [
         ({"people": 101}, "people is 101: it must be 0 to 100"),
-        ({"people": -1}, "people is -1: it must be 0 to 100"),
-        ({"time_limit_s": 0.0}, "time_limit_s is 0: it must be above 0"),
-        ({"time_limit_s": float("nan")}, "time_limit_s is NaN: it must be above 0"),
+        ({"people": -1}, "people is -1: it must be at least 0"),
+        ({"time_limit_s": 0.0}, "time_limit_s is 0: it must be above zero"),
+        ({"time_limit_s": float("nan")}, "time_limit_s is NaN: it must be above zero"),
     ],
 )
 def test_world_checks_its_ranges(options: dict[str, float], message: str) -> None:
