@@ -1,9 +1,10 @@
 //! YAML parsing with limits against alias expansion and deep nesting.
 
-use crate::suggest::in_one_line;
 use serde::de::DeserializeOwned;
 use serde_saphyr::options::NonFiniteFloatPolicy;
 use serde_saphyr::{Error, Options, budget, options};
+
+use crate::suggest::in_one_line;
 
 /// Deepest nesting accepted; hand-written files have less than ten levels.
 const MAX_DEPTH: usize = 64;
