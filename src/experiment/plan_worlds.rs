@@ -84,7 +84,7 @@ fn of_group(group: &PlanWorlds, folder: &Path) -> Result<Vec<World>, ExperimentE
 }
 
 fn of_scene(scene: Scene, time_limit_s: f64) -> World {
-    let goal = Goal { position: scene.goal, yaw: None };
+    let goal = Goal::at(scene.goal);
     let route = Route {
         people: scene.obstacles,
         time_limit_s: Some(time_limit_s),

@@ -141,7 +141,7 @@ impl<'a> Drive<'a> {
         let moving: Result<_, SimError> = people.iter().map(Person::moving).collect();
         let moving = moving.map_err(|error| HttpError::bad_request(error.to_string()))?;
         let [x, y] = request.goal;
-        let goal = Goal { position: Point::new(x, y), yaw: None };
+        let goal = Goal::at(Point::new(x, y));
         let is_late = Arc::new(AtomicBool::new(false));
         let mission = Mission {
             time_limit_s: TIME_LIMIT_S,

@@ -159,7 +159,7 @@ pub fn replay<R: Read + Seek>(
     let start = start.unwrap_or(Pose::new(place.x, place.y, 0.0));
     let (via, goal) = match waypoints.goals.split_last() {
         Some((goal, via)) => (via.to_vec(), *goal),
-        None => (Vec::new(), Goal { position: place, yaw: None }),
+        None => (Vec::new(), Goal::at(place)),
     };
     let mission = Mission { zones, via, ..Mission::new(map, start, goal) };
     let drive = MissionResult::of_drive(&mission, trace, &navigator, decision_s, engine.clone());

@@ -214,7 +214,7 @@ impl Engine for Battered {
 /// Around the pillars among people, back and forth: long enough for ten failures and the delays after them.
 fn mission(config: &Config) -> Result<Simulation, Failed> {
     let scene = crossing();
-    let goal = |position| Goal { position, yaw: None };
+    let goal = Goal::at;
     let ground = scene.map.obstacles(config.unknown);
     let (start, end) = (scene.start.position(), scene.goal);
     let spawner = PedestrianSpawner::new(3, scene.seed);

@@ -40,7 +40,7 @@ impl BarnWorld {
     /// Fails when the world is too large for a grid.
     pub fn simulation(&self, seed: u64) -> Result<Simulation, MapError> {
         let course = &self.course;
-        let goal = Goal { position: course.goal, yaw: None };
+        let goal = Goal::at(course.goal);
         let map = empty_map(&self.cylinders, course)?;
         Ok(Simulation {
             truth: Some(truth(&self.cylinders, course)?),

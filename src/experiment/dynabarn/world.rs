@@ -205,7 +205,7 @@ impl DynaBarnWorld {
             MovingObstacle::timed_path(cylinder.radius_m, cylinder.script.clone())
         });
         let moving = moving.collect::<Result<Vec<_>, _>>()?;
-        let goal = Goal { position: self.goal, yaw: None };
+        let goal = Goal::at(self.goal);
         Ok(Simulation {
             moving_obstacles: MovingObstacles::new(moving),
             seed,

@@ -118,7 +118,7 @@ fn hall(is_wall: impl Fn(&Point) -> bool) -> Result<OccupancyGrid, ExperimentErr
 }
 
 fn mission(map: OccupancyGrid, start: Pose, goal: Point, seed: u64) -> Simulation {
-    let goal = Goal { position: goal, yaw: None };
+    let goal = Goal::at(goal);
     let mission =
         Mission { time_limit_s: TIME_LIMIT_S, ..Mission::new(Arc::new(map), start, goal) };
     Simulation { seed, ..Simulation::new(mission) }

@@ -136,9 +136,9 @@ impl LocalizationSite {
         let seeded = |mission| Simulation { seed, ..Simulation::new(mission) };
         let roadway = |map: OccupancyGrid| {
             let start = Pose::new(3.0, along(3.0).y, 0.0);
-            seeded(Mission::new(Arc::new(map), start, stop(along(length_m - 2.0))))
+            seeded(Mission::new(Arc::new(map), start, Goal::at(along(length_m - 2.0))))
         };
-        let one_leg = seeded(Mission::new(Arc::clone(&self.map), self.start, stop(self.goal)));
+        let one_leg = seeded(Mission::new(Arc::clone(&self.map), self.start, Goal::at(self.goal)));
         let kidnapped = |to, drive| Simulation {
             faults: vec![FaultInjection::Kidnapped { at_s: FAULT_S, to }],
             ..drive
@@ -169,7 +169,7 @@ impl LocalizationSite {
                 let own = roadway_scene();
                 Simulation {
                     truth: Some(crossing().map.obstacles(config.unknown)),
-                    ..seeded(Mission::new(Arc::new(own.map), own.start, stop(own.goal)))
+                    ..seeded(Mission::new(Arc::new(own.map), own.start, Goal::at(own.goal)))
                 }
             }
         })
@@ -187,8 +187,8 @@ impl LocalizationSite {
         // The robot cuts corners, so one leg more.
         let legs = (self.tour_m / length_m).ceil() as usize + 1;
         let ends = [self.goal, self.start.position()];
-        let mut stops: Vec<Goal> = (0..legs).map(|leg| stop(ends[leg % 2])).collect();
-        let goal = stops.pop().unwrap_or_else(|| stop(self.goal));
+        let mut stops: Vec<Goal> = (0..legs).map(|leg| Goal::at(ends[leg % 2])).collect();
+        let goal = stops.pop().unwrap_or_else(|| Goal::at(self.goal));
         drive.mission = Mission { via: stops, goal, time_limit_s: LONGEST_S, ..drive.mission };
         Ok(drive)
     }
@@ -234,8 +234,4 @@ impl LocalizationSite {
         let found = (0..TRIES).map(|_| any()).find(is_good);
         found.unwrap_or_else(|| Pose::new(self.goal.x, self.goal.y, 0.0))
     }
-}
-
-const fn stop(position: Point) -> Goal {
-    Goal { position, yaw: None }
 }

@@ -357,7 +357,7 @@ mod tests {
 
     #[test]
     fn parking_reverses_to_a_goal_behind_if_the_base_can() {
-        let goal = Goal { position: Point::new(-0.2, 0.0), yaw: None };
+        let goal = Goal::at(Point::new(-0.2, 0.0));
         for (least, backs) in [(-0.3, true), (0.0, false)] {
             let limits = Limits { min_vel_x: least, ..Limits::default() };
             let base = Base { limits, deadband: DEADBAND, late_ticks: 1 };

@@ -15,7 +15,7 @@ const TO_S: f64 = f64::INFINITY;
 /// A drive of this time, seconds, through the roadways.
 fn drive(config: &Config, fault: FaultInjection, most_s: f64) -> MissionResult {
     let scene = roadway();
-    let goal = Goal { position: scene.goal, yaw: None };
+    let goal = Goal::at(scene.goal);
     let mission = Mission::new(Arc::new(scene.map), scene.start, goal);
     let mut simulation = Simulation::new(Mission { time_limit_s: most_s, ..mission });
     simulation.faults.push(fault);

@@ -25,7 +25,7 @@ fn drive(width_m: f64, seed: u64) -> MissionResult {
     let solid = |index: usize| if is_wall(index) { 100 } else { 0 };
     let map = OccupancyGrid::new(frame, (0..frame.len()).map(solid).collect());
     let middle_m = 0.5 + width_m / 2.0;
-    let goal = Goal { position: Point::new(LENGTH_M - 2.5, middle_m), yaw: None };
+    let goal = Goal::at(Point::new(LENGTH_M - 2.5, middle_m));
     let mission = Mission::new(Arc::new(map), Pose::new(2.0, middle_m, 0.0), goal);
     let simulation = Simulation { seed, ..Simulation::new(mission) };
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };

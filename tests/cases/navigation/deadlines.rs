@@ -17,7 +17,7 @@ const QUICK_S: f64 = 0.01;
 /// Drives out of the dead end for 20 s. `took_s` is the duration of the decision at each tick, seconds.
 fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResult {
     let scene = dead_end();
-    let goal = Goal { position: scene.goal, yaw: None };
+    let goal = Goal::at(scene.goal);
     let mission = Simulation {
         seed: 4,
         ..Simulation::new(Mission {

@@ -180,7 +180,7 @@ fn body_fits_on_every_path_through_narrow_passages() {
 fn drive(obstacles: &ObstacleGrid, start: Pose, goal: Point) -> MissionResult {
     let cells = obstacles.cells().iter().map(|blocked| if *blocked { 100 } else { 0 }).collect();
     let map = Arc::new(OccupancyGrid::new(*obstacles.frame(), cells));
-    let mission = Mission::new(map, start, Goal { position: goal, yaw: None });
+    let mission = Mission::new(map, start, Goal::at(goal));
     let simulation = Simulation::new(Mission { time_limit_s: 90.0, ..mission });
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());

@@ -91,7 +91,7 @@ fn walls_of_the_world_differ_from_the_map_by_its_error() {
     let mission = Simulation::new(Mission::new(
         Arc::new(crossing().map),
         crossing().start,
-        Goal { position: crossing().goal, yaw: None },
+        Goal::at(crossing().goal),
     ));
     let mut config = Config::default();
     let map = mission.mission.map.obstacles(config.unknown);
@@ -160,7 +160,7 @@ fn blind_sector_of_the_plant_returns_nothing_for_its_time() {
     (lidar.blind_start_s, lidar.blind_time_s) = (1.0, 2.0);
     (lidar.blind_direction_rad, lidar.blind_width_rad) = (FRAC_PI_2, 1.0);
     let scene = crossing();
-    let goal = Goal { position: scene.goal, yaw: None };
+    let goal = Goal::at(scene.goal);
     let mut simulation = Simulation::new(Mission::new(Arc::new(scene.map), scene.start, goal));
     simulation.mission.time_limit_s = 5.0;
     // Shares of the beams without a return within the sector and outside it, by time.

@@ -366,7 +366,7 @@ fn contact_between_two_ticks_is_found() {
         let keys = [(0.0, Point::new(x, 3.5)), (0.3, Point::new(x, 6.5))];
         let path = TimedPath::new(&keys, None);
         let crossing = MovingObstacle::timed_path(0.02, path.expect("a path"));
-        let goal = Goal { position: Point::new(8.0, 5.0), yaw: None };
+        let goal = Goal::at(Point::new(8.0, 5.0));
         let simulation = Simulation {
             moving_obstacles: MovingObstacles::new(vec![crossing.expect("an obstacle")]),
             ..Simulation::new(Mission {

@@ -12,7 +12,7 @@ use super::ground::Ground;
 
 /// A mission in a known static world, for at most 400 s.
 pub fn mission(ground: &Ground, [x, y, yaw]: [f64; 3], [goal_x, goal_y]: [f64; 2]) -> Simulation {
-    let goal = Goal { position: Point::new(goal_x, goal_y), yaw: None };
+    let goal = Goal::at(Point::new(goal_x, goal_y));
     Simulation {
         seed: 1,
         ..Simulation::new(Mission {

@@ -73,7 +73,7 @@ fn crosses() -> Result<(), Failed> {
     let path = planner.plan(&obstacles, start.position(), goal, &mut || 0.0)?.smoothed;
     let ends = [start.position(), goal];
     for seed in 0..2 {
-        let there = Goal { position: goal, yaw: None };
+        let there = Goal::at(goal);
         let result = arrive(&Simulation {
             moving_obstacles: PedestrianSpawner::new(5, seed).spawn(
                 &obstacles,

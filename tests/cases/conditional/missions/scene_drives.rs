@@ -35,7 +35,7 @@ fn task(scene: &Scene, offset: u64) -> Simulation {
     let seed = scene.seed + offset;
     let spawner = PedestrianSpawner::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
-    let goal = Goal { position: scene.goal, yaw: None };
+    let goal = Goal::at(scene.goal);
     Simulation {
         moving_obstacles: spawner
             .spawn(&obstacles, path.points(), &ends)

@@ -54,7 +54,7 @@ fn engine() -> Box<dyn Engine> {
 
 fn with_pedestrian() -> Simulation {
     let scene = crossing();
-    let goal = Goal { position: scene.goal, yaw: None };
+    let goal = Goal::at(scene.goal);
     let map = Arc::new(scene.map);
     // It stands in the second crossing of the path.
     let obstacles = r#"[{"x": 8.0, "y": 6.8, "radius": 0.3, "speed": 0.4, "route": [[8.0, 9.4]]}]"#;
@@ -69,8 +69,7 @@ fn with_pedestrian() -> Simulation {
 fn back_and_forth(ticks: usize) -> Simulation {
     let mut simulation = with_pedestrian();
     let [there, back] = [simulation.mission.goal.position, simulation.mission.start.position()];
-    let stop = |position: Point| Goal { position, yaw: None };
-    simulation.mission.via = (0..100).flat_map(|_| [stop(there), stop(back)]).collect();
+    simulation.mission.via = (0..100).flat_map(|_| [Goal::at(there), Goal::at(back)]).collect();
     simulation.mission.time_limit_s = ticks as f64 * 0.1;
     simulation.moving_obstacles = MovingObstacles::default();
     simulation

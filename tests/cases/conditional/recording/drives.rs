@@ -126,7 +126,7 @@ pub fn record(simulation: &Simulation, config: &Config) -> (MissionResult, Vec<u
 pub fn crowded() -> (Simulation, Config) {
     let scene = crossing();
     let config = Config::default();
-    let goal = Goal { position: scene.goal, yaw: None };
+    let goal = Goal::at(scene.goal);
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
     let spawner = config.simulation.pedestrians.spawner(4, 5);
