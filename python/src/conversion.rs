@@ -131,7 +131,7 @@ pub fn dtype(array: &Bound<'_, PyAny>) -> PyResult<(String, String)> {
 
 /// Points as an array of two columns.
 pub fn points<'py>(py: Python<'py>, points: &[Point]) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let rows: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
+    let rows: Vec<[f64; 2]> = points.iter().copied().map(Into::into).collect();
     table(py, &rows)
 }
 

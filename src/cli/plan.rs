@@ -105,7 +105,7 @@ pub fn no_path_json(error: &PlanError) -> Value {
         "expanded": expanded,
         "error": error.code(),
         "reason": error.to_string(),
-        "nearest_reachable": nearest.map(plan_result::pair),
+        "nearest_reachable": nearest,
     })
 }
 

@@ -179,7 +179,7 @@ impl PlanResult {
         let smoothed = &self.smoothed;
         json!({
             "found": true,
-            "path": smoothed.points().iter().map(pair).collect::<Vec<_>>(),
+            "path": smoothed.points(),
             "length_m": smoothed.length_m(),
             "turns": smoothed.turns(),
             "raw": stage(&self.raw),
@@ -244,8 +244,8 @@ impl PlanResult {
 impl Leg {
     fn object(&self) -> Value {
         json!({
-            "from": pair(&self.from),
-            "to": pair(&self.to),
+            "from": self.from,
+            "to": self.to,
             "length_m": self.plan.smoothed.length_m(),
             "turns": self.plan.smoothed.turns(),
             "min_clearance_m": finite(self.clearance_m),
@@ -268,11 +268,6 @@ impl Leg {
             total_ms(&self.plan.time_s),
         )
     }
-}
-
-/// A point as a JSON array.
-pub fn pair(point: &Point) -> [f64; 2] {
-    [point.x, point.y]
 }
 
 /// A number; none for an infinite distance.

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use super::protocol::{
-    GridMessage, PROTOCOL, Request, Robot, Role, ScanMessage, Start, Tick, Velocity, Want, xy,
+    GridMessage, PROTOCOL, Request, Robot, Role, ScanMessage, Start, Tick, Velocity, Want,
 };
 use super::{NoAnswer, Program, ProgramSettings};
-use crate::geometry::Twist;
+use crate::geometry::{Point, Twist};
 use crate::global::Path;
 use crate::map::ObstacleGrid;
 use crate::navigator::{
@@ -19,7 +19,7 @@ pub struct ProcessController {
     /// The map, if the program wants it and has not got it yet.
     map: Option<GridMessage>,
     /// The path, if it is new.
-    path: Option<Vec<[f64; 2]>>,
+    path: Option<Vec<Point>>,
     is_reset: bool,
     ticks: u64,
     /// Longest time of an answer; none in simulated time.
@@ -95,7 +95,7 @@ impl Controller for ProcessController {
     }
 
     fn set_plan(&mut self, path: &Path) {
-        self.path = Some(path.points().iter().map(xy).collect());
+        self.path = Some(path.points().to_vec());
     }
 
     fn compute_velocity(&mut self, input: &ControllerInput<'_>) -> ControllerReply {

@@ -51,11 +51,10 @@ impl ProcessPlanner {
     /// The path of an answer, with exact ends, if the robot can follow it.
     fn checked(
         &self,
-        points: &[[f64; 2]],
+        mut points: Vec<Point>,
         obstacles: &ObstacleGrid,
         ends: [Point; 2],
     ) -> Result<Path, PlanError> {
-        let mut points: Vec<Point> = points.iter().map(|&[x, y]| Point::new(x, y)).collect();
         let [start, goal] = ends;
         if points.len() < 2 || points.iter().any(|point| !point.is_finite()) {
             return Err(self.invalid("a path has at least two points, all finite".to_owned()));
@@ -102,7 +101,7 @@ impl GlobalPlanner for ProcessPlanner {
         let took_s = clock() - began_s;
         match planned {
             PlannedPath::Path(path) => {
-                let path = self.checked(&path, obstacles, [start, goal])?;
+                let path = self.checked(path, obstacles, [start, goal])?;
                 let mut plan = Plan::of_path(path, radius_m);
                 plan.time_s.search = took_s;
                 Ok(plan)

@@ -49,7 +49,7 @@ pub(crate) struct Start<'a> {
 #[derive(Serialize)]
 pub(crate) struct Robot<'a> {
     /// Corners `[x, y]` of the body in the robot's frame, metres; none for a body of discs.
-    footprint: Option<Vec<[f64; 2]>>,
+    footprint: Option<&'a [Point]>,
     discs: &'a [Disc],
     /// Radius around the robot's origin that contains the body, metres.
     radius_m: f64,
@@ -59,7 +59,7 @@ pub(crate) struct Robot<'a> {
 impl<'a> Robot<'a> {
     pub fn new(footprint: &'a Footprint, limits: &'a Limits) -> Self {
         Self {
-            footprint: footprint.body().map(|body| body.corners().iter().map(xy).collect()),
+            footprint: footprint.body().map(|body| body.corners()),
             discs: footprint.discs(),
             radius_m: footprint.body_radius_m(),
             limits,
@@ -95,12 +95,10 @@ pub(crate) struct Tick<'a> {
     /// Number of earlier ticks of this message.
     pub tick: u64,
     pub time_s: f64,
-    #[serde(serialize_with = "pose")]
     pub pose: Pose,
     #[serde(serialize_with = "twist")]
     pub twist: Twist,
     pub odometry_s: f64,
-    #[serde(serialize_with = "pose")]
     pub predicted_pose: Pose,
     #[serde(serialize_with = "twist")]
     pub predicted_twist: Twist,
@@ -109,11 +107,10 @@ pub(crate) struct Tick<'a> {
     pub limits: &'a Limits,
     #[serde(serialize_with = "goal")]
     pub goal: Goal,
-    #[serde(serialize_with = "point")]
     pub local_target: Point,
     /// The path where it is new.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub path: Option<Vec<[f64; 2]>>,
+    pub path: Option<Vec<Point>>,
     pub path_progress_m: f64,
     /// Whether another goal begins with this tick.
     pub reset: bool,
@@ -161,9 +158,7 @@ impl TryFrom<VelocityFields> for Velocity {
 
 #[derive(Serialize)]
 pub(crate) struct PathRequest<'a> {
-    #[serde(serialize_with = "point")]
     pub start: Point,
-    #[serde(serialize_with = "point")]
     pub goal: Point,
     /// The distance that the path is to keep from obstacles, metres.
     pub radius_m: f64,
@@ -174,7 +169,7 @@ pub(crate) struct PathRequest<'a> {
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum PlannedPath {
-    Path(Vec<[f64; 2]>),
+    Path(Vec<Point>),
     /// There is no path, for this reason: usually a text.
     Error(serde_json::Value),
 }
@@ -188,7 +183,6 @@ pub(crate) struct Simulate<'a> {
     pub robot: Robot<'a>,
     pub track_width_m: f64,
     /// Pose of the robot, which stands.
-    #[serde(serialize_with = "pose")]
     pub start: Pose,
     #[serde(serialize_with = "goal")]
     pub goal: Goal,
@@ -324,18 +318,6 @@ impl GridMessage {
         let GridFrame { width, height, resolution_m, origin } = *frame;
         Self { width, height, resolution_m, origin: [origin.x, origin.y, origin.yaw], runs }
     }
-}
-
-pub(crate) const fn xy(point: &Point) -> [f64; 2] {
-    [point.x, point.y]
-}
-
-fn point<S: Serializer>(point: &Point, out: S) -> Result<S::Ok, S::Error> {
-    xy(point).serialize(out)
-}
-
-fn pose<S: Serializer>(pose: &Pose, out: S) -> Result<S::Ok, S::Error> {
-    [pose.x, pose.y, pose.yaw].serialize(out)
 }
 
 fn twist<S: Serializer>(twist: &Twist, out: S) -> Result<S::Ok, S::Error> {

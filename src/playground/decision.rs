@@ -195,11 +195,7 @@ fn window(problem: &Problem) -> Value {
 /// over the whole horizon.
 fn paths(problem: &Problem, drawn: &Fan, evaluation: &Evaluation) -> Option<Value> {
     let winner = evaluation.winner.map(|winner| winner.index as usize);
-    let path = |&index: &usize| {
-        let path = problem.path(index as u32);
-        let path: Vec<[f64; 2]> = path.iter().map(|point| [point.x, point.y]).collect();
-        (index.to_string(), json!(path))
-    };
+    let path = |&index: &usize| (index.to_string(), json!(problem.path(index as u32)));
     (problem.sampler != Sampler::Arcs)
         .then(|| drawn.indices.iter().chain(&winner).map(path).collect())
 }

@@ -264,7 +264,7 @@ fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {
         "max_clearance_m": local.max_clearance_m,
         "outside": local.outside,
         "obstacles": situation.obstacles,
-        "target": [situation.goal.x, situation.goal.y],
+        "target": situation.goal,
         "weights": local.weights,
         "normalization": local.normalization,
         "stopping": local.stopping,

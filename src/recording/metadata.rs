@@ -64,7 +64,7 @@ impl DriveMetadata {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             engine: self.engine.clone(),
             controller: self.controller.clone(),
-            start: [self.waypoints.start.x, self.waypoints.start.y],
+            start: self.waypoints.start,
             map: *self.map.frame(),
             has_zones: self.zones.is_some(),
             stops: self.waypoints.goals.iter().map(Stop::of).collect(),
@@ -95,11 +95,10 @@ impl DriveMetadata {
                 return Err(RecordingError::BadMetadata { name: DRIVE, reason });
             }
         }
-        let [x, y] = drive.start;
         Ok(Self {
             config,
             waypoints: Waypoints {
-                start: Point::new(x, y),
+                start: drive.start,
                 goals: drive.stops.iter().map(Stop::goal).collect(),
             },
             map: Arc::new(OccupancyGrid::new(frame, cells)),
@@ -117,7 +116,7 @@ pub(super) struct DriveFile {
     version: String,
     engine: String,
     controller: Option<String>,
-    start: [f64; 2],
+    start: Point,
     /// Whether the map has zones.
     #[serde(default)]
     pub has_zones: bool,
