@@ -126,13 +126,8 @@ struct Drive {
 
 impl Drive {
     fn new(scene: Scene, config: &Config, engine: Box<dyn Engine>) -> anyhow::Result<Self> {
-        let (start, goal) = (scene.start, scene.goal);
         let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
-        let goal = Goal::at(goal);
-        let mission = Mission {
-            time_limit_s: 600.0,
-            ..Mission::new(Arc::new(scene.map.clone()), start, goal)
-        };
+        let mission = scene.mission(600.0);
         let simulation = Simulation {
             moving_obstacles: spawner.spawn_on_route(&mission, config)?,
             seed: scene.seed,

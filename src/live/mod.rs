@@ -195,11 +195,7 @@ mod tests {
     }
 
     fn served(stop: Option<OperatorSwitch>) -> (LiveView, Simulation) {
-        let scene = roadway();
-        let goal = Goal::at(scene.goal);
-        let mission =
-            Mission { time_limit_s: 60.0, ..Mission::new(Arc::new(scene.map), scene.start, goal) };
-        let simulation = Simulation::new(mission);
+        let simulation = Simulation::new(roadway().mission(60.0));
         let config = Config::default();
         let drive = LiveDrive {
             title: "<drive>",

@@ -1,9 +1,12 @@
 //! Built-in scenes, which need no map file, and the builder of their mine maps.
 
 use core::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 use crate::geometry::{Point, Pose, bearing, nearest_on_segment};
 use crate::map::{Cell, GridFrame, OccupancyGrid};
+use crate::navigator::Goal;
+use crate::runtime::Mission;
 
 /// A map with a start, a goal and a number of pedestrians.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +25,15 @@ pub struct Scene {
     pub obstacles: usize,
     /// Seed of the pedestrians: a drive that meets some of them and seldom waits. Statistics need other seeds too.
     pub seed: u64,
+}
+
+impl Scene {
+    /// The mission from the start to the goal with this time limit, seconds.
+    #[must_use]
+    pub fn mission(&self, time_limit_s: f64) -> Mission {
+        let mission = Mission::new(Arc::new(self.map.clone()), self.start, Goal::at(self.goal));
+        Mission { time_limit_s, ..mission }
+    }
 }
 
 /// The names of all scenes.

@@ -14,10 +14,7 @@ const TO_S: f64 = f64::INFINITY;
 
 /// A drive of this time, seconds, through the roadways.
 fn drive(config: &Config, fault: FaultInjection, most_s: f64) -> MissionResult {
-    let scene = roadway();
-    let goal = Goal::at(scene.goal);
-    let mission = Mission::new(Arc::new(scene.map), scene.start, goal);
-    let mut simulation = Simulation::new(Mission { time_limit_s: most_s, ..mission });
+    let mut simulation = Simulation::new(roadway().mission(most_s));
     simulation.faults.push(fault);
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());

@@ -16,15 +16,7 @@ const QUICK_S: f64 = 0.01;
 
 /// Drives out of the dead end for 20 s. `took_s` is the duration of the decision at each tick, seconds.
 fn drive(deadline_s: Option<f64>, took_s: impl Fn(usize) -> f64) -> MissionResult {
-    let scene = dead_end();
-    let goal = Goal::at(scene.goal);
-    let mission = Simulation {
-        seed: 4,
-        ..Simulation::new(Mission {
-            time_limit_s: 20.0,
-            ..Mission::new(Arc::new(scene.map), scene.start, goal)
-        })
-    };
+    let mission = Simulation { seed: 4, ..Simulation::new(dead_end().mission(20.0)) };
     let mut config = Config::default();
     config.navigator.deadline_s = deadline_s;
     let (tick, now_s) = (Cell::new(0), Cell::new(0.0));

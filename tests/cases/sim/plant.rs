@@ -159,10 +159,7 @@ fn blind_sector_of_the_plant_returns_nothing_for_its_time() {
     (lidar.range_max_m, lidar.dropout) = (30.0, 0.0);
     (lidar.blind_start_s, lidar.blind_time_s) = (1.0, 2.0);
     (lidar.blind_direction_rad, lidar.blind_width_rad) = (FRAC_PI_2, 1.0);
-    let scene = crossing();
-    let goal = Goal::at(scene.goal);
-    let mut simulation = Simulation::new(Mission::new(Arc::new(scene.map), scene.start, goal));
-    simulation.mission.time_limit_s = 5.0;
+    let simulation = Simulation::new(crossing().mission(5.0));
     // Shares of the beams without a return within the sector and outside it, by time.
     let mut shares: Vec<(f64, [f64; 2])> = Vec::new();
     let mut on_tick = |event: &TickEvent<'_>| {

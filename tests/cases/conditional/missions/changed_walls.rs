@@ -78,14 +78,7 @@ fn survives_changed_walls() {
     for (scene, seed) in scenes.iter().flat_map(|scene| (1..=2).map(move |seed| (scene(), seed))) {
         let (world, share) = changed(&scene.map.obstacles(UnknownPolicy::Blocked), seed);
         shares.push(share);
-        let task = Simulation {
-            truth: Some(world),
-            seed,
-            ..Simulation::new(Mission {
-                time_limit_s: 400.0,
-                ..Mission::new(Arc::new(scene.map), scene.start, Goal::at(scene.goal))
-            })
-        };
+        let task = Simulation { truth: Some(world), seed, ..Simulation::new(scene.mission(400.0)) };
         let engine = Box::new(CpuEngine::single_threaded());
         let result = try_drive(&task, &config, engine).expect("a path");
         let error_m = |(one, other): (Pose, Pose)| (one.position() - other.position()).norm();

@@ -35,16 +35,12 @@ fn task(scene: &Scene, offset: u64) -> Simulation {
     let seed = scene.seed + offset;
     let spawner = PedestrianSpawner::new(scene.obstacles, seed);
     let ends = [start, scene.goal];
-    let goal = Goal::at(scene.goal);
     Simulation {
         moving_obstacles: spawner
             .spawn(&obstacles, path.points(), &ends)
             .expect("free space for pedestrians"),
         seed,
-        ..Simulation::new(Mission {
-            time_limit_s: 600.0,
-            ..Mission::new(Arc::new(scene.map.clone()), scene.start, goal)
-        })
+        ..Simulation::new(scene.mission(600.0))
     }
 }
 

@@ -126,19 +126,12 @@ pub fn record(simulation: &Simulation, config: &Config) -> (MissionResult, Vec<u
 pub fn crowded() -> (Simulation, Config) {
     let scene = crossing();
     let config = Config::default();
-    let goal = Goal::at(scene.goal);
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
     let spawner = config.simulation.pedestrians.spawner(4, 5);
     let moving_obstacles = spawner.spawn(&known, &way, &way).expect("enough space");
-    let simulation = Simulation {
-        moving_obstacles,
-        seed: 5,
-        ..Simulation::new(Mission {
-            time_limit_s: 12.0,
-            ..Mission::new(Arc::new(scene.map), scene.start, goal)
-        })
-    };
+    let simulation =
+        Simulation { moving_obstacles, seed: 5, ..Simulation::new(scene.mission(12.0)) };
     (simulation, config)
 }
 

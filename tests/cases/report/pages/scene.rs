@@ -99,10 +99,7 @@ pub fn scene(ticks: usize) -> Scene {
 
 /// The result of a mission of half a second. Only the library creates results.
 fn short_drive() -> MissionResult {
-    let scene = sim::crossing();
-    let goal = Goal::at(scene.goal);
-    let mut mission = Mission::new(Arc::new(scene.map), scene.start, goal);
-    mission.time_limit_s = 0.5;
+    let mission = sim::crossing().mission(0.5);
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());
     let run = Simulation::new(mission).run(&Config::default(), engine, &mut observer);
