@@ -1,13 +1,11 @@
 //! The demo on built-in scenes: `inbye` without a command.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use inbye::bench::{DensityPlan, EngineRequest, crossovers, verify};
 use inbye::local::Engine;
-use inbye::navigator::Goal;
 use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
-use inbye::runtime::{Config, Mission, MissionResult};
+use inbye::runtime::{Config, MissionResult};
 use inbye::sim::{Scene, Simulation, mine, scenes};
 use serde_json::json;
 

@@ -179,7 +179,6 @@ mod tests {
     use super::*;
     use crate::base::OperatorState;
     use crate::local::CpuEngine;
-    use crate::navigator::Goal;
     use crate::runtime::Observer;
     use crate::sim::{Simulation, roadway};
 

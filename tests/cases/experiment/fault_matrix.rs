@@ -1,12 +1,10 @@
 //! The simulated half of the fault matrix: its rows, and drives that fail without what acts on the fault.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use inbye::experiment::{simulated_fault_names, simulated_faults};
 use inbye::local::CpuEngine;
-use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission, MissionResult, Observer};
+use inbye::runtime::{Config, MissionResult, Observer};
 use inbye::sim::{FaultInjection, LidarChange, Simulation, WrongPlanner, roadway};
 
 const FROM_S: f64 = 6.0;

@@ -1,13 +1,12 @@
 //! Late decisions, by a scripted clock: what the navigator sends, how densely it samples next, and what it counts.
 
 use std::cell::Cell;
-use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{CpuEngine, Sampling};
 use inbye::map::{GridFrame, ObstacleGrid, Scan};
 use inbye::navigator::{COMMAND_LIFETIME_S, Goal, Navigator, Observation, Waypoints};
-use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent, TraceRow};
+use inbye::runtime::{Config, MissionResult, Observer, TickEvent, TraceRow};
 use inbye::sim::{Simulation, dead_end};
 
 const DEADLINE_S: f64 = 0.05;

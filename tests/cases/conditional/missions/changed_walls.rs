@@ -1,12 +1,10 @@
 //! Drives by scans in worlds whose walls are no longer where the map shows them.
 
-use std::sync::Arc;
-
 use inbye::geometry::Pose;
 use inbye::local::CpuEngine;
 use inbye::map::{Cell, DistanceField, ObstacleGrid, UnknownPolicy};
-use inbye::navigator::{Goal, ObservationFault};
-use inbye::runtime::{Config, Mission, PoseSource};
+use inbye::navigator::ObservationFault;
+use inbye::runtime::{Config, PoseSource};
 use inbye::sim::{Scene, Simulation, crossing, mine, roadway};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

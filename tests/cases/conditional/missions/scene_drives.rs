@@ -1,11 +1,8 @@
 //! The built-in scenes with their pedestrians.
 
-use std::sync::Arc;
-
 use inbye::local::CpuEngine;
 use inbye::map::UnknownPolicy;
-use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission};
+use inbye::runtime::Config;
 use inbye::sim::{PedestrianSpawner, Scene, Simulation, crossing, dead_end, roadway};
 
 use super::Test;
