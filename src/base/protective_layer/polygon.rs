@@ -14,8 +14,10 @@ const MAX_ZONES: usize = 32;
 /// Coordinates of corners, metres.
 const COORDINATE: Range = range!(-10000 to 10000);
 
-/// Keys with a number, and their ranges.
-const NUMBERS: [(&str, Range, fn(&ZonePolygon) -> f64); 5] = [
+/// A key with a number, its range, and its value in a zone.
+type Number = (&'static str, Range, fn(&ZonePolygon) -> f64);
+
+const NUMBERS: [Number; 5] = [
     ("min_points", range!(at_least 1), |zone| zone.min_points as f64),
     ("slowdown_ratio", range!(0 to 1), |zone| zone.slowdown_ratio),
     ("linear_limit", range!(0 to 10000), |zone| zone.linear_limit),
