@@ -5,8 +5,8 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use inbye::bench::{Roadway, grid_counts, roadway_field, roadway_obstacles, usual_shape};
 use inbye::local::{
-    ClearanceField, CpuEngine, Detail, Engine, EngineChoice, QuantizedProblem, Sampler,
-    open_all_engines, open_engine,
+    AdapterSelection, ClearanceField, CpuEngine, CpuEngines, Detail, Engine, EngineChoice,
+    QuantizedProblem, Sampler, open_engine, open_engines,
 };
 use inbye::map::{GridFrame, ObstacleGrid};
 
@@ -17,9 +17,15 @@ fn roadway(speeds: u32, turns: u32) -> Roadway {
     Roadway { vx_samples: speeds, vtheta_samples: turns, steps: STEPS, ..Roadway::default() }
 }
 
+/// The CPU on one and on all of these threads, and the adapters.
+fn engines(threads: usize) -> Vec<Box<dyn Engine>> {
+    let opened = open_engines(CpuEngines::OneAndAll, AdapterSelection::All, threads, |_| ());
+    opened.expect("threads")
+}
+
 fn decisions(criterion: &mut Criterion) {
     let field = roadway_field();
-    let mut engines = open_all_engines(2, |_| ()).expect("two threads");
+    let mut engines = engines(2);
     for (speeds, turns) in [(20, 40), (70, 72), (128, 128)] {
         let roadway = roadway(speeds, turns);
         let mut group = criterion.benchmark_group(format!("decision of {speeds} x {turns}"));
@@ -65,7 +71,7 @@ fn samplers(criterion: &mut Criterion) {
 fn batches(criterion: &mut Criterion) {
     let (speeds, turns) = (20, 40);
     let field = roadway_field();
-    let mut engines = open_all_engines(2, |_| ()).expect("two threads");
+    let mut engines = engines(2);
     for count in [1, 8, 64, 256] {
         // All equal, so that only their number makes a difference.
         let problem = roadway(speeds, turns).problem(&field, 50);
@@ -94,7 +100,7 @@ fn cold_starts(criterion: &mut Criterion) {
     let quantized = QuantizedProblem::new(&problem).expect("within the ranges");
     let mut group = criterion.benchmark_group("opening an engine and one decision of 20 x 40");
     group.sample_size(10);
-    for engine in open_all_engines(1, |_| ()).expect("one thread") {
+    for engine in engines(1) {
         let preference = match engine.kind() {
             "gpu" => EngineChoice::Gpu(Some(engine.name())),
             _ => EngineChoice::Cpu,

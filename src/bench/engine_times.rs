@@ -10,7 +10,8 @@ use super::BenchError;
 use super::roadway::{Roadway, roadway_field};
 use super::timing::Latencies;
 use crate::local::{
-    Engine, EngineChoice, EngineError, LocalSettings, Sampler, open_engine, open_engines_to_time,
+    AdapterSelection, CpuEngines, Engine, EngineChoice, EngineError, LocalSettings, Sampler,
+    open_engine, open_engines,
 };
 
 /// Rounds of one decision on each engine: the first ones are not timed. They end early when the decisions take long.
@@ -163,7 +164,8 @@ pub fn measure_engines(
     let &DecisionSize { vx_samples, vtheta_samples, steps, discs, sampler } = size;
     let roadway =
         Roadway { vx_samples, vtheta_samples, steps, window_s: 0.1, discs, people: 0, sampler };
-    let engines = open_engines_to_time(threads, false, left_out)?;
+    let engines =
+        open_engines(CpuEngines::Doubling, AdapterSelection::Hardware, threads, left_out)?;
     let mut timed: Vec<(Box<dyn Engine>, Latencies)> =
         engines.into_iter().map(|engine| (engine, Latencies::default())).collect();
     let field = roadway_field();

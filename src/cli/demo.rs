@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use inbye::bench::{DensityPlan, EngineRequest, crossovers, verify};
-use inbye::local::Engine;
+use inbye::local::{CpuEngines, Engine};
 use inbye::report::{EngineComparison, MissionView, PlaybackRecorder, Report, html};
 use inbye::runtime::{Config, MissionResult};
 use inbye::sim::{Scene, Simulation, mine, scenes};
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         }
         drives.push(drive);
     }
-    let mut all = machine::all_engines()?;
+    let mut all = machine::engines(CpuEngines::OneAndAll)?;
     let bar = output::progress(CASES, "comparing engines", "problems");
     let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
     bar.finish_and_clear();

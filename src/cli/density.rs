@@ -10,7 +10,7 @@ use inbye::bench::{
 };
 use inbye::experiment::missions::Rules;
 use inbye::experiment::{Grid, Group, RunRow, built_in_maps, groups, sampling_setups};
-use inbye::local::{CpuEngine, Engine, LocalSettings, Sampler};
+use inbye::local::{CpuEngine, CpuEngines, Engine, LocalSettings, Sampler};
 use inbye::report::{BenchReport, bench_svg};
 use inbye::runtime::Config;
 use serde_json::json;
@@ -127,7 +127,7 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
         samplers: Sampler::ALL.to_vec(),
         ..DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds)
     };
-    let mut all = machine::engines_to_time()?;
+    let mut all = machine::engines(CpuEngines::Doubling)?;
     let density = measure(&mut all, &plan)?;
     let batches = if arguments.no_batches {
         Vec::new()

@@ -4,7 +4,7 @@ use std::fmt;
 
 use clap::Args;
 use inbye::bench::{DecisionSize, DensityPlan, DensityRow};
-use inbye::local::open_cpu_engines;
+use inbye::local::{AdapterSelection, CpuEngines, open_engines};
 use serde::Serialize;
 use serde_json::json;
 
@@ -76,7 +76,7 @@ fn processor() -> Check {
 /// Times decisions by thread count. Returns the check, and the fastest count for the smaller number of samples.
 fn thread_counts(seconds: f64) -> anyhow::Result<(Check, usize)> {
     let cores = machine::cores();
-    let mut engines = open_cpu_engines(cores)?;
+    let mut engines = open_engines(CpuEngines::Doubling, AdapterSelection::None, cores, |_| {})?;
     let plan = DensityPlan {
         samples: SAMPLES.to_vec(),
         ..DensityPlan::powers_of_four(STEPS, SAMPLES[0], SAMPLES[1], seconds)

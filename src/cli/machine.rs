@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use inbye::base::BaseSupervisor;
-use inbye::local::{Engine, EngineError, open_all_engines, open_engines_to_time};
+use inbye::local::{AdapterSelection, CpuEngines, Engine, EngineError, open_engines};
 use serde_json::{Value, json};
 
 use super::output;
@@ -94,14 +94,9 @@ pub fn with_option(error: EngineError) -> anyhow::Error {
     anyhow::anyhow!("{error} ({option})")
 }
 
-/// Opens every engine. An adapter that cannot be opened is skipped with a note.
-pub fn all_engines() -> anyhow::Result<Vec<Box<dyn Engine>>> {
-    Ok(open_all_engines(cores(), note_skipped)?)
-}
-
-/// As [`all_engines`], with CPU engines of 1, 2, 4... threads.
-pub fn engines_to_time() -> anyhow::Result<Vec<Box<dyn Engine>>> {
-    Ok(open_engines_to_time(cores(), true, note_skipped)?)
+/// Opens these CPU engines and all adapters. An adapter that cannot be opened is skipped with a note.
+pub fn engines(cpu: CpuEngines) -> anyhow::Result<Vec<Box<dyn Engine>>> {
+    Ok(open_engines(cpu, AdapterSelection::All, cores(), note_skipped)?)
 }
 
 /// Notes an adapter that cannot be opened.

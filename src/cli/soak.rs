@@ -9,7 +9,7 @@ use inbye::experiment::{
     Cell, Comparison, Grid, IdentifiedMotion, RunRow, Setup, Share, SoakSummary, Spread,
     compare_digests, run_cell, spread_evenly,
 };
-use inbye::local::{CpuEngine, Engine, EngineChoice, InstructionSet, open_engine};
+use inbye::local::{CpuEngine, CpuEngines, Engine, EngineChoice, InstructionSet, open_engine};
 use inbye::report::BenchReport;
 use inbye::runtime::{Config, PlantKind, PoseSource};
 use serde_json::json;
@@ -154,7 +154,7 @@ type Open = Box<dyn Fn() -> anyhow::Result<Box<dyn Engine>> + Sync>;
 
 /// Every GPU adapter except the first engine; without one the CPU on one thread with the next slower instructions.
 fn others(first: &str) -> anyhow::Result<Vec<Open>> {
-    let engines = machine::all_engines()?;
+    let engines = machine::engines(CpuEngines::OneAndAll)?;
     let adapters = engines.iter().filter(|engine| engine.kind() == "gpu" && engine.name() != first);
     let open =
         |choice: EngineChoice| -> Open { Box::new(move || Ok(open_engine(&choice, 1)?.engine)) };

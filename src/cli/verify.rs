@@ -3,7 +3,7 @@
 use anyhow::Context;
 use clap::Args;
 use inbye::bench::{GOLDEN_CASES, GOLDEN_DIGEST, verify, verify_golden};
-use inbye::local::open_all_variants;
+use inbye::local::CpuEngines;
 use serde_json::json;
 
 use super::arguments::whole;
@@ -23,7 +23,7 @@ pub struct VerifyArguments {
 
 /// Compares all engines and CPU instruction sets on random problems. Returns false if a bit differs.
 pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
-    let mut all = open_all_variants(machine::cores(), machine::note_skipped)?;
+    let mut all = machine::engines(CpuEngines::InstructionSets)?;
     let bar = output::progress(arguments.cases, "verifying", "problems");
     let done = |done| bar.set_position(done);
     let result = verify(&mut all, arguments.cases, arguments.seed, done).context("verify")?;

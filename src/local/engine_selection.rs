@@ -96,74 +96,56 @@ pub fn open_with_fallback(
     Ok(SelectedEngine { engine: Box::new(engine), description })
 }
 
-/// Opens every engine of this machine: the CPU on one thread, the CPU on all `threads` if there are more, then each
-/// adapter, hardware first. `left_out` receives the error of each adapter that does not open.
-///
-/// # Errors
-/// When the system refuses a thread.
-pub fn open_all_engines(
-    threads: usize,
-    left_out: impl FnMut(&EngineError),
-) -> Result<Vec<Box<dyn Engine>>, EngineError> {
-    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
-    push_threaded(&mut engines, threads)?;
-    engines.extend(open_adapters(true, left_out));
-    Ok(engines)
+/// The CPU engines of [`open_engines`], in their order; each list ends with the CPU on all threads, if there are several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CpuEngines {
+    /// One thread.
+    OneAndAll,
+    /// 1, 2, 4, 8... threads.
+    Doubling,
+    /// One thread with each instruction set, the scalar reference first.
+    InstructionSets,
 }
 
-/// Opens every engine variant for a comparison: each instruction set on one thread, the scalar reference first; the
-/// best one on all threads; then each adapter.
+/// The adapters of [`open_engines`], hardware first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AdapterSelection {
+    /// None.
+    None,
+    /// No software adapters, which run on the same cores as the CPU engines.
+    Hardware,
+    /// All.
+    All,
+}
+
+/// Opens several engines of this machine, to compare or to time them: the CPU, then the adapters. `left_out` receives the error of
+/// each adapter that does not open.
 ///
 /// # Errors
 /// When the system refuses a thread.
-pub fn open_all_variants(
+pub fn open_engines(
+    cpu: CpuEngines,
+    adapters: AdapterSelection,
     threads: usize,
     left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<Box<dyn Engine>>, EngineError> {
     let mut engines: Vec<Box<dyn Engine>> = Vec::new();
-    for instructions in InstructionSet::ALL.into_iter().filter(|one| one.is_available()) {
-        engines.push(Box::new(CpuEngine::with_instruction_set(instructions, 1)?));
+    if cpu == CpuEngines::InstructionSets {
+        for instructions in InstructionSet::ALL.into_iter().filter(|one| one.is_available()) {
+            engines.push(Box::new(CpuEngine::with_instruction_set(instructions, 1)?));
+        }
+    } else {
+        engines.push(Box::new(CpuEngine::single_threaded()));
     }
-    push_threaded(&mut engines, threads)?;
-    engines.extend(open_adapters(true, left_out));
-    Ok(engines)
-}
-
-/// Opens the engines that are worth timing: those of [`open_cpu_engines`], then each adapter, hardware first; software adapters,
-/// which run on the same cores, only with `software`.
-///
-/// # Errors
-/// When the system refuses a thread.
-pub fn open_engines_to_time(
-    threads: usize,
-    software: bool,
-    left_out: impl FnMut(&EngineError),
-) -> Result<Vec<Box<dyn Engine>>, EngineError> {
-    let mut engines = open_cpu_engines(threads)?;
-    engines.extend(open_adapters(software, left_out));
-    Ok(engines)
-}
-
-/// Opens the CPU on 1, 2, 4, 8... and on all `threads`.
-///
-/// # Errors
-/// When the system refuses a thread.
-pub fn open_cpu_engines(threads: usize) -> Result<Vec<Box<dyn Engine>>, EngineError> {
-    let mut engines: Vec<Box<dyn Engine>> = vec![Box::new(CpuEngine::single_threaded())];
-    let doubled = core::iter::successors(Some(2_usize), |threads| threads.checked_mul(2));
-    for fewer in doubled.take_while(|&fewer| fewer < threads) {
-        push_threaded(&mut engines, fewer)?;
-    }
-    push_threaded(&mut engines, threads)?;
-    Ok(engines)
-}
-
-/// Adds the CPU on this number of threads, if there are several.
-fn push_threaded(engines: &mut Vec<Box<dyn Engine>>, threads: usize) -> Result<(), EngineError> {
-    if threads > 1 {
+    let fewer = core::iter::successors(Some(2_usize), |threads| threads.checked_mul(2))
+        .take_while(|&fewer| fewer < threads && cpu == CpuEngines::Doubling);
+    for threads in fewer.chain((threads > 1).then_some(threads)) {
         engines.push(Box::new(CpuEngine::with_threads(threads)?));
     }
-    Ok(())
+    if adapters != AdapterSelection::None {
+        engines.extend(open_adapters(adapters == AdapterSelection::All, left_out));
+    }
+    Ok(engines)
 }
 
 /// Opens the adapters, hardware first.

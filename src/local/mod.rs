@@ -38,8 +38,8 @@ pub use engine::{
     Counts, Detail, Engine, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner,
 };
 pub use engine_selection::{
-    EngineChoice, SelectedEngine, open_all_engines, open_all_variants, open_cpu_engines,
-    open_engine, open_engines_to_time, open_with_fallback,
+    AdapterSelection, CpuEngines, EngineChoice, SelectedEngine, open_engine, open_engines,
+    open_with_fallback,
 };
 pub use error::{DecisionError, EngineError, GpuFailureKind, ProblemError};
 pub use explain::{Decision, Explainer, FanArc, SampleSi, TermsSi, TrajectoryFan, WinnerSi};

@@ -7,13 +7,13 @@ use std::error::Error;
 use std::sync::Arc;
 
 use inbye::bench::verify_golden;
-use inbye::local::{CpuEngine, open_all_variants};
+use inbye::local::{AdapterSelection, CpuEngine, CpuEngines, open_engines};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, Observer};
 use inbye::sim::{PedestrianSpawner, Simulation, dead_end};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut engines = open_all_variants(1, |_| {})?;
+    let mut engines = open_engines(CpuEngines::InstructionSets, AdapterSelection::All, 1, |_| {})?;
     let digests = verify_golden(&mut engines)?.digests;
     for (engine, digest) in engines.iter().zip(digests) {
         println!("{digest}  {}", engine.name());
