@@ -6,7 +6,7 @@ use crate::geometry::{Point, Pose, Twist};
 use crate::local::ClearanceField;
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid, Scan};
 use crate::navigator::Goal;
-use crate::robot::{Disc, Footprint, Limits};
+use crate::robot::{Disc, Footprint, Limits, Polygon};
 
 /// Version of the protocol.
 pub const PROTOCOL: u32 = 1;
@@ -59,7 +59,7 @@ pub(crate) struct Robot<'a> {
 impl<'a> Robot<'a> {
     pub fn new(footprint: &'a Footprint, limits: &'a Limits) -> Self {
         Self {
-            footprint: footprint.body().map(|body| body.corners()),
+            footprint: footprint.body().map(Polygon::corners),
             discs: footprint.discs(),
             radius_m: footprint.body_radius_m(),
             limits,
