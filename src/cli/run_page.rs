@@ -1,6 +1,5 @@
 //! The page of one run of an experiment: it is driven again, and played.
 
-use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
@@ -10,7 +9,7 @@ use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::Observer;
 
 use super::drive_text;
-use super::files::{command_line, create_file};
+use super::files::{command_line, open_file};
 use super::machine::wall_clock;
 
 /// Drives the run of a cell again on the CPU, and writes its page into the file of a flag. Nothing is written for a run that does
@@ -37,7 +36,7 @@ pub fn write(cell: &Cell, flag: &str, file: &Path) -> anyhow::Result<Run> {
             facts,
         };
         let page = drive_text::page(drive_text::SIMULATED, view);
-        let written = create_file(flag, file)?.write_all(page.as_bytes());
+        let written = open_file(flag, file)?.write(page.as_bytes());
         written.with_context(|| format!("{flag} {}", file.display()))?;
     }
     Ok(run)
