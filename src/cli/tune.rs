@@ -15,6 +15,7 @@ use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::{Config, parse_toml};
 use serde_json::{Value, json};
 
+use super::own_file::TUNED_SETTINGS;
 use super::files::{Output, ReportFolder, command_line};
 use super::input_file::read_text;
 use super::own_programs::{Words, words};
@@ -90,6 +91,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         return Ok(true);
     };
     let place = || file.display().to_string();
+    plan.check_worlds(file.parent().unwrap_or(Path::new(""))).with_context(place)?;
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
@@ -154,7 +156,9 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
     let judge = [judged(DEFAULT), judged(TUNED)];
     print(json, best, (train, judge), &ranked, &all)?;
-    save.write(|| &best.changes)?;
+    save.write(|| {
+        format!("{TUNED_SETTINGS}; all other settings have their defaults.\n\n{}", best.changes)
+    })?;
     report.write(|| {
         comparison_files(&ComparisonReport {
             title: &plan.title,
@@ -187,7 +191,7 @@ fn print(
     let verdicts = ranked
         .iter()
         .filter(|planner| planner.rank > 1)
-        .map(|planner| format!("judged       {} is {}", planner.planner, planner.verdict.text()));
+        .map(|planner| format!("judged       {}: {}", planner.planner, planner.verdict.text()));
     let mut lines = vec![gain("search", train), gain("other worlds", judge)];
     lines.extend(verdicts);
     if best.changes.is_empty() {
