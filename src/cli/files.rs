@@ -11,7 +11,7 @@ use inbye::report::{BenchReport, ReportFile, bench_files};
 
 use super::own_file::{LEADING_COLUMNS, OutputFile};
 use super::refusal::refused;
-use super::{invocation, machine, output, own_file};
+use super::{invocation, machine, output, own_file, runs};
 
 /// Extensions of a file of rows.
 const ROWS: [&str; 2] = ["csv", "json"];
@@ -141,7 +141,8 @@ impl<'a> ReportFolder<'a> {
     pub fn write_bench(self, report: BenchReport) -> anyhow::Result<()> {
         self.write(|| {
             let (machine, command) = (&machine::description(), &command_line());
-            bench_files(&BenchReport { machine, command, ..report })
+            let intro = &format!("{}\n\n{}", runs::interruption(), report.intro);
+            bench_files(&BenchReport { machine, command, intro, ..report })
         })
     }
 }

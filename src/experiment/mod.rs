@@ -49,7 +49,7 @@ pub use outcome::{ContactCause, RunOutcome};
 pub use parquet::parquet_bytes;
 pub use plan::{Changes, Plan, PlanRoute, PlanWorlds, SamplingGrid, WorldKind};
 pub use plan_worlds::built_in_maps;
-pub use ranking::{RankedPlanner, Verdict, planner_name, rankings};
+pub use ranking::{RankedPlanner, Verdict, planner_names, rankings};
 pub use records::{Record, read_record};
 pub use results::{CellFile, Manifest, Merged, merge};
 pub use row::RunRow;
