@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use inbye::geometry::Point;
 use inbye::local::{CpuEngine, Engine};
 use inbye::navigator::Goal;
 use inbye::report::{MissionView, PlaybackRecorder, Report, html};
