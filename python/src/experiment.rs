@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use inbye::experiment::{
-    Cell, Grid, Plan, RunRow, check_programs, open_engine, planner_name, rankings, run_cell,
-    run_in_order_checked,
+    Cell, Grid, Plan, RunRow, check_programs, open_engine, planner_names as names_of, rankings,
+    run_cell, run_in_order_checked,
 };
 use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
@@ -48,14 +48,15 @@ fn named_controllers<'py>(
     cells: &[Cell],
 ) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
     let Some(controllers) = controllers else { return Ok(Vec::new()) };
-    let taken: BTreeSet<&str> = cells.iter().map(|cell| planner_name(&cell.row)).collect();
+    let rows: Vec<RunRow> = cells.iter().map(|cell| cell.row.clone()).collect();
+    let taken: BTreeSet<String> = names_of(&rows).into_iter().collect();
     let named = |item: Bound<'py, PyAny>| {
         let (name, controller): (Bound<'py, PyAny>, Bound<'py, PyAny>) = item.extract()?;
         let name: String = name.extract().unwrap_or_default();
         if name.is_empty() {
             return Err(raise("controllers: a name is empty or no text: name each controller"));
         }
-        if taken.contains(&*name) {
+        if taken.contains(&name) {
             return Err(raise(format!(
                 "controllers: settings of the plan have the name {name} too: rename the controller"
             )));
@@ -101,7 +102,7 @@ fn rows(
             let (controller, raised) = PythonController::of(&object)?;
             let row = py.detach(|| run_cell(cell, controller, &mut { clock }, "").row);
             raised.check()?;
-            rows.push(RunRow { config: Some(name.clone()), ..row });
+            rows.push(RunRow { config: Some(name.clone()), weights: None, ..row });
         }
     }
     Ok((grid.title, rows))
@@ -136,6 +137,7 @@ pub fn compare<'py>(
         let machine: String = py.import("platform")?.call_method0("platform")?.extract()?;
         let files = comparison_files(&ComparisonReport {
             title: &title,
+            note: "",
             machine: &machine,
             command: "inbye.bench.compare in Python",
             ranked: &ranked,
@@ -148,4 +150,12 @@ pub fn compare<'py>(
         }
     }
     Ok((from_json(py, &ranked)?, from_json(py, &rows)?))
+}
+
+/// The name of each row's planner, as the ranking has it.
+#[pyfunction]
+pub fn planner_names(py: Python<'_>, rows: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    let text: String = py.import("json")?.call_method1("dumps", (rows,))?.extract()?;
+    let rows: Vec<RunRow> = serde_json::from_str(&text).map_err(raise)?;
+    Ok(names_of(&rows))
 }

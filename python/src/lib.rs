@@ -42,7 +42,7 @@ mod _native {
     #[pymodule_export]
     use super::environment::Environments;
     #[pymodule_export]
-    use super::experiment::{compare, read_worlds, run};
+    use super::experiment::{compare, planner_names, read_worlds, run};
     #[pymodule_export]
     use super::localizer::{Localizer, PoseEstimate};
     #[pymodule_export]

@@ -143,6 +143,20 @@ def test_database_for_planner_arena_has_a_run_for_each_row(tmp_path: Path) -> No
     assert not half.exists()
 
 
+def test_planner_arena_and_ranking_name_planners_alike(tmp_path: Path) -> None:
+    plan = PLAN | {"configs": {"one": {}}, "weights": {"fast": {"velocity": 0.6}, "shy": {}}}
+    comparison = inbye.bench.compare(plan)
+    names = {row["planner"] for row in comparison.ranked}
+    assert names == {"one, fast", "one, shy"}
+    # Three worlds are too few.
+    assert {row["verdict"] for row in comparison.ranked} == {"best", "too_few_worlds"}
+    assert "too few worlds" in str(comparison)
+    planner_arena.write(comparison.rows, tmp_path / "arena.db")
+    with closing(sqlite3.connect(tmp_path / "arena.db")) as database:
+        stored = {name for (name,) in database.execute("SELECT name FROM plannerConfigs")}
+    assert stored == names
+
+
 def test_package_has_planner_arena() -> None:
     program = "import inbye; inbye.planner_arena.write"
     subprocess.run([sys.executable, "-c", program], check=True)

@@ -33,7 +33,10 @@ pub struct Column {
 }
 
 /// Endings of names and the units that they mean; the first that fits counts.
-const UNITS: [(&str, &str); 11] = [
+const UNITS: [(&str, &str); 14] = [
+    ("_m_s2", "m/s^2"),
+    ("_m_s3", "m/s^3"),
+    ("_j_per_kg", "J/kg"),
     ("_steps_per_s", "steps/s"),
     ("_per_m", "1/m"),
     ("_rad_s", "rad/s"),

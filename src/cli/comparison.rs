@@ -1,17 +1,17 @@
 //! `inbye bench compare`.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use inbye::bench::text_table;
-use inbye::experiment::{RankedPlanner, RunRow, planner_name, rankings};
+use inbye::experiment::{Cell, RankedPlanner, RunRow, planner_names, rankings};
 use inbye::report::{ComparisonReport, comparison_files};
 use serde_json::json;
 
 use super::arguments::whole;
 use super::files::{ReportFolder, command_line};
-use super::runs::RunArguments;
+use super::runs::{self, RunArguments};
 use super::{machine, output, run_page, sweep};
 
 /// `inbye bench compare`.
@@ -21,8 +21,9 @@ use super::{machine, output, run_page, sweep};
     \x20 [configs.inbye]\n\
     \x20 [configs.mine]\n\
     \x20 controller.command = [\"python3\", \"my_planner.py\"]\n\n\
-    All planners drive the same worlds with the same seeds. They are ranked by their mean success weighted by completion time. \
-    The difference to the best one is paired by world and seed, with an interval of 95 % confidence.\n\
+    Weights, samplings and engines of the plan make further planners. All planners drive the same worlds with the same seeds. They \
+    are ranked by their mean success weighted by completion time. The difference to the best one is paired by world and seed, with an \
+    interval of 95 % confidence over the worlds; with fewer than 6 worlds there is none.\n\
     With --out the same command resumes where it was interrupted. Paths of worlds are relative to the plan, words of commands \
     to the working directory.\n\
     JSON fields: `ranked`, `rows`.")]
@@ -50,22 +51,23 @@ pub fn run(arguments: &CompareArguments, json: bool) -> anyhow::Result<bool> {
     let verdicts = ranked.iter().filter(|planner| planner.rank > 1);
     let verdicts =
         verdicts.map(|planner| format!("{}: {}", planner.planner, planner.verdict.text()));
-    output::result(json, &json!({ "ranked": ranked, "rows": rows }), lines.chain(verdicts))?;
-    let mut plays = BTreeMap::new();
-    if let Some(report) = &arguments.report {
-        let played = first_tasks(&rows, arguments.play);
-        for cell in grid.distinct() {
-            let row = &cell.row;
-            if !machine::is_interrupted() && played.contains(&(row.world.clone(), row.seed)) {
-                let file = file_name(row);
-                run_page::write(cell, "--report", &report.join(&file))?;
-                plays.insert(row.key.clone(), file);
-            }
-        }
-    }
+    let left_out = ranked.iter().filter(|planner| planner.left_out > 0).map(|planner| {
+        let RankedPlanner { planner, left_out, .. } = planner;
+        format!("{planner}: {left_out} other runs do not count: another planner lacks their worlds or seeds")
+    });
+    let faults = ranked.iter().filter_map(|planner| {
+        planner.faults.as_ref().map(|faults| format!("{}: faults: {faults}", planner.planner))
+    });
+    let lines = lines.chain(verdicts).chain(left_out).chain(faults);
+    output::result(json, &json!({ "ranked": ranked, "rows": rows }), lines)?;
+    let plays = match &arguments.report {
+        Some(report) => play(&grid.distinct(), &rows, arguments.play, report)?,
+        None => BTreeMap::new(),
+    };
     folder.write(|| {
         comparison_files(&ComparisonReport {
             title: &grid.title,
+            note: runs::interruption(),
             machine: &machine::description(),
             command: &command_line(),
             ranked: &ranked,
@@ -74,6 +76,33 @@ pub fn run(arguments: &CompareArguments, json: bool) -> anyhow::Result<bool> {
         })
     })?;
     Ok(true)
+}
+
+/// Drives the first worlds and seeds again, and writes a page for each run in which the robot drove. Returns the files by the runs'
+/// keys.
+fn play(
+    cells: &[&Cell],
+    rows: &[RunRow],
+    count: usize,
+    report: &Path,
+) -> anyhow::Result<BTreeMap<String, String>> {
+    let played = first_tasks(rows, count);
+    let names = planner_names(rows);
+    let mut plays = BTreeMap::new();
+    for (row, name) in rows.iter().zip(&names) {
+        let Some(cell) = cells.iter().find(|cell| cell.row.key == row.key) else { continue };
+        let is_played = played.contains(&(row.world.clone(), row.seed))
+            && row.ticks > 0
+            && !plays.contains_key(&row.key);
+        if is_played && !machine::is_interrupted() {
+            let file = file_name(row, name);
+            let page = report.join(&file);
+            if run_page::write(cell, Some(name), "--report", &page)?.result.is_some() {
+                plays.insert(row.key.clone(), file);
+            }
+        }
+    }
+    Ok(plays)
 }
 
 /// The first worlds and seeds of the rows.
@@ -87,9 +116,16 @@ fn first_tasks(rows: &[RunRow], count: usize) -> BTreeSet<(String, u64)> {
     tasks
 }
 
+/// Longest part of a file's name that describes the run: file systems permit 255 bytes.
+const MAX_DESCRIPTION: usize = 100;
+/// Hex digits of the key in a file's name. They tell runs apart whose descriptions are equal once letters are replaced.
+const KEY_DIGITS: usize = 8;
+
 /// The name of the page that plays a run.
-fn file_name(row: &RunRow) -> String {
-    let text = format!("{} {} {} {}", row.kind.name(), row.world, row.seed, planner_name(row));
+fn file_name(row: &RunRow, planner: &str) -> String {
+    let text = format!("{} {} {} {planner}", row.kind.name(), row.world, row.seed);
     let plain = |letter: char| if letter.is_ascii_alphanumeric() { letter } else { '-' };
-    format!("run-{}.html", text.chars().map(plain).collect::<String>())
+    let description: String = text.chars().map(plain).take(MAX_DESCRIPTION).collect();
+    let key: String = row.key.chars().take(KEY_DIGITS).collect();
+    format!("run-{description}-{key}.html")
 }

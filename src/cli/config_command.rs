@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
 use inbye::base::BaseConfig;
-use inbye::ros::nav2::{Import, Nav2Error, import};
+use inbye::ros::nav2::{Import, Mapped, MappedSetting, Nav2Error, import};
 use inbye::runtime::Config;
 use serde_json::json;
 
@@ -67,7 +67,8 @@ pub enum ConfigCommand {
     and local_costmap (the robot's shape), in any namespace and with wildcards. The TOML goes to standard output or into \
     the file; each key has a comment with the parameter that it comes from. Standard error lists every parameter of these nodes that is not \
     imported, with the reason. If controller and smoother limit the same quantity, the tighter limit counts.\n\
-    JSON fields: `config` and `base_config` (TOML), `mapped` [{`parameter`,`settings` [{`setting`,`value`,`note`}]}], `unmapped` \
+    JSON fields: `config` and `base_config` (TOML), `mapped` [{`parameter`,`settings` [{`setting`,`value`,`note`}]}], \
+    `defaults` (likewise, missing parameters whose default in Nav2 is safer), `unmapped` \
     [{`parameter`,`reason`,`explanation`}], `ignored_nodes`; `reason` is no_equivalent, different_meaning, not_supported, \
     not_in_effect or unknown."
 )]
@@ -178,6 +179,11 @@ fn note(imported: &Import, with_base_config: bool) {
         output::note(format!("{reason}:"));
         for (explanation, parameters) in explanations {
             output::note(format!("  {}: {explanation}", parameters.join(", ")));
+        }
+    }
+    for Mapped { parameter, settings } in &imported.defaults {
+        for MappedSetting { setting, value, note } in settings {
+            output::note(format!("{parameter}: {note}: {setting} = {value}"));
         }
     }
     if !imported.ignored_nodes.is_empty() {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use inbye::experiment::{Record, read_record};
+use inbye::experiment::{Record, RunRow, read_record};
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::json;
 
@@ -67,10 +67,11 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
     let named = || paths.iter().zip(&records);
     let sources: Vec<String> =
         named().map(|(path, record)| format!("{} ({})", path.display(), record.title())).collect();
+    let machines: Vec<&str> = machines(&records).into_iter().collect();
     let mut report = BenchReport {
         title: TITLE,
         intro: &format!("Drawn from {}.", sources.join("; ")),
-        machine: &machines(paths).join(", "),
+        machine: &machines.join(", "),
         command: &command_line(),
         ..BenchReport::default()
     };
@@ -97,11 +98,11 @@ fn read(path: &Path) -> anyhow::Result<Record> {
     Ok(read_record(&bytes, path)?)
 }
 
-/// The machines of the records, from the names of their folders.
-fn machines(records: &[PathBuf]) -> Vec<String> {
-    let folder = |path: &PathBuf| {
-        let folder = path.parent()?.file_name()?;
-        Some(folder.to_string_lossy().into_owned())
-    };
-    records.iter().filter_map(folder).collect::<BTreeSet<_>>().into_iter().collect()
+/// The machines that the rows of the records name.
+fn machines(records: &[Record]) -> BTreeSet<&str> {
+    let rows = records.iter().flat_map(|record| match record {
+        Record::Barn(rows) | Record::DynaBarn(rows) | Record::Soak(rows) => rows.as_slice(),
+        _ => &[],
+    });
+    rows.filter_map(|row: &RunRow| row.machine.as_deref()).collect()
 }

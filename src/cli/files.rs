@@ -2,8 +2,7 @@
 //! early, and written after it, so that a command that fails leaves them as they were.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
-use std::io::Write;
+use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -12,7 +11,7 @@ use inbye::report::{BenchReport, ReportFile, bench_files};
 
 use super::own_file::{LEADING_COLUMNS, OutputFile};
 use super::refusal::refused;
-use super::{invocation, machine, output, own_file};
+use super::{invocation, machine, output, own_file, runs};
 
 /// Extensions of a file of rows.
 const ROWS: [&str; 2] = ["csv", "json"];
@@ -98,11 +97,6 @@ pub fn open_file(flag: &str, name: &Path) -> anyhow::Result<OutputFile> {
     own_file::open(flag, name, &[])
 }
 
-/// Creates the file of a flag, which has no rows of a table, or empties it: its content is known already.
-pub fn create_file(flag: &str, name: &Path) -> anyhow::Result<File> {
-    own_file::create(flag, name, &[])
-}
-
 /// The folder of a report; nothing is written without one.
 #[derive(Clone, Copy)]
 pub struct ReportFolder<'a>(Option<&'a Path>);
@@ -128,10 +122,9 @@ impl<'a> ReportFolder<'a> {
         let files = files();
         for file in &files {
             let columns = leading_columns(file);
-            let mut created = own_file::create("--report", &folder.join(&file.name), &columns)?;
-            created
-                .write_all(file.text.as_bytes())
-                .with_context(|| format!("--report {}", folder.display()))?;
+            let name = folder.join(&file.name);
+            let written = own_file::open("--report", &name, &columns)?.write(file.text.as_bytes());
+            written.with_context(|| format!("--report {}", name.display()))?;
         }
         if let Some(page) = files.first() {
             output::note(format!("report: {}", folder.join(&page.name).display()));
@@ -148,7 +141,8 @@ impl<'a> ReportFolder<'a> {
     pub fn write_bench(self, report: BenchReport) -> anyhow::Result<()> {
         self.write(|| {
             let (machine, command) = (&machine::description(), &command_line());
-            bench_files(&BenchReport { machine, command, ..report })
+            let intro = &format!("{}\n\n{}", runs::interruption(), report.intro);
+            bench_files(&BenchReport { machine, command, intro, ..report })
         })
     }
 }

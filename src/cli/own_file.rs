@@ -10,6 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::{Context, bail, ensure};
 
 use super::refusal::refused;
+use super::whole_file::replace;
 
 /// Bytes of a file's start, or end, that are looked at.
 const HEAD_BYTES: u64 = 4096;
@@ -21,7 +22,7 @@ const PARQUET: &[u8] = b"PAR1";
 const NAME: &[u8] = b"inbye";
 
 /// Kinds of files that this program writes: how they begin, and what their first bytes contain.
-const KINDS: [(&[u8], &[u8]); 11] = [
+const KINDS: [(&[u8], &[u8]); 12] = [
     // A report page.
     (
         b"<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none';",
@@ -42,9 +43,14 @@ const KINDS: [(&[u8], &[u8]); 11] = [
     (b"P5\n# inbye\n", b""),
     // Imported settings.
     (b"# Imported from ", b"`inbye config import-nav2`"),
+    // Tuned settings.
+    (TUNED_SETTINGS.as_bytes(), b""),
     // A manual page.
     (b".ie \\n(.g ", b"\n.TH inbye"),
 ];
+
+/// Start of a file of tuned settings.
+pub const TUNED_SETTINGS: &str = "# Found by `inbye tune`";
 
 /// Leading columns by which rows are recognised. They stay the same from version to version.
 pub const LEADING_COLUMNS: usize = 3;
@@ -79,18 +85,18 @@ fn identity(name: &Path) -> PathBuf {
     fs::canonicalize(name).ok().or_else(folder).unwrap_or_else(|| name.to_owned())
 }
 
-/// The file of a flag that can be written. It keeps what an earlier command wrote until [`Self::begin`], and a new file does not
-/// exist before: a command that fails or is interrupted changes nothing.
+/// The file of a flag that can be written. It keeps what an earlier command wrote until [`Self::begin`] or [`Self::write`], and a
+/// new file does not exist before: a command that fails or is interrupted changes nothing.
 #[derive(Debug)]
 pub enum OutputFile {
-    /// A file of an earlier command, a device or a pipe.
-    Existing(File),
+    /// A file of an earlier command, a device or a pipe, with its name.
+    Existing(File, PathBuf),
     /// The name of a file that does not exist yet.
     New(PathBuf),
 }
 
 impl OutputFile {
-    /// Empties the file, or creates it.
+    /// Empties the file, or creates it, for content that is not known yet.
     pub fn begin(self) -> io::Result<File> {
         match self {
             // A file that another program created in the meantime is not ours.
@@ -99,7 +105,7 @@ impl OutputFile {
                 lock(&file)?;
                 Ok(file)
             }
-            Self::Existing(mut file) => {
+            Self::Existing(mut file, _) => {
                 if file.metadata()?.is_file() {
                     file.rewind()?;
                     file.set_len(0)?;
@@ -109,21 +115,43 @@ impl OutputFile {
         }
     }
 
-    /// Writes the whole content.
+    /// Writes the whole content. What the file had before is lost only once all of the new content is on the disk. That needs a
+    /// second file in the same folder. Devices, links and files in a folder that cannot be written are overwritten in place.
     pub fn write(self, content: &[u8]) -> io::Result<()> {
-        io::Write::write_all(&mut self.begin()?, content)
+        match &self {
+            Self::New(name) => {
+                // The empty file holds the name and the lock meanwhile.
+                let name = name.clone();
+                let _locked = self.begin()?;
+                let written = replace(&name, content, None);
+                if written.is_err() {
+                    // An empty file that stays may be overwritten.
+                    let _ = fs::remove_file(&name);
+                }
+                written
+            }
+            Self::Existing(_, name) if fs::symlink_metadata(name)?.is_file() => {
+                let permissions = fs::metadata(name)?.permissions();
+                match replace(name, content, Some(permissions)) {
+                    Err(error) if is_about_folder(&error) => {
+                        io::Write::write_all(&mut self.begin()?, content)
+                    }
+                    written => written,
+                }
+            }
+            Self::Existing(..) => io::Write::write_all(&mut self.begin()?, content),
+        }
     }
 }
 
-/// Creates the file of a flag, or empties one that this program wrote. `columns` are those of its rows, if it has rows.
-///
-/// # Errors
-/// Those of [`open`].
-pub fn create(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<File> {
-    open(flag, name, columns)?.begin().with_context(|| format!("{flag} {}", name.display()))
+/// Whether a file cannot be replaced because of its folder, or because it is the mount point of another file system.
+fn is_about_folder(error: &io::Error) -> bool {
+    use io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem, ResourceBusy};
+    matches!(error.kind(), PermissionDenied | ReadOnlyFilesystem | ResourceBusy)
 }
 
-/// As [`create`], but the file stays as it is until its content is written.
+/// Opens the file of a flag, which this program wrote or which is new. It stays as it is until its content is written. `columns`
+/// are those of its rows, if it has rows.
 ///
 /// # Errors
 /// The file cannot be written, it exists and has other content, or another flag or process writes it.
@@ -135,7 +163,7 @@ pub fn open(flag: &str, name: &Path, columns: &[&str]) -> anyhow::Result<OutputF
     {
         return Ok(OutputFile::New(name.to_owned()));
     }
-    existing(flag, name, columns).map(OutputFile::Existing)
+    Ok(OutputFile::Existing(existing(flag, name, columns)?, name.to_owned()))
 }
 
 /// Opens a file that exists, and checks that this program wrote it.
@@ -231,6 +259,7 @@ mod tests {
             "{\n  \"key\": \"a\",\n  \"world\": 1,\n  \"seed\": 1",
             "{\"time_s\":0.0,\"pose\":[0,0,0],\"local_target\":[1,1]}",
             "# Imported from a.yaml by `inbye config import-nav2`; all other",
+            "# Found by `inbye tune`; all other",
         ] {
             assert!(is_own_head(own.as_bytes(), &columns), "{own}");
         }
@@ -253,31 +282,58 @@ mod tests {
         assert!(!is_own_head(b"key,world,seed\n", &[]), "no rows are expected");
     }
 
+    fn begun(file: OutputFile) -> anyhow::Result<File> {
+        Ok(file.begin()?)
+    }
+
     #[test]
     fn two_flags_cannot_write_one_file() {
         let folder = tempfile::tempdir().expect("a place for temporary files");
         let name = folder.path().join("a.svg");
-        create("--svg", &name, &[]).expect("a new file");
-        create("--svg", &name, &[]).expect("its own file");
+        open("--svg", &name, &[]).and_then(begun).expect("a new file");
+        open("--svg", &name, &[]).and_then(begun).expect("its own file");
         let same = folder.path().join(".").join("a.svg");
-        let error = create("--chart", &same, &[]).expect_err("taken").to_string();
+        let error = open("--chart", &same, &[]).expect_err("taken").to_string();
         assert!(error.contains("--chart") && error.contains("--svg writes this file"), "{error}");
         // A file that does not exist yet is known by its folder.
         reserve("--report", &folder.path().join("index.html")).expect("free");
-        assert!(create("--record", &folder.path().join("index.html"), &[]).is_err());
-        create("--record", &folder.path().join("other.html"), &[]).expect("free");
+        assert!(open("--record", &folder.path().join("index.html"), &[]).is_err());
+        open("--record", &folder.path().join("other.html"), &[]).expect("free");
     }
 
     #[test]
     fn file_that_another_process_writes_is_refused() {
         let folder = tempfile::tempdir().expect("a place for temporary files");
         let name = folder.path().join("run.mcap");
-        let first = create("--record", &name, &[]).expect("a new file");
+        let first = open("--record", &name, &[]).and_then(begun).expect("a new file");
         // A lock belongs to an opened file, so that this process meets its own.
-        let error = format!("{:#}", create("--record", &name, &[]).expect_err("locked"));
+        let error = format!("{:#}", open("--record", &name, &[]).expect_err("locked"));
         assert!(error.contains("run.mcap: another process writes this file"), "{error}");
         drop(first);
-        create("--record", &name, &[]).expect("its writer has ended");
-        create("--record", Path::new("/dev/null"), &[]).expect("devices have no locks");
+        open("--record", &name, &[]).expect("its writer has ended");
+        open("--record", Path::new("/dev/null"), &[]).expect("devices have no locks");
+    }
+
+    /// A written file has its whole content or none, under its old permissions, also through a link.
+    #[cfg(unix)]
+    #[test]
+    fn written_file_is_replaced_as_a_whole() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().expect("a place for temporary files");
+        let (name, link) = (folder.path().join("a.csv"), folder.path().join("b.csv"));
+        let write = |name: &Path, text: &str| {
+            open("--record", name, &["a"]).expect("own").write(text.as_bytes()).expect("written");
+        };
+        write(&name, "a\n1\n");
+        fs::set_permissions(&name, fs::Permissions::from_mode(0o640)).expect("permissions");
+        let before = File::open(&name).expect("the file");
+        write(&name, "a\n2\n");
+        assert_eq!(fs::read_to_string(&name).expect("the file"), "a\n2\n");
+        assert_eq!(fs::metadata(&name).expect("the file").permissions().mode() & 0o777, 0o640);
+        assert_eq!(io::read_to_string(before).expect("the old file"), "a\n1\n");
+        symlink("a.csv", &link).expect("a link");
+        open("--record", &link, &["a"]).expect("own").write(b"a\n3\n").expect("written");
+        assert_eq!(fs::read_to_string(&name).expect("the file"), "a\n3\n");
+        assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 2, "no parts");
     }
 }

@@ -17,7 +17,7 @@ use serde_json::json;
 use super::arguments::whole;
 use super::files::ReportFolder;
 use super::machine::{self, wall_clock};
-use super::runs::RunArguments;
+use super::runs::{self, RunArguments};
 use super::{map_file, output};
 
 /// Number of paths through the mine, as in Table 2.
@@ -97,6 +97,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
         let traces = traces(arguments, &worlds, &config)?;
         report.write(|| {
             paper_files(&PaperReport {
+                note: runs::interruption(),
                 machine: &machine::description(),
                 command: &command(arguments),
                 roadways,

@@ -1,7 +1,7 @@
 //! The file of `drive --record`: ROS 2 messages during the drive, or its ticks as lines of JSON afterwards.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::mem;
 use std::path::Path;
 use std::sync::Arc;
@@ -168,19 +168,25 @@ fn warning(name: &Path, why: &str) -> String {
 
 /// Writes every tick as a line of JSON.
 fn write_lines(file: OutputFile, result: &MissionResult) -> RecordingReport {
-    let mut recorded = RecordingReport::default();
-    let write = || -> io::Result<()> {
-        let mut out = BufWriter::new(file.begin()?);
+    let write = || -> io::Result<usize> {
+        let mut lines = Vec::new();
         for row in &result.trace.rows {
-            let line = serde_json::to_string(row)? + "\n";
-            out.write_all(line.as_bytes())?;
-            recorded.messages += 1;
-            recorded.bytes += line.len() as u64;
+            serde_json::to_writer(&mut lines, row)?;
+            lines.push(b'\n');
         }
-        out.flush()
+        file.write(&lines)?;
+        Ok(lines.len())
     };
-    recorded.stopped = write().err().map(|error| error.to_string());
-    recorded
+    match write() {
+        Ok(bytes) => RecordingReport {
+            messages: result.trace.rows.len() as u64,
+            bytes: bytes as u64,
+            ..RecordingReport::default()
+        },
+        Err(error) => {
+            RecordingReport { stopped: Some(error.to_string()), ..RecordingReport::default() }
+        }
+    }
 }
 
 /// Writes every tick of a run as a line of JSON into the file of a flag.

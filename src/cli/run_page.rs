@@ -1,6 +1,5 @@
 //! The page of one run of an experiment: it is driven again, and played.
 
-use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
@@ -10,12 +9,12 @@ use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::Observer;
 
 use super::drive_text;
-use super::files::{command_line, create_file};
+use super::files::{command_line, open_file};
 use super::machine::wall_clock;
 
 /// Drives the run of a cell again on the CPU, and writes its page into the file of a flag. Nothing is written for a run that does
-/// not start.
-pub fn write(cell: &Cell, flag: &str, file: &Path) -> anyhow::Result<Run> {
+/// not start. The title has the planner's name.
+pub fn write(cell: &Cell, planner: Option<&str>, flag: &str, file: &Path) -> anyhow::Result<Run> {
     let mut playback = PlaybackRecorder::default();
     let mut observer =
         Observer { clock: &mut wall_clock(), on_tick: &mut |tick| playback.record(tick) };
@@ -23,9 +22,8 @@ pub fn write(cell: &Cell, flag: &str, file: &Path) -> anyhow::Result<Run> {
     let (world, config, seed) = (&cell.world, &cell.config, cell.row.seed);
     let run = world.drive(seed, config, engine, &mut observer)?;
     if let (Some(drawn), Some(result)) = (&run.simulation, &run.result) {
-        let controller = cell.row.config.as_ref();
-        let controller = controller.map_or_else(String::new, |name| format!(", {name}"));
-        let title = format!("{}, seed {seed}{controller}", world.name);
+        let planner = planner.map_or_else(String::new, |name| format!(", {name}"));
+        let title = format!("{}, seed {seed}{planner}", world.name);
         let (command, facts) = (&command_line(), &drive_text::facts(result, seed));
         let view = MissionView {
             title: &title,
@@ -37,7 +35,7 @@ pub fn write(cell: &Cell, flag: &str, file: &Path) -> anyhow::Result<Run> {
             facts,
         };
         let page = drive_text::page(drive_text::SIMULATED, view);
-        let written = create_file(flag, file)?.write_all(page.as_bytes());
+        let written = open_file(flag, file)?.write(page.as_bytes());
         written.with_context(|| format!("{flag} {}", file.display()))?;
     }
     Ok(run)

@@ -62,6 +62,15 @@ impl RunArguments {
     }
 }
 
+/// What a page of an experiment says if Ctrl-C interrupted it; empty otherwise.
+pub fn interruption() -> &'static str {
+    if is_interrupted() {
+        "The experiment was interrupted: runs may be missing, and all figures are those of the runs that were made."
+    } else {
+        ""
+    }
+}
+
 /// Runs the cells of a grid that have no result in a folder, this many at a time; the rows of all, in the grid's order.
 pub fn run_grid(grid: &Grid, out: Option<&Path>, jobs: usize) -> anyhow::Result<Vec<RunRow>> {
     let machine = machine::description();

@@ -1,7 +1,6 @@
 //! `inbye man` and `inbye completions`.
 
 use std::fs;
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Context;
@@ -10,7 +9,7 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
-use super::files::create_file;
+use super::files::open_file;
 use super::{Arguments, output};
 
 /// `inbye man`.
@@ -38,8 +37,8 @@ pub fn man(arguments: &ManArguments) -> anyhow::Result<bool> {
     let place = || format!("--output {}", folder.display());
     fs::create_dir_all(folder).with_context(place)?;
     for (name, page) in &pages {
-        let mut file = create_file("--output", &folder.join(name))?;
-        file.write_all(page.as_bytes()).with_context(place)?;
+        let written = open_file("--output", &folder.join(name))?.write(page.as_bytes());
+        written.with_context(place)?;
     }
     for (name, _) in &pages {
         output::line(folder.join(name).display().to_string());

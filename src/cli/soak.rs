@@ -249,7 +249,7 @@ fn share_text(name: &str, share: &Share) -> String {
 /// Drives one mission again with a page and its ticks.
 fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
     ReportFolder::create(Some(folder))?;
-    let run = run_page::write(cell, "--report", &folder.join(PAGE))?;
+    let run = run_page::write(cell, cell.row.config.as_deref(), "--report", &folder.join(PAGE))?;
     output::note(format!("report: {}", folder.join(PAGE).display()));
     if let Some(result) = &run.result {
         recording::write_ticks("--report", open_file("--report", &folder.join(TICKS))?, result)?;

@@ -7,9 +7,7 @@ use std::{fs, io};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use inbye::experiment::{
-    Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, planner_name, rankings,
-};
+use inbye::experiment::{Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, rankings};
 use inbye::external::ProgramSettings;
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::{Config, parse_toml};
@@ -17,6 +15,7 @@ use serde_json::{Value, json};
 
 use super::files::{Output, ReportFolder, command_line};
 use super::input_file::read_text;
+use super::own_file::TUNED_SETTINGS;
 use super::own_programs::{Words, words};
 use super::runs::RunArguments;
 use super::whole_file::write_whole;
@@ -92,6 +91,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
+    plan.check_worlds(file.parent().unwrap_or(Path::new(""))).with_context(place)?;
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
 
@@ -132,7 +132,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         if machine::is_interrupted() {
             return Ok(false);
         }
-        let success = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
+        let success = |name: &str| success(of(&rows, name));
         names.zip(&mut new).for_each(|(name, candidate)| candidate.success = success(&name));
         all.extend(new);
         // A stable order: of equal ones the earlier counts.
@@ -149,15 +149,18 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
         return Ok(false);
     }
     let ranked = rankings(&rows);
-    let judged = |name: &str| success(rows.iter().filter(|row| planner_name(row) == name));
+    let judged = |name: &str| success(of(&rows, name));
     let before = all.iter().find(|candidate| candidate.point.is_none());
     let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
     let judge = [judged(DEFAULT), judged(TUNED)];
     print(json, best, (train, judge), &ranked, &all)?;
-    save.write(|| &best.changes)?;
+    save.write(|| {
+        format!("{TUNED_SETTINGS}; all other settings have their defaults.\n\n{}", best.changes)
+    })?;
     report.write(|| {
         comparison_files(&ComparisonReport {
             title: &plan.title,
+            note: "",
             machine: &machine::description(),
             command: &command_line(),
             ranked: &ranked,
@@ -187,7 +190,7 @@ fn print(
     let verdicts = ranked
         .iter()
         .filter(|planner| planner.rank > 1)
-        .map(|planner| format!("judged       {} is {}", planner.planner, planner.verdict.text()));
+        .map(|planner| format!("judged       {}: {}", planner.planner, planner.verdict.text()));
     let mut lines = vec![gain("search", train), gain("other worlds", judge)];
     lines.extend(verdicts);
     if best.changes.is_empty() {
@@ -236,6 +239,11 @@ fn run_elsewhere(
         command.status().with_context(|| format!("--runner {runner}: cannot be started"))?;
     ensure!(status.success() || machine::is_interrupted(), "--runner {runner}: {status}");
     Ok(())
+}
+
+/// The rows of these settings.
+fn of<'r>(rows: &'r [RunRow], config: &str) -> impl Iterator<Item = &'r RunRow> {
+    rows.iter().filter(move |row| row.config.as_deref() == Some(config))
 }
 
 fn success<'r>(rows: impl Iterator<Item = &'r RunRow>) -> f64 {

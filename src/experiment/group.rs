@@ -242,9 +242,9 @@ impl Group {
 
 /// The number of runs of each fault, by Nav2's name.
 #[must_use]
-pub fn faults(rows: &[RunRow]) -> BTreeMap<&str, usize> {
+pub fn faults<'r>(rows: impl IntoIterator<Item = &'r RunRow>) -> BTreeMap<&'r str, usize> {
     let mut faults = BTreeMap::new();
-    for fault in rows.iter().filter_map(|row| row.fault.as_deref()) {
+    for fault in rows.into_iter().filter_map(|row| row.fault.as_deref()) {
         *faults.entry(fault).or_insert(0) += 1;
     }
     faults

@@ -46,7 +46,7 @@ settings! {
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct PlanWorlds {
-        /// Kind: "scenes", built in, each with its people; "map", routes on a map; "missions", a random one for each
+        /// Kind: "scenes", the built-in roadway, crossing and dead_end, each with its people; "map", routes on a map; "missions", a random one for each
         /// seed, on a map or on the built-in ones; "barn" and "dynabarn", worlds of these benchmarks by their rules;
         /// "localization", the cases of `inbye bench localization`; "paper", the drives of `inbye bench paper`; "mrpb", the
         /// worlds of MRPB 1.0.
@@ -58,7 +58,7 @@ settings! {
         pub only: Vec<u32> = Vec::new();
         /// Highest speed in "barn".
         pub max_speed_m_s: f64 = 2.0, ["m/s", above 0 to 10];
-        /// Side of a cell of a .map or text map.
+        /// Side of a cell of a .map or text map of "map" and "missions".
         pub resolution_m: f64 = 1.0, ["m", above 0 to 1e9];
         /// Routes of "map": tables of `start`, x, y and yaw, and `goal`, x, y and optionally yaw; metres and radians.
         pub routes: Vec<PlanRoute> = Vec::new();
@@ -230,12 +230,59 @@ impl PlanWorlds {
         let routes = self.routes.len();
         let expected = "at least one route for \"map\", none for other kinds";
         require((routes > 0) == is(&[Map]), "worlds.routes", routes, expected)?;
+        self.check_unused(&is)?;
         let ends = |route: &PlanRoute| {
             let numbers = || route.start.iter().chain(&route.goal);
             (2..=3).contains(&route.goal.len()) && numbers().all(|number| number.abs() <= 1e9)
         };
         let expected = "start = [x, y, yaw], goal = [x, y] or [x, y, yaw], each -1e9 to 1e9";
         require(self.routes.iter().all(ends), "worlds.routes", "malformed", expected)
+    }
+
+    /// Checks that keys without an effect on worlds of this kind have their defaults.
+    fn check_unused(&self, is: &dyn Fn(&[WorldKind]) -> bool) -> Result<(), ExperimentError> {
+        use WorldKind::{Barn, Map, Missions, Mrpb, Scenes};
+        let default = Self::default();
+        let number = |key, kinds: &[WorldKind], [value, default]: [f64; 2], expected| {
+            require(is(kinds) || value.total_cmp(&default).is_eq(), key, value, expected)
+        };
+        number(
+            "worlds.max_speed_m_s",
+            &[Barn],
+            [self.max_speed_m_s, default.max_speed_m_s],
+            "left out: it is for barn; set robot.limits.max_vel_x in [configs]",
+        )?;
+        number(
+            "worlds.resolution_m",
+            &[Map, Missions],
+            [self.resolution_m, default.resolution_m],
+            "left out: it is for the maps of map and missions",
+        )?;
+        number(
+            "worlds.time_limit_s",
+            &[Map, Scenes],
+            [self.time_limit_s, default.time_limit_s],
+            "left out: it is for map and scenes; worlds of other kinds have their own limit",
+        )?;
+        number(
+            "worlds.longest_m",
+            &[Missions],
+            [self.longest_m, default.longest_m],
+            "left out: it is for missions",
+        )?;
+        number(
+            "worlds.unmapped_share",
+            &[Missions],
+            [self.unmapped_share, default.unmapped_share],
+            "left out: it is for missions",
+        )?;
+        let expected = "left out: it is for map, missions and mrpb; worlds of other kinds have their own people";
+        require(
+            is(&[Map, Missions, Mrpb]) || self.people == 0,
+            "worlds.people",
+            self.people,
+            expected,
+        )
     }
 }
 

@@ -1,13 +1,13 @@
 //! Ranks planners that drove the same worlds with the same seeds, and says which differences are chance.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use super::group::mean;
-use super::{Group, RunRow, WorldKind};
+use super::{Group, RunOutcome, RunRow, WorldKind, faults};
 use crate::bench::columns::{column_values, columns};
 use crate::bench::{percentiles, wilson_interval};
 
@@ -15,8 +15,9 @@ use crate::bench::{percentiles, wilson_interval};
 const RESAMPLES: usize = 10_000;
 /// Seed of the resamples.
 const BOOTSTRAP_SEED: u64 = 0;
-/// With fewer worlds than this, each seed of a world is a sample of its own.
-const LEAST_WORLDS: usize = 10;
+/// With fewer worlds than this there is no interval: the runs of a world resemble one another, so few worlds show little, however
+/// many runs they have.
+const LEAST_WORLDS: usize = 6;
 
 /// What the runs say about a planner and the best one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -30,6 +31,8 @@ pub enum RankStatus {
     Worse,
     /// The interval of the difference contains zero: that may be chance.
     MayBeChance,
+    /// There are too few worlds for an interval.
+    TooFewWorlds,
 }
 
 impl RankStatus {
@@ -40,6 +43,7 @@ impl RankStatus {
             Self::Best => "the best",
             Self::Worse => "worse than the best",
             Self::MayBeChance => "as good as the best, as far as these runs show",
+            Self::TooFewWorlds => "too few worlds to tell",
         }
     }
 }
@@ -49,7 +53,7 @@ column_values! {
 }
 
 columns! {
-    /// A planner in a ranking by `time_weighted_success`, over its runs in worlds of one kind.
+    /// A planner in a ranking by `time_weighted_success`, over the worlds of one kind and the seeds with which all planners drove.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     #[serde(default)]
     pub struct RankedPlanner {
@@ -57,10 +61,12 @@ columns! {
         pub kind: WorldKind,
         /// Its place, from 1.
         pub rank: usize,
-        /// Name of its settings in the plan; `inbye` where the plan has only one.
+        /// Its name ([`planner_names`]).
         pub planner: String,
         /// Number of runs.
         pub runs: usize,
+        /// Number of its other runs, which do not count: another planner did not drive in their worlds with their seeds.
+        pub left_out: usize,
         /// Share of runs that reached their goal.
         pub reached_share: f64 => 3,
         /// Lower end of its interval of 95 % confidence (Wilson).
@@ -79,14 +85,17 @@ columns! {
         pub time_weighted_success: f64 => 3,
         /// Mean success weighted by path length, likewise.
         pub path_weighted_success: f64 => 3,
-        /// That of the time minus the best planner's, over the worlds and seeds of both.
+        /// That of the time minus the best planner's.
         pub difference: Option<f64> => 3,
-        /// Lower end of the difference's interval of 95 % confidence, by 10,000 resamples of worlds.
+        /// Lower end of the difference's interval of 95 % confidence, by 10,000 resamples of worlds; none with fewer than 6
+        /// worlds.
         pub difference_low: Option<f64> => 3,
         /// Upper end.
         pub difference_high: Option<f64> => 3,
         /// What that says.
         pub verdict: RankStatus,
+        /// The faults of its failed runs with their numbers, and why runs did not start; none without any.
+        pub faults: Option<String>,
         /// BARN's mean score, 0 to 0.5.
         pub score: Option<f64> => 4,
         /// Mean time of the runs that reached their goal over BARN's optimal time.
@@ -131,46 +140,102 @@ impl RankedPlanner {
         omega_sign_changes_per_m tick_p50_ms tick_p99_ms";
 }
 
-/// Name of a row's planner.
+/// The name of each row's planner: those of its settings and weights in the plan, then its sampling and its engine where rows of
+/// one kind of worlds, with the same settings and weights, differ in them. `inbye` where all rows are of one planner.
 #[must_use]
-pub fn planner_name(row: &RunRow) -> &str {
-    row.config.as_deref().unwrap_or("inbye")
+pub fn planner_names(rows: &[RunRow]) -> Vec<String> {
+    let settings = |row: &RunRow| (row.kind, row.config.clone(), row.weights.clone());
+    let sampling = |row: &RunRow| format!("{}x{}", row.vx_samples, row.vtheta_samples);
+    let mut variants: BTreeMap<_, [BTreeSet<String>; 2]> = BTreeMap::new();
+    for row in rows {
+        let [samplings, engines] = variants.entry(settings(row)).or_default();
+        samplings.insert(sampling(row));
+        engines.insert(row.engine.clone());
+    }
+    let name = |row: &RunRow| {
+        let [differs_in_sampling, differs_in_engine] = variants
+            .get(&settings(row))
+            .map_or([false; 2], |all| all.each_ref().map(|it| it.len() > 1));
+        let parts = [
+            row.config.as_deref().map(unambiguous),
+            row.weights.as_deref().map(unambiguous),
+            differs_in_sampling.then(|| sampling(row)),
+            differs_in_engine.then(|| unambiguous(&row.engine)),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        if parts.is_empty() { "inbye".to_owned() } else { parts.join(SEPARATOR) }
+    };
+    rows.iter().map(name).collect()
 }
 
-/// Ranks the planners of each kind of worlds, the best first. The difference of a planner to the best one is paired: only worlds
-/// and seeds of both count. Its interval resamples the worlds, since the seeds of a world resemble one another.
+/// Between the parts of a planner's name.
+const SEPARATOR: &str = ", ";
+
+/// A part of a name, in quotes where two names could become equal without them.
+fn unambiguous(part: &str) -> String {
+    let is_plain = !(part.is_empty() || part.contains('"') || part.contains(SEPARATOR));
+    if is_plain { part.to_owned() } else { format!("{part:?}") }
+}
+
+/// Ranks the planners of each kind of worlds, the best first. Only runs in worlds and with seeds of all planners count. The
+/// interval of a difference resamples the worlds, since the seeds of a world resemble one another.
 #[must_use]
 pub fn rankings(rows: &[RunRow]) -> Vec<RankedPlanner> {
+    let names = planner_names(rows);
     let mut by_kind: BTreeMap<WorldKind, BTreeMap<&str, Vec<&RunRow>>> = BTreeMap::new();
-    for row in rows {
+    for (row, name) in rows.iter().zip(&names) {
         let planners = by_kind.entry(row.kind).or_default();
-        planners.entry(planner_name(row)).or_default().push(row);
+        planners.entry(name).or_default().push(row);
     }
-    by_kind.into_iter().flat_map(|(kind, planners)| ranking(kind, &planners)).collect()
+    by_kind.into_iter().flat_map(|(kind, planners)| ranking(kind, planners)).collect()
 }
 
-fn ranking(kind: WorldKind, planners: &BTreeMap<&str, Vec<&RunRow>>) -> Vec<RankedPlanner> {
-    let mut ranked: Vec<(RankedPlanner, &[&RunRow])> =
-        planners.iter().map(|(name, rows)| (figures(kind, name, rows), &rows[..])).collect();
+/// What planners have in common: world, seed, and whether latency is measured.
+type Task<'r> = (&'r str, u64, bool);
+
+/// The task of a row.
+fn task(row: &RunRow) -> Task<'_> {
+    (&row.world, row.seed, row.latency)
+}
+
+fn ranking(kind: WorldKind, planners: BTreeMap<&str, Vec<&RunRow>>) -> Vec<RankedPlanner> {
+    let tasks = planners.values().map(|rows| rows.iter().copied().map(task).collect());
+    let common = tasks.reduce(|one: BTreeSet<Task<'_>>, other| &one & &other);
+    let common = common.unwrap_or_default();
+    let mut ranked: Vec<(RankedPlanner, Vec<&RunRow>)> = Vec::new();
+    for (name, mut rows) in planners {
+        let all = rows.len();
+        rows.retain(|row| common.contains(&task(row)));
+        let left_out = all - rows.len();
+        ranked.push((RankedPlanner { left_out, ..figures(kind, name, &rows) }, rows));
+    }
     let order = |planner: &RankedPlanner| (planner.time_weighted_success, planner.reached_share);
     ranked.sort_by(|(one, _), (other, _)| {
         let (one, other) = (order(one), order(other));
         other.0.total_cmp(&one.0).then(other.1.total_cmp(&one.1))
     });
-    let best = ranked.first().map_or(&[][..], |(_, rows)| rows);
-    let place = |(index, (mut planner, rows)): (usize, (RankedPlanner, &[&RunRow]))| {
+    let best: Vec<&RunRow> = ranked.first().map_or_else(Vec::new, |(_, rows)| rows.clone());
+    for (index, (planner, rows)) in ranked.iter_mut().enumerate() {
         planner.rank = index + 1;
-        if index > 0
-            && let Some([difference, low, high]) = paired_difference(rows, best)
-        {
-            planner.difference = Some(difference);
-            planner.difference_low = Some(low);
-            planner.difference_high = Some(high);
-            planner.verdict = if high < 0.0 { RankStatus::Worse } else { RankStatus::MayBeChance };
+        if common.is_empty() {
+            planner.verdict = RankStatus::TooFewWorlds;
+        } else if index > 0 {
+            compare(planner, &paired_differences(rows, &best));
         }
-        planner
-    };
-    ranked.iter().cloned().enumerate().map(place).collect()
+    }
+    ranked.into_iter().map(|(planner, _)| planner).collect()
+}
+
+/// Sets the difference to the best planner from its mean in each world.
+fn compare(planner: &mut RankedPlanner, of_worlds: &[f64]) {
+    planner.difference = mean(of_worlds.iter().copied());
+    planner.verdict = RankStatus::TooFewWorlds;
+    if of_worlds.len() >= LEAST_WORLDS {
+        let [low, high] = bootstrap_interval(of_worlds);
+        planner.difference_low = Some(low);
+        planner.difference_high = Some(high);
+        planner.verdict = if high < 0.0 { RankStatus::Worse } else { RankStatus::MayBeChance };
+    }
 }
 
 fn figures(kind: WorldKind, name: &str, rows: &[&RunRow]) -> RankedPlanner {
@@ -212,29 +277,34 @@ fn figures(kind: WorldKind, name: &str, rows: &[&RunRow]) -> RankedPlanner {
         personal_share: all(|row| row.personal_share),
         tick_p50_ms: group.tick_p50_ms,
         tick_p99_ms: group.tick_p99_ms,
+        faults: fault_text(rows),
         ..RankedPlanner::default()
     }
 }
 
-/// The mean difference of two planners in `time_weighted_success`, and the ends of its interval; none without common runs.
-fn paired_difference(rows: &[&RunRow], best: &[&RunRow]) -> Option<[f64; 3]> {
+/// The mean difference of two planners in `time_weighted_success` in each world.
+fn paired_differences(rows: &[&RunRow], best: &[&RunRow]) -> Vec<f64> {
     let value = |row: &RunRow| row.time_weighted_success.unwrap_or_default();
-    let of_best: BTreeMap<(&str, u64), f64> =
-        best.iter().map(|row| ((row.world.as_str(), row.seed), value(row))).collect();
+    let of_best: BTreeMap<Task<'_>, f64> = best.iter().map(|row| (task(row), value(row))).collect();
     let mut by_world: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for row in rows {
-        if let Some(other) = of_best.get(&(row.world.as_str(), row.seed)) {
+        if let Some(other) = of_best.get(&task(row)) {
             by_world.entry(&row.world).or_default().push(value(row) - other);
         }
     }
-    let samples: Vec<f64> = if by_world.len() < LEAST_WORLDS {
-        by_world.into_values().flatten().collect()
-    } else {
-        by_world.into_values().filter_map(|values| mean(values.into_iter())).collect()
-    };
-    let difference = mean(samples.iter().copied())?;
-    let [low, high] = bootstrap_interval(&samples);
-    Some([difference, low, high])
+    by_world.into_values().filter_map(|values| mean(values.into_iter())).collect()
+}
+
+/// The faults of runs with their numbers, and the number of those that did not start with the first reason.
+fn fault_text(rows: &[&RunRow]) -> Option<String> {
+    let not_started: Vec<&&RunRow> =
+        rows.iter().filter(|row| row.outcome == RunOutcome::Error).collect();
+    let first = not_started.first().and_then(|row| row.reason.as_deref());
+    let faults = faults(rows.iter().copied()).into_iter();
+    let faults = faults.map(|(name, count)| format!("{name}: {count}"));
+    let not_started = first.map(|reason| format!("did not start: {}, {reason}", not_started.len()));
+    let parts: Vec<String> = faults.chain(not_started).collect();
+    (!parts.is_empty()).then(|| parts.join("; "))
 }
 
 /// The interval of 95 % confidence of the mean of samples, by the percentiles of the means of resamples (Efron 1979). The same
@@ -301,7 +371,9 @@ mod tests {
         assert_eq!(verdicts, [RankStatus::Best, RankStatus::MayBeChance, RankStatus::Worse]);
         let slow = &ranked[2];
         assert!((slow.difference.expect("pairs") + 0.205).abs() < 1e-9, "{slow:?}");
-        assert_eq!((ranked[0].runs, slow.runs), (41, 40));
+        // A run that the other planners lack counts nowhere.
+        assert_eq!((ranked[0].runs, ranked[0].left_out), (40, 1));
+        assert_eq!((slow.runs, slow.left_out), (40, 0));
     }
 
     #[test]
@@ -310,5 +382,94 @@ mod tests {
         failed.time_weighted_success = None;
         let ranked = rankings(&[failed, row("one", 1, 0, 0.5)]);
         assert_eq!(ranked[0].time_weighted_success, 0.25);
+    }
+
+    /// The runs of a world resemble one another: with five worlds of 100 seeds, all in favour of one planner, nothing is known
+    /// of other worlds.
+    #[test]
+    fn few_worlds_have_no_interval() {
+        let rows = |worlds: usize| {
+            let tasks = (0..worlds).flat_map(|world| (0..100).map(move |seed| (world, seed)));
+            let each = tasks.flat_map(|(world, seed)| {
+                [row("fast", world, seed, 0.8), row("slow", world, seed, 0.6)]
+            });
+            each.collect::<Vec<_>>()
+        };
+        let few = &rankings(&rows(5))[1];
+        assert_eq!(
+            (few.verdict, few.difference_low, few.difference_high),
+            (RankStatus::TooFewWorlds, None, None)
+        );
+        assert!((few.difference.expect("pairs") + 0.2).abs() < 1e-9, "{few:?}");
+        assert_eq!(rankings(&rows(6))[1].verdict, RankStatus::Worse);
+    }
+
+    /// Two worlds out of eight decide: seeds within a world are no further evidence.
+    #[test]
+    fn interval_resamples_worlds() {
+        let mut rows = Vec::new();
+        for world in 0..8 {
+            for seed in 0..50 {
+                rows.push(row("one", world, seed, 0.8));
+                rows.push(row("other", world, seed, if world < 2 { 0.4 } else { 0.8 }));
+            }
+        }
+        let other = &rankings(&rows)[1];
+        assert_eq!((other.verdict, other.difference_high), (RankStatus::MayBeChance, Some(0.0)));
+    }
+
+    #[test]
+    fn planners_without_a_common_run_are_not_compared() {
+        let ranked = rankings(&[row("one", 0, 0, 0.9), row("other", 1, 0, 0.5)]);
+        for planner in ranked {
+            assert_eq!((planner.runs, planner.left_out, planner.difference), (0, 1, None));
+            assert_eq!(planner.verdict, RankStatus::TooFewWorlds);
+        }
+    }
+
+    #[test]
+    fn weights_sampling_and_engine_make_different_planners() {
+        let mut rows = Vec::new();
+        for (weights, vx_samples, engine) in
+            [("fast", 8, "cpu"), ("fast", 16, "cpu"), ("shy", 8, "cpu"), ("shy", 8, "gpu")]
+        {
+            rows.push(RunRow {
+                weights: Some(weights.to_owned()),
+                vx_samples,
+                vtheta_samples: 4,
+                engine: engine.to_owned(),
+                ..row("one", 0, 0, 0.5)
+            });
+        }
+        let names = ["one, fast, 8x4", "one, fast, 16x4", "one, shy, cpu", "one, shy, gpu"];
+        assert_eq!(planner_names(&rows), names);
+        assert_eq!(rankings(&rows).len(), 4);
+        // Another kind of worlds has settings of its own.
+        let barn = RunRow { kind: WorldKind::Barn, vx_samples: 20, ..RunRow::default() };
+        assert_eq!(planner_names(&[barn, RunRow::default()]), ["inbye", "inbye"]);
+        let pair = |config: &str, weights: &str| RunRow {
+            config: Some(config.to_owned()),
+            weights: Some(weights.to_owned()),
+            ..RunRow::default()
+        };
+        let names = planner_names(&[pair("a, b", "c"), pair("a", "b, c"), pair("a", "")]);
+        assert_eq!(names, ["\"a, b\", c", "a, \"b, c\"", "a, \"\""]);
+    }
+
+    #[test]
+    fn faults_of_failed_runs_are_counted() {
+        let failed = |world| RunRow {
+            outcome: RunOutcome::Failed,
+            fault: Some("NO_VALID_PATH".to_owned()),
+            ..row("one", world, 0, 0.0)
+        };
+        let error = RunRow {
+            outcome: RunOutcome::Error,
+            reason: Some("./mine: no such file".to_owned()),
+            ..row("one", 2, 0, 0.0)
+        };
+        let ranked = rankings(&[failed(0), failed(1), error, row("one", 3, 0, 0.5)]);
+        let text = "NO_VALID_PATH: 2; did not start: 1, ./mine: no such file";
+        assert_eq!(ranked[0].faults.as_deref(), Some(text));
     }
 }

@@ -1,6 +1,7 @@
 //! Search of settings: candidates on some worlds, and the best one judged on others.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -32,7 +33,7 @@ settings! {
         pub space: BTreeMap<String, SearchRange> = BTreeMap::new();
         /// Worlds of the search, as in a plan of `inbye sweep`.
         pub train: Vec<PlanWorlds> = vec![PlanWorlds::default()];
-        /// Other worlds, which judge the best candidate.
+        /// Other worlds, which judge the best candidate, with the same seeds.
         pub judge: Vec<PlanWorlds> = Vec::new();
     }
 }
@@ -109,6 +110,27 @@ impl TuningPlan {
             self.plan(worlds, BTreeMap::new()).check()?;
         }
         Ok(())
+    }
+
+    /// Checks that no world of the judgement is one of the search: both have the same seeds. Paths are relative to this folder.
+    ///
+    /// # Errors
+    /// The error names the first such world, or a world that cannot be read.
+    pub fn check_worlds(&self, folder: &Path) -> Result<(), ExperimentError> {
+        let read = |worlds| self.plan(worlds, BTreeMap::new()).read_worlds(folder);
+        let train: BTreeSet<String> =
+            read(&self.train)?.into_iter().map(|world| world.digest).collect();
+        match read(&self.judge)?.into_iter().find(|world| train.contains(&world.digest)) {
+            None => Ok(()),
+            Some(world) => Err(ExperimentError::Unusable {
+                place: "judge".to_owned(),
+                reason: format!(
+                    "world {} of {} is in train too, with the same seeds: name other worlds",
+                    world.name.escape_debug(),
+                    world.kind.name()
+                ),
+            }),
+        }
     }
 
     /// The plan of `inbye sweep` that drives some worlds with these settings.
@@ -269,5 +291,17 @@ mod tests {
         let points = plan.round(0, &[], |changes| !changes.starts_with("x = 0.0"));
         assert!(points.len() == 40 && points.iter().all(|point| point[0] >= 0.1), "{points:?}");
         assert_eq!(plan.round(0, &[], |_| false), Vec::<Point>::new());
+    }
+
+    #[test]
+    fn world_of_the_search_cannot_judge() {
+        let plan = |judge: &str| -> TuningPlan {
+            let text = format!("[[train]]\nkind = \"scenes\"\n[[judge]]\n{judge}");
+            toml::from_str(&text).expect("a plan")
+        };
+        let error = plan("kind = \"scenes\"").check_worlds(Path::new("")).expect_err("equal");
+        let text = "judge: world roadway of scenes is in train too, with the same seeds";
+        assert!(error.to_string().starts_with(text), "{error}");
+        assert_eq!(plan("kind = \"missions\"").check_worlds(Path::new("")), Ok(()));
     }
 }

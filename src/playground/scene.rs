@@ -19,6 +19,8 @@ const MAX_CELLS: usize = 1 << 24;
 const CLOSED: i8 = 100;
 /// The control period of the initial problem, seconds: its dynamic window shows a wide fan.
 const INITIAL_PERIOD_S: f64 = 0.5;
+/// The initial forward speed of a robot that can drive so fast, m/s.
+const INITIAL_SPEED_M_S: f64 = 0.5;
 /// Farthest initial goal, metres.
 const GOAL_DISTANCE_M: f64 = 5.0;
 /// Number of directions in which an initial goal is searched.
@@ -251,7 +253,7 @@ fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {
         "unknown": config.unknown,
         "robot": {
             "pose": [x, y, yaw],
-            "velocity": [0.5, 0.0],
+            "velocity": [INITIAL_SPEED_M_S.min(config.robot.limits.max_vel_x), 0.0],
             "footprint": config.robot.footprint,
         },
         "limits": config.robot.limits,

@@ -8,13 +8,15 @@ use super::figure::{Table, file_links};
 use super::number::fixed;
 use super::page::{ReportFile, document, json_text, page_header, reproduction};
 use crate::bench::csv_text;
-use crate::experiment::{RankStatus, RankedPlanner, RunOutcome, RunRow, WorldKind, planner_name};
+use crate::experiment::{RankedPlanner, RunOutcome, RunRow, WorldKind, planner_names};
 
 /// The content of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct ComparisonReport<'a> {
     /// The title.
     pub title: &'a str,
+    /// A paragraph before the introduction, such as that runs are missing; empty for none.
+    pub note: &'a str,
     /// Processor and system of the measurements.
     pub machine: &'a str,
     /// The command that repeats the comparison.
@@ -34,22 +36,26 @@ const MOTION: &str = "rank planner path_weighted_success near_share stopped_shar
 /// Returns the files of the report: `index.html`, and rankings and runs as CSV and JSON.
 #[must_use]
 pub fn comparison_files(report: &ComparisonReport<'_>) -> Vec<ReportFile> {
-    let ComparisonReport { title, machine, command, ranked, rows, .. } = *report;
+    let ComparisonReport { title, note, machine, command, ranked, rows, .. } = *report;
     let data = vec![
         ReportFile::new("ranking.csv", csv_text(ranked)),
         ReportFile::new("ranking.json", json_text(ranked)),
         ReportFile::new("runs.csv", csv_text(rows)),
         ReportFile::new("runs.json", json_text(rows)),
     ];
-    let intro = "Every planner drives the same worlds with the same seeds, the same global planner and the same obstacle model. \
+    let intro = format!(
+        "{note}\n\n\
+        Every planner drives the same worlds with the same seeds, the same global planner and the same obstacle model. \
         The order is that of the mean success weighted by completion time: ideal over actual time where the goal was reached, \
         else 0.\n\n\
         The difference to the best planner is paired by world and seed. Its interval of 95 % confidence comes from 10,000 \
-        resamples of the worlds. Where it contains zero, the difference may be chance.";
+        resamples of the worlds; with fewer than 6 worlds there is none. Where it contains zero, the difference may be chance."
+    );
+    let names = planner_names(rows);
     let content = html! {
-        (page_header(title, intro, machine, &html! {}))
+        (page_header(title, &intro, machine, &html! {}))
         @for ranking in ranked.chunk_by(|one, next| one.kind == next.kind) {
-            (kind_section(report, ranking))
+            (kind_section(report, &names, ranking))
         }
         section { (file_links(&data)) }
         (reproduction(command))
@@ -59,7 +65,11 @@ pub fn comparison_files(report: &ComparisonReport<'_>) -> Vec<ReportFile> {
 }
 
 /// A ranking with its tables.
-fn kind_section(report: &ComparisonReport<'_>, ranking: &[RankedPlanner]) -> Markup {
+fn kind_section(
+    report: &ComparisonReport<'_>,
+    names: &[String],
+    ranking: &[RankedPlanner],
+) -> Markup {
     let kind = ranking.first().map(|planner| planner.kind).unwrap_or_default();
     let summary = Table::of_columns("ranking", ranking, RankedPlanner::SUMMARY);
     let motion = Table::of_columns("motion and distances", ranking, MOTION);
@@ -69,7 +79,7 @@ fn kind_section(report: &ComparisonReport<'_>, ranking: &[RankedPlanner]) -> Mar
             @for planner in ranking { p { (sentence(planner)) } }
             (summary.markup())
             details { summary { "Table: " (motion.title) } (motion.markup()) }
-            details open[ranking.len() < 2] { summary { "Every run" } (runs_table(report, kind, ranking)) }
+            details open[ranking.len() < 2] { summary { "Every run" } (runs_table(report, names, kind, ranking)) }
         }
     }
 }
@@ -79,34 +89,45 @@ fn sentence(planner: &RankedPlanner) -> String {
     let RankedPlanner { rank, planner: name, runs, reached_share, contact_share, .. } = planner;
     let reached = fixed(100.0 * reached_share, 1);
     let contacts = fixed(100.0 * contact_share, 1);
-    let verdict = match (planner.verdict, planner.difference) {
-        (RankStatus::Best, _) | (_, None) => String::new(),
-        (verdict, Some(difference)) => format!(
-            "; {} ({}, interval {} to {})",
-            verdict.text(),
-            fixed(difference, 3),
-            fixed(planner.difference_low.unwrap_or_default(), 3),
-            fixed(planner.difference_high.unwrap_or_default(), 3)
-        ),
-    };
+    let mut notes = String::new();
+    if let Some(difference) = planner.difference {
+        let interval = planner.difference_low.zip(planner.difference_high);
+        let interval = interval.map_or_else(String::new, |(low, high)| {
+            format!(", interval {} to {}", fixed(low, 3), fixed(high, 3))
+        });
+        notes += &format!("; {} ({}{interval})", planner.verdict.text(), fixed(difference, 3));
+    }
+    if planner.left_out > 0 {
+        notes += &format!(
+            "; {} other runs do not count, because another planner did not drive in their worlds with their seeds",
+            planner.left_out
+        );
+    }
+    if let Some(faults) = &planner.faults {
+        notes += &format!("; faults: {faults}");
+    }
     let success = fixed(planner.time_weighted_success, 3);
     format!(
-        "{rank}. {name}: {success}; {reached} % of {runs} runs reached their goal, {contacts} % ended in contact{verdict}."
+        "{rank}. {name}: {success}; {reached} % of {runs} runs reached their goal, {contacts} % ended in contact{notes}."
     )
 }
 
 /// A row for each world and seed, a column for each planner.
-fn runs_table(report: &ComparisonReport<'_>, kind: WorldKind, ranking: &[RankedPlanner]) -> Markup {
-    let mut tasks: Vec<(&str, u64)> = Vec::new();
-    let mut runs: BTreeMap<(&str, u64, &str), &RunRow> = BTreeMap::new();
-    for row in report.rows.iter().filter(|row| row.kind == kind) {
-        let task = (row.world.as_str(), row.seed);
-        if runs.insert((task.0, task.1, planner_name(row)), row).is_none() && !tasks.contains(&task)
-        {
+fn runs_table(
+    report: &ComparisonReport<'_>,
+    names: &[String],
+    kind: WorldKind,
+    ranking: &[RankedPlanner],
+) -> Markup {
+    let mut tasks: Vec<(&str, u64, bool)> = Vec::new();
+    let mut runs: BTreeMap<((&str, u64, bool), &str), &RunRow> = BTreeMap::new();
+    for (row, name) in report.rows.iter().zip(names).filter(|(row, _)| row.kind == kind) {
+        let task = (row.world.as_str(), row.seed, row.latency);
+        if runs.insert((task, name), row).is_none() && !tasks.contains(&task) {
             tasks.push(task);
         }
     }
-    let cell = |task: &(&str, u64), planner: &str| runs.get(&(task.0, task.1, planner)).copied();
+    let cell = |task, planner| runs.get(&(task, planner)).copied();
     html! {
         div class="scroll" tabindex="0" role="region" aria-label="every run" {
             table {
@@ -114,10 +135,10 @@ fn runs_table(report: &ComparisonReport<'_>, kind: WorldKind, ranking: &[RankedP
                     th scope="col" { "world, seed" }
                     @for planner in ranking { th scope="col" { (planner.planner) } }
                 } }
-                tbody { @for task in &tasks { tr {
-                    td { (task.0) ", " (task.1) }
+                tbody { @for &task in &tasks { tr {
+                    td { (task.0) ", " (task.1) @if task.2 { ", latency" } }
                     @for planner in ranking {
-                        td { @if let Some(row) = cell(task, &planner.planner) { (run_cell(report, row)) } @else { "-" } }
+                        td { @if let Some(row) = cell(task, planner.planner.as_str()) { (run_cell(report, row)) } @else { "-" } }
                     }
                 } } }
             }

@@ -43,6 +43,8 @@ const INTRO: &str = "The experiments of the paper (Gu, Liu, Li, Yuan and Bao: hy
 /// The content of the page.
 #[derive(Clone, Debug)]
 pub struct PaperReport<'a> {
+    /// A paragraph before the introduction, such as that runs are missing; empty for none.
+    pub note: &'a str,
     /// Processor and system of the measurements.
     pub machine: &'a str,
     /// The command that repeats the experiments.
@@ -76,7 +78,7 @@ struct Section<'a> {
 pub fn paper_files(report: &PaperReport) -> Vec<ReportFile> {
     let mut files = Vec::new();
     let content = html! {
-        (page_header(TITLE, INTRO, report.machine, &html! {}))
+        (page_header(TITLE, &format!("{}\n\n{INTRO}", report.note), report.machine, &html! {}))
         (summary(report))
         @for section in report.tables.iter().map(|table| Section::new(report, table)) {
             @let of_section = section.files();

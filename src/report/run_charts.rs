@@ -8,6 +8,7 @@ use super::chart::{Axis, Bar, Chart, Mark, Panel, RowMark, Tick, XAxis, range};
 use super::figure::Table;
 use super::number::{fixed, optional, significant};
 use super::svg::LegendEntry;
+use crate::bench::percentiles;
 use crate::experiment::{Group, RunRow};
 
 /// An end of runs, as the charts distinguish them.
@@ -244,9 +245,7 @@ impl World {
 
 /// Least, median and greatest of the positive finite values; none without any.
 fn spread(values: impl Iterator<Item = f64>) -> Option<[f64; 3]> {
-    let mut values: Vec<f64> = values.filter(|value| value.is_finite() && *value > 0.0).collect();
-    values.sort_by(f64::total_cmp);
-    let (first, last) = (values.first()?, values.last()?);
-    let median = f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2]);
-    Some([*first, median, *last])
+    let values = values.filter(|value| value.is_finite() && *value > 0.0).collect();
+    let [least, median, greatest] = percentiles(values, [0.0, 0.5, 1.0]);
+    Some([least?, median?, greatest?])
 }

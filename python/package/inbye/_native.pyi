@@ -371,6 +371,9 @@ def compare(
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Run the cells of a plan and rank the planners; the ranking and the rows."""
 
+def planner_names(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the name of each row's planner."""
+
 @final
 class PoseEstimate:
     """The pose after a revolution of the lidar."""

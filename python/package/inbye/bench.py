@@ -53,7 +53,7 @@ class Comparison:
         """Return a line for each planner: its mean success weighted by time, and its difference.
 
         The interval of the difference to the best planner has 95 % confidence. Where it contains
-        zero, the difference may be chance.
+        zero, the difference may be chance. With fewer than 6 worlds there is no interval.
         """
 
         def line(planner: dict[str, Any]) -> str:
@@ -63,7 +63,10 @@ class Comparison:
             if planner["difference"] is None:
                 return text
             low, high = planner["difference_low"], planner["difference_high"]
-            difference = f"{planner['difference']:+.3f} ({low:+.3f} to {high:+.3f})"
+            difference = f"{planner['difference']:+.3f}"
+            if low is None:
+                return f"{text}, {difference}, {planner['verdict'].replace('_', ' ')}"
+            difference = f"{difference} ({low:+.3f} to {high:+.3f})"
             return f"{text}, {planner['verdict'].replace('_', ' ')} by {difference}"
 
         return "\n".join(line(planner) for planner in self.ranked)

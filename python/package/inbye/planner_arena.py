@@ -11,6 +11,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from inbye import _native
+
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterable, Mapping
@@ -37,6 +39,8 @@ _MEASURED = (
     "tick_p99_ms",
     "score",
 )
+# Columns of rows that distinguish planners.
+_NAMING = ("kind", "config", "weights", "vx_samples", "vtheta_samples", "engine")
 # The numbers of the outcomes are those of the enum that the database describes.
 _OUTCOMES = ("reached", "contact", "timeout", "failed", "error")
 
@@ -87,7 +91,8 @@ def _write(rows: list[Mapping[str, Any]], path: str | os.PathLike[str], date: st
         outcomes = [("status", value, name) for value, name in enumerate(_OUTCOMES)]
         database.executemany("INSERT INTO enums VALUES (?, ?, ?)", outcomes)
         worlds = _numbers(f"{row['kind']} {row['world']}" for row in rows)
-        planners = _numbers(row["config"] or "inbye" for row in rows)
+        names = _planner_names(rows)
+        planners = _numbers(names)
         for world, number in worlds.items():
             mine = [row for row in rows if f"{row['kind']} {row['world']}" == world]
             total_s, seed = sum(row["time_s"] for row in mine), mine[0]["seed"]
@@ -98,16 +103,23 @@ def _write(rows: list[Mapping[str, Any]], path: str | os.PathLike[str], date: st
         for planner, number in planners.items():
             database.execute("INSERT INTO plannerConfigs VALUES (?, ?, '')", (number, planner))
         places = ", ".join("?" * (len(columns) + 4))
-        names = ", ".join(f'"{name}"' for name in columns)
-        for row in rows:
-            world, planner = f"{row['kind']} {row['world']}", row["config"] or "inbye"
+        quoted = ", ".join(f'"{name}"' for name in columns)
+        for row, planner in zip(rows, names, strict=True):
+            world = f"{row['kind']} {row['world']}"
             measured = [row.get(name) for name in _MEASURED]
             status = _OUTCOMES.index(row["outcome"])
             database.execute(
-                f"INSERT INTO runs (experimentid, plannerid, {names}, solved, status) "
+                f"INSERT INTO runs (experimentid, plannerid, {quoted}, solved, status) "
                 f"VALUES ({places})",
                 [worlds[world], planners[planner], *measured, row["outcome"] == "reached", status],
             )
+
+
+def _planner_names(rows: list[Mapping[str, Any]]) -> list[str]:
+    """Return the name of each row's planner, as the ranking has it."""
+    return _native.planner_names(
+        [{key: row[key] for key in _NAMING if row.get(key) is not None} for row in rows]
+    )
 
 
 def _numbers(names: Iterable[str]) -> dict[str, int]:

@@ -49,6 +49,8 @@ export function showTerms({ winner }, selected, statuses) {
 
 // The page shows the decision of an earlier problem.
 export function showStale() {
+  clearTimeout(announcement);
+  find("winner").textContent = "";
   find("agreement").className = "badge bad";
   find("agreement").textContent = "not decided";
   find("explanation").textContent = "The page shows the previous decision.";

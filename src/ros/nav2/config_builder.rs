@@ -45,7 +45,16 @@ struct Setting {
 struct Source {
     path: String,
     note: String,
+    /// Whether the file has it.
+    is_given: bool,
     /// The value by this parameter alone, if it is one of several limits.
+    own_value: Option<f64>,
+}
+
+/// How a value follows from a parameter: the fields of [`Source`].
+struct Origin<'n> {
+    note: &'n str,
+    is_given: bool,
     own_value: Option<f64>,
 }
 
@@ -65,7 +74,17 @@ impl Setting {
 impl ConfigBuilder {
     /// Sets a value. The note is empty if the setting has the parameter's value.
     pub fn set<T: Into<Value>>(&mut self, setting: &'static str, value: Parameter<T>, note: &str) {
-        self.add(setting, value, note, None);
+        self.add(setting, value, Origin { note, is_given: true, own_value: None });
+    }
+
+    /// Sets a value that Nav2's default of a missing parameter gives. The path is the one that the parameter would have.
+    pub fn set_default<T: Into<Value>>(
+        &mut self,
+        setting: &'static str,
+        value: Parameter<T>,
+        note: &str,
+    ) {
+        self.add(setting, value, Origin { note, is_given: false, own_value: None });
     }
 
     /// Sets a number, or combines it with the values of other parameters.
@@ -73,7 +92,7 @@ impl ConfigBuilder {
         &mut self,
         setting: &'static str,
         mut value: Parameter<f64>,
-        note: &str,
+        (note, is_given): (&str, bool),
         merge: Merge,
     ) {
         let own = value.value;
@@ -86,22 +105,21 @@ impl ConfigBuilder {
             };
         }
         let own_value = (merge != Merge::Replace).then_some(own);
-        self.add(setting, value, note, own_value);
+        self.add(setting, value, Origin { note, is_given, own_value });
     }
 
     fn add<T: Into<Value>>(
         &mut self,
         setting: &'static str,
         Parameter { path, value }: Parameter<T>,
-        note: &str,
-        own_value: Option<f64>,
+        Origin { note, is_given, own_value }: Origin<'_>,
     ) {
         let setting = self
             .settings
             .entry(setting)
             .or_insert_with(|| Setting { value: Value::Boolean(false), sources: Vec::new() });
         setting.value = value.into();
-        setting.sources.push(Source { path, note: note.to_owned(), own_value });
+        setting.sources.push(Source { path, note: note.to_owned(), is_given, own_value });
     }
 
     /// Lists a parameter as unmapped.
@@ -122,9 +140,9 @@ impl ConfigBuilder {
     /// The validated configuration.
     pub fn finish(mut self, ignored_nodes: Vec<String>) -> Result<Import, Nav2Error> {
         self.derive_lookahead();
-        let mapped = self.mapped();
+        let (mapped, defaults) = (self.mapped(true), self.mapped(false));
         if mapped.is_empty() {
-            return Err(Nav2Error::NoNodes);
+            return Err(self.nothing_mapped());
         }
         for mapped in &mapped {
             self.unmapped.remove(&mapped.parameter);
@@ -137,9 +155,25 @@ impl ConfigBuilder {
             config,
             base_config,
             mapped,
+            defaults,
             unmapped: self.unmapped.into_values().collect(),
             ignored_nodes,
         })
+    }
+
+    /// Why no parameter is mapped: a plugin that is not supported, any other parameter, or none at all.
+    fn nothing_mapped(&self) -> Nav2Error {
+        let unsupported = |it: &&Unmapped| {
+            it.reason == UnmappedReason::NotSupported && it.parameter.ends_with(".plugin")
+        };
+        let all = || self.unmapped.values();
+        match all().find(unsupported).or_else(|| all().next()) {
+            None => Nav2Error::NoNodes,
+            Some(Unmapped { parameter, explanation, .. }) => Nav2Error::NothingMapped {
+                parameter: parameter.clone(),
+                explanation: explanation.clone(),
+            },
+        }
     }
 
     /// Shortens the lookahead of a slow robot to the distance that it drives within the horizon, the length of the arcs of its
@@ -170,11 +204,11 @@ impl ConfigBuilder {
         }
     }
 
-    /// Every mapped parameter with its settings.
-    fn mapped(&self) -> Vec<Mapped> {
+    /// Every mapped parameter that the file has, or has not, with its settings.
+    fn mapped(&self, is_given: bool) -> Vec<Mapped> {
         let mut mapped: BTreeMap<&str, Mapped> = BTreeMap::new();
         for (name, setting) in &self.settings {
-            for source in &setting.sources {
+            for source in setting.sources.iter().filter(|source| source.is_given == is_given) {
                 let entry = mapped.entry(&source.path).or_insert_with(|| Mapped {
                     parameter: source.path.clone(),
                     settings: Vec::new(),

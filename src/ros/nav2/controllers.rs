@@ -1,4 +1,5 @@
-//! The plugins of the controller server: the first checker of each kind and the first supported controller are imported.
+//! The plugins of the controller server: of those that Nav2 loads, the first checker of each kind and the first supported controller
+//! are imported.
 
 use super::config_builder::ConfigBuilder;
 use super::parameter_file::Parameters;
@@ -28,8 +29,8 @@ pub(super) fn import_server(
     builder: &mut ConfigBuilder,
 ) -> Result<(), Nav2Error> {
     for (lists, kind, rules) in CHECKERS {
-        let names = parameters.plugins(&lists, |plugin| plugin.contains(kind));
-        let mut names = names.into_iter();
+        let is_kind = |plugin: &str| plugin.contains(kind);
+        let mut names = loaded_plugins(&mut parameters, &lists, is_kind, builder).into_iter();
         if let Some(first) = names.next() {
             apply(parameters.remove_plugin(&first), &[rules], builder)?;
             for name in names {
@@ -41,6 +42,27 @@ pub(super) fn import_server(
     apply(parameters, &[tables::CONTROLLER_SERVER], builder)
 }
 
+/// The names of the plugins of a kind that Nav2 loads: those in the lists, or all if the file has no list. Lists the parameters of
+/// the others as not in effect.
+fn loaded_plugins(
+    parameters: &mut Parameters,
+    lists: &[&str],
+    is_kind: impl Fn(&str) -> bool,
+    builder: &mut ConfigBuilder,
+) -> Vec<String> {
+    let of_kind = parameters.plugins(is_kind);
+    let Some(listed) = parameters.listed_plugins(lists) else {
+        return of_kind;
+    };
+    for name in of_kind.iter().filter(|name| !listed.contains(name)) {
+        for (_, path) in parameters.remove_plugin(name).unused() {
+            let explanation = format!("{} does not name it: Nav2 does not load it", lists[0]);
+            builder.add_unmapped(path, UnmappedReason::NotInEffect, explanation);
+        }
+    }
+    listed
+}
+
 fn import_controller(
     parameters: &mut Parameters,
     builder: &mut ConfigBuilder,
@@ -48,7 +70,7 @@ fn import_controller(
     let is_controller =
         |plugin: &str| plugin.ends_with("Controller") || plugin.ends_with("LocalPlanner");
     let mut imported: Option<String> = None;
-    for name in parameters.plugins(&["controller_plugins"], is_controller) {
+    for name in loaded_plugins(parameters, &["controller_plugins"], is_controller, builder) {
         let mut plugin = parameters.remove_plugin(&name);
         match (&imported, controller_rules(&plugin)) {
             (None, Some((own, nested))) => {

@@ -7,12 +7,15 @@ use serde_json::Value;
 use super::Nav2Error;
 use super::config_builder::ConfigBuilder;
 use super::parameter_file::{Parameter, Parameters};
+use super::rules::NAV2_DEFAULT;
 use crate::geometry::Point;
 use crate::map::yaml;
 use crate::robot::Polygon;
 
 /// Maximum number of values in the text of a polygon.
 const MAX_VALUES: usize = 3000;
+/// Nav2's default of `footprint_padding`, metres.
+const DEFAULT_PADDING_M: f64 = 0.01;
 /// Largest radius and padding, metres.
 const MAX_METRES: f64 = 100.0;
 
@@ -49,17 +52,19 @@ pub(super) fn import_footprint(
     let padding = parameters.take("footprint_padding", expected, |value| {
         value.as_f64().filter(|padding| (0.0..=MAX_METRES).contains(padding))
     })?;
-    let padding_m = padding.as_ref().map_or(0.0, |padding| padding.value);
+    let padding_m = padding.as_ref().map_or(DEFAULT_PADDING_M, |padding| padding.value);
     let (value, note, padding_note) = match &shape.value {
         Shape::Polygon(polygon) => {
             (toml_polygon(&padded(polygon, padding_m)), "covered by discs", "added to each corner")
         }
         Shape::Round(radius) => (toml_disc(radius + padding_m), "one disc", "added to the radius"),
     };
-    let padding = padding.map(|Parameter { path, .. }| Parameter { path, value: value.clone() });
-    builder.set("robot.footprint", shape.map(|_| value), note);
+    builder.set("robot.footprint", shape.map(|_| value.clone()), note);
     if let Some(padding) = padding {
-        builder.set("robot.footprint", padding, padding_note);
+        builder.set("robot.footprint", padding.map(|_| value), padding_note);
+    } else if let Some(path) = parameters.path_of("footprint_padding") {
+        let note = format!("{NAV2_DEFAULT}, {DEFAULT_PADDING_M} m, {padding_note}");
+        builder.set_default("robot.footprint", Parameter { path, value }, &note);
     }
     Ok(())
 }

@@ -6,6 +6,7 @@
 
 mod config_builder;
 mod controllers;
+mod costmap_filters;
 mod footprint;
 mod parameter_file;
 mod rules;
@@ -28,14 +29,17 @@ const NODES: [(&str, NodeImport); 3] = [
     ("velocity_smoother", |parameters, builder| {
         rules::apply(parameters, &[tables::VELOCITY_SMOOTHER], builder)
     }),
-    ("local_costmap", |parameters, builder| {
+    ("local_costmap", |mut parameters, builder| {
+        costmap_filters::list(&mut parameters, builder);
         rules::apply(parameters, &[tables::LOCAL_COSTMAP], builder)
     }),
 ];
+/// The node whose costmap filters are listed; its other parameters are ignored.
+const GLOBAL_COSTMAP: &str = "global_costmap";
 
 /// Imports the text of a `nav2_params.yaml`: the parameters of the robot in a namespace, or of the only robot.
 ///
-/// The resulting configuration is valid. Settings without a parameter have their defaults.
+/// The resulting configuration is valid. Settings without a parameter have their defaults, or Nav2's where it is safer.
 ///
 /// # Errors
 /// When the text is no parameter file, has several robots and no namespace is given, or has a value out of range.
@@ -54,6 +58,9 @@ pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> 
         }
         import(parameters, &mut builder)?;
     }
+    if let Some((mut parameters, _)) = file.node(&namespace, GLOBAL_COSTMAP) {
+        costmap_filters::list(&mut parameters, &mut builder);
+    }
     builder.finish(file.ignored_nodes(&namespace, &names))
 }
 
@@ -67,6 +74,9 @@ pub struct Import {
     pub base_config: String,
     /// Mapped parameters by their paths in the file.
     pub mapped: Vec<Mapped>,
+    /// Parameters that the file does not have and whose default in Nav2 is safer than that of the setting, by the paths that they
+    /// would have.
+    pub defaults: Vec<Mapped>,
     /// Unmapped parameters by their paths in the file.
     pub unmapped: Vec<Unmapped>,
     /// Nodes that are not imported.
@@ -153,6 +163,16 @@ pub enum Nav2Error {
         "no parameters of controller_server, velocity_smoother or local_costmap: it must be a nav2_params.yaml, with `ros__parameters` under each node"
     )]
     NoNodes,
+    /// No setting follows from any parameter of the imported nodes.
+    #[error(
+        "no setting follows from the parameters of controller_server, velocity_smoother and local_costmap: {parameter}: {explanation}"
+    )]
+    NothingMapped {
+        /// Path of one of the parameters.
+        parameter: String,
+        /// Why it is not mapped.
+        explanation: String,
+    },
     /// The file has several robots, and no namespace is given.
     #[error("the file has several robots, in the namespaces {found}: choose a namespace")]
     SeveralNamespaces {

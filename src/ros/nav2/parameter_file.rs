@@ -209,26 +209,43 @@ impl Parameters {
         self.peek(name)?.as_str()
     }
 
-    /// The names of the plugins of a kind: those of the lists first, then all others by their type.
-    pub fn plugins(&self, lists: &[&str], is_kind: impl Fn(&str) -> bool) -> Vec<String> {
-        let nested = self.parameters.keys().filter_map(|key| key.split_once('.'));
-        let prefixes: BTreeSet<&str> = nested.map(|(prefix, _)| prefix).collect();
-        let listed = lists.iter().filter_map(|list| self.peek(list));
-        let listed = listed.flat_map(|list| match list {
+    /// The names of the plugins whose type is of a kind.
+    pub fn plugins(&self, is_kind: impl Fn(&str) -> bool) -> Vec<String> {
+        let types = self.parameters.keys().filter_map(|key| key.strip_suffix(".plugin"));
+        let of_kind = types.filter(|name| {
+            !name.contains('.') && self.peek_text(&format!("{name}.plugin")).is_some_and(&is_kind)
+        });
+        of_kind.map(str::to_owned).collect()
+    }
+
+    /// The names in lists of plugins, each once, without those that have no parameters; none if the file has none of the lists.
+    pub fn listed_plugins(&self, lists: &[&str]) -> Option<Vec<String>> {
+        let lists: Vec<&Value> = lists.iter().filter_map(|list| self.peek(list)).collect();
+        if lists.is_empty() {
+            return None;
+        }
+        let listed = lists.into_iter().flat_map(|list| match list {
             Value::Array(names) => names.iter().filter_map(Value::as_str).collect(),
             single => single.as_str().into_iter().collect::<Vec<_>>(),
         });
-        let of_kind = prefixes.iter().copied().filter(|name| {
-            let plugin = self.peek_text(&format!("{name}.plugin"));
-            plugin.is_some_and(&is_kind)
-        });
         let mut names: Vec<String> = Vec::new();
-        for name in listed.filter(|name| prefixes.contains(name)).chain(of_kind) {
+        for name in listed.filter(|name| self.has_plugin(name)) {
             if names.iter().all(|known| known != name) {
                 names.push(name.to_owned());
             }
         }
-        names
+        Some(names)
+    }
+
+    fn has_plugin(&self, name: &str) -> bool {
+        let prefixes = self.parameters.keys().filter_map(|key| key.split_once('.'));
+        prefixes.map(|(prefix, _)| prefix).any(|prefix| prefix == name)
+    }
+
+    /// The path that a parameter would have next to these; none if there are none.
+    pub fn path_of(&self, name: &str) -> Option<String> {
+        let (key, parameter) = self.parameters.first_key_value()?;
+        Some(parameter.path.strip_suffix(key.as_str())?.to_owned() + name)
     }
 
     /// Uses a finite number.

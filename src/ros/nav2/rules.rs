@@ -10,6 +10,9 @@ use super::tables::COMMON;
 use super::{Nav2Error, UnmappedReason};
 use crate::suggest::closest_name;
 
+/// The note of a parameter that the file does not have.
+pub(super) const NAV2_DEFAULT: &str = "not given: Nav2's default";
+
 /// Computes settings from several parameters.
 pub(super) type Derivation = fn(&mut Parameters, &mut ConfigBuilder) -> Result<(), Nav2Error>;
 
@@ -33,6 +36,8 @@ pub(super) struct Mapping {
     conversion: Conversion,
     note: &'static str,
     condition: fn(&Parameters) -> bool,
+    /// Nav2's default, which applies if the parameter is missing.
+    default: Option<f64>,
 }
 
 /// How a value is converted.
@@ -74,6 +79,7 @@ const fn rule(parameter: &'static str, setting: &'static str, merge: Merge) -> R
         conversion: Conversion::Number,
         note: "",
         condition: |_| true,
+        default: None,
     })
 }
 
@@ -90,6 +96,14 @@ impl Rule {
     pub const fn when(self, condition: fn(&Parameters) -> bool) -> Self {
         match self {
             Self::Map(mapping) => Self::Map(Mapping { condition, ..mapping }),
+            other => other,
+        }
+    }
+
+    /// The same rule with Nav2's default for a missing parameter, where it is safer than the default of the setting.
+    pub const fn or_default(self, default: f64) -> Self {
+        match self {
+            Self::Map(mapping) => Self::Map(Mapping { default: Some(default), ..mapping }),
             other => other,
         }
     }
@@ -136,11 +150,17 @@ impl Mapping {
                 parameters.take(name, TRIPLE, |value| triple(value).map(|values| -values[index]))
             }
         }?;
-        let Some(value) = value else { return Ok(()) };
+        let Some(value) = value else {
+            if let (Some(value), Some(path)) = (self.default, parameters.path_of(name)) {
+                let value = Parameter { path, value };
+                builder.merge(self.setting, value, (NAV2_DEFAULT, false), self.merge);
+            }
+            return Ok(());
+        };
         // Smaller angles keep their value.
         let is_unchanged = self.conversion == Conversion::Angle && value.value < PI;
         let note = if is_unchanged { "" } else { self.note };
-        builder.merge(self.setting, value, note, self.merge);
+        builder.merge(self.setting, value, (note, true), self.merge);
         Ok(())
     }
 }

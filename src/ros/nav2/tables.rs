@@ -88,7 +88,7 @@ pub(super) const DWB: &[Rule] = &[
     at_most("max_vel_theta", "robot.limits.max_vel_theta"),
     at_most("acc_lim_x", "robot.limits.acc_lim_x"),
     at_most("acc_lim_theta", "robot.limits.acc_lim_theta"),
-    at_least("min_vel_x", "robot.limits.min_vel_x"),
+    at_least("min_vel_x", "robot.limits.min_vel_x").or_default(0.0),
     at_least("decel_lim_x", "robot.limits.decel_lim_x"),
     at_least("decel_lim_theta", "robot.limits.decel_lim_theta"),
     at_most("max_speed_xy", "robot.limits.max_vel_x").convert(Number, "in any direction").when(has_speed_limit),
@@ -149,7 +149,7 @@ const NO_CUSPS: &str = "paths have no cusps";
 /// Nav2's model predictive path integral controller. Limits and horizon have the same meaning, noise and critics do not.
 #[rustfmt::skip]
 pub(super) const MPPI: &[Rule] = &[
-    at_most("vx_max", "robot.limits.max_vel_x"),
+    at_most("vx_max", "robot.limits.max_vel_x").or_default(0.5),
     at_most("wz_max", "robot.limits.max_vel_theta"),
     at_most("ax_max", "robot.limits.acc_lim_x"),
     at_least("vx_min", "robot.limits.min_vel_x"),
@@ -278,7 +278,7 @@ pub(super) const LOCAL_COSTMAP: &[Rule] = &[
     Leave("initial_transform_timeout", NoEquivalent, NO_TF),
     Leave("map_vis_z", NoEquivalent, NO_TOPICS),
     Leave("plugins", NoEquivalent, NO_LAYERS),
-    Leave("filters", NoEquivalent, NO_LAYERS),
+    Leave("filters", NoEquivalent, "it names the costmap filters: masks are files of --keepout and --speed-zones, or topics of `inbye node`"),
     Leave("observation_sources", NoEquivalent, NO_LAYERS),
     Leave("subscribe_to_stamped_footprint", NoEquivalent, NO_TOPICS),
     // All other nested parameters belong to layers.

@@ -275,3 +275,29 @@ fn names_that_are_not_utf8_are_written_and_read() {
     let replay = place.command().arg("replay").arg(name).output().expect("the program starts");
     assert_eq!(replay.status.code(), Some(0), "{}", String::from_utf8_lossy(&replay.stderr));
 }
+
+/// A full disk, here a limit of a file's size: what an earlier command wrote stays as it was.
+#[test]
+fn outputs_without_room_keep_the_earlier_content() {
+    let place = Workplace::new();
+    super::records::write_records(&place);
+    let draw = "bench draw barn.csv --report page --svg a.svg";
+    assert_eq!(place.run(draw).status, 0);
+    let read = || {
+        let names = ["page/index.html", "page/barn.csv", "a.svg"];
+        names.map(|name| fs::read(place.path(name)).expect(name))
+    };
+    let entries = || fs::read_dir(place.path("page")).expect("the folder").count();
+    let (before, count) = (read(), entries());
+    for draw in [draw, "bench draw barn.csv --report page", "bench draw barn.csv --report new"] {
+        let script =
+            format!("trap '' XFSZ; ulimit -f 1; exec {} {draw}", env!("CARGO_BIN_EXE_inbye"));
+        let mut shell = Command::new("bash");
+        let run = shell.args(["-c", &script]).current_dir(place.path("")).output().expect("bash");
+        let message = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.code() == Some(2) && message.contains("arge"), "{draw}: {run:?}");
+        assert_eq!((read() == before, entries()), (true, count), "{draw}");
+    }
+    let left = fs::read_dir(place.path("new")).expect("the folder").count();
+    assert_eq!(left, 0, "neither a part nor an empty page");
+}

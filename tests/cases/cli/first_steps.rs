@@ -253,11 +253,13 @@ fn interrupted_drive_writes_what_it_has() {
 #[test]
 fn interrupted_soak_keeps_its_runs_and_goes_on() {
     let place = Workplace::new();
-    let arguments = "bench soak --missions 40 --longest 15 --threads 1 --out runs";
+    let arguments = "bench soak --missions 40 --longest 15 --threads 1 --out runs --report page";
     let (status, _, stderr) = place.interrupted(arguments, "runs/cells");
     assert_eq!(status, 1, "{stderr}");
     assert!(stderr.contains("kept in runs: the same command resumes"), "{stderr}");
     let kept = || std::fs::read_dir(place.path("runs/cells")).expect("results").count();
     let before = kept();
     assert!((1..40).contains(&before), "{before} of 40");
+    let page = std::fs::read_to_string(place.path("page/index.html")).expect("a page");
+    assert!(page.contains("The experiment was interrupted: runs may be missing"), "{page}");
 }

@@ -100,6 +100,7 @@ fn draw_report_has_its_rows_in_files() {
     ] {
         assert!(page.contains(message), "{message}");
     }
+    assert!(!page.contains("Measured on"), "no record names its machine");
     let rows: Value = serde_json::from_str(&read("out/deep/barn.json")).expect("JSON");
     assert_eq!(rows[1]["score"], json!(0.25));
     assert_eq!(rows[2]["reason"], json!("NO_VALID_CONTROL: nothing, at all"));
@@ -107,6 +108,16 @@ fn draw_report_has_its_rows_in_files() {
     let again = place.run("bench draw out/deep/barn.csv --svg again.svg");
     assert_eq!(again.status, 0, "{again:?}");
     assert_eq!(read("again.svg"), read("out/deep/barn.svg"));
+}
+
+#[test]
+fn page_names_the_machine_that_a_record_names() {
+    let place = place();
+    let header = "kind,world,seed,outcome,time_s,latency,machine\n";
+    place.write("here/runs.csv", format!("{header}barn,3,0,reached,8.0,true,a mill\n"));
+    assert_eq!(place.run("bench draw here/runs.csv --report out").status, 0);
+    let page = fs::read_to_string(place.path("out/index.html")).expect("the page");
+    assert!(page.contains("Measured on: a mill<"), "{page}");
 }
 
 /// The committed soak: what its file says of ends is what the chart says, by map, and every mission that did not arrive is

@@ -39,7 +39,11 @@ fn search_judges_its_best_settings_on_other_worlds_and_saves_them() {
     assert_eq!(object["train"]["tuned"], candidates[0]["success"]);
     assert!(object["judge"]["tuned"].as_f64() > Some(0.3), "{object}");
     let saved = std::fs::read_to_string(place.path("tuned.toml")).expect("the file");
-    assert_eq!(json!(saved), object["changes"]);
+    let changes = object["changes"].as_str().expect("a text");
+    assert!(saved.starts_with("# Found by `inbye tune`") && saved.ends_with(changes), "{saved}");
+    // The same command may replace its file; the settings are those that --config reads.
+    assert_eq!(place.run("tune plans/plan.toml --save tuned.toml").status, 0);
+    assert_eq!(place.run("config --check tuned.toml").status, 0);
 }
 
 /// A runner is another sweep here; on a cluster it is `examples/sweep_ray.py`, which takes the same arguments.
@@ -85,6 +89,16 @@ fn space_without_valid_settings_is_refused_with_the_reason() {
         assert!(refusal.contains("plans/other.toml: no settings of [space]"), "{refusal}");
         assert!(refusal.contains(words), "{name}: {refusal}");
     }
+}
+
+#[test]
+fn world_of_the_search_cannot_judge() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    let route = "{ start = [5, 1.5, 3.1], goal = [1, 1.5] }";
+    place.write("plans/same.toml", plan.replace("{ start = [1, 1.5, 0], goal = [5, 1.5] }", route));
+    let refusal = place.refusal("tune plans/same.toml");
+    assert!(refusal.contains("judge: world room route 1 of map is in train too"), "{refusal}");
 }
 
 #[test]

@@ -99,6 +99,8 @@ fn decision_equals_evaluate() -> Result<(), Failed> {
 vtheta_samples = 21
 [robot]
 footprint = [{ x = 0.1, y = 0.0, radius = 0.2 }]
+[robot.limits]
+max_vel_x = 0.2
 ",
     )?;
     let served = Served::start(&[
@@ -111,6 +113,8 @@ footprint = [{ x = 0.1, y = 0.0, radius = 0.2 }]
     ])?;
     let mut problem = served.problem()?;
     assert_eq!(problem["vtheta_samples"], json!(21));
+    // It drives at most as fast as its limits permit.
+    assert_eq!(problem["robot"]["velocity"], json!([0.2, 0.0]));
     assert_eq!(problem["robot"]["footprint"][0]["radius"], json!(0.2));
     problem["vx_samples"] = json!(33);
     problem["obstacles"] = json!([{"x": 3.0, "y": 0.6, "radius": 0.2, "vx": -0.4, "vy": 0.1}]);

@@ -127,18 +127,26 @@ fn shards() {
 fn slurm() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/sweep_slurm.sbatch");
     let place = PlanFolder::new();
-    // The indices of an array need not begin at 1: here they are 4 to 6.
-    for task in 4..=6 {
-        let ran = place
+    let run = |task: usize, count: &str| {
+        place
             .command("bash")
             .args([script, "plan.toml", "out"])
             .env("INBYE", super::plan_folder::INBYE)
             .env("SLURM_ARRAY_TASK_ID", task.to_string())
             .env("SLURM_ARRAY_TASK_MIN", "4")
-            .env("SLURM_ARRAY_TASK_COUNT", "3")
+            .env("SLURM_ARRAY_TASK_MAX", "6")
+            .env("SLURM_ARRAY_TASK_COUNT", count)
             .env("SLURM_CPUS_PER_TASK", "2")
             .output()
-            .expect("a shell");
+            .expect("a shell")
+    };
+    // A list of indices, 4 and 6.
+    let refused = run(6, "2");
+    let message = String::from_utf8_lossy(&refused.stderr);
+    assert!(!refused.status.success() && message.contains("must be a range"), "{refused:?}");
+    // The indices of an array need not begin at 1: here they are 4 to 6.
+    for task in 4..=6 {
+        let ran = run(task, "3");
         assert!(ran.status.success(), "{ran:?}");
         assert_eq!(place.finished("out").len(), 8 * (task - 3));
     }

@@ -14,7 +14,7 @@ fn config(text: &str) -> Config {
 /// The discs of a polygon without padding.
 fn cover(corners: &[[f64; 2]]) -> Vec<Disc> {
     let config = config(&format!(
-        "local_costmap:\n  local_costmap:\n    ros__parameters:\n      footprint: \"{corners:?}\"\n"
+        "local_costmap:\n  local_costmap:\n    ros__parameters:\n      footprint: \"{corners:?}\"\n      footprint_padding: 0.0\n"
     ));
     config.robot.footprint.discs().to_vec()
 }

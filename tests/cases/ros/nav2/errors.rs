@@ -93,6 +93,21 @@ fn other_files_are_rejected() {
     assert_rejected(DWB, Some("robot3"), "`robot3`; the root");
 }
 
+/// The reason is the controller, not a missing node.
+#[test]
+fn file_with_only_an_unsupported_controller_is_rejected_with_its_type() {
+    let text = r#"
+controller_server:
+  ros__parameters:
+    controller_plugins: ["FollowPath"]
+    FollowPath:
+      desired_linear_vel: 0.5
+      plugin: "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+"#;
+    let words = "controller_server.FollowPath.plugin; RegulatedPurePursuitController: the import supports only DWB and MPPI";
+    assert_rejected(text, None, words);
+}
+
 /// Aliases that expand to a billion values, and nesting of ten thousand levels.
 #[test]
 fn yaml_bombs_are_rejected() {

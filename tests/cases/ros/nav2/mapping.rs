@@ -156,12 +156,110 @@ fn missing_part_of_horizon_has_nav2_default() {
     assert!(imported.config.contains("56 x 0.1"), "{}", imported.config);
 }
 
+/// Where Nav2's default of a missing parameter is safer than ours: no reverse, a slower robot, a wider footprint.
+#[test]
+fn missing_limits_have_nav2_defaults() {
+    let controller = |lines: &str| {
+        format!("controller_server:\n  ros__parameters:\n    FollowPath:\n      {lines}\n")
+    };
+    let dwb = controller("plugin: dwb_core::DWBLocalPlanner\n      max_vel_x: 0.4");
+    let (imported, config, _) = import_valid(&dwb, None);
+    assert_eq!((config.robot.limits.min_vel_x, config.robot.limits.max_vel_x), (0.0, 0.4));
+    let path = "controller_server.FollowPath.min_vel_x";
+    let comment = format!("# From {path} (not given: Nav2's default).\nmin_vel_x = 0.0\n");
+    assert!(imported.config.contains(&comment), "{}", imported.config);
+    assert_eq!(imported.defaults.len(), 1);
+    assert_eq!(imported.defaults[0].parameter, path);
+    assert!(imported.mapped.iter().all(|mapped| mapped.parameter != path));
+    // The tighter limit applies, as for given parameters.
+    let smoother = "velocity_smoother:\n  ros__parameters:\n    min_velocity: [-0.2, 0.0, -1.0]\n";
+    let (_, config, _) = import_valid(&(dwb + smoother), None);
+    assert_eq!(config.robot.limits.min_vel_x, 0.0);
+    let mppi = controller("plugin: nav2_mppi_controller::MPPIController\n      time_steps: 20");
+    assert_eq!(import_valid(&mppi, None).1.robot.limits.max_vel_x, 0.5);
+    let costmap = |lines: &str| {
+        format!("local_costmap:\n  local_costmap:\n    ros__parameters:\n      {lines}\n")
+    };
+    let (imported, config, _) = import_valid(&costmap("robot_radius: 0.3"), None);
+    assert_eq!(config.robot.footprint, Footprint::round(0.31).expect("above zero"));
+    assert_eq!(imported.defaults[0].parameter, "local_costmap.local_costmap.footprint_padding");
+    let given = costmap("robot_radius: 0.3\n      footprint_padding: 0.0");
+    assert_eq!(
+        import_valid(&given, None).1.robot.footprint,
+        Footprint::round(0.3).expect("above zero")
+    );
+}
+
+/// Nav2 loads only the plugins in its lists: the limits of others do not apply.
+#[test]
+fn plugins_that_are_not_listed_are_not_in_effect() {
+    let text = r#"
+controller_server:
+  ros__parameters:
+    controller_plugins: ["FollowPath"]
+    goal_checker_plugins: ["goal"]
+    progress_checker_plugins: []
+    Docking: {plugin: "dwb_core::DWBLocalPlanner", max_vel_x: 2.0}
+    FollowPath: {plugin: "nav2_graceful_controller::GracefulController", v_linear_max: 0.3}
+    rough: {plugin: "nav2_controller::SimpleGoalChecker", xy_goal_tolerance: 0.5}
+    goal: {plugin: "nav2_controller::SimpleGoalChecker", xy_goal_tolerance: 0.15}
+    progress: {plugin: "nav2_controller::SimpleProgressChecker", required_movement_radius: 0.9}
+"#;
+    let (imported, config, _) = import_valid(text, None);
+    let default = Config::default();
+    assert_eq!(config.robot.limits, default.robot.limits);
+    assert_eq!(config.navigator.xy_goal_tolerance, 0.15);
+    assert_eq!(
+        config.navigator.required_movement_radius,
+        default.navigator.required_movement_radius
+    );
+    for (parameter, list) in [
+        ("Docking.max_vel_x", "controller_plugins"),
+        ("rough.xy_goal_tolerance", "goal_checker_plugins"),
+        ("progress.required_movement_radius", "progress_checker_plugins"),
+    ] {
+        let path = format!("controller_server.{parameter}");
+        let (reason, explanation) = unmapped(&imported, &path);
+        assert_eq!(reason, UnmappedReason::NotInEffect);
+        assert!(explanation.starts_with(&format!("{list} does not name it")), "{explanation}");
+    }
+    let (reason, _) = unmapped(&imported, "controller_server.FollowPath.v_linear_max");
+    assert_eq!(reason, UnmappedReason::NotSupported);
+}
+
+#[test]
+fn costmap_filters_are_referred_to_the_flags_of_their_masks() {
+    let filters = r#"
+      filters: ["no_go", "speed"]
+      no_go: {plugin: "nav2_costmap_2d::KeepoutFilter", filter_info_topic: "/keepout_info"}
+      speed: {plugin: "nav2_costmap_2d::SpeedFilter", speed_limit_topic: "/speed_limit"}
+"#;
+    let text: String = ["local_costmap", "global_costmap"]
+        .map(|name| {
+            let radius = "      robot_radius: 0.3";
+            format!("{name}:\n  {name}:\n    ros__parameters:\n{radius}{filters}")
+        })
+        .concat();
+    let (imported, ..) = import_valid(&text, None);
+    for (parameter, flag) in [
+        ("local_costmap.local_costmap.no_go.filter_info_topic", "--keepout"),
+        ("local_costmap.local_costmap.filters", "--keepout"),
+        ("global_costmap.global_costmap.no_go.plugin", "--keepout"),
+        ("local_costmap.local_costmap.speed.plugin", "--speed-zones"),
+        ("global_costmap.global_costmap.speed.speed_limit_topic", "--speed-zones"),
+    ] {
+        let (_, explanation) = unmapped(&imported, parameter);
+        assert!(explanation.contains(flag), "{parameter}: {explanation}");
+    }
+    assert_eq!(imported.ignored_nodes, ["global_costmap.global_costmap"]);
+}
+
 #[test]
 fn robot_has_own_and_common_parameters() {
     let (one, config, _) = import_valid(ROBOTS, Some("robot1"));
     assert_eq!(config.robot.limits.max_vel_x, 0.3);
     assert_eq!(config.local.control_period_s, 0.1);
-    assert_eq!(config.robot.footprint, Footprint::round(0.3).expect("above zero"));
+    assert_eq!(config.robot.footprint, Footprint::round(0.31).expect("above zero"));
     // Its own rate overrides the common one.
     assert_eq!(unmapped(&one, "/**.controller_frequency").0, UnmappedReason::NotInEffect);
     assert_eq!(one.ignored_nodes, ["/robot2/controller_server"]);
@@ -177,12 +275,9 @@ fn config_has_exactly_the_mapped_settings() {
         let imported = import(text, namespace).expect("a valid file");
         let both: toml::Table =
             (imported.config.clone() + &imported.base_config).parse().expect("different tables");
-        let mut keys: Vec<&str> = imported
-            .mapped
-            .iter()
-            .flat_map(|mapped| &mapped.settings)
-            .map(|setting| setting.setting)
-            .collect();
+        let all = || imported.mapped.iter().chain(&imported.defaults);
+        let mut keys: Vec<&str> =
+            all().flat_map(|mapped| &mapped.settings).map(|setting| setting.setting).collect();
         keys.sort_unstable();
         keys.dedup();
         let lines = (imported.config.lines().chain(imported.base_config.lines()))
@@ -193,7 +288,7 @@ fn config_has_exactly_the_mapped_settings() {
             for name in key.split('.') {
                 value = &value[name];
             }
-            let of = imported.mapped.iter().flat_map(|mapped| &mapped.settings);
+            let of = all().flat_map(|mapped| &mapped.settings);
             assert!(
                 of.filter(|setting| setting.setting == key)
                     .all(|setting| setting.value == json!(value)),
