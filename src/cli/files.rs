@@ -142,7 +142,7 @@ impl<'a> ReportFolder<'a> {
         self.write(|| {
             let (machine, command) = (&machine::description(), &command_line());
             let intro = &format!("{}\n\n{}", runs::interruption(), report.intro);
-            bench_files(&BenchReport { machine, command, intro, ..report })
+            bench_files(&BenchReport { intro, machine, command, ..report })
         })
     }
 }

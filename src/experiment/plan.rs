@@ -46,7 +46,7 @@ settings! {
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct PlanWorlds {
-        /// Kind: "scenes", the built-in roadway, crossing and dead_end, each with its people; "map", routes on a map; "missions", a random one for each
+        /// Kind: "scenes", the built-in `roadway`, `crossing` and `dead_end`, each with its people; "map", routes on a map; "missions", a random one for each
         /// seed, on a map or on the built-in ones; "barn" and "dynabarn", worlds of these benchmarks by their rules;
         /// "localization", the cases of `inbye bench localization`; "paper", the drives of `inbye bench paper`; "mrpb", the
         /// worlds of MRPB 1.0.

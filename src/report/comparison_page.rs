@@ -89,23 +89,21 @@ fn sentence(planner: &RankedPlanner) -> String {
     let RankedPlanner { rank, planner: name, runs, reached_share, contact_share, .. } = planner;
     let reached = fixed(100.0 * reached_share, 1);
     let contacts = fixed(100.0 * contact_share, 1);
-    let mut notes = String::new();
-    if let Some(difference) = planner.difference {
+    let verdict = planner.difference.map(|difference| {
         let interval = planner.difference_low.zip(planner.difference_high);
         let interval = interval.map_or_else(String::new, |(low, high)| {
             format!(", interval {} to {}", fixed(low, 3), fixed(high, 3))
         });
-        notes += &format!("; {} ({}{interval})", planner.verdict.text(), fixed(difference, 3));
-    }
-    if planner.left_out > 0 {
-        notes += &format!(
+        format!("; {} ({}{interval})", planner.verdict.text(), fixed(difference, 3))
+    });
+    let left_out = (planner.left_out > 0).then(|| {
+        format!(
             "; {} other runs do not count, because another planner did not drive in their worlds with their seeds",
             planner.left_out
-        );
-    }
-    if let Some(faults) = &planner.faults {
-        notes += &format!("; faults: {faults}");
-    }
+        )
+    });
+    let faults = planner.faults.as_ref().map(|faults| format!("; faults: {faults}"));
+    let notes: String = [verdict, left_out, faults].into_iter().flatten().collect();
     let success = fixed(planner.time_weighted_success, 3);
     format!(
         "{rank}. {name}: {success}; {reached} % of {runs} runs reached their goal, {contacts} % ended in contact{notes}."
