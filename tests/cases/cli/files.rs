@@ -275,3 +275,17 @@ fn names_that_are_not_utf8_are_written_and_read() {
     let replay = place.command().arg("replay").arg(name).output().expect("the program starts");
     assert_eq!(replay.status.code(), Some(0), "{}", String::from_utf8_lossy(&replay.stderr));
 }
+
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    let place = Workplace::new();
+    for arguments in ["--help", "--version", "drive --help"] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a device");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_inbye"));
+        let run =
+            command.args(arguments.split(' ')).current_dir(place.path("")).stdout(full).output();
+        let run = run.expect("the program starts");
+        assert_eq!(run.status.code(), Some(2), "{arguments}: {run:?}");
+        assert!(String::from_utf8_lossy(&run.stderr).contains("standard output"), "{run:?}");
+    }
+}
