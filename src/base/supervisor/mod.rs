@@ -54,9 +54,9 @@ settings! {
         /// from its measured speed, for a target that is newer than the gap.
         pub max_gap_s: f64 = 0.2, ["s", above 0 to 5];
         /// Pause after the first failure of the connection. Default 0.1 s.
-        pub reconnect_min_s: f64 = 0.1, ["s", above 0 to 60];
+        pub reconnect_min_s: f64 = 0.1, ["s", above 0 to 3600];
         /// Longest pause between attempts to reconnect, at least `reconnect_min_s`. Default 5 s.
-        pub reconnect_max_s: f64 = 5.0, ["s", above 0 to 60];
+        pub reconnect_max_s: f64 = 5.0, ["s", above 0 to 3600];
         /// Thresholds of the fault detector.
         pub fault_detector: FaultDetectorSettings = FaultDetectorSettings::default();
     }
