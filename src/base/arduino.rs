@@ -22,7 +22,7 @@ use super::{
     BaseError, BaseSettings, CommandStats, DeviceProtocol, Feedback, MachineState, Session,
 };
 use crate::robot::TrackSpeeds;
-use crate::settings::settings;
+use crate::settings::{require, settings};
 
 /// Time after the last motor command at which the firmware stops, seconds.
 pub const WATCHDOG_S: f64 = 2.0;
@@ -35,7 +35,7 @@ settings! {
         /// Speed of the serial line. Default 57,600, the firmware's.
         pub baud: u32 = 57_600, ["baud", at_least 1];
         /// Cycle time of the firmware's speed control. Default 0.033 s.
-        pub pid_interval_s: f64 = 0.033, ["s", above 0];
+        pub pid_interval_s: f64 = 0.033, ["s", above 0 to 0.2];
         /// Time until an answer counts as lost. Default 0.05 s: the firmware may move servos between two reads, and
         /// USB adapters delay bytes for up to 0.016 s.
         pub answer_timeout_s: f64 = 0.05, ["s", above 0];
@@ -113,7 +113,17 @@ impl ArduinoSession {
     /// Settings out of range.
     pub fn new(settings: BaseSettings) -> Result<Self, BaseError> {
         let core = SessionCore::new(settings)?;
-        let ArduinoSettings { answer_timeout_s, max_attempts, .. } = settings.arduino;
+        let ArduinoSettings { pid_interval_s, answer_timeout_s, max_attempts, .. } =
+            settings.arduino;
+        for ticks_per_m in [settings.ticks_per_m.left, settings.ticks_per_m.right] {
+            let fastest = settings.tracks.max_track_speed * ticks_per_m * pid_interval_s;
+            require(
+                fastest <= f64::from(i16::MAX),
+                "ticks_per_m",
+                ticks_per_m,
+                "smaller: a ROSArduinoBridge has 16 bits for max_track_speed * ticks_per_m * pid_interval_s",
+            )?;
+        }
         Ok(Self {
             core,
             requests: RequestTracker::new(answer_timeout_s, max_attempts),
@@ -132,7 +142,7 @@ impl ArduinoSession {
             Request::SetSpeeds => {
                 let interval_s = self.core.settings.arduino.pid_interval_s;
                 let rates = self.core.take_rates();
-                // Integers have 16 bits on the smaller boards.
+                // Integers have 16 bits on the smaller boards. Every speed fits, by the check of the settings.
                 let [first, second] = rates.map(|rate| (rate * interval_s).round() as i16);
                 line.extend(format!("m {first} {second}\r").into_bytes());
             }

@@ -33,6 +33,12 @@ pub enum BaseError {
         /// Message of the operating system.
         reason: String,
     },
+    /// A port that another program has opened.
+    #[error("{port}: another program uses this port: end it, or give another port")]
+    InUse {
+        /// Name of the port.
+        port: String,
+    },
     /// The name of a port leads to another device than the one that was opened first. Nothing was sent to it.
     #[error(
         "{port}: another device has this name: it was {was}, it is {now}: check the cables, then start again"

@@ -50,7 +50,7 @@ settings! {
     pub struct FaultDetectorSettings {
         /// Commanded speed from which a track is expected to move. Default 0.1 m/s: below it a deadband, a slope or
         /// coarse encoders may hold a sound track.
-        pub motion_threshold_m_s: f64 = 0.1, ["m/s", above 0];
+        pub motion_threshold_m_s: f64 = 0.1, ["m/s", above 0 to 1];
         /// Time of commanded motion after which a track that stands is stuck. Default 1 s: motors with a lag of 0.2 s
         /// have long moved, and blocked motors have not yet burnt out. A base whose tracks both stand ignores its commands after
         /// 0.7 of this time.
@@ -60,23 +60,23 @@ settings! {
         pub reversed_s: f64 = 0.5, ["s", above 0 to 5];
         /// Speed by which a runaway track exceeds every recent command. Default 0.15 m/s: more than a good speed
         /// control overshoots.
-        pub runaway_margin_m_s: f64 = 0.15, ["m/s", above 0];
+        pub runaway_margin_m_s: f64 = 0.15, ["m/s", above 0 to 1];
         /// Time after which such a track has run away, and the time that counts as recent. Default 0.5 s. A track that
         /// exceeds the margin twice or three times is found in half or a third of this time.
-        pub runaway_s: f64 = 0.5, ["s", above 0];
+        pub runaway_s: f64 = 0.5, ["s", above 0 to 5];
         /// Difference of the turn rates by gyro and tracks that counts as slip if it also exceeds half of the
         /// greater rate. Default 0.4 rad/s: the effective track width is known to about 10 % on one floor.
-        pub slip_rate_rad_s: f64 = 0.4, ["rad/s", above 0];
+        pub slip_rate_rad_s: f64 = 0.4, ["rad/s", above 0 to 5];
         /// Time after which slip is a fault. Default 1 s: over stones a base slips for moments.
-        pub slip_s: f64 = 1.0, ["s", above 0];
+        pub slip_s: f64 = 1.0, ["s", above 0 to 5];
         /// Age at which a command that the base has not accepted is delayed; only for protocols that acknowledge
         /// commands. Default 0.2 s: ten commands, and two cycles of the slowest planner.
-        pub command_delay_s: f64 = 0.2, ["s", above 0];
+        pub command_delay_s: f64 = 0.2, ["s", above 0 to 5];
         /// Largest roll or pitch; only for bases that measure it. Default 0.35 rad, 20 degrees: steeper than ramps and
         /// most stairs allow.
-        pub max_tilt_rad: f64 = 0.35, ["rad", above 0];
+        pub max_tilt_rad: f64 = 0.35, ["rad", above 0 to 1.57];
         /// Time after which such a tilt is a fault. Default 0.2 s: a track that climbs a stone tilts for a moment.
-        pub tilt_s: f64 = 0.2, ["s", above 0];
+        pub tilt_s: f64 = 0.2, ["s", above 0 to 5];
     }
 }
 

@@ -60,16 +60,14 @@ impl SerialBase {
     /// Opens a port by its name, such as `/dev/ttyUSB0` or `COM3`, at the session's speed.
     ///
     /// # Errors
-    /// [`BaseError::CannotOpen`].
+    /// [`BaseError::CannotOpen`] and [`BaseError::InUse`].
     pub fn open(
         name: &str,
         session: Box<dyn Session>,
         settings: SerialSettings,
     ) -> Result<Self, BaseError> {
-        let port =
-            serialport::new(name, session.baud()).timeout(MIN_TIMEOUT).open().map_err(|error| {
-                BaseError::CannotOpen { port: name.to_owned(), reason: error.to_string() }
-            })?;
+        let port = serialport::new(name, session.baud()).timeout(MIN_TIMEOUT).open();
+        let port = port.map_err(|error| cannot_open(name, &error))?;
         // Older bytes are no answer to this session. An error here shows again at the first use.
         let _ = port.clear(ClearBuffer::All);
         Ok(Self::from_port(port, name, session, settings))
@@ -245,14 +243,20 @@ impl Base for SerialBase {
     }
 }
 
+fn cannot_open(name: &str, error: &serialport::Error) -> BaseError {
+    let (port, reason) = (name.to_owned(), error.to_string());
+    // On Unix this kind stands for a port that is locked or busy, elsewhere for one that does not exist.
+    let is_in_use = cfg!(unix) && error.kind == serialport::ErrorKind::NoDevice;
+    if is_in_use { BaseError::InUse { port } } else { BaseError::CannotOpen { port, reason } }
+}
+
 /// Opens the port of an LD19 lidar by its name. Reads block for 10 ms at most.
 ///
 /// # Errors
-/// [`BaseError::CannotOpen`].
+/// [`BaseError::CannotOpen`] and [`BaseError::InUse`].
 pub fn open_lidar_port(name: &str) -> Result<Box<dyn Read + Send>, BaseError> {
-    let port = serialport::new(name, BAUD).timeout(LIDAR_TIMEOUT).open().map_err(|error| {
-        BaseError::CannotOpen { port: name.to_owned(), reason: error.to_string() }
-    })?;
+    let port = serialport::new(name, BAUD).timeout(LIDAR_TIMEOUT).open();
+    let port = port.map_err(|error| cannot_open(name, &error))?;
     // Older bytes measure from where the robot was before.
     let _ = port.clear(ClearBuffer::Input);
     Ok(port)

@@ -31,13 +31,13 @@ settings! {
     #[serde(deny_unknown_fields, default)]
     pub struct BaseSettings {
         /// Distance between the tracks' centre lines. Default 0.5 m, a small inspection robot.
-        pub track_width_m: f64 = 0.5, ["m", above 0];
+        pub track_width_m: f64 = 0.5, ["m", above 0 to 10];
         /// Effective over geometric track width: tracks slip sideways in a turn, and so turn as if they were farther
         /// apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the real turns,
         /// and divide ten by them.
         pub effective_width_ratio: f64 = 1.0, ["", 0.5 to 5];
         /// Encoder ticks per metre of each track. Default 10,000. Not used by the WHEELTEC protocol.
-        pub ticks_per_m: PerTrack<f64> = PerTrack::both(10_000.0), ["1/m", above 0];
+        pub ticks_per_m: PerTrack<f64> = PerTrack::both(10_000.0), ["1/m", above 0 to 10_000_000];
         /// Whether the first channel of the controller drives the right track. Default false. Not used by the
         /// WHEELTEC protocol.
         pub swap_tracks: bool = false;
@@ -47,14 +47,14 @@ settings! {
         pub tracks: TrackLimits = TrackLimits::default();
         /// Battery voltage below which the base is stopped, such as 21.0 for seven lithium cells at 3 V each. Default
         /// none, not monitored: it depends on the cells.
-        pub min_battery_v: Option<f64> = None, ["V", above 0];
+        pub min_battery_v: Option<f64> = None, ["V", above 0 to 1000];
         /// Whether the firmware of the base stops the motors by itself when commands cease, although its protocol is known
         /// for firmware that does not: WHEELTEC's. Default false. Test it: kill the program with SIGKILL while the base
         /// turns its tracks in the air.
         pub has_watchdog: bool = false;
         /// Largest speed of a track of a base without a watchdog. Default 0.3 m/s, a fifth of a walking speed: if the
         /// host fails, a person catches up with the base and reaches its button.
-        pub max_speed_without_watchdog_m_s: f64 = 0.3, ["m/s", above 0];
+        pub max_speed_without_watchdog_m_s: f64 = 0.3, ["m/s", above 0 to 10];
         /// Protocol settings of a `RoboClaw`.
         pub roboclaw: RoboClawSettings = RoboClawSettings::default();
         /// Protocol settings of a `ROSArduinoBridge`.

@@ -45,6 +45,13 @@ pub struct BaseArguments {
     pub command: BaseCommand,
 }
 
+impl BaseArguments {
+    /// Whether the command opens the line of a base.
+    pub const fn opens_line(&self) -> bool {
+        !matches!(self.command, BaseCommand::Emulate(_))
+    }
+}
+
 /// Subcommands of `inbye base`.
 #[derive(Debug, Subcommand)]
 pub enum BaseCommand {
@@ -154,8 +161,8 @@ pub struct LineArguments {
     after_help = "Example:\n  inbye base send --port /dev/ttyUSB0 --protocol wheeltec --linear 0.2 --for 2\n\n\
     The motion is ramped up, sent 50 times per second, and ramped down at the end. The base is stopped, with the reason, when it \
     does not follow its commands: a track that is stuck, runs away or runs in reverse, slip, delayed commands, an emergency \
-    stop, a fault. Ctrl-C, SIGTERM and an error end with three or more zero commands. After a SIGKILL only the base's own \
-    watchdog acts, which WHEELTEC's published firmware does not have.\n\
+    stop, a fault. An error and every signal that ends or suspends a program, such as Ctrl-C and Ctrl-Z, end with three or more zero \
+    commands. After a SIGKILL or with a cut cable only the base's own watchdog acts, which WHEELTEC's published firmware does not have.\n\
     Exit status 1: the base was stopped, the connection was lost, or a signal came."
 )]
 pub struct SendArguments {

@@ -8,7 +8,7 @@ use clap::Args;
 use inbye::base::{BaseSettings, BaseSupervisor, SupervisorStatus};
 use inbye::geometry::Twist;
 use inbye::robot::{Limits, MotionEstimate, MotionIdentifier, PerTrack, travel_m};
-use inbye::runtime::hardware::{SerialLine, stop_cause};
+use inbye::runtime::hardware::stop_cause;
 use serde_json::{Value, json};
 
 use super::arguments::number;
@@ -36,7 +36,7 @@ const ASSUMED_S: f64 = 0.3;
     ahead as it drives, and an operator at the emergency stop. A gyro measures the real turn; without one, measure the turn by a \
     mark on the floor and give it with --turned. Measure the distance with a tape and give it with --driven.\n\
     The settings to paste into the file of --base-config are printed, and the latency for [navigator] actuation_delay_s.\n\
-    Exit status 1: the base was stopped, or a signal came."
+    Exit status 1: the base was stopped, the line was lost, a motion was not completed, or a signal came. Then no settings are printed."
 )]
 pub struct CalibrateArguments {
     #[command(flatten)]
@@ -78,6 +78,8 @@ struct Motion {
     driven_m: f64,
     /// Turn by the gyro, radians.
     by_gyro_rad: Option<f64>,
+    /// Whether the tracks were measured by encoder counts, which `ticks_per_m` scales.
+    has_counts: bool,
 }
 
 /// Integrates the reports of a base.
@@ -103,6 +105,7 @@ impl Meter {
                 Twist::new(feedback.twist.linear * elapsed_s, feedback.twist.angular * elapsed_s)
             }
             Some(counts) => {
+                self.motion.has_counts = true;
                 let before = self.counts.replace(counts).unwrap_or(counts);
                 let travel_m = travel_m(&before, &counts, &self.settings.ticks_per_m);
                 self.settings.drive().twist(&travel_m)
@@ -116,7 +119,7 @@ impl Meter {
     }
 }
 
-/// Calibrates a base. Returns false if it was stopped.
+/// Calibrates a base. Returns false if a motion was not completed on one connection.
 pub fn run(arguments: &CalibrateArguments, json: bool) -> anyhow::Result<bool> {
     ensure!(
         arguments.turns > 0.0 || arguments.distance > 0.0,
@@ -128,28 +131,54 @@ pub fn run(arguments: &CalibrateArguments, json: bool) -> anyhow::Result<bool> {
     let (line, supervisor) = base::open(&arguments.line, false)?;
     let settings = line.config.base;
     let mut identifier = MotionIdentifier::new(&limits(&settings), ASSUMED_S);
+    let failures = supervisor.status().counters.connection_failures;
     let turn_rad = arguments.turns * TAU;
     let mut drive = |twist: Twist, is_done: &dyn Fn(&Motion) -> bool, longest_s: f64| {
         motion(&supervisor, &settings, &mut identifier, &twist, is_done, longest_s)
     };
     let turn_s = LONGEST * turn_rad / TURN_RATE + PAUSE_S;
-    let turned = drive(Twist::new(0.0, TURN_RATE), &|it| it.turned_rad >= turn_rad, turn_s);
-    let drive_s = LONGEST * arguments.distance / SPEED + PAUSE_S;
-    let is_there = |it: &Motion| it.driven_m >= arguments.distance;
-    let driven = drive(Twist::new(SPEED, 0.0), &is_there, drive_s);
+    let has_turned = |it: &Motion| it.turned_rad >= turn_rad;
+    let (turned, mut is_complete) = drive(Twist::new(0.0, TURN_RATE), &has_turned, turn_s);
+    let mut driven = Motion::default();
+    if is_complete {
+        let drive_s = LONGEST * arguments.distance / SPEED + PAUSE_S;
+        let is_there = |it: &Motion| it.driven_m >= arguments.distance;
+        (driven, is_complete) = drive(Twist::new(SPEED, 0.0), &is_there, drive_s);
+    }
     let status = supervisor.status();
     drop(supervisor);
-    let is_done = status.is_running && status.stop_cause.is_none();
+    let why = why_invalid(&status, is_complete, failures);
     let estimate = *identifier.estimate();
-    let result = Calibration::new(&line, &turned, &driven, arguments);
-    let object = result.object(&turned, &driven, &estimate, &status);
+    let result = if why.is_none() {
+        Calibration::new(&settings, &turned, &driven, arguments)
+    } else {
+        Calibration::default()
+    };
+    let mut object = result.object(&turned, &driven, &estimate, &status);
+    object["why"] = json!(why);
     let mut lines = Calibration::lines(&turned, &driven, &estimate);
-    lines.extend(stop_cause(&status).map(|why| format!("stopped: {why}")));
-    if is_done {
-        lines.extend(result.settings_text());
+    match &why {
+        Some(why) => lines.push(format!("no settings  {why}")),
+        None => lines.extend(result.settings_text(&settings)),
+    }
+    if why.is_none() && arguments.driven.is_some() && result.ticks_per_m.is_none() {
+        let protocol = line.protocol;
+        lines.push(format!(
+            "--driven     has no effect: the protocol {protocol} has no encoder counts, and no setting corrects the distance of its \
+             firmware"
+        ));
     }
     output::result(json, &object, lines)?;
-    Ok(is_done)
+    Ok(why.is_none())
+}
+
+/// Why the motions give no settings. A lost line hides a part of them, also if it was opened again.
+fn why_invalid(status: &SupervisorStatus, is_complete: bool, failures: u64) -> Option<String> {
+    let is_lost = status.counters.connection_failures > failures;
+    let lost = || is_lost.then(|| "the connection was lost".to_owned());
+    let ended = || (!status.is_running).then(|| "stopped by a signal".to_owned());
+    let slow = || "the base did not complete a motion in the longest time for it".to_owned();
+    stop_cause(status).or_else(ended).or_else(lost).or_else(|| (!is_complete).then(slow))
 }
 
 /// Asks the operator before the base moves.
@@ -183,7 +212,7 @@ fn limits(settings: &BaseSettings) -> Limits {
         .decel_lim_theta(tracks.decel_lim_track / arm_m)
 }
 
-/// Commands a motion until it is done, then stops, and stands for a moment.
+/// Commands a motion until it is done, then stops, and stands for a moment. Returns it, and whether it was completed.
 fn motion(
     supervisor: &BaseSupervisor,
     settings: &BaseSettings,
@@ -191,7 +220,7 @@ fn motion(
     twist: &Twist,
     is_done: &dyn Fn(&Motion) -> bool,
     longest_s: f64,
-) -> Motion {
+) -> (Motion, bool) {
     let start_s = supervisor.now_s();
     let mut meter = Meter::new(*settings, start_s);
     let mut follow = |target: &Twist, is_over: &dyn Fn(f64, &Motion) -> bool| {
@@ -209,27 +238,28 @@ fn motion(
         motion
     };
     follow(&Twist::STOP, &|elapsed_s, _| elapsed_s >= PAUSE_S);
-    follow(twist, &|elapsed_s, motion| elapsed_s >= longest_s || is_done(motion));
-    follow(&Twist::STOP, &|elapsed_s, _| elapsed_s >= PAUSE_S)
+    let moved = follow(twist, &|elapsed_s, motion| elapsed_s >= longest_s || is_done(motion));
+    let motion = follow(&Twist::STOP, &|elapsed_s, _| elapsed_s >= PAUSE_S);
+    (motion, is_done(&moved))
 }
 
 /// The settings that follow from the motions.
+#[derive(Default)]
 struct Calibration {
-    /// Present and new ratio of the effective to the geometric track width; the new one needs a gyro or a measured turn.
-    width_ratio: (f64, Option<f64>),
-    /// Present and new number of ticks per metre; the new one needs a measured distance.
-    ticks_per_m: (PerTrack<f64>, Option<PerTrack<f64>>),
+    /// Ratio of the effective to the geometric track width; it needs a gyro or a measured turn.
+    width_ratio: Option<f64>,
+    /// Ticks per metre; they need a measured distance, and encoder counts.
+    ticks_per_m: Option<PerTrack<f64>>,
 }
 
 impl Calibration {
     fn new(
-        line: &SerialLine,
+        settings: &BaseSettings,
         turned: &Motion,
         driven: &Motion,
         given: &CalibrateArguments,
     ) -> Self {
-        let settings = &line.config.base;
-        let real_m = given.driven.filter(|_| driven.driven_m > 0.0);
+        let real_m = given.driven.filter(|_| driven.driven_m > 0.0 && driven.has_counts);
         let ticks =
             real_m.map(|real_m| settings.ticks_per_m.map(|per_m| per_m * driven.driven_m / real_m));
         // More ticks per metre make the measured turn smaller in the same proportion.
@@ -238,11 +268,8 @@ impl Calibration {
         let width = real_rad.filter(|real_rad| *real_rad > 0.1 && turned.turned_rad > 0.1);
         let present = settings.effective_width_ratio;
         Self {
-            width_ratio: (
-                present,
-                width.map(|real_rad| present * scale * turned.turned_rad / real_rad),
-            ),
-            ticks_per_m: (settings.ticks_per_m, ticks),
+            width_ratio: width.map(|real_rad| present * scale * turned.turned_rad / real_rad),
+            ticks_per_m: ticks,
         }
     }
 
@@ -257,8 +284,8 @@ impl Calibration {
             "turned_rad": turned.turned_rad,
             "turned_by_gyro_rad": turned.by_gyro_rad,
             "driven_m": driven.driven_m,
-            "effective_width_ratio": self.width_ratio.1,
-            "ticks_per_m": self.ticks_per_m.1,
+            "effective_width_ratio": self.width_ratio,
+            "ticks_per_m": self.ticks_per_m,
             "motion": estimate,
             "stop_cause": stop_cause(status),
             "interrupted": !status.is_running,
@@ -282,12 +309,14 @@ impl Calibration {
     }
 
     /// The settings as TOML.
-    fn settings_text(&self) -> Vec<String> {
+    fn settings_text(&self, present: &BaseSettings) -> Vec<String> {
         let mut lines = Vec::new();
-        if let (present, Some(ratio)) = self.width_ratio {
+        if let Some(ratio) = self.width_ratio {
+            let present = present.effective_width_ratio;
             lines.push(format!("effective_width_ratio = {ratio:.3}  # was {present}"));
         }
-        if let (present, Some(ticks)) = self.ticks_per_m {
+        if let Some(ticks) = self.ticks_per_m {
+            let present = present.ticks_per_m;
             lines.push(format!(
                 "ticks_per_m = {{ left = {:.0}, right = {:.0} }}  # was {}, {}",
                 ticks.left, ticks.right, present.left, present.right

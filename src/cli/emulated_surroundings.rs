@@ -82,6 +82,16 @@ impl EmulatedSurroundings {
         let start = arguments.start.as_ref();
         let start = start.context("--lidar-map needs --start: give the robot's pose on the map")?;
         let world = World::new(map.obstacles(UnknownPolicy::Blocked));
+        let footprint = Config::default().robot.footprint;
+        let places = [("--start", Some(start)), ("--carry-to", arguments.carry_to.as_ref())];
+        for (flag, place) in places.iter().filter_map(|(flag, place)| Some((flag, (*place)?))) {
+            let is_free = world.gap_to_static_m(&footprint, &place.pose()) > 0.0;
+            let (x, y, file) = (place.position.x, place.position.y, file.display());
+            ensure!(
+                is_free,
+                "{flag} {x},{y}: the robot touches a wall of {file} or its edge there: choose a free place"
+            );
+        }
         let mut people = arguments.person.clone();
         people.sort_by(|one, other| other.from_s.total_cmp(&one.from_s));
         Ok(Some(Self {
@@ -91,7 +101,7 @@ impl EmulatedSurroundings {
             people,
             present: Vec::new(),
             moving: MovingObstacles::default(),
-            footprint: Config::default().robot.footprint,
+            footprint,
             pair: Some(PseudoTerminal::open()?),
             faults: arguments.fault.clone(),
             injector: LidarFaultInjector::new(&arguments.fault, arguments.seed),

@@ -13,6 +13,7 @@ use inbye::local::{
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::input_file::read_text;
 use super::whole_file::write_whole;
 use super::{machine, output};
 
@@ -20,6 +21,9 @@ use super::{machine, output};
 const FILE: &str = "engine-times.json";
 /// Number of measurements that it keeps, the newest.
 const KEPT: usize = 32;
+
+/// Most threads of a CPU engine, as `--threads` permits them.
+const MAX_THREADS: usize = 1024;
 
 /// A measurement, and what it holds for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,6 +51,24 @@ impl Measurement {
         (&*self.machine, self.threads, &self.size) == (machine, threads, size)
             && adapters.iter().all(|adapter| self.adapters.contains(adapter))
     }
+
+    /// Whether its times are those of a measurement.
+    fn is_valid(&self) -> bool {
+        let is_time = |time: &EngineTime| time.p50_ms.is_finite() && time.p50_ms >= 0.0;
+        let is_engine = |time: &EngineTime| time.threads <= MAX_THREADS;
+        !self.times.is_empty() && self.times.iter().all(|time| is_time(time) && is_engine(time))
+    }
+
+    /// The times of the CPU, and of the adapters that are there now.
+    fn times_here(&self, adapters: &[String]) -> Vec<EngineTime> {
+        let is_adapter = |time: &EngineTime, adapter: &String| {
+            adapter.strip_prefix(&*time.name).is_some_and(|rest| rest.starts_with(" ("))
+        };
+        let is_here = |time: &&EngineTime| {
+            time.threads > 0 || adapters.iter().any(|adapter| is_adapter(time, adapter))
+        };
+        self.times.iter().filter(is_here).cloned().collect()
+    }
 }
 
 /// Times of the engines for decisions of one size, the fastest first: from the user's file, or measured if the file has none, or
@@ -62,8 +84,9 @@ pub fn engine_times(
     let file = machine::cache_folder().map(|folder| folder.join(FILE));
     let mut kept = file.as_deref().map(read).unwrap_or_default();
     let is_for = |one: &Measurement| one.is_for(&machine, &adapters, threads, size);
-    if let Some(known) = kept.iter().find(|one| !again && is_for(one)) {
-        return Ok(known.times.clone());
+    let known = kept.iter().find(|one| !again && is_for(one)).map(|one| one.times_here(&adapters));
+    if let Some(times) = known.filter(|times| !times.is_empty()) {
+        return Ok(times);
     }
     let mut clock = machine::wall_clock();
     let times = measure_engines(size, threads, &mut clock, &mut thread::sleep, |error| {
@@ -83,12 +106,14 @@ pub fn engine_times(
     Ok(times)
 }
 
-/// The measurements of a file. One that cannot be read has none: it is replaced.
+/// The measurements of a file. One that cannot be read has none: it is replaced. A pipe may never end.
 fn read(file: &Path) -> Vec<Measurement> {
-    let text = fs::read_to_string(file).unwrap_or_default();
+    let is_file = fs::metadata(file).is_ok_and(|metadata| metadata.is_file());
+    let text = if is_file { read_text(file).unwrap_or_default() } else { String::new() };
     let all: Vec<Value> = serde_json::from_str(&text).unwrap_or_default();
     // Of another version, some may not fit.
-    all.into_iter().filter_map(|one| serde_json::from_value(one).ok()).collect()
+    let read = all.into_iter().filter_map(|one| serde_json::from_value(one).ok());
+    read.filter(Measurement::is_valid).collect()
 }
 
 fn write(file: &Path, kept: &[Measurement]) -> anyhow::Result<()> {
@@ -199,6 +224,29 @@ mod tests {
     }
 
     #[test]
+    fn times_of_an_adapter_that_is_missing_now_are_left_out() {
+        let kept = measurement(&["GPU (hardware, vulkan, a)"]);
+        let names = |adapters: &[&str]| {
+            let adapters: Vec<String> = adapters.iter().map(ToString::to_string).collect();
+            kept.times_here(&adapters).into_iter().map(|time| time.name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&["GPU (hardware, vulkan, a)"]), ["GPU", "CPU, 4 threads"]);
+        assert_eq!(names(&[]), ["CPU, 4 threads"]);
+        assert_eq!(names(&["GPU 2 (hardware, vulkan, a)"]), ["CPU, 4 threads"]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipe_in_place_of_the_file_holds_nothing() {
+        let folder = std::env::temp_dir().join(format!("inbye-pipe-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("writable");
+        let pipe = folder.join(FILE);
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).expect("a pipe");
+        assert_eq!(read(&pipe), []);
+        fs::remove_dir_all(&folder).expect("removable");
+    }
+
+    #[test]
     fn text_names_best_cpu_and_best_gpu() {
         let kept = measurement(&[]);
         assert_eq!(
@@ -219,6 +267,19 @@ mod tests {
         assert_eq!(read(&file), []);
         fs::write(&file, "[{\"machine\": 1}]").expect("writable");
         assert_eq!(read(&file), []);
+        // A file that a person changed.
+        let changed = |change: &dyn Fn(&mut Measurement)| {
+            let mut one = measurement(&[]);
+            change(&mut one);
+            one
+        };
+        let odd = [
+            changed(&|one| one.times.clear()),
+            changed(&|one| one.times[1].threads = MAX_THREADS + 1),
+            changed(&|one| one.times[0].p50_ms = -1.0),
+        ];
+        write(&file, &[&odd[..], &kept[..1]].concat()).expect("writable");
+        assert_eq!(read(&file), kept[..1]);
         fs::remove_dir_all(&folder).expect("removable");
     }
 }

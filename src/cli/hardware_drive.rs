@@ -1,7 +1,8 @@
 //! `inbye drive --port`: a base on a serial line, driven in real time; a simulated world around it, or with `--lidar` the real
 //! one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -12,7 +13,7 @@ use inbye::runtime::Config;
 use inbye::runtime::hardware::{HardwareRobot, SerialLine, connect_lidar, stop_cause};
 use serde_json::{Value, json};
 
-use super::arguments::protocol;
+use super::arguments::{protocol, whole};
 use super::base;
 use super::drive_text::SIMULATED;
 use super::machine::{interrupt_flag, is_interrupted};
@@ -37,7 +38,7 @@ pub struct HardwareArguments {
     #[arg(long, requires = "serial_base")]
     pub arm: bool,
     /// Serve the operator on this port of localhost: POST /arm, POST /stop, GET /status.
-    #[arg(long, value_name = "N", requires = "serial_base")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, requires = "serial_base", value_parser = whole::<u16>(1, 65_535))]
     pub operator_port: Option<u16>,
     /// Give the page of --live a button that stops the robot.
     #[arg(long, requires_all = ["serial_base", "live"])]
@@ -76,11 +77,15 @@ impl HardwareArguments {
             that drives nowhere, such as on a test stand"
         );
         operator::require_arming(self.arm, self.operator_port)?;
+        let path = |port: &str| Path::new(port).canonicalize().unwrap_or_else(|_| port.into());
+        let is_twice = self.lidar.as_ref().is_some_and(|lidar| path(lidar) == path(port));
+        ensure!(!is_twice, "--lidar {port}: it is the port of the base too: give the lidar's");
         let protocol = self.protocol.unwrap_or_default();
         let line = base::load_line(port, protocol, self.base_config.as_deref())?;
         line.warning().iter().for_each(output::warn);
-        let base = line.connect(interrupt_flag()?).context("--port")?;
-        let lidar = self.lidar.as_ref().map(|port| connect_lidar(port, line.config.lidar));
+        let end = interrupt_flag()?;
+        let base = line.connect(Arc::clone(&end)).context("--port")?;
+        let lidar = self.lidar.as_ref().map(|port| connect_lidar(port, line.config.lidar, &end));
         let lidar = lidar.transpose().context("--lidar")?;
         let layer = config.protective_layer(line.config.supervisor.period_s())?;
         let switch = layer.operator();

@@ -14,6 +14,8 @@ use inbye::local::{AdapterSelection, CpuEngines, Engine, EngineError, open_engin
 use serde_json::{Value, json};
 
 use super::output;
+#[cfg(unix)]
+use super::stop_signals;
 
 /// Exit status after a second Ctrl-C, as shells define it.
 const INTERRUPTED: i32 = 130;
@@ -57,7 +59,12 @@ pub fn interrupt_flag() -> anyhow::Result<Arc<AtomicBool>> {
             exit(INTERRUPTED);
         }
     };
-    ctrlc::set_handler(handler).context("cannot install the handler of Ctrl-C")?;
+    let install = || ctrlc::set_handler(handler);
+    #[cfg(unix)]
+    let installed = stop_signals::install_but_keep_nohup(install)?;
+    #[cfg(not(unix))]
+    let installed = install();
+    installed.context("cannot install the handler of Ctrl-C")?;
     Ok(flag)
 }
 

@@ -67,6 +67,8 @@ mod serial_faults;
 mod serial_verdict;
 mod shell_integration;
 mod soak;
+#[cfg(unix)]
+mod stop_signals;
 mod sweep;
 mod sweep_merge;
 mod tune;
@@ -84,6 +86,7 @@ pub use invocation::Invocation;
 use anyhow::ensure;
 use base::BaseCommand;
 use clap::{Args, Parser, Subcommand};
+use inbye::runtime::hardware::HardwareError;
 use output::{GLOBAL_OPTIONS, Verbosity};
 
 /// The error of commands whose output is no result.
@@ -207,8 +210,10 @@ pub fn run_program(invocation: Invocation) -> u8 {
     let words = name.iter().chain(&invocation.arguments).cloned();
     let arguments = match Arguments::try_parse_from(words) {
         Ok(arguments) => arguments,
-        // Help and version: clap prints them to standard output.
-        Err(help) if !help.use_stderr() => help.exit(),
+        Err(help) if !help.use_stderr() => {
+            output::print_help(&help);
+            return 0;
+        }
         Err(error) => {
             let is_json = invocation.arguments.iter().any(|argument| argument == "--json");
             output::print_usage_error(&error, is_json);
@@ -223,8 +228,12 @@ pub fn run_program(invocation: Invocation) -> u8 {
     match run(&arguments) {
         Ok(is_done) => u8::from(!is_done),
         Err(error) => {
-            output::print_error(&error, arguments.json);
-            UNUSABLE
+            let interrupted =
+                matches!(error.downcast_ref(), Some(HardwareError::Interrupted { .. }));
+            let (status, kind) =
+                if interrupted { (1, "interrupted") } else { (UNUSABLE, "unusable_input") };
+            output::print_error(kind, &error, arguments.json);
+            status
         }
     }
 }
@@ -239,13 +248,12 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         arguments.report.is_none(),
         "--report before a command belongs to the demo: write it after the command, if that command has a report"
     );
-    let has_operator = match command {
-        Command::Drive(command) => command.hardware.port.is_some(),
-        Command::Node(_) => true,
-        _ => false,
-    };
-    if has_operator {
-        operator::catch_stop_signal()?;
+    #[cfg(unix)]
+    match command {
+        Command::Drive(drive) if drive.hardware.port.is_some() => stop_signals::catch(true)?,
+        Command::Node(_) => stop_signals::catch(true)?,
+        Command::Base(base) if base.opens_line() => stop_signals::catch(false)?,
+        _ => {}
     }
     match command {
         Command::Plan(command) => plan::run(command, json),

@@ -9,9 +9,9 @@ use std::time::Duration;
 
 use anyhow::{Context, ensure};
 use inbye::base::OperatorSwitch;
-#[cfg(unix)]
-use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction};
 
+#[cfg(unix)]
+use super::stop_signals::take_stop_signal;
 use super::{operator_port, output};
 
 /// Time before the prompt in which lines that were typed already are read and dropped.
@@ -33,29 +33,6 @@ pub fn require_arming(armed: bool, port: Option<u16>) -> anyhow::Result<()> {
         armed || port.is_some() || io::stdin().is_terminal(),
         "--port: nothing moves before an operator arms the robot: add --arm, or --operator-port N, or run it in a terminal"
     );
-    Ok(())
-}
-
-/// Whether SIGUSR1 has come and the robot was not yet stopped for it.
-#[cfg(unix)]
-static STOP_SIGNAL: AtomicBool = AtomicBool::new(false);
-
-/// Catches SIGUSR1 for [`serve`]: it would end the program otherwise.
-///
-/// A handler, not a blocked signal: the serial ports wait with `ppoll` and an empty signal mask, so that a blocked signal would
-/// reach their threads and end the program.
-pub fn catch_stop_signal() -> anyhow::Result<()> {
-    #[cfg(unix)]
-    {
-        extern "C" fn on_signal(_: core::ffi::c_int) {
-            STOP_SIGNAL.store(true, Ordering::SeqCst);
-        }
-        let handler = SigHandler::Handler(on_signal);
-        let action = SigAction::new(handler, SaFlags::SA_RESTART, SigSet::empty());
-        // SAFETY: the handler only stores an atomic value, which is safe in a signal handler.
-        #[expect(unsafe_code, reason = "a handler of a signal")]
-        unsafe { sigaction(Signal::SIGUSR1, &action) }.context("cannot catch SIGUSR1")?;
-    }
     Ok(())
 }
 
@@ -100,7 +77,7 @@ pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow:
 #[cfg(unix)]
 fn obey_signals(switch: &OperatorSwitch) -> ! {
     loop {
-        if STOP_SIGNAL.swap(false, Ordering::SeqCst) {
+        if take_stop_signal() {
             switch.stop();
             output::note(STOPPED);
         }
@@ -118,11 +95,6 @@ struct Terminal {
 impl Terminal {
     /// Reads lines as long as the program runs. The end of the input is not an order: the terminal may give more lines.
     fn run(self) {
-        // With the signal blocked, a read in the background is an error; else it would suspend the program, and the base with it.
-        #[cfg(unix)]
-        if (SigSet::empty() | Signal::SIGTTIN).thread_block().is_err() {
-            return;
-        }
         let mut line = String::new();
         loop {
             match io::stdin().read_line(&mut line) {

@@ -103,7 +103,16 @@ pub fn line(text: impl AsRef<str>) {
     let mut out = anstream::stdout().lock();
     let text = text.as_ref();
     let folded = if io::stdout().is_terminal() { folded(text) } else { Cow::Borrowed(text) };
-    let written = writeln!(out, "{folded}").and_then(|()| out.flush());
+    end_if_not_written(writeln!(out, "{folded}").and_then(|()| out.flush()));
+}
+
+/// Prints help, or the version.
+pub fn print_help(help: &clap::Error) {
+    end_if_not_written(help.print().and_then(|()| io::stdout().flush()));
+}
+
+/// A result that is not written is an error, unless its reader wants no more.
+fn end_if_not_written(written: io::Result<()>) {
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
     {
@@ -150,13 +159,13 @@ fn print_error_text(text: &str) {
     let _ = writeln!(anstream::stderr(), "{ERROR}error:{ERROR:#} {text}");
 }
 
-/// Prints an error and its causes on one line, and as JSON also on standard output.
-pub fn print_error(error: &anyhow::Error, is_json: bool) {
+/// Prints an error and its causes on one line, and as JSON with its kind also on standard output.
+pub fn print_error(kind: &str, error: &anyhow::Error, is_json: bool) {
     let message = in_one_line(&format!("{error:#}"));
     print_error_text(&message);
     if is_json {
         let place = error_text::place(&message, invocation::arguments());
-        json_error("unusable_input", &message, place);
+        json_error(kind, &message, place);
     }
 }
 

@@ -13,7 +13,7 @@ settings! {
     pub struct TrackLimits {
         /// Largest speed of a track in both directions. Default 1.25 m/s: the outer track of a base 0.5 m wide at the
         /// default top speed and turn rate.
-        pub max_track_speed: f64 = 1.25, ["m/s", above 0];
+        pub max_track_speed: f64 = 1.25, ["m/s", above 0 to 10];
         /// Largest acceleration of a track. Default 1.5 m/s^2: the default forward and angular acceleration combined,
         /// 1.0 m/s^2 and 2.0 rad/s^2 on a base 0.5 m wide.
         pub acc_lim_track: f64 = 1.5, ["m/s^2", above 0];

@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -54,6 +54,12 @@ pub enum HardwareError {
         port: String,
         /// The report of the lidar's reader.
         reason: String,
+    },
+    /// The flag that ends the program was set before the device answered.
+    #[error("{port}: stopped by a signal before the device answered")]
+    Interrupted {
+        /// Name of the port.
+        port: String,
     },
 }
 
@@ -121,14 +127,17 @@ impl SerialLine {
         Ok(BaseSupervisor::start(self.opener(), &self.base(), supervisor, end)?)
     }
 
-    /// Waits for the first report of the base, or for the end of its supervisor.
+    /// Waits for the first report of the base.
     ///
     /// # Errors
-    /// [`HardwareError::NoReport`].
+    /// [`HardwareError::NoReport`], and [`HardwareError::Interrupted`] at the end of the supervisor.
     pub fn await_report(&self, supervisor: &BaseSupervisor) -> Result<(), HardwareError> {
         loop {
             let status = supervisor.status();
-            if status.feedback.is_some() || !status.is_running {
+            if !status.is_running {
+                return Err(HardwareError::Interrupted { port: self.port.clone() });
+            }
+            if status.feedback.is_some() {
                 return Ok(());
             }
             if supervisor.now_s() > FIRST_REPORT_S {
@@ -174,16 +183,23 @@ impl SerialLine {
     }
 }
 
-/// Opens the port of an LD19 and waits for its first whole revolution.
+/// Opens the port of an LD19 and waits for its first whole revolution, unless the flag is set, for example by a signal handler.
 ///
 /// # Errors
-/// [`HardwareError::Base`] and [`HardwareError::NoRevolution`].
-pub fn connect_lidar(port: &str, settings: LidarSettings) -> Result<LidarReader, HardwareError> {
+/// [`HardwareError::Base`], [`HardwareError::NoRevolution`] and [`HardwareError::Interrupted`].
+pub fn connect_lidar(
+    port: &str,
+    settings: LidarSettings,
+    end: &AtomicBool,
+) -> Result<LidarReader, HardwareError> {
     let reader = LidarReader::start(lidar_opener(port.to_owned()), settings)?;
     loop {
         let status = reader.status();
         if status.scan.is_some() {
             return Ok(reader);
+        }
+        if end.load(Ordering::Relaxed) {
+            return Err(HardwareError::Interrupted { port: port.to_owned() });
         }
         if reader.now_s() > FIRST_REVOLUTION_S {
             let reason = status.fault.map(|why| why.to_string());

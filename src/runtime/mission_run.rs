@@ -163,7 +163,10 @@ impl<R: Robot> MissionRun<R> {
             || row.gap_m <= 0.0
             || has_stopped
             || self.mission.is_done(&row.pose);
-        self.early_end = has_stopped.then_some(EarlyEnd::RobotStopped);
+        // The robot may end by the same signal before the mission does.
+        let is_interrupted = self.mission.is_interrupted();
+        let why = if is_interrupted { EarlyEnd::Interrupted } else { EarlyEnd::RobotStopped };
+        self.early_end = has_stopped.then_some(why);
         self.trace.rows.push(row);
         self.is_over |= self.is_time_up();
         if self.is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

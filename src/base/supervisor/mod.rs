@@ -20,9 +20,9 @@
 //! - The supervisor ends with three or more zero commands: when it is dropped, hence also when the owner's thread panics; when
 //!   its own thread panics; and when the shutdown flag is set, as a handler of Ctrl-C and SIGTERM does.
 //!
-//! A process that is killed (SIGKILL, loss of power) sends nothing more. The base's own watchdog must then act: after 0.5 s with
-//! native frames and, as the session configures it, with a `RoboClaw`; after 2 s with a `ROSArduinoBridge`. WHEELTEC's published
-//! firmware has no watchdog and keeps driving.
+//! A process that is killed or suspended (SIGKILL, SIGSTOP, a crash, loss of power) sends nothing more, and a cut cable carries
+//! nothing. The base's own watchdog must then act: after 0.5 s with native frames and, as the session configures it, with a
+//! `RoboClaw`; after 2 s with a `ROSArduinoBridge`. WHEELTEC's published firmware has no watchdog and keeps driving.
 
 mod connection;
 mod odometer;
@@ -49,15 +49,15 @@ settings! {
         pub rate_hz: f64 = 50.0, ["Hz", 10 to 1000];
         /// Age at which a target expires. Default 0.3 s: three periods of the planner. The ROS differential drive
         /// controller allows 0.5 s, and cannot tell that a hung planner repeats an old target.
-        pub target_timeout_s: f64 = 0.3, ["s", above 0];
+        pub target_timeout_s: f64 = 0.3, ["s", above 0 to 5];
         /// Longest time between two cycles of the sender, or between two reports of the base. Default 0.2 s: four reports of
         /// the slowest controller, and less than any base's watchdog. After a longer gap the base stands, and moves again
         /// from its measured speed, for a target that is newer than the gap.
         pub max_gap_s: f64 = 0.2, ["s", above 0 to 5];
         /// Pause after the first failure of the connection. Default 0.1 s.
-        pub reconnect_min_s: f64 = 0.1, ["s", above 0];
+        pub reconnect_min_s: f64 = 0.1, ["s", above 0 to 3600];
         /// Longest pause between attempts to reconnect, at least `reconnect_min_s`. Default 5 s.
-        pub reconnect_max_s: f64 = 5.0, ["s", above 0];
+        pub reconnect_max_s: f64 = 5.0, ["s", above 0 to 3600];
         /// Thresholds of the fault detector.
         pub fault_detector: FaultDetectorSettings = FaultDetectorSettings::default();
     }

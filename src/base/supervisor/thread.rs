@@ -70,7 +70,8 @@ static SENDERS: AtomicUsize = AtomicUsize::new(0);
 pub struct BaseSupervisor {
     started: Instant,
     shared: Arc<Mutex<SharedState>>,
-    shutdown: Arc<AtomicBool>,
+    /// Set when it is dropped. The flag of the caller is only read: it may end other things.
+    is_dropped: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -111,12 +112,14 @@ impl BaseSupervisor {
         }));
         let connection = Connection::new(open, &settings)?;
         let started = Instant::now();
+        let is_dropped = Arc::default();
         let send_loop = SendLoop {
             started,
             period: Duration::from_secs_f64(settings.period_s()),
             connection,
             shared: Arc::clone(&shared),
-            shutdown: Arc::clone(&shutdown),
+            shutdown,
+            is_dropped: Arc::clone(&is_dropped),
             _sender: CountedSender::new(),
         };
         let thread = thread::Builder::new()
@@ -126,7 +129,7 @@ impl BaseSupervisor {
                 port: "supervisor thread".to_owned(),
                 reason: error.to_string(),
             })?;
-        Ok(Self { started, shared, shutdown, thread: Some(thread) })
+        Ok(Self { started, shared, is_dropped, thread: Some(thread) })
     }
 
     /// The supervisor's clock, seconds since its start: the time base of [`Self::set_target`].
@@ -197,7 +200,7 @@ impl BaseSupervisor {
 
 impl Drop for BaseSupervisor {
     fn drop(&mut self) {
-        self.shutdown.store(true, Ordering::Relaxed);
+        self.is_dropped.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             // A thread that panicked has sent its zero commands while unwinding.
             let _ = thread.join();
@@ -212,6 +215,7 @@ struct SendLoop {
     connection: Connection,
     shared: Arc<Mutex<SharedState>>,
     shutdown: Arc<AtomicBool>,
+    is_dropped: Arc<AtomicBool>,
     /// Dropped last: after the zero commands of the connection.
     _sender: CountedSender,
 }
@@ -235,7 +239,8 @@ impl Drop for CountedSender {
 impl SendLoop {
     fn run(mut self) {
         let mut due = Instant::now();
-        while !self.shutdown.load(Ordering::Relaxed) {
+        let is_set = |flag: &AtomicBool| flag.load(Ordering::Relaxed);
+        while !is_set(&self.shutdown) && !is_set(&self.is_dropped) {
             self.cycle();
             due += self.period;
             let now = Instant::now();

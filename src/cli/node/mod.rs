@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::arguments::{EngineArguments, duration};
+use super::arguments::{EngineArguments, duration, whole};
 
 /// `inbye node`.
 #[derive(Debug, Args)]
@@ -86,7 +86,7 @@ pub struct OperatorArguments {
     #[arg(long)]
     pub arm: bool,
     /// Serve the operator on this port of localhost: POST /arm, POST /stop, GET /status.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<u16>(1, 65_535))]
     pub operator_port: Option<u16>,
 }
 

@@ -301,3 +301,17 @@ fn outputs_without_room_keep_the_earlier_content() {
     let left = fs::read_dir(place.path("new")).expect("the folder").count();
     assert_eq!(left, 0, "neither a part nor an empty page");
 }
+
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    let place = Workplace::new();
+    for arguments in ["--help", "--version", "drive --help"] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a device");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_inbye"));
+        let run =
+            command.args(arguments.split(' ')).current_dir(place.path("")).stdout(full).output();
+        let run = run.expect("the program starts");
+        assert_eq!(run.status.code(), Some(2), "{arguments}: {run:?}");
+        assert!(String::from_utf8_lossy(&run.stderr).contains("standard output"), "{run:?}");
+    }
+}

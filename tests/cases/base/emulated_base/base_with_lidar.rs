@@ -1,6 +1,9 @@
 //! `inbye drive --lidar`: base and lidar are emulated by another process, in one world.
 
-use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use std::{env, fs, thread};
 
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -177,6 +180,49 @@ fn robot_with_wrong_map_is_lost_and_stands() {
 }
 
 #[test]
+fn signal_before_the_lidar_answers_ends_the_drive() {
+    let hall = hall();
+    let robot = robot(&hall, "--fault lidar-silent@0");
+    let (map, lidar) = (file(&hall, "hall.txt"), robot.lidar.as_deref().expect("it has one"));
+    let route = format!("drive --map {map} --resolution 0.1 --start 1.6,2.5 --goal 11.5,4.5");
+    let began = Instant::now();
+    let host = robot.host(&format!("{route} --engine cpu --arm --lidar {lidar}"));
+    thread::sleep(Duration::from_millis(1500));
+    host.signal("INT");
+    let ended = host.wait();
+    assert!(began.elapsed() < Duration::from_secs(4), "{ended:?}");
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    assert!(ended.stderr.contains("stopped by a signal before the device answered"), "{ended:?}");
+}
+
+/// The example of the library, which `cargo test` builds next to the tests.
+#[test]
+fn example_drives_a_base_with_a_lidar_and_obeys_a_signal() {
+    let mine = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/mine.yaml");
+    let tests = env::current_exe().expect("this program");
+    let example = tests.parent().and_then(Path::parent).expect("a folder");
+    let example = example.join("examples/serial_drive");
+    assert!(example.exists(), "{}: cargo build --examples makes it", example.display());
+    for is_interrupted in [false, true] {
+        let robot = Emulated::start("native", &format!("--lidar-map {mine} --start 10,5"));
+        let mut command = Command::new(&example);
+        command.args([&robot.port, robot.lidar.as_deref().expect("it has one"), mine]);
+        let host = Process::of(command);
+        if is_interrupted {
+            thread::sleep(Duration::from_secs(5));
+            host.signal("INT");
+        }
+        let ended = host.wait();
+        assert!(ended.status.success(), "{ended:?}");
+        assert!(ended.stdout.contains(&format!("reached: {}", !is_interrupted)), "{ended:?}");
+        assert_eq!(ended.stdout.contains("the drive was interrupted"), is_interrupted, "{ended:?}");
+        let summary = robot.end();
+        assert!(summary["travelled_m"].as_f64().expect("a number") > 0.2, "{summary}");
+        assert!(summary["final_zero_commands"].as_u64().expect("a count") >= 3, "{summary}");
+    }
+}
+
+#[test]
 fn unusable_lidar_arguments_fail_with_one_line() {
     let hall = hall();
     let map = file(&hall, "hall.txt");
@@ -196,4 +242,10 @@ fn unusable_lidar_arguments_fail_with_one_line() {
     let ended = Process::start(&format!("base emulate --lidar-map {map} --for 1")).wait();
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
     assert!(ended.stderr.contains("--lidar-map needs --start"), "{ended:?}");
+    let world = format!("base emulate --resolution 0.1 --lidar-map {map} --for 1 --start");
+    for place in ["6.7,3.4", "57.4,93.9", "1.65,2.46 --carry-to 0.2,0.2"] {
+        let ended = Process::start(&format!("{world} {place}")).wait();
+        assert_eq!(ended.status.code(), Some(2), "{place}: {ended:?}");
+        assert!(ended.stderr.contains("the robot touches a wall"), "{ended:?}");
+    }
 }

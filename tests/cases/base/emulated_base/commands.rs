@@ -136,6 +136,14 @@ fn unusable_arguments_fail_with_one_line() {
         ),
         ("base emulate --fault stuck".to_owned(), "`stuck` is not a fault"),
         ("base emulate --for 0".to_owned(), "above zero"),
+        (
+            "drive --scene mine --port x --lidar x --arm".to_owned(),
+            "--lidar x: it is the port of the base too",
+        ),
+        (
+            "drive --scene mine --port x --lidar y --operator-port 0".to_owned(),
+            "it must be a whole number, 1 to 65535",
+        ),
         (format!("base emulate --base-config {file}"), "track_width_m is -1"),
         (
             "base emulate --base-config gone.toml".to_owned(),
@@ -157,6 +165,44 @@ fn wrong_protocol_is_reported() {
     let ended = Process::start(&other).wait();
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
     assert!(ended.stderr.contains("no answer within 3 s"), "{ended:?}");
+}
+
+#[test]
+fn port_in_use_is_named() {
+    let base = Emulated::start("native", "");
+    let mut first = base.host("base monitor");
+    first.line();
+    let ended = base.host("base monitor").wait();
+    assert_eq!(ended.status.code(), Some(2), "{ended:?}");
+    assert!(ended.stderr.contains("another program uses this port"), "{ended:?}");
+}
+
+/// The line is cut while the base drives ahead, after its turn.
+#[test]
+fn calibration_with_a_lost_line_prints_no_settings() {
+    let base = Emulated::start("native", "--fault line-cut@6");
+    let calibrate = "base calibrate --yes --turns 0.25 --distance 1 --driven 0.98";
+    let ended = base.host(calibrate).wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    let object = ended.object();
+    assert!(number(&object, "turned_rad") > 1.5, "{object}");
+    assert_eq!(object["effective_width_ratio"], Value::Null, "{object}");
+    assert_eq!(object["ticks_per_m"], Value::Null, "{object}");
+    assert!(object["why"].is_string(), "{object}");
+}
+
+/// Its firmware measures the distance, so that no setting of the host corrects it.
+#[test]
+fn calibration_without_encoder_counts_ignores_the_distance() {
+    let base = Emulated::start("wheeltec", "");
+    let calibrate = "base calibrate --yes --turns 0.5 --distance 0.3";
+    let ended = base.host(&format!("{calibrate} --driven 0.4 --turned 180")).wait();
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    let object = ended.object();
+    let ratio = number(&object, "effective_width_ratio");
+    let expected = number(&object, "turned_rad") / core::f64::consts::PI;
+    assert!((ratio - expected).abs() < 1e-9, "{object}");
+    assert_eq!(object["ticks_per_m"], Value::Null, "{object}");
 }
 
 /// The emulated base has tracks that turn as if they were farther apart than the host's settings say.

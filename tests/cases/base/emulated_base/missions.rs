@@ -41,6 +41,7 @@ fn completes(protocol: &'static str) {
     assert_eq!(driven["reached"], json!(true), "{driven}");
     assert_eq!(driven["collided"], json!(false), "{driven}");
     assert_eq!(driven["base"]["stop_cause"], Value::Null, "{driven}");
+    assert_eq!(driven["base"]["interrupted"], json!(false), "{driven}");
     // The mission's distance equals that of the machine in the other process.
     let (believed_m, true_m) = (number(&driven, "travelled_m"), number(&summary, "travelled_m"));
     assert!(true_m > 3.4, "{summary}");
@@ -141,15 +142,22 @@ fn stuck_base_ends_mission_with_cause() {
 #[test]
 fn signal_ends_mission_and_stops_base() {
     let room = room();
-    let base = Emulated::start("native", "");
-    let mut host = base.host(&drive(&room, ""));
-    host.await_note("engine: ");
-    thread::sleep(Duration::from_secs(1));
-    host.signal("INT");
-    let ended = host.wait();
-    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
-    assert_eq!(ended.object()["base"]["interrupted"], json!(true));
-    let summary = base.end();
-    assert!(number(&summary, "final_zero_commands") >= 3.0, "{summary}");
-    assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
+    // The base or the mission may notice the signal first.
+    for signal in ["INT", "TERM", "TSTP"] {
+        let base = Emulated::start("native", "");
+        let mut host = base.host(&drive(&room, ""));
+        host.await_note("engine: ");
+        thread::sleep(Duration::from_secs(1));
+        host.signal(signal);
+        let ended = host.wait();
+        assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+        let driven = ended.object();
+        assert_eq!(driven["base"]["interrupted"], json!(true), "{driven}");
+        assert_eq!(driven["interrupted"], json!(true), "{driven}");
+        let why = driven["why"].as_str().expect("a reason");
+        assert!(why.starts_with("the drive was interrupted"), "{why}");
+        let summary = base.end();
+        assert!(number(&summary, "final_zero_commands") >= 3.0, "{summary}");
+        assert_eq!(summary["watchdog_stops"], json!(0), "{summary}");
+    }
 }

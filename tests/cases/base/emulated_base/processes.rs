@@ -5,7 +5,7 @@ use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 
 use serde_json::Value;
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_inbye");
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_inbye");
 
 /// A run of the program; dropping it kills the process.
 pub struct Process {

@@ -13,7 +13,7 @@ use inbye::base::{
 use inbye::geometry::Twist;
 use serde_json::json;
 
-use super::processes::{Emulated, Process};
+use super::processes::{Emulated, PROGRAM, Process};
 
 /// Time for a base to reach its speed.
 const START_TIME: Duration = Duration::from_secs(1);
@@ -70,6 +70,81 @@ fn signals_stop_base_with_zeros() {
             assert_stopped_by_zeros(base, &format!("{protocol}, {signal}"));
         }
     });
+}
+
+/// Checks that a signal stops a base without a watchdog, and ends the program.
+fn check_signal(signal: &str, command: &str, (note, after): (&str, Duration)) {
+    let base = Emulated::start("wheeltec", "");
+    let mut host = base.host(command);
+    host.await_note(note);
+    thread::sleep(after);
+    host.signal(signal);
+    let ended = host.wait();
+    let case = format!("{command}, {signal}");
+    assert_eq!(ended.status.code(), Some(1), "{case}: {ended:?}");
+    assert_eq!(ended.object()["interrupted"], json!(true), "{ended:?}");
+    assert_stopped_by_zeros(base, &case);
+}
+
+/// Signals of a terminal, of timers and limits, and the stop signal.
+#[test]
+fn every_signal_stops_base_with_zeros() {
+    const SIGNALS: [&str; 10] =
+        ["QUIT", "TSTP", "USR1", "USR2", "ALRM", "VTALRM", "PROF", "XCPU", "XFSZ", "ABRT"];
+    for signals in SIGNALS.chunks(4) {
+        thread::scope(|scope| {
+            for signal in signals {
+                let send = "base send --linear 0.3 --for 600";
+                scope.spawn(move || {
+                    check_signal(signal, send, ("the base answers", 2 * START_TIME));
+                });
+            }
+        });
+    }
+    let calibrate = "base calibrate --yes --turns 0 --distance 5";
+    // It stands for three seconds before it drives.
+    check_signal("USR1", calibrate, ("has no watchdog", 6 * START_TIME));
+}
+
+/// Reading from the terminal and writing to it in the background, and a terminal that is closed under `nohup`.
+#[test]
+fn ignored_signals_neither_suspend_nor_end_the_program() {
+    let base = Emulated::start("wheeltec", "");
+    let send = base.on_line("base send --linear 0.3 --for 600");
+    let mut command = Command::new("sh");
+    command.args(["-c", "trap '' HUP; exec $0", &format!("{PROGRAM} {send}")]);
+    let mut host = Process::of(command);
+    host.await_note("the base answers");
+    thread::sleep(START_TIME);
+    for signal in ["TTIN", "TTOU", "HUP"] {
+        host.signal(signal);
+    }
+    thread::sleep(2 * START_TIME);
+    host.signal("INT");
+    let ended = host.wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    let object = ended.object();
+    assert!(object["time_s"].as_f64().is_some_and(|time_s| time_s > 2.5), "{object}");
+    assert_stopped_by_zeros(base, "TTIN, TTOU, HUP");
+}
+
+#[test]
+fn signal_before_the_base_answers_ends_the_program() {
+    for (base, command) in [
+        (Emulated::start("native", "--fault silence@0"), "base send"),
+        (Emulated::start("native", "--fault silence@0"), "base monitor"),
+    ] {
+        let host = base.host(command);
+        thread::sleep(START_TIME);
+        host.signal("INT");
+        let ended = host.wait();
+        assert_eq!(ended.status.code(), Some(1), "{command}: {ended:?}");
+        assert!(
+            ended.stderr.contains("stopped by a signal before the device answered"),
+            "{ended:?}"
+        );
+        assert!(!ended.stderr.contains("the base answers"), "{ended:?}");
+    }
 }
 
 #[test]
