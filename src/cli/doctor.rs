@@ -8,7 +8,8 @@ use inbye::local::{AdapterSelection, CpuEngines, open_engines};
 use serde::Serialize;
 use serde_json::json;
 
-use super::{density, engine_selection, machine, output};
+use super::engine_selection::{KeptTimes, engine_times, fastest_text};
+use super::{density, machine, output};
 
 /// `inbye doctor`.
 #[derive(Debug, Args)]
@@ -114,10 +115,10 @@ fn gpu() -> Check {
 /// The engine that `--engine auto` takes for the default settings, measured again.
 fn engine() -> Check {
     let size = DecisionSize::default();
-    match engine_selection::engine_times(&size, machine::cores(), true) {
+    match engine_times(&size, machine::cores(), KeptTimes::None) {
         Ok(times) => {
             let fastest = times.first().map_or("the CPU", |first| &first.name);
-            let reason = engine_selection::fastest_text(&times, &size);
+            let reason = fastest_text(&times, &size);
             Check::good("auto", format!("--engine auto takes {fastest}: {reason}"))
         }
         Err(error) => Check::bad("auto", format!("{error:#}"), "use --engine cpu"),

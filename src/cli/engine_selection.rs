@@ -71,12 +71,22 @@ impl Measurement {
     }
 }
 
-/// Times of the engines for decisions of one size, the fastest first: from the user's file, or measured if the file has none, or
-/// with `again`.
+/// Which times of the user's file are used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeptTimes {
+    /// None: the engines are measured again.
+    None,
+    /// Those of engines that are there now.
+    OfPresentEngines,
+    /// All: a GPU that is missing now may come back while the robot drives.
+    All,
+}
+
+/// Times of the engines for decisions of one size, the fastest first: from the user's file, or measured if the file has none.
 pub fn engine_times(
     size: &DecisionSize,
     threads: usize,
-    again: bool,
+    usable: KeptTimes,
 ) -> anyhow::Result<Vec<EngineTime>> {
     let features = machine::cpu_features().join(" ");
     let machine = format!("{}, {}, {features}", env!("CARGO_PKG_VERSION"), machine::description());
@@ -84,7 +94,11 @@ pub fn engine_times(
     let file = machine::cache_folder().map(|folder| folder.join(FILE));
     let mut kept = file.as_deref().map(read).unwrap_or_default();
     let is_for = |one: &Measurement| one.is_for(&machine, &adapters, threads, size);
-    let known = kept.iter().find(|one| !again && is_for(one)).map(|one| one.times_here(&adapters));
+    let known = kept.iter().find(|one| is_for(one)).map(|one| match usable {
+        KeptTimes::None => Vec::new(),
+        KeptTimes::OfPresentEngines => one.times_here(&adapters),
+        KeptTimes::All => one.times.clone(),
+    });
     if let Some(times) = known.filter(|times| !times.is_empty()) {
         return Ok(times);
     }
@@ -132,12 +146,17 @@ struct Selection {
 }
 
 impl Selection {
-    fn new(request: &EngineRequest, size: &DecisionSize, threads: usize) -> anyhow::Result<Self> {
+    fn new(
+        request: &EngineRequest,
+        size: &DecisionSize,
+        threads: usize,
+        usable: KeptTimes,
+    ) -> anyhow::Result<Self> {
         if let EngineRequest::Chosen(choice) = request {
             let (choice, reason) = (choice.clone(), "requested".to_owned());
             return Ok(Self { choice, threads, reason, is_named: true });
         }
-        let times = engine_times(size, threads, false)?;
+        let times = engine_times(size, threads, usable)?;
         let reason = fastest_text(&times, size);
         let first = times.first().context("no engine was measured")?;
         let (choice, threads) = first.choice(threads);
@@ -160,7 +179,7 @@ pub fn open(
     size: &DecisionSize,
     threads: usize,
 ) -> anyhow::Result<Box<dyn Engine>> {
-    let selection = Selection::new(request, size, threads)?;
+    let selection = Selection::new(request, size, threads, KeptTimes::OfPresentEngines)?;
     announce(&selection.reason, || open_engine(&selection.choice, selection.threads))
 }
 
@@ -171,7 +190,8 @@ pub fn open_to_drive(
     threads: usize,
     gpu_required: bool,
 ) -> anyhow::Result<Box<dyn Engine>> {
-    let Selection { choice, threads, reason, is_named } = Selection::new(request, size, threads)?;
+    let Selection { choice, threads, reason, is_named } =
+        Selection::new(request, size, threads, KeptTimes::All)?;
     // A GPU that was measured once may be missing now; one that the user names must be there.
     let gpu_required = gpu_required || is_named && choice != EngineChoice::Cpu;
     announce(&reason, || open_with_fallback(&choice, threads, gpu_required))

@@ -47,7 +47,9 @@ pub(crate) use scan_matcher::{ScanMatcher, Surfaces, information_of};
 pub(crate) use score_pyramid::{EndCells, ScorePyramid};
 pub use settings::LocalizationSettings;
 #[cfg(feature = "logs")]
-pub(crate) use signed_distance_field::{DistanceSample, SignedDistanceField};
+pub(crate) use signed_distance_field::DistanceSample;
+#[cfg(feature = "sim")]
+pub(crate) use signed_distance_field::SignedDistanceField;
 
 /// An invalid setting or start pose.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,7 +1,9 @@
 //! A localizer that continues with another map, with changes of its map, or with odometry in another frame.
 
 use super::Localizer;
-use crate::localization::{PoseHistory, SignedDistanceField};
+use crate::localization::PoseHistory;
+#[cfg(feature = "sim")]
+use crate::localization::SignedDistanceField;
 
 impl Localizer {
     /// Continues with pose, odometry and status of a localizer on another map in the same frame.
@@ -26,6 +28,7 @@ impl Localizer {
 
     /// Matches scans to the map with the changes that they showed; a map in another frame is ignored. The changes are still those of
     /// the map before.
+    #[cfg(feature = "sim")]
     pub(crate) fn adopt_changes(&mut self, changed: SignedDistanceField) {
         if changed.frame != self.map.frame {
             return;

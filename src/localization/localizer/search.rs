@@ -57,6 +57,7 @@ impl HintedRegion {
 
 impl Searches {
     /// Begins again on another map in the same frame.
+    #[cfg(feature = "sim")]
     pub fn restart(&mut self) {
         *self = Self { hint: self.hint.take(), ..Self::default() };
     }

@@ -60,7 +60,7 @@ fn help_examples_run() {
     place.write(
         "tune.toml",
         "rounds = 1\ncandidates = 1\n[space]\n\"local.vx_samples\" = { from = 8, to = 12 }\n\
-         [[train]]\nkind = \"barn\"\npath = \"barn\"\n[[judge]]\nkind = \"barn\"\npath = \"barn\"\n",
+         [[train]]\nkind = \"dynabarn\"\npath = \"dynabarn\"\n[[judge]]\nkind = \"barn\"\npath = \"barn\"\n",
     );
     let log =
         "FLASER 3 1.0 1.0 1.0 0 0 0 0 0 0 1 host 1\nFLASER 3 1.0 1.0 1.0 0 0 0 0 0 0 2 host 2\n";
