@@ -117,7 +117,7 @@ fn settings_of(data: &[u8]) -> (BaseSettings, Bytes<'_>) {
         .reversed(PerTrack::new(flag(1), flag(2)))
         .effective_width_ratio(if flag(3) { 1.6 } else { 1.0 })
         .ticks_per_m(if flag(4) {
-            PerTrack::new(150.0, 1_000_000.0)
+            PerTrack::new(150.0, 700_000.0)
         } else {
             PerTrack::both(10_000.0)
         });
