@@ -31,7 +31,7 @@ settings! {
     #[serde(deny_unknown_fields, default)]
     pub struct BaseSettings {
         /// Distance between the tracks' centre lines. Default 0.5 m, a small inspection robot.
-        pub track_width_m: f64 = 0.5, ["m", above 0];
+        pub track_width_m: f64 = 0.5, ["m", above 0 to 100];
         /// Effective over geometric track width: tracks slip sideways in a turn, and so turn as if they were farther
         /// apart. Default 1, no slip. To calibrate: turn on the spot ten times by the encoders, count the real turns,
         /// and divide ten by them.
