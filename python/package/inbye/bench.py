@@ -65,7 +65,7 @@ class Comparison:
             low, high = planner["difference_low"], planner["difference_high"]
             difference = f"{planner['difference']:+.3f}"
             if low is None:
-                return f"{text}, {difference}, {planner['verdict'].replace('_', ' ')}"
+                return f"{text}, difference {difference}, too few worlds to tell"
             difference = f"{difference} ({low:+.3f} to {high:+.3f})"
             return f"{text}, {planner['verdict'].replace('_', ' ')} by {difference}"
 
