@@ -7,14 +7,11 @@ use std::thread;
 use std::time::Instant;
 
 use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
-use inbye::local::{DecisionInput, Detail, Engine, Explainer, QuantizedProblem};
+use inbye::local::{CpuEngine, DecisionInput, Detail, Engine, Explainer, QuantizedProblem};
 
 use crate::error::{array, boxed, free, guarded, object, object_mut, text};
 use crate::map::{InbyeConfig, InbyeMap};
 use crate::values::{InbyeMovingDisc, InbyePoint, InbyePose, InbyeTwist};
-
-/// Largest number of threads, as for the program.
-const MAX_THREADS: usize = 1024;
 
 /// Evaluates samples on the CPU or on a GPU, with the same bits.
 pub struct InbyeEngine(Box<dyn Engine>);
@@ -70,8 +67,9 @@ pub unsafe extern "C" fn inbye_engine_open(
         let size = DecisionSize::default();
         let started = Instant::now();
         let clock = &mut || started.elapsed().as_secs_f64();
-        if !(1..=MAX_THREADS).contains(&threads) {
-            return Err(format!("threads is {threads}: it must be 1 to {MAX_THREADS}"));
+        let most = CpuEngine::MAX_THREADS;
+        if !(1..=most).contains(&threads) {
+            return Err(format!("threads is {threads}: it must be 1 to {most}"));
         }
         let engine = open_requested(&request, &size, threads, clock, &mut thread::sleep);
         Ok(InbyeEngine(engine.map_err(|error| error.to_string())?))

@@ -9,7 +9,7 @@ use clap::{Arg, Args, Command, Error};
 use inbye::base::Protocol;
 use inbye::bench::{DecisionSize, EngineRequest};
 use inbye::geometry::{Point, Pose};
-use inbye::local::Engine;
+use inbye::local::{CpuEngine, Engine};
 use inbye::map::UnknownPolicy;
 use inbye::runtime::{Config, PlantKind, PoseSource};
 use inbye::sim::SCENE_NAMES;
@@ -23,7 +23,7 @@ pub struct EngineArguments {
     #[arg(long, default_value = "auto", value_parser = engine())]
     pub engine: EngineRequest,
     /// CPU threads; `auto` uses at most this many [default: all cores].
-    #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
+    #[arg(long, allow_negative_numbers = true, value_parser = whole::<usize>(1, CpuEngine::MAX_THREADS as u64))]
     pub threads: Option<usize>,
 }
 

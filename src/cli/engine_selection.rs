@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::Context;
 use inbye::bench::{DecisionSize, EngineRequest, EngineTime, measure_engines};
 use inbye::local::{
-    Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_with_fallback,
+    CpuEngine, Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_with_fallback,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -21,9 +21,6 @@ use super::{machine, output};
 const FILE: &str = "engine-times.json";
 /// Number of measurements that it keeps, the newest.
 const KEPT: usize = 32;
-
-/// Most threads of a CPU engine, as `--threads` permits them.
-const MAX_THREADS: usize = 1024;
 
 /// A measurement, and what it holds for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,7 +52,7 @@ impl Measurement {
     /// Whether its times are those of a measurement.
     fn is_valid(&self) -> bool {
         let is_time = |time: &EngineTime| time.p50_ms.is_finite() && time.p50_ms >= 0.0;
-        let is_engine = |time: &EngineTime| time.threads <= MAX_THREADS;
+        let is_engine = |time: &EngineTime| time.threads <= CpuEngine::MAX_THREADS;
         !self.times.is_empty() && self.times.iter().all(|time| is_time(time) && is_engine(time))
     }
 
@@ -295,7 +292,7 @@ mod tests {
         };
         let odd = [
             changed(&|one| one.times.clear()),
-            changed(&|one| one.times[1].threads = MAX_THREADS + 1),
+            changed(&|one| one.times[1].threads = CpuEngine::MAX_THREADS + 1),
             changed(&|one| one.times[0].p50_ms = -1.0),
         ];
         write(&file, &[&odd[..], &kept[..1]].concat()).expect("writable");

@@ -65,6 +65,9 @@ impl CpuEngine {
         Self::new(instructions, Kernel::of(instructions).unwrap_or(Kernel::Portable), None, 1)
     }
 
+    /// Most threads that the program and the C interface permit.
+    pub const MAX_THREADS: usize = 1024;
+
     /// An engine that works in the caller's thread and up to `threads - 1` others, fewer for small problems; with 0 or 1 in the
     /// caller's alone.
     ///
