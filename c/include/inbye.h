@@ -294,7 +294,7 @@ extern "C" {
 uint32_t inbye_abi_version(void);
 
 /*
- Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with 1 to 1024 threads of the
+ Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with up to 1024 threads of the
  CPU. Returns null on failure.
 
  Precondition: `name` points to a text that ends with zero.

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Instant;
 
 use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
-use inbye::local::{CpuEngine, DecisionInput, Detail, Engine, Explainer, QuantizedProblem};
+use inbye::local::{DecisionInput, Detail, Engine, Explainer, QuantizedProblem};
 
 use crate::error::{array, boxed, free, guarded, object, object_mut, text};
 use crate::map::{InbyeConfig, InbyeMap};
@@ -50,7 +50,7 @@ pub struct InbyeDecision {
     pub digest: [c_char; 65],
 }
 
-/// Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with 1 to 1024 threads of the
+/// Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with up to 1024 threads of the
 /// CPU. Returns null on failure.
 ///
 /// # Safety
@@ -67,10 +67,6 @@ pub unsafe extern "C" fn inbye_engine_open(
         let size = DecisionSize::default();
         let started = Instant::now();
         let clock = &mut || started.elapsed().as_secs_f64();
-        let most = CpuEngine::MAX_THREADS;
-        if !(1..=most).contains(&threads) {
-            return Err(format!("threads is {threads}: it must be 1 to {most}"));
-        }
         let engine = open_requested(&request, &size, threads, clock, &mut thread::sleep);
         Ok(InbyeEngine(engine.map_err(|error| error.to_string())?))
     }))

@@ -198,17 +198,8 @@ fn driver(
     Ok((Driver::Navigator(Box::new(run)), path))
 }
 
-/// The ranges of a scan in the order of its beams.
-fn lidar_ranges(lidar: Option<&LidarData>) -> Box<dyn Iterator<Item = f64> + '_> {
-    match lidar {
-        Some(LidarData::Scan(scan)) => Box::new(scan.ranges.iter().copied()),
-        Some(LidarData::TimedScan(scan)) => Box::new(scan.beams.iter().map(|beam| beam.range)),
-        None => Box::new(core::iter::empty()),
-    }
-}
-
 fn seen_in(episode: &Episode, goal: &Goal, range_max: f64) -> AgentObservation {
-    let ranges = lidar_ranges(episode.sensed().lidar.as_ref());
+    let ranges = episode.sensed().lidar.iter().flat_map(LidarData::ranges);
     seen(episode.pose(), episode.twist(), ranges, goal, range_max)
 }
 

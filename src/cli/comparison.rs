@@ -90,16 +90,17 @@ fn play(
     let names = planner_names(rows);
     let mut plays = BTreeMap::new();
     for (row, name) in rows.iter().zip(&names) {
-        let Some(cell) = cells.iter().find(|cell| cell.row.key == row.key) else { continue };
         let is_played = played.contains(&(row.world.clone(), row.seed))
             && row.ticks > 0
             && !plays.contains_key(&row.key);
-        if is_played && !machine::is_interrupted() {
-            let file = file_name(row, name);
-            let page = report.join(&file);
-            if run_page::write(cell, Some(name), "--report", &page)?.result.is_some() {
-                plays.insert(row.key.clone(), file);
-            }
+        if !is_played || machine::is_interrupted() {
+            continue;
+        }
+        let Some(cell) = cells.iter().find(|cell| cell.row.key == row.key) else { continue };
+        let file = file_name(row, name);
+        let page = report.join(&file);
+        if run_page::write(cell, Some(name), "--report", &page)?.result.is_some() {
+            plays.insert(row.key.clone(), file);
         }
     }
     Ok(plays)

@@ -255,12 +255,10 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn pipe_in_place_of_the_file_holds_nothing() {
-        let folder = std::env::temp_dir().join(format!("inbye-pipe-{}", std::process::id()));
-        fs::create_dir_all(&folder).expect("writable");
-        let pipe = folder.join(FILE);
+        let folder = tempfile::tempdir().expect("a place for temporary files");
+        let pipe = folder.path().join(FILE);
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).expect("a pipe");
         assert_eq!(read(&pipe), []);
-        fs::remove_dir_all(&folder).expect("removable");
     }
 
     #[test]
@@ -274,9 +272,8 @@ mod tests {
 
     #[test]
     fn file_is_read_again_and_a_broken_one_holds_nothing() {
-        let folder =
-            std::env::temp_dir().join(format!("inbye-engine-times-{}", std::process::id()));
-        let file = folder.join("below").join(FILE);
+        let folder = tempfile::tempdir().expect("a place for temporary files");
+        let file = folder.path().join("below").join(FILE);
         let kept = vec![measurement(&["one"]), measurement(&[])];
         write(&file, &kept).expect("the folder is made");
         assert_eq!(read(&file), kept);
@@ -297,6 +294,5 @@ mod tests {
         ];
         write(&file, &[&odd[..], &kept[..1]].concat()).expect("writable");
         assert_eq!(read(&file), kept[..1]);
-        fs::remove_dir_all(&folder).expect("removable");
     }
 }

@@ -118,6 +118,14 @@ pub enum EngineError {
         /// Name of the instruction set.
         name: &'static str,
     },
+    /// More threads than an engine may have.
+    #[error("{threads} CPU threads: an engine has at most {most}")]
+    TooManyThreads {
+        /// Requested number of threads.
+        threads: usize,
+        /// The most.
+        most: usize,
+    },
     /// The system refuses a thread.
     #[error("cannot start {threads} CPU threads: {message}")]
     ThreadSpawn {
@@ -188,6 +196,7 @@ impl EngineError {
             Self::TooLarge { .. } => GpuFailureKind::TooLarge,
             Self::Setup { .. }
             | Self::UnsupportedInstructionSet { .. }
+            | Self::TooManyThreads { .. }
             | Self::ThreadSpawn { .. } => GpuFailureKind::OpenFailed,
         }
     }

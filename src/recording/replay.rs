@@ -18,7 +18,8 @@ use crate::local::Engine;
 use crate::map::OccupancyGrid;
 use crate::navigator::{Controller, Decision, Goal, NavigationMap, Navigator};
 use crate::runtime::{
-    Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow, prepare,
+    GroundTruth, Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow,
+    prepare,
 };
 
 /// The result of a replay.
@@ -183,21 +184,9 @@ fn show(
     on_tick: &mut dyn FnMut(&TickEvent<'_>),
 ) -> TraceRow {
     let RecordedTick { observation, decision, took_s, .. } = tick;
-    let counts = decision.counts.unwrap_or_default();
-    let row = TraceRow {
-        time_s: observation.time_s,
-        pose: observation.pose,
-        belief: observation.pose,
-        twist: observation.twist,
-        command: decision.command,
-        local_target: decision.local_target,
-        gap_m,
-        admissible: counts.admissible,
-        samples: counts.to_array().iter().sum(),
-        mode: decision.mode,
-        path: navigator.plans().len() - 1,
-        moving: Vec::new(),
-    };
+    let estimated = GroundTruth::of(observation.pose, observation.twist);
+    let path = navigator.plans().len() - 1;
+    let row = TraceRow::new(observation, decision, estimated, gap_m, path);
     on_tick(&TickEvent {
         row: &row,
         observation,

@@ -220,30 +220,13 @@ impl<R: Robot> MissionRun<R> {
         let updated_map = self.update_map(time_s);
         let (decision, took_s) = self.navigator.step_by(&observation, observer.clock);
         self.decision_s.push(took_s);
-        let truth = self.robot.ground_truth().unwrap_or_else(|| GroundTruth {
-            pose: observation.pose,
-            twist: odometry.twist,
-            gap_m: None,
-            contact: None,
-            moving: Vec::new(),
-        });
+        let truth = self.robot.ground_truth();
+        let truth = truth.unwrap_or_else(|| GroundTruth::of(observation.pose, odometry.twist));
         self.contact = self.contact.or(truth.contact);
         self.record_stop(decision.mode, &truth.pose);
-        let counts = decision.counts.unwrap_or_default();
-        let row = TraceRow {
-            time_s,
-            pose: truth.pose,
-            belief: observation.pose,
-            twist: truth.twist,
-            command: decision.command,
-            local_target: decision.local_target,
-            gap_m: truth.gap_m.unwrap_or_else(|| self.gap_on_map_m(&truth.pose)),
-            admissible: counts.admissible,
-            samples: counts.to_array().iter().sum(),
-            mode: decision.mode,
-            path: self.navigator.plans().len() - 1,
-            moving: truth.moving,
-        };
+        let gap_m = truth.gap_m.unwrap_or_else(|| self.gap_on_map_m(&truth.pose));
+        let path = self.navigator.plans().len() - 1;
+        let row = TraceRow::new(&observation, &decision, truth, gap_m, path);
         let period_s = self.config.local.control_period_s;
         let has_stopped = self.robot.drive(&decision.command, period_s).is_break();
         let protective_action = self.robot.protective_action();
@@ -313,18 +296,18 @@ impl<R: Robot> MissionRun<R> {
         let sensed = self.robot.sense(time_s);
         let odometry = sensed.odometry;
         self.odometry.record(sensed.odometry_s, &odometry.pose);
-        let lidar = sensed.lidar.as_ref();
         self.pose_estimator.update(&sensed);
-        self.note_scan_change(sensed.odometry_s, lidar);
-        let (scan, scan_s) = match sensed.lidar {
-            Some(LidarData::Scan(scan)) => (scan, sensed.odometry_s),
+        let lidar = sensed.lidar.as_ref();
+        let scan_s = lidar.and_then(|lidar| lidar.end_s(sensed.odometry_s)).unwrap_or(time_s);
+        self.note_scan_change(scan_s, lidar);
+        let scan = match sensed.lidar {
+            Some(LidarData::Scan(scan)) => scan,
             // The navigator takes a revolution as seen from the newest odometry.
             Some(LidarData::TimedScan(sweep)) => {
                 self.deskewed.deskew(&sweep, &self.odometry);
-                let scan = self.deskewed.to_scan(sweep.beams.len());
-                (scan, sweep.end_s().unwrap_or(time_s))
+                self.deskewed.to_scan(sweep.beams.len())
             }
-            None => (Scan::default(), time_s),
+            None => Scan::default(),
         };
         let observation = Observation {
             time_s,
@@ -342,23 +325,11 @@ impl<R: Robot> MissionRun<R> {
     }
 
     /// Compares a new scan, as measured, with the one before.
-    fn note_scan_change(&mut self, time_s: f64, lidar: Option<&LidarData>) {
-        let scan_s = match lidar {
-            Some(LidarData::Scan(_)) | None => time_s,
-            Some(LidarData::TimedScan(sweep)) => sweep.end_s().unwrap_or(time_s),
-        };
-        if self.scan_s.replace(scan_s) == Some(scan_s) {
-            return;
+    fn note_scan_change(&mut self, scan_s: f64, lidar: Option<&LidarData>) {
+        if self.scan_s.replace(scan_s) != Some(scan_s) {
+            let changed_s = |lidar: &LidarData| self.scan_change.update(scan_s, lidar.ranges());
+            self.scan_changed_s = lidar.map_or(scan_s, changed_s);
         }
-        self.scan_changed_s = match lidar {
-            Some(LidarData::Scan(scan)) => {
-                self.scan_change.update(scan_s, scan.ranges.iter().copied())
-            }
-            Some(LidarData::TimedScan(sweep)) => {
-                self.scan_change.update(scan_s, sweep.beams.iter().map(|beam| beam.range))
-            }
-            None => scan_s,
-        };
     }
 
     fn gap_on_map_m(&mut self, pose: &Pose) -> f64 {

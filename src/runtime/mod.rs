@@ -4,6 +4,7 @@ mod config;
 mod contact;
 mod encounters;
 pub mod hardware;
+mod lidar_data;
 mod map_update;
 mod mission;
 mod mission_end;
@@ -20,6 +21,7 @@ mod zone_compliance;
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
+pub use lidar_data::LidarData;
 #[cfg(feature = "mcap")]
 pub(crate) use map_update::prepare;
 #[cfg(feature = "ros")]
@@ -32,7 +34,7 @@ pub use mission_end::MissionEnd;
 pub use mission_run::MissionRun;
 pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};
-pub use robot_interface::{GroundTruth, LidarData, OdometryReading, Robot, SensorData};
+pub use robot_interface::{GroundTruth, OdometryReading, Robot, SensorData};
 pub use simulation_settings::SimulationSettings;
 pub use toml_text::{TomlError, parse_toml};
 #[doc(hidden)]

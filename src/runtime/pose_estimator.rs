@@ -1,11 +1,11 @@
 //! The robot's pose in the map.
 
-use super::{Config, LidarData, Mission, PoseSource, SensorData};
+use super::{Config, Mission, PoseSource, SensorData};
 use crate::geometry::{Pose, Twist};
 use crate::localization::{
     LocalizationError, Localizer, LostReason, MapChanges, PoseEstimate, SignedDistanceField,
 };
-use crate::map::{ObstacleGrid, OccupancyGrid, TimedScan};
+use crate::map::{ObstacleGrid, OccupancyGrid};
 
 /// The robot's pose in the map: from its own positioning, or from scans that are matched to the map.
 pub(super) enum PoseEstimator {
@@ -13,8 +13,8 @@ pub(super) enum PoseEstimator {
     Fixes(Pose, Option<f64>),
     Scans {
         localizer: Box<Localizer>,
-        /// End of the last revolution that was matched, seconds; the start of the mission before the first.
-        matched_s: f64,
+        /// End of the last revolution that was matched, seconds.
+        matched_s: Option<f64>,
     },
 }
 
@@ -31,7 +31,7 @@ impl PoseEstimator {
             }
             PoseSource::Scans => Localizer::new(known, config.localization, &mission.start),
         };
-        Ok(Self::Scans { localizer: Box::new(localizer?), matched_s: 0.0 })
+        Ok(Self::Scans { localizer: Box::new(localizer?), matched_s: None })
     }
 
     /// Updates the estimate with one tick. Without positioning of its own, the robot's pose is that of its odometry.
@@ -44,19 +44,11 @@ impl PoseEstimator {
             }
             Self::Scans { localizer, matched_s } => {
                 localizer.predict(time_s, odometry);
-                match &sensed.lidar {
-                    Some(LidarData::Scan(scan)) => {
-                        localizer.update(&TimedScan::from_scan(scan, time_s, 0.0));
-                        *matched_s = time_s;
-                    }
-                    Some(LidarData::TimedScan(sweep)) => {
-                        let newer_s = sweep.end_s().filter(|end_s| end_s != matched_s);
-                        if let Some(end_s) = newer_s {
-                            localizer.update(sweep);
-                            *matched_s = end_s;
-                        }
-                    }
-                    None => {}
+                let Some(lidar) = &sensed.lidar else { return };
+                let end_s = lidar.end_s(time_s);
+                if end_s.is_some() && end_s != *matched_s {
+                    localizer.update(&lidar.timed(time_s));
+                    *matched_s = end_s;
                 }
             }
         }
@@ -70,11 +62,11 @@ impl PoseEstimator {
     }
 
     /// Time of the last measurement that corrected the pose, seconds, given that of the odometry: a positioning of the
-    /// robot's own without times is as old as its odometry.
+    /// robot's own without times is as old as its odometry. The pose at the start is of the mission's start.
     pub fn pose_s(&self, odometry_s: f64) -> f64 {
         match self {
             Self::Fixes(_, corrected_s) => corrected_s.unwrap_or(odometry_s),
-            Self::Scans { matched_s, .. } => *matched_s,
+            Self::Scans { matched_s, .. } => matched_s.unwrap_or(0.0),
         }
     }
 

@@ -2,10 +2,9 @@
 
 use core::ops::ControlFlow;
 
-use super::Contact;
+use super::{Contact, LidarData};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Point, Pose, Twist};
-use crate::map::{Scan, TimedScan};
 
 /// Motion of the base as its own sensors measure it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,15 +14,6 @@ pub struct OdometryReading {
     pub pose: Pose,
     /// Measured motion: mean speed of the belts and turn rate of the gyro.
     pub twist: Twist,
-}
-
-/// Lidar data of one tick.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LidarData {
-    /// All beams of one instant, that of the odometry.
-    Scan(Scan),
-    /// Beams that were measured one after the other. The same revolution may be delivered again; it is empty before the first.
-    TimedScan(TimedScan),
 }
 
 /// Sensor data of one tick.
@@ -58,6 +48,13 @@ pub struct GroundTruth {
     pub contact: Option<Contact>,
     /// Centre of each moving obstacle; none for one that has not yet appeared.
     pub moving: Vec<Option<Point>>,
+}
+
+impl GroundTruth {
+    /// The state of a robot of which no more is known than an estimated pose and a measured motion.
+    pub(crate) const fn of(pose: Pose, twist: Twist) -> Self {
+        Self { pose, twist, gap_m: None, contact: None, moving: Vec::new() }
+    }
 }
 
 /// A robot as the control loop drives it.

@@ -1,8 +1,9 @@
 //! The trace of a drive: one row for each tick.
 
+use super::GroundTruth;
 use crate::digest::BitDigest;
 use crate::geometry::{Point, Pose, Twist};
-use crate::navigator::Mode;
+use crate::navigator::{Decision, Mode, Observation};
 use serde::Serialize;
 
 /// Below this turn rate the robot drives straight, rad/s: noise and small corrections of the heading stay below it.
@@ -80,6 +81,31 @@ impl Trace {
 }
 
 impl TraceRow {
+    /// The row of a decision with the state of the robot, the smallest gap in metres, and the index of the path.
+    pub(crate) fn new(
+        observation: &Observation,
+        decision: &Decision,
+        truth: GroundTruth,
+        gap_m: f64,
+        path: usize,
+    ) -> Self {
+        let counts = decision.counts.unwrap_or_default();
+        Self {
+            time_s: observation.time_s,
+            pose: truth.pose,
+            belief: observation.pose,
+            twist: truth.twist,
+            command: decision.command,
+            local_target: decision.local_target,
+            gap_m,
+            admissible: counts.admissible,
+            samples: counts.to_array().iter().sum(),
+            mode: decision.mode,
+            path,
+            moving: truth.moving,
+        }
+    }
+
     fn add_to(&self, digest: &mut BitDigest) {
         let Self { pose, twist, command, .. } = self;
         for value in [

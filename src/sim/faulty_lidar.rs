@@ -8,7 +8,6 @@ use rand_pcg::Pcg64Mcg;
 
 use super::fault_injection::active_faults;
 use super::{FaultInjection, LidarChange, RngStream, generator};
-use crate::map::TimedScan;
 use crate::runtime::LidarData;
 
 /// Returns a range that was measured at a time, seconds, in a direction of the robot's frame, radians, as the faults change
@@ -76,8 +75,7 @@ impl FaultyLidar {
             _ => None,
         });
         if let Some(late_s) = late_s {
-            let stamped = LidarData::TimedScan(timed(measured.clone(), stamp_s));
-            self.remember(time_s, late_s, stamped);
+            self.remember(time_s, late_s, stamped(&measured, stamp_s));
         }
         let mut sent = measured;
         let (mut is_frozen, mut is_stopped) = (false, false);
@@ -90,14 +88,13 @@ impl FaultyLidar {
                 FaultInjection::ClockJump { by_s, .. } => shift_stamps(&mut sent, *by_s),
                 FaultInjection::Lidar { change: LidarChange::Stopped, .. } => {
                     is_stopped = true;
-                    let last = || LidarData::TimedScan(timed(sent.clone(), stamp_s));
-                    sent = self.last.get_or_insert_with(last).clone();
+                    sent = self.last.get_or_insert_with(|| stamped(&sent, stamp_s)).clone();
                 }
                 FaultInjection::Lidar { change: LidarChange::Late(_), .. } => {
                     sent = self.recent.front().map_or(sent, |(_, oldest)| oldest.clone());
                 }
                 FaultInjection::Lidar { change: LidarChange::Ahead(by_s), .. } => {
-                    sent = LidarData::TimedScan(timed(sent, stamp_s));
+                    sent = stamped(&sent, stamp_s);
                     shift_stamps(&mut sent, *by_s);
                 }
                 FaultInjection::Lidar { change, .. } => self.change(&mut sent, *change),
@@ -120,18 +117,18 @@ impl FaultyLidar {
     /// Changes the beams of a revolution.
     fn change(&mut self, data: &mut LidarData, change: LidarChange) {
         match change {
-            LidarChange::Dropout(share) => for_each_range(data, |range| {
+            LidarChange::Dropout(share) => data.ranges_mut().for_each(|range| {
                 if self.rng.random::<f64>() < share {
                     *range = f64::NAN;
                 }
             }),
-            LidarChange::Ghosts(share) => for_each_range(data, |range| {
+            LidarChange::Ghosts(share) => data.ranges_mut().for_each(|range| {
                 let (is_dust, part) = (self.rng.random::<f64>() < share, self.rng.random::<f64>());
                 if is_dust && range.is_finite() {
                     *range *= part;
                 }
             }),
-            LidarChange::Negative => for_each_range(data, |range| *range = -*range),
+            LidarChange::Negative => data.ranges_mut().for_each(|range| *range = -*range),
             LidarChange::Empty => match data {
                 LidarData::Scan(scan) => scan.ranges.clear(),
                 LidarData::TimedScan(scan) => scan.beams.clear(),
@@ -160,21 +157,9 @@ impl FaultyLidar {
     }
 }
 
-fn for_each_range(data: &mut LidarData, change: impl FnMut(&mut f64)) {
-    match data {
-        LidarData::Scan(scan) => scan.ranges.iter_mut().for_each(change),
-        LidarData::TimedScan(scan) => {
-            scan.beams.iter_mut().map(|beam| &mut beam.range).for_each(change);
-        }
-    }
-}
-
 /// The beams with their times; those of a scan without times have this one, seconds.
-fn timed(data: LidarData, stamp_s: f64) -> TimedScan {
-    match data {
-        LidarData::Scan(scan) => TimedScan::from_scan(&scan, stamp_s, 0.0),
-        LidarData::TimedScan(scan) => scan,
-    }
+fn stamped(data: &LidarData, stamp_s: f64) -> LidarData {
+    LidarData::TimedScan(data.timed(stamp_s).into_owned())
 }
 
 /// A scan without stamps has those of the odometry, which jump too.

@@ -2,7 +2,6 @@
 
 use crate::base::{ProtectiveAction, ProtectiveLayer};
 use crate::geometry::Twist;
-use crate::map::TimedScan;
 use crate::robot::TickClock;
 use crate::runtime::{Config, LidarData};
 use crate::settings::SettingError;
@@ -43,15 +42,8 @@ impl ProtectedSender {
         lidar: &LidarData,
     ) {
         self.layer.update_motion(measured, measured_s);
-        match lidar {
-            LidarData::Scan(scan) => {
-                let scan = TimedScan::from_scan(scan, measured_s, 0.0);
-                self.layer.update_scan(&scan, measured_s);
-            }
-            LidarData::TimedScan(scan) => {
-                self.layer.update_scan(scan, scan.end_s().unwrap_or(time_s));
-            }
-        }
+        let end_s = lidar.end_s(measured_s).unwrap_or(time_s);
+        self.layer.update_scan(&lidar.timed(measured_s), end_s);
     }
 
     /// What the layer does to the present command.

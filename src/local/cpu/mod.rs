@@ -65,14 +65,14 @@ impl CpuEngine {
         Self::new(instructions, Kernel::of(instructions).unwrap_or(Kernel::Portable), None, 1)
     }
 
-    /// Most threads that the program and the C interface permit.
+    /// Most threads.
     pub const MAX_THREADS: usize = 1024;
 
     /// An engine that works in the caller's thread and up to `threads - 1` others, fewer for small problems; with 0 or 1 in the
     /// caller's alone.
     ///
     /// # Errors
-    /// When the system refuses a thread.
+    /// When there are more than [`Self::MAX_THREADS`], or the system refuses one.
     pub fn with_threads(threads: usize) -> Result<Self, EngineError> {
         Self::with_instruction_set(InstructionSet::best(), threads)
     }
@@ -80,11 +80,14 @@ impl CpuEngine {
     /// An engine with a given instruction set, for comparisons.
     ///
     /// # Errors
-    /// When the processor lacks the instructions, or the system refuses a thread.
+    /// When the processor lacks the instructions, there are more than [`Self::MAX_THREADS`], or the system refuses one.
     pub fn with_instruction_set(
         instructions: InstructionSet,
         threads: usize,
     ) -> Result<Self, EngineError> {
+        if threads > Self::MAX_THREADS {
+            return Err(EngineError::TooManyThreads { threads, most: Self::MAX_THREADS });
+        }
         let kernel = Kernel::of(instructions)
             .ok_or(EngineError::UnsupportedInstructionSet { name: instructions.name() })?;
         let pool = if threads > 1 { Some(ThreadPool::new(threads - 1)?) } else { None };

@@ -12,8 +12,8 @@ use crate::local::cpu::soa_inputs::SoaInputs;
 use crate::local::cpu::step_pruning::steps_of;
 use crate::local::cpu::{CpuEngine, InstructionSet};
 use crate::local::{
-    Axis, ClearanceField, Detail, Engine, Normalization, Outside, Problem, QuantizedProblem,
-    Sampler, SamplerInputs, Stopping, Weights, Window,
+    Axis, ClearanceField, Detail, Engine, EngineError, Normalization, Outside, Problem,
+    QuantizedProblem, Sampler, SamplerInputs, Stopping, Weights, Window,
 };
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint};
@@ -300,4 +300,12 @@ fn every_visited_cell_is_in_the_reachable_region() {
             }
         }
     }
+}
+
+#[test]
+fn more_threads_than_an_engine_may_have_are_an_error() {
+    let most = CpuEngine::MAX_THREADS;
+    let error = CpuEngine::with_threads(most + 1).err().expect("too many");
+    assert_eq!(error, EngineError::TooManyThreads { threads: most + 1, most });
+    assert_eq!(error.to_string(), "1025 CPU threads: an engine has at most 1024");
 }

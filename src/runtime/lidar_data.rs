@@ -1,0 +1,56 @@
+//! The lidar data of one tick, with or without a time for each beam.
+
+use std::borrow::Cow;
+
+use crate::map::{Scan, TimedScan};
+
+/// Lidar data of one tick.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LidarData {
+    /// All beams of one instant, that of the odometry.
+    Scan(Scan),
+    /// Beams that were measured one after the other. The same revolution may be delivered again; it is empty before the first.
+    TimedScan(TimedScan),
+}
+
+impl LidarData {
+    /// The ranges as measured, metres, in the order of the beams.
+    #[must_use]
+    pub fn ranges(&self) -> impl ExactSizeIterator<Item = f64> {
+        let count = match self {
+            Self::Scan(scan) => scan.ranges.len(),
+            Self::TimedScan(scan) => scan.beams.len(),
+        };
+        (0..count).map(|beam| match self {
+            Self::Scan(scan) => scan.ranges[beam],
+            Self::TimedScan(scan) => scan.beams[beam].range,
+        })
+    }
+
+    /// The ranges, metres, in the order of the beams.
+    pub fn ranges_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        let (ranges, beams) = match self {
+            Self::Scan(scan) => (scan.ranges.as_mut_slice(), Default::default()),
+            Self::TimedScan(scan) => (Default::default(), scan.beams.as_mut_slice()),
+        };
+        ranges.iter_mut().chain(beams.iter_mut().map(|beam| &mut beam.range))
+    }
+
+    /// Time of the newest beam, seconds, given that of the odometry; none before the first revolution.
+    #[must_use]
+    pub fn end_s(&self, odometry_s: f64) -> Option<f64> {
+        match self {
+            Self::Scan(_) => Some(odometry_s),
+            Self::TimedScan(scan) => scan.end_s(),
+        }
+    }
+
+    /// Returns the beams with their times, given that of the odometry, seconds.
+    #[must_use]
+    pub fn timed(&self, odometry_s: f64) -> Cow<'_, TimedScan> {
+        match self {
+            Self::Scan(scan) => Cow::Owned(TimedScan::from_scan(scan, odometry_s, 0.0)),
+            Self::TimedScan(scan) => Cow::Borrowed(scan),
+        }
+    }
+}
