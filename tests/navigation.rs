@@ -20,6 +20,6 @@ mod cases {
         mod slow_planner;
         mod surroundings;
         mod tracking;
-        mod vanished_wall;
+        mod two_roadways;
     }
 }

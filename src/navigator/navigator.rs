@@ -3,6 +3,7 @@
 mod braking;
 
 use std::collections::BTreeMap;
+use std::mem::take;
 use std::sync::Arc;
 
 use super::base_response::BaseResponse;
@@ -24,7 +25,7 @@ use super::{
     NavigationMap, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
     Waypoints,
 };
-use crate::geometry::Twist;
+use crate::geometry::{Point, Twist};
 use crate::global::Plan;
 use crate::local::LocalPlanner;
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
@@ -294,6 +295,10 @@ impl Navigator {
             self.robot.limits = limits;
         }
         let Observation { time_s, pose, twist, odometry_s, scan, scan_s, .. } = observation;
+        // Marks of the time before may be at wrong places.
+        if take(&mut self.validator.is_relocated) {
+            self.obstacles.forget(*time_s, &pose.position());
+        }
         if has_new_scan && !self.is_over() {
             let masked = self.validator.health.masked(scan);
             self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
@@ -424,7 +429,7 @@ impl Navigator {
             }
             let spared_s = self.progress.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
             if stuck_s - spared_s > self.settings.movement_time_allowance {
-                return Err(self.why_stuck(stuck_s));
+                return Err(self.why_stuck(stuck_s, &robot));
             }
             state.stuck_s = stuck_s;
             if self.settings.features.replanning {
@@ -475,8 +480,10 @@ impl Navigator {
         self.robot.limits.reachable(twist, &slower, self.tick)
     }
 
-    fn why_stuck(&self, stuck_s: f64) -> Fault {
-        let left_m = self.route.left_m();
+    fn why_stuck(&self, stuck_s: f64, robot: &Point) -> Fault {
+        // A robot that strayed may be far from the end of its path.
+        let straight_m = (self.waypoints.goal.position - robot).norm();
+        let left_m = self.route.left_m().max(straight_m);
         if let Some(error) = &self.replanner.no_path {
             return Fault::Plan(error.clone());
         }

@@ -178,6 +178,11 @@ struct Accepted {
 #[derive(Debug, Default)]
 pub(super) struct ObservationValidator {
     last: Option<Accepted>,
+    /// The last observation before the robot was lost.
+    before_lost: Option<Accepted>,
+    /// Whether an accepted pose was not where the robot can have driven to, since this was last taken: it was carried, or an earlier
+    /// pose was wrong.
+    pub is_relocated: bool,
     /// Times of the last tick, and of the last scan with a measurement.
     clock_s: Option<f64>,
     scan_s: Option<f64>,
@@ -276,7 +281,7 @@ impl ObservationValidator {
         }
         if let Some(why) = seen.lost {
             // The robot need not have driven to where it is found later.
-            self.last = None;
+            self.before_lost = self.last.take().or(self.before_lost);
             self.recent.clear();
             return Err(ObservationFault::Lost(why));
         }
@@ -300,6 +305,8 @@ impl ObservationValidator {
             distance_m <= CORRECTION_M + SPEED_FACTOR * fastest * elapsed_s.min(CLOCK_JUMP_S)
         };
         let Some(last) = self.last else {
+            let is_far = |before: Accepted| !is_near(&before.pose, seen.time_s - before.time_s);
+            self.is_relocated |= self.before_lost.take().is_some_and(is_far);
             return Ok(());
         };
         if is_near(&last.pose, seen.time_s - last.time_s) {
@@ -316,6 +323,7 @@ impl ObservationValidator {
         }
         self.elsewhere = None;
         self.last = None;
+        self.is_relocated = true;
         self.recent.clear();
         Ok(())
     }

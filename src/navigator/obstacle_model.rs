@@ -25,6 +25,8 @@ const SEEN_THROUGH_M: f64 = 0.05;
 const SETTLED_S: f64 = 2.5;
 /// Largest number of cells along a side of the local window: it takes two bytes per cell, and is built at each decision.
 const MAX_WINDOW_CELLS: f64 = 4095.0;
+/// Marks are forgotten farther away from the robot than this, metres.
+const FORGET_BEYOND_M: f64 = 1.0;
 /// Larger cells of the map are divided in the local window, metres: a clearance is good to the diagonal of a part.
 pub(super) const FIELD_CELL_M: f64 = 0.05;
 /// As [`FIELD_CELL_M`], near narrow passages.
@@ -138,10 +140,10 @@ impl ObstacleModel {
         &self.map.rays
     }
 
-    /// Forgets marks that no scan hit since a time, seconds, except those within a distance of a place, metres: for a robot
-    /// that has no path among them.
-    pub(super) fn forget(&mut self, since_s: f64, place: &Point, near_m: f64) {
-        let is_far = |mark: &Mark| (mark.center - place).norm() > near_m;
+    /// Forgets marks that no scan hit since a time, seconds, except those near the robot: where it has no path among them, or they
+    /// may be at wrong places.
+    pub(super) fn forget(&mut self, since_s: f64, robot: &Point) {
+        let is_far = |mark: &Mark| (mark.center - robot).norm() > FORGET_BEYOND_M;
         self.map.remove_where(|mark| mark.last_s < since_s && is_far(mark));
     }
 

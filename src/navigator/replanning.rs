@@ -27,10 +27,8 @@ const SMALL_DETOUR_M: f64 = 3.0;
 const STUCK_PATIENCES: f64 = 2.0;
 /// Replanning periods after a plan around moving obstacles: they move, and each plan would differ from the last.
 const HELD_UP_PERIODS: f64 = 6.0;
-/// Where no path remains, the obstacle model forgets marks that no scan hit for this long, seconds, farther away than this,
-/// metres.
+/// Where no path remains, the obstacle model forgets marks that no scan hit for this long, seconds.
 const FORGET_AFTER_S: f64 = 5.0;
-const FORGET_BEYOND_M: f64 = 1.0;
 /// The robot looks for a path again at most this many times after none remained, at places this far apart, metres, without having
 /// come nearer to its goal (Nav2: `number_of_retries`). Otherwise it could drive for ever between two blocked paths.
 const RETRIES: u32 = 6;
@@ -142,14 +140,15 @@ impl Replanner {
         match answer {
             Ok(plan) => is_better(&plan, reason, blocked_s, state).then_some(plan),
             Err(error) => {
-                // An obstacle too near to the robot says nothing about the path.
-                if matches!(error, PlanError::NoValidPath { .. }) {
-                    // The obstacles may have gone since: Nav2 clears its costmaps here.
+                // The obstacles may have gone since: Nav2 clears its costmaps here.
+                if let PlanError::NoValidPath { .. } | PlanError::GoalOccupied { .. } = error {
                     let robot = state.now.pose.position();
-                    obstacles.forget(now_s - FORGET_AFTER_S, &robot, FORGET_BEYOND_M);
+                    obstacles.forget(now_s - FORGET_AFTER_S, &robot);
                     self.retries.add(&robot);
-                    self.no_path = Some(error);
                 }
+                // An obstacle too near to the robot says nothing about the path.
+                self.no_path =
+                    Some(error).filter(|error| !matches!(error, PlanError::StartOccupied { .. }));
                 None
             }
         }

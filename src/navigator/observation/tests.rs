@@ -220,3 +220,24 @@ fn scan_with_an_old_stamp_is_no_new_one() {
     let older = Observation { scan_s: new.scan_s - 0.1, ..new };
     assert_eq!(check.validate(&older, Twist::STOP), Ok(false));
 }
+
+/// A robot that stands at `x` before, is lost for a second or not, and then is at another `x`.
+#[test]
+fn pose_where_the_robot_cannot_have_driven_to_is_relocated() {
+    for (is_lost, x, expected) in
+        [(true, 9.0, true), (true, 0.4, false), (false, 9.0, true), (false, 0.4, false)]
+    {
+        let mut check = Check::new();
+        let mut see = |x: f64, lost: Option<LostReason>| {
+            check.after(0.1, Twist::STOP, |seen| (seen.pose.x, seen.lost) = (x, lost));
+            std::mem::take(&mut check.validator.is_relocated)
+        };
+        let before = [see(0.0, None), see(0.0, None)];
+        assert_eq!(before, [false, false]);
+        let lost = is_lost.then_some(LostReason::PoorMatch);
+        assert!((0..10).all(|_| !see(0.0, lost)));
+        let after: Vec<bool> = (0..12).map(|_| see(x, None)).collect();
+        assert_eq!(after.contains(&true), expected, "{is_lost}, {x} m: {after:?}");
+        assert!(after.iter().filter(|it| **it).count() <= 1, "once");
+    }
+}

@@ -1,4 +1,4 @@
-//! A wall of the map is gone. Once scans have shown that for a minute, the robot plans and drives through its place.
+//! Drives by scans through two roadways, of which a wall is gone, or the robot is carried.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use inbye::local::CpuEngine;
 use inbye::map::{Cell, GridFrame, OccupancyGrid, UnknownPolicy};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, Observer, PoseSource, TickEvent};
-use inbye::sim::Simulation;
+use inbye::sim::{FaultInjection, Simulation};
 
 /// Free rectangles, cells of 0.1 m: first column, width, first row, height. Two roadways with a connection at each end, and niches.
 const FREE: [[i32; 4]; 9] = [
@@ -39,6 +39,7 @@ fn roadways(has_wall: bool) -> OccupancyGrid {
     OccupancyGrid::new(frame, cells)
 }
 
+/// Once scans have shown for a minute that a wall is gone, the robot plans and drives through its place.
 #[test]
 fn robot_drives_through_the_place_of_a_wall_that_is_gone() {
     let goal = |x: f64, y: f64| Goal::at(Point::new(x, y));
@@ -68,4 +69,28 @@ fn robot_drives_through_the_place_of_a_wall_that_is_gone() {
     // The way round is 32 m.
     assert!(distances_m.len() == 8 && distances_m[5..].iter().all(|m| *m < 9.0), "{distances_m:?}");
     assert!(x.iter().all(|error_m| error_m.abs() < 0.1), "{x:?}");
+}
+
+/// Before a carried robot knows that it is lost, its scans mark obstacles around the place where it seems to be: here its goal.
+#[test]
+fn robot_carried_away_from_its_goal_comes_back() {
+    let goal = Goal::at(Point::new(17.5, 3.5));
+    let mission = Mission::new(Arc::new(roadways(false)), START, goal);
+    // It faces a wall at about the distance of the goal, next to a niche.
+    let to = Pose::new(8.4, 9.8, core::f64::consts::FRAC_PI_2);
+    let faults = vec![FaultInjection::Kidnapped { at_s: 14.0, to }];
+    let simulation = Simulation { faults, ..Simulation::new(mission) };
+    let mut config = Config::default();
+    config.pose_source = PoseSource::Scans;
+    let mut left_m = f64::INFINITY;
+    let mut on_tick = |event: &TickEvent<'_>| {
+        if event.row.time_s < 13.95 {
+            left_m = (event.row.pose.position() - goal.position).norm();
+        }
+    };
+    let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
+    let engine = Box::new(CpuEngine::single_threaded());
+    let result = simulation.run(&config, engine, &mut observer).expect("a mission that can start");
+    assert!((1.0..2.5).contains(&left_m), "{left_m} m left when it is carried");
+    assert!(result.reached, "{:?} after {:?}", result.why(), result.trace.rows.last());
 }
