@@ -44,4 +44,11 @@ impl Navigator {
         self.zones = map.zones;
         self.replanner.replace_map(map.planner);
     }
+
+    /// Ends the mission if there is no path on the map that just replaced the one before, even without obstacles that only the lidar
+    /// saw. A map that the robot's own scans changed shows what may go away again.
+    #[cfg(feature = "ros")]
+    pub(crate) const fn require_path_on_map(&mut self) {
+        self.replanner.require_path_on_map();
+    }
 }

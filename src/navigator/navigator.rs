@@ -412,6 +412,7 @@ impl Navigator {
             mode: self.mode,
             is_at_goal: false,
             stuck_s: 0.0,
+            fastest: fastest.min(self.robot.limits.max_vel_x),
             speed_limit: fastest,
         };
         state.follow(&self.route);
@@ -436,7 +437,7 @@ impl Navigator {
                 if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
                     let route = new_route.insert(Route::new(&plan, &self.settings));
                     self.plans.push(plan);
-                    self.progress.rebase(route.left_m());
+                    self.progress.rebase(left_m, route.left_m());
                     state.follow(route);
                     has_new_route = true;
                 }

@@ -47,6 +47,8 @@ pub(super) enum Reason {
     Strayed,
     /// The map has changed.
     NewMap,
+    /// There is no path on the changed map: whether there is one without what the map does not show.
+    MapAlone,
     /// Moving obstacles held the robot up for long.
     HeldUp,
     /// Changes of the obstacle model may have opened a shortcut.
@@ -62,6 +64,11 @@ pub(super) struct Replanner {
     /// The plans to later goals are of the map before.
     is_map_replaced: bool,
     is_map_new: bool,
+    /// The map is not of the robot's own scans: what it shows does not go away while the robot waits.
+    is_map_given: bool,
+    is_map_alone_due: bool,
+    /// Why there is no path, whatever goes away.
+    without_path: Option<PlanError>,
     is_blocked: bool,
     blocked: ConditionTimer,
     /// Why there is no path to the goal, if the last request found none.
@@ -86,6 +93,9 @@ impl Replanner {
             next_shortcut_s: f64::NEG_INFINITY,
             is_map_replaced: false,
             is_map_new: false,
+            is_map_given: false,
+            is_map_alone_due: false,
+            without_path: None,
             is_blocked: false,
             blocked: ConditionTimer::default(),
             no_path: None,
@@ -104,23 +114,34 @@ impl Replanner {
             self.next_s = f64::NEG_INFINITY;
         }
         self.blocked = ConditionTimer::default();
-        self.no_path = None;
-        self.retries = Retries::default();
+        self.forget_failures();
     }
 
     /// Plans on another map from now on, first of all at once.
     pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>) {
         self.planner = planner;
         self.is_map_replaced = true;
+        self.is_map_given = false;
         self.is_map_new = true;
         self.next_s = f64::NEG_INFINITY;
-        self.no_path = None;
+        self.forget_failures();
+    }
+
+    /// The map that replaced the one before was given: without a path on it the mission ends.
+    pub const fn require_path_on_map(&mut self) {
+        self.is_map_given = true;
+    }
+
+    fn forget_failures(&mut self) {
+        (self.no_path, self.without_path) = (None, None);
+        self.is_map_alone_due = false;
         self.retries = Retries::default();
     }
 
-    /// The reason to give up: no path remained at too many places, one after the other.
+    /// The reason to give up: the map has no path, or none remained at too many places, one after the other.
     pub fn is_out_of_paths(&self) -> Option<PlanError> {
-        self.no_path.clone().filter(|_| self.retries.count > RETRIES)
+        let no_path = || self.no_path.clone().filter(|_| self.retries.count > RETRIES);
+        self.without_path.clone().or_else(no_path)
     }
 
     /// Receives the plan that is due and returns it if it is better than going on.
@@ -140,8 +161,19 @@ impl Replanner {
         match answer {
             Ok(plan) => is_better(&plan, reason, blocked_s, state).then_some(plan),
             Err(error) => {
+                let is_blocked =
+                    matches!(error, PlanError::NoValidPath { .. } | PlanError::GoalOccupied { .. });
+                let is_outside = matches!(
+                    error,
+                    PlanError::StartOutsideMap { .. } | PlanError::GoalOutsideMap { .. }
+                );
+                if is_outside || is_blocked && reason == Reason::MapAlone {
+                    self.without_path = Some(error);
+                    return None;
+                }
                 // The obstacles may have gone since: Nav2 clears its costmaps here.
-                if let PlanError::NoValidPath { .. } | PlanError::GoalOccupied { .. } = error {
+                if is_blocked {
+                    self.is_map_alone_due = self.is_map_given && reason == Reason::NewMap;
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot);
                     self.retries.add(&robot);
@@ -168,18 +200,22 @@ impl Replanner {
             _ => settings.replan_period_s,
         };
         self.is_map_new &= reason != Reason::NewMap;
+        self.is_map_alone_due &= reason != Reason::MapAlone;
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
         let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
         let transient = obstacles.recent_marks(now.time_s - settings.detour_patience_s);
-        let request = PlanRequest {
+        let mut request = PlanRequest {
             start: now.pose.position(),
             goal: state.goal.position,
             marks: obstacles.marks().collect(),
             discs,
             transient: transient.chain(now.near_turn.iter().map(with_reach)).collect(),
         };
+        if reason == Reason::MapAlone {
+            (request.marks, request.transient) = (Vec::new(), Vec::new());
+        }
         let due_s = now.time_s + settings.planning_budget_s;
         self.planner.request(request, reason, due_s);
     }
@@ -191,9 +227,11 @@ impl Replanner {
             Some(Reason::Strayed)
         } else if self.is_map_new {
             Some(Reason::NewMap)
+        } else if self.is_map_alone_due {
+            Some(Reason::MapAlone)
         } else if self.is_blocked {
             Some(Reason::Blocked)
-        } else if escapes || state.stuck_s > STUCK_PATIENCES * state.settings.stuck_patience_s {
+        } else if escapes || state.stuck_s > STUCK_PATIENCES * state.stuck_patience_s() {
             Some(Reason::HeldUp)
         } else {
             let may_be_shorter =
@@ -301,6 +339,7 @@ fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> 
     let driven_m = |time_s: f64| time_s * state.robot.limits.max_vel_x;
     match reason {
         Reason::Strayed | Reason::NewMap => true,
+        Reason::MapAlone => false,
         Reason::Blocked => {
             blocked_s > settings.detour_patience_s
                 || length_m - left_m <= SMALL_DETOUR_M + driven_m(blocked_s)

@@ -22,6 +22,8 @@ pub(crate) struct Route {
 /// itself.
 const SEARCH_BACK_M: f64 = 1.0;
 const SEARCH_AHEAD_M: f64 = 3.0;
+/// At most so much of the way back counts as no progress, metres: escapes are shorter, and a robot that was carried starts anew.
+const MAX_RETREAT_M: f64 = 5.0;
 /// Distance at which a key node is touched, metres. The paper gives none.
 const TOUCH_M: f64 = 0.5;
 
@@ -127,9 +129,11 @@ pub(super) struct ProgressChecker {
 }
 
 impl ProgressChecker {
-    /// Measures along a new path with this length left, metres. A new path alone is no progress.
-    pub const fn rebase(&mut self, left_m: f64) {
-        self.least_left_m = Some(left_m);
+    /// Measures along a new path from now on, given the lengths left on the path before and on this one, metres. A new path alone is
+    /// no progress, and undoes none: the robot may have come nearer by less than what counts, or have backed away.
+    pub fn rebase(&mut self, before_m: f64, left_m: f64) {
+        let gained_m = self.least_left_m.map_or(0.0, |least_m| least_m - before_m);
+        self.least_left_m = Some(left_m + gained_m.max(-MAX_RETREAT_M));
     }
 
     /// Leaves out a time in which the robot could not make progress, seconds.

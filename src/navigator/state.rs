@@ -206,6 +206,8 @@ pub(super) struct State<'a> {
     pub is_at_goal: bool,
     /// Time since the last progress along the path, seconds.
     pub stuck_s: f64,
+    /// Highest forward speed of the robot here, by its limits and the zones, m/s.
+    pub fastest: f64,
     /// Highest forward speed that the behaviours with higher priority allow, m/s.
     pub speed_limit: f64,
 }
@@ -229,6 +231,14 @@ impl<'a> State<'a> {
     /// The velocity nearest to a wanted one that the robot reaches at this tick.
     pub fn towards(&self, wanted: &Twist) -> Twist {
         self.robot.limits.reachable(&self.now.twist, wanted, self.tick)
+    }
+
+    /// Time without progress after which the robot is held up, seconds: that of the settings, or at least the time that a slow robot
+    /// needs for what counts as progress.
+    pub fn stuck_patience_s(&self) -> f64 {
+        let NavigatorSettings { stuck_patience_s, required_movement_radius, .. } = *self.settings;
+        let needed_s = required_movement_radius / self.fastest;
+        if needed_s.is_finite() { stuck_patience_s.max(needed_s) } else { stuck_patience_s }
     }
 
     /// Whether a person is near enough to hold the robot up.

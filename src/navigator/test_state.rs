@@ -62,6 +62,7 @@ pub(super) fn with_state<R>(
         mode: Mode::Driving,
         is_at_goal: false,
         stuck_s: 0.0,
+        fastest: robot.limits.max_vel_x,
         speed_limit: f64::INFINITY,
     })
 }

@@ -92,6 +92,9 @@ pub(crate) struct MapUpdate {
     running: Option<JoinHandle<Result<ChangedMap, Fault>>>,
     /// A newer map arrived since the start of the thread.
     is_outdated: bool,
+    /// The map is not only changed by the robot's own scans.
+    #[cfg(feature = "ros")]
+    pub is_given: bool,
 }
 
 impl MapUpdate {

@@ -17,10 +17,10 @@ const FIRST_ATTEMPT_S: f64 = 2.0;
 const MAX_DOUBLINGS: u32 = 3;
 /// A robot without progress for this many times the patience escapes too, even if it moves.
 const WIGGLING_PATIENCES: f64 = 3.0;
-/// A robot below this speed that does not rotate is held up, m/s.
-const CREEPING: f64 = 0.05;
-/// A robot whose target comes nearer by at least this does not wiggle, m/s.
-const APPROACHING: f64 = 0.1;
+/// A robot below this speed, m/s, and this share of its highest one that does not rotate is held up.
+const CREEPING: (f64, f64) = (0.05, 0.25);
+/// A robot whose target comes nearer by at least this, m/s, or this share of its highest speed does not wiggle.
+const APPROACHING: (f64, f64) = (0.1, 0.5);
 /// A robot below this turn rate does not rotate, rad/s.
 const TURNING: f64 = 0.05;
 /// Time and time step of the prediction, seconds.
@@ -46,6 +46,8 @@ const TURN_RATES: [f64; 7] = [0.0, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8];
 pub(super) struct Escape {
     breadcrumbs: Breadcrumbs,
     held_up: ConditionTimer,
+    /// Time since the last progress for which the robot rotated, seconds.
+    rotated_s: f64,
     attempts: u32,
     /// End of the last attempt, and earliest begin of the next one, seconds.
     until_s: Option<f64>,
@@ -73,10 +75,14 @@ impl Behaviour for Escape {
 impl Escape {
     /// Updates the memory with the decision of the tick.
     pub fn observe(&mut self, state: &State<'_>, decision: &Decision) {
+        if state.stuck_s == 0.0 {
+            (self.attempts, self.rotated_s) = (0, 0.0);
+        }
         match decision.mode {
             Mode::Escaping => self.breadcrumbs.forget_near(&state.now.pose.position()),
             Mode::Rotating if state.measured.angular.abs() >= TURNING => {
                 self.held_up = ConditionTimer::default();
+                self.rotated_s += state.tick.elapsed_s();
             }
             // The protective layer may forbid a rotation.
             Mode::Driving | Mode::Blocked | Mode::Rotating if state.settings.features.recovery => {
@@ -88,20 +94,19 @@ impl Escape {
 
     /// Starts an attempt where the robot was held up for longer than its patience.
     fn drove(&mut self, state: &State<'_>) {
-        let (now, stuck_s) = (state.now, state.stuck_s);
-        let mut patience_s = state.settings.stuck_patience_s;
+        let now = state.now;
+        let mut patience_s = state.stuck_patience_s();
         if state.waits_for_people() {
             patience_s *= WAITING_PATIENCES;
         }
         self.breadcrumbs.push(&now.pose.position());
-        if stuck_s == 0.0 {
-            self.attempts = 0;
-        }
-        let creeps = now.twist.linear.abs() < CREEPING;
+        let slow = |(speed, share): (f64, f64)| speed.min(share * state.fastest);
+        let creeps = now.twist.linear.abs() < slow(CREEPING);
         let held_up_s = self.held_up.update(now.time_s, creeps);
         // A robot that approaches its target again has what an escape is to bring.
         let towards = now.twist.linear * libm::cos(state.heading_error);
-        let wiggles = stuck_s > WIGGLING_PATIENCES * patience_s && towards < APPROACHING;
+        let stuck_s = state.stuck_s - self.rotated_s;
+        let wiggles = stuck_s > WIGGLING_PATIENCES * patience_s && towards < slow(APPROACHING);
         let is_patient = held_up_s <= patience_s && !wiggles;
         if is_patient || self.next_s.is_some_and(|next_s| now.time_s < next_s) {
             return;

@@ -43,8 +43,14 @@ impl NodeCore {
         self.zones.missing(&map.frame)
     }
 
-    /// Prepares the map for a navigator that drives, if it or its zones have changed.
-    pub(super) fn prepare_if(&mut self, is_new: bool) {
+    /// Prepares the map for a navigator that drives, if a message has changed it or its zones.
+    pub(super) fn prepare_given(&mut self, is_new: bool) {
+        self.map_update.is_given |= is_new;
+        self.prepare_if(is_new);
+    }
+
+    /// Prepares the map for a navigator that drives, if it has changed.
+    fn prepare_if(&mut self, is_new: bool) {
         if !is_new || self.navigator.is_none() || self.ended_s.is_some() {
             return;
         }
@@ -65,6 +71,9 @@ impl NodeCore {
         match (taken, &mut self.navigator) {
             (Ok(Some(changed)), Some(navigator)) => {
                 navigator.replace_map(changed.for_navigator);
+                if std::mem::take(&mut self.map_update.is_given) {
+                    navigator.require_path_on_map();
+                }
                 if let (Some(own), Some(map)) = (&mut self.localization, changed.for_localizer) {
                     own.adopt_changes(map);
                 }
