@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use inbye::geometry::Twist;
 use inbye::global::Path;
 use inbye::navigator::{self, Controller, ControllerError, ControllerReply};
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 
 use super::conversion::{points, pose_tuple, raise, table, twist_tuple};
@@ -16,28 +17,47 @@ const MOST_QUOTED: usize = 60;
 /// What a controller decides from.
 #[pyclass(frozen, get_all, module = "inbye")]
 pub struct ControllerInput {
+    /// Time of the tick.
     time_s: f64,
+    /// Control period.
     period_s: f64,
+    /// Estimated pose at the time of the odometry.
     pose: (f64, f64, f64),
+    /// Measured velocity at the time of the odometry.
     twist: (f64, f64),
+    /// Time of the odometry.
     odometry_s: f64,
+    /// Pose when a command of this tick takes effect.
     predicted_pose: (f64, f64, f64),
+    /// Velocity when a command of this tick takes effect.
     predicted_twist: (f64, f64),
+    /// The command of the last tick.
     last_command: (f64, f64),
-    /// Least and largest speed, largest turn rate.
+    /// Least speed, largest speed, largest turn rate.
     speed_limits: (f64, f64, f64),
-    /// Acceleration and braking along x, then of the turn rate.
+    /// Acceleration and braking, the latter below zero: of the speed, then of the turn rate.
     acceleration_limits: (f64, f64, f64, f64),
+    /// Discs of the robot: rows of x, y and radius in its own frame.
     footprint: Py<PyArray2<f64>>,
+    /// Newest scan: infinite for nothing within range, NaN for no measurement.
     ranges: Py<PyArray1<f64>>,
+    /// Direction of the first beam in the robot's frame.
     angle_min: f64,
+    /// Angle between beams.
     angle_increment: f64,
+    /// Longest range.
     range_max: f64,
+    /// Time of the scan.
     scan_s: f64,
+    /// Tracked moving obstacles: rows of x, y, radius, vx and vy.
     moving_obstacles: Py<PyArray2<f64>>,
+    /// The global path: rows of x and y. All ticks share this array, and it is read-only.
     path: Py<PyArray2<f64>>,
+    /// Length of the path behind the robot.
     path_progress_m: f64,
+    /// The key node that inbye would drive to.
     local_target: (f64, f64),
+    /// The goal, with its yaw if it has one.
     goal: (f64, f64, Option<f64>),
 }
 
@@ -57,39 +77,82 @@ impl Raised {
     }
 }
 
+/// The object of a controller and the callable that computes its velocities. The owner of the controller shares them, so that
+/// Python's garbage collector finds and breaks cycles. They are locked only while no Python code runs.
+#[derive(Clone)]
+pub struct ControllerObjects(Arc<Mutex<Option<[Py<PyAny>; 2]>>>);
+
+impl ControllerObjects {
+    fn get(&self, py: Python<'_>) -> PyResult<[Py<PyAny>; 2]> {
+        let objects = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let objects = objects.as_ref().ok_or_else(|| raise("the controller no longer exists"))?;
+        Ok(objects.each_ref().map(|object| object.clone_ref(py)))
+    }
+
+    /// Visits the objects for the garbage collector.
+    pub fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        let Ok(objects) = self.0.try_lock() else { return Ok(()) };
+        objects.iter().flatten().try_for_each(|object| visit.call(object))
+    }
+
+    /// Drops the objects for the garbage collector.
+    pub fn clear(&self) {
+        let objects = self.0.lock().unwrap_or_else(PoisonError::into_inner).take();
+        // This can run Python code, and must not happen with the lock.
+        drop(objects);
+    }
+}
+
 /// A Python object as a controller: a callable, or an object with `compute_velocity` and optionally `set_plan`, `reset` and
 /// `name`.
 pub struct PythonController {
     name: String,
-    object: Py<PyAny>,
-    compute: Py<PyAny>,
+    objects: ControllerObjects,
     path: Py<PyArray2<f64>>,
     raised: Raised,
 }
 
 impl PythonController {
-    /// The controller, and where its exception will be.
-    pub fn of(object: &Bound<'_, PyAny>) -> PyResult<(Box<dyn Controller>, Raised)> {
-        let compute = match object.getattr_opt("compute_velocity")? {
-            Some(method) => method,
-            None if object.is_callable() => object.clone(),
+    /// The callable that computes the velocities of a controller.
+    pub fn compute_method<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        match object.getattr_opt("compute_velocity")? {
+            Some(method) => Ok(method),
+            None if object.is_callable() => Ok(object.clone()),
             None => {
-                return Err(raise("a controller is a callable, or has a method compute_velocity"));
+                let kind = object.get_type().name()?;
+                Err(raise(format!(
+                    "a value of type {kind} is no controller: give a callable, or an object with a method compute_velocity"
+                )))
             }
-        };
+        }
+    }
+
+    /// A controller that begins a drive: its object is reset.
+    pub fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let compute = Self::compute_method(object)?;
         let name = match object.getattr_opt("name")?.or(object.getattr_opt("__name__")?) {
             Some(name) => name.str()?.extract()?,
             None => object.get_type().name()?.extract()?,
         };
-        let raised = Raised::default();
+        let objects = [object.clone().unbind(), compute.unbind()];
         let controller = Self {
             name,
-            object: object.clone().unbind(),
-            compute: compute.unbind(),
+            objects: ControllerObjects(Arc::new(Mutex::new(Some(objects)))),
             path: points(object.py(), &[])?.unbind(),
-            raised: raised.clone(),
+            raised: Raised::default(),
         };
-        Ok((Box::new(controller), raised))
+        controller.call_optional(object.py(), "reset", ())?;
+        Ok(controller)
+    }
+
+    /// Where its exception will be.
+    pub fn raised(&self) -> Raised {
+        self.raised.clone()
+    }
+
+    /// Its Python objects.
+    pub fn objects(&self) -> ControllerObjects {
+        self.objects.clone()
     }
 
     fn input(
@@ -151,7 +214,8 @@ impl PythonController {
     where
         A: pyo3::call::PyCallArgs<'py>,
     {
-        if let Some(method) = self.object.bind(py).getattr_opt(method)? {
+        let [object, _] = self.objects.get(py)?;
+        if let Some(method) = object.bind(py).getattr_opt(method)? {
             method.call1(arguments)?;
         }
         Ok(())
@@ -166,6 +230,8 @@ impl Controller for PythonController {
     fn set_plan(&mut self, path: &Path) {
         Python::attach(|py| {
             let set = points(py, path.points()).and_then(|path| {
+                // It is the array of all ticks: a change in place would stay.
+                drop(path.try_readwrite().map_err(raise)?.make_nonwriteable());
                 self.path = path.clone().unbind();
                 self.call_optional(py, "set_plan", (path,))
             });
@@ -181,7 +247,10 @@ impl Controller for PythonController {
             let answer = py
                 .check_signals()
                 .and_then(|()| self.raised.check())
-                .and_then(|()| self.compute.bind(py).call1((self.input(py, input)?,)))
+                .and_then(|()| {
+                    let [_, compute] = self.objects.get(py)?;
+                    compute.bind(py).call1((self.input(py, input)?,))
+                })
                 .and_then(|answer| self.velocity(&answer));
             match answer {
                 Ok(Some([linear, angular])) => Ok(Twist::new(linear, angular)),

@@ -6,7 +6,7 @@ use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::{MovingDisc, Scan};
 use inbye::navigator::Goal;
 use numpy::ndarray::{ArrayView1, Dimension};
-use numpy::{Ix1, Ix2, PyArray, PyArray2, PyArrayMethods, PyReadonlyArray};
+use numpy::{Ix1, Ix2, PyArray, PyArray2, PyArrayMethods, PyReadonlyArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use super::InbyeError;
@@ -100,7 +100,10 @@ pub fn real_array<'py, D: Dimension>(
     value: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArray<'py, f64, D>> {
     let wrong = |why: String| raise(format!("{argument}: {why}"));
-    if let Ok(array) = value.cast::<PyArray<f64, D>>() {
+    check_unmasked(argument, value)?;
+    if let Ok(array) = value.cast::<PyArray<f64, D>>()
+        && is_aligned(array)
+    {
         return array.try_readonly().map_err(|error| wrong(error.to_string()));
     }
     let array = numpy_array(argument, value)?;
@@ -115,6 +118,22 @@ pub fn real_array<'py, D: Dimension>(
         wrong(format!("an array of dimension {expected} is expected, not {dimensions}"))
     })?;
     array.try_readonly().map_err(|error| wrong(error.to_string()))
+}
+
+/// Whether all elements are aligned and a whole number of elements apart. Those of a field of a structured array may not be.
+fn is_aligned<D: Dimension>(array: &Bound<'_, PyArray<f64, D>>) -> bool {
+    let strides_fit =
+        || array.strides().iter().all(|stride| stride % size_of::<f64>() as isize == 0);
+    array.data().is_aligned() && strides_fit()
+}
+
+/// Rejects an array with masked elements: a conversion would use the values below the mask.
+pub fn check_unmasked(argument: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    let is_masked = value.py().import("numpy.ma")?.call_method1("is_masked", (value,))?;
+    if is_masked.is_truthy()? {
+        return Err(raise(format!("{argument}: elements are masked: fill them first")));
+    }
+    Ok(())
 }
 
 /// An argument as NumPy makes an array of it.

@@ -52,16 +52,19 @@ impl Decision {
         self.winner.map(|winner| (winner.vx, winner.vtheta))
     }
 
+    /// Index of the best sample.
     #[getter]
     fn index(&self) -> Option<u32> {
         self.winner.map(|winner| winner.index)
     }
 
+    /// Score of the best sample.
     #[getter]
     fn score(&self) -> Option<f64> {
         self.winner.map(|winner| winner.score)
     }
 
+    /// Number of admissible samples.
     #[getter]
     const fn admissible(&self) -> u32 {
         self.evaluation.counts.admissible
@@ -77,7 +80,8 @@ impl Decision {
         )
     }
 
-    /// SHA-256 of the exact bits of the evaluation, as `inbye evaluate` prints it.
+    /// SHA-256 of the exact bits. With samples=True it covers all samples and is the digest of `inbye evaluate`. Without, it covers
+    /// the answer only and is another value.
     #[getter]
     fn digest(&self) -> String {
         let mut digest = EvaluationDigest::default();
@@ -158,11 +162,13 @@ impl Engine {
         Ok(Self { name: inner.name(), inner: Mutex::new(inner) })
     }
 
+    /// The processor.
     #[getter]
     fn name(&self) -> &str {
         &self.name
     }
 
+    /// Takes one decision.
     #[pyo3(signature = (problem, *, samples=false))]
     fn evaluate(
         &self,
@@ -178,6 +184,7 @@ impl Engine {
         })
     }
 
+    /// Takes the decisions of many robots in one submission.
     #[pyo3(signature = (problems, *, samples=false))]
     fn evaluate_batch(
         &self,

@@ -5,6 +5,7 @@ use std::io::BufReader;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use inbye::bench::EngineRequest;
 use inbye::experiment::{self, PlanWorlds, RunRow};
 use inbye::recording::Reader;
 use inbye::runtime::{Decider, MissionResult, Observer, TickEvent};
@@ -51,11 +52,13 @@ impl World {
         Ok(Self { inner })
     }
 
+    /// Its name in tables.
     #[getter]
     fn name(&self) -> &str {
         &self.inner.name
     }
 
+    /// Its kind, as plans name it.
     #[getter]
     fn kind(&self) -> &'static str {
         self.inner.kind.name()
@@ -76,11 +79,12 @@ impl World {
         let (mut world, mut interrupt) = (self.inner.clone(), Interrupt::new());
         interrupt.set_in(&mut world);
         let run = py.detach(|| {
+            let waits = interrupt.clone();
             let on_tick = &mut |_: &TickEvent<'_>| {
                 interrupt.check_now_and_then().unwrap_or_else(|error| raised.set(error));
             };
             let mut observer = Observer { clock: &mut || 0.0, on_tick };
-            world.drive(seed, &config, decider, &mut observer)
+            waits.watch(&raised, || world.drive(seed, &config, decider, &mut observer))
         });
         raised.check()?;
         py.check_signals()?;
@@ -102,11 +106,14 @@ impl World {
 }
 
 /// What decides: a controller in Python, or inbye's behaviours.
-pub fn decider(controller: Option<&Bound<'_, PyAny>>, engine: &str) -> PyResult<(Decider, Raised)> {
+fn decider(controller: Option<&Bound<'_, PyAny>>, engine: &str) -> PyResult<(Decider, Raised)> {
     match controller {
         Some(controller) => {
-            let (controller, raised) = PythonController::of(controller)?;
-            Ok((controller.into(), raised))
+            // It uses no engine.
+            let _: EngineRequest = engine.parse().map_err(raise)?;
+            let controller = PythonController::of(controller)?;
+            let raised = controller.raised();
+            Ok((Decider::Controller(Box::new(controller)), raised))
         }
         None => Ok((open(engine, 1)?.into(), Raised::default())),
     }
@@ -144,11 +151,13 @@ const TRACE: &[(&str, &str)] = &[
 
 #[pymethods]
 impl Drive {
+    /// Whether the robot reached its goal without contact.
     #[getter]
     fn reached(&self) -> bool {
         self.row.reached()
     }
 
+    /// Time of the drive.
     #[getter]
     fn time_s(&self) -> f64 {
         self.row.time_s

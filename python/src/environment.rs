@@ -1,11 +1,12 @@
 //! Many simulated robots, one step at a time, for reinforcement learning.
 
 use std::collections::BTreeSet;
+use std::process;
 use std::sync::Arc;
 
-use inbye::experiment::{RunOutcome, World as ExperimentWorld};
+use inbye::experiment::{RunOutcome, World as ExperimentWorld, run_in_order_checked};
 use inbye::geometry::Twist;
-use inbye::local::{EngineChoice, SharedEngines};
+use inbye::local::{CpuEngine, EngineChoice, SharedEngines};
 use inbye::runtime::Config;
 use numpy::ndarray::Array2;
 use numpy::{Ix2, PyArray1, PyArray2};
@@ -13,8 +14,10 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use super::controller::Raised;
 use super::conversion::{raise, real_array};
 use super::drive::World;
+use super::interrupt::Interrupt;
 use super::mission_slot::{AgentObservation, Finished, Job, Slot};
 use super::settings::changed;
 use super::shared::Shared;
@@ -53,7 +56,11 @@ struct Setup {
     is_autoreset: bool,
     engine: EngineChoice,
     engines: SharedEngines,
-    pool: ThreadPool,
+    threads: usize,
+    /// The threads of a step; none for one thread.
+    pool: Option<ThreadPool>,
+    /// The process that has them.
+    process_id: u32,
 }
 
 /// The robots and their missions.
@@ -75,22 +82,36 @@ struct Stepped {
 }
 
 impl Setup {
+    /// Checks that the threads of the pool exist: a process that was forked has only the thread that called `fork`.
+    fn check_process(&self) -> PyResult<()> {
+        if self.pool.is_none() || self.process_id == process::id() {
+            return Ok(());
+        }
+        Err(raise(
+            "an environment with several threads was made in another process: make it in this process, or with threads=1",
+        ))
+    }
+
     /// Starts this many jobs, the next ones.
     ///
     /// # Errors
-    /// When the engine cannot be opened, or no job can start.
-    fn start(&self, state: &mut State, count: usize) -> Result<Vec<Slot>, String> {
+    /// When the engine cannot be opened, no job can start, or Python has a signal to handle.
+    fn start(&self, state: &mut State, count: usize) -> PyResult<Vec<Slot>> {
+        self.check_process()?;
+        if count == 0 {
+            return Ok(Vec::new());
+        }
         let jobs: Vec<Job> =
             (0..count).map(|it| self.jobs[(state.next_job + it) % self.jobs.len()]).collect();
         state.next_job += count;
-        let start = |job: Job| {
+        let interrupt = Interrupt::new();
+        let start = |&job: &Job| {
             let engine = self.is_navigator.then(|| self.engines.open(&self.engine, 1));
-            let engine = engine.transpose().map_err(|error| error.to_string())?;
-            Ok(Slot::start(&self.worlds[job.0], job, engine, self.range_max))
+            let engine = engine.transpose().map_err(raise)?;
+            let start = || Slot::start(&self.worlds[job.0], job, engine, self.range_max);
+            Ok(interrupt.watch(&Raised::default(), start))
         };
-        let slots: Result<Vec<_>, String> =
-            self.pool.install(|| jobs.into_par_iter().map(start).collect());
-        let slots = slots?;
+        let slots = run_in_order_checked(&jobs, self.threads, start, || {}, || interrupt.check())?;
         for slot in &slots {
             let Some(reason) = slot.refusal() else {
                 state.refused.remove(&slot.job);
@@ -99,35 +120,35 @@ impl Setup {
             state.refused.insert(slot.job);
             if self.jobs.iter().all(|job| state.refused.contains(job)) {
                 let (world, seed) = (&self.worlds[slot.job.0].0.name, slot.job.1);
-                return Err(format!(
+                return Err(raise(format!(
                     "no mission can start; the last one, in {world} with seed {seed}: {reason}"
-                ));
+                )));
             }
         }
         Ok(slots)
     }
 
     /// Starts missions, the first ones from this job on. Returns what the robots see.
-    fn reset(&self, state: &mut State, first_job: usize) -> Result<Vec<AgentObservation>, String> {
+    fn reset(&self, state: &mut State, first_job: usize) -> PyResult<Vec<AgentObservation>> {
         state.next_job = first_job;
         state.slots = self.start(state, self.count)?;
         Ok(clone_seen(state))
     }
 
     /// Drives every robot for a control period.
-    fn step(&self, state: &mut State, actions: &[Twist]) -> Result<Stepped, String> {
+    fn step(&self, state: &mut State, actions: &[Twist]) -> PyResult<Stepped> {
+        self.check_process()?;
         if state.slots.is_empty() {
-            return Err("call reset first".to_owned());
+            return Err(raise("call reset first"));
         }
         if state.slots.iter().any(Slot::has_ended) {
-            return Err("the episode has ended: call reset".to_owned());
+            return Err(raise("the episode has ended: call reset"));
         }
         let step = |(slot, action): (&mut Slot, &Twist)| slot.step(action, self.range_max);
         let slots = &mut state.slots;
-        let stepped: Vec<_> = if self.pool.current_num_threads() == 1 {
-            slots.iter_mut().zip(actions).map(step).collect()
-        } else {
-            self.pool.install(|| slots.par_iter_mut().zip(actions).map(step).collect())
+        let stepped: Vec<_> = match &self.pool {
+            None => slots.iter_mut().zip(actions).map(step).collect(),
+            Some(pool) => pool.install(|| slots.par_iter_mut().zip(actions).map(step).collect()),
         };
         let finished: Vec<(usize, Finished)> = slots
             .iter_mut()
@@ -230,8 +251,15 @@ impl Environments {
         let engine: EngineChoice = engine.parse().map_err(raise)?;
         // A robot waits in its thread for the answer of the GPU, which evaluates what all threads ask at that time.
         let usual = if engine == EngineChoice::Cpu { 1 } else { count.min(MOST_WAITING) };
-        let threads = threads.unwrap_or(usual).max(1);
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(raise)?;
+        let threads = threads.unwrap_or(usual);
+        if !(1..=CpuEngine::MAX_THREADS).contains(&threads) {
+            let most = CpuEngine::MAX_THREADS;
+            return Err(raise(format!("threads is {threads}: it must be 1 to {most}")));
+        }
+        // A robot has one thread at a time.
+        let threads = threads.min(count);
+        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build());
+        let pool = pool.transpose().map_err(raise)?;
         let setup = Setup {
             jobs: jobs.collect(),
             worlds: prepared,
@@ -242,16 +270,20 @@ impl Environments {
             is_autoreset: autoreset,
             engine,
             engines: SharedEngines::default(),
+            threads,
             pool,
+            process_id: process::id(),
         };
         Ok(Self { setup, state: Shared::new(State::default()) })
     }
 
+    /// Number of beams of the lidar.
     #[getter]
     const fn beams(&self) -> usize {
         self.setup.beams
     }
 
+    /// Longest range of the lidar.
     #[getter]
     const fn range_max(&self) -> f64 {
         self.setup.range_max
@@ -280,8 +312,8 @@ impl Environments {
 
     /// Starts missions, the first ones from this job on, in the order of seeds and worlds. Returns what the robots see.
     fn reset<'py>(&self, py: Python<'py>, first_job: usize) -> PyResult<SeenArrays<'py>> {
-        let seen = self.state.with(py, |state| self.setup.reset(state, first_job))?;
-        Ok(self.setup.seen_arrays(py, seen.map_err(raise)?.iter()))
+        let seen = self.state.with(py, |state| self.setup.reset(state, first_job))??;
+        Ok(self.setup.seen_arrays(py, seen.iter()))
     }
 
     /// Drives every robot for a control period, and starts the next mission of those that have ended theirs. Returns what the robots
@@ -289,7 +321,7 @@ impl Environments {
     fn step<'py>(&self, py: Python<'py>, actions: &Bound<'py, PyAny>) -> PyResult<StepTuple<'py>> {
         let actions = self.setup.actions(actions)?;
         let stepped = self.state.with(py, |state| self.setup.step(state, &actions))?;
-        let Stepped { seen, rewards, ends, finished } = stepped.map_err(raise)?;
+        let Stepped { seen, rewards, ends, finished } = stepped?;
         let ends = ends.into_iter().map(|end| match end {
             None => 0,
             Some(RunOutcome::Timeout) => 2,

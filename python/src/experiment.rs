@@ -1,20 +1,21 @@
 //! Plans of experiments, run with controllers in Python.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use inbye::experiment::{
-    Cell, Grid, Plan, RunRow, check_programs, open_engine, planner_names as names_of, rankings,
-    run_cell, run_in_order_checked,
+    Cell, ExperimentError, Grid, Plan, RunRow, check_programs, open_engine,
+    planner_names as names_of, rankings, run_cell, run_in_order_checked,
 };
 use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
-use inbye::runtime::parse_toml;
+use inbye::runtime::{Decider, parse_toml};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyType};
 
-use super::controller::PythonController;
+use super::controller::{PythonController, Raised};
 use super::conversion::{from_json, raise};
 use super::drive::World;
 use super::interrupt::Interrupt;
@@ -28,7 +29,7 @@ fn read(plan: &Bound<'_, PyAny>) -> PyResult<(Plan, PathBuf)> {
     }
     let path: PathBuf =
         plan.extract().map_err(|_| raise("a plan is the path of a TOML file, or a dictionary"))?;
-    let text = std::fs::read_to_string(&path);
+    let text = fs::read_to_string(&path);
     let text = text.map_err(|error| raise(format!("{}: {error}", path.display())))?;
     let plan = parse(&text).map_err(|error| raise(format!("{}: {error}", path.display())))?;
     Ok((plan, path.parent().unwrap_or(Path::new("")).to_owned()))
@@ -66,6 +67,54 @@ fn named_controllers<'py>(
     controllers.items()?.iter().map(named).collect()
 }
 
+/// A controller of the caller.
+struct OwnController<'py> {
+    name: String,
+    /// The object for all runs, or the class of which each run has one.
+    given: Bound<'py, PyAny>,
+    /// The object of the first run: it shows before all runs whether there is a controller.
+    first: Bound<'py, PyAny>,
+}
+
+impl<'py> OwnController<'py> {
+    fn new((name, given): (String, Bound<'py, PyAny>)) -> PyResult<Self> {
+        let first = Self::object(&given)?;
+        PythonController::compute_method(&first)?;
+        Ok(Self { name, given, first })
+    }
+
+    /// The object of a run.
+    fn object(given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        given.cast::<PyType>().map_or_else(|_| Ok(given.clone()), |class| class.call0())
+    }
+
+    /// The rows of its runs.
+    fn rows(self, tasks: &[&Cell], clock: &(impl Fn() -> f64 + Sync)) -> PyResult<Vec<RunRow>> {
+        let mut first = Some(self.first);
+        let row = |cell: &&Cell| {
+            let object = first.take().map_or_else(|| Self::object(&self.given), Ok)?;
+            let controller = PythonController::of(&object)?;
+            let raised = controller.raised();
+            let controller = Decider::Controller(Box::new(controller));
+            let row = object.py().detach(|| run_cell(cell, controller, &mut { clock }, "").row);
+            raised.check()?;
+            Ok(RunRow { config: Some(self.name.clone()), ..row })
+        };
+        tasks.iter().map(row).collect()
+    }
+}
+
+/// The worlds and seeds of a plan with the settings of each world: a controller in Python is what an entry of `configs` is that
+/// sets `controller.command` alone.
+fn tasks(plan: &Plan, folder: &Path) -> Result<Grid, ExperimentError> {
+    let mut plan = plan.clone();
+    plan.configs.clear();
+    plan.weights.clear();
+    plan.sampling.clear();
+    plan.engines.truncate(1);
+    Grid::new(&plan, folder)
+}
+
 /// The rows of a plan's cells, this many at a time. Each controller drives the tasks of the plan after that, one at a time: only
 /// one thread executes Python.
 fn rows(
@@ -77,33 +126,31 @@ fn rows(
     let (plan, folder) = read(plan)?;
     let mut grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
     let controllers = named_controllers(controllers, &grid.cells)?;
-    let interrupt = Interrupt::new();
+    let controllers: Vec<_> =
+        controllers.into_iter().map(OwnController::new).collect::<PyResult<_>>()?;
+    let tasks = match controllers.len() {
+        0 => Grid { cells: Vec::new(), title: String::new() },
+        _ => py.detach(|| tasks(&plan, &folder)).map_err(raise)?,
+    };
+    let (interrupt, raised) = (Interrupt::new(), Raised::default());
     grid.cells.iter_mut().for_each(|cell| interrupt.set_in(&mut cell.world));
     let cells = grid.distinct();
-    py.detach(|| check_programs(cells.iter().copied())).map_err(raise)?;
+    let check_programs = || check_programs(cells.iter().copied());
+    let checked = py.detach(|| interrupt.watch(&raised, check_programs));
+    raised.check()?;
+    checked.map_err(raise)?;
     let began = Instant::now();
     let clock = || began.elapsed().as_secs_f64();
     let engines = SharedEngines::default();
     let own = |cell: &&Cell| {
         let engine = open_engine(cell, &engines).map_err(raise)?;
-        Ok(run_cell(cell, engine, &mut { clock }, "").row)
+        let run = || run_cell(cell, engine, &mut { clock }, "").row;
+        Ok(interrupt.watch(&Raised::default(), run))
     };
     let check = || interrupt.check();
     let mut rows = py.detach(|| run_in_order_checked(&cells, jobs.max(1), own, || {}, check))?;
-    let task = |cell: &Cell| (cell.row.kind, cell.row.world.clone(), cell.row.seed);
-    let tasks: BTreeMap<_, &Cell> = cells.iter().rev().map(|cell| (task(cell), *cell)).collect();
-    for (name, controller) in controllers {
-        for cell in tasks.values() {
-            // A class has an object for each run.
-            let object = match controller.cast::<PyType>() {
-                Ok(class) => class.call0()?,
-                Err(_) => controller.clone(),
-            };
-            let (controller, raised) = PythonController::of(&object)?;
-            let row = py.detach(|| run_cell(cell, controller, &mut { clock }, "").row);
-            raised.check()?;
-            rows.push(RunRow { config: Some(name.clone()), weights: None, ..row });
-        }
+    for controller in controllers {
+        rows.extend(controller.rows(&tasks.distinct(), &clock)?);
     }
     Ok((grid.title, rows))
 }
@@ -121,6 +168,22 @@ pub fn run<'py>(
     from_json(py, &rows)
 }
 
+/// Creates the folder of a report. One that cannot be used is refused before the runs.
+fn create_report_folder(folder: &Path) -> PyResult<()> {
+    let page = folder.join("index.html");
+    let is_new = !page.exists();
+    let mut options = fs::OpenOptions::new();
+    let created = fs::create_dir_all(folder)
+        .and_then(|()| options.write(true).create(true).truncate(false).open(&page))
+        .and_then(|_| if is_new { fs::remove_file(&page) } else { Ok(()) });
+    created.map_err(|error| {
+        let folder = folder.display();
+        raise(format!(
+            "report {folder}: cannot be a folder of files ({error}): choose another name"
+        ))
+    })
+}
+
 /// As [`run`], and the ranking of the planners. With a folder, the page of the comparison is written there.
 #[pyfunction]
 #[pyo3(signature = (plan, controllers=None, *, jobs=1, report=None))]
@@ -131,6 +194,9 @@ pub fn compare<'py>(
     jobs: usize,
     report: Option<PathBuf>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+    if let Some(folder) = &report {
+        create_report_folder(folder)?;
+    }
     let (title, rows) = rows(py, plan, controllers, jobs)?;
     let ranked = py.detach(|| rankings(&rows));
     if let Some(folder) = report {
@@ -144,9 +210,10 @@ pub fn compare<'py>(
             rows: &rows,
             plays: &BTreeMap::new(),
         });
-        std::fs::create_dir_all(&folder)?;
         for file in files {
-            std::fs::write(folder.join(file.name), file.text)?;
+            let name = folder.join(file.name);
+            let written = fs::write(&name, file.text);
+            written.map_err(|error| raise(format!("report {}: {error}", name.display())))?;
         }
     }
     Ok((from_json(py, &ranked)?, from_json(py, &rows)?))

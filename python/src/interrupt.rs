@@ -5,12 +5,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use inbye::experiment::World;
+use inbye::external::interruptible;
 use pyo3::prelude::*;
+
+use super::controller::Raised;
 
 /// Time between two checks in a drive: each takes Python's lock.
 const CHECK_PERIOD: Duration = Duration::from_millis(50);
 
-/// Ends the drives of worlds when Python has a signal to handle.
+/// Ends the drives of worlds, and the waits for programs, when Python has a signal to handle.
+#[derive(Clone)]
 pub struct Interrupt {
     flag: Arc<AtomicBool>,
     checked: Instant,
@@ -24,6 +28,16 @@ impl Interrupt {
     /// Makes the drives of a world end at this interrupt.
     pub fn set_in(&self, world: &mut World) {
         world.interrupt = Some(Arc::clone(&self.flag));
+    }
+
+    /// Runs work in this thread. Ends its waits for programs at this interrupt, and keeps an exception of a handler.
+    pub fn watch<R>(&self, raised: &Raised, work: impl FnOnce() -> R) -> R {
+        let (interrupt, raised) = (self.clone(), raised.clone());
+        let is_interrupted = move || {
+            interrupt.check().unwrap_or_else(|error| raised.set(error));
+            interrupt.flag.load(Ordering::Relaxed)
+        };
+        interruptible(is_interrupted, work)
     }
 
     /// Runs the handlers of signals in the main thread; does nothing in other threads. An exception of a handler ends the drives.

@@ -4,8 +4,7 @@
 #![expect(
     clippy::needless_pass_by_value,
     clippy::doc_markdown,
-    missing_docs,
-    reason = "Python's functions own their arguments, and the type stubs are the documentation"
+    reason = "Python's functions own their arguments, and their documentation is Python's"
 )]
 
 mod controller;
@@ -27,7 +26,12 @@ mod shared;
 
 use pyo3::prelude::*;
 
-pyo3::create_exception!(inbye, InbyeError, pyo3::exceptions::PyValueError);
+pyo3::create_exception!(
+    inbye,
+    InbyeError,
+    pyo3::exceptions::PyValueError,
+    "An input that cannot be used; the message says what is wrong with it."
+);
 
 #[pymodule]
 mod _native {
@@ -55,4 +59,7 @@ mod _native {
     use super::program::run_program;
     #[pymodule_export]
     use super::settings::Config;
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "the name is Python's")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }

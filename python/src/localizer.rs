@@ -1,5 +1,6 @@
 //! The pose from scans.
 
+use inbye::geometry::Point;
 use inbye::map::TimedScan;
 use pyo3::prelude::*;
 
@@ -11,11 +12,15 @@ use super::shared::Shared;
 /// The pose after a revolution of the lidar, with its quality.
 #[pyclass(frozen, get_all, module = "inbye")]
 pub struct PoseEstimate {
+    /// Time of the pose.
     time_s: f64,
+    /// The pose.
     pose: (f64, f64, f64),
+    /// Covariance of x, y and yaw.
     covariance: [[f64; 3]; 3],
+    /// Mean distance of beam ends from the surfaces of the map.
     rms_m: f64,
-    /// "tracking", "uncertain" or "lost".
+    /// How reliable it is: "tracking", "uncertain" or "lost".
     status: &'static str,
     /// Why the pose is lost.
     reason: Option<String>,
@@ -41,7 +46,32 @@ impl From<&inbye::localization::PoseEstimate> for PoseEstimate {
 
 /// Estimates the pose from odometry, and from scans that are matched to the map.
 #[pyclass(frozen, module = "inbye")]
-pub struct Localizer(Shared<inbye::localization::Localizer>);
+pub struct Localizer(Shared<State>);
+
+struct State {
+    localizer: inbye::localization::Localizer,
+    /// Times of the last prediction and of the last revolution, seconds.
+    predicted_s: f64,
+    updated_s: f64,
+}
+
+/// Largest coordinate of the odometry, metres: its squares are finite.
+const MAX_ODOMETRY_M: f64 = 1e9;
+
+/// Longest revolution, seconds: older poses are not kept.
+const MAX_SWEEP_S: f64 = 1.0;
+
+/// Replaces a time, seconds, by a later one or the same.
+fn advance(last_s: &mut f64, time_s: f64) -> PyResult<()> {
+    if !time_s.is_finite() {
+        return Err(raise(format!("time_s is {time_s}: it must be finite")));
+    }
+    if time_s < *last_s {
+        return Err(raise(format!("time_s is {time_s}: it must not be before the last, {last_s}")));
+    }
+    *last_s = time_s;
+    Ok(())
+}
 
 #[pymethods]
 impl Localizer {
@@ -55,19 +85,33 @@ impl Localizer {
     ) -> PyResult<Self> {
         let config = settings(config)?;
         let (map, start) = (map.get(), pose(start)?);
+        if map.grid.frame().cell_of(&start.position()).is_none() {
+            let Point { x, y } = start.position();
+            return Err(raise(format!("start ({x:.2}, {y:.2}) is outside the map")));
+        }
         let localizer = py.detach(|| {
             let known = map.grid.obstacles(config.unknown);
             inbye::localization::Localizer::new(&known, config.localization, &start)
         });
-        Ok(Self(Shared::new(localizer.map_err(raise)?)))
+        let localizer = localizer.map_err(raise)?;
+        let (predicted_s, updated_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        Ok(Self(Shared::new(State { localizer, predicted_s, updated_s })))
     }
 
+    /// Predicts by a pose of the odometry. The first one is the reference.
     fn predict(&self, py: Python<'_>, time_s: f64, odometry: [f64; 3]) -> PyResult<()> {
         let odometry = pose(odometry)?;
-        self.0.with(py, |localizer| localizer.predict(time_s, &odometry))
+        if odometry.x.abs().max(odometry.y.abs()) > MAX_ODOMETRY_M {
+            return Err(raise(format!("odometry: a coordinate is above {MAX_ODOMETRY_M:e} m")));
+        }
+        self.0.with(py, |state| {
+            advance(&mut state.predicted_s, time_s)?;
+            state.localizer.predict(time_s, &odometry);
+            Ok(())
+        })?
     }
 
-    /// A revolution that ended at a time, seconds, and lasted `sweep_s`.
+    /// Matches a revolution that ended at a time, seconds, and lasted `sweep_s`, at most 1 s.
     #[pyo3(signature = (time_s, ranges, *, angle_min, angle_increment, range_max, sweep_s=0.0))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn update(
@@ -81,18 +125,25 @@ impl Localizer {
         sweep_s: f64,
     ) -> PyResult<PoseEstimate> {
         let scan = scan(ranges, angle_min, angle_increment, range_max)?;
+        if !(0.0..=MAX_SWEEP_S).contains(&sweep_s) {
+            return Err(raise(format!("sweep_s is {sweep_s}: it must be 0 to {MAX_SWEEP_S}")));
+        }
         let revolution = TimedScan::from_scan(&scan, time_s, sweep_s);
-        self.0.with(py, |localizer| localizer.update(&revolution).into())
+        self.0.with(py, |state| {
+            advance(&mut state.updated_s, time_s)?;
+            Ok(state.localizer.update(&revolution).into())
+        })?
     }
 
+    /// The latest estimate.
     #[getter]
     fn estimate(&self, py: Python<'_>) -> PyResult<PoseEstimate> {
-        self.0.with(py, |localizer| localizer.estimate().into())
+        self.0.with(py, |state| state.localizer.estimate().into())
     }
 
     /// Learned scales of odometry's distances and turns.
     #[getter]
     fn odometry_scale(&self, py: Python<'_>) -> PyResult<(f64, f64)> {
-        self.0.with(py, |localizer| localizer.odometry_scale())
+        self.0.with(py, |state| state.localizer.odometry_scale())
     }
 }

@@ -9,7 +9,9 @@ use inbye::navigator::NavigationMap;
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use super::conversion::{dtype, numpy_array, point, points, pose, pose_tuple, raise};
+use super::conversion::{
+    check_unmasked, dtype, numpy_array, point, points, pose, pose_tuple, raise,
+};
 use super::settings::settings;
 
 /// An occupancy grid.
@@ -59,33 +61,39 @@ impl Map {
         Ok(Self::of(OccupancyGrid::new(frame, cells.iter().copied().collect())))
     }
 
+    /// Reads a map_server YAML file, a MovingAI map or rows of text. The side of a cell counts for the last two.
     #[staticmethod]
     #[pyo3(signature = (path, resolution_m=1.0))]
     fn load(py: Python<'_>, path: PathBuf, resolution_m: f64) -> PyResult<Self> {
         py.detach(|| load(&path, &LoadOptions { resolution_m })).map(Self::of).map_err(raise)
     }
 
+    /// Makes a map of rows of text, the highest row first: # wall, . free, ? unknown.
     #[staticmethod]
     #[pyo3(signature = (rows, resolution_m, origin=[0.0; 3]))]
     fn from_rows(rows: Vec<String>, resolution_m: f64, origin: [f64; 3]) -> PyResult<Self> {
         OccupancyGrid::from_rows(&rows, resolution_m, pose(origin)?).map(Self::of).map_err(raise)
     }
 
+    /// A copy of the cells, the lowest row first.
     #[getter]
     fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i8>>> {
         cells(py, &self.grid)
     }
 
+    /// Side of a cell.
     #[getter]
     fn resolution_m(&self) -> f64 {
         self.grid.frame().resolution_m
     }
 
+    /// Pose of the lower left corner.
     #[getter]
     fn origin(&self) -> (f64, f64, f64) {
         pose_tuple(&self.grid.frame().origin)
     }
 
+    /// Returns this map with zones in which the robot must not drive, or only slowly. The masks are those of Nav2's costmap filters.
     #[pyo3(signature = (*, keepout=None, speed=None))]
     fn with_zones(
         &self,
@@ -102,6 +110,7 @@ impl Map {
         Ok(Self { grid: Arc::clone(&self.grid), zones, fields: Default::default() })
     }
 
+    /// A copy of the zones on the cells of the map, if it has any: 0 no zone, 1 to 99 a speed limit in percent, 100 closed.
     #[getter]
     fn zones<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<i8>>>> {
         self.zones.as_ref().map(|zones| cells(py, &zones.to_grid())).transpose()
@@ -146,6 +155,7 @@ const CELL_RANGE: &str = "cells must be -1, for unknown, or 0 to 100 percent";
 /// Cells from an array of any type of integers, or from rows of them.
 fn whole_cells<'py>(cells: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray2<'py, i8>> {
     let of = |array: &Bound<'py, PyArray2<i8>>| array.try_readonly().map_err(raise);
+    check_unmasked("cells", cells)?;
     if let Ok(array) = cells.cast::<PyArray2<i8>>() {
         return of(array);
     }

@@ -1,11 +1,13 @@
 //! The navigator, for a robot that a Python program drives.
 
-use inbye::navigator::{Observation, Waypoints};
+use inbye::navigator::{Controller, Observation, Waypoints};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 
-use super::controller::{PythonController, Raised};
+use super::controller::{ControllerObjects, PythonController, Raised};
 use super::conversion::{goal, points, pose, raise, scan, twist, twist_tuple};
 use super::decision::open;
+use super::interrupt::Interrupt;
 use super::map::Map;
 use super::settings::settings;
 use super::shared::Shared;
@@ -13,9 +15,11 @@ use super::shared::Shared;
 /// The decision of a tick.
 #[pyclass(frozen, get_all, module = "inbye")]
 pub struct NavigatorDecision {
+    /// The velocity to drive.
     command: (f64, f64),
     /// What the navigator does, such as "driving" or "arrived".
     mode: &'static str,
+    /// The key node that the robot drives to.
     local_target: (f64, f64),
     /// What is wrong with the observation.
     observation_fault: Option<String>,
@@ -28,6 +32,8 @@ pub struct NavigatorDecision {
 pub struct Navigator {
     state: Shared<State>,
     raised: Raised,
+    /// Those of the controller, which may contain this navigator.
+    objects: Option<ControllerObjects>,
 }
 
 struct State {
@@ -54,26 +60,33 @@ impl Navigator {
             return Err(raise("goals must have at least one"));
         }
         let waypoints = Waypoints { start: super::conversion::point(start)?, goals };
-        let (controller, raised) = match controller {
-            Some(controller) => {
-                let (controller, raised) = PythonController::of(controller)?;
-                (Some(controller), raised)
-            }
-            None => (None, Raised::default()),
-        };
+        let controller = controller.map(PythonController::of).transpose()?;
+        let raised = controller.as_ref().map(PythonController::raised).unwrap_or_default();
+        let objects = controller.as_ref().map(PythonController::objects);
+        let controller = controller.map(|it| Box::new(it) as Box<dyn Controller>);
         let engine = open(engine, 1)?;
         let map = map.get();
         let made = py.detach(|| {
             let (known, clock) = (map.navigation_map(config.unknown), &mut || 0.0);
-            match controller {
+            Interrupt::new().watch(&raised, || match controller {
                 Some(it) => config.new_navigator_with(known, &waypoints, engine, Some(it), clock),
                 None => config.new_navigator(known, &waypoints, engine, clock),
-            }
+            })
         });
         raised.check()?;
         let navigator = made.map_err(raise)?;
         let scan_change = inbye::map::ScanChange::default();
-        Ok(Self { state: Shared::new(State { navigator, scan_change }), raised })
+        Ok(Self { state: Shared::new(State { navigator, scan_change }), raised, objects })
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.objects.as_ref().map_or(Ok(()), |objects| objects.traverse(&visit))
+    }
+
+    fn __clear__(&self) {
+        if let Some(objects) = &self.objects {
+            objects.clear();
+        }
     }
 
     /// Decides what to do at a time, seconds. Times that are left out are that of the tick.
@@ -110,7 +123,8 @@ impl Navigator {
                 scan_s,
                 sent: None,
             };
-            let decision = state.navigator.step(&observation);
+            let step = || state.navigator.step(&observation);
+            let decision = Interrupt::new().watch(&self.raised, step);
             let navigator = &state.navigator;
             NavigatorDecision {
                 command: twist_tuple(&decision.command),

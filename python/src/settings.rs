@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use inbye::runtime;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple, PyType};
+use pyo3::types::{PyBool, PyFloat, PyInt, PyList, PyMapping, PyRange, PyString, PyTuple, PyType};
 use toml::{Table, Value};
 
 use super::conversion::{from_json, raise};
@@ -14,16 +14,11 @@ const MOST_LEVELS: usize = 32;
 
 /// All settings of a robot, its navigation and its simulation: the defaults with changes.
 #[pyclass(frozen, eq, module = "inbye")]
+#[derive(PartialEq)]
 pub struct Config {
     inner: runtime::Config,
-    /// The changes, TOML. A world applies them to its own settings.
-    changes: String,
-}
-
-impl PartialEq for Config {
-    fn eq(&self, other: &Self) -> bool {
-        self.inner == other.inner
-    }
+    /// The changes. A world applies them to its own settings: a default that is one of them counts.
+    changes: Table,
 }
 
 #[pymethods]
@@ -34,7 +29,7 @@ impl Config {
     fn new(changes: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let changes = changes.map_or(Ok(String::new()), changes_text)?;
         let inner = runtime::Config::default().with_changes(&changes).map_err(raise)?;
-        Ok(Self { inner, changes })
+        Ok(Self { inner, changes: changes.parse().map_err(raise)? })
     }
 
     /// The settings as a dictionary.
@@ -43,7 +38,7 @@ impl Config {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyType>, (String,)) {
-        (slf.get_type(), (slf.get().changes.clone(),))
+        (slf.get_type(), (slf.get().changes.to_string(),))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -54,7 +49,7 @@ impl Config {
 /// The changes as TOML: those of a [`Config`], of a dictionary, or a TOML text as it is.
 fn changes_text(changes: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(config) = changes.cast::<Config>() {
-        return Ok(config.get().changes.clone());
+        return Ok(config.get().changes.to_string());
     }
     if let Ok(text) = changes.extract::<String>() {
         return Ok(text);
@@ -88,10 +83,14 @@ pub fn toml_text(table: &Bound<'_, PyMapping>) -> PyResult<String> {
     Ok(table_of(table, "", 0)?.to_string())
 }
 
+/// The table of a dictionary. A key with the value None is left out, as `Config.to_dict` has those without a value.
 fn table_of(mapping: &Bound<'_, PyMapping>, place: &str, level: usize) -> PyResult<Table> {
     let mut table = Table::new();
     for item in mapping.items()? {
         let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
+        if value.is_none() {
+            continue;
+        }
         let inside = if place.is_empty() { String::new() } else { format!("{place}: ") };
         let key: String = key
             .extract()
@@ -102,8 +101,8 @@ fn table_of(mapping: &Bound<'_, PyMapping>, place: &str, level: usize) -> PyResu
     Ok(table)
 }
 
-/// A value of a dictionary: texts, numbers, truth values, paths, and what contains them; NumPy's scalars and arrays count as those
-/// of Python.
+/// A value of a dictionary: texts, numbers, truth values, paths, settings, and what contains them; NumPy's scalars and arrays count
+/// as those of Python.
 fn toml_value(value: &Bound<'_, PyAny>, place: &str, level: usize) -> PyResult<Value> {
     if level > MOST_LEVELS {
         return Err(raise(format!("{place}: more than {MOST_LEVELS} levels")));
@@ -123,10 +122,16 @@ fn toml_value(value: &Bound<'_, PyAny>, place: &str, level: usize) -> PyResult<V
     if value.is_instance_of::<PyString>() {
         return Ok(Value::String(value.extract()?));
     }
+    if let Ok(config) = value.cast::<Config>() {
+        return Ok(Value::Table(config.get().changes.clone()));
+    }
     if let Ok(mapping) = value.cast::<PyMapping>() {
         return Ok(Value::Table(table_of(mapping, place, level)?));
     }
-    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+    if value.is_instance_of::<PyList>()
+        || value.is_instance_of::<PyTuple>()
+        || value.is_instance_of::<PyRange>()
+    {
         let value_at = |(index, item): (usize, PyResult<Bound<'_, PyAny>>)| {
             toml_value(&item?, &format!("{place}[{index}]"), level + 1)
         };
@@ -152,7 +157,9 @@ fn toml_value(value: &Bound<'_, PyAny>, place: &str, level: usize) -> PyResult<V
         }
         _ => {
             let kind = value.get_type().name()?;
-            Err(raise(format!("{place}: a value of type {kind} cannot be used: leave the key out")))
+            Err(raise(format!(
+                "{place}: a value of type {kind} cannot be used: give a number, text, truth value, list or dictionary"
+            )))
         }
     }
 }

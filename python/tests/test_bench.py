@@ -51,6 +51,39 @@ def test_comparison_ranks_planners_and_writes_its_page(tmp_path: Path) -> None:
     assert [[row[name] for name in key] for row in comparison.rows[:6]] == ours
 
 
+def test_controller_drives_with_the_settings_of_the_world() -> None:
+    def digests(configs: dict[str, object]) -> list[str]:
+        plan = {"worlds": [{"kind": "scenes", "time_limit_s": 20.0}], "configs": configs}
+        rows = inbye.bench.run(plan, {"mine": Pursuit})
+        return [row["trace_digest"] for row in rows if row["config"] == "mine"]
+
+    slow = {"robot": {"limits": {"max_vel_x": 0.1}}}
+    own = digests({})
+    assert len(own) == 3
+    assert own == digests({"a": slow, "b": {}}) == digests({"a": {}, "b": slow})
+
+
+def test_report_and_controllers_are_checked_before_the_first_run(tmp_path: Path) -> None:
+    def controller(_: inbye.ControllerInput) -> None:
+        raise AssertionError("a run began")
+
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(inbye.InbyeError, match=r"^report .*file: cannot be a folder of files"):
+        inbye.bench.compare(PLAN, {"mine": controller}, report=file)
+
+    class Broken:
+        def __init__(self) -> None:
+            raise KeyError("no model")
+
+    for wrong, error in ((3, inbye.InbyeError), (object, inbye.InbyeError), (Broken, KeyError)):
+        with pytest.raises(error):
+            inbye.bench.run(PLAN, {"mine": controller, "wrong": wrong})
+    plan = {"worlds": [{"kind": "scenes", "time_limit_s": 5.0}]}
+    inbye.bench.compare(plan, {"first": Pursuit}, report=tmp_path / "new" / "folder")
+    assert (tmp_path / "new" / "folder" / "index.html").exists()
+
+
 @pytest.mark.parametrize(
     ("plan", "name", "message"),
     [
@@ -79,7 +112,10 @@ def test_plan_has_paths_scalars_of_numpy_and_any_mapping(tmp_path: Path) -> None
     plan = {"worlds": [world | {"routes": [route]}], "configs": {"more": settings}}
     (row,) = inbye.bench.run(MappingProxyType(plan))
     assert (row["outcome"], row["config"], row["vx_samples"]) == ("reached", "more", 32)
-    with pytest.raises(inbye.InbyeError, match=r"worlds\[0\]\.path: a value of type NoneType"):
+    more = inbye.Config({"local": settings["local"]})
+    (plain,) = inbye.bench.run(plan | {"configs": {"more": more}})
+    assert plain["trace_digest"] == row["trace_digest"]
+    with pytest.raises(inbye.InbyeError, match=r"worlds\.path is missing"):
         inbye.bench.worlds({"worlds": [{"kind": "map", "path": None}]})
     endless: dict[str, object] = {}
     endless["local"] = endless

@@ -166,6 +166,61 @@ def test_values_are_copied_and_pickled() -> None:
     assert copy.deepcopy({"mission": mission})["mission"] is mission
 
 
+def test_fields_of_structured_arrays_are_read_at_their_places() -> None:
+    def digest(obstacles: np.ndarray) -> str:
+        return inbye.evaluate(problem(obstacles=obstacles), samples=True).digest
+
+    rows = np.array([[6.0, 2.2, 0.25, -0.5, 0.0], [1.9, 1.25, 0.2, 0.0, 0.0]])
+    # Records of 44 bytes: no multiple of the size of a number.
+    records = np.zeros(2, [("id", "<i4"), ("row", "<f8", (5,))])
+    records["row"] = rows
+    digests = {digest(it) for it in (rows, records["row"])}
+    assert len(digests) == 1
+    assert digest(rows[:1]) not in digests
+    # Strides are whole, but the start is not.
+    shifted = np.zeros(81, np.uint8)[1:].view(np.float64).reshape(2, 5)
+    shifted[:] = rows
+    assert not shifted.flags.aligned
+    assert digest(shifted) in digests
+
+
+def test_masked_elements_are_errors() -> None:
+    row = np.ma.masked_equal([[3.0, 1.25, 0.25, -0.5, 9.0]], 9.0)
+    with pytest.raises(inbye.InbyeError, match=r"^obstacles: elements are masked: fill them"):
+        problem(obstacles=row)
+    problem(obstacles=row.filled(0.0))
+    cells = np.ma.masked_equal(np.array([[100, 0, 7]], np.int8), 7)
+    with pytest.raises(inbye.InbyeError, match=r"^cells: elements are masked"):
+        inbye.Map(cells, 0.5)
+
+
+def test_settings_are_given_back_and_nested() -> None:
+    config = inbye.Config(CONFIG)
+    settings = config.to_dict()
+    assert inbye.Config(settings).to_dict() == settings
+    assert inbye.Config({"navigator": {"deadline_s": None}}) == inbye.Config({"navigator": {}})
+    # It overrides the settings of a world.
+    assert inbye.Config({"robot": {"limits": {"max_vel_x": 1.0}}}) != inbye.Config()
+    assert inbye.Config("local.vx_samples = 8") == inbye.Config({"local": {"vx_samples": 8}})
+    with pytest.raises(inbye.InbyeError, match=r"local: a value of type set .*: give a number"):
+        inbye.Config({"local": {1}})
+
+
+def test_digest_without_samples_is_another_value() -> None:
+    answer, all_samples = (inbye.evaluate(problem(), samples=it) for it in (False, True))
+    assert answer.command == all_samples.command
+    assert answer.digest != all_samples.digest
+
+
+def test_all_public_members_have_a_docstring() -> None:
+    assert inbye.__version__.count(".") == 2
+    for name in set(inbye.__all__) - {"__version__"}:
+        public = getattr(inbye, name)
+        members = vars(public) if isinstance(public, type) else {}
+        for member, value in {"": public, **members}.items():
+            assert member.startswith("_") or value.__doc__, f"{name}.{member}"
+
+
 def test_plan_does_not_ignore_a_program() -> None:
     config = {"global_planner": {"command": ["planner"]}}
     with pytest.raises(inbye.InbyeError, match=r"^global_planner\.command: .*leave it out"):

@@ -1,9 +1,11 @@
 """Drives: by inbye, by controllers in Python, tick by tick, and replayed."""
 
+import gc
 import json
 import subprocess
 import sys
 import threading
+import weakref
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
@@ -85,6 +87,59 @@ def test_controller_in_python_drives() -> None:
     assert first.speed_limits[0] < 0.0 < first.speed_limits[1]
 
 
+def test_object_of_a_controller_is_reset_before_each_drive() -> None:
+    class Ramp:
+        ticks = 7
+
+        def reset(self) -> None:
+            self.ticks = 0
+
+        def compute_velocity(self, seen: inbye.ControllerInput) -> tuple[float, float]:
+            self.ticks += 1
+            return min(0.4, 0.01 * self.ticks), straight(seen)[1]
+
+    ramp = Ramp()
+    options = {"time_limit_s": 20.0}
+    assert len({room(**options).drive(controller=it).digest for it in (ramp, ramp, Ramp())}) == 1
+    plan = {"worlds": [{"kind": "scenes", "time_limit_s": 20.0}], "seeds": range(2)}
+    rows = inbye.bench.run(plan, {"object": ramp, "class": Ramp})
+    figures = [
+        [(row["world"], row["seed"], row["travelled_m"]) for row in rows if row["config"] == name]
+        for name in ("object", "class")
+    ]
+    assert len(figures[0]) == 6
+    assert figures[0] == figures[1]
+
+
+def test_path_of_a_controller_is_read_only() -> None:
+    def controller(seen: inbye.ControllerInput) -> tuple[float, float]:
+        path = seen.path
+        path -= seen.pose[:2]
+        return straight(seen)
+
+    with pytest.raises(ValueError, match="read-only"):
+        room().drive(controller=controller)
+
+
+def test_navigator_that_its_controller_holds_is_freed() -> None:
+    class Robot:
+        def __init__(self) -> None:
+            goals = [(6.0, 4.5)]
+            self.navigator = inbye.Navigator(walls(), (2.0, 3.0), goals, controller=self.decide)
+
+        def decide(self, _: inbye.ControllerInput) -> tuple[float, float]:
+            return 0.3, 0.0
+
+    robot = Robot()
+    robot.navigator.step(0.0, (2.0, 3.0, 0.0), (0.0, 0.0), scan(2.0, 3.0), **ANGLES)
+    gone = weakref.ref(robot)
+    gc.collect()
+    assert gone() is robot
+    del robot
+    gc.collect()
+    assert gone() is None
+
+
 def fails(_: inbye.ControllerInput) -> tuple[float, float]:
     raise KeyError("nothing here")
 
@@ -96,6 +151,7 @@ def fails(_: inbye.ControllerInput) -> tuple[float, float]:
         (lambda _: "fast", inbye.InbyeError),
         (lambda _: (1.0, 2.0, 3.0), inbye.InbyeError),
         (7, inbye.InbyeError),
+        (type("Other", (), {})(), inbye.InbyeError),
     ],
 )
 def test_exception_of_a_controller_is_raised(
@@ -103,6 +159,11 @@ def test_exception_of_a_controller_is_raised(
 ) -> None:
     with pytest.raises(error):
         room().drive(controller=controller)
+
+
+def test_unknown_engine_is_an_error_with_a_controller_too() -> None:
+    with pytest.raises(inbye.InbyeError, match="`xpu` is not an engine"):
+        room().drive(controller=straight, engine="xpu")
 
 
 def test_answer_of_a_controller_is_any_sequence_of_two_numbers() -> None:
@@ -260,6 +321,33 @@ def test_localizer_corrects_a_wrong_start() -> None:
     assert estimate.status == "tracking"
     assert np.hypot(estimate.pose[0] - 3.58, estimate.pose[1] - 4.0) < 0.02
     assert estimate.covariance[0][0] < 0.01
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda it: it.predict(np.nan, (0.0, 0.0, 0.0)), "time_s is NaN: it must be finite"),
+        (lambda it: it.predict(0.5, (0.0, 0.0, 0.0)), "time_s is 0.5: it must not be before"),
+        (lambda it: it.predict(1.0, (1e300, 0.0, 0.0)), "odometry: a coordinate is above 1e9 m"),
+        (lambda it: it.update(np.inf, scan(3.0, 4.0), **ANGLES), "time_s is inf"),
+        (lambda it: it.update(0.5, scan(3.0, 4.0), **ANGLES), "time_s is 0.5: it must not be"),
+        (lambda it: it.update(1.0, scan(3.0, 4.0), sweep_s=-1.0, **ANGLES), "sweep_s is -1: it"),
+        (lambda it: it.update(1.0, scan(3.0, 4.0), sweep_s=np.nan, **ANGLES), "sweep_s is NaN"),
+    ],
+)
+def test_localizer_checks_times_and_odometry(
+    call: Callable[[inbye.Localizer], object], message: str
+) -> None:
+    localizer = inbye.Localizer(walls(), (3.0, 4.0, 0.0))
+    localizer.predict(1.0, (0.0, 0.0, 0.0))
+    localizer.update(1.0, scan(3.0, 4.0), **ANGLES)
+    with pytest.raises(inbye.InbyeError, match=message):
+        call(localizer)
+
+
+def test_localizer_starts_on_the_map() -> None:
+    with pytest.raises(inbye.InbyeError, match=r"^start \(13.00, 4.00\) is outside the map"):
+        inbye.Localizer(walls(), (13.0, 4.0, 0.0))
 
 
 def test_navigator_and_localizer_are_shared_between_threads() -> None:

@@ -1,5 +1,7 @@
 """Gymnasium's environments."""
 
+import os
+import subprocess
 import sys
 import threading
 
@@ -98,6 +100,54 @@ def test_no_robot_is_stepped_when_an_action_is_not_finite() -> None:
     assert np.array_equal(env.step(good)[0]["goal"], same.step(good)[0]["goal"])
     with pytest.raises(inbye.InbyeError, match=r"actions: real numbers are expected, not .*U"):
         env.step(np.full((3, 2), "fast"))
+
+
+FORKED = """
+import os, sys
+import inbye.gym
+import numpy as np
+
+worlds = inbye.bench.worlds(kind="scenes")
+env = inbye.gym.Env(worlds)
+robots = inbye.gym.VectorEnv(worlds, 2, threads=2)
+env.reset()
+robots.reset()
+if os.fork() == 0:
+    env.reset()
+    env.step(np.zeros(2))
+    for call in (robots.reset, lambda: robots.step(np.zeros((2, 2)))):
+        try:
+            call()
+        except inbye.InbyeError as error:
+            assert "made in another process" in str(error)
+        else:
+            os._exit(1)
+    os._exit(0)
+_, status = os.wait()
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_environment_works_or_raises_after_a_fork() -> None:
+    subprocess.run([sys.executable, "-c", FORKED], check=True, timeout=60)
+
+
+@pytest.mark.parametrize("threads", [0, 1025])
+def test_number_of_threads_has_limits(threads: int) -> None:
+    with pytest.raises(inbye.InbyeError, match=rf"threads is {threads}: it must be 1 to 1024"):
+        inbye.gym.VectorEnv(WORLDS, 2, threads=threads)
+
+
+def test_reset_raises_for_what_it_does_not_use() -> None:
+    robots = inbye.gym.VectorEnv(WORLDS, 2)
+    mask = {"reset_mask": np.array([True, False])}
+    for env in (robots, inbye.gym.Env(WORLDS)):
+        with pytest.raises(inbye.InbyeError, match=r"^options: reset_mask has no effect here"):
+            env.reset(options=mask)
+    with pytest.raises(inbye.InbyeError, match="seed has 0 numbers: give one for each of the 2"):
+        robots.reset(seed=[])
+    robots.reset(seed=[3, None], options={})
 
 
 def box(name: str, *, is_blocked: bool = False) -> inbye.World:

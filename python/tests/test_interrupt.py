@@ -21,6 +21,19 @@ BENCH = """
 started()
 inbye.bench.{function}({{"seeds": list(range(1000)), "worlds": [{{"kind": "scenes"}}]}}, jobs=2)
 """
+# Programs that never answer.
+SILENT = """
+scene, *_ = inbye.bench.worlds(kind="scenes")
+silent = {{"controller": {{"command": ["sleep", "60"]}}}}
+started()
+{call}
+"""
+RESET = """
+import inbye.gym
+robots = inbye.gym.VectorEnv(inbye.bench.worlds(kind="scenes"), 5000)
+started()
+robots.reset()
+"""
 PROGRAM = """
 import inbye
 import numpy as np
@@ -32,7 +45,15 @@ def started() -> None:
 
 
 @pytest.mark.parametrize(
-    "action", [DRIVE, BENCH.format(function="run"), BENCH.format(function="compare")]
+    "action",
+    [
+        DRIVE,
+        BENCH.format(function="run"),
+        BENCH.format(function="compare"),
+        SILENT.format(call="scene.drive(config=silent)"),
+        SILENT.format(call='inbye.bench.run({"configs": {"silent": silent}})'),
+        RESET,
+    ],
 )
 def test_ctrl_c_ends_a_drive_and_an_experiment_at_once(action: str) -> None:
     program = subprocess.Popen(

@@ -35,6 +35,9 @@ def test_decision_is_drawn_with_its_best_path(tmp_path: Path) -> None:
     axes.figure.savefig(tmp_path / "decision.png")
     with pytest.raises(ValueError, match="samples=True"):
         plot.decision(problem, inbye.evaluate(problem))
+    other = inbye.Problem(world(), pose, (6.0, 6.0), velocity=(0.5, 0.0))
+    with pytest.raises(ValueError, match="256 samples and the problem"):
+        plot.decision(other, answer)
 
 
 def test_trace_is_drawn_over_its_paths(tmp_path: Path) -> None:

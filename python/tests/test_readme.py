@@ -3,6 +3,7 @@
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -20,7 +21,10 @@ def test_python_of_the_readme_runs(
         shutil.copy(ROOT / "examples" / name, tmp_path / "examples")
     monkeypatch.chdir(tmp_path)
     # One program: later blocks use the names of earlier ones.
-    exec("".join(blocks), {})
+    names: dict[str, Any] = {}
+    exec("".join(blocks), names)
+    assert names["drive"].figures["controller"] == "careful"
+    assert names["drive"].reached
     printed = capsys.readouterr().out.splitlines()
     assert printed[-2].startswith("1. inbye: ")
     pattern = r"2\. careful: \S+, difference -\S+, too few worlds to tell"

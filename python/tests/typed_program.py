@@ -27,7 +27,18 @@ def straight(seen: inbye.ControllerInput) -> tuple[float, float]:
     return 0.1 * seen.period_s, 0.0
 
 
+def scalars(seen: inbye.ControllerInput) -> tuple[np.float64, np.float32]:
+    return np.float64(0.1), np.float32(0.0)
+
+
+def whole_numbers(seen: inbye.ControllerInput) -> npt.NDArray[np.int64]:
+    return np.array([0, 0])
+
+
 world = inbye.Map.load(Path("examples/mine.yaml"))
+moved = inbye.Map(world.cells, 0.1, np.zeros(3))
+path = inbye.plan(moved, np.array([1.0, 2.0]), np.array([3, 4]))
+inbye.World(moved, np.array([1.0, 2.0, 0.0]), (np.float32(3.0), 4)).drive(np.int64(3))
 path = inbye.plan(world, (10.0, 5.0), (80.0, 40.0))
 obstacles = np.zeros((0, 5))
 problem = inbye.Problem(world, (10.0, 5.0, 0.6), (13.0, 7.0), obstacles=obstacles)
@@ -39,6 +50,8 @@ inbye.evaluate_batch((problem, problem))
 mission = inbye.World(world, (10.0, 5.0, 0.6), (80.0, 40.0), people=4)
 drive = mission.drive(seed=1, controller=Mine(), config={"local": {"vx_samples": 32}})
 drive = mission.drive(seed=1, controller=straight)
+drive = mission.drive(seed=1, controller=scalars)
+drive = mission.drive(seed=1, controller=whole_numbers)
 comparison = inbye.bench.compare(
     {"seeds": [0]},
     {"mine": Mine, "straight": straight, "object": Mine()},

@@ -36,7 +36,9 @@ impl ChildProcess {
                 bail!("a process wrote nothing for {:.0} s{}", limit.as_secs_f64(), self.errors())
             }
             Err(LineError::TooLong) => bail!("a process wrote a line that is too long"),
-            Err(LineError::Ended) => bail!("a process ended{}", self.errors()),
+            Err(LineError::Ended | LineError::Interrupted) => {
+                bail!("a process ended{}", self.errors())
+            }
         }
     }
 

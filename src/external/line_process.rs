@@ -1,5 +1,6 @@
 //! A process that exchanges lines of text with this one.
 
+use std::cell::Cell;
 use std::collections::{BTreeSet, VecDeque};
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
@@ -30,10 +31,42 @@ static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 pub enum LineError {
     /// The process wrote none within the time.
     Timeout,
+    /// The wait was interrupted, see [`interruptible`].
+    Interrupted,
     /// The process has ended or has closed its standard output.
     Ended,
     /// The process wrote a line that is too long. Nothing after it is read.
     TooLong,
+}
+
+thread_local! {
+    /// Asked while this thread waits for a line.
+    static IS_INTERRUPTED: Cell<Option<Box<dyn FnMut() -> bool>>> = const { Cell::new(None) };
+}
+
+/// Runs work in this thread. While it waits for a line of a process, it asks at least every 20 ms whether it is interrupted; if so,
+/// the wait ends.
+pub fn interruptible<R>(
+    is_interrupted: impl FnMut() -> bool + 'static,
+    work: impl FnOnce() -> R,
+) -> R {
+    /// Restores the earlier question, also after a panic.
+    struct Restore(Option<Box<dyn FnMut() -> bool>>);
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            IS_INTERRUPTED.set(self.0.take());
+        }
+    }
+    let _restore = Restore(IS_INTERRUPTED.replace(Some(Box::new(is_interrupted))));
+    work()
+}
+
+/// Asks the question of [`interruptible`]. It may use processes itself, and is not asked again meanwhile.
+fn is_interrupted() -> bool {
+    let mut asked = IS_INTERRUPTED.take();
+    let answer = asked.as_mut().is_some_and(|is_interrupted| is_interrupted());
+    IS_INTERRUPTED.set(asked);
+    answer
 }
 
 /// A process that writes lines, and may read lines. It is ended when this is dropped.
@@ -100,7 +133,7 @@ impl LineProcess {
     /// Waits for the next line, at most for a time.
     ///
     /// # Errors
-    /// [`LineError`].
+    /// [`LineError`]. Lines that are there already come before an interrupt.
     pub fn line(&mut self, limit: Duration) -> Result<String, LineError> {
         let until = Instant::now() + limit;
         loop {
@@ -113,6 +146,9 @@ impl LineProcess {
                     return last.unwrap_or(Err(LineError::Ended));
                 }
                 Err(RecvTimeoutError::Timeout) if left.is_zero() => return Err(LineError::Timeout),
+                Err(RecvTimeoutError::Timeout) if is_interrupted() => {
+                    return Err(LineError::Interrupted);
+                }
                 Err(RecvTimeoutError::Timeout) => {}
             }
         }
@@ -331,6 +367,16 @@ mod tests {
         assert!(began.elapsed() < LONG / 2);
         let signal = process.status().and_then(|status| status.signal());
         assert_eq!(signal, Some(11));
+    }
+
+    #[test]
+    fn interrupt_ends_a_wait_in_its_scope() {
+        let mut process = shell("sleep 1; echo late; exec sleep 1000", false);
+        let began = Instant::now();
+        let wait = || process.line(LONG);
+        assert_eq!(interruptible(|| true, wait), Err(LineError::Interrupted));
+        assert!(began.elapsed() < LONG / 2);
+        assert_eq!(process.line(LONG), Ok("late\n".to_owned()));
     }
 
     #[test]

@@ -15,7 +15,7 @@ mod settings;
 pub use controller::ProcessController;
 pub use global_planner::ProcessPlanner;
 #[doc(hidden)]
-pub use line_process::{LineError, LineProcess};
+pub use line_process::{LineError, LineProcess, interruptible};
 pub use protocol::PROTOCOL;
 pub use settings::ProgramSettings;
 
@@ -101,6 +101,9 @@ impl Program {
         let line = match self.process.line(limit) {
             Ok(line) => line,
             Err(LineError::Timeout) => return Err(NoAnswer::Silent),
+            Err(LineError::Interrupted) => {
+                return Err(NoAnswer::Failed("was interrupted".to_owned()));
+            }
             Err(LineError::TooLong) => {
                 let limit_mib = line_process::MAX_LINE >> 20;
                 let reason = format!("wrote a line that is longer than {limit_mib} MiB");

@@ -23,6 +23,7 @@ from inbye._native import (
     PoseEstimate,
     Problem,
     World,
+    __version__,
     plan,
     replay,
 )
@@ -41,6 +42,7 @@ __all__ = [
     "PoseEstimate",
     "Problem",
     "World",
+    "__version__",
     "bench",
     "evaluate",
     "evaluate_batch",

@@ -2,7 +2,17 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, NoReturn, Protocol, TypeAlias, final, type_check_only
+from typing import (
+    Any,
+    Literal,
+    NoReturn,
+    Protocol,
+    SupportsFloat,
+    SupportsIndex,
+    TypeAlias,
+    final,
+    type_check_only,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,11 +23,17 @@ PlanSource: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 SeenArrays: TypeAlias = tuple[NDArray[np.float32], Floats, Floats]
 # Index of the robot; outcome, world, seed, time, digest and reason; what the robot saw last.
 Finished: TypeAlias = tuple[int, tuple[str, str, int, float, str | None, str | None], SeenArrays]
-Velocity: TypeAlias = Sequence[float] | NDArray[np.floating[Any]] | None
+# Numbers: a sequence of any real type, or an array.
+Vector: TypeAlias = Sequence[SupportsFloat] | NDArray[np.floating[Any] | np.integer[Any]]
+Velocity: TypeAlias = Vector | None
 
 @type_check_only
 class ControllerObject(Protocol):
-    """A controller. It may also have ``set_plan(path)``, ``reset()`` and ``name``."""
+    """A controller. It may also have ``set_plan(path)``, ``reset()`` and ``name``.
+
+    ``reset`` is called when a drive begins and when another goal begins, ``set_plan`` for each new
+    path.
+    """
 
     def compute_velocity(self, seen: ControllerInput, /) -> Velocity:
         """Return speed and turn rate, or None to brake."""
@@ -26,6 +42,8 @@ Controller: TypeAlias = Callable[[ControllerInput], Velocity] | ControllerObject
 
 class InbyeError(ValueError):
     """An input that cannot be used; the message says what is wrong with it."""
+
+__version__: str
 
 def run_program(program: Sequence[str], arguments: Sequence[str]) -> NoReturn:
     """Run the program ``inbye`` and end the process."""
@@ -39,7 +57,11 @@ class Config:
     """
 
     def __new__(cls, changes: Settings | None = None) -> Config:
-        """Make the defaults with changes."""
+        """Make the defaults with changes.
+
+        A key with the value None counts as left out. Two are equal if their settings and their
+        changes are: a change to a default value overrides the settings of a world.
+        """
     def to_dict(self) -> dict[str, Any]:
         """Return every setting."""
     def __eq__(self, other: object, /) -> bool: ...
@@ -53,7 +75,7 @@ class Map:
         cls,
         cells: ArrayLike,
         resolution_m: float,
-        origin: Sequence[float] = ...,
+        origin: Vector = ...,
     ) -> Map:
         """Make a map of rows of cells, the lowest row first.
 
@@ -67,7 +89,7 @@ class Map:
         The side of a cell counts for the last two.
         """
     @staticmethod
-    def from_rows(rows: Sequence[str], resolution_m: float, origin: Sequence[float] = ...) -> Map:
+    def from_rows(rows: Sequence[str], resolution_m: float, origin: Vector = ...) -> Map:
         """Make a map of rows of text, the highest row first: # wall, . free, ? unknown."""
     def with_zones(self, *, keepout: Map | None = None, speed: Map | None = None) -> Map:
         """Return this map with zones in which the robot must not drive, or only slowly.
@@ -96,15 +118,15 @@ class Map:
 def _map_of_parts(
     cells: ArrayLike,
     resolution_m: float,
-    origin: Sequence[float],
+    origin: Vector,
     zones: ArrayLike | None,
 ) -> Map:
     """Make a map of the parts that it was pickled as."""
 
 def plan(
     map: Map,
-    start: Sequence[float],
-    goal: Sequence[float],
+    start: Vector,
+    goal: Vector,
     *,
     config: Settings | None = None,
 ) -> Floats:
@@ -121,12 +143,12 @@ class Problem:
     def __new__(
         cls,
         map: Map,
-        pose: Sequence[float],
-        target: Sequence[float],
+        pose: Vector,
+        target: Vector,
         *,
-        velocity: Sequence[float] = ...,
-        last_command: Sequence[float] | None = None,
-        key_node: Sequence[float] | None = None,
+        velocity: Vector = ...,
+        last_command: Vector | None = None,
+        key_node: Vector | None = None,
         obstacles: ArrayLike | None = None,
         config: Settings | None = None,
     ) -> Problem:
@@ -163,7 +185,11 @@ class Decision:
         """Numbers of samples that collide, cannot stop in time, and leave the map."""
     @property
     def digest(self) -> str:
-        """SHA-256 of the exact bits, as ``inbye evaluate`` prints it for all samples."""
+        """SHA-256 of the exact bits.
+
+        With ``samples=True`` it covers all samples and is the digest of ``inbye evaluate``.
+        Without, it covers the answer only and is another value.
+        """
     @property
     def samples(self) -> NDArray[np.void] | None:
         """A record of every sample, if they were asked for.
@@ -246,7 +272,7 @@ class ControllerInput:
         """Tracked moving obstacles: rows of x, y, radius, vx and vy."""
     @property
     def path(self) -> Floats:
-        """The global path: rows of x and y."""
+        """The global path: rows of x and y. All ticks share this array, and it is read-only."""
     @property
     def path_progress_m(self) -> float:
         """Length of the path behind the robot."""
@@ -303,8 +329,8 @@ class World:
     def __new__(
         cls,
         map: Map,
-        start: Sequence[float],
-        goal: Sequence[float],
+        start: Vector,
+        goal: Vector,
         *,
         people: int = 0,
         time_limit_s: float | None = None,
@@ -322,7 +348,7 @@ class World:
         """Its kind, as plans name it."""
     def drive(
         self,
-        seed: int = 0,
+        seed: SupportsIndex = 0,
         *,
         config: Settings | None = None,
         controller: Controller | None = None,
@@ -330,8 +356,8 @@ class World:
     ) -> Drive:
         """Drive the mission of a seed, with inbye's behaviours or with a controller.
 
-        The settings change those of the world. An exception of the controller ends the drive and
-        is raised here.
+        The settings change those of the world. A controller uses no engine. Its exception ends the
+        drive and is raised here.
         """
     def __copy__(self) -> World: ...
     def __deepcopy__(self, _memo: dict[int, Any]) -> World: ...
@@ -401,12 +427,13 @@ class PoseEstimate:
 class Localizer:
     """Estimates the pose from odometry, and from scans that are matched to the map."""
 
-    def __new__(
-        cls, map: Map, start: Sequence[float], *, config: Settings | None = None
-    ) -> Localizer:
-        """Start at a pose."""
-    def predict(self, time_s: float, odometry: Sequence[float]) -> None:
-        """Predict by a pose of the odometry. The first one is the reference."""
+    def __new__(cls, map: Map, start: Vector, *, config: Settings | None = None) -> Localizer:
+        """Start at a pose on the map."""
+    def predict(self, time_s: float, odometry: Vector) -> None:
+        """Predict by a pose of the odometry. The first one is the reference.
+
+        The times of predictions must not go back, and neither must those of revolutions.
+        """
     def update(
         self,
         time_s: float,
@@ -417,7 +444,7 @@ class Localizer:
         range_max: float,
         sweep_s: float = 0.0,
     ) -> PoseEstimate:
-        """Match a revolution that ended at a time and lasted ``sweep_s``."""
+        """Match a revolution that ended at a time and lasted ``sweep_s``, at most 1 s."""
     @property
     def estimate(self) -> PoseEstimate:
         """The latest estimate."""
@@ -452,8 +479,8 @@ class Navigator:
     def __new__(
         cls,
         map: Map,
-        start: Sequence[float],
-        goals: Sequence[Sequence[float]],
+        start: Vector,
+        goals: Sequence[Vector],
         *,
         config: Settings | None = None,
         controller: Controller | None = None,
@@ -463,8 +490,8 @@ class Navigator:
     def step(
         self,
         time_s: float,
-        pose: Sequence[float],
-        velocity: Sequence[float],
+        pose: Vector,
+        velocity: Vector,
         ranges: ArrayLike,
         *,
         angle_min: float,
@@ -488,7 +515,7 @@ class Environments:
         worlds: Sequence[World],
         count: int,
         *,
-        seeds: Sequence[int],
+        seeds: Sequence[SupportsIndex],
         config: Settings | None = None,
         navigator: bool = False,
         autoreset: bool = True,
@@ -496,6 +523,8 @@ class Environments:
         threads: int | None = None,
     ) -> Environments:
         """Make ``count`` environments that take the missions of all seeds and worlds in turn.
+
+        ``threads`` is 1 to 1024. With several, they work only in the process that made them.
 
         Without ``autoreset`` a robot whose mission has ended stays there until the next reset.
         """

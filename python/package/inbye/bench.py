@@ -35,7 +35,9 @@ def run(
     """Run the cells of a plan, ``jobs`` at a time, and return the figures of each run.
 
     Each of ``controllers``, by its name, also drives every world and seed of the plan: a callable,
-    an object with ``compute_velocity``, or a class of such objects, with one for each run.
+    an object with ``compute_velocity``, or a class of such objects, with one for each run. An
+    object is reset before each run. Controllers drive with each world's own settings: ``configs``,
+    ``weights`` and ``sampling`` of the plan are not for them.
     """
     return _native.run(plan, controllers, jobs=jobs)
 
@@ -81,7 +83,8 @@ def compare(
 ) -> Comparison:
     """Run a plan as :func:`run` does and rank the planners.
 
-    With ``report`` the page of the comparison and its tables are written into that folder.
+    With ``report`` the page of the comparison and its tables are written into that folder, which is
+    created before the first run.
     """
     ranked, rows = _native.compare(plan, controllers, jobs=jobs, report=report)
     return Comparison(ranked, rows)

@@ -12,7 +12,7 @@ Importing this module registers ``inbye/Scene-v0``, the built-in scenes, and ``i
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import gymnasium
 import numpy as np
@@ -62,6 +62,12 @@ def _spaces(
     return observation, action
 
 
+def _check_options(options: dict[str, Any] | None) -> None:
+    if options:
+        keys = ", ".join(map(str, options))
+        raise _native.InbyeError(f"options: {keys} has no effect here: leave it out")
+
+
 class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
     """Many robots on the missions of all worlds and seeds in turn.
 
@@ -73,7 +79,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
     the decisions of all robots are evaluated in batches. A mission that cannot start ends in its
     first step, with the outcome "failed" or "error"; if none can, ``reset`` or ``step`` raises.
 
-    ``threads`` is 1 by default, and on a GPU the number of robots, up to 256.
+    ``threads`` is 1 by default, and on a GPU the number of robots, up to 256. An environment with
+    several threads works only in the process that made it, not in one that ``os.fork`` makes later.
     """
 
     def __init__(
@@ -81,7 +88,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
         worlds: Sequence[World],
         num_envs: int,
         *,
-        seeds: Sequence[int] = range(1),
+        seeds: Sequence[SupportsIndex] = range(1),
         config: Settings | None = None,
         navigator: bool = False,
         engine: str = "cpu",
@@ -111,8 +118,16 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
         seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start the missions from the first one on, or from one that the seed draws."""
+        """Start the missions from the first one on, or from one that the seed draws.
+
+        Of a list of seeds the first one counts. There are no options: all robots are reset.
+        """
+        _check_options(options)
         if isinstance(seed, list):
+            if len(seed) != self.num_envs:
+                raise _native.InbyeError(
+                    f"seed has {len(seed)} numbers: give one for each of the {self.num_envs} robots"
+                )
             seed = seed[0]
         super().reset(seed=seed)
         first = 0 if seed is None else int(self.np_random.integers(self._jobs))
@@ -161,7 +176,7 @@ class Env(gymnasium.Env[Observation, Action]):
         self,
         worlds: Sequence[World],
         *,
-        seeds: Sequence[int] = range(1),
+        seeds: Sequence[SupportsIndex] = range(1),
         config: Settings | None = None,
     ) -> None:
         self._native = _native.Environments(
@@ -173,7 +188,8 @@ class Env(gymnasium.Env[Observation, Action]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start the next mission, or one that the seed draws."""
+        """Start the next mission, or one that the seed draws. There are no options."""
+        _check_options(options)
         super().reset(seed=seed)
         if seed is not None:
             self._next = int(self.np_random.integers(self._jobs))

@@ -64,6 +64,11 @@ def decision(
     samples = answer.samples
     if samples is None:
         raise ValueError("the decision has no samples: evaluate with samples=True")
+    if len(samples) != len(problem):
+        raise ValueError(
+            f"the decision has {len(samples)} samples and the problem {len(problem)}: "
+            "give the decision of this problem"
+        )
     axes = _axes(axes) if world is None else map(world, axes=axes)
     shown = range(0, len(samples), -(-len(samples) // _MOST_PATHS))
     paths = [problem.path(index) for index in shown]
