@@ -178,3 +178,37 @@ impl ConditionTimer {
         now_s - *self.0.get_or_insert(now_s)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS_M: f64 = 0.5;
+
+    /// Seconds without progress of a robot with these lengths left, one per second, on paths that are a metre longer than the one
+    /// before from the given seconds on.
+    fn stuck_s(left_m: &[f64], replaced: &[usize]) -> f64 {
+        let (mut progress, mut longer_m, mut stuck_s) = (ProgressChecker::default(), 0.0, 0.0);
+        for (second, left_m) in left_m.iter().enumerate() {
+            stuck_s = progress.stuck_s(second as f64, left_m + longer_m, RADIUS_M);
+            if replaced.contains(&second) {
+                progress.rebase(left_m + longer_m, left_m + longer_m + 1.0);
+                longer_m += 1.0;
+            }
+        }
+        stuck_s
+    }
+
+    #[test]
+    fn new_paths_are_no_progress_and_undo_none() {
+        let slow = [9.0, 8.8, 8.6, 8.4];
+        let to_and_fro = [9.0, 10.0, 12.0, 9.1, 12.0, 9.1, 12.0, 8.6];
+        let every_second: Vec<usize> = (0..8).collect();
+        for replaced in [&[][..], &every_second] {
+            assert_eq!(stuck_s(&slow, replaced), 0.0);
+            assert_eq!(stuck_s(&to_and_fro, replaced), 7.0);
+        }
+        // A robot that was carried far back starts anew.
+        assert_eq!(stuck_s(&[9.0, 30.0, 25.1, 24.4], &[1]), 0.0);
+    }
+}

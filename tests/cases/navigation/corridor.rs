@@ -13,7 +13,7 @@ const LENGTH_M: f64 = 24.0;
 const CELL_M: f64 = 0.05;
 
 /// A drive along the middle of a corridor between walls of half a metre.
-fn drive(width_m: f64, seed: u64) -> MissionResult {
+fn drive(width_m: f64, seed: u64, config: &Config) -> MissionResult {
     let cells = |metres: f64| (metres / CELL_M).round() as i32;
     let frame = GridFrame::new(cells(LENGTH_M), cells(width_m + 1.0), CELL_M, Pose::default())
         .expect("a valid size");
@@ -30,7 +30,7 @@ fn drive(width_m: f64, seed: u64) -> MissionResult {
     let simulation = Simulation { seed, ..Simulation::new(mission) };
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());
-    simulation.run(&Config::default(), engine, &mut observer).expect("a drive")
+    simulation.run(config, engine, &mut observer).expect("a drive")
 }
 
 /// Noise of the pose displaces the robot by up to 2 cm.
@@ -38,7 +38,7 @@ fn drive(width_m: f64, seed: u64) -> MissionResult {
 fn drive_along_a_straight_corridor_has_no_bend_and_no_oscillation() {
     for width_m in [1.6, 2.0, 3.0, 4.0] {
         for seed in 0..3 {
-            let mut result = drive(width_m, seed);
+            let mut result = drive(width_m, seed, &Config::default());
             let which = format!("{width_m} m wide, seed {seed}");
             assert!(result.reached, "{which}: {:?}", result.why());
             // Parking corrects the last centimetres.
@@ -55,5 +55,18 @@ fn drive_along_a_straight_corridor_has_no_bend_and_no_oscillation() {
             let driven_m = rows.last().map_or(0.0, |row| row.pose.x - 2.0);
             assert!(driven_m > LENGTH_M - 6.5, "{which}: {driven_m} m without parking");
         }
+    }
+}
+
+/// What counts as progress takes a slow robot longer than the patience of the settings.
+#[test]
+fn slow_robot_drives_the_corridor_without_an_escape() {
+    for max_vel_x in [0.15, 0.06] {
+        let mut config = Config::default();
+        config.robot.limits.max_vel_x = max_vel_x;
+        let result = drive(3.0, 0, &config);
+        assert!(result.reached, "{max_vel_x} m/s: {:?}", result.why());
+        let escapes = result.trace.rows.iter().filter(|row| row.mode == Mode::Escaping).count();
+        assert_eq!((escapes, result.trace.paths.len()), (0, 1), "{max_vel_x} m/s");
     }
 }

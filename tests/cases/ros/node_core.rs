@@ -2,6 +2,7 @@
 
 mod action;
 mod ages;
+mod given_map;
 mod lifecycle;
 mod localization;
 mod messages;
