@@ -149,9 +149,9 @@ fn scans_text(log: &LidarLog, mapped: &MappedLog, loops: Option<&ErrorStatistics
         },
     );
     format!(
-        "log          {} scans, {} nodes, {} scans not matched, {loops}",
+        "log          scans: {}, not matched: {}, nodes: {}; {loops}",
         log.scans(),
-        mapped.nodes,
-        mapped.unmatched
+        mapped.unmatched,
+        mapped.nodes
     )
 }
