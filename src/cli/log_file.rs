@@ -34,18 +34,6 @@ pub struct LogFileArguments {
 impl LogFileArguments {
     /// Reads a log: a text file, an MCAP file, or a folder of `rosbag2` with MCAP files.
     pub fn read(&self, path: &Path) -> anyhow::Result<LidarLog> {
-        let log = self.read_file(path)?;
-        if let Some((step_m, time_s)) = log.odometry_jump() {
-            output::warn(format!(
-                "{}: the odometry jumps by {step_m:.1} m, at {time_s:.3} s: the scans before and after that may not fit together; remove \
-                 this jump, or split the log",
-                path.display()
-            ));
-        }
-        Ok(log)
-    }
-
-    fn read_file(&self, path: &Path) -> anyhow::Result<LidarLog> {
         let mut files = if path.is_dir() { listed(path)? } else { vec![path.to_path_buf()] };
         let has = |extension: &str| files.iter().any(|file| has_extension(file, extension));
         let other = OTHER_FILES.iter().find(|(extension, _)| !has("mcap") && has(extension));
