@@ -12,6 +12,14 @@ use super::files::has_extension;
 use super::output;
 use super::refusal::refused;
 
+/// Extensions of files that must be converted first, and what to do.
+const OTHER_FILES: [(&str, &str); 4] = [
+    ("db3", "is a recording in SQLite: convert it to MCAP with `ros2 bag convert`"),
+    ("zstd", "is compressed: decompress it with `zstd -d`"),
+    ("zst", "is compressed: decompress it with `zstd -d`"),
+    ("gz", "is compressed: decompress it with `gunzip`"),
+];
+
 /// How a log is read.
 #[derive(Debug, Args)]
 pub struct LogFileArguments {
@@ -27,11 +35,10 @@ impl LogFileArguments {
     /// Reads a log: a text file, an MCAP file, or a folder of `rosbag2` with MCAP files.
     pub fn read(&self, path: &Path) -> anyhow::Result<LidarLog> {
         let mut files = if path.is_dir() { listed(path)? } else { vec![path.to_path_buf()] };
-        if files.iter().any(|file| has_extension(file, "db3")) {
-            bail!(
-                "{}: is a recording in SQLite: convert it to MCAP with `ros2 bag convert`",
-                path.display()
-            );
+        let has = |extension: &str| files.iter().any(|file| has_extension(file, extension));
+        let other = OTHER_FILES.iter().find(|(extension, _)| !has("mcap") && has(extension));
+        if let Some((_, problem)) = other {
+            bail!("{}: {problem}", path.display());
         }
         if path.is_dir() {
             files.retain(|file| has_extension(file, "mcap"));

@@ -56,6 +56,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     let total_s = clock();
     bar.finish_and_clear();
     let mapped = mapped.with_context(|| arguments.log.display().to_string())?;
+    warn_of_jump(&arguments.log, &log);
     warn_of_unmatched(&arguments.log, &log, &mapped);
     let image = output.write(&mapped.map)?;
     let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
@@ -125,6 +126,17 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     Ok(true)
 }
 
+/// Warns of a jump of the odometry: the map may have two parts that do not fit together.
+fn warn_of_jump(file: &Path, log: &LidarLog) {
+    if let Some((step_m, time_s)) = log.odometry_jump() {
+        output::warn(format!(
+            "{}: the odometry jumps by {step_m:.1} m, at {time_s:.3} s: the scans before and after that may not fit together; remove \
+             this jump, or split the log",
+            file.display()
+        ));
+    }
+}
+
 /// Warns if most scans do not match others: such a map is worth no more than the odometry.
 fn warn_of_unmatched(file: &Path, log: &LidarLog, mapped: &MappedLog) {
     let (unmatched, scans) = (mapped.unmatched, log.scans());
@@ -149,9 +161,9 @@ fn scans_text(log: &LidarLog, mapped: &MappedLog, loops: Option<&ErrorStatistics
         },
     );
     format!(
-        "log          {} scans, {} nodes, {} scans not matched, {loops}",
+        "log          scans: {}, not matched: {}, nodes: {}; {loops}",
         log.scans(),
-        mapped.nodes,
-        mapped.unmatched
+        mapped.unmatched,
+        mapped.nodes
     )
 }

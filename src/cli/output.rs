@@ -169,9 +169,10 @@ pub fn print_error(kind: &str, error: &anyhow::Error, is_json: bool) {
     }
 }
 
-/// Prints an error as JSON: `place` is what the message begins with, `hint` what follows its last colon.
+/// Prints an error as JSON: `place` is what the message begins with, `hint` what follows its last colon outside a quotation.
 fn json_error(code: &str, message: &str, place: Option<&str>) {
-    let hint = message.rsplit_once(": ").map(|(_, hint)| hint);
+    let mut rests = message.rmatch_indices(": ").map(|(colon, _)| &message[colon + 2..]);
+    let hint = rests.find(|rest| rest.matches('`').count() % 2 == 0);
     let error = json!({ "code": code, "message": message, "place": place, "hint": hint });
     line(json!({ "error": error }).to_string());
 }

@@ -26,6 +26,7 @@ const NONE: NavigatorFeatures = NavigatorFeatures {
     scan_health: false,
     occlusion_speed: false,
     narrow_passages: false,
+    map_changes: false,
     recovery: false,
 };
 
@@ -50,7 +51,12 @@ pub const ABLATION_VARIANTS: [AblationVariant; 7] = {
         occlusion_speed: true,
         ..replanning
     };
-    let recovery = NavigatorFeatures { recovery: true, narrow_passages: true, ..passive_safety };
+    let recovery = NavigatorFeatures {
+        recovery: true,
+        narrow_passages: true,
+        map_changes: true,
+        ..passive_safety
+    };
     [
         variant("dwa", "DWA alone, towards the goal", NONE),
         variant("astar_dwa", "A* and DWA as in the paper", astar),

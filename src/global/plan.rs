@@ -172,7 +172,7 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
     Err(EndError::Occupied(if space.is_obstacle(cell) {
         format!("is in an obstacle: {hint}")
     } else {
-        format!("is less than {radius_m:.3} m from an obstacle: {hint}")
+        format!("is in a cell less than {radius_m:.3} m from an obstacle: {hint}")
     }))
 }
 
@@ -187,15 +187,21 @@ fn extent(frame: &GridFrame) -> String {
 /// Names the centre of the nearest free cell, to the millimetre. This is in the cell, whose side is rarely below a
 /// centimetre.
 fn nearest_free(space: &FreeSpace, point: &Point) -> String {
+    let frame = space.frame();
     space.nearest_free(point).map_or_else(
         || {
-            format!(
-                "the map has no free point for a radius of {:.3} m; a smaller radius may have one",
-                space.radius_m()
-            )
+            // The centre of an open cell of this size keeps the radius, but not all points of the cell do.
+            let is_open = |index| !space.is_obstacle(frame.cell_at(index));
+            let is_coarse = frame.resolution_m > 2.0 * space.radius_m();
+            let remedy = if is_coarse && (0..frame.len()).any(is_open) {
+                format!("cells of {} m are too coarse for it, use smaller ones", frame.resolution_m)
+            } else {
+                "a smaller radius may have one".to_owned()
+            };
+            format!("the map has no free cell for a radius of {:.3} m; {remedy}", space.radius_m())
         },
         |cell| {
-            let center = space.frame().center_of(cell);
+            let center = frame.center_of(cell);
             format!("the nearest free point is ({:.3}, {:.3})", center.x, center.y)
         },
     )

@@ -38,19 +38,29 @@ pub(super) fn scan(
     LoggedScan { mount: *mount, beams: TimedScan { beams, range_max } }
 }
 
-/// Removes the readings at the largest value if they are too many for a measured distance: a sensor that reports its limit.
-pub(crate) fn remove_saturated(records: &mut [LogRecord]) {
+/// Removes the limit of each lidar from its readings, see [`remove_limit`]. Each lidar has a place on the robot.
+pub(super) fn remove_limits(records: &mut [LogRecord]) {
+    let mut lidars: BTreeMap<[u64; 3], Vec<&mut LoggedScan>> = BTreeMap::new();
+    for scan in records.iter_mut().filter_map(|record| record.scan.as_mut()) {
+        let Pose { x, y, yaw } = scan.mount;
+        lidars.entry([x, y, yaw].map(f64::to_bits)).or_default().push(scan);
+    }
+    lidars.values_mut().for_each(|scans| remove_limit(scans));
+}
+
+/// Removes the readings of a lidar at the largest value if they are too many for a measured distance: a sensor that reports its
+/// limit.
+pub(crate) fn remove_limit(scans: &mut [&mut LoggedScan]) {
     let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
     let (mut readings, mut largest) = (0_usize, 0.0_f64);
     // The mount is removed again, since the readings are equal in the lidar's frame.
-    let range_of = |scan: &LoggedScan, beam: &Beam| {
+    let range_of = |mount: &Pose, beam: &Beam| {
         let (x, y) = (beam.range * libm::cos(beam.angle), beam.range * libm::sin(beam.angle));
-        let range = libm::hypot(x - scan.mount.x, y - scan.mount.y);
-        (range * 1000.0).round() / 1000.0
+        (libm::hypot(x - mount.x, y - mount.y) * 1000.0).round() / 1000.0
     };
-    for scan in records.iter().filter_map(|record| record.scan.as_ref()) {
+    for scan in scans.iter() {
         for beam in scan.beams.beams.iter().filter(|beam| beam.range.is_finite()) {
-            let range = range_of(scan, beam);
+            let range = range_of(&scan.mount, beam);
             readings += 1;
             largest = largest.max(range);
             *counts.entry(range.to_bits()).or_default() += 1;
@@ -60,10 +70,10 @@ pub(crate) fn remove_saturated(records: &mut [LogRecord]) {
     if at_largest < 10 || (at_largest as f64) < SATURATED_FRACTION * readings as f64 {
         return;
     }
-    for scan in records.iter_mut().filter_map(|record| record.scan.as_mut()) {
-        let ranges: Vec<f64> = scan.beams.beams.iter().map(|beam| range_of(scan, beam)).collect();
-        for (beam, range) in scan.beams.beams.iter_mut().zip(ranges) {
-            if range == largest {
+    for scan in scans {
+        let mount = scan.mount;
+        for beam in &mut scan.beams.beams {
+            if range_of(&mount, beam) == largest {
                 beam.range = f64::NAN;
             }
         }

@@ -23,7 +23,8 @@ use std::path::Path;
 
 use serde::Serialize;
 
-pub(crate) use beams::remove_saturated;
+#[cfg(feature = "mcap")]
+pub(crate) use beams::remove_limit;
 pub use error::LogError;
 
 use crate::geometry::Pose;
@@ -34,6 +35,11 @@ const MAX_BYTES: u64 = 1 << 30;
 
 /// Time between the records of a log whose stamps do not advance, seconds.
 const ASSUMED_PERIOD_S: f64 = 0.1;
+
+/// A longer and faster step of the odometry is no motion of the robot, metres and metres per second. Scans of real logs are up to
+/// a metre apart, and those that came in bursts share a stamp.
+const JUMP_M: f64 = 5.0;
+const JUMP_M_S: f64 = 10.0;
 
 /// The format of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -114,7 +120,7 @@ impl LidarLog {
             LogFormat::TinySlam => tinyslam::parse(text)?,
             LogFormat::Ros2 => return Err(LogError::UnknownFormat),
         };
-        remove_saturated(&mut records);
+        beams::remove_limits(&mut records);
         let has_times = times_advance(&records);
         if !has_times {
             for (index, record) in records.iter_mut().enumerate() {
@@ -138,6 +144,19 @@ impl LidarLog {
     pub fn start(&self) -> Option<Pose> {
         let first = self.records.iter().find(|record| record.scan.is_some())?;
         Some(first.corrected.unwrap_or(first.odometry))
+    }
+
+    /// The first jump of the odometry: its length in metres, and the time after it in seconds. A step of over 5 m from one record to
+    /// the next at over 10 m/s counts as one.
+    #[must_use]
+    pub fn odometry_jump(&self) -> Option<(f64, f64)> {
+        let steps = self.records.windows(2).map(|pair| {
+            let step_m = (pair[1].odometry.position() - pair[0].odometry.position()).norm();
+            (step_m, pair[1].time_s - pair[0].time_s, pair[1].time_s)
+        });
+        let mut jumps =
+            steps.filter(|(step_m, took_s, _)| *step_m > JUMP_M && *step_m > JUMP_M_S * took_s);
+        jumps.next().map(|(step_m, _, time_s)| (step_m, time_s))
     }
 }
 
@@ -179,9 +198,18 @@ fn read_text(path: &Path) -> Result<String, LogError> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(LogError::TooLarge { limit: MAX_BYTES });
     }
-    String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        LogError::NotUtf8 { line: valid.split(|byte| *byte == b'\n').count() }
+    decoded(bytes)
+}
+
+/// The text of UTF-8. Only comments may have other characters.
+fn decoded(bytes: Vec<u8>) -> Result<String, LogError> {
+    String::from_utf8(bytes).or_else(|error| {
+        let bytes = error.as_bytes();
+        let is_bad = |line: &[u8]| !line.starts_with(b"#") && core::str::from_utf8(line).is_err();
+        match bytes.split(|byte| *byte == b'\n').position(is_bad) {
+            Some(index) => Err(LogError::NotUtf8 { line: index + 1 }),
+            None => Ok(String::from_utf8_lossy(bytes).into_owned()),
+        }
     })
 }
 
@@ -202,6 +230,23 @@ mod tests {
     fn byte_order_mark_is_skipped() {
         let marked = LidarLog::parse(&format!("\u{feff}{RAW}")).expect("a valid log");
         assert_eq!((marked.format, marked.scans()), (LogFormat::Carmen, 2));
+    }
+
+    #[test]
+    fn only_comments_may_have_other_characters() {
+        let latin =
+            |text: &str| decoded(text.replace('@', "\u{fc}").chars().map(|it| it as u8).collect());
+        assert!(latin("# M@nchen\nODOM\n").is_ok_and(|text| text.ends_with("\nODOM\n")));
+        assert_eq!(latin("# M@nchen\nOD@M\n"), Err(LogError::NotUtf8 { line: 2 }));
+    }
+
+    #[test]
+    fn jump_of_the_odometry_is_found() {
+        let log = LidarLog::parse(RAW).expect("it is valid");
+        assert_eq!(log.odometry_jump(), None);
+        let log = LidarLog::parse(&RAW.replace("0.3 0 0 0.2", "50.3 0 0 50.2"));
+        let (step_m, time_s) = log.expect("it is valid").odometry_jump().expect("a jump");
+        assert!((step_m - 50.1).abs() < 1e-9 && time_s == 2.5, "{step_m} {time_s}");
     }
 
     #[test]
@@ -281,6 +326,24 @@ mod tests {
         let scan = log.records[1].scan.as_ref().expect("a scan");
         assert!((scan.beams.end_s().expect("beams") - 1.1).abs() < 1e-9);
         assert!(scan.beams.beams[0].time_s < 1.04);
+    }
+
+    /// The front lidar reads at most 5 m, the rear one 12 m.
+    #[test]
+    fn each_lidar_has_its_own_limit() {
+        let scan = |name, limit_m: f64| format!("{name} 3 1.0 2.0 {limit_m} 0 0 0 0 0 0");
+        let line = |time_s: u32| {
+            let (front, rear) = (scan("FLASER", 5.0), scan("RLASER", 12.0));
+            format!("{front} {time_s} h {time_s}\n{rear} {time_s}.5 h {time_s}.5\n")
+        };
+        let text = (0..20).map(line).collect::<String>();
+        let text = text.replace("12 0 0 0", "12 0 0 3.1416");
+        let log = LidarLog::parse(&text).expect("it is valid");
+        for record in &log.records {
+            let scan = record.scan.as_ref().expect("a scan");
+            assert!(scan.beams.beams[2].range.is_nan(), "{record:?}");
+            assert!(scan.beams.beams[1].range.is_finite(), "{record:?}");
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::{GridFrame, OccupancyGrid, Zones};
+use crate::geometry::Point;
 
 /// A mask of zones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +27,7 @@ impl core::fmt::Display for Mask {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum MaskFault {
-    /// No corner of one lies on the other.
+    /// The two do not overlap.
     #[error("the mask does not lie on the map: give it the origin of the map")]
     OffMap,
     /// A keepout mask without an occupied cell on the map.
@@ -97,16 +98,25 @@ impl Zones {
 
     fn check_place(&self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
         let (map, mask) = (self.frame(), mask.frame());
-        let on_map = mask.corners().iter().any(|at| map.cell_of(at).is_some())
-            || map.corners().iter().any(|at| mask.cell_of(at).is_some());
-        if on_map { Ok(()) } else { Err(MaskFault::OffMap) }
+        let overlap = !is_beside(map, mask) && !is_beside(mask, map);
+        if overlap { Ok(()) } else { Err(MaskFault::OffMap) }
     }
+}
+
+/// Whether all of a grid lies beyond one side of another. Two rectangles overlap if none of their sides separates them.
+fn is_beside(grid: &GridFrame, other: &GridFrame) -> bool {
+    let corners = grid.corners().map(|corner| other.to_cell_units(&corner));
+    let is_beyond = |along: fn(&Point) -> f64, size: i32| {
+        corners.iter().all(|corner| along(corner) <= 0.0)
+            || corners.iter().all(|corner| along(corner) >= f64::from(size))
+    };
+    is_beyond(|corner| corner.x, other.width) || is_beyond(|corner| corner.y, other.height)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Point, Pose};
+    use crate::geometry::Pose;
 
     fn grid(x: f64, cells: [i8; 3]) -> OccupancyGrid {
         let frame = GridFrame::new(3, 1, 1.0, Pose::new(x, 0.0, 0.0)).expect("a valid size");
@@ -130,6 +140,13 @@ mod tests {
         let zones = of(Some(&masks[0]), Some(&masks[1])).expect("valid masks").expect("zones");
         assert_eq!(zones.closed().cells(), [false, false, true]);
         assert_eq!(zones.speed_limit(&Point::new(0.5, 0.5), 2.0), Some(1.4));
+        let strip = GridFrame::new(1, 9, 1.0, Pose::new(1.0, -4.0, 0.0)).expect("a valid size");
+        let strip = OccupancyGrid::new(strip, vec![100; 9]);
+        let zones = of(Some(&strip), None).expect("no corner, but an overlap").expect("zones");
+        assert_eq!(zones.closed().cells(), [false, true, false]);
+        let diagonal = GridFrame::new(2, 2, 1.0, Pose::new(3.7, 0.0, 0.5)).expect("a valid size");
+        let beside = closed(OccupancyGrid::new(diagonal, vec![100; 4]));
+        assert_eq!(beside, Err(MaskFault::OffMap), "its bounding box overlaps");
         let error = of(Some(&masks[0]), Some(&masks[0])).expect_err("a limit of zero");
         assert!(error.to_string().starts_with("speed: a cell is 100 percent"), "{error}");
     }

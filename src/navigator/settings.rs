@@ -147,6 +147,10 @@ settings! {
         pub scan_health: bool = true;
         /// The robot slows down where a person may come out of a place that it cannot see, and for what has just come out of one.
         pub occlusion_speed: bool = true;
+        /// With `pose_source = "scans"`, paths consider what the scans contradict in the map for a minute: an obstacle that appeared, or
+        /// one that vanished. Off: the map stays as it is, and the changes are only reported. Switch it off where the map has
+        /// walls that the lidar does not see, such as glass.
+        pub map_changes: bool = true;
         /// The robot rotates in place towards its path, evades moving obstacles, and escapes where it is stuck.
         pub recovery: bool = true;
     }

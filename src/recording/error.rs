@@ -61,6 +61,9 @@ pub enum RecordingError {
         /// The type of the messages.
         missing: &'static str,
     },
+    /// A log that ends within its first chunk.
+    #[error("the file was cut off before its first message: use another copy of the file")]
+    TruncatedLog,
     /// A log with messages of one type on several topics.
     #[error("the file has {name} on {topics}: choose one of these topics")]
     SeveralTopics {

@@ -151,20 +151,18 @@ pub fn odometry(time_s: f64, reading: &OdometryReading) -> msg::Odometry {
     message
 }
 
-/// The transforms `map` to `odom` to `base_link` of a robot with an estimated pose in the map and a pose in its odometry.
-pub fn transforms(time_s: f64, estimate: &Pose, odometry: &Pose) -> TFMessage {
+/// The transforms `map` to `odom` to `base_link` of a robot with an estimated pose in the map, if it has one, and a pose in its
+/// odometry.
+pub fn transforms(time_s: f64, estimate: Option<&Pose>, odometry: &Pose) -> TFMessage {
     let transform = |parent, child: &str, pose: &Pose| TransformStamped {
         header: header(time_s, parent),
         child_frame_id: child.to_owned(),
         transform: msg::Transform::from(pose),
     };
-    let odometry_origin = estimate.frame_origin(odometry);
-    TFMessage {
-        transforms: vec![
-            transform(MAP_FRAME, ODOM_FRAME, &odometry_origin),
-            transform(ODOM_FRAME, BASE_FRAME, odometry),
-        ],
-    }
+    let in_map =
+        estimate.map(|pose| transform(MAP_FRAME, ODOM_FRAME, &pose.frame_origin(odometry)));
+    let in_odometry = transform(ODOM_FRAME, BASE_FRAME, odometry);
+    TFMessage { transforms: in_map.into_iter().chain([in_odometry]).collect() }
 }
 
 /// The state of the navigator and of the protective layer at a tick.

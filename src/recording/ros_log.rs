@@ -3,6 +3,7 @@
 //! `rosbag2` writes MCAP files: messages in CDR, with the names of their types. inbye's own recordings are such files too.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::io::{Read, Seek};
 
 use mcap::McapError;
@@ -12,7 +13,7 @@ use thiserror::Error;
 use super::error::RecordingError;
 use super::mcap_reader::McapReader;
 use crate::geometry::Pose;
-use crate::lidar_log::{LidarLog, LogFormat, LogRecord, LoggedScan, remove_saturated};
+use crate::lidar_log::{LidarLog, LogFormat, LogRecord, LoggedScan, remove_limit};
 use crate::localization::PoseHistory;
 use crate::map::TimedScan;
 use crate::ros::msg::{LaserScan, Message, Odometry, TFMessage};
@@ -70,7 +71,7 @@ struct RecordedScan {
 #[non_exhaustive]
 pub enum RosLogWarning {
     /// Messages that cannot be used.
-    #[error("{count} messages on {topic} are left out; the first: {reason}")]
+    #[error("messages left out on {topic}: {count}; the first: {reason}")]
     InvalidMessages {
         /// Their topic.
         topic: String,
@@ -80,7 +81,7 @@ pub enum RosLogWarning {
         reason: String,
     },
     /// Scans before the first odometry, or after the last.
-    #[error("{count} scans are left out: they have no odometry of their time")]
+    #[error("scans left out: {count}; they have no odometry of their time")]
     ScansWithoutOdometry {
         /// Their number.
         count: usize,
@@ -99,10 +100,9 @@ pub struct RosLogReader {
     topics: [Vec<String>; 2],
     frames: Frames,
     base_frame: Option<String>,
-    odometry: PoseHistory,
+    /// Poses by odometry in the order of their stamps, which are seconds and nanoseconds.
+    odometry: BTreeMap<(i32, u32), (f64, Pose)>,
     scans: Vec<RecordedScan>,
-    /// The records of the odometry.
-    records: Vec<LogRecord>,
     /// Messages so far.
     messages: u64,
     /// Unusable messages by topic: their number, and the error of the first.
@@ -119,9 +119,8 @@ impl RosLogReader {
             topics: [Vec::new(), Vec::new()],
             frames: Frames::of_log(),
             base_frame: None,
-            odometry: PoseHistory::of_log(),
+            odometry: BTreeMap::new(),
             scans: Vec::new(),
-            records: Vec::new(),
             messages: 0,
             invalid: BTreeMap::new(),
             is_truncated: false,
@@ -136,8 +135,11 @@ impl RosLogReader {
         let mut mcap = McapReader::new(file);
         let mut types: BTreeMap<u16, String> = BTreeMap::new();
         let mut channels: BTreeMap<u16, Channel> = BTreeMap::new();
+        let mut is_mcap = false;
         loop {
-            match mcap.next() {
+            let next = mcap.next();
+            is_mcap |= matches!(next, Ok(Some(_)));
+            match next {
                 Ok(Some(Record::Schema { header, .. })) => {
                     types.insert(header.id, header.name);
                 }
@@ -159,6 +161,9 @@ impl RosLogReader {
                     }
                 }
                 Ok(Some(_)) => {}
+                Ok(None) | Err(McapError::UnexpectedEof) if !is_mcap => {
+                    return Err(RecordingError::NotMcap);
+                }
                 Ok(None) => return Ok(()),
                 Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
                     self.is_truncated = true;
@@ -181,15 +186,22 @@ impl RosLogReader {
         self.check_topics()?;
         let scans = core::mem::take(&mut self.scans);
         let all = scans.len();
-        let mut records = Vec::with_capacity(all + self.records.len());
+        let mut records = Vec::with_capacity(all + self.odometry.len());
+        let mut history = PoseHistory::of_log();
+        self.odometry.values().for_each(|(time_s, pose)| history.record(*time_s, pose));
         for scan in scans {
-            records.extend(self.scan_record(scan)?);
+            records.extend(self.scan_record(scan, &history)?);
         }
         let mut warnings: Vec<RosLogWarning> = Vec::new();
         if records.len() < all {
             warnings.push(RosLogWarning::ScansWithoutOdometry { count: all - records.len() });
         }
-        records.append(&mut self.records);
+        records.extend(self.odometry.values().map(|(time_s, pose)| LogRecord {
+            time_s: *time_s,
+            odometry: *pose,
+            corrected: None,
+            scan: None,
+        }));
         // Stable: a scan stays before the odometry of its end.
         records.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
         let first_s = records.first().map_or(0.0, |record| record.time_s);
@@ -199,7 +211,8 @@ impl RosLogReader {
             let beams = record.scan.iter_mut().flat_map(|scan| &mut scan.beams.beams);
             beams.for_each(|beam| beam.time_s -= first_s);
         }
-        remove_saturated(&mut records);
+        let scans = records.iter_mut().filter_map(|record| record.scan.as_mut());
+        remove_limit(&mut scans.collect::<Vec<_>>());
         let invalid = self.invalid.into_iter().map(|(topic, (count, error))| {
             let reason = error.to_string();
             RosLogWarning::InvalidMessages { topic, count, reason }
@@ -214,11 +227,14 @@ impl RosLogReader {
     /// Checks that there are usable scans and odometry, each of one topic.
     fn check_topics(&mut self) -> Result<(), RecordingError> {
         let kinds =
-            [(LaserScan::NAME, self.scans.is_empty()), (Odometry::NAME, self.records.is_empty())];
+            [(LaserScan::NAME, self.scans.is_empty()), (Odometry::NAME, self.odometry.is_empty())];
         for (((name, is_empty), topics), chosen) in
             kinds.into_iter().zip(&self.topics).zip(&self.chosen)
         {
             let Some(first) = topics.first() else {
+                if self.is_truncated && self.messages == 0 {
+                    return Err(RecordingError::TruncatedLog);
+                }
                 return Err(RecordingError::NoMessages { missing: name });
             };
             let listed = || topics.join(", ");
@@ -286,11 +302,10 @@ impl RosLogReader {
                 let scan = laser_scan(&message).map_err(|error| invalid(error.to_string()))?;
                 let frame = frame_name("header.frame_id", &message.header.frame_id);
                 let frame = frame.map_err(|error| invalid(error.to_string()))?;
-                // A scan without a stamp or without beams tells nothing.
-                if let Some(beams) = timed_scan(&message, &scan) {
-                    let end_s = beams.beams.last().map_or(0.0, |beam| beam.time_s);
-                    self.scans.push(RecordedScan { beams, end_s, frame });
-                }
+                let beams = timed_scan(&message, &scan);
+                let beams = beams.ok_or_else(|| invalid("it has no ranges".to_owned()))?;
+                let end_s = beams.beams.last().map_or(0.0, |beam| beam.time_s);
+                self.scans.push(RecordedScan { beams, end_s, frame });
             }
             Kind::Odometry if self.is_chosen(channel.kind, topic) => {
                 let message = Odometry::from_cdr(data).ok_or_else(no_cdr)?;
@@ -298,23 +313,19 @@ impl RosLogReader {
                 let pose = pose.map_err(|error| invalid(error.to_string()))?;
                 let base_frame = frame_name("child_frame_id", &message.child_frame_id);
                 let base_frame = base_frame.map_err(|error| invalid(error.to_string()))?;
-                let time_s = message.header.stamp.seconds();
-                let back_s = self.odometry.newest().map_or(-1.0, |(last_s, _)| last_s - time_s);
+                let stamp = message.header.stamp;
+                let time_s = stamp.seconds();
+                let newest = self.odometry.last_key_value();
+                let back_s = newest.map_or(0.0, |(_, (newest_s, _))| newest_s - time_s);
                 if back_s > MAX_BACK_S {
                     let topic = topic.clone();
                     return Err(RecordingError::StampsGoBack { topic, number, back_s });
                 }
-                if back_s >= 0.0 {
-                    return Ok(());
-                }
+                let Entry::Vacant(entry) = self.odometry.entry((stamp.sec, stamp.nanosec)) else {
+                    return Err(invalid("another message has its stamp".to_owned()));
+                };
+                entry.insert((time_s, pose));
                 self.base_frame.get_or_insert(base_frame);
-                self.odometry.record(time_s, &pose);
-                self.records.push(LogRecord {
-                    time_s,
-                    odometry: pose,
-                    corrected: None,
-                    scan: None,
-                });
             }
             Kind::Scan | Kind::Odometry => {}
         }
@@ -329,12 +340,16 @@ impl RosLogReader {
     }
 
     /// The record of a scan; `None` where there is no odometry of its time.
-    fn scan_record(&self, scan: RecordedScan) -> Result<Option<LogRecord>, RecordingError> {
+    fn scan_record(
+        &self,
+        scan: RecordedScan,
+        history: &PoseHistory,
+    ) -> Result<Option<LogRecord>, RecordingError> {
         let RecordedScan { mut beams, end_s, frame } = scan;
-        let times = self.odometry.oldest().zip(self.odometry.newest());
+        let times = history.oldest().zip(history.newest());
         let has_pose =
             times.is_some_and(|((first_s, _), (last_s, _))| (first_s..=last_s).contains(&end_s));
-        let Some(odometry) = self.odometry.at(end_s).filter(|_| has_pose) else {
+        let Some(odometry) = history.at(end_s).filter(|_| has_pose) else {
             return Ok(None);
         };
         let base = self.base_frame.clone().unwrap_or_default();

@@ -258,6 +258,9 @@ impl<R: Robot> MissionRun<R> {
     /// To prepare a map takes time in proportion to its area. A real robot drives on meanwhile; simulated time stands still.
     fn update_map(&mut self, time_s: f64) -> Option<OccupancyGrid> {
         let (config, mission) = (&self.config, &self.mission);
+        if !config.navigator.features.map_changes {
+            return None;
+        }
         let on = |grid: &OccupancyGrid| NavigationMap {
             obstacles: grid.obstacles(config.unknown),
             zones: mission.zones.clone(),

@@ -10,7 +10,7 @@ use crate::geometry::{Point, Pose, wrap_angle};
 pub struct AbsoluteError {
     /// Distances of the positions, metres.
     pub position_m: ErrorStatistics,
-    /// Differences of the yaw, radians.
+    /// Differences of the yaw, radians. Where the positions do not determine the rotation, it is the mean difference of the yaws.
     pub yaw_rad: ErrorStatistics,
 }
 
@@ -26,15 +26,18 @@ pub struct RelativeError {
 /// The absolute error of estimated poses against reference poses of the same times. None without poses.
 ///
 /// The estimate is first moved by the rotation and translation that minimise the squared distances of the positions (Horn's
-/// method in the plane; Sturm et al. 2012, equation 3).
+/// method in the plane; Sturm et al. 2012, equation 3). Positions of a robot that stands or turns in place have no direction:
+/// where the root mean square distance after the alignment is above half the spread of the positions, the rotation of the yaws
+/// is the mean difference of the yaws.
 #[must_use]
 pub fn absolute_error(pairs: &[(Pose, Pose)]) -> Option<AbsoluteError> {
-    let alignment = alignment(pairs)?;
+    let (alignment, has_direction) = alignment(pairs)?;
+    let rotation = if has_direction { alignment.yaw } else { mean_rotation(pairs) };
     let aligned = |(estimate, reference): &(Pose, Pose)| {
-        let moved = alignment.transform_pose(estimate);
+        let position = alignment.transform(&estimate.position());
         (
-            (moved.position() - reference.position()).norm(),
-            wrap_angle(moved.yaw - reference.yaw).abs(),
+            (position - reference.position()).norm(),
+            wrap_angle(estimate.yaw + rotation - reference.yaw).abs(),
         )
     };
     let (distances, angles) = pairs.iter().map(aligned).unzip();
@@ -44,8 +47,19 @@ pub fn absolute_error(pairs: &[(Pose, Pose)]) -> Option<AbsoluteError> {
     })
 }
 
-/// The rigid motion that brings the first poses of the pairs to the second ones.
-fn alignment(pairs: &[(Pose, Pose)]) -> Option<Pose> {
+/// The mean difference of the yaws of the second poses from those of the first.
+fn mean_rotation(pairs: &[(Pose, Pose)]) -> f64 {
+    let (mut sines, mut cosines) = (0.0, 0.0);
+    for (estimate, reference) in pairs {
+        let (sin, cos) = libm::sincos(reference.yaw - estimate.yaw);
+        (sines, cosines) = (sines + sin, cosines + cos);
+    }
+    libm::atan2(sines, cosines)
+}
+
+/// The rigid motion that brings the positions of the first poses of the pairs to those of the second ones, and whether the
+/// positions determine its rotation.
+fn alignment(pairs: &[(Pose, Pose)]) -> Option<(Pose, bool)> {
     if pairs.is_empty() {
         return None;
     }
@@ -60,15 +74,19 @@ fn alignment(pairs: &[(Pose, Pose)]) -> Option<Pose> {
     let from = mean(&|pair| pair.0.position());
     let to = mean(&|pair| pair.1.position());
     let (mut dot, mut cross) = (0.0, 0.0);
+    let mut spreads = [0.0; 2];
     for (estimate, reference) in pairs {
         let (one, other) = (estimate.position() - from, reference.position() - to);
+        spreads[0] += one.x * one.x + one.y * one.y;
+        spreads[1] += other.x * other.x + other.y * other.y;
         dot += one.x * other.x + one.y * other.y;
         cross += one.x * other.y - one.y * other.x;
     }
-    // Positions at one point have no direction.
-    let yaw = if dot == 0.0 && cross == 0.0 { 0.0 } else { libm::atan2(cross, dot) };
+    let squares = spreads[0] + spreads[1] - 2.0 * libm::hypot(dot, cross);
+    let has_direction = 4.0 * squares < spreads[0].min(spreads[1]);
+    let yaw = libm::atan2(cross, dot);
     let turned = Pose::new(0.0, 0.0, yaw).transform(&from);
-    Some(Pose::new(to.x - turned.x, to.y - turned.y, yaw))
+    Some((Pose::new(to.x - turned.x, to.y - turned.y, yaw), has_direction))
 }
 
 /// The relative error of estimated poses against reference poses of the same times, from each to the next (Sturm et al. 2012,
@@ -198,8 +216,22 @@ mod tests {
     fn no_poses_have_no_error() {
         assert_eq!(absolute_error(&[]), None);
         assert_eq!(relative_error(&pairs()[..1]), None);
+    }
+
+    #[test]
+    fn yaw_error_of_robot_that_stands_or_turns_in_place_is_that_of_its_yaws() {
         let standing = vec![(Pose::new(1.0, 1.0, 0.3), Pose::new(2.0, 1.0, 0.3)); 3];
         let error = absolute_error(&standing).expect("there are poses");
         assert!(error.position_m.max < 1e-12 && error.yaw_rad.max < 1e-12);
+        let turning = |step: u32| {
+            let phase = f64::from(step);
+            let reference = Pose::new(2.0, 1.0, wrap_angle(0.1 * phase));
+            let (x, y) = (0.005 * libm::sin(2.3 * phase), 0.005 * libm::sin(3.1 * phase));
+            let off = Pose::new(x, y, 0.01 * libm::sin(1.3 * phase));
+            (reference.transform_pose(&off), reference)
+        };
+        let error = absolute_error(&(0..100).map(turning).collect::<Vec<_>>());
+        let error = error.expect("there are poses");
+        assert!(error.yaw_rad.max < 0.011 && error.position_m.max < 0.011, "{error:?}");
     }
 }

@@ -133,7 +133,7 @@ impl LatestInputs {
             return Err(MessageError::LidarMount { frame, base_frame, reason });
         }
         let scan = laser_scan(message)?;
-        let timed = timed_scan(message, &scan);
+        let timed = timed_scan(message, &scan).filter(|_| !stamp.is_zero());
         let stamp_s = stamp.seconds();
         check_clock(now_s, stamp_s, limits)?;
         // No beam is later than the arrival: some drivers stamp the end of a revolution.

@@ -50,10 +50,10 @@ pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
     Ok(Scan { angle_min, angle_increment: step.abs(), range_max, ranges })
 }
 
-/// The scan in the order of measurement, with the time of each beam by the sender's clock. None if the message has no stamp.
+/// The scan in the order of measurement, with the time of each beam by the sender's clock. None without beams.
 pub fn timed_scan(message: &LaserScan, scan: &Scan) -> Option<TimedScan> {
     let (stamp, count) = (message.header.stamp, scan.ranges.len());
-    if stamp.is_zero() || count == 0 {
+    if count == 0 {
         return None;
     }
     let step_s = f64::from(message.time_increment);

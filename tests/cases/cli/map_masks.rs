@@ -115,6 +115,15 @@ fn unusable_masks_are_refused() {
     }
 }
 
+/// A colon within quotation marks does not begin the hint.
+#[test]
+fn hint_of_json_error_keeps_quoted_settings_whole() {
+    let run = hall().run(&format!("drive {ENDS} --speed-zones black.yaml --json"));
+    let refused: Value = serde_json::from_str(&run.stdout).unwrap();
+    let hint = refused["error"]["hint"].as_str().unwrap();
+    assert!(hint.starts_with("set `mode: scale` and `occupied_thresh: 1.0` in"), "{hint}");
+}
+
 /// A box stands in the world and not on the map; a pillar of the map is gone.
 #[test]
 fn updated_map_has_what_the_scans_contradicted() {
@@ -150,6 +159,14 @@ fn updated_map_has_what_the_scans_contradicted() {
     assert!(page.contains("class=\"appeared\"") && page.contains("class=\"vanished\""));
     let (_, known) = place.json("drive --map map.yaml --engine cpu --start 2,2 --goal 4,2");
     assert!(known["map_changes"].is_null());
+    let kept = "--set navigator.features.map_changes=false --record kept.mcap";
+    let (_, kept) = place.json(&format!("{drive} {kept}"));
+    assert_ne!(kept["map_changes"]["vanished"], json!([]), "{kept}");
+    let kept = std::fs::read(place.path("kept.mcap")).unwrap();
+    let mut kept = Reader::open(Cursor::new(&kept[..])).unwrap();
+    while kept.next_tick().unwrap().is_some() {
+        assert!(kept.take_updated_map().is_none());
+    }
     // The navigator has used it in the drive already. A replay does likewise, and differs with another map.
     let (status, replay) = place.json("replay run.mcap --engine cpu");
     assert_eq!((status, &replay["complete"]), (0, &json!(true)), "{replay}");

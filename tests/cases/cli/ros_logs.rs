@@ -37,6 +37,14 @@ enum Odd {
     OtherEncoding,
     /// Scans are published after newer odometry.
     LateScans,
+    /// Of each two odometry messages the newer one comes first.
+    SwappedOdometry,
+    /// Each odometry message comes twice.
+    RepeatedOdometry,
+    /// Every second scan has no stamp.
+    UnstampedScans,
+    /// Scans have no ranges.
+    EmptyScans,
     /// Transforms of a tick come after its odometry, and static ones after the first scans.
     LateTransforms,
     /// The frames of a camera and a wheel are tilted.
@@ -131,6 +139,12 @@ fn scan_message(odd: Odd, tick: u32, begin_s: f64) -> Vec<u8> {
     if odd == Odd::Saturated {
         scan.ranges.iter_mut().step_by(10).for_each(|range| *range = 20.0);
     }
+    if odd == Odd::UnstampedScans && tick.is_multiple_of(2) {
+        scan.header.stamp = Time::default();
+    }
+    if odd == Odd::EmptyScans {
+        scan.ranges.clear();
+    }
     let mut message = scan.to_cdr();
     if odd == Odd::OnlyShortMessages || odd == Odd::ShortMessage && tick == 50 {
         message.truncate(40);
@@ -167,8 +181,11 @@ fn recording(odd: Odd) -> Vec<u8> {
         if odd != Odd::LateTransforms {
             file.write(transforms, time_s, &moved.to_cdr());
         }
-        for channel in odometries.into_iter().chain(camera) {
-            file.write(channel, time_s, &odometry_message(odd, time_s).to_cdr());
+        let measured = if odd == Odd::SwappedOdometry { tick ^ 1 } else { tick };
+        let measured_s = 0.02 * f64::from(measured);
+        let repeated = odometries.filter(|_| odd == Odd::RepeatedOdometry);
+        for channel in odometries.into_iter().chain(camera).chain(repeated) {
+            file.write(channel, time_s, &odometry_message(odd, measured_s).to_cdr());
         }
         if odd == Odd::LateTransforms {
             file.write(transforms, time_s, &moved.to_cdr());
@@ -281,14 +298,27 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
     place.write("odd.mcap", recording(Odd::ShortMessage));
     let one = place.run("map odd.mcap --out odd.yaml");
     assert!(
-        one.status == 0 && one.errors.iter().any(|line| line.contains("1 messages on /front/scan")),
+        one.status == 0
+            && one.errors.iter().any(|line| line.contains("messages left out on /front/scan: 1;")),
         "{one:?}"
     );
     let other = refused(Odd::OtherEncoding, "");
     assert!(other.contains("ros1"), "{other}");
-    place.write("bag/bag_0.db3", b"SQLite format 3");
-    let sqlite = place.refusal("map bag --out odd.yaml");
-    assert!(sqlite.contains("ros2 bag convert"), "{sqlite}");
+    for (file, remedy) in [
+        ("one/a.db3", "ros2 bag convert"),
+        ("two/a.mcap.zstd", "zstd -d"),
+        ("three/a.log.gz", "gunzip"),
+    ] {
+        place.write(file, b"other data");
+        let (folder, _) = file.split_once('/').expect("a folder");
+        for log in [file, folder] {
+            let other = place.refusal(&format!("map {log} --out odd.yaml"));
+            assert!(other.contains(remedy), "{other}");
+        }
+    }
+    // Such a file next to the recording does not matter.
+    place.write("bag/bag_0.db3", b"other data");
+    assert_eq!(place.run("map bag --out odd.yaml").status, 0);
     place.write("odd.mcap", recording(Odd::SecondLidar));
     assert_eq!(place.run("map odd.mcap --out odd.yaml --scan-topic /rear/scan").status, 0);
 }
@@ -297,7 +327,9 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
 #[test]
 fn order_of_messages_and_other_frames_change_no_record() {
     let (expected, _) = read(&recording(Odd::Nothing)).expect("a log");
-    for odd in [Odd::LateScans, Odd::LateTransforms, Odd::TiltedFrames, Odd::Names] {
+    for odd in
+        [Odd::LateScans, Odd::SwappedOdometry, Odd::LateTransforms, Odd::TiltedFrames, Odd::Names]
+    {
         let (log, _) = read(&recording(odd)).expect("a log");
         // The last late scan is not published.
         let scans = if odd == Odd::LateScans { 199 } else { 200 };
@@ -318,6 +350,22 @@ fn largest_reading_that_occurs_often_is_no_echo() {
     assert!(scans().count() > 190 && scans().all(|scan| without(scan) == BEAMS / 10));
 }
 
+#[test]
+fn messages_that_are_left_out_are_counted() {
+    let warnings = |odd| read(&recording(odd)).expect("a log").1;
+    let repeated = warnings(Odd::RepeatedOdometry);
+    let [RosLogWarning::InvalidMessages { topic, count: 1000, reason }] = repeated.as_slice()
+    else {
+        panic!("{repeated:?}");
+    };
+    assert!(topic == "/odom" && reason.contains("another message has its stamp"), "{reason}");
+    // A stamp of zero is the start of a simulation's clock, and not within this recording.
+    let unstamped = RosLogWarning::ScansWithoutOdometry { count: 100 };
+    assert_eq!(warnings(Odd::UnstampedScans), [unstamped]);
+    let error = read(&recording(Odd::EmptyScans)).expect_err("no scan has ranges").to_string();
+    assert!(error.contains("it has no ranges"), "{error}");
+}
+
 /// A file that was cut off is readable up to its last whole chunk; other damage is an error.
 #[test]
 fn truncated_recording_is_read_and_a_damaged_one_is_refused() {
@@ -325,7 +373,10 @@ fn truncated_recording_is_read_and_a_damaged_one_is_refused() {
     let (log, warnings) = read(&whole[..whole.len() * 2 / 3]).expect("most of the log");
     assert!((50..200).contains(&log.scans()), "{}", log.scans());
     assert!(warnings.contains(&RosLogWarning::Truncated), "{warnings:?}");
-    assert!(matches!(read(b"a text, and no MCAP file"), Err(RecordingError::NotMcap)));
+    assert!(matches!(read(&whole[..1000]), Err(RecordingError::TruncatedLog)));
+    for other in [&b"a text, and no MCAP file"[..], b"hello\n", b""] {
+        assert!(matches!(read(other), Err(RecordingError::NotMcap)));
+    }
 }
 
 #[test]
@@ -337,4 +388,17 @@ fn drive_of_inbye_is_a_log_too() {
     assert_eq!(status, 0, "{object}");
     let mean_m = object["absolute"]["position_m"]["mean"].as_f64().expect("a mean");
     assert!(mean_m < 0.1, "{object}");
+}
+
+#[test]
+fn recording_of_lost_robot_has_no_pose_in_the_map() {
+    let place = Workplace::new();
+    let drive = "drive --scene roadway --engine cpu --unknown-start --set pose_source=\"scans\" --time-limit 8 --record run.mcap";
+    let run = place.run(drive);
+    assert!(run.errors.is_empty(), "{run:?}");
+    let (log, _) =
+        read(&std::fs::read(place.path("run.mcap")).expect("a recording")).expect("a log");
+    let corrected: Vec<bool> =
+        log.records.iter().map(|record| record.corrected.is_some()).collect();
+    assert_eq!([corrected.first(), corrected.last()], [Some(&false), Some(&true)]);
 }

@@ -62,7 +62,7 @@ fn unusable_maps_are_rejected() {
         assert_table(&place, &format!("{command} --start 10,5 --goal 80,40"), table);
     }
     let refusal = place.refusal("plan --map solid.txt --start 1,1 --goal 2,2");
-    assert!(refusal.contains("START_OCCUPIED") && refusal.contains("no free point"), "{refusal}");
+    assert!(refusal.contains("START_OCCUPIED") && refusal.contains("no free cell"), "{refusal}");
 }
 
 #[test]

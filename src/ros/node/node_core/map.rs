@@ -12,8 +12,11 @@ impl NodeCore {
         let map = self.inputs.map.as_ref()?;
         let config = &self.settings.config;
         let zones = self.zones.on(map.grid.frame(), config.robot.limits.max_vel_x);
-        let updated = self.contradicted.planned_with().applied_to(&map.grid);
-        let obstacles = updated.obstacles(config.unknown);
+        let obstacles = if config.navigator.features.map_changes {
+            self.contradicted.planned_with().applied_to(&map.grid).obstacles(config.unknown)
+        } else {
+            map.grid.obstacles(config.unknown)
+        };
         Some(NavigationMap { obstacles, zones })
     }
 
@@ -25,15 +28,17 @@ impl NodeCore {
         let least_m = self.settings.config.robot.footprint.body_radius_m();
         let extent = (map.grid.frame(), least_m);
         let (changes, is_large) = contradicted.look(now_s, extent, changes)?;
+        let is_used = self.settings.config.navigator.features.map_changes;
         if is_large {
+            let use_of = if is_used { "consider" } else { "do not consider" };
             let [appeared, vanished] = changes.areas(map.grid.frame()).map(|areas| areas.len());
             self.notices.push(format!(
-                "the scans contradict the map for minutes: {appeared} obstacles appeared, {vanished} vanished; the plans consider that"
+                "the scans contradict the map for a minute: obstacles appeared: {appeared}, vanished: {vanished}; the plans {use_of} that"
             ));
         }
         let header = Header { stamp: Time::from_seconds(now_s), frame_id: map.frame.clone() };
         let updated = convert::occupancy_grid(&changes.applied_to(&map.grid), header);
-        self.prepare_if(is_large);
+        self.prepare_if(is_large && is_used);
         Some(updated)
     }
 

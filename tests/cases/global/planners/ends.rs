@@ -18,7 +18,7 @@ fn plan_error_names_the_end_the_cause_and_a_free_point() {
     let space = free_space(&WORKINGS, 0.3);
     let cases = [
         (Point::new(-9.9, 20.1), "OCCUPIED", "is in an obstacle"),
-        (Point::new(-9.4, 21.3), "OCCUPIED", "is less than 0.300 m from an obstacle"),
+        (Point::new(-9.4, 21.3), "OCCUPIED", "is in a cell less than 0.300 m from an obstacle"),
         (
             Point::new(-10.01, 21.3),
             "OUTSIDE_MAP",
@@ -79,8 +79,18 @@ fn plan_rejects_ends_that_are_not_finite_and_maps_without_free_cells() {
         let error = query(&space, good, good).expect_err("no free cell");
         assert_eq!(error.code(), "START_OCCUPIED");
         let message = error.to_string();
-        assert!(message.contains("the map has no free point"), "{message}");
+        assert!(message.contains("the map has no free cell"), "{message}");
     }
+}
+
+/// Each cell of the room touches a wall.
+#[test]
+fn coarse_cells_without_free_ones_are_named_as_such() {
+    let space = free_space(&["######", "#....#", "#....#", "######"], 0.01);
+    let place = Point::new(-9.25, 20.75);
+    let error = query(&space, place, place).expect_err("no free cell").to_string();
+    assert!(error.contains("is in a cell less than 0.010 m from an obstacle"), "{error}");
+    assert!(error.contains("cells of 0.5 m are too coarse"), "{error}");
 }
 
 #[test]

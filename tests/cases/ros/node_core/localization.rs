@@ -12,7 +12,10 @@ const FRAME: Pose = Pose { x: 0.8, y: -0.3, yaw: 0.6 };
 
 /// An armed robot without a map, whose odometry has a frame of its own.
 fn localizing() -> Robot {
-    let mut settings = NodeSettings::default();
+    localizing_with(NodeSettings::default())
+}
+
+fn localizing_with(mut settings: NodeSettings) -> Robot {
     settings.config.pose_source = PoseSource::Scans;
     let mut robot = Robot::with_settings(settings);
     robot.core.operator().arm();
@@ -167,10 +170,9 @@ fn robot_keeps_its_pose_on_a_map_that_grows() {
     assert!(robot.away_m() < 0.1, "{:?}", robot.pose);
 }
 
-/// The passage next to the wall is blocked except for a gap at the upper border. The robot has seen this for minutes.
-#[test]
-fn obstacle_that_is_not_on_the_map_is_reported_and_planned_around() {
-    let mut robot = localizing();
+/// The passage next to the wall is blocked except for a gap at the upper border. The robot has seen this for a minute.
+fn robot_that_saw_a_new_obstacle(settings: NodeSettings) -> Robot {
+    let mut robot = localizing_with(settings);
     robot.publish_mount();
     robot.receive(&IncomingMessage::Map(map(&grid(29))));
     let rough = initial_pose("map", &robot.pose.clone());
@@ -179,11 +181,15 @@ fn obstacle_that_is_not_on_the_map_is_reported_and_planned_around() {
     // From (4.8, 3.0) to (5.2, 4.4).
     robot.rebuild(24..26, 15..22, true);
     robot.until(950, |robot| !robot.updated_maps.is_empty());
-    assert!(
-        robot.has_notice(
-            "the scans contradict the map for minutes: 1 obstacles appeared, 0 vanished"
-        )
-    );
+    robot
+}
+
+#[test]
+fn obstacle_that_is_not_on_the_map_is_reported_and_planned_around() {
+    let mut robot = robot_that_saw_a_new_obstacle(NodeSettings::default());
+    assert!(robot.has_notice(
+        "the scans contradict the map for a minute: obstacles appeared: 1, vanished: 0"
+    ));
     let updated = &robot.updated_maps[0];
     let occupied = |row: usize, column: usize| updated.data[row * 60 + column] == 100;
     let near = (15..22).filter(|row| occupied(*row, 24)).count();
@@ -219,4 +225,16 @@ fn invalid_initial_poses_are_rejected() {
     by_transforms.receive(&initial_pose("map", &place));
     by_transforms.step();
     assert!(by_transforms.has_notice("set pose_source"), "{:?}", by_transforms.notices);
+}
+
+#[test]
+fn without_map_changes_an_obstacle_is_reported_and_the_map_stays() {
+    let mut settings = NodeSettings::default();
+    settings.config.navigator.features.map_changes = false;
+    let mut robot = robot_that_saw_a_new_obstacle(settings);
+    assert!(robot.has_notice("the plans do not consider that"));
+    robot.receive(&IncomingMessage::Goal(goal(9.5, 1.5)));
+    robot.until(50, |robot| !robot.paths.is_empty());
+    let crossed_m = crossings_m(&robot.paths[0], 5.0);
+    assert!(crossed_m.iter().any(|y| (2.8..4.6).contains(y)), "{crossed_m:?}");
 }
