@@ -300,7 +300,7 @@ impl Navigator {
             self.obstacles.forget(*time_s, &pose.position());
         }
         if has_new_scan && !self.is_over() {
-            let masked = self.validator.health.masked(scan);
+            let masked = self.validator.health.masked(scan, &self.robot.footprint);
             self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
         }
         let moving = self.obstacles.bodies(&self.settings);
@@ -311,7 +311,7 @@ impl Navigator {
             &self.robot.limits,
             self.base.delay_s(),
         );
-        // Dust may return a beam within the robot itself.
+        // The robot may have driven to a place where dust returned a beam.
         let is_outside =
             |body: &MovingDisc| self.robot.footprint.gap_to_disc_m(pose, &body.center(), 0.0) > 0.0;
         let entered: Vec<MovingDisc> =
