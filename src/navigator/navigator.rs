@@ -1,6 +1,7 @@
 //! The navigator: one decision for each observation.
 
 mod braking;
+mod failure;
 
 use std::collections::BTreeMap;
 use std::mem::take;
@@ -10,6 +11,7 @@ use super::base_response::BaseResponse;
 use super::behaviours::Behaviours;
 use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
+use super::goal_yaw::check_yaws;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
 use super::obstacle_model::window_half_m;
@@ -18,6 +20,7 @@ use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
 use super::state::{Measured, PredictedState, RobotModel, State, WAITING_PATIENCES};
+use super::stuck_ticks::StuckTicks;
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
@@ -25,7 +28,7 @@ use super::{
     NavigationMap, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
     Waypoints,
 };
-use crate::geometry::{Point, Twist};
+use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::LocalPlanner;
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
@@ -63,6 +66,7 @@ pub struct Navigator {
     route: Route,
     plans: Vec<Plan>,
     progress: ProgressChecker,
+    stuck_ticks: StuckTicks,
     pub(super) replanner: Replanner,
     behaviours: Behaviours,
     /// Decides in place of the behaviours, if there is one.
@@ -88,7 +92,7 @@ impl Navigator {
     ) -> Result<Self, Fault> {
         let map = map.into();
         let closed = map.closed();
-        let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
+        let (queue, plan) = WaypointQueue::planned(waypoints, |from, to| {
             global_planner.plan(&closed, &[], from, to, clock)
         })?;
         let period_s = planner.settings().control_period_s;
@@ -101,6 +105,7 @@ impl Navigator {
         let standing_room = standing_room(&map.obstacles, &settings);
         let zones = map.zones.clone();
         let mut obstacles = new_model(map);
+        check_yaws(&waypoints.goals, &obstacles, &robot, &settings)?;
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
             tick_clock: TickClock::new(period_s),
@@ -113,10 +118,11 @@ impl Navigator {
             standing_room,
             zones,
             speed_limit: None,
-            waypoints,
+            waypoints: queue,
             route: Route::new(&plan, &settings),
             plans: vec![plan],
             progress: ProgressChecker::default(),
+            stuck_ticks: StuckTicks::default(),
             replanner: Replanner::new(closed, global_planner)?,
             behaviours: Behaviours::new(planner),
             controller: None,
@@ -339,15 +345,6 @@ impl Navigator {
         }
     }
 
-    const fn is_over(&self) -> bool {
-        matches!(self.mode, Mode::Arrived | Mode::Failed)
-    }
-
-    fn fail(&mut self, fault: Fault) {
-        self.fault = Some(fault);
-        self.mode = Mode::Failed;
-    }
-
     /// Starts the next leg when the pause is over.
     fn leave_waypoint(&mut self, now_s: f64) {
         if let Some(plan) = self.waypoints.next(now_s) {
@@ -424,6 +421,9 @@ impl Navigator {
             let left_m = state.route.left_m();
             let radius_m = self.settings.required_movement_radius;
             let stuck_s = self.progress.stuck_s(now.time_s, left_m, radius_m);
+            if stuck_s == 0.0 {
+                self.stuck_ticks = StuckTicks::default();
+            }
             if state.waits_for_people() {
                 self.progress.waited_s += self.tick.elapsed_s();
             }
@@ -462,7 +462,7 @@ impl Navigator {
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }
-        self.progress.count(decision.mode);
+        self.stuck_ticks.count(decision.mode);
         if decision.mode == Mode::Arrived && self.waypoints.has_next() {
             self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
             decision.mode = Mode::AtWaypoint;
@@ -478,19 +478,5 @@ impl Navigator {
         let share = fastest / command.linear.abs();
         let slower = Twist::new(share * command.linear, share * command.angular);
         self.robot.limits.reachable(twist, &slower, self.tick)
-    }
-
-    fn why_stuck(&self, stuck_s: f64, robot: &Point) -> Fault {
-        // A robot that strayed may be far from the end of its path.
-        let straight_m = (self.waypoints.goal.position - robot).norm();
-        let left_m = self.route.left_m().max(straight_m);
-        if let Some(error) = &self.replanner.no_path {
-            return Fault::Plan(error.clone());
-        }
-        if self.progress.is_blocked() {
-            let reason = self.controller.as_ref().and_then(ControllerHost::why_blocked);
-            return Fault::NoControl { stuck_s, left_m, reason };
-        }
-        Fault::NoProgress { stuck_s, radius_m: self.settings.required_movement_radius, left_m }
     }
 }
