@@ -418,12 +418,9 @@ impl Navigator {
             None => self.behaviours.is_at_goal(&state),
         };
         if !state.is_at_goal {
-            let left_m = state.route.left_m();
             let radius_m = self.settings.required_movement_radius;
-            let stuck_s = self.progress.stuck_s(now.time_s, left_m, radius_m);
-            if stuck_s == 0.0 {
-                self.stuck_ticks = StuckTicks::default();
-            }
+            let stuck_s = self.progress.stuck_s(now.time_s, state.route.left_m(), radius_m);
+            self.stuck_ticks.restart_if(stuck_s == 0.0);
             if state.waits_for_people() {
                 self.progress.waited_s += self.tick.elapsed_s();
             }

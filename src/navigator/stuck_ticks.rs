@@ -16,6 +16,13 @@ pub(super) struct StuckTicks {
 }
 
 impl StuckTicks {
+    /// Starts again where the robot has made progress.
+    pub fn restart_if(&mut self, has_progress: bool) {
+        if has_progress {
+            *self = Self::default();
+        }
+    }
+
     /// Counts a decision.
     pub fn count(&mut self, mode: Mode) {
         *self.by_mode.entry(mode.name()).or_default() += 1;
