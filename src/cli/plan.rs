@@ -109,7 +109,11 @@ pub fn no_path_json(error: &PlanError) -> Value {
     })
 }
 
-/// Whether an invalid start or goal is in free space if its coordinates are swapped. `radius_m` as in [`unusable`].
+/// A place with a free point within this distance is no mistake of the axes, metres.
+const NEAR_FREE_M: f64 = 0.5;
+
+/// Whether an invalid start or goal, off the map or deep in an obstacle, is in free space if its coordinates are swapped. `radius_m` as
+/// in [`unusable`].
 fn is_free_with_swapped_axes(
     error: &PlanError,
     map: &OccupancyGrid,
@@ -129,7 +133,10 @@ fn is_free_with_swapped_axes(
     }
     let least_m = || config.route_planner(map.frame().resolution_m).least_radius_m();
     let space = FreeSpace::new(&map.obstacles(config.unknown), radius_m.unwrap_or_else(least_m));
-    map.frame().cell_of(&swapped).is_some_and(|cell| space.is_free(cell))
+    let is_near_free = space
+        .nearest_free(place)
+        .is_some_and(|cell| (map.frame().center_of(cell) - place).norm() <= NEAR_FREE_M);
+    !is_near_free && map.frame().cell_of(&swapped).is_some_and(|cell| space.is_free(cell))
 }
 
 /// The error for an invalid start or goal, with the name of the map, or for a planner of the user's own. `radius_m` is the

@@ -1,5 +1,6 @@
 //! Motion compensation of a lidar revolution by a short history of poses.
 
+use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
@@ -10,6 +11,12 @@ const HISTORY_S: f64 = 1.0;
 
 /// Largest number of poses, whatever their times.
 const MAX_POSES: usize = 1024;
+
+/// A lidar that measures in all directions leaves no wider angle between two beams, radians, or than twice the mean one: a lost
+/// packet leaves such a gap.
+const WIDEST_GAP: f64 = 0.26;
+/// Narrowest field of view of a lidar, radians.
+const NARROWEST_FIELD: f64 = 0.1;
 
 /// The poses of the last second, or of a whole log.
 #[derive(Clone, Debug, Default)]
@@ -105,6 +112,8 @@ pub struct DeskewedScan {
     pub unmeasured: usize,
     /// Longest range of the sensor, metres.
     pub range_max: f64,
+    /// Directions of all beams, radians, increasing.
+    pub(crate) directions: Vec<f64>,
 }
 
 /// A beam with a return.
@@ -136,6 +145,10 @@ impl DeskewedScan {
         self.hits.reserve(scan.beams.len());
         self.open.reserve(scan.beams.len());
         (self.unmeasured, self.range_max) = (0, scan.range_max);
+        self.directions.clear();
+        let directions = scan.beams.iter().map(|beam| wrap_angle(beam.angle));
+        self.directions.extend(directions.filter(|direction| direction.is_finite()));
+        self.directions.sort_unstable_by(f64::total_cmp);
         let newest = history.newest();
         let here = newest.map_or_else(Pose::default, |(_, pose)| pose);
         self.time_s = newest.map_or_else(|| scan.end_s().unwrap_or_default(), |(time_s, _)| time_s);
@@ -160,7 +173,21 @@ impl DeskewedScan {
         }
     }
 
-    /// Resamples the beams to a full-turn scan of `beams` equal angles, with the nearest return in each direction.
+    /// The first direction of the lidar's field of view, and its angle counter-clockwise from there, radians. `None` where it is a
+    /// full turn.
+    pub(crate) fn field_of_view(&self) -> Option<(f64, f64)> {
+        let (first, last) = (self.directions.first()?, self.directions.last()?);
+        let between = self.directions.windows(2).map(|pair| (pair[1], pair[1] - pair[0]));
+        let (from, gap) = between.fold((*first, first + TAU - last), |widest, next| {
+            if next.1 > widest.1 { next } else { widest }
+        });
+        let mean = TAU / self.directions.len() as f64;
+        (gap > WIDEST_GAP.max(2.0 * mean) && TAU - gap >= NARROWEST_FIELD)
+            .then_some((from, TAU - gap))
+    }
+
+    /// Resamples the beams to a scan of `beams` equal angles within the lidar's field of view, with the nearest return in each
+    /// direction.
     #[must_use]
     pub fn to_scan(&self, beams: usize) -> Scan {
         let open = |ray: &Ray| (libm::atan2(ray.direction.y, ray.direction.x), f64::INFINITY);
@@ -168,7 +195,10 @@ impl DeskewedScan {
         // Robot motion can increase a range beyond the sensor's.
         let max_hit_m = self.hits.iter().map(|hit| hit.end.to_vector().norm());
         let range_max = max_hit_m.fold(self.range_max, f64::max);
-        let measured = self.open.iter().map(open);
-        Scan::from_measurements(beams, range_max, measured.chain(self.hits.iter().map(hit)))
+        let measured = self.open.iter().map(open).chain(self.hits.iter().map(hit));
+        match self.field_of_view() {
+            Some(field) => Scan::from_measurements_within(field, beams, range_max, measured),
+            None => Scan::from_measurements(beams, range_max, measured),
+        }
     }
 }

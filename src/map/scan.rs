@@ -41,6 +41,30 @@ impl Scan {
         Self { angle_min: -PI, angle_increment, range_max, ranges }
     }
 
+    /// As [`Self::from_measurements`], of a lidar that measures in `beams` directions of a field of view alone: from a direction
+    /// counter-clockwise by an angle, both in radians. The scan is wider where measurements lie beyond that field.
+    pub(crate) fn from_measurements_within(
+        (from, turn): (f64, f64),
+        beams: usize,
+        range_max: f64,
+        measured: impl Iterator<Item = (f64, f64)>,
+    ) -> Self {
+        let angle_increment = turn / (beams.max(2) - 1) as f64;
+        let half_unseen = 0.5 * (TAU - turn);
+        let before = (half_unseen / angle_increment).ceil() as usize;
+        let mut ranges = vec![f64::NAN; beams + 2 * before];
+        let mut seen = before..before + beams;
+        for (direction, range) in measured {
+            let turned = (direction - from + half_unseen).rem_euclid(TAU) - half_unseen;
+            let beam = (turned / angle_increment).round() + before as f64;
+            let beam = (beam.max(0.0) as usize).min(ranges.len() - 1);
+            ranges[beam] = ranges[beam].min(range);
+            seen = seen.start.min(beam)..seen.end.max(beam + 1);
+        }
+        let angle_min = from + (seen.start as f64 - before as f64) * angle_increment;
+        Self { angle_min, angle_increment, range_max, ranges: ranges[seen].to_vec() }
+    }
+
     /// The direction of a beam in the robot's frame, radians.
     #[must_use]
     pub fn angle(&self, beam: usize) -> f64 {

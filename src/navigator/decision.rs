@@ -83,7 +83,7 @@ pub enum Fault {
     },
     /// The robot made no progress along the path for longer than `movement_time_allowance`.
     #[error(
-        "FAILED_TO_MAKE_PROGRESS: {stuck_s:.0} s without {radius_m} m of progress, {left_m:.1} m from the goal"
+        "FAILED_TO_MAKE_PROGRESS: {stuck_s:.0} s without {radius_m} m of progress, {left_m:.1} m from the goal: {held_by}"
     )]
     NoProgress {
         /// Time without progress, seconds.
@@ -92,6 +92,19 @@ pub enum Fault {
         radius_m: f64,
         /// Remaining length of the path, metres.
         left_m: f64,
+        /// What held the robot, or what it did meanwhile.
+        held_by: String,
+    },
+    /// The robot stands at the position of its goal and has no room to turn to the yaw.
+    #[error(
+        "FAILED_TO_MAKE_PROGRESS: the robot is at the position of its goal and has no room to turn to the yaw {yaw:.2} from {from:.2}: \
+         obstacles are within the safety margin"
+    )]
+    NoRoomToTurn {
+        /// Yaw of the goal, radians.
+        yaw: f64,
+        /// Yaw of the robot, radians.
+        from: f64,
     },
     /// The operating system started no thread for the global planner.
     #[error("the planning thread did not start: {reason}")]

@@ -15,6 +15,7 @@ mod decision;
 mod exact_clearance;
 mod frozen_scan;
 mod global_planner;
+mod goal_yaw;
 mod inflated_bodies;
 mod map_update;
 mod narrow_passages;
@@ -34,6 +35,7 @@ mod scan_visibility;
 mod settings;
 mod speed_limits;
 mod state;
+mod stuck_ticks;
 #[cfg(test)]
 mod test_state;
 mod tracker;

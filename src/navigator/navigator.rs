@@ -1,6 +1,7 @@
 //! The navigator: one decision for each observation.
 
 mod braking;
+mod failure;
 
 use std::collections::BTreeMap;
 use std::mem::take;
@@ -10,6 +11,7 @@ use super::base_response::BaseResponse;
 use super::behaviours::Behaviours;
 use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
+use super::goal_yaw::check_yaws;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
 use super::obstacle_model::window_half_m;
@@ -18,6 +20,7 @@ use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
 use super::route::ProgressChecker;
 use super::state::{Measured, PredictedState, RobotModel, State, WAITING_PATIENCES};
+use super::stuck_ticks::StuckTicks;
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
@@ -25,7 +28,7 @@ use super::{
     NavigationMap, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
     Waypoints,
 };
-use crate::geometry::{Point, Twist};
+use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::LocalPlanner;
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
@@ -63,6 +66,7 @@ pub struct Navigator {
     route: Route,
     plans: Vec<Plan>,
     progress: ProgressChecker,
+    stuck_ticks: StuckTicks,
     pub(super) replanner: Replanner,
     behaviours: Behaviours,
     /// Decides in place of the behaviours, if there is one.
@@ -88,7 +92,7 @@ impl Navigator {
     ) -> Result<Self, Fault> {
         let map = map.into();
         let closed = map.closed();
-        let (waypoints, plan) = WaypointQueue::planned(waypoints, |from, to| {
+        let (queue, plan) = WaypointQueue::planned(waypoints, |from, to| {
             global_planner.plan(&closed, &[], from, to, clock)
         })?;
         let period_s = planner.settings().control_period_s;
@@ -101,6 +105,7 @@ impl Navigator {
         let standing_room = standing_room(&map.obstacles, &settings);
         let zones = map.zones.clone();
         let mut obstacles = new_model(map);
+        check_yaws(&waypoints.goals, &obstacles, &robot, &settings)?;
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
             tick_clock: TickClock::new(period_s),
@@ -113,10 +118,11 @@ impl Navigator {
             standing_room,
             zones,
             speed_limit: None,
-            waypoints,
+            waypoints: queue,
             route: Route::new(&plan, &settings),
             plans: vec![plan],
             progress: ProgressChecker::default(),
+            stuck_ticks: StuckTicks::default(),
             replanner: Replanner::new(closed, global_planner)?,
             behaviours: Behaviours::new(planner),
             controller: None,
@@ -300,7 +306,7 @@ impl Navigator {
             self.obstacles.forget(*time_s, &pose.position());
         }
         if has_new_scan && !self.is_over() {
-            let masked = self.validator.health.masked(scan);
+            let masked = self.validator.health.masked(scan, &self.robot.footprint);
             self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
         }
         let moving = self.obstacles.bodies(&self.settings);
@@ -311,7 +317,7 @@ impl Navigator {
             &self.robot.limits,
             self.base.delay_s(),
         );
-        // Dust may return a beam within the robot itself.
+        // The robot may have driven to a place where dust returned a beam.
         let is_outside =
             |body: &MovingDisc| self.robot.footprint.gap_to_disc_m(pose, &body.center(), 0.0) > 0.0;
         let entered: Vec<MovingDisc> =
@@ -337,15 +343,6 @@ impl Navigator {
                 self.brake_from(&now.twist)
             }
         }
-    }
-
-    const fn is_over(&self) -> bool {
-        matches!(self.mode, Mode::Arrived | Mode::Failed)
-    }
-
-    fn fail(&mut self, fault: Fault) {
-        self.fault = Some(fault);
-        self.mode = Mode::Failed;
     }
 
     /// Starts the next leg when the pause is over.
@@ -422,9 +419,9 @@ impl Navigator {
             None => self.behaviours.is_at_goal(&state),
         };
         if !state.is_at_goal {
-            let left_m = state.route.left_m();
             let radius_m = self.settings.required_movement_radius;
-            let stuck_s = self.progress.stuck_s(now.time_s, left_m, radius_m);
+            let stuck_s = self.progress.stuck_s(now.time_s, state.route.left_m(), radius_m);
+            self.stuck_ticks.restart_if(stuck_s == 0.0);
             if state.waits_for_people() {
                 self.progress.waited_s += self.tick.elapsed_s();
             }
@@ -463,7 +460,7 @@ impl Navigator {
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }
-        self.progress.count(decision.mode);
+        self.stuck_ticks.count(decision.mode);
         if decision.mode == Mode::Arrived && self.waypoints.has_next() {
             self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
             decision.mode = Mode::AtWaypoint;
@@ -479,19 +476,5 @@ impl Navigator {
         let share = fastest / command.linear.abs();
         let slower = Twist::new(share * command.linear, share * command.angular);
         self.robot.limits.reachable(twist, &slower, self.tick)
-    }
-
-    fn why_stuck(&self, stuck_s: f64, robot: &Point) -> Fault {
-        // A robot that strayed may be far from the end of its path.
-        let straight_m = (self.waypoints.goal.position - robot).norm();
-        let left_m = self.route.left_m().max(straight_m);
-        if let Some(error) = &self.replanner.no_path {
-            return Fault::Plan(error.clone());
-        }
-        if self.progress.is_blocked() {
-            let reason = self.controller.as_ref().and_then(ControllerHost::why_blocked);
-            return Fault::NoControl { stuck_s, left_m, reason };
-        }
-        Fault::NoProgress { stuck_s, radius_m: self.settings.required_movement_radius, left_m }
     }
 }

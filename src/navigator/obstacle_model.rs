@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::passive_safety::obstacle_that_may_come;
-use super::scan_visibility::measures_beyond;
+use super::scan_visibility::{is_in_view, measures_beyond};
 use super::tracker::{FARTHEST_M, Tracker};
 use super::{NavigationMap, NavigatorSettings, RobotModel};
 use crate::geometry::{Point, Pose, bearing};
@@ -21,6 +21,9 @@ const KNOWN_MARGIN_M: f64 = 0.06;
 const MAX_EVIDENCE: u8 = 3;
 /// Beams see through a mark if they go beyond it by this, metres, or by a cell if that is more.
 const SEEN_THROUGH_M: f64 = 0.05;
+/// A mark of one return that the scan cannot show again goes after this, seconds: a grain of dust outside the field of view must
+/// not hold the robot.
+const UNCONFIRMED_S: f64 = 3.0;
 /// A mark that exists for this long is settled, seconds.
 const SETTLED_S: f64 = 2.5;
 /// Largest number of cells along a side of the local window: it takes two bytes per cell, and is built at each decision.
@@ -69,7 +72,7 @@ impl ObstacleModel {
     /// finite.
     pub fn update(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         let Some(tracker) = &mut self.tracker else {
-            self.map.clear_seen_through(pose, scan);
+            self.map.clear_seen_through(time_s, pose, scan);
             for hit in scan.hits(pose) {
                 self.map.mark(time_s, &hit);
             }
@@ -80,7 +83,7 @@ impl ObstacleModel {
         for (disc, since_s) in &tracker.swept {
             self.map.erase(disc, MOVING_MARGIN_M, since_s - BEFORE_TRACK_S);
         }
-        self.map.clear_seen_through(pose, scan);
+        self.map.clear_seen_through(time_s, pose, scan);
         for point in tracker.points() {
             let is_moving = tracker
                 .moving
@@ -144,7 +147,8 @@ impl ObstacleModel {
     /// may be at wrong places.
     pub(super) fn forget(&mut self, since_s: f64, robot: &Point) {
         let is_far = |mark: &Mark| (mark.center - robot).norm() > FORGET_BEYOND_M;
-        self.map.remove_where(|mark| mark.last_s < since_s && is_far(mark));
+        self.map
+            .remove_where(|map, slot| map.marks[slot].last_s < since_s && is_far(&map.marks[slot]));
     }
 
     /// Centres of the marked cells.
@@ -437,11 +441,11 @@ impl LocalMap {
         }
     }
 
-    /// Removes the marks for which a condition holds.
-    fn remove_where(&mut self, mut is_gone: impl FnMut(&mut Mark) -> bool) {
+    /// Removes the marks for which a condition holds, by their places in the list.
+    fn remove_where(&mut self, mut is_gone: impl FnMut(&mut Self, usize) -> bool) {
         let mut slot = 0;
         while slot < self.marks.len() {
-            if is_gone(&mut self.marks[slot]) {
+            if is_gone(self, slot) {
                 self.remove(slot);
             } else {
                 slot += 1;
@@ -449,24 +453,38 @@ impl LocalMap {
         }
     }
 
-    /// Reduces the evidence of marks that the scan saw through, and removes those without any.
-    fn clear_seen_through(&mut self, pose: &Pose, scan: &Scan) {
+    /// Reduces the evidence of marks that the scan saw through, and removes those without any. Also removes marks of one return
+    /// that the scan cannot show again.
+    fn clear_seen_through(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
         if scan.ranges.is_empty() {
             return;
         }
         let resolution_m = self.known.frame().resolution_m;
         let robot = pose.position();
         let beyond_m = resolution_m.max(SEEN_THROUGH_M);
-        self.remove_where(|mark| {
+        self.remove_where(|map, slot| {
+            let mark = &mut map.marks[slot];
             let distance = (mark.center - robot).norm();
-            let seen_through = distance < scan.range_max.min(FARTHEST_M) && {
-                let half_angle = resolution_m / distance.max(resolution_m);
-                let direction = bearing(&robot, &mark.center);
-                measures_beyond(pose, scan, direction, half_angle, distance + beyond_m)
-            };
+            let half_angle = resolution_m / distance.max(resolution_m);
+            let direction = bearing(&robot, &mark.center);
+            let seen_through = distance < scan.range_max.min(FARTHEST_M)
+                && measures_beyond(pose, scan, direction, half_angle, distance + beyond_m);
             mark.evidence -= u8::from(seen_through);
+            let is_old = time_s - mark.last_s > UNCONFIRMED_S;
             mark.evidence == 0
+                || is_old
+                    && !is_in_view(pose, scan, direction, half_angle)
+                    && map.is_of_one_return(slot)
         });
+    }
+
+    /// Whether one return alone made a mark: no other return hit its cell, and there is no mark next to it.
+    fn is_of_one_return(&self, slot: usize) -> bool {
+        let mark = &self.marks[slot];
+        let cell = self.known.frame().cell_at(mark.index as usize);
+        mark.evidence == 1
+            && mark.first_s == mark.last_s
+            && neighbours(cell).all(|next| self.mark_of(next).is_none())
     }
 }
 

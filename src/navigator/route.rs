@@ -1,6 +1,6 @@
 //! The path that the robot follows, the key node it drives to, and its progress.
 
-use super::{Mode, NavigatorFeatures, NavigatorSettings};
+use super::{NavigatorFeatures, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{Path, Plan};
 
@@ -123,9 +123,6 @@ pub(super) struct ProgressChecker {
     since_s: f64,
     /// Time since then for which the robot waited for people, seconds.
     pub waited_s: f64,
-    /// Decisions of the local planner since then: with an admissible velocity, and without.
-    pub admissible: u32,
-    pub blocked: u32,
 }
 
 impl ProgressChecker {
@@ -139,20 +136,6 @@ impl ProgressChecker {
     /// Leaves out a time in which the robot could not make progress, seconds.
     pub fn pause(&mut self, pause_s: f64) {
         self.since_s += pause_s;
-    }
-
-    /// Counts a decision.
-    pub const fn count(&mut self, mode: Mode) {
-        match mode {
-            Mode::Driving => self.admissible += 1,
-            Mode::Blocked => self.blocked += 1,
-            _ => {}
-        }
-    }
-
-    /// Whether most decisions since the last progress found no admissible velocity.
-    pub const fn is_blocked(&self) -> bool {
-        self.blocked > self.admissible
     }
 
     /// Updates with the length of path left and returns the time since it last shrank by `radius_m`, seconds.

@@ -7,9 +7,10 @@
 use core::f64::consts::TAU;
 
 use super::ObservationFault;
-use super::scan_visibility::is_full_turn;
+use super::scan_visibility::{ends_within, is_full_turn};
 use crate::geometry::{Pose, bearing, wrap_angle};
 use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
+use crate::robot::Footprint;
 
 /// Sectors around the robot; the first is centred ahead.
 pub(super) const SECTORS: usize = 16;
@@ -128,17 +129,18 @@ impl ScanHealth {
         self.blind_scans > 0
     }
 
-    /// The scan without the beams of dark sectors: they saw nothing, also not that something is gone. `None` where all sectors
-    /// see.
-    pub fn masked(&self, scan: &Scan) -> Option<Scan> {
-        if self.dark_scans.iter().all(|&scans| scans == 0) {
-            return None;
-        }
+    /// The scan without the beams of dark sectors: they saw nothing, also not that something is gone. And without those that end
+    /// within the robot's body, as on dust. `None` where there are no such beams.
+    pub fn masked(&self, scan: &Scan, body: &Footprint) -> Option<Scan> {
+        let mut beams = (0..scan.ranges.len()).filter(|&beam| {
+            let sees_nothing = || !is_return(scan, scan.ranges[beam]);
+            ends_within(body, scan, beam)
+                || self.dark_scans[sector_of(scan.angle(beam))] > 0 && sees_nothing()
+        });
+        let first = beams.next()?;
         let mut masked = scan.clone();
-        for (beam, range) in masked.ranges.iter_mut().enumerate() {
-            if self.dark_scans[sector_of(scan.angle(beam))] > 0 && !is_return(scan, *range) {
-                *range = f64::NAN;
-            }
+        for beam in core::iter::once(first).chain(beams) {
+            masked.ranges[beam] = f64::NAN;
         }
         Some(masked)
     }
@@ -267,6 +269,10 @@ mod tests {
         scan
     }
 
+    fn body() -> Footprint {
+        Footprint::round(0.3).expect("a radius")
+    }
+
     fn after(scans: u32, scan: &Scan, known: &ObstacleGrid) -> ScanHealth {
         let mut health = ScanHealth::default();
         let known = RayCaster::new(known);
@@ -307,7 +313,7 @@ mod tests {
         let health = after(3, &left, &room);
         assert_eq!(health.fault(), None);
         assert!(health.is_blind_towards(1.57) && !health.is_blind_towards(-1.57));
-        let masked = health.masked(&left).expect("a blind sector");
+        let masked = health.masked(&left, &body()).expect("a blind sector");
         assert!(masked.ranges[270].is_nan() && masked.ranges[90] == 4.0);
         let mut grid = self::room(8.0);
         health.block_unseen(&mut grid, &Pose::default(), 1.0);
@@ -476,7 +482,7 @@ mod tests {
         let health = after(3, &left, &room(8.0));
         let mut seen = left;
         seen.ranges[270] = 2.0;
-        let masked = health.masked(&seen).expect("a blind sector");
+        let masked = health.masked(&seen, &body()).expect("a blind sector");
         assert!(masked.ranges[270] == 2.0 && masked.ranges[272].is_nan());
     }
 }

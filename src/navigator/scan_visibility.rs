@@ -5,12 +5,15 @@ use std::collections::VecDeque;
 
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::Scan;
+use crate::robot::Footprint;
 
 /// Largest error of a pose, radians and metres: three standard deviations of each of two poses.
 const YAW_ERROR: f64 = 0.012;
 const PLACE_ERROR_M: f64 = 0.03;
 /// Error of a distance as a share of it: beams meet far surfaces at a flatter angle.
 const MARGIN_SHARE: f64 = 0.01;
+/// A return within this distance of the robot's body lies in it, metres: the noise of a range.
+const OWN_BODY_MARGIN_M: f64 = 0.02;
 
 /// The ranges of the beams within an angle of a direction in the map frame, metres, and of the two next to it at least. `None`
 /// where a direction has no beam.
@@ -37,6 +40,21 @@ fn ranges_towards<'a>(
     let first = from.rem_euclid(beams) as usize;
     let count = (to - from + 1).max(0) as usize;
     Some(scan.ranges[first..].iter().chain(scan.ranges.iter().cycle()).take(count).copied())
+}
+
+/// Whether a scan has beams in all directions within an angle of a direction in the map frame.
+pub(super) fn is_in_view(pose: &Pose, scan: &Scan, direction: f64, half_angle: f64) -> bool {
+    ranges_towards(pose, scan, direction, half_angle).is_some()
+}
+
+/// Whether a beam ends within the robot's body.
+pub(super) fn ends_within(body: &Footprint, scan: &Scan, beam: usize) -> bool {
+    let range_m = scan.ranges[beam];
+    (0.0..=body.body_radius_m() + OWN_BODY_MARGIN_M).contains(&range_m) && {
+        let (sin, cos) = libm::sincos(scan.angle(beam));
+        let end = Point::new(range_m * cos, range_m * sin);
+        body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0
+    }
 }
 
 /// The shortest of the ranges within an angle of a direction in the map frame, metres. A beam without a return saw to the sensor's
@@ -262,6 +280,7 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::Polygon;
 
     /// A full turn with four beams for each degree.
     fn scan(range: impl Fn(f64) -> f64) -> Scan {
@@ -328,6 +347,19 @@ mod tests {
         // Beyond the field of view.
         let behind = Scan { angle_min: 0.5, ranges: vec![9.0; 720], ..wall(9.0) };
         assert_eq!(of(behind, 2.5), Earlier::Unknown);
+    }
+
+    #[test]
+    fn beam_ends_within_the_polygon_of_the_body_and_not_within_its_discs() {
+        let corners = [(0.4, 0.2), (-0.4, 0.2), (-0.4, -0.2), (0.4, -0.2)];
+        let body = Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a body");
+        let body = Footprint::covering(body);
+        let within = |degree: f64, range_m: f64| {
+            let scan = scan(|at| if at == degree { range_m } else { f64::INFINITY });
+            (0..1440).filter(|&beam| ends_within(&body, &scan, beam)).count()
+        };
+        assert_eq!([within(90.0, 0.0), within(90.0, 0.21), within(-90.0, 0.23)], [1, 1, 0]);
+        assert_eq!([within(0.0, 0.41), within(0.0, 0.43), within(0.0, f64::NAN)], [1, 0, 0]);
     }
 
     #[test]

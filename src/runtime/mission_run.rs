@@ -232,6 +232,7 @@ impl<R: Robot> MissionRun<R> {
         let protective_action = self.robot.protective_action();
         if !protective_action.passes() {
             *self.protective_actions.entry(protective_action.name()).or_default() += 1;
+            self.navigator.count_protection(protective_action.name());
         }
         (observer.on_tick)(&TickEvent {
             row: &row,

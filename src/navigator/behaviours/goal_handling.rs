@@ -19,6 +19,9 @@ const STEP_S: f64 = 0.1;
 /// Time for which parking may be blocked, seconds. Then the robot drives nearer by its path, or stays where it is within the goal's
 /// tolerances and has no room for the correction.
 const BLOCKED_S: f64 = 1.0;
+/// The mission fails where static obstacles keep the robot from turning to the goal's yaw for this long, seconds: people who stand
+/// there may go.
+const NO_ROOM_TO_TURN_S: f64 = 20.0;
 
 /// Parks at the goal.
 #[derive(Clone, Debug, Default)]
@@ -26,6 +29,7 @@ pub(super) struct GoalHandling {
     parking: Parking,
     blocked: ConditionTimer,
     has_no_room: ConditionTimer,
+    cannot_turn: ConditionTimer,
     /// Parking was blocked: the straight line to the goal keeps less than the margin. The robot parks again only within the goal's
     /// tolerance.
     was_blocked: bool,
@@ -61,6 +65,7 @@ impl Behaviour for GoalHandling {
                     stuck_s: lasted_s,
                     radius_m: settings.xy_parking_tolerance,
                     left_m: off_m,
+                    held_by: "the robot was parking".to_owned(),
                 });
             }
         }
@@ -73,6 +78,11 @@ impl Behaviour for GoalHandling {
         let has_room = is_clear_of_static(&command, state);
         if self.has_no_room.update(now.time_s, !has_room && is_within) >= BLOCKED_S {
             return stand(Mode::Arrived, Override::Never);
+        }
+        let is_held = !has_room && is_within_xy && !is_within;
+        let held_s = self.cannot_turn.update(now.time_s, is_held);
+        if let Some(yaw) = goal.yaw.filter(|_| held_s >= NO_ROOM_TO_TURN_S) {
+            return Err(Fault::NoRoomToTurn { yaw, from: wrap_angle(now.pose.yaw) });
         }
         let is_clear = has_room && is_clear_of_moving(&command, state);
         let blocked_s = self.blocked.update(now.time_s, !is_clear && !is_within_xy);
@@ -159,4 +169,49 @@ fn horizon(command: &Twist, pose: &Pose) -> impl Iterator<Item = (Pose, f64)> {
         let time_s = f64::from(step) * STEP_S;
         (pose.after(command, time_s), time_s)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use crate::map::{GridFrame, ObstacleGrid};
+    use crate::navigator::RobotModel;
+    use crate::navigator::test_state::{PERIOD_S, standing_at, with_state};
+    use crate::robot::{Footprint, Limits, Polygon};
+
+    /// When and why a robot of 0.8 by 0.4 m fails that stands at its goal in a corridor along x, turned as far as it has room.
+    fn fails_after_s(width_m: f64) -> Option<(f64, String)> {
+        let corners = [(0.4, 0.2), (-0.4, 0.2), (-0.4, -0.2), (0.4, -0.2)];
+        let body = Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a body");
+        let robot = RobotModel { footprint: Footprint::covering(body), limits: Limits::default() };
+        let frame = GridFrame::new(100, 60, 0.1, Pose::new(-2.0, -3.0, 0.0)).expect("a size");
+        let is_wall = |index: usize| {
+            let center = frame.center_of(frame.cell_at(index));
+            center.y.abs() > 0.5 * width_m
+        };
+        let ground = ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect());
+        let settings = NavigatorSettings::default();
+        let goal = Goal { position: Point::new(3.0, 0.0), yaw: Some(1.4) };
+        let goal: &'static Goal = Box::leak(Box::new(goal));
+        let mut handling = GoalHandling::default();
+        (0..300).find_map(|tick| {
+            let mut now = standing_at(Pose::new(3.0, 0.0, 0.35));
+            now.time_s = f64::from(tick) * PERIOD_S;
+            let still = (Twist::STOP, Twist::STOP);
+            let proposed = with_state(&settings, &robot, &ground, &now, still, |state| {
+                (state.goal, state.is_at_goal) = (goal, true);
+                handling.propose(state).err()
+            });
+            proposed.map(|fault| (now.time_s, fault.to_string()))
+        })
+    }
+
+    #[test]
+    fn robot_without_room_to_turn_to_its_yaw_fails_soon_for_that_reason() {
+        let (failed_s, reason) = fails_after_s(0.8).expect("no room");
+        assert!((19.0..22.0).contains(&failed_s), "{failed_s} s");
+        assert!(reason.contains("no room to turn to the yaw 1.40 from 0.35"), "{reason}");
+        assert!(fails_after_s(1.2).is_none_or(|(_, reason)| !reason.contains("no room")));
+    }
 }

@@ -66,7 +66,7 @@ pub const fn error_code(fault: &Fault) -> u16 {
         Fault::Plan(PlanError::StartOccupied { .. }) => 205,
         Fault::Plan(PlanError::GoalOccupied { .. }) => 206,
         Fault::Plan(PlanError::NoValidPath { .. }) => 208,
-        Fault::NoProgress { .. } => 105,
+        Fault::NoProgress { .. } | Fault::NoRoomToTurn { .. } => 105,
         Fault::NoControl { .. } => 106,
         _ => UNKNOWN,
     }

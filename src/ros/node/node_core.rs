@@ -368,7 +368,11 @@ impl NodeCore {
             let wanted =
                 decision.as_ref().map_or_else(|| self.brake(), |decision| decision.command);
             self.command = self.protection.command(&wanted, &self.command, now_s, tick);
-            self.stats.count_command(self.protection.action());
+            let action = self.protection.action();
+            self.stats.count_command(action);
+            if let Some(navigator) = self.navigator.as_mut().filter(|_| !action.passes()) {
+                navigator.count_protection(action.name());
+            }
             outgoing.command = Some(self.command);
             self.add_plan_and_markers(now_s, decision.as_ref(), &mut outgoing);
             self.add_feedback(now_s, decision.as_ref());

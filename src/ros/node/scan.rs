@@ -85,15 +85,21 @@ fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
 /// The scan in the robot's frame at the newest pose of its history. Each beam starts where the lidar was at its time. `mount`
 /// is the lidar's pose on the robot.
 pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistory) -> Scan {
+    // Twice the number of directions: the new direction of a beam is off by at most a quarter of the old increment.
+    resampled(timed, mount, history, 0.5 * scan.angle_increment)
+}
+
+/// The beams from where the lidar was at their times, at equal angles of at most an increment, radians.
+fn resampled(timed: &TimedScan, mount: &Pose, history: &PoseHistory, increment: f64) -> Scan {
     let beams = timed.beams.iter().map(|beam| beam.from_mount(mount));
-    let mut deskewed = DeskewedScan::default();
     let timed = TimedScan {
         beams: beams.collect(),
-        range_max: scan.range_max + mount.position().to_vector().norm(),
+        range_max: timed.range_max + mount.position().to_vector().norm(),
     };
+    let mut deskewed = DeskewedScan::default();
     deskewed.deskew(&timed, history);
-    // Twice the number of directions: the new direction of a beam is off by at most a quarter of the old increment.
-    let directions = (2.0 * TAU / scan.angle_increment).ceil();
+    let angles = |turn: f64| (turn / increment).ceil();
+    let directions = deskewed.field_of_view().map_or(angles(TAU), |(_, turn)| angles(turn) + 1.0);
     deskewed.to_scan(directions.clamp(1.0, MAX_BEAMS) as usize)
 }
 
@@ -105,17 +111,8 @@ pub fn to_robot_frame(scan: Scan, mount: &Pose) -> Scan {
     if scan.ranges.is_empty() {
         return scan;
     }
-    let beams = (TAU / scan.angle_increment).ceil().clamp(1.0, MAX_BEAMS);
-    let beam = |(index, &range): (usize, &f64)| {
-        let beam = Beam { angle: scan.angle(index), range, time_s: 0.0 };
-        let beam = beam.from_mount(mount);
-        (!range.is_nan()).then_some((beam.angle, beam.range))
-    };
-    Scan::from_measurements(
-        beams as usize,
-        scan.range_max + mount.position().to_vector().norm(),
-        scan.ranges.iter().enumerate().filter_map(beam),
-    )
+    let timed = TimedScan::from_scan(&scan, 0.0, 0.0);
+    resampled(&timed, mount, &PoseHistory::default(), scan.angle_increment)
 }
 
 fn finite(field: &'static str, value: f32) -> Result<f64, MessageError> {
@@ -183,5 +180,19 @@ mod tests {
         let open = to_robot_frame(empty, &mount);
         assert!(open.ranges.iter().any(|range| range.is_infinite()));
         assert!(open.hits(&Pose::default()).next().is_none());
+    }
+
+    /// With motion, and for a lidar that is not at the robot's origin.
+    #[test]
+    fn converted_scan_keeps_the_field_of_view() {
+        let mut part = message(&[2.0; 181]);
+        (part.angle_min, part.angle_max, part.angle_increment) = (-1.5, 1.5, 0.016_666_7);
+        let scan = laser_scan(&part).expect("valid");
+        let timed = TimedScan::from_scan(&scan, 0.1, 0.1);
+        let turn = |scan: &Scan| scan.ranges.len() as f64 * scan.angle_increment;
+        let deskewed = deskew(&scan, &timed, &Pose::default(), &PoseHistory::default());
+        assert!((turn(&deskewed) - 3.0).abs() < 0.02, "{}", turn(&deskewed));
+        let moved = to_robot_frame(scan, &Pose::new(0.2, 0.0, 0.0));
+        assert!((turn(&moved) - 2.8).abs() < 0.05, "{}", turn(&moved));
     }
 }

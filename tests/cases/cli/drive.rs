@@ -100,6 +100,16 @@ fn drive_text_states_outcome() {
 }
 
 #[test]
+fn directions_without_beams_are_no_blind_ones() {
+    let place = Workplace::new();
+    let lidar = "--set simulation.lidar.field_of_view_rad=4.712 --set simulation.lidar.beams=811";
+    let drive = "drive --scene roadway --obstacles 0 --engine cpu --time-limit 5";
+    let sweep = "--set simulation.lidar.sweep_s=0.025";
+    let (_, object) = place.json(&format!("{drive} {lidar} {sweep}"));
+    assert_eq!(object["observation_faults"], json!({}), "{object}");
+}
+
+#[test]
 fn robot_with_unknown_start_finds_its_pose() {
     let place = Workplace::new();
     let drive = "drive --scene roadway --engine cpu --unknown-start";

@@ -109,10 +109,19 @@ fn degrees_and_swapped_axes_are_noticed() {
     let strip = "plan --map strip.txt --resolution 0.1 --goal 3,1 --radius 0.8 --start";
     let swapped = place.refusal(&format!("{strip} 1,2.5"));
     assert!(swapped.contains("swapped"), "{swapped}");
-    for start in ["0.7,1", "0.7,0.7"] {
+    // The third is 5 cm too near to the wall, and free with swapped axes.
+    for start in ["0.7,1", "0.7,0.7", "0.95,1.15"] {
         let refusal = place.refusal(&format!("{strip} {start}"));
         assert!(refusal.contains("START_") && !refusal.contains("swapped"), "{refusal}");
     }
+}
+
+#[test]
+fn robot_that_cannot_drive_forward_is_refused() {
+    let place = Workplace::new();
+    place.write("still.toml", "[robot]\nlimits = { max_vel_x = 0.0 }\n");
+    let refusal = place.refusal("config --check still.toml");
+    assert!(refusal.contains("max_vel_x"), "{refusal}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Point, Pose};
 use inbye::global::{self, Path, PathClearance};
-use inbye::map::{Cell, GridFrame, ObstacleGrid};
+use inbye::map::{Cell, GridFrame, ObstacleGrid, Scan};
 use inbye::navigator::{NavigatorSettings, ObstacleModel, RoutePlanner};
 use inbye::robot::Footprint;
 
@@ -88,4 +88,35 @@ fn window_rejects_an_excessive_size_and_accepts_a_place_outside_the_map() {
         let window = model.window(&Point::new(far, 0.0), 1.0).expect("small");
         assert_eq!(window.frame().width, 42, "{far}");
     }
+}
+
+/// Numbers of marks after 2.9 s and after 3.2 s, of returns at 130 degrees of a lidar that sees up to 135 degrees to each side.
+fn marks_at_the_edge_of_view(returns_m: &[&[f64]]) -> [usize; 2] {
+    let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a small map");
+    let mut model = ObstacleModel::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+    let pose = Pose::new(5.03, 5.03, 0.0);
+    let mut marks = [0; 2];
+    for tick in 0..=32 {
+        let mut scan = Scan {
+            angle_min: -0.75 * core::f64::consts::PI,
+            angle_increment: core::f64::consts::PI / 180.0,
+            range_max: 20.0,
+            ranges: vec![9.0; 271],
+        };
+        for (beam, range_m) in returns_m.get(tick).into_iter().copied().flatten().enumerate() {
+            scan.ranges[265 + beam] = *range_m;
+        }
+        model.update(0.1 * tick as f64, &pose, &scan);
+        marks[usize::from(tick > 29)] = model.marks().count();
+    }
+    marks
+}
+
+/// A grain of dust, against a post that two scans show, or two beams of one scan.
+#[test]
+fn mark_of_one_return_that_no_later_scan_can_show_goes() {
+    assert_eq!(marks_at_the_edge_of_view(&[&[0.6]]), [1, 0]);
+    assert_eq!(marks_at_the_edge_of_view(&[&[0.6], &[0.6]]), [1, 1]);
+    assert_eq!(marks_at_the_edge_of_view(&[&[0.6, 0.6]]), [1, 1]);
+    assert_eq!(marks_at_the_edge_of_view(&[&[0.6], &[], &[0.72]]), [2, 2], "next to each other");
 }

@@ -1,0 +1,101 @@
+//! What a robot did while it made no progress, for the reason of a failed mission.
+
+use std::collections::BTreeMap;
+
+use super::Mode;
+
+/// Smaller shares of the time are left out.
+const NAMED_SHARE: f64 = 0.05;
+
+/// The ticks since the last progress.
+#[derive(Clone, Debug, Default)]
+pub(super) struct StuckTicks {
+    by_mode: BTreeMap<&'static str, u32>,
+    /// Those in which the protective layer changed the command, by its action.
+    by_protection: BTreeMap<&'static str, u32>,
+}
+
+impl StuckTicks {
+    /// Starts again where the robot has made progress.
+    pub fn restart_if(&mut self, has_progress: bool) {
+        if has_progress {
+            *self = Self::default();
+        }
+    }
+
+    /// Counts a decision.
+    pub fn count(&mut self, mode: Mode) {
+        *self.by_mode.entry(mode.name()).or_default() += 1;
+    }
+
+    /// Counts a command that the protective layer changed, by the name of its action.
+    pub fn count_protection(&mut self, action: &'static str) {
+        *self.by_protection.entry(action).or_default() += 1;
+    }
+
+    /// Whether the local planner found no admissible velocity in most of all ticks.
+    pub fn is_blocked(&self) -> bool {
+        self.share(self.by_mode.get(Mode::Blocked.name()).copied()) > 0.5
+    }
+
+    /// What the robot did, and what the protective layer did.
+    pub fn text(&self) -> String {
+        let modes = self.shares(&self.by_mode);
+        let actions = self.shares(&self.by_protection);
+        if actions.is_empty() {
+            return format!("the robot was {modes} of the time");
+        }
+        format!(
+            "the robot was {modes} of the time, and the protective layer changed its commands: {actions} of the time"
+        )
+    }
+
+    fn share(&self, ticks: Option<u32>) -> f64 {
+        let all: u32 = self.by_mode.values().sum();
+        f64::from(ticks.unwrap_or_default()) / f64::from(all.max(1))
+    }
+
+    /// The names with their shares, the largest first.
+    fn shares(&self, counts: &BTreeMap<&'static str, u32>) -> String {
+        let shares = counts.iter().map(|(name, ticks)| (self.share(Some(*ticks)), *name));
+        let mut shares: Vec<_> = shares.filter(|(share, _)| *share >= NAMED_SHARE).collect();
+        shares.sort_by(|one, other| other.0.total_cmp(&one.0));
+        let text = |(share, name): &(f64, &str)| {
+            format!("{} {:.0} %", name.replace('_', " "), 100.0 * share)
+        };
+        shares.iter().map(text).collect::<Vec<_>>().join(", ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn after(modes: &[(Mode, u32)]) -> StuckTicks {
+        let mut ticks = StuckTicks::default();
+        for (mode, count) in modes {
+            (0..*count).for_each(|_| ticks.count(*mode));
+        }
+        ticks
+    }
+
+    #[test]
+    fn robot_that_mostly_rotates_is_not_blocked_on_all_sides() {
+        let rotates = after(&[(Mode::Driving, 1), (Mode::Blocked, 9), (Mode::Rotating, 30)]);
+        assert!(!rotates.is_blocked());
+        assert_eq!(rotates.text(), "the robot was rotating 75 %, blocked 22 % of the time");
+        assert!(after(&[(Mode::Blocked, 9), (Mode::Escaping, 8)]).is_blocked());
+    }
+
+    #[test]
+    fn protective_layer_is_named_where_it_holds_the_robot() {
+        let mut ticks = after(&[(Mode::Driving, 100)]);
+        (0..4).for_each(|_| ticks.count_protection("approach"));
+        assert_eq!(ticks.text(), "the robot was driving 100 % of the time");
+        (0..88).for_each(|_| ticks.count_protection("blind_scan"));
+        assert_eq!(
+            ticks.text(),
+            "the robot was driving 100 % of the time, and the protective layer changed its commands: blind scan 88 % of the time"
+        );
+    }
+}
