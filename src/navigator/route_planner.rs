@@ -29,7 +29,7 @@ pub struct RoutePlanner {
     searcher: Searcher,
     /// Terrain of the last plan, for the next one on the same map.
     terrain: Option<Terrain>,
-    body_radius_m: f64,
+    inscribed_radius_m: f64,
     least_radius_m: f64,
     comfortable_radius_m: f64,
     squeezing_radius_m: f64,
@@ -74,10 +74,12 @@ impl RoutePlanner {
             settings,
             searcher: Searcher::default(),
             terrain: None,
-            body_radius_m: footprint.max_disc_radius_m(),
+            inscribed_radius_m: footprint.inscribed_radius_m(),
             least_radius_m,
             comfortable_radius_m,
-            squeezing_radius_m: footprint.max_disc_radius_m() + SQUEEZING_MARGIN_M,
+            // Several discs side by side may each be smaller than half the width of the body.
+            squeezing_radius_m: footprint.max_disc_radius_m().max(footprint.inscribed_radius_m())
+                + SQUEEZING_MARGIN_M,
             comfort_detour: navigator.comfort_detour,
             narrow: NarrowPassages::new(footprint, navigator, resolution_m, least_radius_m),
         }
@@ -222,6 +224,8 @@ impl RoutePlanner {
     }
 
     /// The nearest free point to a start that is within a margin. Any free point beyond a wall is farther away.
+    ///
+    /// The yaw of the robot is not known here. At every yaw, the circle within its body must have room.
     fn free_start(&self, obstacles: &ObstacleGrid, space: &FreeSpace, start: Point) -> Point {
         let frame = space.frame();
         let Some(cell) = frame.cell_of(&start) else {
@@ -232,7 +236,7 @@ impl RoutePlanner {
         }
         let nearest = space.nearest_free(&start).map(|cell| frame.center_of(cell));
         let near = |point: &Point| (point - start).norm() < self.least_radius_m;
-        let stands_clear = || FreeSpace::new(obstacles, self.body_radius_m).is_free(cell);
+        let stands_clear = || FreeSpace::new(obstacles, self.inscribed_radius_m).is_free(cell);
         nearest.filter(|point| near(point) && stands_clear()).unwrap_or(start)
     }
 }
