@@ -85,6 +85,11 @@ impl InflatedBodies {
         }
     }
 
+    /// What is added to each radius of the footprint, metres.
+    pub fn padding_m(&self) -> f64 {
+        self.static_margin_m + self.error_m
+    }
+
     /// The clearance of a cover at which velocities are admissible: with the least margin, or with the whole one, metres.
     pub fn needed_room_m(&self, with_whole_margin: bool) -> f64 {
         let margin_m =

@@ -16,7 +16,7 @@ const END_REACH_MARGINS: f64 = 4.0;
 
 /// A robot that is caught at its start may pass obstacles more closely within this many least radii of the start.
 const SQUEEZE_WITHIN_RADII: f64 = 3.0;
-/// Distance of the robot's largest disc to obstacles on such a path, metres: the least margin of the local planner and its errors.
+/// Distance to obstacles on such a path, metres: the least margin of the local planner and its errors.
 const SQUEEZING_MARGIN_M: f64 = 0.03;
 
 /// Additional cost next to an obstacle on a path through narrow passages.
@@ -77,9 +77,7 @@ impl RoutePlanner {
             inscribed_radius_m: footprint.inscribed_radius_m(),
             least_radius_m,
             comfortable_radius_m,
-            // Several discs side by side may each be smaller than half the width of the body.
-            squeezing_radius_m: footprint.max_disc_radius_m().max(footprint.inscribed_radius_m())
-                + SQUEEZING_MARGIN_M,
+            squeezing_radius_m: footprint.passing_radius_m() + SQUEEZING_MARGIN_M,
             comfort_detour: navigator.comfort_detour,
             narrow: NarrowPassages::new(footprint, navigator, resolution_m, least_radius_m),
         }

@@ -331,15 +331,17 @@ impl<'a> State<'a> {
         };
         // Once there, until the usual cover keeps its whole margin: the covers and the resolutions of the window do not alternate.
         let needed_m = self.inflated.needed_room_m(self.is_narrow);
-        self.settings.features.narrow_passages && usual_m < needed_m && slim_m > usual_m
+        let has_slim_room = slim_m > usual_m && slim_m >= self.inflated.needed_room_m(false);
+        self.settings.features.narrow_passages && usual_m < needed_m && has_slim_room
     }
 
-    /// Whether a disc as large as the footprint's largest, with its margin, could move straight from the robot's position to a
+    /// Whether a disc that needs as much room as the footprint, with its margin, could move straight from the robot's position to a
     /// point, as far as the local window shows. Without the margin the robot would head for a target that it cannot drive to.
     pub fn is_straight_clear_to(&self, point: &Point) -> bool {
-        let largest_m = self.inflated.footprint.max_disc_radius_m();
-        let Ok(body) = Footprint::round(largest_m.max(self.robot.footprint.inscribed_radius_m()))
-        else {
+        let cover = if self.is_narrow { self.slim } else { &self.robot.footprint };
+        let room_m =
+            if self.is_narrow { cover.max_disc_radius_m() } else { cover.passing_radius_m() };
+        let Ok(body) = Footprint::round(room_m + self.inflated.padding_m()) else {
             return false;
         };
         let from = self.now.pose.position();

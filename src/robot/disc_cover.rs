@@ -9,6 +9,8 @@ pub(super) const MAX_COVER_DISCS: usize = 8;
 /// A row of equal discs suffices where it stands out by at most this, metres: the margins of a path exceed what this adds to the
 /// circle around the body.
 const GOOD_OVERHANG_M: f64 = 0.15;
+/// A body that fills less than this share of its bounding box is tapered.
+const LEAST_FILLED_SHARE: f64 = 0.7;
 /// Each disc costs time in every decision. One more must reduce the overhang by at least this, metres.
 const GAIN_PER_DISC_M: f64 = 0.01;
 /// The discs of a slim cover stand out by at most this to the sides, metres, unless that takes too many.
@@ -22,7 +24,7 @@ const TOLERANCE_M: f64 = 1e-6;
 /// that suffices, else the best of several arrangements.
 pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
     let row = usual_row(body);
-    if overhang_m(body, &row) <= GOOD_OVERHANG_M {
+    if is_tapered(body) || overhang_m(body, &row) <= GOOD_OVERHANG_M {
         return row;
     }
     let price_m =
@@ -37,8 +39,15 @@ pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
     best.1
 }
 
+/// Whether a body fills little of its bounding box, such as a triangle. With smaller discs at its narrow end, the robot drives into
+/// gaps in which its wide end has no room: a triangle reached its goal in fewer worlds of BARN.
+fn is_tapered(body: &Polygon) -> bool {
+    let (longer, shorter) = sides(body);
+    body.signed_area_m2().abs() < LEAST_FILLED_SHARE * longer * shorter
+}
+
 /// A row of equal discs along the longer side of the bounding box. A body nearly as wide as long gets two.
-fn usual_row(body: &Polygon) -> Vec<Disc> {
+pub(super) fn usual_row(body: &Polygon) -> Vec<Disc> {
     let (longer, shorter) = sides(body);
     // One disc more than squares fit: it halves the overhang to the sides.
     let squares = (longer / shorter.max(longer / MAX_COVER_DISCS as f64)).round();
@@ -54,7 +63,8 @@ pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
     let count = count.unwrap_or(MAX_COVER_DISCS);
     let (row, sections) = (row_of_discs(body, count), row_of_sections(body, count));
     // The discs of a narrower section are smaller.
-    let is_better = overhang_m(body, &sections) + LEAST_GAIN_M < overhang_m(body, &row);
+    let is_better =
+        !is_tapered(body) && overhang_m(body, &sections) + LEAST_GAIN_M < overhang_m(body, &row);
     if is_better { sections } else { row }
 }
 /// The longer and the shorter side of the box around a polygon.
@@ -202,6 +212,6 @@ mod tests {
             smaller += u32::from(overhang_m(&body, &discs) < 0.8 * equal);
         }
         assert!(slim > 100, "{slim} with more discs");
-        assert!(smaller > 5, "{smaller} with smaller discs at an end");
+        assert!(smaller > 0, "{smaller} with smaller discs at an end");
     }
 }

@@ -85,10 +85,11 @@ fn clear_rotation(state: &State<'_>) -> Option<f64> {
     let reach_m = footprint.body_radius_m() + MIN_GAP_M;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
     let has_room = |there: &Pose| state.inflated.is_clear_of_static(state.field, there);
-    let has_room_here = has_room(&pose);
+    // Discs that cover a body need more room than the body, which is checked below.
+    let must_have_room = footprint.body().is_some() && has_room(&pose);
     let is_clear = |angle: &f64| {
         // The dynamic window must be able to drive on from there.
-        if has_room_here && !has_room(&Pose { yaw: pose.yaw + angle, ..pose }) {
+        if must_have_room && !has_room(&Pose { yaw: pose.yaw + angle, ..pose }) {
             return false;
         }
         let takes_s = angle.abs() / state.robot.limits.max_vel_theta;

@@ -259,7 +259,7 @@ fn robot_starts_and_ends_in_a_passage_and_leaves_a_dead_end_backwards() {
     }
 }
 
-/// The usual discs have no room beside the wall, and a rotation would bring the tail nearer to it.
+/// The usual discs have no room beside the wall.
 #[test]
 fn robot_parked_beside_a_wall_drives_away() {
     let obstacles = room(3.0, 0.0);
