@@ -34,6 +34,10 @@ pub(super) struct InflatedBodies {
     static_margin_m: f64,
     /// The least value of that margin, metres.
     min_static_margin_m: f64,
+    /// What the engines may overlook, metres.
+    error_m: f64,
+    /// The whole margin to static obstacles, metres.
+    wanted_margin_m: f64,
 }
 
 impl InflatedBodies {
@@ -76,7 +80,21 @@ impl InflatedBodies {
             within_a_margin,
             static_margin_m,
             min_static_margin_m,
+            error_m,
+            wanted_margin_m: wanted_m,
         }
+    }
+
+    /// What is added to each radius of the footprint, metres.
+    pub fn padding_m(&self) -> f64 {
+        self.static_margin_m + self.error_m
+    }
+
+    /// The clearance of a cover at which velocities are admissible: with the least margin, or with the whole one, metres.
+    pub fn needed_room_m(&self, with_whole_margin: bool) -> f64 {
+        let margin_m =
+            if with_whole_margin { self.wanted_margin_m } else { self.min_static_margin_m };
+        self.error_m + margin_m + SLACK_M
     }
 
     /// Whether a robot at a pose certainly keeps the least margin to static obstacles.

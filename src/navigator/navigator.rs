@@ -413,7 +413,7 @@ impl Navigator {
             speed_limit: fastest,
         };
         state.follow(&self.route);
-        self.is_narrow = self.replanner.is_narrow(&state);
+        self.is_narrow = self.replanner.is_narrow(&state) || state.is_beside_obstacle();
         state.is_at_goal = match &mut self.controller {
             Some(host) => host.is_at_goal(&state),
             None => self.behaviours.is_at_goal(&state),

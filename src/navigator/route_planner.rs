@@ -16,7 +16,7 @@ const END_REACH_MARGINS: f64 = 4.0;
 
 /// A robot that is caught at its start may pass obstacles more closely within this many least radii of the start.
 const SQUEEZE_WITHIN_RADII: f64 = 3.0;
-/// Distance of the robot's largest disc to obstacles on such a path, metres: the least margin of the local planner and its errors.
+/// Distance to obstacles on such a path, metres: the least margin of the local planner and its errors.
 const SQUEEZING_MARGIN_M: f64 = 0.03;
 
 /// Additional cost next to an obstacle on a path through narrow passages.
@@ -29,7 +29,7 @@ pub struct RoutePlanner {
     searcher: Searcher,
     /// Terrain of the last plan, for the next one on the same map.
     terrain: Option<Terrain>,
-    body_radius_m: f64,
+    inscribed_radius_m: f64,
     least_radius_m: f64,
     comfortable_radius_m: f64,
     squeezing_radius_m: f64,
@@ -74,10 +74,10 @@ impl RoutePlanner {
             settings,
             searcher: Searcher::default(),
             terrain: None,
-            body_radius_m: footprint.max_disc_radius_m(),
+            inscribed_radius_m: footprint.inscribed_radius_m(),
             least_radius_m,
             comfortable_radius_m,
-            squeezing_radius_m: footprint.max_disc_radius_m() + SQUEEZING_MARGIN_M,
+            squeezing_radius_m: footprint.passing_radius_m() + SQUEEZING_MARGIN_M,
             comfort_detour: navigator.comfort_detour,
             narrow: NarrowPassages::new(footprint, navigator, resolution_m, least_radius_m),
         }
@@ -222,6 +222,8 @@ impl RoutePlanner {
     }
 
     /// The nearest free point to a start that is within a margin. Any free point beyond a wall is farther away.
+    ///
+    /// The yaw of the robot is not known here. At every yaw, the circle within its body must have room.
     fn free_start(&self, obstacles: &ObstacleGrid, space: &FreeSpace, start: Point) -> Point {
         let frame = space.frame();
         let Some(cell) = frame.cell_of(&start) else {
@@ -232,7 +234,7 @@ impl RoutePlanner {
         }
         let nearest = space.nearest_free(&start).map(|cell| frame.center_of(cell));
         let near = |point: &Point| (point - start).norm() < self.least_radius_m;
-        let stands_clear = || FreeSpace::new(obstacles, self.body_radius_m).is_free(cell);
+        let stands_clear = || FreeSpace::new(obstacles, self.inscribed_radius_m).is_free(cell);
         nearest.filter(|point| near(point) && stands_clear()).unwrap_or(start)
     }
 }

@@ -332,10 +332,26 @@ impl<'a> State<'a> {
         Limits { min_vel_x: 0.0, ..limits }
     }
 
-    /// Whether a disc as large as the footprint's largest, with its margin, could move straight from the robot's position to a
+    /// Whether the robot stands so near to an obstacle at its side that only the slim cover has room there.
+    pub fn is_beside_obstacle(&self) -> bool {
+        let room_m = |cover: &Footprint| self.field.clearance_m(cover, &self.now.pose);
+        let (Some(usual_m), Some(slim_m)) = (room_m(&self.robot.footprint), room_m(self.slim))
+        else {
+            return false;
+        };
+        // Once there, until the usual cover keeps its whole margin: the covers and the resolutions of the window do not alternate.
+        let needed_m = self.inflated.needed_room_m(self.is_narrow);
+        let has_slim_room = slim_m > usual_m && slim_m >= self.inflated.needed_room_m(false);
+        self.settings.features.narrow_passages && usual_m < needed_m && has_slim_room
+    }
+
+    /// Whether a disc that needs as much room as the footprint, with its margin, could move straight from the robot's position to a
     /// point, as far as the local window shows. Without the margin the robot would head for a target that it cannot drive to.
     pub fn is_straight_clear_to(&self, point: &Point) -> bool {
-        let Ok(body) = Footprint::round(self.inflated.footprint.max_disc_radius_m()) else {
+        let cover = if self.is_narrow { self.slim } else { &self.robot.footprint };
+        let room_m =
+            if self.is_narrow { cover.max_disc_radius_m() } else { cover.passing_radius_m() };
+        let Ok(body) = Footprint::round(room_m + self.inflated.padding_m()) else {
             return false;
         };
         let from = self.now.pose.position();

@@ -1,18 +1,53 @@
 //! Covers a polygon with discs, and checks whether given discs cover it.
 
+use super::disc_arrangements::{arrangements, overhang_m, row_of_sections};
 use super::{Disc, Polygon};
 use crate::geometry::{Point, Vector};
 
 /// Largest number of discs of a cover: as many as the local planner takes.
-const MAX_COVER_DISCS: usize = 8;
+pub(super) const MAX_COVER_DISCS: usize = 8;
+/// A row of equal discs suffices where it stands out by at most this, metres: the margins of a path exceed what this adds to the
+/// circle around the body.
+const GOOD_OVERHANG_M: f64 = 0.15;
+/// A body that fills less than this share of its bounding box is tapered.
+const LEAST_FILLED_SHARE: f64 = 0.7;
+/// Each disc costs time in every decision. One more must reduce the overhang by at least this, metres.
+const GAIN_PER_DISC_M: f64 = 0.01;
 /// The discs of a slim cover stand out by at most this to the sides, metres, unless that takes too many.
 const SLIM_OVERHANG_M: f64 = 0.01;
+/// Sections of a body need other discs than its bounding box where these stand out less by at least this, metres.
+const LEAST_GAIN_M: f64 = 1e-3;
 /// A point this far outside a disc still counts as covered, metres: rounding.
 const TOLERANCE_M: f64 = 1e-6;
 
-/// Covers a polygon with few discs: its circumscribed circle, or a row of discs along the longer side of its bounding box if
-/// that is narrower. A body nearly as wide as long gets two discs.
+/// Covers a polygon with few discs that stand out little: a row of equal discs along the longer side of its bounding box where
+/// that suffices, else the best of several arrangements.
 pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
+    let row = usual_row(body);
+    if is_tapered(body) || overhang_m(body, &row) <= GOOD_OVERHANG_M {
+        return row;
+    }
+    let price_m =
+        |discs: &Vec<Disc>| overhang_m(body, discs) + GAIN_PER_DISC_M * discs.len() as f64;
+    let mut best = (price_m(&row), row);
+    for discs in arrangements(body) {
+        let price_m = price_m(&discs);
+        if price_m < best.0 {
+            best = (price_m, discs);
+        }
+    }
+    best.1
+}
+
+/// Whether a body fills little of its bounding box, such as a triangle. With smaller discs at its narrow end, the robot drives into
+/// gaps in which its wide end has no room: a triangle reached its goal in fewer worlds of BARN.
+fn is_tapered(body: &Polygon) -> bool {
+    let (longer, shorter) = sides(body);
+    body.signed_area_m2().abs() < LEAST_FILLED_SHARE * longer * shorter
+}
+
+/// A row of equal discs along the longer side of the bounding box. A body nearly as wide as long gets two.
+pub(super) fn usual_row(body: &Polygon) -> Vec<Disc> {
     let (longer, shorter) = sides(body);
     // One disc more than squares fit: it halves the overhang to the sides.
     let squares = (longer / shorter.max(longer / MAX_COVER_DISCS as f64)).round();
@@ -22,13 +57,16 @@ pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
 /// Covers a polygon with a row of enough discs that they stand out little to the sides. They stand out more at the ends.
 pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
     let (longer, shorter) = sides(body);
-    let overhang_m =
-        |count: usize| libm::hypot(longer / count as f64, shorter) / 2.0 - shorter / 2.0;
-    let few = cover(body).len();
-    let count = (few..MAX_COVER_DISCS).find(|&count| overhang_m(count) <= SLIM_OVERHANG_M);
-    row_of_discs(body, count.unwrap_or(MAX_COVER_DISCS))
+    let side_m = |count: usize| libm::hypot(longer / count as f64, shorter) / 2.0 - shorter / 2.0;
+    let few = usual_row(body).len();
+    let count = (few..MAX_COVER_DISCS).find(|&count| side_m(count) <= SLIM_OVERHANG_M);
+    let count = count.unwrap_or(MAX_COVER_DISCS);
+    let (row, sections) = (row_of_discs(body, count), row_of_sections(body, count));
+    // The discs of a narrower section are smaller.
+    let is_better =
+        !is_tapered(body) && overhang_m(body, &sections) + LEAST_GAIN_M < overhang_m(body, &row);
+    if is_better { sections } else { row }
 }
-
 /// The longer and the shorter side of the box around a polygon.
 fn sides(body: &Polygon) -> (f64, f64) {
     let (least, most) = body.bounds();
@@ -153,7 +191,7 @@ mod tests {
     #[test]
     fn discs_of_narrow_passages_cover_the_body_and_hardly_stand_out_to_its_sides() {
         let mut random = Pcg64Mcg::seed_from_u64(1);
-        let mut slim = 0;
+        let (mut slim, mut smaller) = (0, 0);
         for _ in 0..200 {
             let size = Vector::new(random.random_range(0.2..1.5), random.random_range(0.2..1.0));
             let mut at = |half: f64| random.random_range(0.3..1.0) * half;
@@ -163,12 +201,17 @@ mod tests {
             let body = Polygon::new(corners).expect("a polygon");
             let discs = slim_cover(&body);
             assert_eq!(uncovered_point(&body, &discs), None, "{body:?}");
-            assert!(discs.len() <= MAX_COVER_DISCS && discs.len() >= cover(&body).len());
-            let overhang_m = discs[0].radius - sides(&body).1 / 2.0;
-            let is_slim = overhang_m <= SLIM_OVERHANG_M;
-            assert!(is_slim || discs.len() == MAX_COVER_DISCS, "{body:?}: {overhang_m} m");
-            slim += u32::from(is_slim && discs.len() > cover(&body).len());
+            assert!(discs.len() <= MAX_COVER_DISCS && discs.len() >= usual_row(&body).len());
+            let largest = discs.iter().map(|disc| disc.radius).fold(0.0, f64::max);
+            let side_m = largest - sides(&body).1 / 2.0;
+            let is_slim = side_m <= SLIM_OVERHANG_M;
+            assert!(is_slim || discs.len() == MAX_COVER_DISCS, "{body:?}: {side_m} m");
+            slim += u32::from(is_slim && discs.len() > usual_row(&body).len());
+            let equal = overhang_m(&body, &row_of_discs(&body, discs.len()));
+            assert!(overhang_m(&body, &discs) <= equal, "{body:?}");
+            smaller += u32::from(overhang_m(&body, &discs) < 0.8 * equal);
         }
         assert!(slim > 100, "{slim} with more discs");
+        assert!(smaller > 0, "{smaller} with smaller discs at an end");
     }
 }

@@ -4,7 +4,7 @@ use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::disc_cover::{cover, slim_cover, uncovered_point};
+use super::disc_cover::{cover, slim_cover, uncovered_point, usual_row};
 use super::{Polygon, RobotError};
 use crate::geometry::{Point, Pose, Twist, Vector};
 use crate::map::MovingDisc;
@@ -25,7 +25,7 @@ pub struct Disc {
 /// themselves where no polygon is given.
 ///
 /// In a file it is one of these:
-/// - the corners of the body as in Nav2, `[[0.35, 0.25], [0.35, -0.25], ...]`, which two or more discs then cover;
+/// - the corners of the body as in Nav2, `[[0.35, 0.25], [0.35, -0.25], ...]`, which up to 8 discs then cover;
 /// - discs, `[{ x = 0.0, y = 0.0, radius = 0.3 }]`;
 /// - both, `{ body = [[0.35, 0.25], ...], discs = [{ x = 0.0, y = 0.0, radius = 0.5 }] }`.
 #[derive(Clone, Debug, PartialEq)]
@@ -144,6 +144,24 @@ impl Footprint {
     #[must_use]
     pub fn max_disc_radius_m(&self) -> f64 {
         self.discs.iter().map(|disc| disc.radius).fold(0.0, f64::max)
+    }
+
+    /// Radius of the largest circle around the robot's origin within the body, metres; zero for an origin outside.
+    #[must_use]
+    pub(crate) fn inscribed_radius_m(&self) -> f64 {
+        if let Some(body) = &self.body {
+            return (-body.signed_distance(&Point::default())).max(0.0);
+        }
+        let depth = |disc: &Disc| disc.radius - libm::hypot(disc.x, disc.y);
+        self.discs.iter().map(depth).fold(0.0, f64::max)
+    }
+
+    /// Radius of a disc that needs as much room as the body that drives straight ahead, metres. Several discs side by side may each
+    /// be smaller.
+    #[must_use]
+    pub(crate) fn passing_radius_m(&self) -> f64 {
+        let row = self.body.as_ref().map(usual_row).unwrap_or_default();
+        row.iter().map(|disc| disc.radius).fold(self.max_disc_radius_m(), f64::max)
     }
 
     /// Distance between the body at this pose and another disc, metres; zero or less means contact.

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::settings::SettingError;
 
+mod disc_arrangements;
 mod disc_cover;
 mod footprint;
 mod identification;

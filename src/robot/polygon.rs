@@ -150,7 +150,7 @@ impl Polygon {
     }
 
     /// The area; below zero where the corners follow each other clockwise.
-    fn signed_area_m2(&self) -> f64 {
+    pub(super) fn signed_area_m2(&self) -> f64 {
         let twice = |(from, to): (&Point, &Point)| from.to_vector().perp(&to.to_vector());
         self.edges().map(twice).sum::<f64>() / 2.0
     }

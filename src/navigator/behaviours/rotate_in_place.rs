@@ -84,7 +84,14 @@ fn clear_rotation(state: &State<'_>) -> Option<f64> {
     let pose = state.now.pose;
     let reach_m = footprint.body_radius_m() + MIN_GAP_M;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
+    let has_room = |there: &Pose| state.inflated.is_clear_of_static(state.field, there);
+    // Discs that cover a body need more room than the body, which is checked below.
+    let must_have_room = footprint.body().is_some() && has_room(&pose);
     let is_clear = |angle: &f64| {
+        // The dynamic window must be able to drive on from there.
+        if must_have_room && !has_room(&Pose { yaw: pose.yaw + angle, ..pose }) {
+            return false;
+        }
         let takes_s = angle.abs() / state.robot.limits.max_vel_theta;
         let steps = (angle.abs() / STEP_RAD).ceil().max(1.0);
         (1..=steps as u32).all(|step| {

@@ -60,6 +60,92 @@ fn discs_of_random_polygons_cover_them() {
     }
 }
 
+/// A convex polygon: corners on an ellipse.
+fn convex_polygon(rng: &mut Pcg64Mcg) -> Option<Polygon> {
+    let (length, width) = (rng.random_range(0.1..0.8), rng.random_range(0.1..0.8));
+    let middle = Point::new(rng.random_range(-0.2..0.2), rng.random_range(-0.2..0.2));
+    let count = rng.random_range(3..9);
+    let mut angles: Vec<f64> = (0..count).map(|_| rng.random_range(0.0..2.0 * PI)).collect();
+    angles.sort_by(f64::total_cmp);
+    let corner = |angle: f64| {
+        let (sin, cos) = libm::sincos(angle);
+        Point::new(middle.x + length * cos, middle.y + width * sin)
+    };
+    Polygon::new(angles.into_iter().map(corner).collect()).ok()
+}
+
+/// Largest distance of a disc's outline from a body, by samples.
+fn overhang_m(body: &Polygon, discs: &[Disc]) -> f64 {
+    let on_outline = |disc: &Disc, index: i32| {
+        let (sin, cos) = libm::sincos(PI / 90.0 * f64::from(index));
+        body.distance(&Point::new(disc.x + disc.radius * cos, disc.y + disc.radius * sin))
+    };
+    let beyond = discs.iter().flat_map(|disc| (0..180).map(move |index| on_outline(disc, index)));
+    beyond.fold(0.0, f64::max)
+}
+
+#[test]
+fn discs_of_convex_bodies_cover_every_millimetre_and_stand_out_little() {
+    let mut rng = Pcg64Mcg::seed_from_u64(3);
+    let mut grids = 0;
+    for _ in 0..300 {
+        let Some(body) = convex_polygon(&mut rng) else {
+            continue;
+        };
+        let footprint = Footprint::covering(body.clone());
+        let discs = footprint.discs();
+        assert!((1..=8).contains(&discs.len()), "{body:?}");
+        // Between the corners along the outline, and inside.
+        let corners = body.corners();
+        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            let steps = ((*to - *from).norm() * 1000.0).ceil().max(1.0);
+            for step in 0..=steps as u32 {
+                let point = *from + (*to - *from) * (f64::from(step) / steps);
+                assert!(is_covered(discs, &point), "{point:?} of {body:?}");
+            }
+        }
+        for point in points_in(&body, &mut rng) {
+            assert!(is_covered(discs, &point), "{point:?} of {body:?}");
+        }
+        let overhang_m = overhang_m(&body, discs);
+        let (least, most) =
+            corners.iter().fold(([f64::MAX; 2], [f64::MIN; 2]), |(low, high), at| {
+                ([low[0].min(at.x), low[1].min(at.y)], [high[0].max(at.x), high[1].max(at.y)])
+            });
+        let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
+        let area = pairs.map(|(from, to)| from.x * to.y - to.x * from.y).sum::<f64>() / 2.0;
+        // A tapered body has a row of equal discs over its whole bounding box.
+        let is_tapered = area.abs() < 0.71 * (most[0] - least[0]) * (most[1] - least[1]);
+        assert!(is_tapered || overhang_m <= 0.25, "{overhang_m} m, {body:?}: {discs:?}");
+        assert!(
+            footprint.circumscribed_radius_m() <= footprint.body_radius_m() + overhang_m + 1e-3
+        );
+        grids += u32::from(discs.iter().any(|disc| disc.radius < 0.9 * discs[0].radius));
+    }
+    assert!(grids > 10, "{grids} with discs of several sizes");
+}
+
+/// Larger discs would reach beyond the circle around the body, for which paths are planned.
+#[test]
+fn discs_of_nearly_square_bodies_stay_within_their_circle() {
+    let square = Polygon::rectangle(1.5, 1.4).expect("a rectangle");
+    let hexagon = (0..6).map(|index| {
+        let (sin, cos) = libm::sincos(f64::from(index) * PI / 3.0);
+        Point::new(0.4 * cos, 0.4 * sin)
+    });
+    let hexagon = Polygon::new(hexagon.collect()).expect("a hexagon");
+    for body in [square, hexagon, Polygon::rectangle(0.99, 0.67).expect("a rectangle")] {
+        let footprint = Footprint::covering(body.clone());
+        assert!(overhang_m(&body, footprint.discs()) < 0.1, "{footprint:?}");
+        assert!(footprint.circumscribed_radius_m() < footprint.body_radius_m() + 0.005);
+    }
+    // A short row suffices for a small body, and costs less time.
+    let small = Polygon::rectangle(0.508, 0.43).expect("a rectangle");
+    let row = Footprint::covering(small);
+    let radius = libm::hypot(0.127, 0.215);
+    assert_eq!(row.discs(), [-0.127, 0.127].map(|x| Disc { x, y: 0.0, radius }));
+}
+
 /// Random discs are accepted exactly where no random point of the body is outside all of them.
 #[test]
 fn given_discs_that_leave_a_point_of_the_body_open_are_rejected() {

@@ -258,3 +258,14 @@ fn robot_starts_and_ends_in_a_passage_and_leaves_a_dead_end_backwards() {
         }
     }
 }
+
+/// The usual discs have no room beside the wall.
+#[test]
+fn robot_parked_beside_a_wall_drives_away() {
+    let obstacles = room(3.0, 0.0);
+    for gap_m in [0.08, 0.09, 0.1] {
+        let start = Pose::new(2.0, 0.05 + 0.25 + gap_m, 0.0);
+        let result = drive(&obstacles, start, Point::new(10.0, 3.0));
+        assert_swift(&result, 0.04, &format!("{gap_m} m from the wall"));
+    }
+}
