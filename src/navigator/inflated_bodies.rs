@@ -256,7 +256,7 @@ mod tests {
         let mut rng = Pcg64Mcg::seed_from_u64(1);
         let settings = NavigatorSettings::default();
         let (mut admissible, mut reduced, mut violations) = (0, 0, 0);
-        for case in 0..120 {
+        for case in 0..300 {
             let it = Case::random(&mut rng);
             let parts = rng.random_range(1..4);
             let field = ClearanceField::of_areas(&it.obstacles, parts).expect("a field");

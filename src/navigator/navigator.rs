@@ -434,7 +434,7 @@ impl Navigator {
                 if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
                     let route = new_route.insert(Route::new(&plan, &self.settings));
                     self.plans.push(plan);
-                    self.progress.rebase(left_m, route.left_m());
+                    self.progress.rebase(state.route.left_m(), route.left_m());
                     state.follow(route);
                     has_new_route = true;
                 }

@@ -14,7 +14,7 @@ settings! {
         /// Smallest forward speed; a negative value permits reversing. Every robot may stand.
         pub min_vel_x: f64 = 0.0, ["m/s", at_most 0];
         /// Largest forward speed.
-        pub max_vel_x: f64 = 1.0, ["m/s", above 0];
+        pub max_vel_x: f64 = 1.0, ["m/s", at_least 0];
         /// Largest turn rate in both directions.
         pub max_vel_theta: f64 = 1.0, ["rad/s", above 0];
         /// Largest forward acceleration.

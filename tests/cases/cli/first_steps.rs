@@ -117,14 +117,6 @@ fn degrees_and_swapped_axes_are_noticed() {
 }
 
 #[test]
-fn robot_that_cannot_drive_forward_is_refused() {
-    let place = Workplace::new();
-    place.write("still.toml", "[robot]\nlimits = { max_vel_x = 0.0 }\n");
-    let refusal = place.refusal("config --check still.toml");
-    assert!(refusal.contains("max_vel_x"), "{refusal}");
-}
-
-#[test]
 fn track_width_in_centimetres_is_noticed() {
     let place = Workplace::new();
     place.write("base.toml", "[base]\ntrack_width_m = 45.0\n");
