@@ -2,6 +2,7 @@
 
 mod action;
 mod ages;
+mod inputs;
 mod lifecycle;
 mod localization;
 mod messages;
