@@ -37,8 +37,8 @@ pub enum LostReason {
     /// Another place of the map matches much better.
     #[error("another place of the map matches the scan much better")]
     BetterElsewhere,
-    /// No pose was given at the start.
-    #[error("no pose was given at the start")]
+    /// No pose was given at the start, or the scans have not confirmed the given one yet.
+    #[error("no pose was given at the start, or the scans have not confirmed it yet")]
     NoPose,
 }
 

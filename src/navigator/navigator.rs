@@ -438,9 +438,7 @@ impl Navigator {
                     state.follow(route);
                     has_new_route = true;
                 }
-                if let Some(error) = self.replanner.is_out_of_paths() {
-                    return Err(Fault::Plan(error));
-                }
+                self.replanner.check_paths()?;
                 self.replanner.request(&state, &self.obstacles);
             }
         }

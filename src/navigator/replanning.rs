@@ -55,18 +55,25 @@ pub(super) enum Reason {
     Shortcut,
 }
 
+/// A map that replaced another one.
+#[derive(Debug, Default)]
+struct NewMap {
+    /// It is not of the robot's own scans: what it shows does not go away while the robot waits.
+    is_given: bool,
+    /// A plan on it is due.
+    is_plan_due: bool,
+    /// No plan was possible: it is due to check whether there is a path on it without what only the lidar saw.
+    is_check_due: bool,
+}
+
 /// Requests plans from the planning thread and decides whether to follow them.
 pub(super) struct Replanner {
     planner: AsyncPlanner<Reason>,
     next_s: f64,
     next_shortcut_s: f64,
     least_radius_m: f64,
-    /// The plans to later goals are of the map before.
-    is_map_replaced: bool,
-    is_map_new: bool,
-    /// The map is not of the robot's own scans: what it shows does not go away while the robot waits.
-    is_map_given: bool,
-    is_map_alone_due: bool,
+    /// The map that replaced the first one. The plans to later goals are of the map before.
+    new_map: Option<NewMap>,
     /// Why there is no path, whatever goes away.
     without_path: Option<PlanError>,
     is_blocked: bool,
@@ -91,10 +98,7 @@ impl Replanner {
             planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shortcut_s: f64::NEG_INFINITY,
-            is_map_replaced: false,
-            is_map_new: false,
-            is_map_given: false,
-            is_map_alone_due: false,
+            new_map: None,
             without_path: None,
             is_blocked: false,
             blocked: ConditionTimer::default(),
@@ -109,8 +113,8 @@ impl Replanner {
     /// replaced since, a new one is due at once.
     pub fn start_leg(&mut self) {
         self.planner.cancel();
-        self.is_map_new = self.is_map_replaced;
-        if self.is_map_new {
+        if let Some(map) = &mut self.new_map {
+            map.is_plan_due = true;
             self.next_s = f64::NEG_INFINITY;
         }
         self.blocked = ConditionTimer::default();
@@ -120,28 +124,36 @@ impl Replanner {
     /// Plans on another map from now on, first of all at once.
     pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>) {
         self.planner = planner;
-        self.is_map_replaced = true;
-        self.is_map_given = false;
-        self.is_map_new = true;
+        self.new_map = Some(NewMap { is_plan_due: true, ..NewMap::default() });
         self.next_s = f64::NEG_INFINITY;
         self.forget_failures();
     }
 
     /// The map that replaced the one before was given: without a path on it the mission ends.
     pub const fn require_path_on_map(&mut self) {
-        self.is_map_given = true;
+        if let Some(map) = &mut self.new_map {
+            map.is_given = true;
+        }
     }
 
     fn forget_failures(&mut self) {
         (self.no_path, self.without_path) = (None, None);
-        self.is_map_alone_due = false;
+        if let Some(map) = &mut self.new_map {
+            map.is_check_due = false;
+        }
         self.retries = Retries::default();
     }
 
     /// The reason to give up: the map has no path, or none remained at too many places, one after the other.
-    pub fn is_out_of_paths(&self) -> Option<PlanError> {
+    fn is_out_of_paths(&self) -> Option<PlanError> {
         let no_path = || self.no_path.clone().filter(|_| self.retries.count > RETRIES);
         self.without_path.clone().or_else(no_path)
+    }
+
+    /// # Errors
+    /// When it is time to give up.
+    pub fn check_paths(&self) -> Result<(), Fault> {
+        self.is_out_of_paths().map_or(Ok(()), |error| Err(Fault::Plan(error)))
     }
 
     /// Receives the plan that is due and returns it if it is better than going on.
@@ -173,7 +185,9 @@ impl Replanner {
                 }
                 // The obstacles may have gone since: Nav2 clears its costmaps here.
                 if is_blocked {
-                    self.is_map_alone_due = self.is_map_given && reason == Reason::NewMap;
+                    if let Some(map) = &mut self.new_map {
+                        map.is_check_due |= map.is_given && reason == Reason::NewMap;
+                    }
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot);
                     self.retries.add(&robot);
@@ -199,8 +213,10 @@ impl Replanner {
             Reason::HeldUp => HELD_UP_PERIODS * settings.replan_period_s,
             _ => settings.replan_period_s,
         };
-        self.is_map_new &= reason != Reason::NewMap;
-        self.is_map_alone_due &= reason != Reason::MapAlone;
+        if let Some(map) = &mut self.new_map {
+            map.is_plan_due &= reason != Reason::NewMap;
+            map.is_check_due &= reason != Reason::MapAlone;
+        }
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
@@ -225,9 +241,9 @@ impl Replanner {
         let escapes = state.mode == Mode::Escaping;
         if !escapes && has_strayed(state) {
             Some(Reason::Strayed)
-        } else if self.is_map_new {
+        } else if self.new_map.as_ref().is_some_and(|map| map.is_plan_due) {
             Some(Reason::NewMap)
-        } else if self.is_map_alone_due {
+        } else if self.new_map.as_ref().is_some_and(|map| map.is_check_due) {
             Some(Reason::MapAlone)
         } else if self.is_blocked {
             Some(Reason::Blocked)

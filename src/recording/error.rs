@@ -93,7 +93,9 @@ pub enum RecordingError {
         base: String,
     },
     /// The lidar is not upright on the robot.
-    #[error("the frame {lidar} is tilted against {base}: the lidar must be upright")]
+    #[error(
+        "the frame {lidar} is tilted against {base}: the lidar must be upright, and level within 10 degrees"
+    )]
     TiltedMount {
         /// Frame of the scans.
         lidar: String,

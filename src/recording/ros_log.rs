@@ -17,7 +17,9 @@ use crate::lidar_log::{LidarLog, LogFormat, LogRecord, LoggedScan, remove_limit}
 use crate::localization::PoseHistory;
 use crate::map::TimedScan;
 use crate::ros::msg::{LaserScan, Message, Odometry, TFMessage};
-use crate::ros::node::{Frames, NoPose, frame_name, laser_scan, planar_pose, timed_scan};
+use crate::ros::node::{
+    Frames, NoPose, frame_name, laser_scan, level_range, planar_pose, timed_scan,
+};
 
 /// Frame of the map by REP-105: with a transform to it, a record has a corrected pose.
 const MAP_FRAME: &str = "map";
@@ -353,8 +355,8 @@ impl RosLogReader {
             return Ok(None);
         };
         let base = self.base_frame.clone().unwrap_or_default();
-        let mount = match self.frames.pose_in(&base, &frame, end_s) {
-            Ok(found) => found.pose,
+        let (mount, lean) = match self.frames.lidar_in(&base, &frame, end_s) {
+            Ok(found) => (found.pose, found.lean),
             Err(NoPose::Unconnected) => {
                 return Err(RecordingError::NoMount { lidar: frame, base });
             }
@@ -363,6 +365,7 @@ impl RosLogReader {
             }
         };
         for beam in &mut beams.beams {
+            beam.range = level_range(beam.angle, beam.range, &lean);
             *beam = beam.from_mount(&mount);
         }
         beams.range_max += mount.position().to_vector().norm();

@@ -33,8 +33,8 @@ use super::arguments::{EngineArguments, duration, whole};
     on tf (transform_timeout_s) is too old. It continues afterwards. Ages are those of the stamps: synchronise the clocks of all \
     machines (chrony, NTP). Messages whose stamps are more than max_clock_ahead_s in the future are rejected. Simulated time (use_sim_time) is not supported. The node \
     aborts the goal if scans are missing for longer than sensor_fault_patience_s. For a new goal the robot stops before it plans; when the \
-    map changes it continues to drive and plans in the background. An orientation of four zeros leaves the goal's yaw free. After a goal, and at its end, the node publishes zero for a \
-    second.\n\
+    map changes it continues to drive and plans in the background. The same goal again, within a tenth of the goal tolerances, does not stop it. An orientation of four zeros leaves the goal's yaw free. After a \
+    goal the node publishes zero for a second, and at its own end for 0.25 s.\n\
     ROS_DOMAIN_ID selects the domain. ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, or ROS_LOCALHOST_ONLY=1, restricts discovery to \
     this machine. DDS runs in a separate process with a memory limit (network_memory_mib). If that process ends or hangs, the robot \
     brakes to zero and the process is started again. If the node itself ends or hangs, that process publishes zeros. For the time \

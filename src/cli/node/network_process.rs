@@ -47,7 +47,8 @@ fn limit_memory(_memory_mib: u64) -> anyhow::Result<()> {
 /// The settings of DDS by the arguments and the environment.
 pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
     let mut settings = DdsSettings::default();
-    settings.namespace.clone_from(&arguments.namespace);
+    // A slash alone is the root: no namespace.
+    arguments.namespace.trim_end_matches('/').clone_into(&mut settings.namespace);
     settings.domain = domain()?;
     settings.localhost_only = is_localhost_only();
     settings.stamped = arguments.stamped;

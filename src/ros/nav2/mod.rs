@@ -36,6 +36,8 @@ const NODES: [(&str, NodeImport); 3] = [
 ];
 /// The node whose costmap filters are listed; its other parameters are ignored.
 const GLOBAL_COSTMAP: &str = "global_costmap";
+/// A node whose settings have the same form here.
+const COLLISION_MONITOR: &str = "collision_monitor";
 
 /// Imports the text of a `nav2_params.yaml`: the parameters of the robot in a namespace, or of the only robot.
 ///
@@ -61,6 +63,13 @@ pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> 
     if let Some((mut parameters, _)) = file.node(&namespace, GLOBAL_COSTMAP) {
         costmap_filters::list(&mut parameters, &mut builder);
     }
+    if let Some((parameters, _)) = file.node(&namespace, COLLISION_MONITOR) {
+        for (_, path) in parameters.unused() {
+            let explanation = "the import leaves it out: write its polygons into [collision_monitor] of the settings, in the same form";
+            builder.add_unmapped(path, UnmappedReason::NotSupported, explanation);
+        }
+    }
+    let names = [names.as_slice(), &[COLLISION_MONITOR]].concat();
     builder.finish(file.ignored_nodes(&namespace, &names))
 }
 

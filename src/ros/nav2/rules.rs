@@ -47,7 +47,7 @@ pub(super) enum Conversion {
     Negated,
     /// A whole number.
     Count,
-    /// A frequency to a period.
+    /// A frequency to a period of the control loop.
     Period,
     /// An angle, at most pi.
     Angle,
@@ -141,7 +141,8 @@ impl Mapping {
                 parameters.take(name, NUMBER, |value| finite(value).map(|angle| angle.min(PI)))
             }
             Conversion::Period => parameters.take(name, "a number of Hz above zero", |value| {
-                finite(value).filter(|&hertz| hertz > 0.0).map(f64::recip)
+                let hertz = finite(value).filter(|&hertz| hertz > 0.0);
+                hertz.map(|hertz| hertz.recip().clamp(PERIOD_S[0], PERIOD_S[1]))
             }),
             Conversion::Element(index) => {
                 parameters.take(name, TRIPLE, |value| triple(value).map(|values| values[index]))
@@ -165,6 +166,8 @@ impl Mapping {
     }
 }
 
+/// Shortest period that the node keeps, as it polls each 4 ms, and the longest that it accepts, seconds.
+const PERIOD_S: [f64; 2] = [0.01, 0.25];
 const TRIPLE: &str = "three finite numbers, [x, y, theta]";
 
 /// Three finite numbers: along x, along y, about z.

@@ -34,7 +34,7 @@ pub(super) const COMMON: &[Rule] = &[
 
 #[rustfmt::skip]
 pub(super) const CONTROLLER_SERVER: &[Rule] = &[
-    set("controller_frequency", "local.control_period_s").convert(Period, "1 / controller_frequency"),
+    set("controller_frequency", "local.control_period_s").convert(Period, "1 / controller_frequency, within the 4 to 100 Hz of `inbye node`"),
     set("costmap_update_timeout", "navigator.scan_timeout_s"),
     Leave("min_x_velocity_threshold", NoEquivalent, MEASURED_SPEEDS),
     Leave("min_y_velocity_threshold", NoEquivalent, MEASURED_SPEEDS),

@@ -3,7 +3,7 @@
 use crate::global::PlanError;
 use crate::navigator::Fault;
 use crate::ros::msg::{
-    ActionAnswer, ActionCancelAnswer, ActionEnd, ActionFeedback, NavigateToPoseResult,
+    ActionAnswer, ActionCancelAnswer, ActionEnd, ActionFeedback, NavigateToPoseResult, Time,
 };
 
 /// What the clients of the action get.
@@ -45,6 +45,12 @@ impl ActiveGoal {
             is_escaping: false,
             is_canceled: false,
         }
+    }
+
+    /// That it is accepted.
+    pub fn answer(&self) -> ActionUpdate {
+        let stamp = Time::from_seconds(self.accepted_s);
+        ActionUpdate::Answer(ActionAnswer { id: self.id, accepted: true, stamp })
     }
 
     /// Its end, with the code and the text of an error.

@@ -62,6 +62,11 @@ struct Goal {
 }
 
 impl Goal {
+    const fn new(id: GoalId, request: Option<RmwRequestId>) -> Self {
+        let status = GoalStatusEnum::Unknown;
+        Self { id, request, stamp: Time::ZERO, status, result: None, waiting: Vec::new() }
+    }
+
     fn info(&self) -> GoalInfo {
         GoalInfo { goal_id: self.id, stamp: self.stamp }
     }
@@ -114,14 +119,7 @@ impl NavigateServer {
             let _ = self.server.send_goal_response(request, refusal);
             return;
         }
-        self.goals.push_back(Goal {
-            id,
-            request: Some(request),
-            stamp: Time::ZERO,
-            status: GoalStatusEnum::Unknown,
-            result: None,
-            waiting: Vec::new(),
-        });
+        self.goals.push_back(Goal::new(id, Some(request)));
         let message = ActionGoal { id: *id.uuid.as_bytes(), goal };
         all.push(IncomingMessage::Navigate(Box::new(message)));
     }
@@ -163,6 +161,10 @@ impl NavigateServer {
     pub fn publish(&mut self, update: ActionUpdate) -> bool {
         match update {
             ActionUpdate::Answer(answer) => {
+                // A process before this one received the goal.
+                if answer.accepted && find(&mut self.goals, &answer.id).is_none() {
+                    self.goals.extend(goal_id(&answer.id).map(|id| Goal::new(id, None)));
+                }
                 let Some(goal) = find(&mut self.goals, &answer.id) else {
                     return true;
                 };
@@ -245,6 +247,11 @@ fn find<'a>(goals: &'a mut VecDeque<Goal>, id: &[u8; 16]) -> Option<&'a mut Goal
 
 fn time(stamp: &crate::ros::msg::Time) -> Time {
     Time::from_nanos(i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec))
+}
+
+/// The type of the library is that of a crate that this one does not use, but has a serialized form.
+fn goal_id(id: &[u8; 16]) -> Option<GoalId> {
+    serde_json::from_value(serde_json::json!({ "uuid": id })).ok()
 }
 
 /// The goal that a request names. Its field is private in the crate, but not in its serialized form.

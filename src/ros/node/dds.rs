@@ -1,9 +1,12 @@
 //! The transport of the node: DDS by `ros2-client`.
 
+use std::iter;
 use std::net::Ipv4Addr;
 
-use ros2_client::dds::rustdds::{self, DomainParticipantBuilder};
-use ros2_client::names::NameError;
+use ros2_client::dds::rustdds::{
+    self, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener,
+    StatusEvented, policy,
+};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{
     Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, ServiceMapping,
@@ -78,7 +81,7 @@ impl DdsSettings {
 
     fn node_name(&self) -> Result<NodeName, NodeError> {
         let namespace = self.namespace();
-        NodeName::new(namespace, "inbye").map_err(|error| bad_namespace(namespace, &error))
+        NodeName::new(namespace, "inbye").map_err(|_| bad_namespace(namespace))
     }
 }
 
@@ -88,14 +91,12 @@ impl DdsSettings {
 pub enum NodeError {
     /// The namespace is invalid in ROS.
     #[error(
-        "the namespace `{namespace}` is invalid ({reason}): begin with a slash, then letters, digits and single \
-         underscores, such as /robot1"
+        "the namespace `{namespace}` is invalid: begin with a slash and a letter, then letters, digits and single underscores, \
+         such as /robot1"
     )]
     BadNamespace {
         /// The namespace.
         namespace: String,
-        /// Message of `ros2-client`.
-        reason: String,
     },
     /// DDS cannot start.
     #[error(
@@ -130,6 +131,10 @@ pub struct DdsNode {
     updated_map: Publisher<msg::OccupancyGrid>,
     navigate: NavigateServer,
     lifecycle: Option<LifecycleServer>,
+    /// What DDS reports of other participants.
+    events: DomainParticipantStatusListener,
+    /// The topics of the subscriptions.
+    topics: Vec<(rustdds::GUID, &'static str)>,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -175,8 +180,9 @@ impl DdsNode {
         if settings.localhost_only {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
-        let context = Context::from_domain_participant(participant.build().map_err(dds_error)?)
-            .map_err(dds_error)?;
+        let participant = participant.build().map_err(dds_error)?;
+        let events = participant.status_listener();
+        let context = Context::from_domain_participant(participant).map_err(dds_error)?;
         // The node has no ROS parameters and no ROS log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
         let mut node = context.new_node(name, options).map_err(dds_error)?;
@@ -196,7 +202,7 @@ impl DdsNode {
         let lifecycle =
             settings.is_managed.then(|| LifecycleServer::new(&mut node, mapping, full_name, &qos));
         let lifecycle = lifecycle.transpose()?;
-        let mut builder = EndpointBuilder { node: &mut node, namespace };
+        let mut builder = EndpointBuilder { node: &mut node, namespace, topics: Vec::new() };
         Ok(Self {
             map: builder.input("map", latched(1))?,
             scan: builder.input("scan", sensor_data())?,
@@ -225,6 +231,8 @@ impl DdsNode {
             own_transforms: builder.publisher("tf", reliable(TRANSFORM_DEPTH))?,
             navigate,
             lifecycle,
+            events,
+            topics: builder.topics,
             unsent: 0,
             _node: node,
         })
@@ -252,7 +260,28 @@ impl DdsNode {
         // Of both at once, the stop counts.
         self.arm.take(IncomingMessage::Arm, &mut all);
         self.stop.take(IncomingMessage::Stop, &mut all);
+        self.take_events(&mut all);
         all
+    }
+
+    /// Takes what DDS reports. Of interest are publishers whose messages do not arrive.
+    fn take_events(&self, all: &mut Vec<IncomingMessage>) {
+        let events = iter::from_fn(|| self.events.try_recv_status());
+        for event in events.take(MAX_MESSAGES) {
+            let DomainParticipantStatusEvent::RemoteWriterQosIncompatible {
+                local_reader,
+                requested_qos,
+                ..
+            } = event
+            else {
+                continue;
+            };
+            let topic = self.topics.iter().find(|(reader, _)| *reader == local_reader);
+            all.extend(topic.map(|&(_, topic)| {
+                let expected = needed(&requested_qos);
+                IncomingMessage::Unmatched { topic, expected }
+            }));
+        }
     }
 
     /// Publishes a message without waiting. A message that cannot be sent immediately is dropped and counted.
@@ -287,6 +316,7 @@ impl DdsNode {
 struct EndpointBuilder<'a> {
     node: &'a mut Node,
     namespace: &'a str,
+    topics: Vec<(rustdds::GUID, &'static str)>,
 }
 
 impl EndpointBuilder<'_> {
@@ -303,7 +333,9 @@ impl EndpointBuilder<'_> {
     ) -> Result<Input<M>, NodeError> {
         let dds_topic = self.topic::<M>(topic, &qos)?;
         let subscription = self.node.create_subscription(&dds_topic, Some(qos));
-        Ok(Input { topic, subscription: subscription.map_err(dds_error)? })
+        let subscription = subscription.map_err(dds_error)?;
+        self.topics.push((subscription.guid(), topic));
+        Ok(Input { topic, subscription })
     }
 
     fn publisher<M: Message + Serialize>(
@@ -317,16 +349,26 @@ impl EndpointBuilder<'_> {
     }
 }
 
+/// The quality of service that a subscription needs, in words.
+fn needed(qos: &rustdds::QosPolicies) -> String {
+    let is_reliable = matches!(qos.reliability(), Some(policy::Reliability::Reliable { .. }));
+    let reliability = if is_reliable { "reliable" } else { "best effort or reliable" };
+    match qos.durability() {
+        None | Some(policy::Durability::Volatile) => reliability.to_owned(),
+        Some(_) => format!("{reliability} and transient local (latched)"),
+    }
+}
+
 /// The full name of a topic. The part of its name before a slash belongs to the namespace.
 fn topic_name(namespace: &str, name: &str) -> Result<Name, NodeError> {
     let (inner, base) = name.rsplit_once('/').unwrap_or(("", name));
     let separator = if inner.is_empty() || namespace.ends_with('/') { "" } else { "/" };
     let full = format!("{namespace}{separator}{inner}");
-    Name::new(&full, base).map_err(|error| bad_namespace(namespace, &error))
+    Name::new(&full, base).map_err(|_| bad_namespace(namespace))
 }
 
-fn bad_namespace(namespace: &str, error: &NameError) -> NodeError {
-    NodeError::BadNamespace { namespace: namespace.to_owned(), reason: error.to_string() }
+fn bad_namespace(namespace: &str) -> NodeError {
+    NodeError::BadNamespace { namespace: namespace.to_owned() }
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "`map_err` passes the error by value")]

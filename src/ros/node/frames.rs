@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::incoming::{frame_name, planar_pose};
 use super::notices::MessageError;
-use crate::geometry::Pose;
+use crate::geometry::{Pose, Vector};
 use crate::localization::PoseHistory;
 use crate::ros::msg::{self, TFMessage};
 
@@ -15,6 +15,10 @@ const MAX_PARENTS: usize = 32;
 /// A transform that is older than the newest of its frame by less than this, seconds, arrived out of order. An older one means
 /// that the sender's clock was set.
 const OUT_OF_ORDER_S: f64 = 1.0;
+
+/// Largest tilt of a lidar, radians: 10 degrees. Beyond it a range in the plane is more than 1.5 % shorter than the measured one,
+/// and the beams look at the floor or above obstacles.
+const MAX_LIDAR_TILT: f64 = 0.175;
 
 /// The planar poses of each frame in its parent frame: the recent ones, or those of a whole log.
 #[derive(Clone, Debug, Default)]
@@ -29,6 +33,8 @@ pub struct Frames {
 struct Link {
     parent: String,
     pose: LinkPose,
+    /// The horizontal part of the parent's upward axis in this frame, by the newest transform.
+    lean: Vector,
 }
 
 #[derive(Clone, Debug)]
@@ -50,6 +56,9 @@ pub enum NoPose {
     Tilted,
 }
 
+/// A frame and those above it, each with the pose of the first in it.
+type Ancestors<'a> = Vec<(&'a str, Result<FramePose, NoPose>)>;
+
 impl NoPose {
     /// What the pose of a lidar lacks, for a message after the name of its frame.
     pub fn of_lidar(self, base_frame: &str) -> String {
@@ -58,8 +67,24 @@ impl NoPose {
                 "which tf does not connect to `{base_frame}`: publish the lidar's pose on tf_static"
             ),
             Self::Tilted => {
-                format!("which is tilted against `{base_frame}`: the lidar must be upright")
+                let degrees = MAX_LIDAR_TILT.to_degrees();
+                format!(
+                    "which is tilted against `{base_frame}`: the lidar must be level within {degrees:.0} degrees and upright"
+                )
             }
+        }
+    }
+
+    /// What the pose of the odometry's frame lacks, for a message after the name of that frame.
+    pub fn of_odometry(self, map_frame: &str) -> String {
+        match self {
+            Self::Unconnected => format!(
+                "and tf does not connect it to `{map_frame}`: start a localization node, set pose_source = \"scans\", or start the \
+                 node with --odom-is-map"
+            ),
+            Self::Tilted => format!(
+                "which tf tilts against `{map_frame}`: the robot drives in a plane, so both must have their z axis up"
+            ),
         }
     }
 }
@@ -70,6 +95,21 @@ pub struct FramePose {
     pub pose: Pose,
     /// Time of the oldest dynamic transform between the two frames, seconds; infinite if all are static.
     pub time_s: f64,
+    /// The horizontal part of the other frame's upward axis in this frame: zero for a level frame. It is exact to the first order of
+    /// the tilt.
+    pub lean: Vector,
+}
+
+impl FramePose {
+    const SAME: Self =
+        Self { pose: Pose { x: 0.0, y: 0.0, yaw: 0.0 }, time_s: f64::INFINITY, lean: Vector::ZERO };
+
+    /// The pose in a frame, given that frame's pose in the same parent.
+    fn seen_from(&self, other: &Self) -> Self {
+        let pose = other.pose.inverse_transform_pose(&self.pose);
+        let lean = self.lean - other.lean.rotated(libm::sincos(-pose.yaw));
+        Self { pose, time_s: self.time_s.min(other.time_s), lean }
+    }
 }
 
 impl Frames {
@@ -112,30 +152,31 @@ impl Frames {
         if self.links.len() >= MAX_FRAMES && !self.links.contains_key(&child) {
             return Err(MessageError::TooManyFrames { max: MAX_FRAMES });
         }
+        let lean = lean(&stamped.transform.rotation);
         if matches!(pose, Err(MessageError::Tilted(_))) {
-            self.links.insert(child, Link { parent, pose: LinkPose::Tilted });
+            self.links.insert(child, Link { parent, pose: LinkPose::Tilted, lean });
             return Ok(());
         }
         let pose = pose?;
         if is_static {
-            self.links.insert(child, Link { parent, pose: LinkPose::Static(pose) });
+            self.links.insert(child, Link { parent, pose: LinkPose::Static(pose), lean });
             return Ok(());
         }
         let stamp = stamped.header.stamp;
         if stamp.is_zero() {
             return Err(MessageError::NoStamp);
         }
-        self.record(child, parent, stamp.seconds().min(now_s), &pose)
+        self.record(child, (parent, lean), stamp.seconds().min(now_s), &pose)
     }
 
     fn record(
         &mut self,
         child: String,
-        parent: String,
+        (parent, lean): (String, Vector),
         time_s: f64,
         pose: &Pose,
     ) -> Result<(), MessageError> {
-        if let Some(Link { parent: before, pose: LinkPose::Dynamic(history) }) =
+        if let Some(Link { parent: before, pose: LinkPose::Dynamic(history), lean: newest }) =
             self.links.get_mut(&child)
             && *before == parent
         {
@@ -144,44 +185,48 @@ impl Frames {
                 return Err(MessageError::NotNewer);
             }
             history.record(time_s, pose);
+            *newest = lean;
             return Ok(());
         }
         let mut history = self.history.clone();
         history.record(time_s, pose);
-        self.links.insert(child, Link { parent, pose: LinkPose::Dynamic(history) });
+        self.links.insert(child, Link { parent, pose: LinkPose::Dynamic(history), lean });
         Ok(())
     }
 
-    /// The pose of a frame in one of its ancestors at a time, seconds. Between two transforms it is interpolated; outside their
-    /// times it is the nearest.
+    /// The pose of a frame in another at a time, seconds, by the nearest frame that is above both. Between two transforms it is
+    /// interpolated; outside their times it is the nearest.
     ///
     /// # Errors
     /// When the two frames are not connected, or not by frames in one plane.
-    pub fn pose_in(&self, ancestor: &str, frame: &str, time_s: f64) -> Result<FramePose, NoPose> {
-        let mut at = frame;
-        let mut found = FramePose { pose: Pose::default(), time_s: f64::INFINITY };
-        let mut is_tilted = false;
-        for _ in 0..MAX_PARENTS {
-            if at == ancestor {
-                return if is_tilted { Err(NoPose::Tilted) } else { Ok(found) };
+    pub fn pose_in(&self, other: &str, frame: &str, time_s: f64) -> Result<FramePose, NoPose> {
+        let above_other = self.ancestors(other, time_s);
+        for (name, found) in self.ancestors(frame, time_s) {
+            if let Some((_, of_other)) = above_other.iter().find(|(above, _)| *above == name) {
+                return Ok(found?.seen_from(&(*of_other)?));
             }
-            let link = self.links.get(at).ok_or(NoPose::Unconnected)?;
-            at = &link.parent;
-            let in_parent = match &link.pose {
-                LinkPose::Static(pose) => *pose,
-                LinkPose::Dynamic(history) => {
-                    let (newest_s, _) = history.newest().ok_or(NoPose::Unconnected)?;
-                    found.time_s = found.time_s.min(newest_s);
-                    history.at(time_s).ok_or(NoPose::Unconnected)?
-                }
-                LinkPose::Tilted => {
-                    is_tilted = true;
-                    continue;
-                }
-            };
-            found.pose = in_parent.transform_pose(&found.pose);
         }
         Err(NoPose::Unconnected)
+    }
+
+    /// The pose of a lidar on the robot, as [`Self::pose_in`].
+    ///
+    /// # Errors
+    /// As [`Self::pose_in`], and when the lidar is tilted too much.
+    pub fn lidar_in(&self, base: &str, lidar: &str, time_s: f64) -> Result<FramePose, NoPose> {
+        let found = self.pose_in(base, lidar, time_s)?;
+        let is_level = found.lean.norm() <= libm::sin(MAX_LIDAR_TILT);
+        if is_level { Ok(found) } else { Err(NoPose::Tilted) }
+    }
+
+    fn ancestors<'a>(&'a self, frame: &'a str, time_s: f64) -> Ancestors<'a> {
+        let mut above = vec![(frame, Ok(FramePose::SAME))];
+        let mut at = (frame, Ok(FramePose::SAME));
+        while let Some(link) = self.links.get(at.0).filter(|_| above.len() <= MAX_PARENTS) {
+            at = (&link.parent, at.1.and_then(|found| link.lift(&found, time_s)));
+            above.push(at);
+        }
+        above
     }
 
     /// Whether the dynamic transforms above a frame had begun at a time, seconds.
@@ -198,10 +243,36 @@ impl Frames {
     }
 }
 
+impl Link {
+    /// The pose in the parent, given the pose in this frame.
+    fn lift(&self, found: &FramePose, time_s: f64) -> Result<FramePose, NoPose> {
+        let (in_parent, newest_s) = match &self.pose {
+            LinkPose::Static(pose) => (*pose, f64::INFINITY),
+            LinkPose::Dynamic(history) => {
+                let (newest_s, _) = history.newest().ok_or(NoPose::Unconnected)?;
+                (history.at(time_s).ok_or(NoPose::Unconnected)?, newest_s)
+            }
+            LinkPose::Tilted => return Err(NoPose::Tilted),
+        };
+        Ok(FramePose {
+            pose: in_parent.transform_pose(&found.pose),
+            time_s: found.time_s.min(newest_s),
+            lean: found.lean + self.lean.rotated(libm::sincos(-found.pose.yaw)),
+        })
+    }
+}
+
+/// The horizontal part of the parent's upward axis in a frame with this rotation.
+fn lean(rotation: &msg::Quaternion) -> Vector {
+    let msg::Quaternion { x, y, z, w } = *rotation;
+    Vector::new(2.0 * (x * z - w * y), 2.0 * (y * z + w * x))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::ros::msg::{Header, Time, Transform, TransformStamped};
+    use crate::ros::node::scan::level_range;
 
     fn message(parent: &str, child: &str, stamp_s: f64, x: f64) -> TFMessage {
         TFMessage {
@@ -264,6 +335,39 @@ mod tests {
         }
         assert_eq!(frames.pose_in("base", "broken", 1.0), Err(NoPose::Unconnected));
         assert_eq!(frames.pose_in("map", "sensor", 1.0), Err(NoPose::Unconnected));
+    }
+
+    /// A lidar that is pitched on a turned mast: the ranges in the plane are those of the rotations themselves.
+    #[test]
+    fn range_of_a_tilted_lidar_is_its_part_in_the_plane() {
+        let (yaw, pitch) = (0.8_f64, 0.15_f64);
+        let turned = |yaw: f64, pitch: f64| {
+            let ((sz, cz), (sy, cy)) = (libm::sincos(yaw / 2.0), libm::sincos(pitch / 2.0));
+            msg::Quaternion { x: -sz * sy, y: cz * sy, z: sz * cy, w: cz * cy }
+        };
+        let mut transforms = message("base", "mast", 0.0, 0.3).transforms;
+        transforms[0].transform.rotation = turned(yaw, 0.0);
+        let mut lidar = message("mast", "laser", 0.0, 0.0).transforms;
+        lidar[0].transform.rotation = turned(0.0, pitch);
+        transforms.extend(lidar);
+        transforms.extend(message("base", "foot", 0.0, 0.0).transforms);
+        let mut frames = Frames::default();
+        frames.update(1.0, &TFMessage { transforms }, true).expect("valid");
+        for base in ["base", "foot"] {
+            let found = frames.lidar_in(base, "laser", 1.0).expect("level enough");
+            assert!((found.pose.yaw - yaw).abs() < 1e-9);
+            for angle in [0.0, 0.7, 1.6, 3.0] {
+                let (sin, cos) = libm::sincos(angle);
+                let in_plane = libm::hypot(cos * libm::cos(pitch), sin);
+                let found = level_range(angle, 4.0, &found.lean);
+                assert!((found - 4.0 * in_plane).abs() < 1e-9, "{angle}: {found}");
+            }
+        }
+        assert_eq!(
+            frames.lidar_in("laser", "base", 1.0).map(|found| found.time_s),
+            Ok(f64::INFINITY)
+        );
+        assert_eq!(level_range(1.0, 4.0, &Vector::ZERO), 4.0);
     }
 
     #[test]

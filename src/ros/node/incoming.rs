@@ -15,6 +15,8 @@ const MAX_POSITION_M: f64 = 1e6;
 const QUATERNION_TOLERANCE: f64 = 0.01;
 /// Least vertical component of the z axis of a pose: 0.5 is a slope of 60 degrees.
 const MIN_UPRIGHT: f64 = 0.5;
+/// Standard deviations of a rough pose from `RViz`, metres and radians: half a metre and 15 degrees.
+const HINT_SIGMAS: (f64, f64) = (0.5, 0.262);
 /// Longest name of a frame, bytes.
 const MAX_FRAME_NAME: usize = 256;
 
@@ -68,6 +70,13 @@ pub enum IncomingMessage {
         /// Message of the decoder.
         reason: String,
     },
+    /// A publisher whose messages do not arrive, because the qualities of service do not match.
+    Unmatched {
+        /// The topic.
+        topic: &'static str,
+        /// The quality of service that a publisher needs.
+        expected: String,
+    },
 }
 
 impl IncomingMessage {
@@ -112,7 +121,7 @@ impl IncomingMessage {
             Self::Stop(_) => "inbye/stop",
             Self::Transforms(_) => "tf",
             Self::StaticTransforms(_) => "tf_static",
-            Self::Undecodable { topic, .. } => topic,
+            Self::Undecodable { topic, .. } | Self::Unmatched { topic, .. } => topic,
         }
     }
 }
@@ -209,7 +218,8 @@ pub fn goal(message: &msg::PoseStamped) -> Result<(String, Goal), MessageError> 
     Ok((frame, goal))
 }
 
-/// A rough pose and its frame. Its standard deviations are those of the position along its worse axis and of the yaw.
+/// A rough pose and its frame. Its standard deviations are those of the position along its worse axis and of the yaw. A covariance
+/// of zeros, as `nav2_simple_commander` sends, stands for that of `RViz`.
 ///
 /// # Errors
 /// When the pose, the covariance or the frame is invalid.
@@ -221,8 +231,11 @@ pub fn pose_hint(
     let pose = planar_pose("pose.pose", pose)?;
     let [[xx, xy, ..], [_, yy, ..], .., [.., yaw]] = *covariance;
     let (mean, half) = (f64::midpoint(xx, yy), (xx - yy) / 2.0);
-    let sigma_m = (mean + libm::hypot(half, xy)).sqrt();
-    let sigma_rad = yaw.sqrt();
+    let (sigma_m, sigma_rad) = if [xx, xy, yy, yaw] == [0.0; 4] {
+        HINT_SIGMAS
+    } else {
+        ((mean + libm::hypot(half, xy)).sqrt(), yaw.sqrt())
+    };
     if !(sigma_m > 0.0 && sigma_rad > 0.0) {
         return Err(MessageError::NoCovariance);
     }

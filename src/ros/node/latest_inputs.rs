@@ -4,7 +4,8 @@ use super::arrival_delay::ArrivalDelay;
 use super::frames::{FramePose, Frames};
 use super::incoming::{MapInput, OdometryInput, frame_name};
 use super::notices::{MessageError, MissingInput};
-use super::scan::{deskew, laser_scan, timed_scan, to_robot_frame};
+use super::odometry_check::SpeedCheck;
+use super::scan::{deskew, laser_scan, level_range, timed_scan, to_robot_frame};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::localization::{LostReason, PoseHistory};
 use crate::map::{Beam, Scan, ScanChange, TimedScan};
@@ -53,6 +54,7 @@ pub struct LatestInputs {
     pub odometry: Option<OdometryInput>,
     scan: Option<ScanInput>,
     scan_change: ScanChange,
+    motion_check: SpeedCheck,
     /// The poses of the odometry by the sender's clock.
     history: PoseHistory,
     /// Delays of the streams of odometry and scans.
@@ -74,6 +76,18 @@ struct ScanInput {
     timed: Option<TimedScan>,
 }
 
+/// What an observation is made of.
+struct ReadyInputs<'a> {
+    /// The pose of the odometry's frame in the map, its time, and why it is not known.
+    frame: Pose,
+    pose_s: f64,
+    lost: Option<LostReason>,
+    odometry: &'a OdometryInput,
+    scan: &'a ScanInput,
+    /// The lidar's pose on the robot.
+    mount: Pose,
+}
+
 impl LatestInputs {
     /// Sets the map. Returns false if it equals the current map: some servers repeat theirs.
     pub fn set_map(&mut self, map: MapInput) -> bool {
@@ -89,6 +103,12 @@ impl LatestInputs {
         self.history = PoseHistory::default();
     }
 
+    /// Age of the newest scan, seconds; infinite without one.
+    pub fn scan_age_s(&self, now_s: f64) -> f64 {
+        let end_s = self.scan.as_ref().map_or(f64::NEG_INFINITY, |scan| scan.end_s);
+        now_s - (end_s - self.scan_delay.ahead_s())
+    }
+
     /// Whether there is a scan, of any age.
     pub const fn has_scan(&self) -> bool {
         self.scan.is_some()
@@ -102,6 +122,9 @@ impl LatestInputs {
         limits: &AgeLimits,
     ) -> Result<(), MessageError> {
         let odometry = OdometryInput::new(message)?;
+        if self.motion_check.lacks_speed(&odometry) {
+            return Err(MessageError::NoSpeed);
+        }
         let before = self.odometry.as_ref();
         check_stamp(message.header.stamp, before.map(|before| before.stamp))?;
         let stamp_s = odometry.stamp.seconds();
@@ -126,13 +149,20 @@ impl LatestInputs {
         let stamp = message.header.stamp;
         check_stamp(stamp, self.scan.as_ref().map(|before| before.stamp))?;
         let frame = frame_name("header.frame_id", &message.header.frame_id)?;
-        if let Some(OdometryInput { base_frame, .. }) = &self.odometry
-            && let Err(reason) = self.frames.pose_in(base_frame, &frame, stamp.seconds())
-        {
-            let base_frame = base_frame.clone();
-            return Err(MessageError::LidarMount { frame, base_frame, reason });
+        let mut scan = laser_scan(message)?;
+        if let Some(OdometryInput { base_frame, .. }) = &self.odometry {
+            match self.frames.lidar_in(base_frame, &frame, stamp.seconds()) {
+                Ok(FramePose { lean, .. }) => {
+                    for beam in 0..scan.ranges.len() {
+                        scan.ranges[beam] = level_range(scan.angle(beam), scan.ranges[beam], &lean);
+                    }
+                }
+                Err(reason) => {
+                    let base_frame = base_frame.clone();
+                    return Err(MessageError::LidarMount { frame, base_frame, reason });
+                }
+            }
         }
-        let scan = laser_scan(message)?;
         let timed = timed_scan(message, &scan).filter(|_| !stamp.is_zero());
         let stamp_s = stamp.seconds();
         check_clock(now_s, stamp_s, limits)?;
@@ -189,7 +219,7 @@ impl LatestInputs {
         base_frame: &str,
         limits: &AgeLimits,
     ) -> Result<Pose, MissingInput> {
-        let mount = self.frames.pose_in(base_frame, &scan.frame, scan.stamp.seconds());
+        let mount = self.frames.lidar_in(base_frame, &scan.frame, scan.stamp.seconds());
         let mount = mount.map_err(|reason| MissingInput::LidarMount {
             frame: scan.frame.clone(),
             base_frame: base_frame.to_owned(),
@@ -198,14 +228,14 @@ impl LatestInputs {
         fresh(now_s, &mount, limits, &scan.frame, base_frame)
     }
 
-    /// The observation at a time. Odometry and dynamic transforms that are too old by their stamps are missing; the navigator
-    /// checks the scan's age.
-    pub fn observation(
+    /// The inputs at a time. Odometry and dynamic transforms that are too old by their stamps are missing; the navigator checks the
+    /// scan's age.
+    fn ready(
         &self,
         now_s: f64,
         limits: &AgeLimits,
         odometry_frame: &OdometryFrame,
-    ) -> Result<Observation, MissingInput> {
+    ) -> Result<ReadyInputs<'_>, MissingInput> {
         let map = self.map.as_ref().ok_or(MissingInput::Map)?;
         let odometry = self.odometry.as_ref().ok_or(MissingInput::Odometry)?;
         let odometry_s = odometry.stamp.seconds();
@@ -216,9 +246,10 @@ impl LatestInputs {
             OdometryFrame::IsMap => (Pose::default(), now_s, None),
             OdometryFrame::ByTransforms => {
                 let found = self.frames.pose_in(&map.frame, &odometry.frame, odometry_s);
-                let found = found.map_err(|_| MissingInput::Transform {
+                let found = found.map_err(|reason| MissingInput::Transform {
                     odometry: odometry.frame.clone(),
                     map: map.frame.clone(),
+                    reason,
                 })?;
                 let pose = fresh(now_s, &found, limits, &odometry.frame, &map.frame)?;
                 (pose, found.time_s.min(now_s), None)
@@ -227,13 +258,35 @@ impl LatestInputs {
         };
         let scan = self.scan.as_ref().ok_or(MissingInput::Scan)?;
         let mount = self.mount(now_s, scan, &odometry.base_frame, limits)?;
+        Ok(ReadyInputs { frame, pose_s, lost, odometry, scan, mount })
+    }
+
+    /// Checks that an observation can be made at a time.
+    pub fn check(
+        &self,
+        now_s: f64,
+        limits: &AgeLimits,
+        odometry_frame: &OdometryFrame,
+    ) -> Result<(), MissingInput> {
+        self.ready(now_s, limits, odometry_frame).map(|_| ())
+    }
+
+    /// The observation at a time.
+    pub fn observation(
+        &self,
+        now_s: f64,
+        limits: &AgeLimits,
+        odometry_frame: &OdometryFrame,
+    ) -> Result<Observation, MissingInput> {
+        let ReadyInputs { frame, pose_s, lost, odometry, scan, mount } =
+            self.ready(now_s, limits, odometry_frame)?;
         Ok(Observation {
             time_s: now_s,
             pose: frame.transform_pose(&odometry.pose),
             pose_s,
             lost,
             twist: odometry.twist,
-            odometry_s: odometry_s - self.odometry_delay.ahead_s(),
+            odometry_s: odometry.stamp.seconds() - self.odometry_delay.ahead_s(),
             scan: self.current_scan(scan, &mount),
             scan_s: scan.end_s - self.scan_delay.ahead_s(),
             scan_changed_s: scan.changed_s - self.scan_delay.ahead_s(),
@@ -356,6 +409,8 @@ mod tests {
                 ..Odometry::default()
             };
             odometry.pose.pose = msg::Pose::from(&pose_at(time_s));
+            odometry.twist.twist.linear.x = VELOCITY.linear;
+            odometry.twist.twist.angular.z = VELOCITY.angular;
             inputs.set_odometry(time_s, &odometry, &LIMITS).expect("valid");
         }
         let now_s = START_S + 0.15;

@@ -22,6 +22,7 @@ mod localization;
 pub mod network;
 mod node_core;
 mod notices;
+mod odometry_check;
 #[cfg(feature = "ros2")]
 mod pending_requests;
 mod protection;
@@ -38,4 +39,4 @@ pub use lifecycle::LifecycleState;
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;
 #[cfg(feature = "mcap")]
-pub(crate) use scan::{laser_scan, timed_scan};
+pub(crate) use scan::{laser_scan, level_range, timed_scan};

@@ -7,22 +7,23 @@ mod goal_end;
 mod lifecycle;
 mod localization;
 mod map;
+mod status;
 
 use self::ages::{MAX_TICK_GAP_S, check_period};
+use self::status::Inputs;
 use super::action::{ActionUpdate, ActiveGoal, UNKNOWN, error_code};
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
 use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
-use super::latest_inputs::{LatestInputs, OdometryFrame};
+use super::latest_inputs::LatestInputs;
 use super::lifecycle::LifecycleState;
 use super::localization::NodeLocalization;
-use super::notices::{MessageError, MissingInput, NodeStats, Notices};
+use super::notices::{MessageError, NodeStats, Notices};
 use super::protection::Protection;
 use super::zones::ZoneInputs;
 use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
-use crate::map::GridFrame;
 use crate::navigator::{Decision, Fault, Goal, Navigator, Observation, Waypoints};
 use crate::robot::TickClock;
 use crate::ros::msg::{self, ActionEnd};
@@ -94,6 +95,8 @@ pub struct NodeCore {
     action: Option<ActiveGoal>,
     /// What the clients get at the next tick.
     updates: Vec<ActionUpdate>,
+    /// The answer to the last goal of a client that has ended, and its end.
+    last_action: Vec<ActionUpdate>,
     lifecycle: LifecycleState,
     /// When it was finalized, seconds.
     finalized_s: Option<f64>,
@@ -154,6 +157,7 @@ impl NodeCore {
             contradicted: ContradictedMap::default(),
             action: None,
             updates: Vec::new(),
+            last_action: Vec::new(),
             lifecycle,
             finalized_s: None,
             states: Vec::new(),
@@ -204,7 +208,9 @@ impl NodeCore {
     pub fn receive(&mut self, now_s: f64, message: &IncomingMessage) {
         let topic = message.topic();
         let accepted = self.accept(now_s, message);
-        self.stats.count_message(topic, accepted.is_ok());
+        if !matches!(message, IncomingMessage::Unmatched { .. }) {
+            self.stats.count_message(topic, accepted.is_ok());
+        }
         if let Err(error) = accepted {
             self.notices.rejected(topic, &error);
         }
@@ -224,11 +230,13 @@ impl NodeCore {
         }
     }
 
-    /// The transport is back at a time, seconds. A goal that ended meanwhile publishes zeros until the nodes know each other.
+    /// The transport is back at a time, seconds. A goal of the action is aborted; one of the topic continues. A goal that ended
+    /// publishes zeros until the nodes know each other.
     pub fn transport_restored(&mut self, now_s: f64) {
         // The new process does not know it.
         let state = self.lifecycle.id();
         self.states.push(msg::LifecycleAnswer { request: 0, transition: 0, state, nanoseconds: 0 });
+        self.restore_action(now_s);
         self.zero_until_s = self.zero_until_s.min(now_s + TRANSPORT_SETTLE_S);
     }
 
@@ -287,39 +295,11 @@ impl NodeCore {
             IncomingMessage::Undecodable { expected, reason, .. } => {
                 return Err(MessageError::Undecodable { reason: reason.clone(), expected });
             }
+            IncomingMessage::Unmatched { topic, expected } => {
+                self.notices.unmatched(topic, expected);
+            }
         }
         Ok(())
-    }
-
-    /// Sets the map. On a changed map the robot drives on, and plans again; it stops where that is not possible.
-    fn set_map(&mut self, now_s: f64, map: MapInput) {
-        let before = self.inputs.map.as_ref().map(|before| (*before.grid.frame(), &before.frame));
-        let is_other_size = before != Some((*map.grid.frame(), &map.frame));
-        let GridFrame { width, height, resolution_m, .. } = map.grid.frame();
-        let frame = map.frame.clone();
-        let notice = format!(
-            "received a map: {width} by {height} cells of {resolution_m} m in the frame `{frame}`"
-        );
-        if !self.inputs.set_map(map) {
-            return;
-        }
-        if is_other_size {
-            self.notices.push(notice);
-        }
-        if let (Some(localization), Some(map)) = (&mut self.localization, &self.inputs.map) {
-            localization.set_map(&map.grid, &map.frame);
-            self.contradicted = ContradictedMap::default();
-        }
-        if self.ended_s.is_some() {
-            return;
-        }
-        if let Some((found, _)) = self.goal.clone().filter(|(found, _)| *found != frame) {
-            let expected = frame;
-            self.navigator = None;
-            self.abort(now_s, UNKNOWN, &MessageError::WrongFrame { found, expected });
-        } else {
-            self.prepare_given(true);
-        }
     }
 
     /// Rejects what is not in the frame of the map.
@@ -336,7 +316,11 @@ impl NodeCore {
     fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
         self.check_active()?;
         self.check_map_frame(&found)?;
+        let is_repeated = self.is_present_goal(&found, &goal);
         self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
+        if is_repeated {
+            return Ok(());
+        }
         self.goal = Some((found, goal));
         self.navigator = None;
         (self.ended_s, self.without_scan_since_s) = (None, None);
@@ -363,8 +347,9 @@ impl NodeCore {
         outgoing.updated_map = self.look_for_changes(now_s);
         let odometry_frame = self.odometry_frame();
         outgoing.transforms = self.transforms(now_s, &odometry_frame);
+        let inputs = self.check_inputs(now_s, odometry_frame);
         if self.goal.is_some() {
-            let decision = self.decide(now_s, odometry_frame, clock);
+            let decision = self.decide(now_s, &inputs, clock);
             let wanted =
                 decision.as_ref().map_or_else(|| self.brake(), |decision| decision.command);
             self.command = self.protection.command(&wanted, &self.command, now_s, tick);
@@ -384,10 +369,8 @@ impl NodeCore {
         }
         self.notices.operator(self.protection.state());
         self.notices.protective_action(now_s, self.protection.action());
-        let localization = self.localization.as_ref().map(NodeLocalization::status);
-        let statuses = [Some(self.protection.status()), localization, self.engine.status()];
-        let statuses = statuses.into_iter().flatten().collect();
-        outgoing.diagnostics = self.diagnostics.message(now_s, statuses);
+        self.notices.silence(now_s, self.stats.has_message());
+        outgoing.diagnostics = self.diagnose(now_s, &inputs);
         outgoing.action = std::mem::take(&mut self.updates);
         outgoing.states = std::mem::take(&mut self.states);
         outgoing.notices = self.notices.take();
@@ -409,28 +392,19 @@ impl NodeCore {
     fn decide(
         &mut self,
         now_s: f64,
-        odometry_frame: Result<OdometryFrame, MissingInput>,
+        inputs: &Inputs,
         clock: &mut dyn FnMut() -> f64,
     ) -> Option<Decision> {
         let limits = self.age_limits();
-        let observation = odometry_frame
-            .and_then(|frame| self.inputs.observation(now_s, &limits, &frame))
-            .and_then(|observation| match self.missing_zones() {
-                Some(missing) => Err(missing),
-                None => Ok(observation),
-            })
-            .and_then(|observation| match observation.lost {
-                // A navigator plans from a known pose; later it judges itself how long the pose may be unknown.
-                Some(reason) if self.navigator.is_none() => Err(MissingInput::Pose(reason)),
-                _ => Ok(observation),
-            });
-        let observation = match observation {
-            Ok(observation) => Observation { sent: Some(self.command), ..observation },
-            Err(missing) => {
-                self.notices.missing(Some(missing));
-                return None;
-            }
-        };
+        let observation = inputs.clone();
+        let observation =
+            match observation.and_then(|frame| self.inputs.observation(now_s, &limits, &frame)) {
+                Ok(observation) => Observation { sent: Some(self.command), ..observation },
+                Err(missing) => {
+                    self.notices.missing(Some(missing));
+                    return None;
+                }
+            };
         self.notices.missing(None);
         self.pose = observation.pose;
         if self.is_held(now_s) {

@@ -10,12 +10,17 @@ use super::frames::NoPose;
 use crate::base::{OperatorState, ProtectiveAction};
 use crate::localization::{LocalizationError, LostReason};
 use crate::map::MapError;
-use crate::navigator::{Mode, Navigator};
+use crate::navigator::{Fault, Mode, Navigator, ObservationFault};
 use crate::robot::TickTime;
 use crate::settings::SettingError;
 
 /// Time after which a late tick is reported again, seconds.
 const LATE_TICKS_S: f64 = 10.0;
+
+/// A message that is older than this, seconds, was stamped by a clock that does not count from 1970: ten days.
+const OTHER_EPOCH_S: f64 = 864_000.0;
+/// Time without any message after the start that is reported, seconds.
+const SILENCE_S: f64 = 10.0;
 
 /// Time without a protective action after which the same action is reported again, seconds.
 const QUIET_S: f64 = 1.0;
@@ -43,6 +48,10 @@ pub enum MessageError {
     NoFrame(&'static str),
     #[error("its {field} must have at most {max} bytes and no control characters")]
     BadFrameName { field: &'static str, max: usize },
+    #[error(
+        "its pose moves, but its speed (twist) is zero: the driver must send the measured speed"
+    )]
+    NoSpeed,
     #[error("tf has more than {max} frames")]
     TooManyFrames { max: usize },
     #[error("it is in the frame `{frame}`, {}", .reason.of_lidar(.base_frame))]
@@ -68,7 +77,8 @@ pub enum MessageError {
     #[error(transparent)]
     OutOfRange(#[from] SettingError),
     #[error(
-        "the variances of x, y and yaw must be above zero: state how uncertain the pose is, such as 0.25 m^2 and 0.07 rad^2"
+        "the variances of x, y and yaw must be above zero: state how uncertain the pose is, such as 0.25 m^2 and 0.07 rad^2, or \
+         send only zeros for these"
     )]
     NoCovariance,
     #[error("its speed_limit is {0}: it must be zero for no limit, or above")]
@@ -93,7 +103,7 @@ pub enum MessageError {
 }
 
 /// The input that the node waits for. Meanwhile the robot brakes to zero.
-#[derive(Debug, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum MissingInput {
     #[error("no map was received")]
     Map,
@@ -112,11 +122,8 @@ pub enum MissingInput {
     /// The last odometry is too old.
     #[error("odometry is no longer received")]
     RecentOdometry,
-    #[error(
-        "odometry is in the frame `{odometry}` and tf does not connect it to `{map}`: start a localization node, or set \
-         pose_source = \"scans\" or odom_is_map"
-    )]
-    Transform { odometry: String, map: String },
+    #[error("odometry is in the frame `{odometry}`, {}", .reason.of_odometry(.map))]
+    Transform { odometry: String, map: String, reason: NoPose },
     /// A dynamic transform is too old.
     #[error(
         "tf no longer gives the pose of `{frame}` in `{ancestor}`: its last transform is too old"
@@ -126,6 +133,9 @@ pub enum MissingInput {
     LidarMount { frame: String, base_frame: String, reason: NoPose },
     #[error("no scan was received")]
     Scan,
+    /// The last scan is too old.
+    #[error("scans are no longer received")]
+    RecentScan,
 }
 
 /// Counters since the start of the node.
@@ -158,6 +168,11 @@ impl NodeStats {
         *counts.entry(topic).or_default() += 1;
     }
 
+    /// Whether any message has been received.
+    pub(super) fn has_message(&self) -> bool {
+        !(self.received.is_empty() && self.rejected.is_empty())
+    }
+
     pub(super) fn count_command(&mut self, action: &ProtectiveAction) {
         self.commands += 1;
         if !action.passes() {
@@ -172,10 +187,15 @@ pub struct Notices {
     pending: Vec<String>,
     rejections: HashSet<(&'static str, Discriminant<MessageError>)>,
     missing: Option<MissingInput>,
+    unmatched_topics: BTreeSet<&'static str>,
     late_topics: BTreeSet<&'static str>,
+    /// Since when no message has been received, seconds; infinite once that is settled.
+    silent_since_s: Option<f64>,
     /// Time of the last report of a late tick, seconds.
     late_tick_s: Option<f64>,
     had_sensor_fault: bool,
+    /// What the present sensor fault began with.
+    first_fault: Option<ObservationFault>,
     operator: Option<OperatorState>,
     /// Protective actions since the layer was last quiet, and the time of the last one, seconds.
     actions: BTreeSet<&'static str>,
@@ -200,6 +220,15 @@ impl Notices {
         }
     }
 
+    /// No message of a publisher arrives. There is one notice for each topic.
+    pub fn unmatched(&mut self, topic: &'static str, expected: &str) {
+        if self.unmatched_topics.insert(topic) {
+            self.push(format!(
+                "a publisher on {topic} has another quality of service (QoS), and none of its messages arrive: publish as {expected}"
+            ));
+        }
+    }
+
     /// The robot waits for an input, or for none.
     pub fn missing(&mut self, missing: Option<MissingInput>) {
         if let Some(new) = missing.as_ref().filter(|_| self.missing != missing) {
@@ -215,9 +244,26 @@ impl Notices {
         if least_delay_s <= limit_s {
             self.late_topics.remove(topic);
         } else if self.late_topics.insert(topic) {
+            let cause = if least_delay_s > OTHER_EPOCH_S {
+                "the sender uses simulated time (use_sim_time), which is not supported, or its clock was never set"
+            } else {
+                "the sender is slow, or its clock is behind; synchronise the clocks with chrony or NTP"
+            };
             self.push(format!(
-                "messages on {topic} are {least_delay_s:.2} s old when they arrive, the limit is {limit_s} s: the sender is slow, or \
-                 its clock is behind; synchronise the clocks with chrony or NTP"
+                "messages on {topic} are {least_delay_s:.2} s old when they arrive, the limit is {limit_s} s: {cause}"
+            ));
+        }
+    }
+
+    /// Reports once that nothing has ever been received for some seconds.
+    pub fn silence(&mut self, now_s: f64, has_message: bool) {
+        let since_s = *self.silent_since_s.get_or_insert(now_s);
+        if has_message {
+            self.silent_since_s = Some(f64::INFINITY);
+        } else if now_s - since_s > SILENCE_S {
+            self.silent_since_s = Some(f64::INFINITY);
+            self.push(format!(
+                "no message was received for {SILENCE_S} s: check ROS_DOMAIN_ID, the namespace and the network"
             ));
         }
     }
@@ -268,16 +314,53 @@ impl Notices {
     /// A new navigator has had no sensor fault yet.
     pub const fn reset_sensor_fault(&mut self) {
         self.had_sensor_fault = false;
+        self.first_fault = None;
     }
 
     /// Reports a sensor fault at its first tick.
     pub fn sensor_fault(&mut self, mode: Mode, navigator: &Navigator) {
         let has_sensor_fault = mode == Mode::SensorFault;
-        if let Some(fault) =
-            navigator.observation_fault().filter(|_| has_sensor_fault && !self.had_sensor_fault)
-        {
+        let fault = navigator.observation_fault();
+        if let Some(fault) = fault.filter(|_| has_sensor_fault && !self.had_sensor_fault) {
             self.push(format!("braking: {fault}"));
         }
         self.had_sensor_fault = has_sensor_fault;
+        self.first_fault = self.first_fault.filter(|_| fault.is_some()).or(fault);
+    }
+
+    /// The text of a navigator's fault. Where observations became faulty for another reason than the last one, it has that
+    /// reason too: a fault of odometry stops the robot, and a scan that no longer changes then looks like a frozen lidar.
+    pub fn fault_text(&self, fault: &Fault) -> String {
+        match (fault, self.first_fault) {
+            (Fault::FaultyObservation { fault: last, .. }, Some(first)) if first != *last => {
+                format!("{fault}; it began with: {first}")
+            }
+            _ => fault.to_string(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_of_a_fault_names_the_first_cause() {
+        let fault = Fault::FaultyObservation { fault: ObservationFault::FrozenScan, count: 30 };
+        let mut notices = Notices::default();
+        for (first, is_named) in [
+            (None, false),
+            (Some(ObservationFault::FrozenScan), false),
+            (Some(ObservationFault::PoseFrozen), true),
+        ] {
+            notices.first_fault = first;
+            let text = notices.fault_text(&fault);
+            assert!(text.starts_with("INVALID_OBSERVATION"), "{text}");
+            assert_eq!(
+                text.contains("it began with: the pose does not change"),
+                is_named,
+                "{text}"
+            );
+        }
     }
 }

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::notices::MessageError;
-use crate::geometry::Pose;
+use crate::geometry::{Pose, Vector};
 use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::{Beam, Scan, TimedScan};
 use crate::ros::msg::LaserScan;
@@ -48,6 +48,14 @@ pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
         angle_min = first + found.saturating_sub(1) as f64 * step;
     }
     Ok(Scan { angle_min, angle_increment: step.abs(), range_max, ranges })
+}
+
+/// The distance in the robot's plane of a return of a tilted lidar. `lean` is the horizontal part of the robot's upward axis in the
+/// lidar's frame. The direction in the plane differs from the beam's by less than half a degree, which is left out.
+pub fn level_range(angle: f64, range: f64, lean: &Vector) -> f64 {
+    let (sin, cos) = libm::sincos(angle);
+    let rise = lean.x * cos + lean.y * sin;
+    range * (1.0 - rise * rise).sqrt()
 }
 
 /// The scan in the order of measurement, with the time of each beam by the sender's clock. None without beams.

@@ -88,11 +88,16 @@ fn navigates(facts: &Value) -> Result<(), Failed> {
     holds(facts["second_error"] == serde_json::json!([0, ""]), "without an error", facts)?;
     holds(facts["statuses"].to_string().contains("[2,4]"), "a status says so", facts)?;
     holds(facts["third_accepted"] == false, "a goal nowhere is rejected", facts)?;
+    holds(facts["fourth_started_s"].is_number(), "the robot drives to the fourth goal", facts)?;
+    let end = facts["fourth_end"].to_string();
+    holds(end.starts_with("[6,9000,\"the network process was restarted"), "its end", facts)?;
+    holds(facts["late_cancel_code"] == 3, "it is no longer there to be cancelled", facts)?;
+    holds(number(facts, "crept_after_restart_m") < 0.01, "the robot stands", facts)?;
     let feedback = &facts["feedback"];
     let at = |index: usize| feedback[index].as_f64().unwrap_or(f64::NAN);
     holds(at(0) > 20.0 && at(1) > 3.0 && at(2) < 1.0, "the distance falls", facts)?;
     holds(facts["contacts"] == 0, "no wall is touched", facts)?;
-    ends_cleanly(facts)
+    holds(facts["status"] == 0, "exit status 0", facts)
 }
 
 /// A lifecycle manager configures and activates the node, deactivates it while the robot drives, and shuts it down.
@@ -152,7 +157,8 @@ fn invalid_messages(facts: &Value) -> Result<(), Failed> {
     holds(rejected["map"] == 1, "a cell of 101", facts)?;
     holds(rejected["goal_pose"] == 4, "goals nowhere", facts)?;
     let notices = facts["notices"].to_string();
-    for words in ["cell 364 is 101", "the map in `map`", "pose is not finite"] {
+    let other_qos = "a publisher on goal_pose has another quality of service (QoS), and none of its messages arrive: publish as reliable";
+    for words in ["cell 364 is 101", "the map in `map`", "pose is not finite", other_qos] {
         holds(notices.matches(words).count() == 1, words, facts)?;
     }
     ends_cleanly(facts)

@@ -3,6 +3,7 @@
 mod action;
 mod ages;
 mod given_map;
+mod inputs;
 mod lifecycle;
 mod localization;
 mod messages;

@@ -65,7 +65,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 | 12 | 13 => Some(MAX_LARGE),
-            0 | 1 | 3..=11 | 14..=18 => Some(MAX_SMALL),
+            0 | 1 | 3..=11 | 14..=19 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -95,6 +95,10 @@ impl Frame for FromNetwork {
                 IncomingMessage::Navigate(message) => (16, message.to_cdr()),
                 IncomingMessage::Cancel(message) => (17, message.to_cdr()),
                 IncomingMessage::ChangeState(message) => (18, message.to_cdr()),
+                IncomingMessage::Unmatched { topic, expected } => {
+                    let (key, value) = ((*topic).to_owned(), expected.clone());
+                    (19, KeyValue { key, value }.to_cdr())
+                }
             },
         }
     }
@@ -127,6 +131,11 @@ impl Frame for FromNetwork {
             16 => IncomingMessage::Navigate(Box::new(Message::from_cdr(payload)?)),
             17 => IncomingMessage::Cancel(Message::from_cdr(payload)?),
             18 => IncomingMessage::ChangeState(Message::from_cdr(payload)?),
+            19 => {
+                let KeyValue { key, value: expected } = Message::from_cdr(payload)?;
+                let (topic, _) = IncomingMessage::topic_and_type(&key)?;
+                IncomingMessage::Unmatched { topic, expected }
+            }
             _ => return None,
         };
         Some(Self::Message(message))
@@ -241,6 +250,7 @@ mod tests {
             FromNetwork::Message(IncomingMessage::Odometry(Box::default())),
             FromNetwork::Message(IncomingMessage::Transforms(msg::TFMessage::default())),
             FromNetwork::Message(IncomingMessage::Undecodable { topic, expected, reason }),
+            FromNetwork::Message(IncomingMessage::Unmatched { topic, expected: "reliable".into() }),
             FromNetwork::Message(IncomingMessage::Arm(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::Stop(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::InitialPose(Box::default())),

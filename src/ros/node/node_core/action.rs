@@ -6,7 +6,7 @@ use crate::ros::msg::{
     ActionAnswer, ActionCancel, ActionCancelAnswer, ActionEnd, ActionFeedback, ActionGoal,
     Duration, Header, NavigateToPoseFeedback, Pose, PoseStamped, Time,
 };
-use crate::ros::node::action::{ActionUpdate, ActiveGoal};
+use crate::ros::node::action::{ActionUpdate, ActiveGoal, UNKNOWN};
 use crate::ros::node::incoming;
 use crate::ros::node::notices::MessageError;
 
@@ -24,10 +24,13 @@ impl NodeCore {
     ) -> Result<(), MessageError> {
         let ActionGoal { id, goal } = request;
         let result = incoming::goal(&goal.pose).and_then(|goal| self.set_goal(goal));
-        let (accepted, stamp) = (result.is_ok(), Time::from_seconds(now_s));
-        self.updates.push(ActionUpdate::Answer(ActionAnswer { id: *id, accepted, stamp }));
-        if accepted {
-            self.action = Some(ActiveGoal::new(*id, now_s));
+        if result.is_ok() {
+            let goal = ActiveGoal::new(*id, now_s);
+            self.updates.push(goal.answer());
+            self.action = Some(goal);
+        } else {
+            let (accepted, stamp) = (false, Time::from_seconds(now_s));
+            self.updates.push(ActionUpdate::Answer(ActionAnswer { id: *id, accepted, stamp }));
         }
         result
     }
@@ -51,11 +54,27 @@ impl NodeCore {
         }
     }
 
-    /// The goal of a client has ended.
+    /// The goal of a client has ended. One that it has cancelled ends as cancelled, whatever happens meanwhile.
     pub(super) fn end_action(&mut self, status: i8, error: Option<(u16, String)>) {
         if let Some(goal) = self.action.take() {
-            self.updates.push(goal.end(status, error));
+            let is_canceled = goal.is_canceled;
+            let (status, error) =
+                if is_canceled { (ActionEnd::CANCELED, None) } else { (status, error) };
+            let end = goal.end(status, error);
+            self.last_action = vec![goal.answer(), end.clone()];
+            self.updates.push(end);
         }
+    }
+
+    /// The transport is a new one, which knows no goal. The client of the present goal has lost its result: the goal ends, and
+    /// so does the drive. The transport gets the last goal and its end for clients that ask again.
+    pub(super) fn restore_action(&mut self, now_s: f64) {
+        if self.action.is_some() && self.ended_s.is_none() {
+            self.navigator = None;
+            self.abort(now_s, UNKNOWN, &"the network process was restarted: send the goal again");
+        }
+        self.end_action(ActionEnd::CANCELED, None);
+        self.updates.clone_from(&self.last_action);
     }
 
     /// A cancelled goal ends when the robot stands.

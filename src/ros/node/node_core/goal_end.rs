@@ -4,15 +4,37 @@ use std::fmt::Display;
 
 use super::NodeCore;
 use crate::base::OperatorState;
-use crate::geometry::Twist;
-use crate::navigator::{Mode, Navigator};
+use crate::geometry::{Twist, wrap_angle};
+use crate::navigator::{Goal, Mode, Navigator, NavigatorSettings};
 use crate::ros::msg::ActionEnd;
 use crate::ros::node::action::{UNKNOWN, error_code};
 
 /// Time for which zero velocity is published after a goal, seconds. Then the node is silent, and another may drive.
 const STOP_S: f64 = 1.0;
 
+/// Share of the goal tolerances within which two goals are the same: the robot still arrives at the newer one.
+const SAME_SHARE: f64 = 0.1;
+
 impl NodeCore {
+    /// Whether a goal is the one that the robot pursues, within a tenth of its tolerances: nodes that follow something send theirs
+    /// again and again.
+    pub(super) fn is_present_goal(&self, frame: &str, goal: &Goal) -> bool {
+        let NavigatorSettings { xy_goal_tolerance, yaw_goal_tolerance, .. } =
+            self.settings.config.navigator;
+        let is_same_yaw = |present: Option<f64>| match (present, goal.yaw) {
+            (Some(present), Some(yaw)) => {
+                wrap_angle(yaw - present).abs() <= SAME_SHARE * yaw_goal_tolerance
+            }
+            (present, yaw) => present == yaw,
+        };
+        self.ended_s.is_none()
+            && self.goal.as_ref().is_some_and(|(found, present)| {
+                found == frame
+                    && (present.position - goal.position).norm() <= SAME_SHARE * xy_goal_tolerance
+                    && is_same_yaw(present.yaw)
+            })
+    }
+
     pub(super) fn check_end(&mut self, now_s: f64, mode: Mode) {
         if self.ended_s.is_some() {
             return;
@@ -25,7 +47,7 @@ impl NodeCore {
         }
         let fault = self.navigator.as_ref().and_then(Navigator::fault).cloned();
         if let Some(fault) = fault {
-            self.abort(now_s, error_code(&fault), &fault);
+            self.abort(now_s, error_code(&fault), &self.notices.fault_text(&fault));
         }
     }
 

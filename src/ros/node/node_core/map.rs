@@ -1,12 +1,47 @@
 //! The map of the navigator, and its changes.
 
 use super::NodeCore;
+use crate::map::GridFrame;
 use crate::navigator::NavigationMap;
 use crate::ros::convert;
 use crate::ros::msg::{self, Header, Time};
-use crate::ros::node::notices::MissingInput;
+use crate::ros::node::action::UNKNOWN;
+use crate::ros::node::incoming::MapInput;
+use crate::ros::node::notices::{MessageError, MissingInput};
+use crate::runtime::ContradictedMap;
 
 impl NodeCore {
+    /// Sets the map. On a changed map the robot drives on, and plans again; it stops where that is not possible.
+    pub(super) fn set_map(&mut self, now_s: f64, map: MapInput) {
+        let before = self.inputs.map.as_ref().map(|before| (*before.grid.frame(), &before.frame));
+        let is_other_size = before != Some((*map.grid.frame(), &map.frame));
+        let GridFrame { width, height, resolution_m, .. } = map.grid.frame();
+        let frame = map.frame.clone();
+        let notice = format!(
+            "received a map: {width} by {height} cells of {resolution_m} m in the frame `{frame}`"
+        );
+        if !self.inputs.set_map(map) {
+            return;
+        }
+        if is_other_size {
+            self.notices.push(notice);
+        }
+        if let (Some(localization), Some(map)) = (&mut self.localization, &self.inputs.map) {
+            localization.set_map(&map.grid, &map.frame);
+            self.contradicted = ContradictedMap::default();
+        }
+        if self.ended_s.is_some() {
+            return;
+        }
+        if let Some((found, _)) = self.goal.clone().filter(|(found, _)| *found != frame) {
+            let expected = frame;
+            self.navigator = None;
+            self.abort(now_s, UNKNOWN, &MessageError::WrongFrame { found, expected });
+        } else {
+            self.prepare_given(true);
+        }
+    }
+
     /// The newest map with its zones, and with what scans contradicted for minutes.
     pub(super) fn navigation_map(&self) -> Option<NavigationMap> {
         let map = self.inputs.map.as_ref()?;

@@ -456,6 +456,20 @@ def navigates(program):
     facts["statuses"] = sorted({(one.goal_info.goal_id[0], one.status) for one in statuses})
     facts["feedback"] = [len(left_m), left_m[0] if left_m else None, left_m[-1] if left_m else None]
     third, facts["third_accepted"] = client.send_goal(3, math.nan, 0.0, 0.0)
+    # The network process ends during a goal: the new one knows its end, and the robot stands.
+    fourth, facts["fourth_accepted"] = client.send_goal(4, 2.5, 2.0, 0.0)
+    facts["fourth_started_s"] = robot.until(lambda: abs(robot.v) + abs(robot.w) > 0.2, 20.0)
+    for child in children(node.child.pid):
+        os.kill(child, signal.SIGKILL)
+    robot.until(lambda: False, 6.0)
+    result = client.reply("get_result", client.call("get_result", fourth), 10.0)
+    facts["fourth_end"] = result and [result.status, result.error_code, result.error_msg]
+    cancel = client.call("cancel_goal", m.GoalInfo(fourth, m.Time(0, 0)))
+    answer = client.reply("cancel_goal", cancel, 10.0)
+    facts["late_cancel_code"] = answer and answer.return_code
+    stood_at = (robot.x, robot.y)
+    robot.until(lambda: False, 2.0)
+    facts["crept_after_restart_m"] = distance(stood_at, (robot.x, robot.y))
     return {**facts, "contacts": robot.contacts, **node.end()}
 
 
@@ -518,8 +532,10 @@ def invalid_messages(program):
     """Invalid messages are rejected and reported once; the robot does not move."""
     robot = Robot()
     node = Program(program)
+    best_effort = robot.writer("goal_pose", m.PoseStamped, Qos(Policy.Reliability.BestEffort))
     robot.until(lambda: False, 2.0)
     goal = m.PoseStamped(header("odom"), pose(*GOAL))
+    best_effort.write(goal)
     robot.cells[3, 4] = 101
     robot.publish_map()
     robot.until(lambda: False, 0.5)

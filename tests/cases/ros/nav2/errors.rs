@@ -29,11 +29,6 @@ fn invalid_values_are_rejected_with_their_path() {
             "controller_frequency is 0.0; above zero",
         ),
         (
-            "controller_frequency: 20.0",
-            "controller_frequency: 1e-9",
-            "controller_server.controller_frequency; control_period_s; 0.0001 to 1000",
-        ),
-        (
             "decel_lim_theta: -3.2",
             "decel_lim_theta: 3.2",
             "FollowPath.decel_lim_theta; velocity_smoother.max_decel; below zero",

@@ -297,3 +297,26 @@ fn config_has_exactly_the_mapped_settings() {
         }
     }
 }
+
+#[test]
+fn frequency_of_the_controller_is_one_that_the_node_can_keep() {
+    for (hertz, period_s) in [("3.0", 0.25), ("50.0", 0.02), ("1000.0", 0.01)] {
+        let text =
+            DWB.replace("controller_frequency: 20.0", &["controller_frequency: ", hertz].concat());
+        let (_, config, _) = import_valid(&text, None);
+        assert_eq!(config.local.control_period_s, period_s, "{hertz}");
+    }
+}
+
+#[test]
+fn collision_monitor_is_referred_to_its_table() {
+    let monitor = "collision_monitor:\n  ros__parameters:\n    polygons: [\"PolygonStop\"]\n    PolygonStop:\n      type: polygon\n";
+    let imported = import(&[DWB, "\n", monitor].concat(), None).expect("a valid file");
+    for parameter in ["polygons", "PolygonStop.type"] {
+        let (reason, explanation) =
+            unmapped(&imported, &["collision_monitor.", parameter].concat());
+        assert_eq!(reason, UnmappedReason::NotSupported);
+        assert!(explanation.contains("[collision_monitor]"), "{explanation}");
+    }
+    assert_eq!(imported.ignored_nodes, ["amcl"]);
+}

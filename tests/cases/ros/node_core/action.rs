@@ -6,22 +6,22 @@ use inbye::ros::node::{ActionUpdate, IncomingMessage};
 
 use super::robot::{GOAL, Robot, goal};
 
-const FIRST: [u8; 16] = [1; 16];
-const SECOND: [u8; 16] = [2; 16];
+pub const FIRST: [u8; 16] = [1; 16];
+pub const SECOND: [u8; 16] = [2; 16];
 
-fn navigate(id: [u8; 16], x: f64, y: f64) -> IncomingMessage {
+pub fn navigate(id: [u8; 16], x: f64, y: f64) -> IncomingMessage {
     let goal = NavigateToPoseGoal { pose: goal(x, y), behavior_tree: String::new() };
     IncomingMessage::Navigate(Box::new(ActionGoal { id, goal }))
 }
 
-fn cancel(request: u64, id: [u8; 16]) -> IncomingMessage {
+pub fn cancel(request: u64, id: [u8; 16]) -> IncomingMessage {
     IncomingMessage::Cancel(ActionCancel { request, id })
 }
 
 /// Identities and answers, identities and statuses of ends with their codes, and answers to requests to cancel.
-type Summary = (Vec<([u8; 16], bool)>, Vec<([u8; 16], i8, u16)>, Vec<(u64, bool)>);
+pub type Summary = (Vec<([u8; 16], bool)>, Vec<([u8; 16], i8, u16)>, Vec<(u64, bool)>);
 
-fn summary(robot: &Robot) -> Summary {
+pub fn summary(robot: &Robot) -> Summary {
     let (mut answers, mut ends, mut cancels) = Summary::default();
     for update in &robot.actions {
         match update {
@@ -127,4 +127,35 @@ fn goal_without_a_path_is_aborted_with_its_code_and_an_invalid_one_rejected() {
     robot.step();
     assert_eq!(summary(&robot).0[1], (SECOND, false));
     assert_eq!(robot.core.stats().rejected["navigate_to_pose"], 1);
+}
+
+#[test]
+fn cancelled_goal_that_is_replaced_ends_as_cancelled() {
+    let mut robot = Robot::with_map();
+    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    robot.receive(&cancel(1, FIRST));
+    robot.receive(&navigate(SECOND, 2.0, 4.0));
+    robot.step();
+    assert_eq!(summary(&robot).1, [(FIRST, ActionEnd::CANCELED, 0)]);
+}
+
+#[test]
+fn same_goal_again_does_not_stop_the_robot() {
+    let mut robot = Robot::with_map();
+    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    robot.receive(&navigate(SECOND, GOAL.0 + 0.02, GOAL.1));
+    robot.step();
+    assert_eq!(summary(&robot).1, [(FIRST, ActionEnd::ABORTED, 9000)]);
+    for step in 0..20 {
+        if step % 2 == 0 {
+            robot.receive(&navigate([10 + step; 16], GOAL.0, GOAL.1 - 0.02));
+        }
+        robot.step();
+        assert!(robot.speed() > 0.5, "{step}: {:?}", robot.notices);
+    }
+    assert_eq!(robot.paths.len(), 1);
+    robot.until(600, |robot| robot.has_notice("reached the goal"));
+    assert_eq!(summary(&robot).1.last(), Some(&([28; 16], ActionEnd::SUCCEEDED, 0)));
 }

@@ -148,3 +148,17 @@ fn invalid_transforms_and_undecodable_bytes_are_rejected() {
         robot.has_notice("cannot be decoded (too short): the topic's type must be OccupancyGrid")
     );
 }
+
+/// Of a publisher whose messages do not arrive, nothing is counted.
+#[test]
+fn publisher_with_another_quality_of_service_is_reported_once() {
+    let mut robot = Robot::new(false);
+    let expected = "reliable and transient local (latched)".to_owned();
+    let unmatched = IncomingMessage::Unmatched { topic: "map", expected };
+    (0..3).for_each(|_| robot.receive(&unmatched));
+    robot.step();
+    let found = robot.notices.iter().filter(|notice| notice.contains("a publisher on map has"));
+    assert_eq!(found.count(), 1, "{:?}", robot.notices);
+    assert!(robot.has_notice("publish as reliable and transient local (latched)"));
+    assert!(!robot.core.stats().rejected.contains_key("map"));
+}

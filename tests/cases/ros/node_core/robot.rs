@@ -87,6 +87,8 @@ pub struct Robot {
     pub step_s: f64,
     pub has_scan: bool,
     pub has_odometry: bool,
+    /// Share of its speed that the odometry reports.
+    pub speed_share: f64,
     /// Whether `tf` gives the pose of the odometry's frame in the map at each step.
     pub has_transform: bool,
     /// Ages of the stamps on arrival, seconds; negative for a clock that is ahead.
@@ -135,6 +137,7 @@ impl Robot {
             step_s: 0.1,
             has_scan: true,
             has_odometry: true,
+            speed_share: 1.0,
             has_transform: false,
             scan_late_s: 0.0,
             odometry_late_s: 0.0,
@@ -299,6 +302,13 @@ impl Robot {
         self.commands.last() == Some(&Some(Twist::STOP))
     }
 
+    /// Level and message of the latest status with a name.
+    pub fn status(&self, name: &str) -> (msg::Byte, &str) {
+        let latest = self.diagnostics.last().expect("diagnostics");
+        let status = latest.status.iter().find(|status| status.name == name);
+        status.map(|status| (status.level, &*status.message)).expect("a status")
+    }
+
     pub fn has_notice(&self, words: &str) -> bool {
         self.notices.iter().any(|notice| notice.contains(words))
     }
@@ -312,8 +322,8 @@ impl Robot {
             ..msg::Odometry::default()
         };
         message.pose.pose = msg::Pose::from(&in_frame);
-        message.twist.twist.linear.x = self.twist.linear;
-        message.twist.twist.angular.z = self.twist.angular;
+        message.twist.twist.linear.x = self.speed_share * self.twist.linear;
+        message.twist.twist.angular.z = self.speed_share * self.twist.angular;
         message
     }
 

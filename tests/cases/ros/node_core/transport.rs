@@ -1,8 +1,10 @@
-//! A transport that is lost and restored: zeros first, then the goal.
+//! A transport that is lost and restored: zeros first, then the goal of the topic.
 
 use inbye::geometry::Twist;
+use inbye::ros::msg::ActionEnd;
 
-use super::robot::Robot;
+use super::action::{FIRST, SECOND, cancel, navigate, summary};
+use super::robot::{GOAL, Robot};
 
 #[test]
 fn robot_gets_zeros_after_the_transport_is_back_and_then_continues() {
@@ -38,4 +40,43 @@ fn node_without_goal_stays_silent_after_a_loss() {
     robot.core.transport_lost();
     robot.core.transport_restored(robot.now_s);
     (0..20).for_each(|_| assert_eq!(robot.step(), None));
+}
+
+/// The new network process does not know the goal, and the client has lost its result.
+#[test]
+fn goal_of_the_action_ends_with_the_transport_and_the_new_one_gets_its_end() {
+    let mut robot = Robot::with_map();
+    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    robot.core.transport_lost();
+    (robot.has_scan, robot.has_odometry) = (false, false);
+    (0..10).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+    robot.core.transport_restored(robot.now_s);
+    (robot.has_scan, robot.has_odometry) = (true, true);
+    robot.actions.clear();
+    robot.step();
+    let end = (vec![(FIRST, true)], vec![(FIRST, ActionEnd::ABORTED, 9000)], vec![]);
+    assert_eq!(summary(&robot), end);
+    assert!(robot.has_notice("aborted the goal: the network process was restarted"));
+    (0..60).for_each(|_| assert!(robot.step().is_none_or(|command| command == Twist::STOP)));
+    // Lost again without a goal: the last end is still known.
+    robot.core.transport_lost();
+    robot.core.transport_restored(robot.now_s);
+    robot.actions.clear();
+    robot.step();
+    assert_eq!(summary(&robot), end);
+    robot.receive(&navigate(SECOND, GOAL.0, GOAL.1));
+    robot.until(50, |robot| robot.speed() > 0.8);
+}
+
+#[test]
+fn cancelled_goal_ends_as_cancelled_when_the_transport_is_lost() {
+    let mut robot = Robot::with_map();
+    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    robot.receive(&cancel(1, FIRST));
+    robot.core.transport_lost();
+    robot.core.transport_restored(robot.now_s);
+    robot.step();
+    assert_eq!(summary(&robot).1, [(FIRST, ActionEnd::CANCELED, 0)]);
 }
