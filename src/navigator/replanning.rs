@@ -130,6 +130,7 @@ impl Replanner {
     }
 
     /// The map that replaced the one before was given: without a path on it the mission ends.
+    #[cfg(feature = "ros")]
     pub const fn require_path_on_map(&mut self) {
         if let Some(map) = &mut self.new_map {
             map.is_given = true;

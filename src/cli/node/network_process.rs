@@ -48,7 +48,8 @@ fn limit_memory(_memory_mib: u64) -> anyhow::Result<()> {
 pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
     let mut settings = DdsSettings::default();
     // A slash alone is the root: no namespace.
-    arguments.namespace.trim_end_matches('/').clone_into(&mut settings.namespace);
+    let namespace = if arguments.namespace == "/" { "" } else { &*arguments.namespace };
+    namespace.clone_into(&mut settings.namespace);
     settings.domain = domain()?;
     settings.localhost_only = is_localhost_only();
     settings.stamped = arguments.stamped;

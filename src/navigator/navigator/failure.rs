@@ -16,6 +16,7 @@ impl Navigator {
     }
 
     /// Counts a command that the protective layer changed, by the name of its action. A robot that it holds fails for that reason.
+    #[cfg(feature = "sim")]
     pub(crate) fn count_protection(&mut self, action: &'static str) {
         self.stuck_ticks.count_protection(action);
     }
