@@ -7,7 +7,7 @@
 use core::f64::consts::TAU;
 
 use super::ObservationFault;
-use super::scan_visibility::{ends_within, is_full_turn};
+use super::scan_visibility::{ends_alone_within, is_full_turn};
 use crate::geometry::{Pose, bearing, wrap_angle};
 use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
 use crate::robot::Footprint;
@@ -129,12 +129,12 @@ impl ScanHealth {
         self.blind_scans > 0
     }
 
-    /// The scan without the beams of dark sectors: they saw nothing, also not that something is gone. And without those that end
-    /// within the robot's body, as on dust. `None` where there are no such beams.
+    /// The scan without the beams of dark sectors: they saw nothing, also not that something is gone. And without single ones that
+    /// end within the robot's body, as on dust. `None` where there are no such beams.
     pub fn masked(&self, scan: &Scan, body: &Footprint) -> Option<Scan> {
         let mut beams = (0..scan.ranges.len()).filter(|&beam| {
             let sees_nothing = || !is_return(scan, scan.ranges[beam]);
-            ends_within(body, scan, beam)
+            ends_alone_within(body, scan, beam)
                 || self.dark_scans[sector_of(scan.angle(beam))] > 0 && sees_nothing()
         });
         let first = beams.next()?;

@@ -48,13 +48,21 @@ pub(super) fn is_in_view(pose: &Pose, scan: &Scan, direction: f64, half_angle: f
 }
 
 /// Whether a beam ends within the robot's body.
-pub(super) fn ends_within(body: &Footprint, scan: &Scan, beam: usize) -> bool {
+fn ends_within(body: &Footprint, scan: &Scan, beam: usize) -> bool {
     let range_m = scan.ranges[beam];
     (0.0..=body.body_radius_m() + OWN_BODY_MARGIN_M).contains(&range_m) && {
         let (sin, cos) = libm::sincos(scan.angle(beam));
         let end = Point::new(range_m * cos, range_m * sin);
         body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0
     }
+}
+
+/// Whether a beam ends within the robot's body and its neighbours do not, as on a grain of dust. An obstacle that touches the robot
+/// returns several beams.
+pub(super) fn ends_alone_within(body: &Footprint, scan: &Scan, beam: usize) -> bool {
+    let count = scan.ranges.len();
+    let neighbours = [beam + 1, beam + count - 1].map(|beam| beam % count);
+    ends_within(body, scan, beam) && !neighbours.iter().any(|&beam| ends_within(body, scan, beam))
 }
 
 /// The shortest of the ranges within an angle of a direction in the map frame, metres. A beam without a return saw to the sensor's

@@ -34,9 +34,12 @@ impl StuckTicks {
         *self.by_protection.entry(action).or_default() += 1;
     }
 
-    /// Whether the local planner found no admissible velocity in most of all ticks.
+    /// Whether the local planner found no admissible velocity in most ticks in which it was asked, and the robot tried little else than
+    /// to escape.
     pub fn is_blocked(&self) -> bool {
-        self.share(self.by_mode.get(Mode::Blocked.name()).copied()) > 0.5
+        let ticks = |mode: Mode| self.by_mode.get(mode.name()).copied().unwrap_or_default();
+        let blocked = ticks(Mode::Blocked);
+        blocked > ticks(Mode::Driving) && self.share(Some(blocked + ticks(Mode::Escaping))) > 0.5
     }
 
     /// What the robot did, and what the protective layer did.
