@@ -112,7 +112,7 @@ pub struct DeskewedScan {
     pub unmeasured: usize,
     /// Longest range of the sensor, metres.
     pub range_max: f64,
-    /// Directions of all beams, radians, increasing.
+    /// Directions of all beams, radians.
     pub(crate) directions: Vec<f64>,
 }
 
@@ -148,7 +148,6 @@ impl DeskewedScan {
         self.directions.clear();
         let directions = scan.beams.iter().map(|beam| wrap_angle(beam.angle));
         self.directions.extend(directions.filter(|direction| direction.is_finite()));
-        self.directions.sort_unstable_by(f64::total_cmp);
         let newest = history.newest();
         let here = newest.map_or_else(Pose::default, |(_, pose)| pose);
         self.time_s = newest.map_or_else(|| scan.end_s().unwrap_or_default(), |(time_s, _)| time_s);
@@ -176,12 +175,14 @@ impl DeskewedScan {
     /// The first direction of the lidar's field of view, and its angle counter-clockwise from there, radians. `None` where it is a
     /// full turn.
     pub(crate) fn field_of_view(&self) -> Option<(f64, f64)> {
-        let (first, last) = (self.directions.first()?, self.directions.last()?);
-        let between = self.directions.windows(2).map(|pair| (pair[1], pair[1] - pair[0]));
+        let mut directions = self.directions.clone();
+        directions.sort_unstable_by(f64::total_cmp);
+        let (first, last) = (directions.first()?, directions.last()?);
+        let between = directions.windows(2).map(|pair| (pair[1], pair[1] - pair[0]));
         let (from, gap) = between.fold((*first, first + TAU - last), |widest, next| {
             if next.1 > widest.1 { next } else { widest }
         });
-        let mean = TAU / self.directions.len() as f64;
+        let mean = TAU / directions.len() as f64;
         (gap > WIDEST_GAP.max(2.0 * mean) && TAU - gap >= NARROWEST_FIELD)
             .then_some((from, TAU - gap))
     }

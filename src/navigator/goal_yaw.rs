@@ -78,8 +78,7 @@ mod tests {
         let frame = GridFrame::new(100, 26, 0.1, Pose::new(-5.0, -1.3, 0.0)).expect("a size");
         let is_wall = |index: usize| !(10..16).contains(&frame.cell_at(index).row);
         let ground = ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect());
-        let corners = [(0.4, 0.2), (-0.4, 0.2), (-0.4, -0.2), (0.4, -0.2)];
-        let body = Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a body");
+        let body = Polygon::rectangle(0.8, 0.4).expect("a body");
         let robot = RobotModel { limits: Limits::default(), footprint: Footprint::covering(body) };
         let goal = Goal { position: Point::new(0.0, 0.0), yaw };
         check_yaws(&[goal], &ObstacleModel::new(ground), &robot, &NavigatorSettings::default())

@@ -55,25 +55,18 @@ pub(super) enum Reason {
     Shortcut,
 }
 
-/// A map that replaced another one.
-#[derive(Debug, Default)]
-struct NewMap {
-    /// It is not of the robot's own scans: what it shows does not go away while the robot waits.
-    is_given: bool,
-    /// A plan on it is due.
-    is_plan_due: bool,
-    /// No plan was possible: it is due to check whether there is a path on it without what only the lidar saw.
-    is_check_due: bool,
-}
-
 /// Requests plans from the planning thread and decides whether to follow them.
 pub(super) struct Replanner {
     planner: AsyncPlanner<Reason>,
     next_s: f64,
     next_shortcut_s: f64,
     least_radius_m: f64,
-    /// The map that replaced the first one. The plans to later goals are of the map before.
-    new_map: Option<NewMap>,
+    /// The plans to later goals are of the map before.
+    is_map_replaced: bool,
+    /// The map is not of the robot's own scans: what it shows does not go away while the robot waits.
+    is_map_given: bool,
+    /// The plan that is due because of the map: [`Reason::NewMap`] or [`Reason::MapAlone`].
+    due_on_map: Option<Reason>,
     /// Why there is no path, whatever goes away.
     without_path: Option<PlanError>,
     is_blocked: bool,
@@ -98,7 +91,9 @@ impl Replanner {
             planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shortcut_s: f64::NEG_INFINITY,
-            new_map: None,
+            is_map_replaced: false,
+            is_map_given: false,
+            due_on_map: None,
             without_path: None,
             is_blocked: false,
             blocked: ConditionTimer::default(),
@@ -113,8 +108,8 @@ impl Replanner {
     /// replaced since, a new one is due at once.
     pub fn start_leg(&mut self) {
         self.planner.cancel();
-        if let Some(map) = &mut self.new_map {
-            map.is_plan_due = true;
+        self.due_on_map = self.is_map_replaced.then_some(Reason::NewMap);
+        if self.is_map_replaced {
             self.next_s = f64::NEG_INFINITY;
         }
         self.blocked = ConditionTimer::default();
@@ -124,7 +119,8 @@ impl Replanner {
     /// Plans on another map from now on, first of all at once.
     pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>) {
         self.planner = planner;
-        self.new_map = Some(NewMap { is_plan_due: true, ..NewMap::default() });
+        (self.is_map_replaced, self.is_map_given) = (true, false);
+        self.due_on_map = Some(Reason::NewMap);
         self.next_s = f64::NEG_INFINITY;
         self.forget_failures();
     }
@@ -132,29 +128,20 @@ impl Replanner {
     /// The map that replaced the one before was given: without a path on it the mission ends.
     #[cfg(feature = "ros")]
     pub const fn require_path_on_map(&mut self) {
-        if let Some(map) = &mut self.new_map {
-            map.is_given = true;
-        }
+        self.is_map_given = true;
     }
 
     fn forget_failures(&mut self) {
         (self.no_path, self.without_path) = (None, None);
-        if let Some(map) = &mut self.new_map {
-            map.is_check_due = false;
-        }
         self.retries = Retries::default();
     }
 
-    /// The reason to give up: the map has no path, or none remained at too many places, one after the other.
-    fn is_out_of_paths(&self) -> Option<PlanError> {
-        let no_path = || self.no_path.clone().filter(|_| self.retries.count > RETRIES);
-        self.without_path.clone().or_else(no_path)
-    }
-
     /// # Errors
-    /// When it is time to give up.
+    /// When it is time to give up: the map has no path, or none remained at too many places, one after the other.
     pub fn check_paths(&self) -> Result<(), Fault> {
-        self.is_out_of_paths().map_or(Ok(()), |error| Err(Fault::Plan(error)))
+        let no_path = || self.no_path.as_ref().filter(|_| self.retries.count > RETRIES);
+        let reason = self.without_path.as_ref().or_else(no_path);
+        reason.map_or(Ok(()), |error| Err(Fault::Plan(error.clone())))
     }
 
     /// Receives the plan that is due and returns it if it is better than going on.
@@ -186,8 +173,8 @@ impl Replanner {
                 }
                 // The obstacles may have gone since: Nav2 clears its costmaps here.
                 if is_blocked {
-                    if let Some(map) = &mut self.new_map {
-                        map.is_check_due |= map.is_given && reason == Reason::NewMap;
+                    if self.is_map_given && reason == Reason::NewMap {
+                        self.due_on_map = Some(Reason::MapAlone);
                     }
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot);
@@ -214,10 +201,7 @@ impl Replanner {
             Reason::HeldUp => HELD_UP_PERIODS * settings.replan_period_s,
             _ => settings.replan_period_s,
         };
-        if let Some(map) = &mut self.new_map {
-            map.is_plan_due &= reason != Reason::NewMap;
-            map.is_check_due &= reason != Reason::MapAlone;
-        }
+        self.due_on_map = self.due_on_map.filter(|due| *due != reason);
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
@@ -242,10 +226,8 @@ impl Replanner {
         let escapes = state.mode == Mode::Escaping;
         if !escapes && has_strayed(state) {
             Some(Reason::Strayed)
-        } else if self.new_map.as_ref().is_some_and(|map| map.is_plan_due) {
-            Some(Reason::NewMap)
-        } else if self.new_map.as_ref().is_some_and(|map| map.is_check_due) {
-            Some(Reason::MapAlone)
+        } else if self.due_on_map.is_some() {
+            self.due_on_map
         } else if self.is_blocked {
             Some(Reason::Blocked)
         } else if escapes || state.stuck_s > STUCK_PATIENCES * state.stuck_patience_s() {
@@ -399,7 +381,7 @@ mod tests {
     }
 
     fn has_given_up(replanner: &Replanner) -> bool {
-        replanner.is_out_of_paths().is_some()
+        replanner.check_paths().is_err()
     }
 
     #[test]

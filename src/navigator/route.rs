@@ -22,7 +22,7 @@ pub(crate) struct Route {
 /// itself.
 const SEARCH_BACK_M: f64 = 1.0;
 const SEARCH_AHEAD_M: f64 = 3.0;
-/// At most so much of the way back counts as no progress, metres: escapes are shorter, and a robot that was carried starts anew.
+/// At most so much of the way back counts as no progress, metres: escapes are shorter, and a robot that was carried starts again.
 const MAX_RETREAT_M: f64 = 5.0;
 /// Distance at which a key node is touched, metres. The paper gives none.
 const TOUCH_M: f64 = 0.5;
@@ -191,7 +191,7 @@ mod tests {
             assert_eq!(stuck_s(&slow, replaced), 0.0);
             assert_eq!(stuck_s(&to_and_fro, replaced), 7.0);
         }
-        // A robot that was carried far back starts anew.
+        // A robot that was carried far back starts again.
         assert_eq!(stuck_s(&[9.0, 30.0, 25.1, 24.4], &[1]), 0.0);
     }
 }

@@ -132,9 +132,10 @@ impl ScanHealth {
     /// The scan without the beams of dark sectors: they saw nothing, also not that something is gone. And without single ones that
     /// end within the robot's body, as on dust. `None` where there are no such beams.
     pub fn masked(&self, scan: &Scan, body: &Footprint) -> Option<Scan> {
+        let ends_alone_within = ends_alone_within(body, scan);
         let mut beams = (0..scan.ranges.len()).filter(|&beam| {
             let sees_nothing = || !is_return(scan, scan.ranges[beam]);
-            ends_alone_within(body, scan, beam)
+            ends_alone_within(beam)
                 || self.dark_scans[sector_of(scan.angle(beam))] > 0 && sees_nothing()
         });
         let first = beams.next()?;

@@ -48,21 +48,26 @@ pub(super) fn is_in_view(pose: &Pose, scan: &Scan, direction: f64, half_angle: f
 }
 
 /// Whether a beam ends within the robot's body.
-fn ends_within(body: &Footprint, scan: &Scan, beam: usize) -> bool {
-    let range_m = scan.ranges[beam];
-    (0.0..=body.body_radius_m() + OWN_BODY_MARGIN_M).contains(&range_m) && {
-        let (sin, cos) = libm::sincos(scan.angle(beam));
-        let end = Point::new(range_m * cos, range_m * sin);
-        body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0
+fn ends_within(body: &Footprint, scan: &Scan) -> impl Fn(usize) -> bool {
+    let reach_m = body.body_radius_m() + OWN_BODY_MARGIN_M;
+    move |beam| {
+        let range_m = scan.ranges[beam];
+        (0.0..=reach_m).contains(&range_m) && {
+            let (sin, cos) = libm::sincos(scan.angle(beam));
+            let end = Point::new(range_m * cos, range_m * sin);
+            body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0
+        }
     }
 }
 
 /// Whether a beam ends within the robot's body and its neighbours do not, as on a grain of dust. An obstacle that touches the robot
 /// returns several beams.
-pub(super) fn ends_alone_within(body: &Footprint, scan: &Scan, beam: usize) -> bool {
-    let count = scan.ranges.len();
-    let neighbours = [beam + 1, beam + count - 1].map(|beam| beam % count);
-    ends_within(body, scan, beam) && !neighbours.iter().any(|&beam| ends_within(body, scan, beam))
+pub(super) fn ends_alone_within(body: &Footprint, scan: &Scan) -> impl Fn(usize) -> bool {
+    let (ends_within, count) = (ends_within(body, scan), scan.ranges.len());
+    move |beam| {
+        let neighbours = [beam + 1, beam + count - 1].map(|beam| beam % count);
+        ends_within(beam) && !neighbours.into_iter().any(&ends_within)
+    }
 }
 
 /// The shortest of the ranges within an angle of a direction in the map frame, metres. A beam without a return saw to the sensor's
@@ -359,12 +364,11 @@ mod tests {
 
     #[test]
     fn beam_ends_within_the_polygon_of_the_body_and_not_within_its_discs() {
-        let corners = [(0.4, 0.2), (-0.4, 0.2), (-0.4, -0.2), (0.4, -0.2)];
-        let body = Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a body");
-        let body = Footprint::covering(body);
+        let body = Footprint::covering(Polygon::rectangle(0.8, 0.4).expect("a body"));
         let within = |degree: f64, range_m: f64| {
             let scan = scan(|at| if at == degree { range_m } else { f64::INFINITY });
-            (0..1440).filter(|&beam| ends_within(&body, &scan, beam)).count()
+            let ends_within = ends_within(&body, &scan);
+            (0..1440).filter(|&beam| ends_within(beam)).count()
         };
         assert_eq!([within(90.0, 0.0), within(90.0, 0.21), within(-90.0, 0.23)], [1, 1, 0]);
         assert_eq!([within(0.0, 0.41), within(0.0, 0.43), within(0.0, f64::NAN)], [1, 0, 0]);

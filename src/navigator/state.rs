@@ -335,14 +335,15 @@ impl<'a> State<'a> {
     /// Whether the robot stands so near to an obstacle at its side that only the slim cover has room there.
     pub fn is_beside_obstacle(&self) -> bool {
         let room_m = |cover: &Footprint| self.field.clearance_m(cover, &self.now.pose);
-        let (Some(usual_m), Some(slim_m)) = (room_m(&self.robot.footprint), room_m(self.slim))
-        else {
-            return false;
-        };
         // Once there, until the usual cover keeps its whole margin: the covers and the resolutions of the window do not alternate.
         let needed_m = self.inflated.needed_room_m(self.is_narrow);
-        let has_slim_room = slim_m > usual_m && slim_m >= self.inflated.needed_room_m(false);
-        self.settings.features.narrow_passages && usual_m < needed_m && has_slim_room
+        let has_slim_room = |usual_m: f64| {
+            let least_m = self.inflated.needed_room_m(false);
+            room_m(self.slim).is_some_and(|slim_m| slim_m > usual_m && slim_m >= least_m)
+        };
+        self.settings.features.narrow_passages
+            && room_m(&self.robot.footprint)
+                .is_some_and(|usual_m| usual_m < needed_m && has_slim_room(usual_m))
     }
 
     /// Whether a disc that needs as much room as the footprint, with its margin, could move straight from the robot's position to a

@@ -48,10 +48,19 @@ fn is_tapered(body: &Polygon) -> bool {
 
 /// A row of equal discs along the longer side of the bounding box. A body nearly as wide as long gets two.
 pub(super) fn usual_row(body: &Polygon) -> Vec<Disc> {
+    row_of_discs(body, usual_count(body))
+}
+
+/// Radius of the discs of the usual row, metres.
+pub(super) fn usual_radius_m(body: &Polygon) -> f64 {
+    row_radius_m(body, usual_count(body))
+}
+
+fn usual_count(body: &Polygon) -> usize {
     let (longer, shorter) = sides(body);
     // One disc more than squares fit: it halves the overhang to the sides.
     let squares = (longer / shorter.max(longer / MAX_COVER_DISCS as f64)).round();
-    row_of_discs(body, (squares as usize + 1).clamp(2, MAX_COVER_DISCS))
+    (squares as usize + 1).clamp(2, MAX_COVER_DISCS)
 }
 
 /// Covers a polygon with a row of enough discs that they stand out little to the sides. They stand out more at the ends.
@@ -67,6 +76,7 @@ pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
         !is_tapered(body) && overhang_m(body, &sections) + LEAST_GAIN_M < overhang_m(body, &row);
     if is_better { sections } else { row }
 }
+
 /// The longer and the shorter side of the box around a polygon.
 fn sides(body: &Polygon) -> (f64, f64) {
     let (least, most) = body.bounds();
@@ -74,19 +84,28 @@ fn sides(body: &Polygon) -> (f64, f64) {
     (size.x.max(size.y), size.x.min(size.y))
 }
 
+/// The middle of the box around a polygon, and the radius of the circle around it that contains the polygon.
+fn circle_around(body: &Polygon) -> (Point, f64) {
+    let (least, most) = body.bounds();
+    let middle = least + (most - least) * 0.5;
+    let distance = |corner: &Point| (corner - middle).norm();
+    (middle, body.corners().iter().map(distance).fold(0.0, f64::max))
+}
+
+/// Radius of the discs of a row, metres.
+fn row_radius_m(body: &Polygon, count: usize) -> f64 {
+    let (longer, shorter) = sides(body);
+    libm::hypot(longer / count as f64 / 2.0, shorter / 2.0).min(circle_around(body).1)
+}
+
 /// A row of equal discs, or the circumscribed circle if that is not larger than one of them.
 fn row_of_discs(body: &Polygon, count: usize) -> Vec<Disc> {
-    let corners = body.corners();
     let (least, most) = body.bounds();
-    let (size, middle) = (most - least, least + (most - least) * 0.5);
-    let (longer, shorter) = sides(body);
+    let size = most - least;
+    let (longer, _) = sides(body);
     let spacing = longer / count as f64;
-    let radius = libm::hypot(spacing / 2.0, shorter / 2.0);
-    let farthest = |from: Point| {
-        let distance = |corner: &Point| (corner - from).norm();
-        corners.iter().map(distance).fold(0.0, f64::max)
-    };
-    let circumradius = farthest(middle);
+    let radius = row_radius_m(body, count);
+    let (middle, circumradius) = circle_around(body);
     if circumradius <= radius {
         return vec![Disc { x: middle.x, y: middle.y, radius: circumradius }];
     }

@@ -4,7 +4,7 @@ use serde::de::{Error, MapAccess, SeqAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::disc_cover::{cover, slim_cover, uncovered_point, usual_row};
+use super::disc_cover::{cover, slim_cover, uncovered_point, usual_radius_m};
 use super::{Polygon, RobotError};
 use crate::geometry::{Point, Pose, Twist, Vector};
 use crate::map::MovingDisc;
@@ -160,8 +160,7 @@ impl Footprint {
     /// be smaller.
     #[must_use]
     pub(crate) fn passing_radius_m(&self) -> f64 {
-        let row = self.body.as_ref().map(usual_row).unwrap_or_default();
-        row.iter().map(|disc| disc.radius).fold(self.max_disc_radius_m(), f64::max)
+        self.body.as_ref().map_or(0.0, usual_radius_m).max(self.max_disc_radius_m())
     }
 
     /// Distance between the body at this pose and another disc, metres; zero or less means contact.

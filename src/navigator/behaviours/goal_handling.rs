@@ -182,8 +182,7 @@ mod tests {
 
     /// When and why a robot of 0.8 by 0.4 m fails that stands at its goal in a corridor along x, turned as far as it has room.
     fn fails_after_s(width_m: f64) -> Option<(f64, String)> {
-        let corners = [(0.4, 0.2), (-0.4, 0.2), (-0.4, -0.2), (0.4, -0.2)];
-        let body = Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a body");
+        let body = Polygon::rectangle(0.8, 0.4).expect("a body");
         let robot = RobotModel { footprint: Footprint::covering(body), limits: Limits::default() };
         let frame = GridFrame::new(100, 60, 0.1, Pose::new(-2.0, -3.0, 0.0)).expect("a size");
         let is_wall = |index: usize| {

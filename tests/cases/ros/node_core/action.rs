@@ -44,6 +44,14 @@ fn feedback(robot: &Robot) -> Vec<&ActionFeedback> {
     all
 }
 
+/// A robot at speed on the way to the goal of the first client.
+pub fn pursuing() -> Robot {
+    let mut robot = Robot::with_map();
+    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    robot
+}
+
 #[test]
 fn goal_is_accepted_pursued_with_feedback_and_succeeds() {
     let mut robot = Robot::with_map();
@@ -75,9 +83,7 @@ fn goal_is_accepted_pursued_with_feedback_and_succeeds() {
 
 #[test]
 fn cancelled_goal_ends_when_the_robot_stands() {
-    let mut robot = Robot::with_map();
-    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
-    robot.until(50, |robot| robot.speed() > 0.8);
+    let mut robot = pursuing();
     robot.receive(&cancel(7, SECOND));
     robot.receive(&cancel(8, FIRST));
     robot.step();
@@ -131,9 +137,7 @@ fn goal_without_a_path_is_aborted_with_its_code_and_an_invalid_one_rejected() {
 
 #[test]
 fn cancelled_goal_that_is_replaced_ends_as_cancelled() {
-    let mut robot = Robot::with_map();
-    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
-    robot.until(50, |robot| robot.speed() > 0.8);
+    let mut robot = pursuing();
     robot.receive(&cancel(1, FIRST));
     robot.receive(&navigate(SECOND, 2.0, 4.0));
     robot.step();
@@ -142,9 +146,7 @@ fn cancelled_goal_that_is_replaced_ends_as_cancelled() {
 
 #[test]
 fn same_goal_again_does_not_stop_the_robot() {
-    let mut robot = Robot::with_map();
-    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
-    robot.until(50, |robot| robot.speed() > 0.8);
+    let mut robot = pursuing();
     robot.receive(&navigate(SECOND, GOAL.0 + 0.02, GOAL.1));
     robot.step();
     assert_eq!(summary(&robot).1, [(FIRST, ActionEnd::ABORTED, 9000)]);

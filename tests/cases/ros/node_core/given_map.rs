@@ -5,31 +5,25 @@ use std::time::Duration;
 
 use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, OccupancyGrid};
-use inbye::ros::msg::{ActionEnd, ActionGoal, NavigateToPoseGoal};
-use inbye::ros::node::{ActionUpdate, IncomingMessage};
+use inbye::ros::msg::ActionEnd;
+use inbye::ros::node::IncomingMessage;
 
-use super::robot::{GOAL, Robot, goal, grid, map, transform};
+use super::action::{FIRST, navigate, summary};
+use super::robot::{GOAL, Robot, grid, map, transform};
 
 /// The code with which a goal ends after the map was replaced by one with these occupied cells, and the distance driven until then,
 /// metres.
 fn end_on_map(occupied: impl Iterator<Item = Cell>) -> (u16, f64) {
     let mut robot = Robot::with_map();
-    let goal = NavigateToPoseGoal { pose: goal(GOAL.0, GOAL.1), behavior_tree: String::new() };
-    robot.receive(&IncomingMessage::Navigate(Box::new(ActionGoal { id: [1; 16], goal })));
+    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
     robot.until(100, |robot| robot.speed() > 0.4);
     let before = grid(29);
     let mut cells = before.cells().to_vec();
     occupied.for_each(|cell| cells[before.frame().index(cell)] = 100);
     robot.receive(&IncomingMessage::Map(map(&OccupancyGrid::new(*before.frame(), cells))));
     let from = robot.pose.position();
-    robot.until_planned(100, |robot| {
-        robot.actions.iter().any(|update| matches!(update, ActionUpdate::End(_)))
-    });
-    let end = robot.actions.iter().find_map(|update| match update {
-        ActionUpdate::End(end) => Some((end.status, end.result.error_code)),
-        _ => None,
-    });
-    let (status, code) = end.expect("an end");
+    robot.until_planned(100, |robot| !summary(robot).1.is_empty());
+    let (_, status, code) = summary(&robot).1[0];
     assert_eq!(status, ActionEnd::ABORTED);
     (code, (robot.pose.position() - from).norm())
 }
@@ -54,8 +48,7 @@ fn map_that_closes_the_way_ends_the_goal() {
 fn pose_outside_the_map_ends_the_goal() {
     let mut robot = Robot::with_map();
     robot.frame = "odom";
-    let goal = NavigateToPoseGoal { pose: goal(GOAL.0, GOAL.1), behavior_tree: String::new() };
-    robot.receive(&IncomingMessage::Navigate(Box::new(ActionGoal { id: [1; 16], goal })));
+    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
     let step = |robot: &mut Robot, x: f64| {
         let at = transform("map", "odom", &Pose::new(x, 0.0, 0.0), robot.now_s);
         robot.receive(&IncomingMessage::Transforms(at));
@@ -66,12 +59,8 @@ fn pose_outside_the_map_ends_the_goal() {
     for tick in 0..100 {
         step(&mut robot, 40.0);
         thread::sleep(Duration::from_millis(tick));
-        let end = robot.actions.iter().find_map(|update| match update {
-            ActionUpdate::End(end) => Some(end.result.error_code),
-            _ => None,
-        });
-        if let Some(code) = end {
-            assert_eq!(code, 203, "{:?}", robot.notices);
+        if let Some((_, _, code)) = summary(&robot).1.first() {
+            assert_eq!(*code, 203, "{:?}", robot.notices);
             return;
         }
     }

@@ -3,7 +3,7 @@
 use inbye::geometry::Twist;
 use inbye::ros::msg::ActionEnd;
 
-use super::action::{FIRST, SECOND, cancel, navigate, summary};
+use super::action::{FIRST, SECOND, cancel, navigate, pursuing, summary};
 use super::robot::{GOAL, Robot};
 
 #[test]
@@ -45,9 +45,7 @@ fn node_without_goal_stays_silent_after_a_loss() {
 /// The new network process does not know the goal, and the client has lost its result.
 #[test]
 fn goal_of_the_action_ends_with_the_transport_and_the_new_one_gets_its_end() {
-    let mut robot = Robot::with_map();
-    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
-    robot.until(50, |robot| robot.speed() > 0.8);
+    let mut robot = pursuing();
     robot.core.transport_lost();
     (robot.has_scan, robot.has_odometry) = (false, false);
     (0..10).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
@@ -71,9 +69,7 @@ fn goal_of_the_action_ends_with_the_transport_and_the_new_one_gets_its_end() {
 
 #[test]
 fn cancelled_goal_ends_as_cancelled_when_the_transport_is_lost() {
-    let mut robot = Robot::with_map();
-    robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
-    robot.until(50, |robot| robot.speed() > 0.8);
+    let mut robot = pursuing();
     robot.receive(&cancel(1, FIRST));
     robot.core.transport_lost();
     robot.core.transport_restored(robot.now_s);
