@@ -18,6 +18,7 @@
 //! may be below the braking distance, and only the checked poses keep the margin.
 
 use super::LocalSettings;
+use super::problem::MAX_STEPS;
 use crate::robot::{Footprint, Limits};
 
 /// Largest sum of all roundings to units, of positions, discs, radii and distances.
@@ -32,10 +33,52 @@ pub fn clearance_error_m(
     settings: &LocalSettings,
     unit_m: f64,
 ) -> f64 {
+    let c = error_rate(footprint, limits) * settings.sim_step_s;
+    c * c / 2.0 + ROUNDING_UNITS * unit_m
+}
+
+/// The longest step, a whole part of the configured one, with which the engines overlook at most this besides their roundings,
+/// metres. There are at most as many steps as a problem may have. Times in seconds.
+pub(crate) fn step_that_overlooks(
+    most_m: f64,
+    footprint: &Footprint,
+    limits: &Limits,
+    (step_s, horizon_s): (f64, f64),
+) -> f64 {
+    let c = error_rate(footprint, limits) * step_s;
+    let most_parts = (f64::from(MAX_STEPS) * step_s / horizon_s).floor().max(1.0);
+    step_s / (c / (2.0 * most_m).sqrt()).ceil().clamp(1.0, most_parts)
+}
+
+/// `c` of a step of one second, in units of the square root of a metre per second.
+fn error_rate(footprint: &Footprint, limits: &Limits) -> f64 {
     let arms_m = footprint.discs().iter().map(|disc| libm::hypot(disc.x, disc.y));
     let arm_m = arms_m.fold(0.0, f64::max);
     let braking =
         (-2.0 * limits.decel_lim_x).sqrt() + arm_m * (-2.0 * limits.decel_lim_theta).sqrt();
-    let c = braking * settings.sim_step_s / 2.0;
-    c * c / 2.0 + ROUNDING_UNITS * unit_m
+    braking / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Disc;
+
+    #[test]
+    fn step_is_the_longest_part_that_overlooks_little_enough() {
+        let discs = [-0.4, 0.4].map(|x| Disc { x, y: 0.0, radius: 0.3 });
+        let footprint = Footprint::new(discs.to_vec()).expect("two discs");
+        let (most_m, times_s) = (0.005, (0.1, 2.5));
+        for (decel, parts) in [(0.1, 1.0), (0.8, 1.0), (3.0, 2.0), (30.0, 7.0), (1e7, 40.0)] {
+            let limits = Limits::default().decel_lim_x(-decel).decel_lim_theta(-2.0 * decel);
+            let step_s = step_that_overlooks(most_m, &footprint, &limits, times_s);
+            assert_eq!(step_s, 0.1 / parts, "{decel} m/s^2");
+            let overlooked_m = |sim_step_s| {
+                let settings = LocalSettings { sim_step_s, ..LocalSettings::default() };
+                clearance_error_m(&footprint, &limits, &settings, 0.0)
+            };
+            assert!(overlooked_m(step_s) <= most_m || parts == 40.0, "{decel} m/s^2");
+            assert!(parts == 1.0 || overlooked_m(0.1 / (parts - 1.0)) > most_m, "{decel} m/s^2");
+        }
+    }
 }

@@ -33,6 +33,7 @@ mod shared_engines;
 mod window;
 
 pub use clearance_error::clearance_error_m;
+pub(crate) use clearance_error::step_that_overlooks;
 pub use cpu::{CpuEngine, InstructionSet};
 pub use engine::{
     Counts, Detail, Engine, Evaluation, SampleRecord, SampleStatus, Terms, Totals, Winner,

@@ -44,6 +44,11 @@ impl LocalPlanner {
         self.settings.vtheta_samples = sampling.vtheta_samples;
     }
 
+    /// Sets the time between two checked poses of the following decisions, seconds.
+    pub(crate) const fn set_step(&mut self, step_s: f64) {
+        self.settings.sim_step_s = step_s;
+    }
+
     /// Sets the time since the tick before, by which a late decision may brake further. It is one control period at first.
     pub const fn set_tick_time(&mut self, tick: TickTime) {
         self.tick = tick;

@@ -9,6 +9,8 @@ use crate::robot::{Disc, Footprint};
 /// What a path keeps for the lookup of clearances, in cells of the local window: the local planner finds up to a cell too little
 /// clearance between two walls along the grid.
 const LOOKUP_CELLS: f64 = 1.0;
+/// In a narrow passage the local planner checks poses so near to each other that it overlooks at most this between them, metres.
+pub(super) const OVERLOOKED_M: f64 = 0.005;
 /// The search runs only for a body that is narrower than its circumscribed circle by at least this, metres.
 const LEAST_GAIN_M: f64 = 0.02;
 

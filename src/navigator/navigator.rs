@@ -13,6 +13,7 @@ use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
 use super::goal_yaw::check_yaws;
 use super::inflated_bodies::InflatedBodies;
+use super::narrow_passages::OVERLOOKED_M;
 use super::observation::ObservationValidator;
 use super::obstacle_model::window_half_m;
 use super::occlusion::standing_room;
@@ -30,7 +31,7 @@ use super::{
 };
 use crate::geometry::Twist;
 use crate::global::Plan;
-use crate::local::LocalPlanner;
+use crate::local::{LocalPlanner, step_that_overlooks};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
 use crate::robot::{Footprint, MotionEstimate, TickClock, TickTime};
 
@@ -52,6 +53,8 @@ pub struct Navigator {
     tick: TickTime,
     /// Lateness of the faulty observations since the last valid one, seconds.
     faulty_late_s: f64,
+    /// Time between two checked poses of the local planner, seconds.
+    step_s: f64,
     /// Half the side of the local window, metres.
     window_half_m: f64,
     validator: ObservationValidator,
@@ -111,6 +114,7 @@ impl Navigator {
             tick_clock: TickClock::new(period_s),
             tick: period_s.into(),
             faulty_late_s: 0.0,
+            step_s: planner.settings().sim_step_s,
             window_half_m: window_half_m(&settings, planner.settings(), &robot),
             validator: ObservationValidator::default(),
             obstacles,
@@ -381,6 +385,13 @@ impl Navigator {
             .map_err(|error| Fault::Choose(error.into()))?;
         let (mut new_route, mut has_new_route) = (None, false);
         let fastest = self.limited_speed(&robot);
+        let planner = self.behaviours.planner_mut();
+        let times_s = (self.step_s, planner.settings().sim_time_s);
+        planner.set_step(if self.is_narrow {
+            step_that_overlooks(OVERLOOKED_M, cover, &self.robot.limits, times_s)
+        } else {
+            self.step_s
+        });
         let mut state = State {
             settings: &self.settings,
             robot: &self.robot,
@@ -433,6 +444,7 @@ impl Navigator {
             if self.settings.features.replanning {
                 if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
                     let route = new_route.insert(Route::new(&plan, &self.settings));
+                    route.advance(&robot);
                     self.plans.push(plan);
                     self.progress.rebase(state.route.left_m(), route.left_m());
                     state.follow(route);

@@ -6,7 +6,7 @@ use super::async_planner::{AsyncPlanner, PlanRequest};
 use super::route::ConditionTimer;
 use super::state::State;
 use super::{Fault, GlobalPlanner, Mode, ObstacleModel};
-use crate::geometry::{Point, Pose, bearing};
+use crate::geometry::{Point, Pose};
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
@@ -269,17 +269,14 @@ impl Replanner {
     /// Whether an obstacle is too near to the path ahead, as far as the local window shows.
     fn is_path_blocked(&self, state: &State<'_>) -> bool {
         let ahead_m = state.settings.path_check_distance_m;
-        let points = || state.route.ahead(ahead_m, PATH_STEP_M);
         if !self.has_narrow_path(state) {
-            return self.is_circle_blocked(state, points());
+            return self.is_circle_blocked(state, state.route.ahead(ahead_m, PATH_STEP_M));
         }
         // A path through narrow passages has room for the body that heads along it. It is clear at its points, not in whole cells.
         let slack_m = SQRT_2 * state.field.frame().resolution_m;
         let margin_m = state.route.radius_m - state.slim.max_disc_radius_m() - slack_m;
         let body = state.slim.padded(margin_m);
-        points().zip(points().skip(1)).any(|(point, next)| {
-            touches(state, &body, &Pose::new(point.x, point.y, bearing(&point, &next)))
-        })
+        state.route.poses_ahead(ahead_m, PATH_STEP_M).any(|pose| touches(state, &body, &pose))
     }
 }
 

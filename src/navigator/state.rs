@@ -1,5 +1,6 @@
 //! The state of the navigator at a tick: robot, obstacles and path.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -346,16 +347,20 @@ impl<'a> State<'a> {
                 .is_some_and(|usual_m| usual_m < needed_m && has_slim_room(usual_m))
     }
 
-    /// Whether a disc that needs as much room as the footprint, with its margin, could move straight from the robot's position to a
-    /// point, as far as the local window shows. Without the margin the robot would head for a target that it cannot drive to.
+    /// Whether the robot could move straight to a point, as far as the local window shows: a disc that needs as much room as the
+    /// footprint with its margin, and in a narrow passage the body that heads there. Without the margin the robot would head for a
+    /// target that it cannot drive to.
     pub fn is_straight_clear_to(&self, point: &Point) -> bool {
-        let cover = if self.is_narrow { self.slim } else { &self.robot.footprint };
-        let room_m =
-            if self.is_narrow { cover.max_disc_radius_m() } else { cover.passing_radius_m() };
-        let Ok(body) = Footprint::round(room_m + self.inflated.padding_m()) else {
-            return false;
-        };
         let from = self.now.pose.position();
+        let (body, yaw) = if self.is_narrow {
+            (Cow::Borrowed(&self.inflated.footprint), bearing(&from, point))
+        } else {
+            let room_m = self.robot.footprint.passing_radius_m() + self.inflated.padding_m();
+            let Ok(disc) = Footprint::round(room_m) else {
+                return false;
+            };
+            (Cow::Owned(disc), 0.0)
+        };
         let line = point - from;
         let length_m = line.norm();
         // A pose or a point far outside the map has no line of sight, and no line so long may be walked along.
@@ -365,8 +370,7 @@ impl<'a> State<'a> {
         let steps = (length_m / LINE_STEP_M).ceil();
         (1..=steps as u32).all(|step| {
             let point = from + line * (f64::from(step) / steps);
-            let there = Pose::new(point.x, point.y, 0.0);
-            let clearance_m = self.field.clearance_m(&body, &there);
+            let clearance_m = self.field.clearance_m(&body, &Pose::new(point.x, point.y, yaw));
             clearance_m.is_none_or(|clearance_m| clearance_m > 0.0)
         })
     }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal};
-use crate::geometry::{Pose, Twist};
+use crate::geometry::{Point, Pose, Twist};
 use crate::local::{DecisionInput, LocalPlanner};
 use crate::robot::{Footprint, Limits};
 
@@ -14,7 +14,7 @@ use crate::robot::{Footprint, Limits};
 const CREEPING: f64 = 0.05;
 /// Share of the braking deceleration that the approach to the goal uses.
 const APPROACH: f64 = 0.6;
-/// Lowest speed limit near the goal, m/s.
+/// Lowest speed limit near the goal, or near the local target in a narrow passage, m/s.
 const MIN_APPROACH_SPEED: f64 = 0.1;
 
 /// Chooses a velocity of the dynamic window that leads to the local target.
@@ -38,7 +38,7 @@ impl Behaviour for PathFollowing {
             obstacles: &state.inflated.moving,
             target: state.local_target,
             key_node: state.local_target,
-            limits: view.limits(state),
+            limits: view.limits(state, self.planner.settings().sim_time_s),
             footprint: &view.footprint,
             weights,
         };
@@ -114,14 +114,21 @@ impl<'a> View<'a> {
         if self.is_backwards { turned_around(command) } else { command }
     }
 
-    /// Velocity limits for the dynamic window: in one direction only, slow enough to stop at the goal, and slow within a margin.
-    fn limits(&self, state: &State<'_>) -> Limits {
+    /// Velocity limits for the dynamic window: in one direction only, slow enough to stop at the goal, and slow within a margin. The
+    /// horizon in seconds.
+    fn limits(&self, state: &State<'_>, horizon_s: f64) -> Limits {
         let limits = &self.base;
-        let to_goal_m = (state.now.pose.position() - state.goal.position).norm();
+        let distance_m = |place: &Point| (state.now.pose.position() - place).norm();
+        let to_goal_m = distance_m(&state.goal.position);
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
         let mut fastest = stops_in_time.max(MIN_APPROACH_SPEED);
         if state.inflated.within_a_margin {
             fastest = fastest.min(state.settings.passing_speed);
+        }
+        if state.is_narrow {
+            // Faster arcs end beyond the target. Only those that lead past the entrance are then admissible.
+            let to_target = distance_m(&state.local_target) / horizon_s;
+            fastest = fastest.min(to_target.max(MIN_APPROACH_SPEED));
         }
         if let Some(safety) = state.passive_safety() {
             fastest = safety.fastest(fastest);

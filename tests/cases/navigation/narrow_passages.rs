@@ -8,7 +8,7 @@ use inbye::global::{self, Plan, PlanError};
 use inbye::local::CpuEngine;
 use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid};
 use inbye::navigator::{GlobalPlanner, Goal, NavigatorSettings, RoutePlanner};
-use inbye::robot::Footprint;
+use inbye::robot::{Footprint, Limits, Polygon};
 use inbye::runtime::{Config, Mission, MissionResult, Observer};
 use inbye::sim::{Simulation, World};
 use rand::{RngExt, SeedableRng};
@@ -178,13 +178,22 @@ fn body_fits_on_every_path_through_narrow_passages() {
 }
 
 fn drive(obstacles: &ObstacleGrid, start: Pose, goal: Point) -> MissionResult {
+    drive_with(&Config::default(), obstacles, start, goal)
+}
+
+fn drive_with(
+    config: &Config,
+    obstacles: &ObstacleGrid,
+    start: Pose,
+    goal: Point,
+) -> MissionResult {
     let cells = obstacles.cells().iter().map(|blocked| if *blocked { 100 } else { 0 }).collect();
     let map = Arc::new(OccupancyGrid::new(*obstacles.frame(), cells));
     let mission = Mission::new(map, start, Goal::at(goal));
     let simulation = Simulation::new(Mission { time_limit_s: 90.0, ..mission });
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());
-    simulation.run(&Config::default(), engine, &mut observer).expect("a drive")
+    simulation.run(config, engine, &mut observer).expect("a drive")
 }
 
 #[test]
@@ -202,6 +211,22 @@ fn assert_swift(result: &MissionResult, gap_m: f64, what: &str) {
     let MissionResult { reached, time_s, min_clearance_m, .. } = *result;
     let is_swift = reached && time_s < 40.0 && min_clearance_m > gap_m;
     assert!(is_swift, "{what}: {reached}, {time_s} s, {min_clearance_m} m");
+}
+
+/// A Husky of 0.99 by 0.67 m, which brakes hard: between poses 0.1 s apart its engine may overlook 2 cm.
+#[test]
+fn fast_robot_drives_through_a_door_with_little_room() {
+    let mut config = Config::default();
+    let body = Polygon::rectangle(0.99, 0.67).expect("a rectangle");
+    config.robot.footprint = Footprint::covering(body);
+    let speeds = Limits::default().min_vel_x(-1.0).max_vel_x(1.0).max_vel_theta(2.0);
+    let braking = speeds.acc_lim_x(3.0).decel_lim_x(-3.0);
+    config.robot.limits = braking.acc_lim_theta(6.0).decel_lim_theta(-6.0);
+    for (x, yaw) in [(2.0, 0.0), (4.5, 0.0), (4.5, FRAC_PI_2)] {
+        let start = Pose::new(x, 4.5, yaw);
+        let result = drive_with(&config, &room(0.85, 0.0), start, Point::new(10.0, 1.5));
+        assert_swift(&result, 0.03, &format!("from {x}, {yaw}"));
+    }
 }
 
 /// Two rooms, and a passage between them that leads 1.5 m along x, turns by an angle and leads on for 1.5 m.

@@ -111,9 +111,11 @@ impl NodeCore {
         match (taken, &mut self.navigator) {
             (Ok(Some(changed)), Some(navigator)) => {
                 navigator.replace_map(changed.for_navigator);
-                if std::mem::take(&mut self.map_update.is_given) {
+                if self.map_update.is_given {
                     navigator.require_path_on_map();
                 }
+                // A newer map that is in preparation was given too.
+                self.map_update.is_given &= self.map_update.is_running();
                 if let (Some(own), Some(map)) = (&mut self.localization, changed.for_localizer) {
                     own.adopt_changes(map);
                 }
