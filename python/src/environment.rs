@@ -111,7 +111,9 @@ impl Setup {
             let start = || Slot::start(&self.worlds[job.0], job, engine, self.range_max);
             Ok(interrupt.watch(&Raised::default(), start))
         };
-        let slots = run_in_order_checked(&jobs, self.threads, start, || {}, || interrupt.check())?;
+        let check = || interrupt.check();
+        let (slots, started) = run_in_order_checked(&jobs, self.threads, start, || {}, check);
+        started?;
         for slot in &slots {
             let Some(reason) = slot.refusal() else {
                 state.refused.remove(&slot.job);
