@@ -111,7 +111,7 @@ pub mod playground;
 mod cli;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
-pub use cli::{Invocation, run_program};
+pub use cli::{Invocation, ReportFolder, run_program};
 
 // The command line names the library as its users do.
 #[cfg(feature = "cli")]

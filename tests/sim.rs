@@ -2,6 +2,7 @@
 
 mod cases {
     mod sim {
+        mod lidar_mounting;
         mod pedestrians;
         mod plant;
         mod simulated_base;

@@ -50,7 +50,8 @@ struct Setup {
     jobs: Vec<Job>,
     count: usize,
     beams: usize,
-    range_max: f64,
+    /// Longest range from the robot's origin, metres.
+    farthest_m: f64,
     is_navigator: bool,
     /// Whether a robot whose mission has ended begins the next one.
     is_autoreset: bool,
@@ -108,10 +109,12 @@ impl Setup {
         let start = |&job: &Job| {
             let engine = self.is_navigator.then(|| self.engines.open(&self.engine, 1));
             let engine = engine.transpose().map_err(raise)?;
-            let start = || Slot::start(&self.worlds[job.0], job, engine, self.range_max);
+            let start = || Slot::start(&self.worlds[job.0], job, engine, self.farthest_m);
             Ok(interrupt.watch(&Raised::default(), start))
         };
-        let slots = run_in_order_checked(&jobs, self.threads, start, || {}, || interrupt.check())?;
+        let check = || interrupt.check();
+        let (slots, started) = run_in_order_checked(&jobs, self.threads, start, || {}, check);
+        started?;
         for slot in &slots {
             let Some(reason) = slot.refusal() else {
                 state.refused.remove(&slot.job);
@@ -144,7 +147,7 @@ impl Setup {
         if state.slots.iter().any(Slot::has_ended) {
             return Err(raise("the episode has ended: call reset"));
         }
-        let step = |(slot, action): (&mut Slot, &Twist)| slot.step(action, self.range_max);
+        let step = |(slot, action): (&mut Slot, &Twist)| slot.step(action);
         let slots = &mut state.slots;
         let stepped: Vec<_> = match &self.pool {
             None => slots.iter_mut().zip(actions).map(step).collect(),
@@ -201,7 +204,6 @@ impl Setup {
         let mut ranges = Array2::zeros((count, self.beams));
         let (mut goals, mut velocities) = (Array2::zeros((count, 2)), Array2::zeros((count, 2)));
         for (index, seen) in seen.enumerate() {
-            // Before the first scan there are no ranges: zeros, no measurements.
             ranges.row_mut(index).iter_mut().zip(&seen.ranges).for_each(|(to, from)| *to = *from);
             for axis in 0..2 {
                 goals[[index, axis]] = seen.goal[axis];
@@ -265,7 +267,7 @@ impl Environments {
             worlds: prepared,
             count,
             beams: lidar.beams,
-            range_max: lidar.range_max_m,
+            farthest_m: lidar.range_max_m + lidar.mount().position().to_vector().norm(),
             is_navigator: navigator,
             is_autoreset: autoreset,
             engine,
@@ -283,10 +285,10 @@ impl Environments {
         self.setup.beams
     }
 
-    /// Longest range of the lidar.
+    /// Longest range of the lidar from the robot's origin.
     #[getter]
     const fn range_max(&self) -> f64 {
-        self.setup.range_max
+        self.setup.farthest_m
     }
 
     /// Least and largest speed, and largest turn rate, of the robot of the first world.

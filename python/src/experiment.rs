@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use inbye::ReportFolder;
 use inbye::experiment::{
     Cell, ExperimentError, Grid, Plan, RunRow, check_programs, open_engine,
     planner_names as names_of, rankings, run_cell, run_in_order_checked,
@@ -88,19 +89,24 @@ impl<'py> OwnController<'py> {
         given.cast::<PyType>().map_or_else(|_| Ok(given.clone()), |class| class.call0())
     }
 
-    /// The rows of its runs.
-    fn rows(self, tasks: &[&Cell], clock: &(impl Fn() -> f64 + Sync)) -> PyResult<Vec<RunRow>> {
+    /// Appends the rows of its runs.
+    fn run(
+        self,
+        tasks: &[&Cell],
+        clock: &(impl Fn() -> f64 + Sync),
+        rows: &mut Vec<RunRow>,
+    ) -> PyResult<()> {
         let mut first = Some(self.first);
-        let row = |cell: &&Cell| {
+        for cell in tasks {
             let object = first.take().map_or_else(|| Self::object(&self.given), Ok)?;
             let controller = PythonController::of(&object)?;
             let raised = controller.raised();
             let controller = Decider::Controller(Box::new(controller));
             let row = object.py().detach(|| run_cell(cell, controller, &mut { clock }, "").row);
             raised.check()?;
-            Ok(RunRow { config: Some(self.name.clone()), ..row })
-        };
-        tasks.iter().map(row).collect()
+            rows.push(RunRow { config: Some(self.name.clone()), ..row });
+        }
+        Ok(())
     }
 }
 
@@ -115,14 +121,38 @@ fn tasks(plan: &Plan, folder: &Path) -> Result<Grid, ExperimentError> {
     Grid::new(&plan, folder)
 }
 
-/// The rows of a plan's cells, this many at a time. Each controller drives the tasks of the plan after that, one at a time: only
-/// one thread executes Python.
+/// The attribute of an exception with the rows of the runs before it.
+const ROWS_BEFORE: &str = "_inbye_rows";
+
+/// Keeps rows in an exception, which ends a plan: runs of hours must not be lost.
+fn keep_rows(py: Python<'_>, error: &PyErr, rows: &[RunRow]) {
+    let kept = from_json(py, &rows).and_then(|rows| error.value(py).setattr(ROWS_BEFORE, rows));
+    // An exception that has no attributes is raised as it is.
+    drop(kept);
+}
+
+/// As [`run_plan`]; an exception has the rows of the runs before it.
 fn rows(
     py: Python<'_>,
     plan: &Bound<'_, PyAny>,
     controllers: Option<&Bound<'_, PyMapping>>,
     jobs: usize,
 ) -> PyResult<(String, Vec<RunRow>)> {
+    let mut rows = Vec::new();
+    let title = run_plan(py, plan, controllers, jobs, &mut rows);
+    let title = title.inspect_err(|error| keep_rows(py, error, &rows))?;
+    Ok((title, rows))
+}
+
+/// Appends the rows of a plan's cells, this many at a time, and returns its title. Each controller drives the tasks of the plan
+/// after that, one at a time: only one thread executes Python.
+fn run_plan(
+    py: Python<'_>,
+    plan: &Bound<'_, PyAny>,
+    controllers: Option<&Bound<'_, PyMapping>>,
+    jobs: usize,
+    rows: &mut Vec<RunRow>,
+) -> PyResult<String> {
     let (plan, folder) = read(plan)?;
     let mut grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
     let controllers = named_controllers(controllers, &grid.cells)?;
@@ -148,11 +178,14 @@ fn rows(
         Ok(interrupt.watch(&Raised::default(), run))
     };
     let check = || interrupt.check();
-    let mut rows = py.detach(|| run_in_order_checked(&cells, jobs.max(1), own, || {}, check))?;
+    let (done, outcome) =
+        py.detach(|| run_in_order_checked(&cells, jobs.max(1), own, || {}, check));
+    rows.extend(done);
+    outcome?;
     for controller in controllers {
-        rows.extend(controller.rows(&tasks.distinct(), &clock)?);
+        controller.run(&tasks.distinct(), &clock, rows)?;
     }
-    Ok((grid.title, rows))
+    Ok(grid.title)
 }
 
 /// Runs the cells of a plan, and its tasks with controllers by their names; the figures of each run.
@@ -168,22 +201,6 @@ pub fn run<'py>(
     from_json(py, &rows)
 }
 
-/// Creates the folder of a report. One that cannot be used is refused before the runs.
-fn create_report_folder(folder: &Path) -> PyResult<()> {
-    let page = folder.join("index.html");
-    let is_new = !page.exists();
-    let mut options = fs::OpenOptions::new();
-    let created = fs::create_dir_all(folder)
-        .and_then(|()| options.write(true).create(true).truncate(false).open(&page))
-        .and_then(|_| if is_new { fs::remove_file(&page) } else { Ok(()) });
-    created.map_err(|error| {
-        let folder = folder.display();
-        raise(format!(
-            "report {folder}: cannot be a folder of files ({error}): choose another name"
-        ))
-    })
-}
-
 /// As [`run`], and the ranking of the planners. With a folder, the page of the comparison is written there.
 #[pyfunction]
 #[pyo3(signature = (plan, controllers=None, *, jobs=1, report=None))]
@@ -194,12 +211,12 @@ pub fn compare<'py>(
     jobs: usize,
     report: Option<PathBuf>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-    if let Some(folder) = &report {
-        create_report_folder(folder)?;
-    }
+    let unusable = |error| raise(format!("{error:#}"));
+    // One that cannot be used is refused before the runs.
+    let folder = ReportFolder::of_argument("report", report.as_deref()).map_err(unusable)?;
     let (title, rows) = rows(py, plan, controllers, jobs)?;
     let ranked = py.detach(|| rankings(&rows));
-    if let Some(folder) = report {
+    if report.is_some() {
         let machine: String = py.import("platform")?.call_method0("platform")?.extract()?;
         let files = comparison_files(&ComparisonReport {
             title: &title,
@@ -210,11 +227,8 @@ pub fn compare<'py>(
             rows: &rows,
             plays: &BTreeMap::new(),
         });
-        for file in files {
-            let name = folder.join(file.name);
-            let written = fs::write(&name, file.text);
-            written.map_err(|error| raise(format!("report {}: {error}", name.display())))?;
-        }
+        let written = folder.write_files(&files).map_err(unusable);
+        written.inspect_err(|error| keep_rows(py, error, &rows))?;
     }
     Ok((from_json(py, &ranked)?, from_json(py, &rows)?))
 }

@@ -6,11 +6,10 @@ use inbye::experiment::{ExperimentError, RunOutcome, World};
 use inbye::geometry::{Pose, Twist};
 use inbye::global::Path;
 use inbye::local::Engine;
+use inbye::map::Scan;
 use inbye::navigator::Goal;
-use inbye::runtime::{
-    Config, LidarData, MissionEnd, MissionError, MissionRun, Observer, TickEvent,
-};
-use inbye::sim::{Episode, SimError, SimulatedRobot, Simulation};
+use inbye::runtime::{Config, MissionEnd, MissionError, MissionRun, Observer, TickEvent};
+use inbye::sim::{Episode, Lidar, SimError, SimulatedRobot, Simulation};
 
 /// Reward at the goal; contact costs as much.
 const REACHED_REWARD: f64 = 10.0;
@@ -37,11 +36,38 @@ pub struct AgentObservation {
     pub velocity: [f64; 2],
 }
 
+/// What an agent is shown: the goal, and the ranges of a lidar.
+#[derive(Clone, Copy)]
+struct View {
+    goal: Goal,
+    lidar: Lidar,
+    /// Longest range that is shown, metres.
+    farthest_m: f64,
+}
+
+impl View {
+    /// Nothing within range reads as the longest range, and no measurement as zero.
+    fn seen(&self, pose: &Pose, twist: &Twist, scan: &Scan) -> AgentObservation {
+        let plain =
+            |range: f64| if range.is_nan() { 0.0 } else { range.min(self.farthest_m) as f32 };
+        let goal = pose.inverse_transform(&self.goal.position);
+        AgentObservation {
+            ranges: self.lidar.ranges_in_fixed_directions(scan).into_iter().map(plain).collect(),
+            goal: [goal.x, goal.y],
+            velocity: [twist.linear, twist.angular],
+        }
+    }
+
+    fn seen_in(&self, episode: &Episode) -> AgentObservation {
+        self.seen(episode.pose(), episode.twist(), episode.scan())
+    }
+}
+
 /// A mission that is going on.
 pub struct Slot {
     driver: Driver,
     pub job: Job,
-    goal: Goal,
+    view: View,
     path: Path,
     progress_m: f64,
     pub seen: AgentObservation,
@@ -67,8 +93,9 @@ impl Slot {
         (world, config): &(World, Arc<Config>),
         job: Job,
         engine: Option<Box<dyn Engine>>,
-        range_max: f64,
+        farthest_m: f64,
     ) -> Self {
+        let view = |goal| View { goal, lidar: config.simulation.lidar, farthest_m };
         let outcome = |error: &SimError| match error {
             SimError::Mission(MissionError::Fault(_)) => RunOutcome::Failed,
             _ => RunOutcome::Error,
@@ -80,32 +107,25 @@ impl Slot {
                     ExperimentError::Simulation(error) => outcome(error),
                     _ => RunOutcome::Error,
                 };
-                let goal = Goal::at(Pose::default().position());
+                let view = view(Goal::at(Pose::default().position()));
                 let refused = Driver::Refused(outcome, error.to_string());
-                return Self::new(refused, job, &Pose::default(), goal, None, range_max);
+                return Self::new(refused, job, &Pose::default(), view, None);
             }
         };
         let (driver, path) = driver(&simulation, config, engine)
             .unwrap_or_else(|error| (Driver::Refused(outcome(&error), error.to_string()), None));
         let (start, goal) = (&simulation.mission.start, simulation.mission.goal);
-        Self::new(driver, job, start, goal, path, range_max)
+        Self::new(driver, job, start, view(goal), path)
     }
 
-    fn new(
-        driver: Driver,
-        job: Job,
-        start: &Pose,
-        goal: Goal,
-        path: Option<Path>,
-        range_max: f64,
-    ) -> Self {
-        let path = path.unwrap_or_else(|| Path::new(vec![start.position(), goal.position]));
+    fn new(driver: Driver, job: Job, start: &Pose, view: View, path: Option<Path>) -> Self {
+        let path = path.unwrap_or_else(|| Path::new(vec![start.position(), view.goal.position]));
         let seen = match &driver {
-            Driver::Caller(episode) => seen_in(episode, &goal, range_max),
-            _ => seen(start, &Twist::STOP, core::iter::empty(), &goal, range_max),
+            Driver::Caller(episode) => view.seen_in(episode),
+            _ => view.seen(start, &Twist::STOP, &Scan::default()),
         };
         let progress_m = path.project(&start.position()).arc_m;
-        Self { driver, job, goal, path, progress_m, seen, command: [0.0; 2], time_s: 0.0 }
+        Self { driver, job, view, path, progress_m, seen, command: [0.0; 2], time_s: 0.0 }
     }
 
     /// Why the mission could not start, if it could not.
@@ -122,21 +142,20 @@ impl Slot {
     }
 
     /// Drives for a control period. Returns the reward, and how the mission ended.
-    pub fn step(&mut self, action: &Twist, range_max: f64) -> (f64, Option<RunOutcome>) {
+    pub fn step(&mut self, action: &Twist) -> (f64, Option<RunOutcome>) {
         let (pose, end) = match &mut self.driver {
             Driver::Caller(episode) => {
                 // The actions are finite: all were checked before the first robot was stepped.
                 let end = episode.step(action).unwrap_or(None);
-                self.seen = seen_in(episode, &self.goal, range_max);
+                self.seen = self.view.seen_in(episode);
                 self.time_s = episode.time_s();
                 self.command = [action.linear, action.angular];
                 (*episode.pose(), end)
             }
             Driver::Navigator(run) => {
-                let (goal, last) = (&self.goal, &mut self.seen);
+                let (view, last) = (&self.view, &mut self.seen);
                 let mut on_tick = |event: &TickEvent<'_>| {
-                    let ranges = event.observation.scan.ranges.iter().copied();
-                    *last = seen(&event.row.pose, &event.row.twist, ranges, goal, range_max);
+                    *last = view.seen(&event.row.pose, &event.row.twist, &event.observation.scan);
                 };
                 let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
                 let _ = run.step(&mut observer);
@@ -196,26 +215,4 @@ fn driver(
     let run = MissionRun::new(mission.clone(), Arc::clone(config), engine, robot, &mut observer)?;
     let path = run.navigator().plans().first().map(|plan| plan.smoothed.clone());
     Ok((Driver::Navigator(Box::new(run)), path))
-}
-
-fn seen_in(episode: &Episode, goal: &Goal, range_max: f64) -> AgentObservation {
-    let ranges = episode.sensed().lidar.iter().flat_map(LidarData::ranges);
-    seen(episode.pose(), episode.twist(), ranges, goal, range_max)
-}
-
-/// Nothing within range reads as the longest range, and no measurement as zero.
-fn seen(
-    pose: &Pose,
-    twist: &Twist,
-    ranges: impl Iterator<Item = f64>,
-    goal: &Goal,
-    range_max: f64,
-) -> AgentObservation {
-    let plain = |range: f64| if range.is_nan() { 0.0 } else { range.min(range_max) as f32 };
-    let goal = pose.inverse_transform(&goal.position);
-    AgentObservation {
-        ranges: ranges.map(plain).collect(),
-        goal: [goal.x, goal.y],
-        velocity: [twist.linear, twist.angular],
-    }
 }

@@ -69,7 +69,7 @@ def test_report_and_controllers_are_checked_before_the_first_run(tmp_path: Path)
 
     file = tmp_path / "file"
     file.write_text("")
-    with pytest.raises(inbye.InbyeError, match=r"^report .*file: cannot be a folder of files"):
+    with pytest.raises(inbye.InbyeError, match=r"^report .*file: cannot be a folder \("):
         inbye.bench.compare(PLAN, {"mine": controller}, report=file)
 
     class Broken:
@@ -82,6 +82,41 @@ def test_report_and_controllers_are_checked_before_the_first_run(tmp_path: Path)
     plan = {"worlds": [{"kind": "scenes", "time_limit_s": 5.0}]}
     inbye.bench.compare(plan, {"first": Pursuit}, report=tmp_path / "new" / "folder")
     assert (tmp_path / "new" / "folder" / "index.html").exists()
+
+
+def test_rows_before_an_exception_are_kept() -> None:
+    class Late(Pursuit):
+        """Raises in its second run."""
+
+        made = 0
+
+        def __init__(self) -> None:
+            Late.made += 1
+            self.number = Late.made
+
+        def compute_velocity(self, seen: inbye.ControllerInput) -> tuple[float, float]:
+            if self.number > 1:
+                raise ZeroDivisionError
+            return super().compute_velocity(seen)
+
+    plan = {"worlds": [{"kind": "scenes", "time_limit_s": 5.0}]}
+    whole = [row["trace_digest"] for row in inbye.bench.run(plan, {"first": Pursuit})]
+    for function in (inbye.bench.run, inbye.bench.compare):
+        Late.made = 0
+        with pytest.raises(ZeroDivisionError) as error:
+            function(plan, {"first": Pursuit, "late": Late})
+        rows = inbye.bench.rows_before(error.value)
+        assert [row["config"] for row in rows[3:]] == ["first", "first", "first", "late"]
+        assert [row["trace_digest"] for row in rows[:6]] == whole
+    assert inbye.bench.rows_before(ValueError("another one")) == []
+
+
+def test_page_of_another_program_is_not_replaced(tmp_path: Path) -> None:
+    page = tmp_path / "index.html"
+    page.write_text("<p>mine</p>")
+    with pytest.raises(inbye.InbyeError, match=r"^report .*was not written by this command"):
+        inbye.bench.compare(PLAN, report=tmp_path)
+    assert page.read_text() == "<p>mine</p>"
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,10 @@ comparison = inbye.bench.compare(
     jobs=2,
     report=Path("comparison"),
 )
-rows = inbye.bench.run(Path("plan.toml"), {"mine": Mine})
+try:
+    rows = inbye.bench.run(Path("plan.toml"), {"mine": Mine})
+except KeyboardInterrupt as error:
+    rows = inbye.bench.rows_before(error)
 inbye.planner_arena.write(rows, "arena.db")
 
 worlds = inbye.bench.worlds(kind="scenes")

@@ -18,7 +18,7 @@ mod on_pseudo_terminal {
     use std::sync::atomic::Ordering;
     use std::time::Instant;
 
-    use inbye::base::{Emulator, InjectedFault};
+    use inbye::base::{BaseSettings, Emulator, InjectedFault};
     use inbye::geometry::Twist;
     use serde_json::json;
 
@@ -37,8 +37,9 @@ mod on_pseudo_terminal {
     /// Emulates a base until the time is over or a signal arrives.
     pub fn run(arguments: &EmulateArguments, json: bool) -> anyhow::Result<bool> {
         let kind = &arguments.kind;
-        let emulator = emulator(arguments)?;
-        let surroundings = EmulatedSurroundings::open(arguments)?;
+        let settings = config::load_base("--base-config", kind.base_config.as_deref())?;
+        let emulator = emulator(arguments, settings.base)?;
+        let surroundings = EmulatedSurroundings::open(arguments, &settings.lidar)?;
         let end = interrupt_flag()?;
         let mut pair = Some(PseudoTerminal::open()?);
         let port = pair.as_ref().map_or_else(String::new, |pair| pair.name.clone());
@@ -116,10 +117,8 @@ mod on_pseudo_terminal {
     }
 
     /// The base with its faults.
-    fn emulator(arguments: &EmulateArguments) -> anyhow::Result<Emulator> {
-        let kind = &arguments.kind;
-        let settings = config::load_base("--base-config", kind.base_config.as_deref())?.base;
-        let mut emulator = Emulator::new(kind.protocol, settings, arguments.seed)?
+    fn emulator(arguments: &EmulateArguments, settings: BaseSettings) -> anyhow::Result<Emulator> {
+        let mut emulator = Emulator::new(arguments.kind.protocol, settings, arguments.seed)?
             .with_motor_lag(arguments.motor_lag)
             .with_width_ratio(arguments.width_ratio)
             .with_slip(arguments.slip)

@@ -1,6 +1,7 @@
 //! The surroundings of an emulated base: a world with people, an LD19 lidar, and the true gaps.
 
 use anyhow::{Context, ensure};
+use inbye::base::ld19::LidarSettings;
 use inbye::base::{InjectedFault, LidarFaultInjector, ScheduledFault};
 use inbye::geometry::{Pose, Twist};
 use inbye::map::UnknownPolicy;
@@ -72,12 +73,23 @@ pub struct Observed {
 }
 
 impl EmulatedSurroundings {
-    /// Opens the emulated lidar in its world, if requested.
-    pub fn open(arguments: &EmulateArguments) -> anyhow::Result<Option<Self>> {
+    /// Opens the emulated lidar in its world, if requested, where the settings mount it.
+    pub fn open(
+        arguments: &EmulateArguments,
+        mounting: &LidarSettings,
+    ) -> anyhow::Result<Option<Self>> {
         check_faults(arguments)?;
         let Some(file) = &arguments.lidar_map else {
             return Ok(None);
         };
+        ensure!(
+            !mounting.upside_down,
+            "--base-config: [lidar] upside_down: the emulated lidar is upright: leave it out"
+        );
+        let lidar = Lidar::turning()
+            .mount_x_m(mounting.mount_x_m)
+            .mount_y_m(mounting.mount_y_m)
+            .mount_yaw_rad(mounting.mount_yaw_rad);
         let map = map_file::load(file, arguments.resolution)?;
         let start = arguments.start.as_ref();
         let start = start.context("--lidar-map needs --start: give the robot's pose on the map")?;
@@ -95,7 +107,7 @@ impl EmulatedSurroundings {
         let mut people = arguments.person.clone();
         people.sort_by(|one, other| other.from_s.total_cmp(&one.from_s));
         Ok(Some(Self {
-            lidar: RotatingLidar::new(Lidar::turning(), world, arguments.seed)?,
+            lidar: RotatingLidar::new(lidar, world, arguments.seed)?,
             origin: start.pose(),
             carry_to: arguments.carry_to.as_ref().map(Place::pose),
             people,

@@ -98,34 +98,59 @@ pub fn open_file(flag: &str, name: &Path) -> anyhow::Result<OutputFile> {
 }
 
 /// The folder of a report; nothing is written without one.
-#[derive(Clone, Copy)]
-pub struct ReportFolder<'a>(Option<&'a Path>);
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub struct ReportFolder<'a> {
+    folder: Option<&'a Path>,
+    /// The flag or argument that names it.
+    flag: &'static str,
+}
 
 impl<'a> ReportFolder<'a> {
+    /// The folder of `--report`, as [`Self::of_argument`].
+    pub(super) fn create(name: Option<&'a Path>) -> anyhow::Result<Self> {
+        Self::of_argument("--report", name)
+    }
+
     /// Creates the folder if it is missing. A page of another program is refused before the work, not after it.
-    pub fn create(name: Option<&'a Path>) -> anyhow::Result<Self> {
-        if let Some(name) = name {
+    ///
+    /// # Errors
+    /// The folder cannot be created or written, or it has such a page.
+    pub fn of_argument(flag: &'static str, folder: Option<&'a Path>) -> anyhow::Result<Self> {
+        if let Some(name) = folder {
             fs::create_dir_all(name).map_err(|error| {
-                let what = format!("--report {}: cannot be a folder", name.display());
+                let what = format!("{flag} {}: cannot be a folder", name.display());
                 refused(what, error, "choose another name")
             })?;
-            open_file("--report", &name.join(PAGE))?;
+            open_file(flag, &name.join(PAGE))?;
         }
-        Ok(Self(name))
+        Ok(Self { folder, flag })
+    }
+
+    /// Writes the files of a report.
+    ///
+    /// # Errors
+    /// A file cannot be written, or is one of another program.
+    pub fn write_files(&self, files: &[ReportFile]) -> anyhow::Result<()> {
+        let Some(folder) = self.folder else {
+            return Ok(());
+        };
+        for file in files {
+            let columns = leading_columns(file);
+            let name = folder.join(&file.name);
+            let written = own_file::open(self.flag, &name, &columns)?.write(file.text.as_bytes());
+            written.with_context(|| format!("{} {}", self.flag, name.display()))?;
+        }
+        Ok(())
     }
 
     /// Writes the files of a report and prints the name of the first, its page.
-    pub fn write(self, files: impl FnOnce() -> Vec<ReportFile>) -> anyhow::Result<()> {
-        let Some(folder) = self.0 else {
+    pub(super) fn write(self, files: impl FnOnce() -> Vec<ReportFile>) -> anyhow::Result<()> {
+        let Some(folder) = self.folder else {
             return Ok(());
         };
         let files = files();
-        for file in &files {
-            let columns = leading_columns(file);
-            let name = folder.join(&file.name);
-            let written = own_file::open("--report", &name, &columns)?.write(file.text.as_bytes());
-            written.with_context(|| format!("--report {}", name.display()))?;
-        }
+        self.write_files(&files)?;
         if let Some(page) = files.first() {
             output::note(format!("report: {}", folder.join(&page.name).display()));
         }
@@ -133,12 +158,12 @@ impl<'a> ReportFolder<'a> {
     }
 
     /// Writes a page as `index.html`.
-    pub fn write_page(self, page: impl FnOnce() -> String) -> anyhow::Result<()> {
+    pub(super) fn write_page(self, page: impl FnOnce() -> String) -> anyhow::Result<()> {
         self.write(|| vec![ReportFile { name: PAGE.to_owned(), text: page() }])
     }
 
     /// Writes the report of a benchmark that this command ran on this machine.
-    pub fn write_bench(self, report: BenchReport) -> anyhow::Result<()> {
+    pub(super) fn write_bench(self, report: BenchReport) -> anyhow::Result<()> {
         self.write(|| {
             let (machine, command) = (&machine::description(), &command_line());
             let intro = &format!("{}\n\n{}", runs::interruption(), report.intro);

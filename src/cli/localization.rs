@@ -32,7 +32,8 @@ const COLUMNS: &str = "case seed outcome travelled_m pose_error_max_m pose_error
     The simulator drives in a closed loop. The pose comes only from wheel odometry with slip and from scans matched to the map; \
     errors are relative to the true pose, at each tick. Cases: tour (back and forth), people, coarse_map (the map's cells are \
     twice the world's), smooth (a straight roadway without any feature along it), kidnapped (2 m back), kidnapped_far (anywhere), \
-    kidnapped_to_twin (into an identical roadway), occluded, briefly_occluded, other_map.\n\
+    kidnapped_to_twin (into an identical roadway), occluded, briefly_occluded, other_map. The cases smooth, kidnapped_to_twin and \
+    other_map drive in built-in roadways, with --map too.\n\
     Without --map: two rough roadways of the built-in scenes. Without --config: a lidar of 450 beams in 0.1 s up to 12 m with 2 cm \
     of noise.\n\
     With --out the same command resumes where it was interrupted.\n\

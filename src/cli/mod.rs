@@ -81,6 +81,7 @@ mod zones;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+pub use files::ReportFolder;
 pub use invocation::Invocation;
 
 use anyhow::ensure;

@@ -72,21 +72,21 @@ pub fn run_in_order<J: Sync, R: Send, E: Send>(
     work: impl Fn(&J) -> Result<R, E> + Sync,
     progress: impl FnMut(),
 ) -> Result<Vec<R>, E> {
-    run_in_order_checked(jobs, threads, work, progress, || Ok(()))
+    let (results, outcome) = run_in_order_checked(jobs, threads, work, progress, || Ok(()));
+    outcome.map(|()| results)
 }
 
 /// As [`run_in_order`]. It also calls `check` in the calling thread, after each result and at least every 100 ms. This is for a
 /// caller whose signals only one thread can see, such as Python.
 ///
-/// # Errors
-/// Returns the first error, also of `check`.
+/// Returns the results before the first error, also of `check`, and that error.
 pub fn run_in_order_checked<J: Sync, R: Send, E: Send>(
     jobs: &[J],
     threads: usize,
     work: impl Fn(&J) -> Result<R, E> + Sync,
     mut progress: impl FnMut(),
     check: impl FnMut() -> Result<(), E>,
-) -> Result<Vec<R>, E> {
+) -> (Vec<R>, Result<(), E>) {
     let numbered: Vec<(usize, &J)> = jobs.iter().enumerate().collect();
     let mut done = Vec::with_capacity(jobs.len());
     let work = |&(index, job): &(usize, &J)| Ok((index, work(job)?));
@@ -95,9 +95,9 @@ pub fn run_in_order_checked<J: Sync, R: Send, E: Send>(
         done.push(result);
         Ok(())
     };
-    run_jobs_checked(&numbered, threads, work, take, check)?;
+    let outcome = run_jobs_checked(&numbered, threads, work, take, check);
     done.sort_by_key(|&(index, _)| index);
-    Ok(done.into_iter().map(|(_, result)| result).collect())
+    (done.into_iter().map(|(_, result)| result).collect(), outcome)
 }
 
 #[cfg(test)]
@@ -117,7 +117,8 @@ mod tests {
             stop.store(1, Ordering::Relaxed);
             Err("interrupted")
         };
-        assert_eq!(run_in_order_checked(&[0; 4], 2, work, || (), check), Err("interrupted"));
+        let (_, outcome) = run_in_order_checked(&[0; 4], 2, work, || (), check);
+        assert_eq!(outcome, Err("interrupted"));
     }
 
     #[test]
@@ -132,7 +133,15 @@ mod tests {
             checks += 1;
             Ok(())
         };
-        assert_eq!(run_in_order_checked(&jobs, 3, work, || (), check), Ok(jobs.clone()));
+        let done = run_in_order_checked(&jobs, 3, work, || (), check);
+        assert_eq!(done, (jobs.clone(), Ok(())));
         assert!(checks >= jobs.len());
+    }
+
+    #[test]
+    fn results_before_an_error_are_kept() {
+        let work = |&job: &u64| if job < 3 { Ok(job) } else { Err("late") };
+        let done = run_in_order_checked(&[0, 1, 2, 3, 4], 1, work, || (), || Ok(()));
+        assert_eq!(done, (vec![0, 1, 2], Err("late")));
     }
 }

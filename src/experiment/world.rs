@@ -118,7 +118,7 @@ impl World {
     /// A case of the localization experiment.
     #[must_use]
     pub fn localization(case: LocalizationCase, site: &Arc<LocalizationSite>) -> Self {
-        let name = format!("{} {}", site.name, case.name());
+        let name = format!("{} {}", site.world_name(case), case.name());
         let source = WorldSource::Localization { case, site: Arc::clone(site) };
         Self::new(WorldKind::Localization, name, localization_config(), source)
     }

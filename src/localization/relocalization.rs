@@ -468,7 +468,8 @@ mod tests {
     /// A map without surfaces, 14 million kilometres high: its cells are few and large.
     #[test]
     fn very_high_map_is_searched_to_its_end() {
-        let frame = GridFrame::new(1, 32_767, 436.92, Pose::default()).expect("a valid size");
+        let (width, height, origin) = (1, 32_767, Pose::default());
+        let frame = GridFrame { width, height, resolution_m: 436.92, origin };
         let map = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![false; frame.len()]));
         let (scores, settings) = (MapScores::new(&map), LocalizationSettings::default());
         let mut search = GlobalSearch::new(&DeskewedScan::default(), &Pose::default(), &scores);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::{MAX_GRID_CELLS, MAX_GRID_SIDE};
+use super::{MAX_GRID_CELLS, MAX_GRID_SIDE, MAX_RESOLUTION_M};
 
 /// A map or scenario file that cannot be used. Each message is one line: file, place, cause and remedy.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -131,7 +131,9 @@ pub enum MapError {
         height: i64,
     },
     /// An invalid cell size.
-    #[error("resolution is {resolution_m} metres a cell: it must be finite and above zero")]
+    #[error(
+        "resolution is {resolution_m} metres a cell: it must be above zero and at most {MAX_RESOLUTION_M}"
+    )]
     BadResolution {
         /// The value found.
         resolution_m: f64,

@@ -41,7 +41,7 @@ pub struct GridFrame {
     pub width: i32,
     /// Number of rows, 1..=32767.
     pub height: i32,
-    /// Side of a cell, metres, above zero.
+    /// Side of a cell, metres, above zero and at most [`MAX_RESOLUTION_M`].
     pub resolution_m: f64,
     /// Pose of the lower-left corner of cell (0, 0) in the map frame.
     pub origin: Pose,
@@ -53,15 +53,18 @@ pub const MAX_GRID_SIDE: i32 = 32_767;
 /// The largest number of cells of a grid.
 pub const MAX_GRID_CELLS: usize = 100_000_000;
 
+/// The largest side of a cell, metres: far larger than any robot. A larger value is a mistake of units.
+pub const MAX_RESOLUTION_M: f64 = 100.0;
+
 impl GridFrame {
     /// Creates a validated frame.
     ///
     /// # Errors
     /// Returns an error if a side is not in 1..=[`MAX_GRID_SIDE`], the number of cells exceeds [`MAX_GRID_CELLS`], the
-    /// resolution in metres is not finite and above zero, or the origin is not finite.
+    /// resolution is not above zero and at most [`MAX_RESOLUTION_M`], or the origin is not finite.
     pub fn new(width: i32, height: i32, resolution_m: f64, origin: Pose) -> Result<Self, MapError> {
         check_size(i64::from(width), i64::from(height))?;
-        if !(resolution_m.is_finite() && resolution_m > 0.0) {
+        if !(resolution_m > 0.0 && resolution_m <= MAX_RESOLUTION_M) {
             return Err(MapError::BadResolution { resolution_m });
         }
         if !origin.is_finite() {

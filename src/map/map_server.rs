@@ -22,7 +22,7 @@ use strsim::levenshtein;
 use super::image::{GreyImage, MAX_BYTES, Pixel};
 use super::load::read_bytes;
 use super::yaml::{self, BadYaml};
-use super::{GridFrame, MapError, MapWarning, OccupancyGrid, UNKNOWN};
+use super::{GridFrame, MAX_RESOLUTION_M, MapError, MapWarning, OccupancyGrid, UNKNOWN};
 use crate::geometry::Pose;
 use crate::suggest::closest_name;
 
@@ -140,7 +140,11 @@ impl MapYaml {
         let parsed = Self {
             image: file.get("image", "the path of an image", path)?,
             image_line: file.required("image")?.0,
-            resolution_m: file.get("resolution", "a finite number of metres above zero", size)?,
+            resolution_m: file.get(
+                "resolution",
+                "a finite number of metres, above zero and at most 100",
+                size,
+            )?,
             origin: Pose::new(x, y, yaw),
             free_thresh: file.get("free_thresh", "a number from 0 to 1", share)?,
             occupied_thresh: file.get("occupied_thresh", "a number from 0 to 1", share)?,
@@ -239,7 +243,7 @@ fn number(value: &Value) -> Option<f64> {
 }
 
 fn size(value: &Value) -> Option<f64> {
-    number(value).filter(|&metres| metres > 0.0)
+    number(value).filter(|&metres| metres > 0.0 && metres <= MAX_RESOLUTION_M)
 }
 
 fn share(value: &Value) -> Option<f64> {

@@ -27,8 +27,8 @@ pub use distance_field::DistanceField;
 pub use error::{MapError, MapWarning};
 pub use free_space::FreeSpace;
 pub use grid::{
-    Cell, Grid, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, OCCUPIED_THRESHOLD, ObstacleGrid,
-    OccupancyGrid, UNKNOWN, UnknownPolicy,
+    Cell, Grid, GridFrame, MAX_GRID_CELLS, MAX_GRID_SIDE, MAX_RESOLUTION_M, OCCUPIED_THRESHOLD,
+    ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy,
 };
 pub(crate) use grid_ray::GridRay;
 pub use load::{LoadOptions, load, load_with_warnings};

@@ -107,11 +107,12 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Converts a measurement from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there.
+    /// Converts a measurement from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there. A range that is
+    /// not finite, or below zero, stays as it is.
     #[must_use]
     pub fn from_mount(self, mount: &Pose) -> Self {
         let angle = wrap_angle(mount.yaw + self.angle);
-        if !self.range.is_finite() {
+        if !(0.0..f64::INFINITY).contains(&self.range) {
             return Self { angle, ..self };
         }
         let (sin, cos) = libm::sincos(angle);
@@ -145,6 +146,27 @@ impl TimedScan {
         }
     }
 
+    /// Converts the beams from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there.
+    #[must_use]
+    pub fn from_mount(mut self, mount: &Pose) -> Self {
+        // The direction of a beam in the robot's frame depends on its range. One without a measurement has that of the beam before.
+        // With any other one, a lidar of less than a full turn seems to look, and to see nothing, beyond its field of view.
+        let mut ranges = self.beams.iter().map(|beam| beam.range);
+        let mut known = ranges.find(|range| !range.is_nan()).unwrap_or(f64::INFINITY);
+        for beam in &mut self.beams {
+            let range = beam.range;
+            if !range.is_nan() {
+                known = range;
+            }
+            *beam = Beam { range: known, ..*beam }.from_mount(mount);
+            if range.is_nan() {
+                beam.range = range;
+            }
+        }
+        self.range_max += mount.position().to_vector().norm();
+        self
+    }
+
     /// Time of the newest beam, seconds, in any order of the beams; none without beams.
     #[must_use]
     pub fn end_s(&self) -> Option<f64> {
@@ -156,5 +178,33 @@ impl TimedScan {
     pub fn is_valid(&self) -> bool {
         let is_valid = |beam: &Beam| beam.angle.is_finite() && beam.time_s.is_finite();
         self.range_max.is_finite() && self.beams.iter().all(is_valid)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lidar behind the robot's origin that looks back, 0.7 m from the walls at both sides.
+    #[test]
+    fn beam_without_a_measurement_keeps_the_field_of_view_of_a_mounted_lidar() {
+        let mount = Pose::new(-0.25, 0.0, PI);
+        let beam = |angle: f64| Beam { angle, range: 0.7 / libm::sin(angle).abs(), time_s: 0.0 };
+        let beams: Vec<Beam> = (-9..=9).map(|step| beam(0.25 * f64::from(step) + 1e-3)).collect();
+        let scan = TimedScan { beams, range_max: 10.0 };
+        let ahead = |scan: &TimedScan| {
+            let angles = scan.beams.iter().map(|beam| beam.angle.abs());
+            angles.fold(f64::INFINITY, f64::min)
+        };
+        let whole = ahead(&scan.clone().from_mount(&mount));
+        let mut dropped = scan;
+        let last = dropped.beams.len() - 1;
+        for at in [0, last] {
+            dropped.beams[at].range = f64::NAN;
+        }
+        let dropped = dropped.from_mount(&mount);
+        assert!(dropped.beams[0].range.is_nan() && dropped.beams[last].range.is_nan());
+        assert!(ahead(&dropped) > whole - 0.1, "{} of {whole}", ahead(&dropped));
+        assert!((dropped.range_max - 10.25).abs() < 1e-12);
     }
 }

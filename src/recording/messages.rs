@@ -109,7 +109,7 @@ const VOLATILE: u8 = 2;
 pub const MAP_FRAME: &str = "map";
 /// The frame of the odometry, in which the pose never jumps (REP-105).
 const ODOM_FRAME: &str = "odom";
-/// The robot's frame (REP-105). The lidar is at its origin.
+/// The robot's frame (REP-105). Scans are converted to it.
 pub const BASE_FRAME: &str = "base_link";
 
 /// A header with a time in seconds and a frame.

@@ -366,10 +366,8 @@ impl RosLogReader {
         };
         for beam in &mut beams.beams {
             beam.range = level_range(beam.angle, beam.range, &lean);
-            *beam = beam.from_mount(&mount);
         }
-        beams.range_max += mount.position().to_vector().norm();
-        let scan = Some(LoggedScan { mount, beams });
+        let scan = Some(LoggedScan { mount, beams: beams.from_mount(&mount) });
         Ok(Some(LogRecord { time_s: end_s, odometry, corrected: None, scan }))
     }
 }

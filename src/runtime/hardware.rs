@@ -256,7 +256,7 @@ struct Lidar {
 }
 
 impl HardwareRobot {
-    /// Creates a robot that stands at a pose of the map. Its lidar is at its origin.
+    /// Creates a robot that stands at a pose of the map.
     ///
     /// Every command passes the protective layer, which gets the raw scans of the lidar on the thread that sends. Nothing moves
     /// before the layer is armed. Without a lidar only its switch acts.

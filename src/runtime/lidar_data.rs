@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use crate::geometry::Pose;
+use crate::localization::{DeskewedScan, PoseHistory};
 use crate::map::{Scan, TimedScan};
 
 /// Lidar data of one tick.
@@ -51,6 +53,36 @@ impl LidarData {
         match self {
             Self::Scan(scan) => Cow::Owned(TimedScan::from_scan(scan, odometry_s, 0.0)),
             Self::TimedScan(scan) => Cow::Borrowed(scan),
+        }
+    }
+}
+
+/// The scan of each tick as seen from the newest odometry, in the robot's frame.
+#[derive(Clone, Debug)]
+pub(crate) struct CompensatedScan {
+    odometry: PoseHistory,
+    deskewed: DeskewedScan,
+}
+
+impl CompensatedScan {
+    pub fn new() -> Self {
+        Self { odometry: PoseHistory::new(), deskewed: DeskewedScan::default() }
+    }
+
+    /// Takes the data of a tick: the lidar's, and the odometry's pose with its time, seconds.
+    pub fn update(
+        &mut self,
+        (odometry_s, odometry): (f64, &Pose),
+        lidar: Option<LidarData>,
+    ) -> Scan {
+        self.odometry.record(odometry_s, odometry);
+        match lidar {
+            Some(LidarData::Scan(scan)) => scan,
+            Some(LidarData::TimedScan(sweep)) => {
+                self.deskewed.deskew(&sweep, &self.odometry);
+                self.deskewed.to_scan(sweep.beams.len())
+            }
+            None => Scan::default(),
         }
     }
 }

@@ -4,6 +4,7 @@ use core::ops::ControlFlow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::lidar_data::CompensatedScan;
 use super::map_update::{ChangedMap, ContradictedMap, MapUpdate};
 use super::mission::{
     Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
@@ -15,8 +16,7 @@ use super::{
 };
 use crate::geometry::Pose;
 use crate::local::{CpuEngine, Engine};
-use crate::localization::{DeskewedScan, PoseHistory};
-use crate::map::{OccupancyGrid, Scan, ScanChange};
+use crate::map::{OccupancyGrid, ScanChange};
 use crate::navigator::{Mode, NavigationMap, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
@@ -48,8 +48,7 @@ pub struct MissionRun<R> {
     config: Arc<Config>,
     robot: R,
     pose_estimator: PoseEstimator,
-    odometry: PoseHistory,
-    deskewed: DeskewedScan,
+    scan: CompensatedScan,
     scan_change: ScanChange,
     /// Time of the newest scan, and of the newest one that differed from the one before, seconds.
     scan_s: Option<f64>,
@@ -123,8 +122,7 @@ impl<R: Robot> MissionRun<R> {
             config,
             robot,
             pose_estimator,
-            odometry: PoseHistory::new(),
-            deskewed: DeskewedScan::default(),
+            scan: CompensatedScan::new(),
             scan_change: ScanChange::default(),
             scan_s: None,
             scan_changed_s: 0.0,
@@ -299,20 +297,11 @@ impl<R: Robot> MissionRun<R> {
     fn observe(&mut self, time_s: f64) -> (Observation, OdometryReading) {
         let sensed = self.robot.sense(time_s);
         let odometry = sensed.odometry;
-        self.odometry.record(sensed.odometry_s, &odometry.pose);
         self.pose_estimator.update(&sensed);
         let lidar = sensed.lidar.as_ref();
         let scan_s = lidar.and_then(|lidar| lidar.end_s(sensed.odometry_s)).unwrap_or(time_s);
         self.note_scan_change(scan_s, lidar);
-        let scan = match sensed.lidar {
-            Some(LidarData::Scan(scan)) => scan,
-            // The navigator takes a revolution as seen from the newest odometry.
-            Some(LidarData::TimedScan(sweep)) => {
-                self.deskewed.deskew(&sweep, &self.odometry);
-                self.deskewed.to_scan(sweep.beams.len())
-            }
-            None => Scan::default(),
-        };
+        let scan = self.scan.update((sensed.odometry_s, &odometry.pose), sensed.lidar);
         let observation = Observation {
             time_s,
             pose: self.pose_estimator.pose(),

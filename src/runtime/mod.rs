@@ -21,6 +21,7 @@ mod zone_compliance;
 pub use config::{Config, NodeConfig, PoseSource, RobotConfig, renamed_keys};
 pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
+pub(crate) use lidar_data::CompensatedScan;
 pub use lidar_data::LidarData;
 #[cfg(feature = "mcap")]
 pub(crate) use map_update::prepare;

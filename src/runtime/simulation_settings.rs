@@ -5,6 +5,7 @@ use core::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use super::plant_settings::{PlantKind, PlantRanges};
+use crate::geometry::Pose;
 use crate::settings::{choices, require, setting_schema, settings};
 
 settings! {
@@ -69,13 +70,22 @@ setting_schema! {
 }
 
 settings! {
-    /// A lidar at the robot's origin.
+    /// A lidar on the robot.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields, default)]
     pub struct Lidar {
+        /// Position ahead of the robot's origin. Default 0.
+        pub mount_x_m: f64 = 0.0, ["m", -5 to 5];
+        /// Position to the left of the robot's origin. Default 0.
+        pub mount_y_m: f64 = 0.0, ["m", -5 to 5];
+        /// Direction of the lidar's front, counter-clockwise from the robot's. Default 0.
+        pub mount_yaw_rad: f64 = 0.0, ["rad", -3.2 to 3.2];
+        /// Scans per second, such as 15.0; planar lidars make 5 to 40. Between two scans the robot has the last one, with its
+        /// stamps. Default none: a scan in each control period.
+        pub scan_rate_hz: Option<f64> = None, ["Hz", 5 to 100];
         /// Number of beams of a scan. Default 360.
         pub beams: usize = 360, ["", 1 to 65536];
-        /// Angle covered by the beams, centred ahead. Default a full turn; many scanners cover three quarters of one,
+        /// Angle covered by the beams, centred on the lidar's front. Default a full turn; many scanners cover three quarters of one,
         /// 4.71238898038469 rad.
         pub field_of_view_rad: f64 = TAU, ["rad", above 0 to tau];
         /// Shortest range; a nearer surface gives no measurement. Default 0.05 m, as SICK's `TiM` series.
@@ -106,15 +116,22 @@ settings! {
         /// beams at once. Planar lidars commonly take 0.1 s.
         pub sweep_s: f64 = 0.0, ["s", 0 to 0.5];
     }
-    rule |lidar| require(
-        lidar.range_max_m > lidar.range_min_m,
-        "range_max_m",
-        lidar.range_max_m,
-        "finite and above range_min_m",
-    )
+    rule |lidar| {
+        let is_above = lidar.range_max_m > lidar.range_min_m;
+        require(is_above, "range_max_m", lidar.range_max_m, "finite and above range_min_m")?;
+        // A revolution begins after the one before has ended.
+        let fits = lidar.scan_rate_hz.is_none_or(|rate_hz| lidar.sweep_s * rate_hz <= 1.0 + 1e-6);
+        require(fits, "sweep_s", lidar.sweep_s, "at most 1 / scan_rate_hz")
+    }
 }
 
 impl Lidar {
+    /// Pose of the lidar in the robot's frame.
+    #[must_use]
+    pub const fn mount(&self) -> Pose {
+        Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_rad)
+    }
+
     /// Returns a common small planar lidar: 450 beams in a revolution of 0.1 s, up to 12 m, with 2 cm of noise.
     #[must_use]
     pub fn turning() -> Self {

@@ -3,8 +3,9 @@
 use super::{SimError, SimulatedRobot, Simulation};
 use crate::base::{BaseError, require_finite};
 use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::map::Scan;
 use crate::robot::Limits;
-use crate::runtime::{Config, Mission, MissionEnd, Robot, SensorData};
+use crate::runtime::{CompensatedScan, Config, Mission, MissionEnd, Robot, SensorData};
 
 /// A simulated robot on a mission without a navigator: it does what the caller commands, within the limits of its base and below
 /// its protective layer.
@@ -16,6 +17,8 @@ pub struct Episode {
     period_s: f64,
     ticks: u64,
     sensed: SensorData,
+    compensated: CompensatedScan,
+    scan: Scan,
     end: Option<MissionEnd>,
 }
 
@@ -36,8 +39,11 @@ impl Episode {
             period_s,
             ticks: 0,
             sensed,
+            compensated: CompensatedScan::new(),
+            scan: Scan::default(),
             end: None,
         };
+        episode.update_scan();
         episode.end = episode.find_end();
         Ok(episode)
     }
@@ -54,9 +60,15 @@ impl Episode {
             let _ = self.robot.drive(&command, self.period_s);
             self.ticks += 1;
             self.sensed = self.robot.sense(self.time_s());
+            self.update_scan();
             self.end = self.find_end();
         }
         Ok(self.end)
+    }
+
+    fn update_scan(&mut self) {
+        let SensorData { odometry, odometry_s, lidar, .. } = &self.sensed;
+        self.scan = self.compensated.update((*odometry_s, &odometry.pose), lidar.clone());
     }
 
     /// The goal is reached by the mission's rule. Without one the robot must stand within the goal's tolerances.
@@ -89,6 +101,12 @@ impl Episode {
     #[must_use]
     pub const fn sensed(&self) -> &SensorData {
         &self.sensed
+    }
+
+    /// The lidar's scan in the robot's frame now, as a navigator gets it.
+    #[must_use]
+    pub const fn scan(&self) -> &Scan {
+        &self.scan
     }
 
     /// True pose now.

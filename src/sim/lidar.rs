@@ -1,6 +1,6 @@
 //! Simulated planar lidars, by exact ray casting in the world.
 
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -26,7 +26,7 @@ pub struct LidarReturn {
 }
 
 impl Lidar {
-    /// Returns a scan at a finite pose. A beam ends at the first obstacle; its range is zero if the lidar is inside
+    /// Returns a scan of a lidar at a finite pose, in the lidar's own frame. A beam ends at the first obstacle; its range is zero if the lidar is inside
     /// one. A beam without a hit within range reads infinite. A dropped beam, and one with a hit nearer than the
     /// shortest range, reads NaN and makes no obstacle visible. (For a hit that is too near, REP-117 has minus infinity;
     /// real scanners give zero, NaN or an error code.)
@@ -38,8 +38,8 @@ impl Lidar {
         self.scan_from(world, |_| *pose, rng)
     }
 
-    /// Returns a revolution that ends at a time, seconds. Each beam is that of [`Lidar::scan`] from the pose at its own
-    /// time, seconds; moving obstacles have their positions at the end.
+    /// Returns a revolution that ends at a time, seconds. Each beam is that of [`Lidar::scan`] from the lidar's pose at its
+    /// own time, seconds; moving obstacles have their positions at the end.
     #[must_use]
     pub fn sweep(
         &self,
@@ -52,6 +52,27 @@ impl Lidar {
         let time_of = |beam: usize| end_s - self.sweep_s * (1.0 - beam as f64 / gaps);
         let found = self.scan_from(world, |beam| pose_at(time_of(beam)), rng);
         TimedScan::from_scan(&found.scan, end_s, self.sweep_s)
+    }
+
+    /// The ranges of a scan in the robot's frame, one for each beam, in directions that stay the same from scan to scan: those of
+    /// the beams of a lidar at the robot's origin; for any other one a full turn that begins behind the robot. The nearest of
+    /// several ranges counts, and a direction without a beam has NaN.
+    #[must_use]
+    pub fn ranges_in_fixed_directions(&self, scan: &Scan) -> Vec<f64> {
+        let (first, increment) = if self.mount() == Pose::default() {
+            (-self.field_of_view_rad / 2.0, self.angle_increment())
+        } else {
+            (-PI, TAU / self.beams as f64)
+        };
+        let mut ranges = vec![f64::NAN; self.beams];
+        for (beam, range) in scan.ranges.iter().enumerate() {
+            let turned = (scan.angle(beam) - first + increment / 2.0).rem_euclid(TAU);
+            if let Some(nearest) = ranges.get_mut((turned / increment) as usize) {
+                // `f64::min` ignores NaN.
+                *nearest = nearest.min(*range);
+            }
+        }
+        ranges
     }
 
     /// Returns a scan with a pose for each beam.
@@ -126,7 +147,7 @@ impl Lidar {
         may_hit
     }
 
-    /// The measured range of a beam in a direction of the robot's frame, radians, and the moving obstacle that it hits, if any. `hit`
+    /// The measured range of a beam in a direction of the lidar's frame, radians, and the moving obstacle that it hits, if any. `hit`
     /// are its true range and that obstacle.
     fn beam(
         &self,
@@ -240,7 +261,7 @@ const CLOCK_MS: f64 = 30_000.0;
 /// Intensity of every return.
 const INTENSITY: u8 = 200;
 
-/// An LD19 at the origin of a robot that moves in a world.
+/// An LD19 on a robot that moves in a world.
 pub struct RotatingLidar {
     lidar: Lidar,
     /// The world; the caller moves its obstacles.
@@ -253,7 +274,7 @@ pub struct RotatingLidar {
 }
 
 impl RotatingLidar {
-    /// Creates a lidar that starts at time zero. Noise and dropouts are those of the settings; beams, field of view,
+    /// Creates a lidar that starts at time zero. Its place, noise and dropouts are those of the settings; beams, field of view,
     /// range and revolution time are the LD19's.
     ///
     /// # Errors
@@ -279,7 +300,8 @@ impl RotatingLidar {
             if time_s > now_s {
                 return;
             }
-            let place = self.track.at(time_s).unwrap_or(*pose);
+            let robot = self.track.at(time_s).unwrap_or(*pose);
+            let place = robot.transform_pose(&self.lidar.mount());
             self.measure(time_s, &place, line);
         }
     }

@@ -18,6 +18,7 @@ mod process_robot;
 mod protected_sender;
 mod route_sampler;
 mod scenes;
+mod simulated_lidar;
 mod simulated_robot;
 mod simulation;
 mod sudden_pedestrians;

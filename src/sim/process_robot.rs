@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use super::protected_sender::ProtectedSender;
-use super::{SimError, Simulation, draw_plant};
+use super::{Lidar, SimError, Simulation, draw_plant};
 use crate::base::ProtectiveAction;
 use crate::external::Program;
 use crate::external::protocol::{
@@ -54,6 +54,14 @@ impl ProcessRobot {
             return Err(failed(format!(
                 "it has its own moving obstacles, and the {own} of this mission are not in its world: leave them out"
             )));
+        }
+        // The scan of a step is in the robot's frame, and of that step.
+        let Lidar { scan_rate_hz, .. } = config.simulation.lidar;
+        if config.simulation.lidar.mount() != Pose::default() || scan_rate_hz.is_some() {
+            return Err(failed(
+                "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad and scan_rate_hz of [simulation.lidar] out"
+                    .to_owned(),
+            ));
         }
         let obstacles = simulation.true_obstacles(config);
         let lidar = draw_plant(&config.simulation, *seed).lidar;

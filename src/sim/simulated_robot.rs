@@ -2,14 +2,11 @@
 
 use core::ops::ControlFlow;
 
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-
 use super::fault_injection::{Displacement, FaultyOdometry};
-use super::faulty_lidar::{FaultyLidar, degraded_range};
 use super::fixes::SimulatedPositioning;
 use super::past_obstacles::PastObstacles;
 use super::protected_sender::ProtectedSender;
+use super::simulated_lidar::SimulatedLidar;
 use super::wrong_planner::WrongCommands;
 use super::{FaultInjection, MovingObstacles, SimBase, SimError, Simulation, World, draw_plant};
 use crate::base::ProtectiveAction;
@@ -18,8 +15,7 @@ use crate::localization::PoseHistory;
 use crate::map::MovingDisc;
 use crate::robot::Footprint;
 use crate::runtime::{
-    Config, Contact, GroundTruth, LidarData, PoseSource, Robot, SensorData, SimulationSettings,
-    TouchedBody,
+    Config, Contact, GroundTruth, PoseSource, Robot, SensorData, SimulationSettings, TouchedBody,
 };
 
 /// Longest time between two checks for contact, seconds.
@@ -52,10 +48,9 @@ pub struct SimulatedRobot<B = SimBase> {
     contact: Option<Contact>,
     /// Recent true poses.
     true_poses: PoseHistory,
-    lidar_rng: Pcg64Mcg,
     wrong_commands: WrongCommands,
     sender: ProtectedSender,
-    faulty_lidar: FaultyLidar,
+    lidar: SimulatedLidar,
     positioning: Option<SimulatedPositioning>,
 }
 
@@ -78,6 +73,7 @@ impl<B: Robot> SimulatedRobot<B> {
             footprint: config.robot.footprint.clone(),
             base,
             world: World::new(simulation.true_obstacles(config)),
+            lidar: SimulatedLidar::new(plant.lidar, *seed),
             plant,
             faults,
             past: PastObstacles::default(),
@@ -91,40 +87,12 @@ impl<B: Robot> SimulatedRobot<B> {
             least_gap_m: f64::INFINITY,
             contact: None,
             true_poses: PoseHistory::new(),
-            lidar_rng: Pcg64Mcg::seed_from_u64(*seed),
             wrong_commands: WrongCommands::new(config.simulation.wrong_planner, limits, *seed),
             sender,
-            faulty_lidar: FaultyLidar::new(*seed),
             positioning,
         })
     }
 
-    /// Scans as of a time, seconds, with that time or the present one as its stamp.
-    fn scan(&mut self, measured_s: f64, stamp_s: f64) -> LidarData {
-        let lidar = &self.plant.lidar;
-        let faults = &self.faults;
-        let true_poses = &self.true_poses;
-        let pose_at = |time_s: f64| true_poses.at(time_s).unwrap_or_default();
-        if lidar.sweep_s > 0.0 {
-            let mut sweep = lidar.sweep(&self.world, pose_at, measured_s, &mut self.lidar_rng);
-            for beam in &mut sweep.beams {
-                beam.range = degraded_range(faults, beam.time_s, beam.angle, beam.range);
-                beam.time_s += stamp_s - measured_s;
-            }
-            return LidarData::TimedScan(sweep);
-        }
-        let pose = pose_at(measured_s);
-        let mut scan = lidar.scan(&self.world, &pose, &mut self.lidar_rng).scan;
-        for beam in 0..scan.ranges.len() {
-            let direction = scan.angle(beam);
-            let range = scan.ranges[beam];
-            scan.ranges[beam] = degraded_range(faults, measured_s, direction, range);
-        }
-        LidarData::Scan(scan)
-    }
-}
-
-impl<B: Robot> SimulatedRobot<B> {
     /// Moves the obstacles while the robot drives to a pose, and measures the gaps during the motion. The robot's path within a
     /// period is an arc: an acceleration of 1 m/s^2 moves it along that by 1.3 mm at most.
     fn move_others(&mut self, to: &Pose, elapsed_s: f64) {
@@ -202,9 +170,10 @@ impl<B: Robot> Robot for SimulatedRobot<B> {
         let measured_s = (time_s - sensing_delay_s).max(0.0);
         let stamp_s = if stamps_sensing_delay { measured_s } else { time_s };
         self.world.moving = self.moving_obstacles.discs();
-        self.world.seen = if sensing_delay_s > 0.0 {
+        let scan_s = self.lidar.newest_scan_s(measured_s);
+        self.world.seen = if sensing_delay_s > 0.0 || self.plant.lidar.scan_rate_hz.is_some() {
             self.past.record(time_s, self.moving_obstacles.parts());
-            Some(self.past.at(measured_s))
+            Some(self.past.at(scan_s))
         } else {
             self.moving_obstacles.legs()
         };
@@ -219,8 +188,9 @@ impl<B: Robot> Robot for SimulatedRobot<B> {
         self.pose = self.displacement.pose(&self.faults, time_s, &own);
         self.twist = if self.displacement.is_bogged() { Twist::STOP } else { twist };
         self.true_poses.record(time_s, &self.pose);
-        let measured = self.scan(measured_s, stamp_s);
-        let lidar = self.faulty_lidar.sent(&self.faults, time_s, stamp_s, measured);
+        let scan_times = (scan_s, stamp_s - (measured_s - scan_s));
+        let surroundings = (&self.world, &self.true_poses);
+        let lidar = self.lidar.scan(surroundings, &self.faults, time_s, scan_times);
         self.sender.update(time_s, (&odometry.twist, odometry_s), &lidar);
         let then = self.true_poses.at(measured_s).unwrap_or(self.pose);
         let mut positioning = self.positioning.as_mut();

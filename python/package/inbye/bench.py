@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Controllers: TypeAlias = "Mapping[str, Controller | type[ControllerObject]]"
 
-__all__ = ["Comparison", "compare", "run", "worlds"]
+__all__ = ["Comparison", "compare", "rows_before", "run", "worlds"]
 
 
 def worlds(plan: PlanSource | None = None, **group: Any) -> list[_native.World]:  # noqa: ANN401
@@ -38,8 +38,25 @@ def run(
     an object with ``compute_velocity``, or a class of such objects, with one for each run. An
     object is reset before each run. Controllers drive with each world's own settings: ``configs``,
     ``weights`` and ``sampling`` of the plan are not for them.
+
+    An exception of a controller, and Ctrl-C, ends all runs: :func:`rows_before` returns the figures
+    of the runs before it.
     """
     return _native.run(plan, controllers, jobs=jobs)
+
+
+def rows_before(error: BaseException) -> list[dict[str, Any]]:
+    """Return the figures of the runs that had ended when :func:`run` or :func:`compare` raised.
+
+    The list is empty if no run had ended, and for any other exception::
+
+        try:
+            rows = inbye.bench.run(plan, controllers)
+        except RuntimeError as error:
+            rows = inbye.bench.rows_before(error)
+    """
+    rows: list[dict[str, Any]] = getattr(error, "_inbye_rows", [])
+    return rows
 
 
 @dataclass(frozen=True)
@@ -84,7 +101,8 @@ def compare(
     """Run a plan as :func:`run` does and rank the planners.
 
     With ``report`` the page of the comparison and its tables are written into that folder, which is
-    created before the first run.
+    created before the first run. An exception has the rows of the runs before it, as that of
+    :func:`run`.
     """
     ranked, rows = _native.compare(plan, controllers, jobs=jobs, report=report)
     return Comparison(ranked, rows)

@@ -27,10 +27,12 @@ pub(super) use monitor::LocalizationMonitor;
 const FAULT_S: f64 = 12.0;
 /// Length and width of the smooth roadways, metres.
 const ROADWAY_M: (f64, f64) = (120.0, 3.0);
-/// Search for a pose to move the robot to: free radius, metres, smallest distance from the start, metres, and attempts.
+/// Search for a pose to move the robot to: free radius, metres, smallest distance from the start, metres, attempts, and largest
+/// number of free poses from which a path to the goal is searched.
 const FREE_RADIUS_M: f64 = 1.1;
 const AWAY_M: f64 = 20.0;
 const TRIES: usize = 100_000;
+const MAX_PLANS: usize = 100;
 /// Longest time of a tour, seconds.
 const LONGEST_S: f64 = 3600.0;
 
@@ -94,6 +96,12 @@ impl LocalizationSite {
         Self { name: name.to_owned(), map: Arc::new(map), start, goal, tour_m }
     }
 
+    /// Name of the world of a case: three cases have worlds of their own, which are built-in roadways.
+    pub(super) fn world_name(&self, case: LocalizationCase) -> &str {
+        use LocalizationCase::{KidnappedToTwin, OtherMap, Smooth};
+        if matches!(case, Smooth | KidnappedToTwin | OtherMap) { "roadway" } else { &self.name }
+    }
+
     pub(super) fn simulation(
         &self,
         case: LocalizationCase,
@@ -127,7 +135,7 @@ impl LocalizationSite {
             }
             LocalizationCase::Smooth => roadway(roadways(length_m, &[1.0], width_m)),
             LocalizationCase::Kidnapped => kidnapped(self.place_behind(config, &one_leg)?, one_leg),
-            LocalizationCase::KidnappedFar => kidnapped(self.far_pose(seed, config), one_leg),
+            LocalizationCase::KidnappedFar => kidnapped(self.far_pose(&one_leg, config), one_leg),
             LocalizationCase::KidnappedToTwin => {
                 let twin = Pose::new(20.0, along(20.0).y + 1.0 + width_m, 0.0);
                 kidnapped(twin, roadway(roadways(length_m, &[1.0, 2.0 + width_m], width_m)))
@@ -185,9 +193,9 @@ impl LocalizationSite {
         Ok(behind.map_or(self.start, |row| row.pose))
     }
 
-    /// A random free pose with room for the robot, far from the start.
-    fn far_pose(&self, seed: u64, config: &Config) -> Pose {
-        let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    /// A random free pose with room for the robot and a path to the goal, far from the start.
+    fn far_pose(&self, one_leg: &Simulation, config: &Config) -> Pose {
+        let mut rng = Pcg64Mcg::seed_from_u64(one_leg.seed);
         let field = DistanceField::new(&self.map.obstacles(config.unknown));
         let frame = field.frame();
         let is_good = |pose: &Pose| {
@@ -200,7 +208,56 @@ impl LocalizationSite {
             let place = frame.center_of(cell);
             Pose::new(place.x, place.y, rng.random_range(-PI..PI))
         };
-        let found = (0..TRIES).map(|_| any()).find(is_good);
+        // A robot in a part of the map without a path would say nothing about its localization.
+        let has_path = |&start: &Pose| {
+            first_path(&Mission { start, ..one_leg.mission.clone() }, config).is_ok()
+        };
+        let mut good = (0..TRIES).map(|_| any()).filter(is_good).take(MAX_PLANS);
+        let found = good.find(has_path);
         found.unwrap_or_else(|| Pose::new(self.goal.x, self.goal.y, 0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn robot_is_moved_to_a_place_with_a_path_to_the_goal() {
+        // A room of 40 x 20 m, and one of the same size without a door.
+        let inner = ["#", &".".repeat(80), "#", &".".repeat(80), "#"].concat();
+        let wall = "#".repeat(inner.len());
+        let rows: Vec<&str> = [vec![&*wall], vec![&*inner; 40], vec![&*wall]].concat();
+        let map = OccupancyGrid::from_rows(&rows, 0.5, Pose::default()).expect("a map");
+        let (map, start) = (Arc::new(map), Pose::new(2.0, 10.0, 0.0));
+        let site = LocalizationSite {
+            name: "rooms".to_owned(),
+            map,
+            start,
+            goal: Point::new(10.0, 10.0),
+            tour_m: 1.0,
+        };
+        let config = localization_config();
+        for seed in 0..8 {
+            let made = site.simulation(LocalizationCase::KidnappedFar, seed, &config);
+            let faults = made.expect("a drive").faults;
+            let &[FaultInjection::Kidnapped { to, .. }] = &faults[..] else {
+                panic!("{faults:?}");
+            };
+            assert!(to.x < 40.0, "seed {seed}: {to:?}");
+        }
+    }
+
+    #[test]
+    fn case_in_a_built_in_world_has_the_name_of_that_world() {
+        let scene = LocalizationSite::of_scene(crossing(), 1.0);
+        assert_eq!(scene.world_name(LocalizationCase::Tour), "crossing");
+        for case in [
+            LocalizationCase::Smooth,
+            LocalizationCase::KidnappedToTwin,
+            LocalizationCase::OtherMap,
+        ] {
+            assert_eq!(scene.world_name(case), "roadway");
+        }
     }
 }

@@ -8,7 +8,7 @@ use super::odometry_check::SpeedCheck;
 use super::scan::{deskew, laser_scan, level_range, timed_scan, to_robot_frame};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::localization::{LostReason, PoseHistory};
-use crate::map::{Beam, Scan, ScanChange, TimedScan};
+use crate::map::{Scan, ScanChange, TimedScan};
 use crate::navigator::Observation;
 use crate::ros::msg::{LaserScan, Odometry, Time};
 
@@ -195,14 +195,9 @@ impl LatestInputs {
         let timed = scan.timed.as_ref()?;
         let mount = self.mount(now_s, scan, &odometry.base_frame, limits).ok()?;
         let later_s = scan.end_s - self.scan_delay.ahead_s() - timed.end_s()?;
-        let in_robot_frame = |beam: &Beam| {
-            let beam = beam.from_mount(&mount);
-            Beam { time_s: beam.time_s + later_s, ..beam }
-        };
-        Some(TimedScan {
-            beams: timed.beams.iter().map(in_robot_frame).collect(),
-            range_max: timed.range_max + mount.position().to_vector().norm(),
-        })
+        let mut scan = timed.clone().from_mount(&mount);
+        scan.beams.iter_mut().for_each(|beam| beam.time_s += later_s);
+        Some(scan)
     }
 
     /// The newest measured motion and its time by the node's clock, seconds.

@@ -99,13 +99,8 @@ pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistor
 
 /// The beams from where the lidar was at their times, at equal angles of at most an increment, radians.
 fn resampled(timed: &TimedScan, mount: &Pose, history: &PoseHistory, increment: f64) -> Scan {
-    let beams = timed.beams.iter().map(|beam| beam.from_mount(mount));
-    let timed = TimedScan {
-        beams: beams.collect(),
-        range_max: timed.range_max + mount.position().to_vector().norm(),
-    };
     let mut deskewed = DeskewedScan::default();
-    deskewed.deskew(&timed, history);
+    deskewed.deskew(&timed.clone().from_mount(mount), history);
     let angles = |turn: f64| (turn / increment).ceil();
     let directions = deskewed.field_of_view().map_or(angles(TAU), |(_, turn)| angles(turn) + 1.0);
     deskewed.to_scan(directions.clamp(1.0, MAX_BEAMS) as usize)

@@ -123,6 +123,10 @@ fn program_that_cannot_be_used_is_unusable_input() {
         ("--controller 'sh old.sh'", "speaks protocol 0, this inbye speaks 1"),
         ("--global-planner 'sh missing.sh'", "INVALID_PLANNER"),
         ("--simulator 'sh missing.sh'", "the simulator `sh missing.sh`: the program ended"),
+        (
+            "--simulator 'sh missing.sh' --set simulation.lidar.mount_x_m=0.2",
+            "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad and scan_rate_hz",
+        ),
         ("--controller ''", "it must be a program and its arguments"),
     ] {
         let (status, object) = driven(&place, option);

@@ -6,7 +6,10 @@ use crate::support::hand_png::png;
 use crate::support::map_folder::Folder;
 use image::GrayImage;
 use inbye::geometry::Pose;
-use inbye::map::{GridFrame, LoadOptions, MAX_GRID_SIDE, MapError, OccupancyGrid, load, read_scen};
+use inbye::map::{
+    GridFrame, LoadOptions, MAX_GRID_SIDE, MAX_RESOLUTION_M, MapError, OccupancyGrid, load,
+    read_scen,
+};
 
 /// Asserts a one-line message that starts with the file and contains all fragments, separated by `; `.
 #[track_caller]
@@ -28,7 +31,8 @@ fn grid_frame_rejects_bad_size_resolution_and_origin() {
         let refused = GridFrame::new(width, height, 1.0, origin).unwrap_err();
         assert!(matches!(refused, MapError::BadGridSize { .. }), "{refused}");
     }
-    for resolution_m in [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY] {
+    assert!(GridFrame::new(1, 1, MAX_RESOLUTION_M, origin).is_ok());
+    for resolution_m in [0.0, -0.0, -1.0, 100.1, f64::NAN, f64::INFINITY] {
         let refused = GridFrame::new(1, 1, resolution_m, origin).unwrap_err();
         assert!(matches!(refused, MapError::BadResolution { .. }), "{refused}");
     }
@@ -52,6 +56,7 @@ mode: trinary
 const BAD_YAML: &str = r#"
 resolution: 0.05 -> resolution: 0 -> line 2; `resolution` is 0; above zero
 resolution: 0.05 -> resolution: -0.05 -> line 2; `resolution` is -0.05
+resolution: 0.05 -> resolution: 500 -> line 2; `resolution` is 500; at most 100
 resolution: 0.05 -> resolution: .nan -> line 2; `resolution`; .nan; finite
 resolution: 0.05 -> resolution: .inf -> line 2; `resolution`; .inf
 resolution: 0.05 -> resolution: nan -> line 2; `resolution`; nan

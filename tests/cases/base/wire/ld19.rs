@@ -274,6 +274,11 @@ fn random_packets_make_valid_revolutions() {
 /// The whole chain for a robot on a curve: emulated lidar, decoder, assembler, deskewing.
 #[test]
 fn deskewed_scans_of_moving_robot_hit_the_walls() {
+    hit_the_walls(&Pose::default());
+    hit_the_walls(&Pose::new(0.25, -0.1, 1.0));
+}
+
+fn hit_the_walls(mount: &Pose) {
     let frame = GridFrame::new(80, 60, 0.1, Pose::default()).expect("a frame");
     let open = |index| {
         let cell = frame.cell_at(index);
@@ -282,10 +287,12 @@ fn deskewed_scans_of_moving_robot_hit_the_walls() {
     let world =
         World::new(ObstacleGrid::new(frame, (0..frame.len()).map(|index| !open(index)).collect()));
     let quiet = Lidar::default().range_sigma_m(0.0).dropout(0.0);
-    let mut lidar = RotatingLidar::new(quiet, world, 1).expect("good settings");
+    let lidar = quiet.mount_x_m(mount.x).mount_y_m(mount.y).mount_yaw_rad(mount.yaw);
+    let mut lidar = RotatingLidar::new(lidar, world, 1).expect("good settings");
+    let settings = LidarSettings::default();
+    let settings = settings.mount_x_m(mount.x).mount_y_m(mount.y).mount_yaw_rad(mount.yaw);
     let (start, twist) = (Pose::new(2.5, 2.0, 0.3), Twist::new(0.8, 0.7));
-    let (mut decoder, mut assembler) =
-        (Decoder::default(), RevolutionAssembler::new(LidarSettings::default()));
+    let (mut decoder, mut assembler) = (Decoder::default(), RevolutionAssembler::new(settings));
     let (mut history, mut scans) = (PoseHistory::new(), 0);
     for tick in 0..400 {
         let now_s = 0.005 * f64::from(tick);

@@ -20,7 +20,9 @@ pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
     [("replay_on_gpu_agrees", replay_on_gpu_agrees)];
 
 fn replay_on_cpu_agrees() {
-    for (simulation, config) in [tour(), crowded()] {
+    let (among_people, mut mounted) = crowded();
+    mounted.simulation.lidar = mounted.simulation.lidar.mount_x_m(0.25).scan_rate_hz(Some(7.0));
+    for (simulation, config) in [tour(), crowded(), (among_people, mounted)] {
         let (result, file) = record(&simulation, &config);
         for threads in [1, 2] {
             let replay = replay_on(&file, cpu(threads));

@@ -1,0 +1,223 @@
+//! A lidar off the robot's origin, turned, and with a scan rate of its own.
+
+use core::f64::consts::PI;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use inbye::geometry::{Point, Pose, Twist};
+use inbye::local::CpuEngine;
+use inbye::map::{OccupancyGrid, TimedScan, UnknownPolicy};
+use inbye::navigator::Goal;
+use inbye::runtime::{
+    Config, LidarData, Mission, Observer, PoseSource, Robot, SensorData, TickEvent,
+};
+use inbye::sim::{Episode, Lidar, Simulation, World, scenes};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+/// A lidar ahead of the robot's origin and to its right, that looks to the left.
+const MOUNT: Pose = Pose::new(0.25, -0.1, 1.0);
+const THREE_QUARTERS: f64 = 1.5 * PI;
+
+fn quiet() -> Lidar {
+    Lidar::default().range_sigma_m(0.0).dropout(0.0)
+}
+
+fn mounted(lidar: Lidar, mount: &Pose) -> Lidar {
+    lidar.mount_x_m(mount.x).mount_y_m(mount.y).mount_yaw_rad(mount.yaw)
+}
+
+/// A room of 8 by 6 m with the robot at a place in it. Its walls begin at 0.5 m.
+fn room(lidar: Lidar, start: Pose) -> (Simulation, Config) {
+    let wall = "#".repeat(90);
+    let inner = ["#".repeat(5), ".".repeat(80), "#".repeat(5)].concat();
+    let walls = vec![wall; 5];
+    let rows = [walls.clone(), vec![inner; 60], walls].concat();
+    let map = OccupancyGrid::from_rows(&rows, 0.1, Pose::default()).expect("a map");
+    let goal = Goal::at(Point::new(7.9, start.y));
+    let simulation = Simulation::new(Mission::new(Arc::new(map), start, goal));
+    let mut config = Config::default();
+    config.simulation.lidar = lidar;
+    (simulation, config)
+}
+
+/// Distance of a point to the nearest wall of the room, metres.
+fn to_wall_m(place: &Point) -> f64 {
+    let sides = [place.x - 0.5, 8.5 - place.x, place.y - 0.5, 6.5 - place.y];
+    sides.into_iter().map(f64::abs).fold(f64::INFINITY, f64::min)
+}
+
+fn sweep(sensed: SensorData) -> TimedScan {
+    match sensed.lidar {
+        Some(LidarData::TimedScan(scan)) => scan,
+        other => panic!("no scan with times: {other:?}"),
+    }
+}
+
+fn hits<'a>(scan: &'a TimedScan, robot: &'a Pose) -> impl Iterator<Item = Point> + 'a {
+    scan.beams.iter().filter(|beam| beam.range.is_finite()).map(|beam| {
+        let (sin, cos) = libm::sincos(beam.angle);
+        robot.transform(&Point::new(beam.range * cos, beam.range * sin))
+    })
+}
+
+#[test]
+fn scan_is_that_of_the_lidar_s_place_in_the_robot_s_frame() {
+    let (start, lidar) = (Pose::new(3.0, 2.0, 0.4), mounted(quiet(), &MOUNT));
+    let (simulation, config) = room(lidar, start);
+    let scan = sweep(simulation.robot(&config).expect("valid settings").sense(0.0));
+    let world = World::new(simulation.mission.map.obstacles(UnknownPolicy::Blocked));
+    let place = start.transform_pose(&MOUNT);
+    let own = lidar.scan(&world, &place, &mut Pcg64Mcg::seed_from_u64(0)).scan;
+    assert_eq!(scan, TimedScan::from_scan(&own, 0.0, 0.0).from_mount(&MOUNT));
+    assert_eq!(hits(&scan, &start).count(), 360);
+    assert!(hits(&scan, &start).all(|end| to_wall_m(&end) < 1e-6));
+    // From the robot's origin it would be another one.
+    let centred = lidar.scan(&world, &start, &mut Pcg64Mcg::seed_from_u64(0)).scan;
+    let other = TimedScan::from_scan(&centred, 0.0, 0.0);
+    assert!(hits(&other, &place).any(|end| to_wall_m(&end) > 0.1));
+}
+
+#[test]
+fn scan_rate_is_its_own_and_each_scan_has_its_time_and_place() {
+    let start = Pose::new(1.5, 3.5, 0.0);
+    for (delay_s, sweep_s) in [(0.0, 0.0), (0.12, 0.1)] {
+        let lidar = mounted(quiet(), &MOUNT).scan_rate_hz(Some(7.0)).sweep_s(sweep_s);
+        let (simulation, mut config) = room(lidar, start);
+        config.simulation.sensing_delay_s = delay_s;
+        let mut robot = simulation.robot(&config).expect("valid settings");
+        let (mut stamps, mut poses) = (BTreeSet::new(), Vec::new());
+        for tick in 0..40 {
+            let time_s = 0.1 * f64::from(tick);
+            let scan = sweep(robot.sense(time_s));
+            poses.push((time_s, robot.ground_truth().expect("a simulated robot").pose));
+            let end_s = scan.end_s().expect("beams");
+            let age_s = time_s - delay_s - end_s;
+            assert!((-1e-9..1.0 / 7.0).contains(&age_s) || end_s == 0.0, "{age_s} at {time_s}");
+            let number = end_s * 7.0;
+            assert!((number - number.round()).abs() < 1e-6, "{end_s}");
+            stamps.insert(number.round() as u32);
+            // The robot's pose at the time of a beam lies between those of two ticks.
+            for beam in scan.beams.iter().filter(|beam| beam.time_s >= 0.0) {
+                let tick = ((beam.time_s / 0.1 + 1e-9) as usize).min(poses.len() - 1);
+                let next = (tick + 1).min(poses.len() - 1);
+                let share = (beam.time_s - poses[tick].0) / 0.1;
+                let then = poses[tick].1.interpolate(&poses[next].1, share);
+                let one = TimedScan { beams: vec![*beam], range_max: scan.range_max };
+                assert!(hits(&one, &then).all(|end| to_wall_m(&end) < 1e-3), "{beam:?}");
+            }
+            let _ = robot.drive(&Twist::new(1.0, 0.3), 0.1);
+        }
+        // 3.9 s, less the delay; all scans are delivered once or twice.
+        assert_eq!(stamps.len(), if delay_s > 0.0 { 27 } else { 28 });
+    }
+}
+
+/// The layer measures from the robot's body, wherever the lidar is.
+#[test]
+fn protective_layer_stops_at_the_same_gap_with_any_mounting() {
+    let gap_m = |lidar: Lidar| {
+        let (simulation, config) = room(lidar, Pose::new(4.0, 3.5, 0.0));
+        let mut episode = Episode::new(&simulation, &config).expect("valid settings");
+        for _ in 0..200 {
+            episode.step(&Twist::new(0.3, 0.0)).expect("a finite command");
+        }
+        assert!(episode.twist().stands(), "{:?}", episode.twist());
+        // What an agent is shown: the range ahead is that from the robot's origin.
+        let ranges = lidar.ranges_in_fixed_directions(episode.scan());
+        assert_eq!(ranges.len(), 360);
+        let ahead_m = 8.5 - episode.pose().x;
+        assert!(ranges[179..182].iter().any(|range| (range - ahead_m).abs() < 0.02), "{ahead_m}");
+        episode.gap_m()
+    };
+    let centred_m = gap_m(quiet());
+    assert!((0.02..0.3).contains(&centred_m), "{centred_m}");
+    for mount in [MOUNT, Pose::new(-0.25, 0.0, PI), Pose::new(0.0, 0.3, 0.0)] {
+        let mounted_m = gap_m(mounted(quiet(), &mount));
+        assert!((mounted_m - centred_m).abs() < 0.05, "{mount:?}: {mounted_m} m, {centred_m} m");
+    }
+    let slow_m = gap_m(quiet().scan_rate_hz(Some(7.0)));
+    assert!((slow_m - centred_m).abs() < 0.08, "{slow_m} m, {centred_m} m");
+}
+
+/// Drives a scene with the pose from scans; its people are there if the lidar sees ahead. Checks what the navigator gets.
+fn drive_all_scenes(lidar: Lidar, with_people: bool) {
+    for scene in scenes() {
+        let mut config = Config::default().pose_source(PoseSource::Scans);
+        config.simulation.lidar = lidar;
+        let mut simulation = Simulation::new(scene.mission(900.0));
+        simulation.seed = scene.seed;
+        if with_people {
+            let spawner = config.simulation.pedestrians.spawner(scene.obstacles, scene.seed);
+            let people = spawner.spawn_on_route(&simulation.mission, &config);
+            simulation.moving_obstacles = people.expect("room for all");
+        }
+        let world = World::new(scene.map.obstacles(config.unknown));
+        let dot = inbye::robot::Footprint::round(0.01).expect("a radius");
+        let (mut ends, mut near_walls) = (0, 0);
+        let mut on_tick = |event: &TickEvent<'_>| {
+            for end in event.observation.scan.hits(&event.row.pose) {
+                let gap_m = world.gap_to_static_m(&dot, &Pose::new(end.x, end.y, 0.0));
+                ends += 1;
+                near_walls += usize::from(gap_m < 0.08);
+            }
+        };
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
+        let engine = Box::new(CpuEngine::single_threaded());
+        let result = simulation.run(&config, engine, &mut observer).expect("a drive");
+        let (name, why) = (scene.name, result.why());
+        assert!(result.reached && !result.collided, "{name}: {why:?} at {} s", result.time_s);
+        // The rest are people, and beams that end between two surfaces.
+        let share = near_walls as f64 / ends as f64;
+        assert!(share > if with_people { 0.85 } else { 0.97 }, "{name}: {share}");
+        let error_m =
+            |row: &inbye::runtime::TraceRow| (row.pose.position() - row.belief.position()).norm();
+        let worst_m = result.trace.rows.iter().map(error_m).fold(0.0, f64::max);
+        assert!(worst_m < 0.08, "{name}: {worst_m} m");
+    }
+}
+
+#[test]
+fn robot_with_a_lidar_ahead_of_its_origin_arrives() {
+    drive_all_scenes(Lidar::default().mount_x_m(0.25), true);
+}
+
+/// It does not see ahead: it drives slowly, and cannot see a person there.
+#[test]
+fn robot_with_a_rear_lidar_that_looks_back_arrives() {
+    let lidar = Lidar::default().field_of_view_rad(THREE_QUARTERS);
+    drive_all_scenes(mounted(lidar, &Pose::new(-0.25, 0.0, PI)), false);
+}
+
+#[test]
+fn robot_with_a_lidar_of_another_rate_arrives() {
+    drive_all_scenes(Lidar::default().scan_rate_hz(Some(7.0)), true);
+    let turning = mounted(Lidar::turning(), &MOUNT).scan_rate_hz(Some(7.0));
+    drive_all_scenes(turning, true);
+}
+
+#[test]
+fn fixed_directions_of_a_mounted_lidar_are_a_full_turn() {
+    let lidar = quiet().beams(180).field_of_view_rad(THREE_QUARTERS);
+    let rear = mounted(lidar, &Pose::new(-0.25, 0.0, PI));
+    let ranges = |lidar: Lidar| {
+        let (simulation, config) = room(lidar, Pose::new(4.5, 3.5, 0.0));
+        let episode = Episode::new(&simulation, &config).expect("valid settings");
+        lidar.ranges_in_fixed_directions(episode.scan())
+    };
+    // Beam 0 looks back, beam 90 ahead, where this one sees nothing.
+    let seen = ranges(rear);
+    assert!((seen[0] - 4.0).abs() < 0.01 && seen[90].is_nan(), "{seen:?}");
+    // Beams of a lidar at the origin keep their directions: those of its field of view.
+    let (seen, middle) = (ranges(lidar), 89);
+    assert!((seen[middle] - 4.0).abs() < 0.01 && seen.iter().all(|range| range.is_finite()));
+}
+
+#[test]
+fn revolution_fits_into_the_time_between_two_scans() {
+    let lidar = Lidar::turning().scan_rate_hz(Some(20.0));
+    let error = lidar.validate().expect_err("0.1 s are longer than 0.05 s").to_string();
+    assert!(error.contains("sweep_s is 0.1: it must be at most 1 / scan_rate_hz"), "{error}");
+    assert!(lidar.sweep_s(0.05).validate().is_ok());
+    assert!(Lidar::default().scan_rate_hz(Some(0.0)).validate().is_err());
+}
