@@ -369,6 +369,7 @@ impl Navigator {
         now: &PredictedState,
         observation: &Observation,
     ) -> Result<Decision, Fault> {
+        self.set_step();
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
         let cover = if self.is_narrow { &self.slim } else { &self.robot.footprint };
@@ -385,13 +386,6 @@ impl Navigator {
             .map_err(|error| Fault::Choose(error.into()))?;
         let (mut new_route, mut has_new_route) = (None, false);
         let fastest = self.limited_speed(&robot);
-        let planner = self.behaviours.planner_mut();
-        let times_s = (self.step_s, planner.settings().sim_time_s);
-        planner.set_step(if self.is_narrow {
-            step_that_overlooks(OVERLOOKED_M, cover, &self.robot.limits, times_s)
-        } else {
-            self.step_s
-        });
         let mut state = State {
             settings: &self.settings,
             robot: &self.robot,
@@ -476,6 +470,17 @@ impl Navigator {
             decision.mode = Mode::AtWaypoint;
         }
         Ok(decision)
+    }
+
+    /// Sets how near to each other the local planner checks poses.
+    fn set_step(&mut self) {
+        let planner = self.behaviours.planner_mut();
+        let times_s = (self.step_s, planner.settings().sim_time_s);
+        planner.set_step(if self.is_narrow {
+            step_that_overlooks(OVERLOOKED_M, &self.slim, &self.robot.limits, times_s)
+        } else {
+            self.step_s
+        });
     }
 
     /// A command, or the same arc at this speed, m/s, as far as the base reaches it.
