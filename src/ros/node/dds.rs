@@ -17,7 +17,7 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::action_server::{ActionQos, NavigateServer};
-use super::incoming::{IncomingMessage, NAVIGATE};
+use super::incoming::{COMMAND, IncomingMessage, NAVIGATE};
 use super::lifecycle_server::LifecycleServer;
 use super::network::ToNetwork;
 use super::zones::{KEEPOUT_MASK, SPEED_MASK};
@@ -25,6 +25,8 @@ use crate::ros::msg::{self, Message};
 
 /// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
 const MAX_MESSAGES: usize = 64;
+/// Maximum number of publishers of other nodes to remember.
+const MAX_OTHERS: usize = 64;
 /// Number of queued messages of sensor data, as in ROS.
 const SENSOR_DEPTH: usize = 5;
 /// Number of queued messages of transforms: each message has only some of the frames.
@@ -135,6 +137,9 @@ pub struct DdsNode {
     events: DomainParticipantStatusListener,
     /// The topics of the subscriptions.
     topics: Vec<(rustdds::GUID, &'static str)>,
+    /// The topics on which only this node should publish, and the publishers of other nodes on them.
+    own_topics: [(String, &'static str); 2],
+    others: Vec<(rustdds::GUID, &'static str)>,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -147,10 +152,12 @@ struct Input<M> {
 }
 
 impl<M: Message + DeserializeOwned + 'static> Input<M> {
-    /// Takes the received messages.
+    /// Takes the received messages, without those of this node itself.
     fn take(&self, convert: impl Fn(M) -> IncomingMessage, all: &mut Vec<IncomingMessage>) {
+        let own = self.subscription.guid().prefix;
         for _ in 0..MAX_MESSAGES {
             match self.subscription.take() {
+                Ok(Some((_, info))) if rustdds::GUID::from(info.publisher_gid()).prefix == own => {}
                 Ok(Some((message, _))) => all.push(convert(message)),
                 Ok(None) => break,
                 Err(error) => all.push(IncomingMessage::Undecodable {
@@ -175,7 +182,7 @@ impl DdsNode {
     /// When the namespace is invalid, or the system provides no sockets.
     pub fn open(settings: &DdsSettings) -> Result<Self, NodeError> {
         settings.check()?;
-        let (namespace, name) = (settings.namespace(), settings.node_name()?);
+        let (namespace, node_name) = (settings.namespace(), settings.node_name()?);
         let mut participant = DomainParticipantBuilder::new(settings.domain);
         if settings.localhost_only {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
@@ -185,7 +192,7 @@ impl DdsNode {
         let context = Context::from_domain_participant(participant).map_err(dds_error)?;
         // The node has no ROS parameters and no ROS log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let mut node = context.new_node(name, options).map_err(dds_error)?;
+        let mut node = context.new_node(node_name.clone(), options).map_err(dds_error)?;
         let mapping = match settings.rmw {
             Rmw::FastRtps => ServiceMapping::Enhanced,
             Rmw::CycloneDds => ServiceMapping::Cyclone,
@@ -202,6 +209,11 @@ impl DdsNode {
         let lifecycle =
             settings.is_managed.then(|| LifecycleServer::new(&mut node, mapping, full_name, &qos));
         let lifecycle = lifecycle.transpose()?;
+        let own_topic = |topic, suffix| {
+            let name = full_name(topic)?.to_dds_name("rt", &node_name, suffix);
+            Ok::<_, NodeError>((name, topic))
+        };
+        let own_topics = [own_topic(COMMAND, "")?, own_topic(NAVIGATE, "/_action/status")?];
         let mut builder = EndpointBuilder { node: &mut node, namespace, topics: Vec::new() };
         Ok(Self {
             map: builder.input("map", latched(1))?,
@@ -220,9 +232,9 @@ impl DdsNode {
             arm: builder.input("inbye/arm", reliable(1))?,
             stop: builder.input("inbye/stop", reliable(1))?,
             command: if settings.stamped {
-                CommandPublisher::Stamped(builder.publisher("cmd_vel", reliable(1))?)
+                CommandPublisher::Stamped(builder.publisher(COMMAND, reliable(1))?)
             } else {
-                CommandPublisher::Plain(builder.publisher("cmd_vel", reliable(1))?)
+                CommandPublisher::Plain(builder.publisher(COMMAND, reliable(1))?)
             },
             path: builder.publisher("plan", latched(1))?,
             markers: builder.publisher("local_markers", reliable(1))?,
@@ -233,6 +245,8 @@ impl DdsNode {
             lifecycle,
             events,
             topics: builder.topics,
+            own_topics,
+            others: Vec::new(),
             unsent: 0,
             _node: node,
         })
@@ -264,23 +278,41 @@ impl DdsNode {
         all
     }
 
-    /// Takes what DDS reports. Of interest are publishers whose messages do not arrive.
-    fn take_events(&self, all: &mut Vec<IncomingMessage>) {
+    /// Takes what DDS reports. Of interest are publishers whose messages do not arrive, and those that should not be there.
+    fn take_events(&mut self, all: &mut Vec<IncomingMessage>) {
+        use DomainParticipantStatusEvent as Event;
+        let (own, before) = (self.map.subscription.guid().prefix, self.others.clone());
         let events = iter::from_fn(|| self.events.try_recv_status());
         for event in events.take(MAX_MESSAGES) {
-            let DomainParticipantStatusEvent::RemoteWriterQosIncompatible {
-                local_reader,
-                requested_qos,
-                ..
-            } = event
-            else {
-                continue;
-            };
-            let topic = self.topics.iter().find(|(reader, _)| *reader == local_reader);
-            all.extend(topic.map(|&(_, topic)| {
-                let expected = needed(&requested_qos);
-                IncomingMessage::Unmatched { topic, expected }
-            }));
+            match event {
+                Event::RemoteWriterQosIncompatible { local_reader, requested_qos, .. } => {
+                    let topic = self.topics.iter().find(|(reader, _)| *reader == local_reader);
+                    all.extend(topic.map(|&(_, topic)| {
+                        let expected = needed(&requested_qos);
+                        IncomingMessage::Unmatched { topic, expected }
+                    }));
+                }
+                Event::WriterDetected { writer } if writer.guid.prefix != own => {
+                    let found = self.own_topics.iter().find(|(name, _)| *name == writer.topic_name);
+                    let other = found.map(|(_, topic)| (writer.guid, *topic));
+                    let is_new =
+                        |other: &_| !self.others.contains(other) && self.others.len() < MAX_OTHERS;
+                    self.others.extend(other.filter(is_new));
+                }
+                Event::WriterLost { guid, .. } => self.others.retain(|(other, _)| *other != guid),
+                Event::ParticipantLost { id, .. } => {
+                    self.others.retain(|(other, _)| other.prefix != id);
+                }
+                _ => {}
+            }
+        }
+        for (_, topic) in &self.own_topics {
+            let has =
+                |others: &[(rustdds::GUID, &str)]| others.iter().any(|(_, other)| other == topic);
+            let is_present = has(&self.others);
+            if is_present != has(&before) {
+                all.push(IncomingMessage::OtherPublisher { topic, is_present });
+            }
         }
     }
 

@@ -22,6 +22,8 @@ const MAX_FRAME_NAME: usize = 256;
 
 /// The service that changes the state of the node.
 pub const CHANGE_STATE: &str = "inbye/change_state";
+/// The topic of velocities.
+pub const COMMAND: &str = "cmd_vel";
 /// The name of the action.
 pub const NAVIGATE: &str = "navigate_to_pose";
 
@@ -51,6 +53,8 @@ pub enum IncomingMessage {
     Navigate(Box<msg::ActionGoal>),
     /// A request to cancel goals of that action.
     Cancel(msg::ActionCancel),
+    /// A request for the result of a goal that has not ended.
+    ResultRequest(msg::ActionResultRequest),
     /// On `initialpose`: about where the robot is.
     InitialPose(Box<msg::PoseWithCovarianceStamped>),
     /// On `inbye/arm`: true arms the robot, false disarms it.
@@ -77,6 +81,13 @@ pub enum IncomingMessage {
         /// The quality of service that a publisher needs.
         expected: String,
     },
+    /// Another node publishes on `cmd_vel` or serves the action, or no longer does.
+    OtherPublisher {
+        /// The topic, or the name of the action.
+        topic: &'static str,
+        /// Whether there is one.
+        is_present: bool,
+    },
 }
 
 impl IncomingMessage {
@@ -98,8 +109,14 @@ impl IncomingMessage {
             ("inbye/stop", msg::Bool::NAME),
             ("tf", msg::TFMessage::NAME),
             ("tf_static", msg::TFMessage::NAME),
+            (COMMAND, msg::Twist::NAME),
         ];
         known.into_iter().find(|(name, _)| *name == topic)
+    }
+
+    /// Whether a node published the message, on a topic or to a service. The others are reports of the transport.
+    pub(super) const fn is_published(&self) -> bool {
+        !matches!(self, Self::Unmatched { .. } | Self::OtherPublisher { .. })
     }
 
     /// The topic of the message, relative to the namespace.
@@ -115,13 +132,15 @@ impl IncomingMessage {
             Self::SpeedLimit(_) => "speed_limit",
             Self::Goal(_) => "goal_pose",
             Self::ChangeState(_) => CHANGE_STATE,
-            Self::Navigate(_) | Self::Cancel(_) => NAVIGATE,
+            Self::Navigate(_) | Self::Cancel(_) | Self::ResultRequest(_) => NAVIGATE,
             Self::InitialPose(_) => "initialpose",
             Self::Arm(_) => "inbye/arm",
             Self::Stop(_) => "inbye/stop",
             Self::Transforms(_) => "tf",
             Self::StaticTransforms(_) => "tf_static",
-            Self::Undecodable { topic, .. } | Self::Unmatched { topic, .. } => topic,
+            Self::Undecodable { topic, .. }
+            | Self::Unmatched { topic, .. }
+            | Self::OtherPublisher { topic, .. } => topic,
         }
     }
 }

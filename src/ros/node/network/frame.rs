@@ -65,7 +65,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 | 12 | 13 => Some(MAX_LARGE),
-            0 | 1 | 3..=11 | 14..=19 => Some(MAX_SMALL),
+            0 | 1 | 3..=11 | 14..=21 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -99,6 +99,11 @@ impl Frame for FromNetwork {
                     let (key, value) = ((*topic).to_owned(), expected.clone());
                     (19, KeyValue { key, value }.to_cdr())
                 }
+                IncomingMessage::OtherPublisher { topic, is_present } => {
+                    let (key, value) = ((*topic).to_owned(), is_present.to_string());
+                    (20, KeyValue { key, value }.to_cdr())
+                }
+                IncomingMessage::ResultRequest(message) => (21, message.to_cdr()),
             },
         }
     }
@@ -136,6 +141,12 @@ impl Frame for FromNetwork {
                 let (topic, _) = IncomingMessage::topic_and_type(&key)?;
                 IncomingMessage::Unmatched { topic, expected }
             }
+            20 => {
+                let KeyValue { key, value } = Message::from_cdr(payload)?;
+                let (topic, _) = IncomingMessage::topic_and_type(&key)?;
+                IncomingMessage::OtherPublisher { topic, is_present: value.parse().ok()? }
+            }
+            21 => IncomingMessage::ResultRequest(Message::from_cdr(payload)?),
             _ => return None,
         };
         Some(Self::Message(message))
@@ -145,7 +156,7 @@ impl Frame for FromNetwork {
 impl Frame for ToNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
-            0 | 1 | 4 | 5 | 7..=11 => Some(MAX_SMALL),
+            0 | 1 | 4 | 5 | 7..=12 => Some(MAX_SMALL),
             2 | 3 | 6 => Some(MAX_LARGE),
             _ => None,
         }
@@ -166,6 +177,7 @@ impl Frame for ToNetwork {
                 ActionUpdate::CancelAnswer(message) => (8, message.to_cdr()),
                 ActionUpdate::Feedback(message) => (9, message.to_cdr()),
                 ActionUpdate::End(message) => (10, message.to_cdr()),
+                ActionUpdate::Result(message) => (12, message.to_cdr()),
             },
         }
     }
@@ -184,6 +196,7 @@ impl Frame for ToNetwork {
             9 => Message::from_cdr(payload).map(ActionUpdate::Feedback).map(Self::Action),
             10 => Message::from_cdr(payload).map(ActionUpdate::End).map(Self::Action),
             11 => Message::from_cdr(payload).map(Self::State),
+            12 => Message::from_cdr(payload).map(ActionUpdate::Result).map(Self::Action),
             _ => None,
         }
     }
@@ -251,6 +264,10 @@ mod tests {
             FromNetwork::Message(IncomingMessage::Transforms(msg::TFMessage::default())),
             FromNetwork::Message(IncomingMessage::Undecodable { topic, expected, reason }),
             FromNetwork::Message(IncomingMessage::Unmatched { topic, expected: "reliable".into() }),
+            FromNetwork::Message(IncomingMessage::OtherPublisher {
+                topic: "cmd_vel",
+                is_present: true,
+            }),
             FromNetwork::Message(IncomingMessage::Arm(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::Stop(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::InitialPose(Box::default())),
