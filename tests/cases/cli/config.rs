@@ -74,7 +74,7 @@ fn check_reports_errors_of_the_commands() {
     let (_, object) = place.json("config --check good.toml");
     assert_fields(&object, "file text, ok bool");
     for (period_s, is_kept) in [(0.009, false), (0.01, true), (0.25, true), (0.26, false)] {
-        place.write("period.toml", &format!("[local]\ncontrol_period_s = {period_s}\n"));
+        place.write("period.toml", format!("[local]\ncontrol_period_s = {period_s}\n"));
         let run = place.run("config --check period.toml");
         let text = "`inbye node` keeps 0.01 to 0.25 s";
         let warns = run.errors.iter().any(|line| line.contains(text));

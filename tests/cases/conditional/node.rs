@@ -95,7 +95,11 @@ fn navigates(facts: &Value) -> Result<(), Failed> {
     holds(facts["fourth_started_s"].is_number(), "the robot drives to the fourth goal", facts)?;
     let end = facts["fourth_end"].to_string();
     holds(end.starts_with("[6,9000,\"the network process was restarted"), "its end", facts)?;
-    holds(facts["open_request_end"] == serde_json::json!([6, 9000]), "also of an open request", facts)?;
+    holds(
+        facts["open_request_end"] == serde_json::json!([6, 9000]),
+        "also of an open request",
+        facts,
+    )?;
     holds(facts["late_cancel_code"] == 3, "it is no longer there to be cancelled", facts)?;
     holds(number(facts, "crept_after_restart_m") < 0.01, "the robot stands", facts)?;
     let feedback = &facts["feedback"];
