@@ -18,6 +18,11 @@ use inbye::local::{
 use inbye::localization::{LocalizationSettings, LocalizationStatus, Localizer};
 use inbye::map::{Cell, FreeSpace, MovingDisc, TimedScan, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
+use inbye::ros::msg::{
+    Header, LaserScan, MapMetaData, OccupancyGrid, Odometry, TFMessage, Time, Transform,
+    TransformStamped,
+};
+use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings};
 use inbye::sim::{Lidar, World, roadway};
 use libtest_mimic::{Arguments, Failed, Trial};
 use rand::{RngExt, SeedableRng};
@@ -44,6 +49,7 @@ fn main() -> ExitCode {
         Trial::test("quantizing_again_allocates_nothing", quantizing_again),
         Trial::test("warm_searcher_allocates_nothing", warm_searchers),
         Trial::test("warm_localizer_allocates_nothing", warm_localizers),
+        Trial::test("idle_node_allocates_nothing", idle_node),
         Trial::test("allocations_are_counted", allocations_are_counted),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()
@@ -284,6 +290,52 @@ fn warm_localizers() -> Result<(), Failed> {
         return Err(format!("{growth}, then {count} allocations, {tracked} tracked").into());
     }
     Ok(())
+}
+
+/// A node without a goal looks up its transforms at each tick. It allocates for a message, such as that of `diagnostics` once a
+/// second.
+fn idle_node() -> Result<(), Failed> {
+    const START_S: f64 = 100.0;
+    let header =
+        |frame: &str| Header { stamp: Time::from_seconds(START_S), frame_id: frame.to_owned() };
+    let transform = |parent: &str, child: &str| TransformStamped {
+        header: header(parent),
+        child_frame_id: child.to_owned(),
+        transform: Transform::from(&Pose::new(0.1, 0.0, 0.2)),
+    };
+    let info = MapMetaData { resolution: 0.1, width: 10, height: 10, ..MapMetaData::default() };
+    let odometry = Odometry {
+        header: header("odom"),
+        child_frame_id: "base_link".to_owned(),
+        ..Odometry::default()
+    };
+    let scan = LaserScan {
+        header: header("laser"),
+        angle_max: 5.0,
+        angle_increment: 0.1,
+        range_max: 12.0,
+        ranges: vec![5.0; 51],
+        ..LaserScan::default()
+    };
+    let mounts = vec![transform("base_link", "mast"), transform("mast", "laser")];
+    let places = vec![transform("map", "odom")];
+    let messages = [
+        IncomingMessage::Map(OccupancyGrid { header: header("map"), info, data: vec![0; 100] }),
+        IncomingMessage::StaticTransforms(TFMessage { transforms: mounts }),
+        IncomingMessage::Transforms(TFMessage { transforms: places }),
+        IncomingMessage::Odometry(Box::new(odometry)),
+        IncomingMessage::Scan(scan),
+    ];
+    let engine = Box::new(CpuEngine::single_threaded());
+    let mut node = NodeCore::new(NodeSettings::default(), engine)?;
+    messages.iter().for_each(|message| node.receive(START_S, message));
+    let mut tick = |number: u32| node.tick(START_S + 0.05 * f64::from(number), &mut || 0.0);
+    let diagnostics = tick(0).diagnostics.ok_or("no diagnostics")?;
+    if !diagnostics.status.iter().any(|status| status.message == "all inputs are received") {
+        return Err(format!("{diagnostics:?}").into());
+    }
+    let count = allocations(|| (1..5).for_each(|number| drop(black_box(tick(number)))));
+    if count > 0 { Err(format!("{count} allocations").into()) } else { Ok(()) }
 }
 
 /// The counter works: for memory of this thread, of other threads, and of a decision with its samples.

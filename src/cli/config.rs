@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use inbye::base::BaseConfig;
-use inbye::runtime::{Config, is_other_variant, parse_toml};
+use inbye::runtime::{Config, NodeConfig, is_other_variant, parse_toml};
 use inbye::settings::SettingError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -31,6 +31,18 @@ pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> 
         ));
     }
     Ok(config)
+}
+
+/// Warns of a control period that the ROS node does not keep.
+pub fn warn_of_period(config: &Config) {
+    let (period_s, kept) = (config.local.control_period_s, NodeConfig::PERIODS_S);
+    if !kept.contains(&period_s) {
+        output::warn(format!(
+            "[local] control_period_s is {period_s} s: `inbye node` keeps {} to {} s",
+            kept.start(),
+            kept.end()
+        ));
+    }
 }
 
 /// No inspection robot has a wider track, metres.

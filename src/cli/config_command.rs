@@ -95,7 +95,8 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
         if base {
             config::load_base("--check", Some(file))?;
         } else {
-            config::load("--check", Some(file))?;
+            let config = config::load("--check", Some(file))?;
+            config::warn_of_period(&config);
         }
         let name = file.display().to_string();
         output::result(json, &json!({ "file": name, "ok": true }), [format!("{name}: ok")])?;

@@ -13,7 +13,8 @@ settings! {
         pub xy_goal_tolerance: f64 = 0.25, ["m", above 0 to 10000];
         /// Where the goal has a yaw, the robot must stand within this of it.
         pub yaw_goal_tolerance: f64 = 0.1, ["rad", above 0 to pi];
-        /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal.
+        /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal. A robot that stands within
+        /// four times this distance when it gets the goal stays there.
         pub xy_parking_tolerance: f64 = 0.006, ["m", above 0 to 10000];
         /// Parking tries to stand within this of the goal's yaw.
         pub yaw_parking_tolerance: f64 = 0.003, ["rad", above 0 to pi];

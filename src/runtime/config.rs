@@ -1,5 +1,7 @@
 //! The configuration: every setting with its default.
 
+use core::ops::RangeInclusive;
+
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -113,6 +115,12 @@ settings! {
         /// Memory that the network process may use, on Linux. With more it is ended and started again.
         pub network_memory_mib: u32 = 1024, ["MiB", 64 to 65536];
     }
+}
+
+impl NodeConfig {
+    /// The values of `control_period_s` that the node keeps, seconds. It polls its inputs every 4 ms, and takes a longer time
+    /// between two ticks for a pause of its process.
+    pub const PERIODS_S: RangeInclusive<f64> = 0.01..=0.25;
 }
 
 settings! {

@@ -14,6 +14,9 @@ use crate::robot::Limits;
 
 /// Time within which the tolerances grow by themselves, seconds: a robot must not chase a pose that it does not know so well.
 const TOLERANCE_GROWTH_S: f64 = 10.0;
+/// A robot that stands within this many times the tolerances, and within those of the goal, when parking begins may have parked
+/// there before: it stays. If only its yaw differs, it turns first.
+const STAYED_GROWTH: f64 = 4.0;
 /// Speed for each metre left, 1/s. Slow enough for a base that answers within 0.2 s.
 const SPEED_PER_M: f64 = 1.5;
 /// The robot stops to aim where the goal lies this far off its nose or tail, radians, and drives on below the second angle.
@@ -57,6 +60,8 @@ pub(super) struct Parking {
     is_aiming: bool,
     is_at_position: bool,
     returns: u32,
+    /// Whether the robot has stood without a command since parking began.
+    has_stayed: bool,
     /// Factor of the least speeds: the base may need more than the settings say.
     raised: f64,
 }
@@ -82,6 +87,7 @@ impl Default for Parking {
             is_aiming: false,
             is_at_position: false,
             returns: 0,
+            has_stayed: true,
             raised: 1.0,
         }
     }
@@ -124,6 +130,15 @@ impl Parking {
     ) -> Option<Twist> {
         let lasted_s = self.lasted_s(motion.time_s);
         let stands = self.stands(&motion, settings);
+        let away_m = (goal.position - motion.pose.position()).norm();
+        self.has_stayed &= motion.measured.stands() && *motion.sent == Twist::STOP;
+        let growth =
+            if self.has_stayed { STAYED_GROWTH } else { 1.0 + lasted_s / TOLERANCE_GROWTH_S };
+        let stays_within_m =
+            settings.xy_goal_tolerance.min(settings.xy_parking_tolerance * STAYED_GROWTH);
+        if self.has_stayed && away_m <= stays_within_m {
+            (self.phase, self.is_at_position) = (Phase::Stopping(None), true);
+        }
         let is_unmoved = motion.measured.stands() && *motion.sent != Twist::STOP;
         let unmoved_s = self.unmoved.update(motion.time_s, is_unmoved);
         if self.phase == Phase::Steering && unmoved_s >= UNMOVED_S {
@@ -153,12 +168,10 @@ impl Parking {
             least_rate: self.raised * settings.min_rotational_vel,
             is_at_rest,
         };
-        let growth = 1.0 + lasted_s / TOLERANCE_GROWTH_S;
         // A correction is not finer than the motion of one control period.
         let tolerance = |wanted: f64, least: f64| wanted.max(0.5 * least * period_s) * growth;
         let tolerance_m = tolerance(settings.xy_parking_tolerance, context.least_speed);
         if is_at_rest {
-            let away_m = (goal.position - motion.pose.position()).norm();
             if !self.is_at_position {
                 self.is_at_position = away_m <= tolerance_m;
             } else if away_m > OFF_AGAIN * tolerance_m && self.returns < MAX_RETURNS {
@@ -170,9 +183,10 @@ impl Parking {
             return Some(self.approach(&context, goal));
         }
         let error = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - motion.pose.yaw));
-        if is_at_rest
-            && error.abs() <= tolerance(settings.yaw_parking_tolerance, context.least_rate)
-        {
+        let tolerance_rad = tolerance(settings.yaw_parking_tolerance, context.least_rate);
+        let is_at_yaw = error.abs() <= tolerance_rad
+            && !(self.has_stayed && error.abs() > settings.yaw_goal_tolerance);
+        if is_at_rest && is_at_yaw {
             return None;
         }
         Some(self.turn(&context, error))
@@ -353,6 +367,26 @@ mod tests {
             }
         }
         assert!(slowest_s < 20.0, "{slowest_s} s");
+    }
+
+    /// The tolerances grow while a robot parks. The same goal again must not make it correct the rest.
+    #[test]
+    fn robot_that_stands_at_its_goal_stays_or_turns() {
+        let base = Base { limits: Limits::default(), deadband: DEADBAND, late_ticks: 1 };
+        let (far, near) = (Point::new(-0.01, 0.015), Point::new(-0.004, 0.006));
+        for (off, yaw, turn) in [
+            (far, None, 0.0),
+            (far, Some(0.4), 0.0),
+            (far, Some(0.408), 0.0),
+            (near, Some(0.7), 0.3),
+        ] {
+            let start = Pose::new(off.x, off.y, 0.4);
+            let goal = Goal { position: Point::new(0.0, 0.0), yaw };
+            let (end, _, took_s) = park(&base, start, goal);
+            assert_eq!(end.position(), off, "{yaw:?}");
+            assert!((end.yaw - 0.4 - turn).abs() <= 0.01, "{yaw:?}: {end:?}");
+            assert_eq!(took_s < 0.5, turn == 0.0, "{yaw:?}: {took_s} s");
+        }
     }
 
     #[test]

@@ -192,7 +192,7 @@ macro_rules! numbers {
     )* };
 }
 numbers! {
-    i8: "int8", u8: "uint8", i16: "int16", u16: "uint16", i32: "int32", u32: "uint32", u64: "uint64", f32: "float32", f64: "float64"
+    i8: "int8", u8: "uint8", i16: "int16", u16: "uint16", i32: "int32", u32: "uint32", i64: "int64", u64: "uint64", f32: "float32", f64: "float64"
 }
 
 impl FieldType for bool {

@@ -17,8 +17,8 @@ pub use lifecycle::{
 };
 pub use nav2::{
     ActionAnswer, ActionCancel, ActionCancelAnswer, ActionEnd, ActionFeedback, ActionGoal,
-    CostmapFilterInfo, NavigateToPoseFeedback, NavigateToPoseGoal, NavigateToPoseResult,
-    SpeedLimit,
+    ActionResultRequest, CostmapFilterInfo, NavigateToPoseFeedback, NavigateToPoseGoal,
+    NavigateToPoseResult, SpeedLimit,
 };
 
 use declaration::{Decoder, Encoder, FieldType, messages};

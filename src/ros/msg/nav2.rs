@@ -91,6 +91,17 @@ messages! {
         id: [u8; 16],
     }
 
+    /// A request for the result of a goal, between the processes of the node.
+    #[derive(Copy, Eq)]
+    inbye_msgs / ActionResultRequest {
+        /// Identity of the client in DDS.
+        client: [u8; 16],
+        /// The client's number of the request.
+        number: i64,
+        /// Identity of the goal.
+        id: [u8; 16],
+    }
+
     /// Whether a goal is accepted, between the processes of the node.
     #[derive(Copy, Eq)]
     inbye_msgs / ActionAnswer {

@@ -8,6 +8,7 @@ use super::config_builder::{ConfigBuilder, Merge};
 use super::parameter_file::{NUMBER, Parameter, Parameters, finite};
 use super::tables::COMMON;
 use super::{Nav2Error, UnmappedReason};
+use crate::runtime::NodeConfig;
 use crate::suggest::closest_name;
 
 /// The note of a parameter that the file does not have.
@@ -142,7 +143,8 @@ impl Mapping {
             }
             Conversion::Period => parameters.take(name, "a number of Hz above zero", |value| {
                 let hertz = finite(value).filter(|&hertz| hertz > 0.0);
-                hertz.map(|hertz| hertz.recip().clamp(PERIOD_S[0], PERIOD_S[1]))
+                let (shortest_s, longest_s) = NodeConfig::PERIODS_S.into_inner();
+                hertz.map(|hertz| hertz.recip().clamp(shortest_s, longest_s))
             }),
             Conversion::Element(index) => {
                 parameters.take(name, TRIPLE, |value| triple(value).map(|values| values[index]))
@@ -166,8 +168,6 @@ impl Mapping {
     }
 }
 
-/// Shortest period that the node keeps, as it polls each 4 ms, and the longest that it accepts, seconds.
-const PERIOD_S: [f64; 2] = [0.01, 0.25];
 const TRIPLE: &str = "three finite numbers, [x, y, theta]";
 
 /// Three finite numbers: along x, along y, about z.

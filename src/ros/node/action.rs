@@ -3,7 +3,8 @@
 use crate::global::PlanError;
 use crate::navigator::Fault;
 use crate::ros::msg::{
-    ActionAnswer, ActionCancelAnswer, ActionEnd, ActionFeedback, NavigateToPoseResult, Time,
+    ActionAnswer, ActionCancelAnswer, ActionEnd, ActionFeedback, ActionResultRequest,
+    NavigateToPoseResult, Time,
 };
 
 /// What the clients of the action get.
@@ -18,6 +19,8 @@ pub enum ActionUpdate {
     Feedback(ActionFeedback),
     /// The end of a goal.
     End(ActionEnd),
+    /// A client that asked an earlier network process gets its answer.
+    Result(ActionResultRequest),
 }
 
 /// The goal of a client.

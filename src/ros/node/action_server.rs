@@ -12,15 +12,16 @@ use ros2_client::action_msgs::{
     CancelGoalRequest, CancelGoalResponse, CancelGoalResponseEnum, GoalStatus, GoalStatusArray,
 };
 use ros2_client::builtin_interfaces::Time;
+use ros2_client::dds::rustdds::GUID;
 use ros2_client::qos::QosProfile;
-use ros2_client::{ActionTypeName, Name, Node, RmwRequestId, ServiceMapping};
+use ros2_client::{ActionTypeName, Gid, Name, Node, RmwRequestId, ServiceMapping};
 
 use super::action::ActionUpdate;
 use super::incoming::{IncomingMessage, NAVIGATE};
 use super::pending_requests::{PendingRequests, arrived};
 use crate::ros::msg::{
-    ActionCancel, ActionEnd, ActionGoal, NavigateToPoseFeedback, NavigateToPoseGoal,
-    NavigateToPoseResult,
+    ActionCancel, ActionEnd, ActionGoal, ActionResultRequest, NavigateToPoseFeedback,
+    NavigateToPoseGoal, NavigateToPoseResult,
 };
 
 impl ros2_client::Message for NavigateToPoseGoal {}
@@ -102,7 +103,16 @@ impl NavigateServer {
             self.take_cancel(request, &cancel, all);
         }
         for (request, wanted) in arrived(|| self.server.receive_result_request(), REQUEST, all) {
-            self.take_result_request(request, wanted.goal_id);
+            let is_open =
+                self.goals.iter().any(|goal| goal.id == wanted.goal_id && goal.result.is_none());
+            if is_open {
+                let (client, number) = (request.writer_gid.to_bytes16(), request.sequence_number);
+                let id = *wanted.goal_id.uuid.as_bytes();
+                let request = ActionResultRequest { client, number, id };
+                all.push(IncomingMessage::ResultRequest(request));
+            }
+            // The client asks again if this answer is lost.
+            self.answer_result(request, wanted.goal_id);
         }
     }
 
@@ -137,14 +147,15 @@ impl NavigateServer {
         all.push(IncomingMessage::Cancel(ActionCancel { request, id }));
     }
 
-    fn take_result_request(&mut self, request: RmwRequestId, id: GoalId) {
+    /// Answers a request for a result, or keeps it until the goal ends. Returns whether the answer was sent.
+    fn answer_result(&mut self, request: RmwRequestId, id: GoalId) -> bool {
         let known = self.goals.iter_mut().find(|goal| goal.id == id);
         let response = match known {
             Some(Goal { result: None, waiting, .. }) => {
                 if waiting.len() < MAX_WAITING {
                     waiting.push(request);
                 }
-                return;
+                return true;
             }
             Some(Goal { result: Some(result), status, .. }) => {
                 GetResultResponse { status: *status, result: result.clone() }
@@ -154,7 +165,7 @@ impl NavigateServer {
                 result: NavigateToPoseResult::default(),
             },
         };
-        let _ = self.server.send_result(request, response);
+        self.server.send_result(request, response).is_ok()
     }
 
     /// Sends an update to the clients. Returns whether everything was sent.
@@ -205,6 +216,11 @@ impl NavigateServer {
                 goal.is_none_or(|id| self.server.send_feedback(id, message.feedback).is_ok())
             }
             ActionUpdate::End(end) => self.end(&end),
+            ActionUpdate::Result(ActionResultRequest { client, number, id }) => {
+                let writer_gid = Gid::from(GUID::from_bytes(client));
+                let request = RmwRequestId { writer_gid, sequence_number: number };
+                goal_id(&id).is_none_or(|id| self.answer_result(request, id))
+            }
         }
     }
 

@@ -5,19 +5,19 @@ use std::net::Ipv4Addr;
 
 use ros2_client::dds::rustdds::{
     self, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener,
-    StatusEvented, policy,
+    RTPSEntity, StatusEvented, policy,
 };
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{
-    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, ServiceMapping,
-    Subscription,
+    Context, MessageInfo, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher,
+    ServiceMapping,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::action_server::{ActionQos, NavigateServer};
-use super::incoming::{IncomingMessage, NAVIGATE};
+use super::incoming::{COMMAND, IncomingMessage, NAVIGATE};
 use super::lifecycle_server::LifecycleServer;
 use super::network::ToNetwork;
 use super::zones::{KEEPOUT_MASK, SPEED_MASK};
@@ -25,6 +25,8 @@ use crate::ros::msg::{self, Message};
 
 /// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
 const MAX_MESSAGES: usize = 64;
+/// Maximum number of publishers of other nodes to remember.
+const MAX_OTHERS: usize = 64;
 /// Number of queued messages of sensor data, as in ROS.
 const SENSOR_DEPTH: usize = 5;
 /// Number of queued messages of transforms: each message has only some of the frames.
@@ -110,19 +112,7 @@ pub enum NodeError {
 
 /// The subscriptions and publishers of the node.
 pub struct DdsNode {
-    map: Input<msg::OccupancyGrid>,
-    scan: Input<msg::LaserScan>,
-    odometry: Input<msg::Odometry>,
-    keepout_mask: Input<msg::OccupancyGrid>,
-    speed_mask: Input<msg::OccupancyGrid>,
-    filter_info: Input<msg::CostmapFilterInfo>,
-    speed_limit: Input<msg::SpeedLimit>,
-    goal: Input<msg::PoseStamped>,
-    initial_pose: Input<msg::PoseWithCovarianceStamped>,
-    transforms: Input<msg::TFMessage>,
-    static_transforms: Input<msg::TFMessage>,
-    arm: Input<msg::Bool>,
-    stop: Input<msg::Bool>,
+    inputs: Vec<Input>,
     command: CommandPublisher,
     path: Publisher<msg::Path>,
     markers: Publisher<msg::MarkerArray>,
@@ -133,35 +123,20 @@ pub struct DdsNode {
     lifecycle: Option<LifecycleServer>,
     /// What DDS reports of other participants.
     events: DomainParticipantStatusListener,
+    /// This node in DDS.
+    own: rustdds::GUID,
     /// The topics of the subscriptions.
     topics: Vec<(rustdds::GUID, &'static str)>,
+    /// The topics on which only this node should publish, and the publishers of other nodes on them.
+    own_topics: [(String, &'static str); 2],
+    others: Vec<(rustdds::GUID, &'static str)>,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
 }
 
-/// A subscription.
-struct Input<M> {
-    topic: &'static str,
-    subscription: Subscription<M>,
-}
-
-impl<M: Message + DeserializeOwned + 'static> Input<M> {
-    /// Takes the received messages.
-    fn take(&self, convert: impl Fn(M) -> IncomingMessage, all: &mut Vec<IncomingMessage>) {
-        for _ in 0..MAX_MESSAGES {
-            match self.subscription.take() {
-                Ok(Some((message, _))) => all.push(convert(message)),
-                Ok(None) => break,
-                Err(error) => all.push(IncomingMessage::Undecodable {
-                    topic: self.topic,
-                    expected: M::NAME,
-                    reason: error.to_string(),
-                }),
-            }
-        }
-    }
-}
+/// A subscription. Adds the received messages to a list.
+type Input = Box<dyn Fn(&mut Vec<IncomingMessage>)>;
 
 enum CommandPublisher {
     Plain(Publisher<msg::Twist>),
@@ -175,17 +150,17 @@ impl DdsNode {
     /// When the namespace is invalid, or the system provides no sockets.
     pub fn open(settings: &DdsSettings) -> Result<Self, NodeError> {
         settings.check()?;
-        let (namespace, name) = (settings.namespace(), settings.node_name()?);
+        let (namespace, node_name) = (settings.namespace(), settings.node_name()?);
         let mut participant = DomainParticipantBuilder::new(settings.domain);
         if settings.localhost_only {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
         }
         let participant = participant.build().map_err(dds_error)?;
-        let events = participant.status_listener();
+        let (events, own) = (participant.status_listener(), participant.guid());
         let context = Context::from_domain_participant(participant).map_err(dds_error)?;
         // The node has no ROS parameters and no ROS log.
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let mut node = context.new_node(name, options).map_err(dds_error)?;
+        let mut node = context.new_node(node_name.clone(), options).map_err(dds_error)?;
         let mapping = match settings.rmw {
             Rmw::FastRtps => ServiceMapping::Enhanced,
             Rmw::CycloneDds => ServiceMapping::Cyclone,
@@ -202,27 +177,19 @@ impl DdsNode {
         let lifecycle =
             settings.is_managed.then(|| LifecycleServer::new(&mut node, mapping, full_name, &qos));
         let lifecycle = lifecycle.transpose()?;
-        let mut builder = EndpointBuilder { node: &mut node, namespace, topics: Vec::new() };
+        let own_topic = |topic, suffix| {
+            let name = full_name(topic)?.to_dds_name("rt", &node_name, suffix);
+            Ok::<_, NodeError>((name, topic))
+        };
+        let own_topics = [own_topic(COMMAND, "")?, own_topic(NAVIGATE, "/_action/status")?];
+        let mut builder =
+            EndpointBuilder { node: &mut node, namespace, inputs: Vec::new(), topics: Vec::new() };
+        builder.all_inputs()?;
         Ok(Self {
-            map: builder.input("map", latched(1))?,
-            scan: builder.input("scan", sensor_data())?,
-            odometry: builder.input("odom", sensor_data())?,
-            keepout_mask: builder.input(KEEPOUT_MASK, latched(1))?,
-            speed_mask: builder.input(SPEED_MASK, latched(1))?,
-            // Of each filter.
-            filter_info: builder.input("costmap_filter_info", latched(FILTERS_DEPTH))?,
-            speed_limit: builder.input("speed_limit", reliable(1))?,
-            goal: builder.input("goal_pose", reliable(1))?,
-            initial_pose: builder.input("initialpose", reliable(1))?,
-            transforms: builder.input("tf", reliable(TRANSFORM_DEPTH))?,
-            static_transforms: builder.input("tf_static", latched(TRANSFORM_DEPTH))?,
-            // Not latched: a message from before the start of the node must not arm the robot.
-            arm: builder.input("inbye/arm", reliable(1))?,
-            stop: builder.input("inbye/stop", reliable(1))?,
             command: if settings.stamped {
-                CommandPublisher::Stamped(builder.publisher("cmd_vel", reliable(1))?)
+                CommandPublisher::Stamped(builder.publisher(COMMAND, reliable(1))?)
             } else {
-                CommandPublisher::Plain(builder.publisher("cmd_vel", reliable(1))?)
+                CommandPublisher::Plain(builder.publisher(COMMAND, reliable(1))?)
             },
             path: builder.publisher("plan", latched(1))?,
             markers: builder.publisher("local_markers", reliable(1))?,
@@ -232,7 +199,11 @@ impl DdsNode {
             navigate,
             lifecycle,
             events,
+            own,
+            inputs: builder.inputs,
             topics: builder.topics,
+            own_topics,
+            others: Vec::new(),
             unsent: 0,
             _node: node,
         })
@@ -241,46 +212,50 @@ impl DdsNode {
     /// Returns the messages received since the last call.
     pub fn receive(&mut self) -> Vec<IncomingMessage> {
         let mut all = Vec::new();
-        self.static_transforms.take(IncomingMessage::StaticTransforms, &mut all);
-        self.transforms.take(IncomingMessage::Transforms, &mut all);
-        self.map.take(IncomingMessage::Map, &mut all);
-        self.keepout_mask.take(IncomingMessage::KeepoutMask, &mut all);
-        self.speed_mask.take(IncomingMessage::SpeedMask, &mut all);
-        self.filter_info.take(IncomingMessage::FilterInfo, &mut all);
-        self.speed_limit.take(IncomingMessage::SpeedLimit, &mut all);
-        self.odometry.take(|message| IncomingMessage::Odometry(Box::new(message)), &mut all);
-        self.scan.take(IncomingMessage::Scan, &mut all);
-        self.goal.take(IncomingMessage::Goal, &mut all);
+        self.inputs.iter().for_each(|take| take(&mut all));
         self.navigate.receive(&mut all);
         if let Some(lifecycle) = &mut self.lifecycle {
             lifecycle.receive(&mut all);
         }
-        let initial_pose = |message| IncomingMessage::InitialPose(Box::new(message));
-        self.initial_pose.take(initial_pose, &mut all);
-        // Of both at once, the stop counts.
-        self.arm.take(IncomingMessage::Arm, &mut all);
-        self.stop.take(IncomingMessage::Stop, &mut all);
         self.take_events(&mut all);
         all
     }
 
-    /// Takes what DDS reports. Of interest are publishers whose messages do not arrive.
-    fn take_events(&self, all: &mut Vec<IncomingMessage>) {
+    /// Takes what DDS reports. Of interest are publishers whose messages do not arrive, and those that should not be there.
+    fn take_events(&mut self, all: &mut Vec<IncomingMessage>) {
+        use DomainParticipantStatusEvent as Event;
+        let before = self.others.clone();
         let events = iter::from_fn(|| self.events.try_recv_status());
         for event in events.take(MAX_MESSAGES) {
-            let DomainParticipantStatusEvent::RemoteWriterQosIncompatible {
-                local_reader,
-                requested_qos,
-                ..
-            } = event
-            else {
-                continue;
-            };
-            let topic = self.topics.iter().find(|(reader, _)| *reader == local_reader);
-            all.extend(topic.map(|&(_, topic)| {
-                let expected = needed(&requested_qos);
-                IncomingMessage::Unmatched { topic, expected }
-            }));
+            match event {
+                Event::RemoteWriterQosIncompatible { local_reader, requested_qos, .. } => {
+                    let topic = self.topics.iter().find(|(reader, _)| *reader == local_reader);
+                    all.extend(topic.map(|&(_, topic)| {
+                        let expected = needed(&requested_qos);
+                        IncomingMessage::Unmatched { topic, expected }
+                    }));
+                }
+                Event::WriterDetected { writer } if writer.guid.prefix != self.own.prefix => {
+                    let found = self.own_topics.iter().find(|(name, _)| *name == writer.topic_name);
+                    let other = found.map(|(_, topic)| (writer.guid, *topic));
+                    let is_new =
+                        |other: &_| !self.others.contains(other) && self.others.len() < MAX_OTHERS;
+                    self.others.extend(other.filter(is_new));
+                }
+                Event::WriterLost { guid, .. } => self.others.retain(|(other, _)| *other != guid),
+                Event::ParticipantLost { id, .. } => {
+                    self.others.retain(|(other, _)| other.prefix != id);
+                }
+                _ => {}
+            }
+        }
+        for (_, topic) in &self.own_topics {
+            let has =
+                |others: &[(rustdds::GUID, &str)]| others.iter().any(|(_, other)| other == topic);
+            let is_present = has(&self.others);
+            if is_present != has(&before) {
+                all.push(IncomingMessage::OtherPublisher { topic, is_present });
+            }
         }
     }
 
@@ -316,6 +291,7 @@ impl DdsNode {
 struct EndpointBuilder<'a> {
     node: &'a mut Node,
     namespace: &'a str,
+    inputs: Vec<Input>,
     topics: Vec<(rustdds::GUID, &'static str)>,
 }
 
@@ -326,16 +302,57 @@ impl EndpointBuilder<'_> {
         self.node.create_topic(&name, message_type, qos).map_err(dds_error)
     }
 
+    /// Creates all subscriptions, in the order in which their messages are taken.
+    fn all_inputs(&mut self) -> Result<(), NodeError> {
+        use IncomingMessage as Incoming;
+        self.input("tf_static", latched(TRANSFORM_DEPTH), Incoming::StaticTransforms)?;
+        self.input("tf", reliable(TRANSFORM_DEPTH), Incoming::Transforms)?;
+        self.input("map", latched(1), Incoming::Map)?;
+        self.input(KEEPOUT_MASK, latched(1), Incoming::KeepoutMask)?;
+        self.input(SPEED_MASK, latched(1), Incoming::SpeedMask)?;
+        // Of each filter.
+        self.input("costmap_filter_info", latched(FILTERS_DEPTH), Incoming::FilterInfo)?;
+        self.input("speed_limit", reliable(1), Incoming::SpeedLimit)?;
+        self.input("odom", sensor_data(), |message| Incoming::Odometry(Box::new(message)))?;
+        self.input("scan", sensor_data(), Incoming::Scan)?;
+        self.input("goal_pose", reliable(1), Incoming::Goal)?;
+        let initial_pose = |message| Incoming::InitialPose(Box::new(message));
+        self.input("initialpose", reliable(1), initial_pose)?;
+        // Not latched: a message from before the start of the node must not arm the robot. Of both at once, the stop counts.
+        self.input("inbye/arm", reliable(1), Incoming::Arm)?;
+        self.input("inbye/stop", reliable(1), Incoming::Stop)
+    }
+
+    /// Creates a subscription, without the messages of this node itself.
     fn input<M: Message + DeserializeOwned + 'static>(
         &mut self,
         topic: &'static str,
         qos: QosProfile,
-    ) -> Result<Input<M>, NodeError> {
+        convert: impl Fn(M) -> IncomingMessage + 'static,
+    ) -> Result<(), NodeError> {
         let dds_topic = self.topic::<M>(topic, &qos)?;
-        let subscription = self.node.create_subscription(&dds_topic, Some(qos));
+        let subscription = self.node.create_subscription::<M>(&dds_topic, Some(qos));
         let subscription = subscription.map_err(dds_error)?;
-        self.topics.push((subscription.guid(), topic));
-        Ok(Input { topic, subscription })
+        let guid = subscription.guid();
+        let is_own = move |info: &MessageInfo| {
+            rustdds::GUID::from(info.publisher_gid()).prefix == guid.prefix
+        };
+        let take = move |all: &mut Vec<IncomingMessage>| {
+            for _ in 0..MAX_MESSAGES {
+                match subscription.take() {
+                    Ok(Some((_, info))) if is_own(&info) => {}
+                    Ok(Some((message, _))) => all.push(convert(message)),
+                    Ok(None) => break,
+                    Err(error) => {
+                        let reason = error.to_string();
+                        all.push(IncomingMessage::Undecodable { topic, expected: M::NAME, reason });
+                    }
+                }
+            }
+        };
+        self.topics.push((guid, topic));
+        self.inputs.push(Box::new(take));
+        Ok(())
     }
 
     fn publisher<M: Message + Serialize>(

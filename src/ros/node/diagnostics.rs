@@ -1,32 +1,31 @@
 //! When the statuses of the node go to `diagnostics`.
 
-use crate::ros::msg::{DiagnosticArray, DiagnosticStatus, Header, Time};
-
 /// Interval of statuses that do not change, seconds.
 const INTERVAL_S: f64 = 1.0;
 
 /// What was published last, and when.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
-    published: Option<(Vec<&'static str>, f64)>,
+    /// The names of the states.
+    states: Vec<&'static str>,
+    published_s: Option<f64>,
 }
 
 impl Diagnostics {
-    /// The message at a time, seconds: when a state changes, and once a second. Each status comes with the names of its states.
-    pub fn message(
+    /// Whether the statuses are published at a time, seconds: when a state changes, and once a second.
+    pub fn is_due(
         &mut self,
         now_s: f64,
-        statuses: Vec<(DiagnosticStatus, Vec<&'static str>)>,
-    ) -> Option<DiagnosticArray> {
-        let (status, states): (Vec<_>, Vec<_>) = statuses.into_iter().unzip();
-        let states = states.concat();
-        if self.published.as_ref().is_some_and(|(before, published_s)| {
-            *before == states && (0.0..INTERVAL_S).contains(&(now_s - published_s))
-        }) {
-            return None;
+        states: impl Iterator<Item = &'static str> + Clone,
+    ) -> bool {
+        let is_recent = |published_s: f64| (0.0..INTERVAL_S).contains(&(now_s - published_s));
+        if self.published_s.is_some_and(is_recent) && states.clone().eq(self.states.iter().copied())
+        {
+            return false;
         }
-        self.published = Some((states, now_s));
-        let header = Header { stamp: Time::from_seconds(now_s), ..Header::default() };
-        Some(DiagnosticArray { header, status })
+        self.published_s = Some(now_s);
+        self.states.clear();
+        self.states.extend(states);
+        true
     }
 }

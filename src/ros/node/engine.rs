@@ -20,8 +20,8 @@ impl NodeEngine {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The status of a GPU with a CPU fallback for `diagnostics`, with the processor that decides; none for another engine.
-    pub fn status(&self) -> Option<(DiagnosticStatus, Vec<&'static str>)> {
+    /// The status of a GPU with a CPU fallback for `diagnostics`; none for another engine.
+    pub fn status(&self) -> Option<DiagnosticStatus> {
         let engine = self.lock();
         let incidents = engine.incidents()?;
         let decides = engine.kind();
@@ -29,7 +29,7 @@ impl NodeEngine {
             Some(newest) if decides == "cpu" => (DiagnosticStatus::WARN, newest.message.clone()),
             _ => (DiagnosticStatus::OK, format!("the {} decides", decides.to_uppercase())),
         };
-        let status = DiagnosticStatus {
+        Some(DiagnosticStatus {
             level,
             name: "inbye: engine".to_owned(),
             message,
@@ -39,8 +39,7 @@ impl NodeEngine {
                 key_value("gpu_reopened", incidents.reopened),
                 key_value("cpu_ticks", incidents.on_cpu),
             ],
-        };
-        Some((status, vec![decides]))
+        })
     }
 }
 

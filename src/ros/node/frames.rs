@@ -1,5 +1,6 @@
 //! The tree of frames by `tf` and `tf_static`. That of the node is bounded in memory.
 
+use core::iter::successors;
 use std::collections::BTreeMap;
 
 use super::incoming::{frame_name, planar_pose};
@@ -55,9 +56,6 @@ pub enum NoPose {
     /// A frame between the two is tilted.
     Tilted,
 }
-
-/// A frame and those above it, each with the pose of the first in it.
-type Ancestors<'a> = Vec<(&'a str, Result<FramePose, NoPose>)>;
 
 impl NoPose {
     /// What the pose of a lidar lacks, for a message after the name of its frame.
@@ -200,13 +198,11 @@ impl Frames {
     /// # Errors
     /// When the two frames are not connected, or not by frames in one plane.
     pub fn pose_in(&self, other: &str, frame: &str, time_s: f64) -> Result<FramePose, NoPose> {
-        let above_other = self.ancestors(other, time_s);
-        for (name, found) in self.ancestors(frame, time_s) {
-            if let Some((_, of_other)) = above_other.iter().find(|(above, _)| *above == name) {
-                return Ok(found?.seen_from(&(*of_other)?));
-            }
-        }
-        Err(NoPose::Unconnected)
+        let is_above_other = |name: &&str| self.with_parents(other).any(|above| above == *name);
+        let common = self.with_parents(frame).find(is_above_other).ok_or(NoPose::Unconnected)?;
+        Ok(self
+            .pose_above(common, frame, time_s)?
+            .seen_from(&self.pose_above(common, other, time_s)?))
     }
 
     /// The pose of a lidar on the robot, as [`Self::pose_in`].
@@ -219,21 +215,27 @@ impl Frames {
         if is_level { Ok(found) } else { Err(NoPose::Tilted) }
     }
 
-    fn ancestors<'a>(&'a self, frame: &'a str, time_s: f64) -> Ancestors<'a> {
-        let mut above = vec![(frame, Ok(FramePose::SAME))];
-        let mut at = (frame, Ok(FramePose::SAME));
-        while let Some(link) = self.links.get(at.0).filter(|_| above.len() <= MAX_PARENTS) {
-            at = (&link.parent, at.1.and_then(|found| link.lift(&found, time_s)));
-            above.push(at);
+    /// A frame and those above it.
+    fn with_parents<'a>(&'a self, frame: &'a str) -> impl Iterator<Item = &'a str> {
+        let parent = |name: &&str| self.links.get(*name).map(|link| &*link.parent);
+        successors(Some(frame), parent).take(MAX_PARENTS + 1)
+    }
+
+    /// The pose of a frame in one that is above it.
+    fn pose_above(&self, ancestor: &str, frame: &str, time_s: f64) -> Result<FramePose, NoPose> {
+        let (mut at, mut found) = (frame, FramePose::SAME);
+        while at != ancestor {
+            let link = self.links.get(at).ok_or(NoPose::Unconnected)?;
+            (at, found) = (&link.parent, link.lift(&found, time_s)?);
         }
-        above
+        Ok(found)
     }
 
     /// Whether the dynamic transforms above a frame had begun at a time, seconds.
     #[cfg(all(feature = "mcap", feature = "logs"))]
     pub fn have_begun(&self, frame: &str, time_s: f64) -> bool {
         let above = |link: &&Link| self.links.get(&link.parent);
-        let links = core::iter::successors(self.links.get(frame), above);
+        let links = successors(self.links.get(frame), above);
         links.take(MAX_PARENTS).all(|link| match &link.pose {
             LinkPose::Dynamic(history) => {
                 history.oldest().is_some_and(|(oldest_s, _)| oldest_s <= time_s)

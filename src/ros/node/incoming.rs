@@ -22,107 +22,139 @@ const MAX_FRAME_NAME: usize = 256;
 
 /// The service that changes the state of the node.
 pub const CHANGE_STATE: &str = "inbye/change_state";
+/// The topic of velocities.
+pub const COMMAND: &str = "cmd_vel";
 /// The name of the action.
 pub const NAVIGATE: &str = "navigate_to_pose";
 
-/// A received message.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum IncomingMessage {
+/// Declares the messages of other nodes: the kind of the frame that passes them to the control process, the message in it, and
+/// the topic or service with the name of its type.
+macro_rules! incoming_messages {
+    ($($(#[$doc:meta])* $kind:literal $name:ident($payload:ty: $message:ident) $topic:expr, $type:literal;)*) => {
+        /// A received message.
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum IncomingMessage {
+            $($(#[$doc])* $name($payload),)*
+            /// Bytes that the decoder rejected.
+            Undecodable {
+                /// The topic.
+                topic: &'static str,
+                /// Type of the topic, without its package.
+                expected: &'static str,
+                /// Message of the decoder.
+                reason: String,
+            },
+            /// A publisher whose messages do not arrive, because the qualities of service do not match.
+            Unmatched {
+                /// The topic.
+                topic: &'static str,
+                /// The quality of service that a publisher needs.
+                expected: String,
+            },
+            /// Another node publishes on `cmd_vel` or serves the action, or no longer does.
+            OtherPublisher {
+                /// The topic, or the name of the action.
+                topic: &'static str,
+                /// Whether there is one.
+                is_present: bool,
+            },
+        }
+
+        impl IncomingMessage {
+            /// The static names of a topic and of its type.
+            pub(super) fn topic_and_type(topic: &str) -> Option<(&'static str, &'static str)> {
+                let known = [$(($topic, $type),)* (COMMAND, "Twist")];
+                known.into_iter().find(|(name, _)| *name == topic)
+            }
+
+            /// The topic of the message, relative to the namespace.
+            #[must_use]
+            pub const fn topic(&self) -> &'static str {
+                match self {
+                    $(Self::$name(_) => $topic,)*
+                    Self::Undecodable { topic, .. }
+                    | Self::Unmatched { topic, .. }
+                    | Self::OtherPublisher { topic, .. } => topic,
+                }
+            }
+
+            /// Kind and payload of the frame.
+            pub(super) fn to_parts(&self) -> (u8, Vec<u8>) {
+                let report = |kind, topic: &str, value: String| {
+                    (kind, msg::KeyValue { key: topic.to_owned(), value }.to_cdr())
+                };
+                match self {
+                    $(Self::$name(message) => ($kind, message.to_cdr()),)*
+                    Self::Undecodable { topic, reason, .. } => report(8, topic, reason.clone()),
+                    Self::Unmatched { topic, expected } => report(19, topic, expected.clone()),
+                    Self::OtherPublisher { topic, is_present } => {
+                        report(20, topic, is_present.to_string())
+                    }
+                }
+            }
+
+            /// The message with a kind and a payload, or nothing if they are invalid.
+            pub(super) fn from_parts(kind: u8, payload: &[u8]) -> Option<Self> {
+                match kind {
+                    $($kind => Some(Self::$name(msg::$message::from_cdr(payload)?.into())),)*
+                    8 | 19 | 20 => {
+                        let msg::KeyValue { key, value } = Message::from_cdr(payload)?;
+                        let (topic, expected) = Self::topic_and_type(&key)?;
+                        Some(match kind {
+                            8 => Self::Undecodable { topic, expected, reason: value },
+                            19 => Self::Unmatched { topic, expected: value },
+                            _ => Self::OtherPublisher { topic, is_present: value.parse().ok()? },
+                        })
+                    }
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+incoming_messages! {
     /// On `map`.
-    Map(msg::OccupancyGrid),
+    2 Map(msg::OccupancyGrid: OccupancyGrid) "map", "OccupancyGrid";
     /// On `scan`.
-    Scan(msg::LaserScan),
+    3 Scan(msg::LaserScan: LaserScan) "scan", "LaserScan";
     /// On `odom`.
-    Odometry(Box<msg::Odometry>),
-    /// On `keepout_filter_mask`: closed zones.
-    KeepoutMask(msg::OccupancyGrid),
-    /// On `speed_filter_mask`: zones with a speed limit.
-    SpeedMask(msg::OccupancyGrid),
-    /// On `costmap_filter_info`: what the speed mask means.
-    FilterInfo(msg::CostmapFilterInfo),
-    /// On `speed_limit`: a limit for everywhere.
-    SpeedLimit(msg::SpeedLimit),
+    4 Odometry(Box<msg::Odometry>: Odometry) "odom", "Odometry";
     /// On `goal_pose`.
-    Goal(msg::PoseStamped),
-    /// A request to change the state of the node.
-    ChangeState(msg::LifecycleRequest),
-    /// A goal of the action `navigate_to_pose`.
-    Navigate(Box<msg::ActionGoal>),
-    /// A request to cancel goals of that action.
-    Cancel(msg::ActionCancel),
-    /// On `initialpose`: about where the robot is.
-    InitialPose(Box<msg::PoseWithCovarianceStamped>),
-    /// On `inbye/arm`: true arms the robot, false disarms it.
-    Arm(msg::Bool),
-    /// On `inbye/stop`: true stops the robot until it is armed again; false changes nothing.
-    Stop(msg::Bool),
+    5 Goal(msg::PoseStamped: PoseStamped) "goal_pose", "PoseStamped";
     /// On `tf`.
-    Transforms(msg::TFMessage),
+    6 Transforms(msg::TFMessage: TFMessage) "tf", "TFMessage";
     /// On `tf_static`.
-    StaticTransforms(msg::TFMessage),
-    /// Bytes that the decoder rejected.
-    Undecodable {
-        /// The topic.
-        topic: &'static str,
-        /// Type of the topic, without its package.
-        expected: &'static str,
-        /// Message of the decoder.
-        reason: String,
-    },
-    /// A publisher whose messages do not arrive, because the qualities of service do not match.
-    Unmatched {
-        /// The topic.
-        topic: &'static str,
-        /// The quality of service that a publisher needs.
-        expected: String,
-    },
+    7 StaticTransforms(msg::TFMessage: TFMessage) "tf_static", "TFMessage";
+    /// On `inbye/arm`: true arms the robot, false disarms it.
+    9 Arm(msg::Bool: Bool) "inbye/arm", "Bool";
+    /// On `inbye/stop`: true stops the robot until it is armed again; false changes nothing.
+    10 Stop(msg::Bool: Bool) "inbye/stop", "Bool";
+    /// On `initialpose`: about where the robot is.
+    11 InitialPose(Box<msg::PoseWithCovarianceStamped>: PoseWithCovarianceStamped) "initialpose", "PoseWithCovarianceStamped";
+    /// On `keepout_filter_mask`: closed zones.
+    12 KeepoutMask(msg::OccupancyGrid: OccupancyGrid) KEEPOUT_MASK, "OccupancyGrid";
+    /// On `speed_filter_mask`: zones with a speed limit.
+    13 SpeedMask(msg::OccupancyGrid: OccupancyGrid) SPEED_MASK, "OccupancyGrid";
+    /// On `costmap_filter_info`: what the speed mask means.
+    14 FilterInfo(msg::CostmapFilterInfo: CostmapFilterInfo) "costmap_filter_info", "CostmapFilterInfo";
+    /// On `speed_limit`: a limit for everywhere.
+    15 SpeedLimit(msg::SpeedLimit: SpeedLimit) "speed_limit", "SpeedLimit";
+    /// A goal of the action `navigate_to_pose`.
+    16 Navigate(Box<msg::ActionGoal>: ActionGoal) NAVIGATE, "NavigateToPose";
+    /// A request to cancel goals of that action.
+    17 Cancel(msg::ActionCancel: ActionCancel) NAVIGATE, "NavigateToPose";
+    /// A request to change the state of the node.
+    18 ChangeState(msg::LifecycleRequest: LifecycleRequest) CHANGE_STATE, "ChangeState";
+    /// A request for the result of a goal of the action that has not ended.
+    21 ResultRequest(msg::ActionResultRequest: ActionResultRequest) NAVIGATE, "NavigateToPose";
 }
 
 impl IncomingMessage {
-    /// The static names of a topic and of its type.
-    pub(super) fn topic_and_type(topic: &str) -> Option<(&'static str, &'static str)> {
-        let known = [
-            ("map", msg::OccupancyGrid::NAME),
-            ("scan", msg::LaserScan::NAME),
-            ("odom", msg::Odometry::NAME),
-            (KEEPOUT_MASK, msg::OccupancyGrid::NAME),
-            (SPEED_MASK, msg::OccupancyGrid::NAME),
-            ("costmap_filter_info", msg::CostmapFilterInfo::NAME),
-            ("speed_limit", msg::SpeedLimit::NAME),
-            ("goal_pose", msg::PoseStamped::NAME),
-            (CHANGE_STATE, msg::ChangeStateRequest::NAME),
-            (NAVIGATE, msg::NavigateToPoseGoal::NAME),
-            ("initialpose", msg::PoseWithCovarianceStamped::NAME),
-            ("inbye/arm", msg::Bool::NAME),
-            ("inbye/stop", msg::Bool::NAME),
-            ("tf", msg::TFMessage::NAME),
-            ("tf_static", msg::TFMessage::NAME),
-        ];
-        known.into_iter().find(|(name, _)| *name == topic)
-    }
-
-    /// The topic of the message, relative to the namespace.
-    #[must_use]
-    pub const fn topic(&self) -> &'static str {
-        match self {
-            Self::Map(_) => "map",
-            Self::Scan(_) => "scan",
-            Self::Odometry(_) => "odom",
-            Self::KeepoutMask(_) => KEEPOUT_MASK,
-            Self::SpeedMask(_) => SPEED_MASK,
-            Self::FilterInfo(_) => "costmap_filter_info",
-            Self::SpeedLimit(_) => "speed_limit",
-            Self::Goal(_) => "goal_pose",
-            Self::ChangeState(_) => CHANGE_STATE,
-            Self::Navigate(_) | Self::Cancel(_) => NAVIGATE,
-            Self::InitialPose(_) => "initialpose",
-            Self::Arm(_) => "inbye/arm",
-            Self::Stop(_) => "inbye/stop",
-            Self::Transforms(_) => "tf",
-            Self::StaticTransforms(_) => "tf_static",
-            Self::Undecodable { topic, .. } | Self::Unmatched { topic, .. } => topic,
-        }
+    /// Whether a node published the message, on a topic or to a service. The others are reports of the transport.
+    pub(super) const fn is_published(&self) -> bool {
+        !matches!(self, Self::Unmatched { .. } | Self::OtherPublisher { .. })
     }
 }
 

@@ -76,14 +76,13 @@ struct ScanInput {
     timed: Option<TimedScan>,
 }
 
-/// What an observation is made of.
-struct ReadyInputs<'a> {
+/// The transforms of an observation at a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct ReadyInputs {
     /// The pose of the odometry's frame in the map, its time, and why it is not known.
     frame: Pose,
     pose_s: f64,
-    lost: Option<LostReason>,
-    odometry: &'a OdometryInput,
-    scan: &'a ScanInput,
+    pub lost: Option<LostReason>,
     /// The lidar's pose on the robot.
     mount: Pose,
 }
@@ -223,14 +222,14 @@ impl LatestInputs {
         fresh(now_s, &mount, limits, &scan.frame, base_frame)
     }
 
-    /// The inputs at a time. Odometry and dynamic transforms that are too old by their stamps are missing; the navigator checks the
-    /// scan's age.
-    fn ready(
+    /// Checks that an observation can be made at a time. Odometry and dynamic transforms that are too old by their stamps are
+    /// missing; the navigator checks the scan's age.
+    pub fn ready(
         &self,
         now_s: f64,
         limits: &AgeLimits,
         odometry_frame: &OdometryFrame,
-    ) -> Result<ReadyInputs<'_>, MissingInput> {
+    ) -> Result<ReadyInputs, MissingInput> {
         let map = self.map.as_ref().ok_or(MissingInput::Map)?;
         let odometry = self.odometry.as_ref().ok_or(MissingInput::Odometry)?;
         let odometry_s = odometry.stamp.seconds();
@@ -253,29 +252,14 @@ impl LatestInputs {
         };
         let scan = self.scan.as_ref().ok_or(MissingInput::Scan)?;
         let mount = self.mount(now_s, scan, &odometry.base_frame, limits)?;
-        Ok(ReadyInputs { frame, pose_s, lost, odometry, scan, mount })
+        Ok(ReadyInputs { frame, pose_s, lost, mount })
     }
 
-    /// Checks that an observation can be made at a time.
-    pub fn check(
-        &self,
-        now_s: f64,
-        limits: &AgeLimits,
-        odometry_frame: &OdometryFrame,
-    ) -> Result<(), MissingInput> {
-        self.ready(now_s, limits, odometry_frame).map(|_| ())
-    }
-
-    /// The observation at a time.
-    pub fn observation(
-        &self,
-        now_s: f64,
-        limits: &AgeLimits,
-        odometry_frame: &OdometryFrame,
-    ) -> Result<Observation, MissingInput> {
-        let ReadyInputs { frame, pose_s, lost, odometry, scan, mount } =
-            self.ready(now_s, limits, odometry_frame)?;
-        Ok(Observation {
+    /// The observation at a time for which the inputs are ready; none without them.
+    pub fn observation(&self, now_s: f64, ready: &ReadyInputs) -> Option<Observation> {
+        let ReadyInputs { frame, pose_s, lost, mount } = *ready;
+        let (odometry, scan) = (self.odometry.as_ref()?, self.scan.as_ref()?);
+        Some(Observation {
             time_s: now_s,
             pose: frame.transform_pose(&odometry.pose),
             pose_s,
@@ -416,8 +400,8 @@ mod tests {
     /// The largest distance of the scan's points from the wall, metres.
     fn error_m(mount: &Pose, message: &LaserScan) -> f64 {
         let (inputs, now_s) = (inputs(mount, message), START_S + 0.15);
-        let observation =
-            inputs.observation(now_s, &LIMITS, &OdometryFrame::ByTransforms).expect("all inputs");
+        let ready = inputs.ready(now_s, &LIMITS, &OdometryFrame::ByTransforms).expect("all inputs");
+        let observation = inputs.observation(now_s, &ready).expect("a scan");
         let hits: Vec<Point> = observation.scan.hits(&observation.pose).collect();
         assert!(hits.len() > BEAMS / 2, "{}", hits.len());
         let errors = hits.iter().map(|hit| (hit.to_vector().norm() - RADIUS_M).abs());

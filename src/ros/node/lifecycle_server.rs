@@ -43,39 +43,14 @@ impl LifecycleServer {
         name: impl Fn(&str) -> Result<Name, NodeError>,
         qos: &QosProfile,
     ) -> Result<Self, NodeError> {
-        let kind = |name: &str| ServiceTypeName::new("lifecycle_msgs", name);
         let event = MessageTypeName::new("lifecycle_msgs", "TransitionEvent");
         let events = name("inbye/transition_event")?;
         let events = node.create_topic(&events, event, qos).map_err(dds_error)?;
-        let available = "inbye/get_available_transitions";
+        let transitions = name("inbye/get_available_transitions")?;
         Ok(Self {
-            change: node
-                .create_server(
-                    mapping,
-                    &name(CHANGE_STATE)?,
-                    &kind("ChangeState"),
-                    qos.clone(),
-                    qos.clone(),
-                )
-                .map_err(dds_error)?,
-            state: node
-                .create_server(
-                    mapping,
-                    &name("inbye/get_state")?,
-                    &kind("GetState"),
-                    qos.clone(),
-                    qos.clone(),
-                )
-                .map_err(dds_error)?,
-            transitions: node
-                .create_server(
-                    mapping,
-                    &name(available)?,
-                    &kind("GetAvailableTransitions"),
-                    qos.clone(),
-                    qos.clone(),
-                )
-                .map_err(dds_error)?,
+            change: server(node, mapping, &name(CHANGE_STATE)?, "ChangeState", qos)?,
+            state: server(node, mapping, &name("inbye/get_state")?, "GetState", qos)?,
+            transitions: server(node, mapping, &transitions, "GetAvailableTransitions", qos)?,
             events: node.create_publisher(&events, Some(qos.clone())).map_err(dds_error)?,
             current: LifecycleState::Unconfigured,
             waiting: PendingRequests::default(),
@@ -140,6 +115,18 @@ impl LifecycleServer {
         let is_published = event.is_none_or(|event| self.events.publish(event).is_ok());
         sent.is_none_or(|sent| sent.is_ok()) & is_published
     }
+}
+
+/// Creates a service of a type of `lifecycle_msgs`.
+fn server<Q: ros2_client::Message + Clone + 'static, R: ros2_client::Message + 'static>(
+    node: &mut Node,
+    mapping: ServiceMapping,
+    name: &Name,
+    kind: &str,
+    qos: &QosProfile,
+) -> Result<Server<Q, R>, NodeError> {
+    let kind = ServiceTypeName::new("lifecycle_msgs", kind);
+    node.create_server(mapping, name, &kind, qos.clone(), qos.clone()).map_err(dds_error)
 }
 
 /// Answers all requests of a service.

@@ -151,39 +151,47 @@ impl NodeLocalization {
         Some(localizer.map_changes(map))
     }
 
-    /// The status for `diagnostics`, with the name of its state.
-    pub fn status(&self) -> (DiagnosticStatus, Vec<&'static str>) {
+    /// The name of its state.
+    pub fn state(&self) -> &'static str {
+        match self.localizer.as_ref().map(|localizer| localizer.estimate().status) {
+            None => "no map",
+            Some(LocalizationStatus::Tracking) => "tracking",
+            Some(LocalizationStatus::Uncertain) => "uncertain",
+            Some(LocalizationStatus::Lost(_)) => "lost",
+        }
+    }
+
+    /// The status for `diagnostics`.
+    pub fn status(&self) -> DiagnosticStatus {
         let estimate = self.localizer.as_ref().map(Localizer::estimate);
-        let status = estimate.map(|estimate| estimate.status);
-        let (level, name, message) = match status {
-            None => (DiagnosticStatus::WARN, "no map", "no map is prepared".to_owned()),
+        let (level, message) = match estimate.map(|estimate| estimate.status) {
+            None => (DiagnosticStatus::WARN, "no map is prepared".to_owned()),
             Some(LocalizationStatus::Tracking) => {
-                (DiagnosticStatus::OK, "tracking", "the scans match the map".to_owned())
+                (DiagnosticStatus::OK, "the scans match the map".to_owned())
             }
             Some(LocalizationStatus::Uncertain) => {
                 let message = "recent scans do not match, or the pose is not yet certain";
-                (DiagnosticStatus::WARN, "uncertain", message.to_owned())
+                (DiagnosticStatus::WARN, message.to_owned())
             }
             Some(LocalizationStatus::Lost(reason)) => {
-                (DiagnosticStatus::ERROR, "lost", format!("the pose is searched: {reason}"))
+                (DiagnosticStatus::ERROR, format!("the pose is searched: {reason}"))
             }
         };
         let number = |value: fn(&PoseEstimate) -> f64| {
             estimate.map_or_else(String::new, |estimate| format!("{:.3}", value(estimate)))
         };
-        let status = DiagnosticStatus {
+        DiagnosticStatus {
             level,
             name: "inbye: localization".to_owned(),
             message,
             hardware_id: String::new(),
             values: vec![
-                key_value("status", name),
+                key_value("status", self.state()),
                 key_value("agreement", number(|it| it.agreement.matching_fraction())),
                 key_value("sigma_m", number(PoseEstimate::sigma_m)),
                 key_value("sigma_rad", number(PoseEstimate::sigma_rad)),
             ],
-        };
-        (status, vec![name])
+        }
     }
 
     /// Matches the waiting scans whose last beam is not newer than the odometry.

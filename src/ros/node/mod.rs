@@ -8,6 +8,7 @@ mod action;
 #[cfg(feature = "ros2")]
 mod action_server;
 mod arrival_delay;
+mod conflicts;
 #[cfg(feature = "ros2")]
 pub mod dds;
 mod diagnostics;

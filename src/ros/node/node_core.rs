@@ -12,6 +12,7 @@ mod status;
 use self::ages::{MAX_TICK_GAP_S, check_period};
 use self::status::Inputs;
 use super::action::{ActionUpdate, ActiveGoal, UNKNOWN, error_code};
+use super::conflicts::Conflicts;
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
 use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
@@ -97,6 +98,9 @@ pub struct NodeCore {
     updates: Vec<ActionUpdate>,
     /// The answer to the last goal of a client that has ended, and its end.
     last_action: Vec<ActionUpdate>,
+    /// The requests for the result of the present goal, and those that a lost network process has not answered.
+    result_requests: Vec<msg::ActionResultRequest>,
+    lost_requests: Vec<msg::ActionResultRequest>,
     lifecycle: LifecycleState,
     /// When it was finalized, seconds.
     finalized_s: Option<f64>,
@@ -119,6 +123,7 @@ pub struct NodeCore {
     markers_s: f64,
     tick_clock: TickClock,
     command: Twist,
+    conflicts: Conflicts,
     diagnostics: Diagnostics,
     notices: Notices,
     stats: NodeStats,
@@ -158,6 +163,8 @@ impl NodeCore {
             action: None,
             updates: Vec::new(),
             last_action: Vec::new(),
+            result_requests: Vec::new(),
+            lost_requests: Vec::new(),
             lifecycle,
             finalized_s: None,
             states: Vec::new(),
@@ -173,6 +180,7 @@ impl NodeCore {
             markers_s: f64::NEG_INFINITY,
             tick_clock,
             command: Twist::STOP,
+            conflicts: Conflicts::default(),
             diagnostics: Diagnostics::default(),
             notices: Notices::default(),
             stats: NodeStats::default(),
@@ -208,7 +216,7 @@ impl NodeCore {
     pub fn receive(&mut self, now_s: f64, message: &IncomingMessage) {
         let topic = message.topic();
         let accepted = self.accept(now_s, message);
-        if !matches!(message, IncomingMessage::Unmatched { .. }) {
+        if message.is_published() {
             self.stats.count_message(topic, accepted.is_ok());
         }
         if let Err(error) = accepted {
@@ -224,6 +232,8 @@ impl NodeCore {
         if let Some(localization) = &mut self.localization {
             localization.forget_scans();
         }
+        self.conflicts.forget();
+        self.lost_requests.append(&mut self.result_requests);
         self.hold = Hold::UntilInputs;
         if self.goal.is_some() {
             self.zero_until_s = f64::INFINITY;
@@ -268,6 +278,7 @@ impl NodeCore {
             IncomingMessage::ChangeState(request) => self.change_state(now_s, *request),
             IncomingMessage::Navigate(goal) => self.navigate(now_s, goal)?,
             IncomingMessage::Cancel(request) => self.cancel(now_s, *request),
+            IncomingMessage::ResultRequest(request) => self.keep_result_request(*request),
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
             IncomingMessage::KeepoutMask(mask) => {
                 let is_new = self.zones.set_keepout(MapInput::new(mask)?);
@@ -287,6 +298,7 @@ impl NodeCore {
             IncomingMessage::Stop(msg::Bool { data: true }) => self.operator().stop(),
             IncomingMessage::Stop(msg::Bool { data: false }) => {}
             IncomingMessage::Transforms(transforms) => {
+                self.check_own_transform(now_s, transforms);
                 self.inputs.frames.update(now_s, transforms, false)?;
             }
             IncomingMessage::StaticTransforms(transforms) => {
@@ -297,6 +309,9 @@ impl NodeCore {
             }
             IncomingMessage::Unmatched { topic, expected } => {
                 self.notices.unmatched(topic, expected);
+            }
+            IncomingMessage::OtherPublisher { topic, is_present } => {
+                self.conflicts.set_publisher(topic, *is_present);
             }
         }
         Ok(())
@@ -348,6 +363,7 @@ impl NodeCore {
         let odometry_frame = self.odometry_frame();
         outgoing.transforms = self.transforms(now_s, &odometry_frame);
         let inputs = self.check_inputs(now_s, odometry_frame);
+        self.send_lost_requests(now_s);
         if self.goal.is_some() {
             let decision = self.decide(now_s, &inputs, clock);
             let wanted =
@@ -370,6 +386,9 @@ impl NodeCore {
         self.notices.operator(self.protection.state());
         self.notices.protective_action(now_s, self.protection.action());
         self.notices.silence(now_s, self.stats.has_message());
+        if let Some(notice) = self.conflicts.notice(now_s) {
+            self.notices.push(notice);
+        }
         outgoing.diagnostics = self.diagnose(now_s, &inputs);
         outgoing.action = std::mem::take(&mut self.updates);
         outgoing.states = std::mem::take(&mut self.states);
@@ -395,17 +414,9 @@ impl NodeCore {
         inputs: &Inputs,
         clock: &mut dyn FnMut() -> f64,
     ) -> Option<Decision> {
-        let limits = self.age_limits();
-        let observation = inputs.clone();
-        let observation =
-            match observation.and_then(|frame| self.inputs.observation(now_s, &limits, &frame)) {
-                Ok(observation) => Observation { sent: Some(self.command), ..observation },
-                Err(missing) => {
-                    self.notices.missing(Some(missing));
-                    return None;
-                }
-            };
-        self.notices.missing(None);
+        self.notices.missing(inputs.as_ref().err());
+        let observation = self.inputs.observation(now_s, inputs.as_ref().ok()?)?;
+        let observation = Observation { sent: Some(self.command), ..observation };
         self.pose = observation.pose;
         if self.is_held(now_s) {
             return None;

@@ -230,13 +230,16 @@ impl Notices {
     }
 
     /// The robot waits for an input, or for none.
-    pub fn missing(&mut self, missing: Option<MissingInput>) {
-        if let Some(new) = missing.as_ref().filter(|_| self.missing != missing) {
-            self.push(format!("waiting: {new}"));
+    pub fn missing(&mut self, missing: Option<&MissingInput>) {
+        if self.missing.as_ref() == missing {
+            return;
+        }
+        if let Some(missing) = missing {
+            self.push(format!("waiting: {missing}"));
             // Afterwards the navigator sees a gap in time: it needs no notice of its own.
             self.had_sensor_fault = true;
         }
-        self.missing = missing;
+        self.missing = missing.cloned();
     }
 
     /// Even the fastest recent message of a topic was late. Reports the first of them.

@@ -72,8 +72,8 @@ impl Protection {
         &self.action
     }
 
-    /// The status for `diagnostics`, with the names of its states.
-    pub fn status(&self) -> (DiagnosticStatus, Vec<&'static str>) {
+    /// The status for `diagnostics`.
+    pub fn status(&self) -> DiagnosticStatus {
         let state = self.state();
         let (level, message) = match (state, &self.action) {
             (OperatorState::NotArmed, _) => {
@@ -88,7 +88,7 @@ impl Protection {
             (OperatorState::Armed, action) => (DiagnosticStatus::WARN, action.to_string()),
         };
         let (delay_s, braking_m_s2) = self.layer.stopping();
-        let status = DiagnosticStatus {
+        DiagnosticStatus {
             level,
             name: "inbye: protection".to_owned(),
             message,
@@ -99,7 +99,6 @@ impl Protection {
                 key_value("delay_s", delay_s),
                 key_value("braking_m_s2", braking_m_s2),
             ],
-        };
-        (status, vec![state.name(), self.action.name()])
+        }
     }
 }

@@ -73,6 +73,13 @@ fn check_reports_errors_of_the_commands() {
     assert_eq!((run.status, &*run.stdout), (0, "good.toml: ok\n"), "{run:?}");
     let (_, object) = place.json("config --check good.toml");
     assert_fields(&object, "file text, ok bool");
+    for (period_s, is_kept) in [(0.009, false), (0.01, true), (0.25, true), (0.26, false)] {
+        place.write("period.toml", format!("[local]\ncontrol_period_s = {period_s}\n"));
+        let run = place.run("config --check period.toml");
+        let text = "`inbye node` keeps 0.01 to 0.25 s";
+        let warns = run.errors.iter().any(|line| line.contains(text));
+        assert_eq!((run.status, warns), (0, !is_kept), "{period_s}: {run:?}");
+    }
     for (arguments, words) in [
         ("--check bad.toml", "bad.toml: line 2; did you mean `vx_samples`?"),
         ("--check gone.toml", "--check gone.toml: cannot be read"),

@@ -71,6 +71,10 @@ fn localizes(facts: &Value) -> Result<(), Failed> {
     holds(number(facts, "transforms") > 100.0, "at each tick", facts)?;
     // A cell of the map is 0.1 m, and a beam ends in steps of 0.03 m.
     holds(number(facts, "largest_error_m") < 0.2, "where the odometry began", facts)?;
+    holds(facts["warned_s"].is_number(), "other publishers are a warning", facts)?;
+    holds(facts["left_s"].is_number(), "until they are gone", facts)?;
+    let notices = facts["notices"].to_string();
+    holds(notices.contains("another node publishes on cmd_vel too"), "and a notice", facts)?;
     ends_cleanly(facts)
 }
 
@@ -91,6 +95,11 @@ fn navigates(facts: &Value) -> Result<(), Failed> {
     holds(facts["fourth_started_s"].is_number(), "the robot drives to the fourth goal", facts)?;
     let end = facts["fourth_end"].to_string();
     holds(end.starts_with("[6,9000,\"the network process was restarted"), "its end", facts)?;
+    holds(
+        facts["open_request_end"] == serde_json::json!([6, 9000]),
+        "also of an open request",
+        facts,
+    )?;
     holds(facts["late_cancel_code"] == 3, "it is no longer there to be cancelled", facts)?;
     holds(number(facts, "crept_after_restart_m") < 0.01, "the robot stands", facts)?;
     let feedback = &facts["feedback"];

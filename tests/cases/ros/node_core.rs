@@ -41,6 +41,22 @@ fn node_drives_to_goal_then_stays_silent() {
     robot.until(900, |robot| robot.core.stats().reached == 2);
 }
 
+/// Nodes that follow something send the same goal again: it must not make the robot correct what parking has left.
+#[test]
+fn goal_where_the_robot_stands_is_reached_without_motion() {
+    let mut robot = Robot::ready();
+    robot.until(600, |robot| robot.has_notice("reached the goal"));
+    for reached in 2..5 {
+        let again = goal(GOAL.0 + 0.004 * f64::from(reached), GOAL.1 - 0.01);
+        robot.receive(&IncomingMessage::Goal(again));
+        let commands = robot.commands.len();
+        let steps =
+            robot.until(10, |robot| robot.core.stats().reached == u64::from(reached as u32));
+        assert!(steps < 7, "{steps}");
+        assert!(robot.commands[commands..].iter().all(|command| *command == Some(Twist::STOP)));
+    }
+}
+
 #[test]
 fn node_diagnostics_report_the_failure_of_a_gpu() {
     let lost = || -> Result<Box<dyn Engine>, EngineError> {

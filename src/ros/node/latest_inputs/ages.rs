@@ -43,6 +43,15 @@ fn scan(stamp_s: f64) -> LaserScan {
     }
 }
 
+fn observe(
+    inputs: &LatestInputs,
+    now_s: f64,
+    frame: &OdometryFrame,
+) -> Result<Observation, MissingInput> {
+    let ready = inputs.ready(now_s, &LIMITS, frame)?;
+    Ok(inputs.observation(now_s, &ready).expect("odometry and a scan"))
+}
+
 /// Inputs that all arrived at the start. The stamps of odometry and scan are ahead of it by these times, seconds.
 fn arrived(odometry_ahead_s: f64, scan_ahead_s: f64) -> LatestInputs {
     let frame = GridFrame::new(1, 1, 1.0, Pose::default()).expect("a frame");
@@ -69,7 +78,7 @@ fn missing(after_s: f64, renewed: &[(&str, &str)]) -> Option<MissingInput> {
     for (parent, child) in renewed {
         inputs.frames.update(now_s, &transform(parent, child, now_s), false).expect("valid");
     }
-    inputs.observation(now_s, &LIMITS, &OdometryFrame::ByTransforms).err()
+    observe(&inputs, now_s, &OdometryFrame::ByTransforms).err()
 }
 
 #[test]
@@ -89,7 +98,7 @@ fn each_input_expires_by_its_own_stamp() {
 #[test]
 fn input_from_a_clock_ahead_is_as_old_as_its_arrival() {
     let inputs = arrived(0.09, 0.08);
-    let at = |after_s: f64| inputs.observation(START_S + after_s, &LIMITS, &OdometryFrame::IsMap);
+    let at = |after_s: f64| observe(&inputs, START_S + after_s, &OdometryFrame::IsMap);
     let seen = at(0.29).expect("fresh");
     for stamp_s in [seen.odometry_s, seen.scan_s, seen.scan_changed_s] {
         assert!((stamp_s - START_S).abs() < 1e-6, "{stamp_s}");
@@ -118,7 +127,7 @@ fn odometry_in_another_frame_does_not_continue_the_motion() {
     let mut message = scan(START_S + 0.02);
     message.time_increment = 0.06 / BEAMS as f32;
     inputs.set_scan(START_S + 0.1, &message, &LIMITS).expect("valid");
-    let seen = inputs.observation(START_S + 0.1, &LIMITS, &OdometryFrame::IsMap).expect("fresh");
+    let seen = observe(&inputs, START_S + 0.1, &OdometryFrame::IsMap).expect("fresh");
     let ranges = seen.scan.ranges.iter().filter(|range| range.is_finite());
     let farthest_m = ranges.copied().fold(0.0, f64::max);
     assert!((farthest_m - 5.0).abs() < 1e-6, "{farthest_m}");
@@ -127,8 +136,7 @@ fn odometry_in_another_frame_does_not_continue_the_motion() {
 #[test]
 fn observation_has_the_stamps_and_not_the_time_of_the_tick() {
     let inputs = arrived(-0.05, -0.1);
-    let seen =
-        inputs.observation(START_S + 0.2, &LIMITS, &OdometryFrame::ByTransforms).expect("fresh");
+    let seen = observe(&inputs, START_S + 0.2, &OdometryFrame::ByTransforms).expect("fresh");
     let expected = [(seen.odometry_s, -0.05), (seen.scan_s, -0.1), (seen.scan_changed_s, -0.1)];
     for (stamp_s, after_s) in expected.into_iter().chain([(seen.pose_s, 0.0)]) {
         assert!((stamp_s - START_S - after_s).abs() < 1e-6, "{stamp_s}");
@@ -142,7 +150,7 @@ fn no_beam_is_later_than_the_arrival_of_its_scan() {
     let mut message = scan(START_S);
     message.time_increment = 0.1 / BEAMS as f32;
     inputs.set_scan(START_S, &message, &LIMITS).expect("valid");
-    let seen = inputs.observation(START_S, &LIMITS, &OdometryFrame::ByTransforms).expect("fresh");
+    let seen = observe(&inputs, START_S, &OdometryFrame::ByTransforms).expect("fresh");
     assert!((seen.scan_s - START_S).abs() < 1e-6, "{}", seen.scan_s);
 }
 

@@ -4,7 +4,7 @@
 
 use std::io::{self, Read, Write};
 
-use crate::ros::msg::{self, KeyValue, Message};
+use crate::ros::msg::{self, Message};
 use crate::ros::node::{ActionUpdate, IncomingMessage};
 
 /// Longest payload of a map, a path or markers, bytes.
@@ -65,7 +65,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 | 12 | 13 => Some(MAX_LARGE),
-            0 | 1 | 3..=11 | 14..=19 => Some(MAX_SMALL),
+            0 | 1 | 3..=11 | 14..=21 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -74,78 +74,26 @@ impl Frame for FromNetwork {
         match self {
             Self::Alive { unsent } => (0, unsent.to_le_bytes().to_vec()),
             Self::Failed(reason) => (1, reason.clone().into_bytes()),
-            Self::Message(message) => match message {
-                IncomingMessage::Map(message) => (2, message.to_cdr()),
-                IncomingMessage::Scan(message) => (3, message.to_cdr()),
-                IncomingMessage::Odometry(message) => (4, message.to_cdr()),
-                IncomingMessage::Goal(message) => (5, message.to_cdr()),
-                IncomingMessage::Transforms(message) => (6, message.to_cdr()),
-                IncomingMessage::StaticTransforms(message) => (7, message.to_cdr()),
-                IncomingMessage::Undecodable { topic, reason, .. } => {
-                    let (key, value) = ((*topic).to_owned(), reason.clone());
-                    (8, KeyValue { key, value }.to_cdr())
-                }
-                IncomingMessage::Arm(message) => (9, message.to_cdr()),
-                IncomingMessage::Stop(message) => (10, message.to_cdr()),
-                IncomingMessage::InitialPose(message) => (11, message.to_cdr()),
-                IncomingMessage::KeepoutMask(message) => (12, message.to_cdr()),
-                IncomingMessage::SpeedMask(message) => (13, message.to_cdr()),
-                IncomingMessage::FilterInfo(message) => (14, message.to_cdr()),
-                IncomingMessage::SpeedLimit(message) => (15, message.to_cdr()),
-                IncomingMessage::Navigate(message) => (16, message.to_cdr()),
-                IncomingMessage::Cancel(message) => (17, message.to_cdr()),
-                IncomingMessage::ChangeState(message) => (18, message.to_cdr()),
-                IncomingMessage::Unmatched { topic, expected } => {
-                    let (key, value) = ((*topic).to_owned(), expected.clone());
-                    (19, KeyValue { key, value }.to_cdr())
-                }
-            },
+            Self::Message(message) => message.to_parts(),
         }
     }
 
     fn from_parts(kind: u8, payload: &[u8]) -> Option<Self> {
-        let message = match kind {
+        match kind {
             0 => {
                 let unsent = u64::from_le_bytes(payload.try_into().ok()?);
-                return Some(Self::Alive { unsent });
+                Some(Self::Alive { unsent })
             }
-            1 => return Some(Self::Failed(String::from_utf8_lossy(payload).into_owned())),
-            2 => IncomingMessage::Map(Message::from_cdr(payload)?),
-            3 => IncomingMessage::Scan(Message::from_cdr(payload)?),
-            4 => IncomingMessage::Odometry(Box::new(Message::from_cdr(payload)?)),
-            5 => IncomingMessage::Goal(Message::from_cdr(payload)?),
-            6 => IncomingMessage::Transforms(Message::from_cdr(payload)?),
-            7 => IncomingMessage::StaticTransforms(Message::from_cdr(payload)?),
-            8 => {
-                let KeyValue { key, value: reason } = Message::from_cdr(payload)?;
-                let (topic, expected) = IncomingMessage::topic_and_type(&key)?;
-                IncomingMessage::Undecodable { topic, expected, reason }
-            }
-            9 => IncomingMessage::Arm(Message::from_cdr(payload)?),
-            10 => IncomingMessage::Stop(Message::from_cdr(payload)?),
-            11 => IncomingMessage::InitialPose(Box::new(Message::from_cdr(payload)?)),
-            12 => IncomingMessage::KeepoutMask(Message::from_cdr(payload)?),
-            13 => IncomingMessage::SpeedMask(Message::from_cdr(payload)?),
-            14 => IncomingMessage::FilterInfo(Message::from_cdr(payload)?),
-            15 => IncomingMessage::SpeedLimit(Message::from_cdr(payload)?),
-            16 => IncomingMessage::Navigate(Box::new(Message::from_cdr(payload)?)),
-            17 => IncomingMessage::Cancel(Message::from_cdr(payload)?),
-            18 => IncomingMessage::ChangeState(Message::from_cdr(payload)?),
-            19 => {
-                let KeyValue { key, value: expected } = Message::from_cdr(payload)?;
-                let (topic, _) = IncomingMessage::topic_and_type(&key)?;
-                IncomingMessage::Unmatched { topic, expected }
-            }
-            _ => return None,
-        };
-        Some(Self::Message(message))
+            1 => Some(Self::Failed(String::from_utf8_lossy(payload).into_owned())),
+            _ => IncomingMessage::from_parts(kind, payload).map(Self::Message),
+        }
     }
 }
 
 impl Frame for ToNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
-            0 | 1 | 4 | 5 | 7..=11 => Some(MAX_SMALL),
+            0 | 1 | 4 | 5 | 7..=12 => Some(MAX_SMALL),
             2 | 3 | 6 => Some(MAX_LARGE),
             _ => None,
         }
@@ -166,6 +114,7 @@ impl Frame for ToNetwork {
                 ActionUpdate::CancelAnswer(message) => (8, message.to_cdr()),
                 ActionUpdate::Feedback(message) => (9, message.to_cdr()),
                 ActionUpdate::End(message) => (10, message.to_cdr()),
+                ActionUpdate::Result(message) => (12, message.to_cdr()),
             },
         }
     }
@@ -184,6 +133,7 @@ impl Frame for ToNetwork {
             9 => Message::from_cdr(payload).map(ActionUpdate::Feedback).map(Self::Action),
             10 => Message::from_cdr(payload).map(ActionUpdate::End).map(Self::Action),
             11 => Message::from_cdr(payload).map(Self::State),
+            12 => Message::from_cdr(payload).map(ActionUpdate::Result).map(Self::Action),
             _ => None,
         }
     }
@@ -251,6 +201,10 @@ mod tests {
             FromNetwork::Message(IncomingMessage::Transforms(msg::TFMessage::default())),
             FromNetwork::Message(IncomingMessage::Undecodable { topic, expected, reason }),
             FromNetwork::Message(IncomingMessage::Unmatched { topic, expected: "reliable".into() }),
+            FromNetwork::Message(IncomingMessage::OtherPublisher {
+                topic: "cmd_vel",
+                is_present: true,
+            }),
             FromNetwork::Message(IncomingMessage::Arm(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::Stop(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::InitialPose(Box::default())),

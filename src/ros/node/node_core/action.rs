@@ -4,7 +4,7 @@ use super::NodeCore;
 use crate::navigator::{Decision, Mode};
 use crate::ros::msg::{
     ActionAnswer, ActionCancel, ActionCancelAnswer, ActionEnd, ActionFeedback, ActionGoal,
-    Duration, Header, NavigateToPoseFeedback, Pose, PoseStamped, Time,
+    ActionResultRequest, Duration, Header, NavigateToPoseFeedback, Pose, PoseStamped, Time,
 };
 use crate::ros::node::action::{ActionUpdate, ActiveGoal, UNKNOWN};
 use crate::ros::node::incoming;
@@ -12,6 +12,8 @@ use crate::ros::node::notices::MessageError;
 
 /// Interval of the feedback, seconds.
 const FEEDBACK_INTERVAL_S: f64 = 0.2;
+/// Number of requests for a result to remember.
+const MAX_RESULT_REQUESTS: usize = 64;
 /// A robot that stands is assumed to drive at this share of its largest speed, for the time that remains.
 const LEAST_SPEED: f64 = 0.1;
 
@@ -63,11 +65,29 @@ impl NodeCore {
             let end = goal.end(status, error);
             self.last_action = vec![goal.answer(), end.clone()];
             self.updates.push(end);
+            // The network process answers them.
+            self.result_requests.clear();
         }
     }
 
-    /// The transport is a new one, which knows no goal. The client of the present goal has lost its result: the goal ends, and
-    /// so does the drive. The transport gets the last goal and its end for clients that ask again.
+    /// Keeps a request for the result of the present goal: the network process that got it may end before the goal.
+    pub(super) fn keep_result_request(&mut self, request: ActionResultRequest) {
+        let is_present = self.action.is_some_and(|goal| goal.id == request.id);
+        if is_present && self.result_requests.len() < MAX_RESULT_REQUESTS {
+            self.result_requests.push(request);
+        }
+    }
+
+    /// Lets a new network process, which knows the end of the last goal, answer the requests that were lost, once the nodes know
+    /// each other.
+    pub(super) fn send_lost_requests(&mut self, now_s: f64) {
+        if now_s >= self.zero_until_s {
+            self.updates.extend(self.lost_requests.drain(..).map(ActionUpdate::Result));
+        }
+    }
+
+    /// The transport is a new one, which knows no goal. The present goal ends, and so does the drive. The transport gets the last
+    /// goal and its end for clients that ask again.
     pub(super) fn restore_action(&mut self, now_s: f64) {
         if self.action.is_some() && self.ended_s.is_none() {
             self.navigator = None;

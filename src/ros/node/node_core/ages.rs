@@ -3,17 +3,16 @@
 use super::NodeCore;
 use crate::robot::TickTime;
 use crate::ros::node::latest_inputs::AgeLimits;
+use crate::runtime::NodeConfig;
 use crate::settings::{SettingError, require};
 
 /// Longest time between two ticks, seconds. After a longer one the world may have changed: the robot starts again from zero.
 pub(super) const MAX_TICK_GAP_S: f64 = 0.3;
-/// Longest interval of the ticks, seconds: a tick that is a little late is no pause of the node.
-const MAX_PERIOD_S: f64 = 0.25;
 
 /// Checks the interval of the ticks, seconds.
 pub(super) fn check_period(period_s: f64) -> Result<(), SettingError> {
     let expected = "at most 0.25 in the ROS node, which takes a longer time between two ticks for a pause of its process";
-    require(period_s <= MAX_PERIOD_S, "control_period_s", period_s, expected)
+    require(period_s <= *NodeConfig::PERIODS_S.end(), "control_period_s", period_s, expected)
         .map_err(|error| error.in_table("local"))
 }
 

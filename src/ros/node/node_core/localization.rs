@@ -33,6 +33,19 @@ impl NodeCore {
         }
     }
 
+    /// Another node must not publish the transform that this node measures.
+    pub(super) fn check_own_transform(&mut self, now_s: f64, message: &msg::TFMessage) {
+        let (Some(_), Some(odometry)) = (&self.localization, &self.inputs.odometry) else {
+            return;
+        };
+        let is_own = |it: &msg::TransformStamped| {
+            it.child_frame_id.trim_start_matches('/') == odometry.frame
+        };
+        if message.transforms.iter().any(is_own) {
+            self.conflicts.set_transform(now_s);
+        }
+    }
+
     /// The transform that this node measured. Until the next tick it holds for every time.
     pub(super) fn transforms(
         &self,

@@ -1,66 +1,80 @@
 //! What the node waits for, and its statuses for `diagnostics`.
 
 use super::NodeCore;
+use crate::local::Engine;
 use crate::ros::convert::key_value;
-use crate::ros::msg::{DiagnosticArray, DiagnosticStatus};
-use crate::ros::node::latest_inputs::OdometryFrame;
+use crate::ros::msg::{DiagnosticArray, DiagnosticStatus, Header, Time};
+use crate::ros::node::latest_inputs::{OdometryFrame, ReadyInputs};
 use crate::ros::node::localization::NodeLocalization;
 use crate::ros::node::notices::MissingInput;
 
-/// The pose of the odometry's frame in the map, where all inputs are there; or the first that is missing.
-pub type Inputs = Result<OdometryFrame, MissingInput>;
+/// The inputs of a decision, or the first that is missing.
+pub type Inputs = Result<ReadyInputs, MissingInput>;
 
 impl NodeCore {
     /// Looks for the inputs of a decision.
-    pub(super) fn check_inputs(&self, now_s: f64, odometry_frame: Inputs) -> Inputs {
-        let frame = odometry_frame?;
-        self.inputs.check(now_s, &self.age_limits(), &frame)?;
+    pub(super) fn check_inputs(
+        &self,
+        now_s: f64,
+        odometry_frame: Result<OdometryFrame, MissingInput>,
+    ) -> Inputs {
+        let ready = self.inputs.ready(now_s, &self.age_limits(), &odometry_frame?)?;
         if let Some(missing) = self.missing_zones() {
             return Err(missing);
         }
-        match frame {
+        match ready.lost {
             // A navigator plans from a known pose; later it judges itself how long the pose may be unknown.
-            OdometryFrame::Measured { lost: Some(reason), .. } if self.navigator.is_none() => {
-                Err(MissingInput::Pose(reason))
-            }
-            _ => Ok(frame),
+            Some(reason) if self.navigator.is_none() => Err(MissingInput::Pose(reason)),
+            _ => Ok(ready),
         }
     }
 
     /// The statuses for `diagnostics`, when they change and once a second.
     pub(super) fn diagnose(&mut self, now_s: f64, inputs: &Inputs) -> Option<DiagnosticArray> {
-        let localization = self.localization.as_ref().map(NodeLocalization::status);
-        let of_inputs = Some(self.inputs_status(now_s, inputs));
-        let protection = Some(self.protection.status());
-        let statuses = [protection, of_inputs, localization, self.engine.status()];
-        self.diagnostics.message(now_s, statuses.into_iter().flatten().collect())
-    }
-
-    /// The status of the inputs, with the name of its state. It needs no goal.
-    fn inputs_status(&self, now_s: f64, inputs: &Inputs) -> (DiagnosticStatus, Vec<&'static str>) {
         let timeout_s = self.settings.config.navigator.scan_timeout_s;
         let missing = match inputs {
-            Err(missing) => Some(missing.to_string()),
-            Ok(_) if self.inputs.scan_age_s(now_s) > timeout_s => {
-                Some(MissingInput::RecentScan.to_string())
-            }
+            Err(missing) => Some(missing),
+            Ok(_) if self.inputs.scan_age_s(now_s) > timeout_s => Some(&MissingInput::RecentScan),
             Ok(_) => None,
         };
-        let (level, name) = match missing {
-            Some(_) => (DiagnosticStatus::WARN, "waiting"),
-            None => (DiagnosticStatus::OK, "complete"),
-        };
-        let message = missing.map_or_else(
-            || "all inputs are received".to_owned(),
-            |missing| format!("waiting: {missing}"),
-        );
-        let status = DiagnosticStatus {
-            level,
-            name: "inbye: inputs".to_owned(),
-            message,
-            hardware_id: String::new(),
-            values: vec![key_value("status", name)],
-        };
-        (status, vec![name])
+        let states = [
+            self.protection.state().name(),
+            self.protection.action().name(),
+            inputs_state(missing),
+            self.localization.as_ref().map_or("", NodeLocalization::state),
+            self.engine.kind(),
+        ];
+        let states = states.into_iter().chain(self.conflicts.present(now_s));
+        if !self.diagnostics.is_due(now_s, states) {
+            return None;
+        }
+        let statuses = [
+            Some(self.protection.status()),
+            Some(inputs_status(missing)),
+            Some(self.conflicts.status(now_s)),
+            self.localization.as_ref().map(NodeLocalization::status),
+            self.engine.status(),
+        ];
+        let header = Header { stamp: Time::from_seconds(now_s), ..Header::default() };
+        Some(DiagnosticArray { header, status: statuses.into_iter().flatten().collect() })
+    }
+}
+
+const fn inputs_state(missing: Option<&MissingInput>) -> &'static str {
+    if missing.is_some() { "waiting" } else { "complete" }
+}
+
+/// The status of the inputs. It needs no goal.
+fn inputs_status(missing: Option<&MissingInput>) -> DiagnosticStatus {
+    let (level, message) = match missing {
+        Some(missing) => (DiagnosticStatus::WARN, format!("waiting: {missing}")),
+        None => (DiagnosticStatus::OK, "all inputs are received".to_owned()),
+    };
+    DiagnosticStatus {
+        level,
+        name: "inbye: inputs".to_owned(),
+        message,
+        hardware_id: String::new(),
+        values: vec![key_value("status", inputs_state(missing))],
     }
 }

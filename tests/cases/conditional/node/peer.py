@@ -307,9 +307,31 @@ def localizes(program):
         return robot.stands_near(*GOAL[:2])
 
     took_s = robot.until(stands, 90.0)
+    away_m = robot.away_m(*GOAL[:2])
+    diagnostics = robot.reader("diagnostics", m.DiagnosticArray, RELIABLE)
+    last = [""]
+
+    def others():
+        for array in diagnostics.take(N=20):
+            for status in getattr(array, "status", []):
+                if status.name == "inbye: other nodes":
+                    last[0] = status.message
+        return "on cmd_vel too" in last[0], "on tf too" in last[0]
+
+    # Another node drives the robot, and another one localises it.
+    other = robot.writer("cmd_vel", m.Twist, RELIABLE)
+    at = m.Transform(m.Vector3(0.0, 0.0, 0.0), facing(0.0))
+    localization = robot.writer("tf", m.TFMessage, RELIABLE)
+    robot.until(lambda: False, 1.0)
+    localization.write(m.TFMessage([m.TransformStamped(header("map"), "odom", at)]))
+    warned_s = robot.until(lambda: others() == (True, True), 5.0)
+    del other
+    left_s = robot.until(lambda: not others()[0], 5.0)
     return {
         "took_s": took_s,
-        "away_m": robot.away_m(*GOAL[:2]),
+        "away_m": away_m,
+        "warned_s": warned_s,
+        "left_s": left_s,
         "contacts": robot.contacts,
         "transforms": len(errors),
         "largest_error_m": max(errors, default=None),
@@ -459,9 +481,13 @@ def navigates(program):
     # The network process ends during a goal: the new one knows its end, and the robot stands.
     fourth, facts["fourth_accepted"] = client.send_goal(4, 2.5, 2.0, 0.0)
     facts["fourth_started_s"] = robot.until(lambda: abs(robot.v) + abs(robot.w) > 0.2, 20.0)
+    wanted = client.call("get_result", fourth)
+    robot.until(lambda: False, 0.5)
     for child in children(node.child.pid):
         os.kill(child, signal.SIGKILL)
     robot.until(lambda: False, 6.0)
+    result = client.reply("get_result", wanted, 10.0)
+    facts["open_request_end"] = result and [result.status, result.error_code]
     result = client.reply("get_result", client.call("get_result", fourth), 10.0)
     facts["fourth_end"] = result and [result.status, result.error_code, result.error_msg]
     cancel = client.call("cancel_goal", m.GoalInfo(fourth, m.Time(0, 0)))

@@ -1,11 +1,11 @@
 //! A node that localises the robot itself.
 
 use inbye::geometry::{Pose, Twist, wrap_angle};
-use inbye::ros::msg;
+use inbye::ros::msg::{self, DiagnosticStatus};
 use inbye::ros::node::{IncomingMessage, NodeSettings};
 use inbye::runtime::PoseSource;
 
-use super::robot::{Robot, crossings_m, goal, grid, header, map};
+use super::robot::{Robot, crossings_m, goal, grid, header, map, transform};
 
 /// The frame of the odometry in the map.
 const FRAME: Pose = Pose { x: 0.8, y: -0.3, yaw: 0.6 };
@@ -100,6 +100,24 @@ fn transform_is_published_only_while_the_pose_is_known() {
     robot.until(200, |robot| !robot.transforms.is_empty());
     let found = robot.transforms[0].transforms[0].transform.translation;
     assert!(libm::hypot(found.x - 6.0, found.y - 2.0) < 0.1, "{found:?}");
+}
+
+/// AMCL is left running.
+#[test]
+fn transform_of_another_node_is_reported_while_it_comes() {
+    let mut robot = localizing();
+    robot.step();
+    let level = |robot: &Robot| robot.status("inbye: other nodes").0;
+    assert_eq!(level(&robot), DiagnosticStatus::OK);
+    for parent in ["map", "earth"] {
+        let other = transform(parent, robot.frame, &Pose::default(), robot.now_s);
+        robot.receive(&IncomingMessage::Transforms(other));
+        robot.step();
+        assert_eq!(level(&robot), DiagnosticStatus::WARN);
+    }
+    let notices = robot.notices.iter().filter(|notice| notice.contains("stop that localization"));
+    assert_eq!(notices.count(), 1, "{:?}", robot.notices);
+    robot.until(70, |robot| level(robot) == DiagnosticStatus::OK);
 }
 
 /// A map without the wall looks the same from both ends.

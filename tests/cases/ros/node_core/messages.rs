@@ -1,7 +1,7 @@
 //! Invalid messages: rejected, counted, and reported once; they change nothing.
 
 use inbye::geometry::Pose;
-use inbye::ros::msg::{LaserScan, OccupancyGrid, Odometry, PoseStamped, Time};
+use inbye::ros::msg::{DiagnosticStatus, LaserScan, OccupancyGrid, Odometry, PoseStamped, Time};
 use inbye::ros::node::IncomingMessage;
 
 use super::robot::{Robot, goal, grid, header, map, transform};
@@ -147,6 +147,31 @@ fn invalid_transforms_and_undecodable_bytes_are_rejected() {
     assert!(
         robot.has_notice("cannot be decoded (too short): the topic's type must be OccupancyGrid")
     );
+}
+
+#[test]
+fn other_publishers_are_reported_once_and_a_warning_while_they_are_there() {
+    const OTHERS: &str = "inbye: other nodes";
+    let mut robot = Robot::new(false);
+    robot.step();
+    assert_eq!(robot.status(OTHERS).0, DiagnosticStatus::OK);
+    for is_present in [true, false, true] {
+        for topic in ["cmd_vel", "navigate_to_pose"] {
+            robot.receive(&IncomingMessage::OtherPublisher { topic, is_present });
+        }
+        robot.step();
+        let (level, message) = robot.status(OTHERS);
+        assert_eq!(level == DiagnosticStatus::WARN, is_present, "{message}");
+        assert_eq!(message.contains("twist_mux"), is_present, "{message}");
+        assert_eq!(message.contains("both pursue each goal"), is_present, "{message}");
+    }
+    let notices = robot.notices.iter().filter(|notice| notice.contains("another node"));
+    assert_eq!(notices.count(), 1, "{:?}", robot.notices);
+    // A new network process finds them again.
+    robot.core.transport_lost();
+    robot.step();
+    assert_eq!(robot.status(OTHERS).0, DiagnosticStatus::OK);
+    assert!(!robot.core.stats().received.contains_key("cmd_vel"));
 }
 
 /// Of a publisher whose messages do not arrive, nothing is counted.

@@ -1,7 +1,8 @@
 //! A transport that is lost and restored: zeros first, then the goal of the topic.
 
 use inbye::geometry::Twist;
-use inbye::ros::msg::ActionEnd;
+use inbye::ros::msg::{ActionEnd, ActionResultRequest};
+use inbye::ros::node::{ActionUpdate, IncomingMessage};
 
 use super::action::{FIRST, SECOND, cancel, navigate, pursuing, summary};
 use super::robot::{GOAL, Robot};
@@ -65,6 +66,45 @@ fn goal_of_the_action_ends_with_the_transport_and_the_new_one_gets_its_end() {
     assert_eq!(summary(&robot), end);
     robot.receive(&navigate(SECOND, GOAL.0, GOAL.1));
     robot.until(50, |robot| robot.speed() > 0.8);
+}
+
+/// A client that asked for the result before the loss waits for it: the new network process answers, but only once.
+#[test]
+fn open_request_for_a_result_is_answered_after_the_transport_is_back() {
+    let request = |number: i64, id: [u8; 16]| ActionResultRequest { client: [9; 16], number, id };
+    let answered = |robot: &Robot| -> Vec<ActionResultRequest> {
+        let results = robot.actions.iter().filter_map(|update| match update {
+            ActionUpdate::Result(request) => Some(*request),
+            _ => None,
+        });
+        results.collect()
+    };
+    let mut robot = pursuing();
+    for (number, id) in [(1, FIRST), (2, SECOND)] {
+        robot.receive(&IncomingMessage::ResultRequest(request(number, id)));
+    }
+    for _ in 0..2 {
+        robot.core.transport_lost();
+        (0..3).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+        robot.core.transport_restored(robot.now_s);
+        // The nodes do not know each other yet.
+        (0..40).for_each(|_| assert_eq!(robot.step(), Some(Twist::STOP)));
+        assert!(answered(&robot).is_empty());
+    }
+    robot.until(20, |robot| !answered(robot).is_empty());
+    assert_eq!(answered(&robot), [request(1, FIRST)]);
+    // The network process answers those for a goal that ends while it lives.
+    robot.receive(&navigate(SECOND, GOAL.0, GOAL.1));
+    robot.receive(&IncomingMessage::ResultRequest(request(3, SECOND)));
+    robot.until(50, |robot| robot.speed() > 0.8);
+    robot.receive(&navigate([3; 16], 2.0, 4.0));
+    robot.step();
+    robot.core.transport_lost();
+    robot.core.transport_restored(robot.now_s);
+    (0..60).for_each(|_| {
+        robot.step();
+    });
+    assert_eq!(answered(&robot), [request(1, FIRST)]);
 }
 
 #[test]
