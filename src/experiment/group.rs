@@ -148,17 +148,21 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
 }
 
 /// Groups runs by a name, in the order of the names.
-pub(crate) fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Vec<Group> {
+pub(super) fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Vec<Group> {
     let mut all = grouped(rows, |row| name(row));
     all.sort_by(|one, other| one.0.cmp(&other.0));
     let of = |(name, rows): &(String, Vec<&RunRow>)| Group::of(name, rows);
     all.iter().map(of).collect()
 }
 
-fn grouped<K: PartialEq>(rows: &[RunRow], key: impl Fn(&RunRow) -> K) -> Vec<(K, Vec<&RunRow>)> {
-    let mut all: Vec<(K, Vec<&RunRow>)> = Vec::new();
+/// Rows with the same key together, in the order in which the keys first occur.
+pub(crate) fn grouped<R, K: PartialEq>(
+    rows: impl IntoIterator<Item = R>,
+    key: impl Fn(&R) -> K,
+) -> Vec<(K, Vec<R>)> {
+    let mut all: Vec<(K, Vec<R>)> = Vec::new();
     for row in rows {
-        let key = key(row);
+        let key = key(&row);
         match all.iter_mut().find(|(known, _)| *known == key) {
             Some((_, group)) => group.push(row),
             None => all.push((key, vec![row])),

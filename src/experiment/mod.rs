@@ -42,6 +42,7 @@ pub use cell::{Cell, FORMAT, Shard};
 pub use error::ExperimentError;
 pub use fault_matrix::{FaultRow, simulated_fault_names, simulated_faults};
 pub use grid::{Grid, Setup, sampling_setups};
+pub(crate) use group::grouped;
 pub use group::{Group, faults, groups};
 pub use localization::{LocalizationCase, LocalizationSite, localization_config};
 pub use missions::TrafficKind;

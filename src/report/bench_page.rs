@@ -12,7 +12,7 @@ use super::sample_charts::{NO_LATENCY, SampleRows, density_notes, density_tiles}
 use super::sweep_charts;
 use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 use crate::experiment::barn::OverWorlds;
-use crate::experiment::{Group, RunRow};
+use crate::experiment::{Group, RunRow, grouped};
 
 /// The content of a page on benchmarks. A section without rows is left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -158,8 +158,9 @@ fn sections(report: &BenchReport) -> Vec<Section> {
             .map(|section| section.with_tiles(run_tiles("soak", report.soak))),
         Section::new("ablation", report.ablation, mission_set_charts::ablation),
     ];
-    let sweeps = sweep_charts::by_kind(report.sweep).into_iter().filter_map(|groups| {
-        let (file, title) = sweep_charts::names(groups[0].kind);
+    let by_kind = grouped(report.sweep.iter().cloned(), |group| group.kind);
+    let sweeps = by_kind.into_iter().filter_map(|(kind, groups)| {
+        let (file, title) = sweep_charts::names(kind);
         Section::new(file, &groups, |groups| vec![sweep_charts::groups(title, groups)])
     });
     let latency = Section::new("latency-groups", report.sweep_latency, |rows| {
