@@ -43,20 +43,20 @@ pub struct TruthArguments {
 }
 
 impl TruthArguments {
-    /// The ground truth, if it is named.
-    pub fn read(&self) -> anyhow::Result<Option<LogRelations>> {
+    /// The ground truth of a log, if it is named.
+    pub fn read(&self, log: &LidarLog) -> anyhow::Result<Option<LogRelations>> {
         let Some(file) = &self.relations else {
             return Ok(None);
         };
         let relations = read_relations(file).context("--relations")?;
-        Ok(Some(LogRelations { relations, offset_s: self.time_offset }))
+        Ok(Some(LogRelations::new(log, relations, self.time_offset)))
     }
 
     /// Warns if the ground truth was compared with nothing.
     pub fn warn_if_unused(&self, log: &LidarLog, truth: &LogRelations, is_used: bool) {
         let why = if is_used {
             return;
-        } else if truth.relations.is_empty() {
+        } else if truth.is_empty() {
             "the file holds no relation"
         } else if !log.has_times {
             "the stamps of the log do not advance"
@@ -75,7 +75,7 @@ fn offset(text: &str) -> Result<f64, String> {
 /// Localizes over a log. Returns false if the localizer was lost after the last scan.
 pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow::Result<bool> {
     let log = arguments.log.file.read(file).context("--log")?;
-    let truth = arguments.log.truth.read()?;
+    let truth = arguments.log.truth.read(&log)?;
     let config = settings(arguments)?;
     let map = match &arguments.map {
         Some(map) => map_file::load(map, arguments.resolution)?,
