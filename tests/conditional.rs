@@ -25,6 +25,7 @@ mod support {
     pub mod python;
     pub mod radv;
     pub mod requirements;
+    pub mod trials;
 }
 
 mod cases {

@@ -8,9 +8,10 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::CpuEngine;
 use inbye::runtime::{Config, Observer};
 use inbye::sim::TimedPath;
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
 use super::Test;
+use crate::support::trials::with_data;
 
 pub const TESTS: &[Test] = &[
     ("a cylinder that crosses is passed", passes),
@@ -18,8 +19,6 @@ pub const TESTS: &[Test] = &[
     ("a contact that cannot be avoided is not attributed to the robot", run_over),
     ("contacts are counted by their cause", counts),
 ];
-
-const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
 
 /// A world with these cylinders and a course of six metres along x.
 fn world(cylinders: Vec<ScriptedCylinder>) -> DynaBarnWorld {
@@ -145,19 +144,11 @@ fn counts() {
 }
 
 pub fn trial() -> Trial {
-    Trial::ignorable_test("a world of the benchmark that moves is crossed", || {
-        if !Path::new(WORLDS).exists() {
-            return Ok(Completion::ignored_with(
-                "the development data are not next to the repository",
-            ));
-        }
-        crosses()?;
-        Ok(Completion::Completed)
-    })
+    with_data("a world of the benchmark that moves is crossed", "dynabarn", crosses)
 }
 
-fn crosses() -> Result<(), Failed> {
-    let worlds = read_worlds(Path::new(WORLDS), Some(&[16]))?;
+fn crosses(worlds: &Path) -> Result<(), Failed> {
+    let worlds = read_worlds(worlds, Some(&[16]))?;
     let row = run(&worlds[0], &dynabarn_config());
     assert_eq!(row.outcome, RunOutcome::Reached, "{row:?}");
     assert!(row.travelled_m > 18.5, "{row:?}");
