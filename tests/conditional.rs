@@ -11,6 +11,7 @@ mod support {
     pub mod batch_trials;
     pub mod browser;
     pub mod carried;
+    pub mod changed_engine;
     pub mod cpu_trials;
     pub mod extremes;
     pub mod gap;
