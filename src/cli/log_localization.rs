@@ -11,7 +11,7 @@ use inbye::map::OccupancyGrid;
 use inbye::mapping::{log_scans, render};
 use inbye::trajectory::{ErrorStatistics, RelationError, read_relations};
 
-use super::arguments::number;
+use super::arguments::real;
 use super::localization::{LocalizationArguments, settings};
 use super::log_file::LogFileArguments;
 use super::{machine, map_file, output};
@@ -38,7 +38,7 @@ pub struct TruthArguments {
     #[arg(long, value_name = "FILE")]
     pub relations: Option<PathBuf>,
     /// Time of the relations minus time of the log, seconds.
-    #[arg(long, value_name = "S", default_value_t = 0.0, allow_hyphen_values = true, requires = "relations", value_parser = offset)]
+    #[arg(long, value_name = "S", default_value_t = 0.0, allow_hyphen_values = true, requires = "relations", value_parser = real(f64::MIN..=f64::MAX, "seconds"))]
     pub time_offset: f64,
 }
 
@@ -66,10 +66,6 @@ impl TruthArguments {
         let file = self.relations.as_deref().unwrap_or(Path::new(""));
         output::warn(format!("--relations {}: nothing is compared: {why}", file.display()));
     }
-}
-
-fn offset(text: &str) -> Result<f64, String> {
-    number(text, f64::is_finite, "seconds")
 }
 
 /// Localizes over a log. Returns false if the localizer was lost after the last scan.

@@ -11,7 +11,7 @@ use inbye::navigator::NavigationMap;
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
-use super::arguments::{Place, distance};
+use super::arguments::{MAX_COORDINATE, Place, real};
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::output;
 use super::own_programs::GlobalPlannerArgument;
@@ -37,7 +37,7 @@ pub struct PlanArguments {
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub via: Vec<Place>,
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
-    #[arg(long, allow_negative_numbers = true, value_parser = distance)]
+    #[arg(long, allow_negative_numbers = true, value_parser = real(0.0..=MAX_COORDINATE, "metres, 0 to 1e9"))]
     pub radius: Option<f64>,
     #[command(flatten)]
     pub global_planner: GlobalPlannerArgument,

@@ -14,10 +14,10 @@ use inbye::report::BenchReport;
 use inbye::runtime::{Config, PlantKind, PoseSource};
 use serde_json::json;
 
-use super::arguments::{decision_size, engine, plants, pose_source, whole};
+use super::arguments::{decision_size, engine, plants, pose_source, real, whole};
 use super::files::{PAGE, ReportFolder, open_file};
 use super::machine::{self, wall_clock};
-use super::missions::{MissionsArguments, share, sort};
+use super::missions::{MissionsArguments, sort};
 use super::runs::{group_table, in_memory, run_text, unreached};
 use super::{engine_selection, output, recording, run_page};
 
@@ -55,7 +55,7 @@ pub struct SoakArguments {
     #[arg(long, value_parser = pose_source())]
     pub pose_source: Option<PoseSource>,
     /// Share of missions, 0 to 1, with boxes or pillars on the path that the map does not show.
-    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = real(0.0..=1.0, "0 to 1"))]
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
     #[arg(long, default_value = "cpu", value_parser = engine())]

@@ -16,7 +16,7 @@ use inbye::runtime::{Config, MissionResult, Observer};
 use inbye::sim::Simulation;
 use serde_json::json;
 
-use super::arguments::{number, whole};
+use super::arguments::{above_zero, real, whole};
 use super::config::changed;
 use super::drive_text::one_line;
 use super::files::{Output, ReportFolder, open_file};
@@ -171,13 +171,8 @@ pub struct BarnArguments {
     #[command(flatten)]
     pub worlds_of: WorldsArguments,
     /// Highest speed, m/s; the published baseline has 0.5.
-    #[arg(long, default_value_t = 2.0, allow_negative_numbers = true, value_parser = speed)]
+    #[arg(long, default_value_t = 2.0, allow_negative_numbers = true, value_parser = real(above_zero(10.0), "metres per second, above zero and at most 10"))]
     pub max_speed: f64,
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    let is_valid = |speed: f64| speed > 0.0 && speed <= 10.0;
-    number(text, is_valid, "metres per second, above zero and at most 10")
 }
 
 /// The simulator of a configuration, and its limits.
