@@ -26,6 +26,7 @@ mod support {
     pub mod python;
     pub mod radv;
     pub mod requirements;
+    pub mod room;
     pub mod trials;
 }
 

@@ -3,6 +3,7 @@
 mod support {
     pub mod changed_engine;
     pub mod gap;
+    pub mod room;
 }
 
 mod cases {
