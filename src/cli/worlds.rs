@@ -10,7 +10,6 @@ use inbye::experiment::barn::{self, BarnSummary, OverWorlds, barn_config};
 use inbye::experiment::dynabarn::{self, dynabarn_config};
 use inbye::experiment::{Grid, Group, RunRow, Setup, World, check_programs};
 use inbye::local::CpuEngine;
-use inbye::map::OccupancyGrid;
 use inbye::report::{BenchReport, DriveView, drive_svg};
 use inbye::runtime::{Config, MissionResult, Observer};
 use inbye::sim::Simulation;
@@ -141,10 +140,7 @@ impl WorldsArguments {
 fn picture(title: &str, simulation: &Simulation, result: &MissionResult) -> String {
     let solid = |&blocked: &bool| if blocked { 100 } else { 0 };
     let mission = &simulation.mission;
-    let truth = simulation
-        .truth
-        .as_ref()
-        .map(|truth| OccupancyGrid::new(*truth.frame(), truth.cells().iter().map(solid).collect()));
+    let truth = simulation.truth.as_ref().map(|truth| truth.map(solid));
     drive_svg(&DriveView {
         title,
         caption: &one_line(result),

@@ -191,9 +191,9 @@ fn nearest_free(space: &FreeSpace, point: &Point) -> String {
     space.nearest_free(point).map_or_else(
         || {
             // The centre of an open cell of this size keeps the radius, but not all points of the cell do.
-            let is_open = |index| !space.is_obstacle(frame.cell_at(index));
+            let is_open = |cell| !space.is_obstacle(cell);
             let is_coarse = frame.resolution_m > 2.0 * space.radius_m();
-            let remedy = if is_coarse && (0..frame.len()).any(is_open) {
+            let remedy = if is_coarse && frame.cells().any(is_open) {
                 format!("cells of {} m are too coarse for it, use smaller ones", frame.resolution_m)
             } else {
                 "a smaller radius may have one".to_owned()

@@ -263,12 +263,9 @@ mod tests {
         let mut clear = [0; 2];
         for share in [0.01, 0.05] {
             let frame = GridFrame::new(50, 40, 0.05, Pose::new(1.0, -2.0, 0.4)).expect("a size");
-            let cells = (0..frame.len()).map(|_| random.random_bool(share)).collect();
-            let obstacles = ObstacleGrid::new(frame, cells);
-            let blocked: Vec<Point> = (0..frame.len())
-                .filter(|&index| obstacles.cells()[index])
-                .map(|index| frame.cell_at(index).corner())
-                .collect();
+            let obstacles = ObstacleGrid::from_fn(frame, |_| random.random_bool(share));
+            let blocked = frame.cells().filter(|&cell| obstacles.is_blocked(cell));
+            let blocked: Vec<Point> = blocked.map(Cell::corner).collect();
             let radius_m = 0.17;
             let [whole, at_center] = FreeSpace::for_radii(&obstacles, [radius_m, radius_m - 0.025]);
             for _ in 0..4000 {

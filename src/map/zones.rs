@@ -190,7 +190,7 @@ mod tests {
 
     fn closed_cells(zones: &Zones) -> Vec<(i32, i32)> {
         let closed = zones.closed();
-        let all = (0..closed.frame().len()).map(|index| closed.frame().cell_at(index));
+        let all = closed.frame().cells();
         all.filter(|cell| closed.is_blocked(*cell)).map(|cell| (cell.column, cell.row)).collect()
     }
 

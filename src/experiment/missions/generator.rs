@@ -54,9 +54,8 @@ impl MissionSite {
             (rim..frame.width - rim).contains(&cell.column)
                 && (rim..frame.height - rim).contains(&cell.row)
         };
-        let free_cells = (0..frame.len())
-            .filter(|&index| free.is_free(frame.cell_at(index)) && is_inner(frame.cell_at(index)))
-            .collect();
+        let is_usable = |cell: &Cell| free.is_free(*cell) && is_inner(*cell);
+        let free_cells = frame.cells().filter(is_usable).map(|cell| frame.index(cell)).collect();
         Self { name: name.to_owned(), map: Arc::new(map), obstacles, free, free_cells }
     }
 
