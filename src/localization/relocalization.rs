@@ -469,7 +469,7 @@ mod tests {
     #[test]
     fn very_high_map_is_searched_to_its_end() {
         let frame = GridFrame::new(1, 32_767, 436.92, Pose::default()).expect("a valid size");
-        let map = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![false; frame.len()]));
+        let map = SignedDistanceField::new(&ObstacleGrid::filled(frame, false));
         let (scores, settings) = (MapScores::new(&map), LocalizationSettings::default());
         let mut search = GlobalSearch::new(&DeskewedScan::default(), &Pose::default(), &scores);
         let found = (0..20).find_map(|_| search.step(&map, &scores, &settings, 150_000));
