@@ -73,6 +73,11 @@ impl MissionsArguments {
         Ok((config, roomy))
     }
 
+    /// Drives the missions of a grid, and writes the record. Returns the rows by settings, map and seed.
+    pub fn drive(&self, grid: &Grid) -> anyhow::Result<Vec<RunRow>> {
+        self.run.run(grid, sort)
+    }
+
     fn worlds(&self, rules: Rules) -> anyhow::Result<Vec<World>> {
         if self.maps.is_empty() {
             return Ok(built_in_maps(rules));
@@ -159,7 +164,7 @@ pub fn ablation(arguments: &AblationArguments, json: bool) -> anyhow::Result<boo
     let variants = ABLATION_VARIANTS.iter();
     let setups: Vec<Setup> = variants.map(|variant| variant.setup(&config)).collect();
     let grid = Grid::of_missions("ablation", &worlds, &setups, *count, missions.seed)?;
-    let rows = missions.run.run(&grid, sort)?;
+    let rows = missions.drive(&grid)?;
     let table = ablation_groups(&rows);
     let maps: Vec<&str> = worlds.iter().map(|world| world.name.as_str()).collect();
     let intro = format!(

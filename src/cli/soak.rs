@@ -17,7 +17,7 @@ use serde_json::json;
 use super::arguments::{decision_size, engine, plants, pose_source, real, whole};
 use super::files::{PAGE, ReportFolder, open_file};
 use super::machine::{self, wall_clock};
-use super::missions::{MissionsArguments, sort};
+use super::missions::MissionsArguments;
 use super::runs::{group_table, in_memory, run_text, unreached};
 use super::{engine_selection, output, recording, run_page};
 
@@ -108,7 +108,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         "gpu" => grid.on_engine(&format!("gpu:{}", first.name())),
         _ => grid,
     };
-    let rows = missions.run.run(&grid, sort)?;
+    let rows = missions.drive(&grid)?;
     let comparisons = compare(arguments, &first.name(), &grid, &rows)?;
     let summary = SoakSummary::of(&rows, &comparisons);
     let is_sound = summary.is_sound();
@@ -182,7 +182,7 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
         [
             ("reached", &summary.reached),
             ("contacts by the robot", &summary.contacts_robot),
-            ("contacts by people who do not yield", &summary.contacts_of_heedless),
+            ("contacts by people who do not yield", &summary.contacts_of_non_yielding),
         ]
         .map(|(name, share)| share_text(name, share)),
     );

@@ -279,7 +279,7 @@ pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<boo
     }
     let intro = format!("Driven in {DYNABARN_SIMULATOR}.");
     let (rows, folder) = of.drive("DynaBARN", &worlds, config)?;
-    let summary = Group::of("all", &rows.iter().collect::<Vec<_>>());
+    let summary = Group::of("all", &rows);
     let object = json!({ "summary": summary, "simulator": DYNABARN_SIMULATOR, "rows": rows });
     let attributed = summary.attributed_share;
     let attributed = attributed.map_or_else(|| "none".to_owned(), |share| format!("{share:.3}"));

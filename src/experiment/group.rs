@@ -141,7 +141,7 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
             mean_shared_time_s,
             shared_time_p50_s,
             shared_time_p90_s,
-            ..Group::of("", rows)
+            ..Group::of("", rows.iter().copied())
         }
     };
     all.iter().zip(&times).map(of).collect()
@@ -151,8 +151,7 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
 pub(super) fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Vec<Group> {
     let mut all = grouped(rows, |row| name(row));
     all.sort_by(|one, other| one.0.cmp(&other.0));
-    let of = |(name, rows): &(String, Vec<&RunRow>)| Group::of(name, rows);
-    all.iter().map(of).collect()
+    all.into_iter().map(|(name, rows)| Group::of(&name, rows)).collect()
 }
 
 /// Rows with the same key together, in the order in which the keys first occur.
@@ -168,6 +167,15 @@ pub(crate) fn grouped<R, K: PartialEq>(
             None => all.push((key, vec![row])),
         }
     }
+    all
+}
+
+/// The runs of each world, numbered worlds by their numbers.
+pub(crate) fn by_world<'r>(
+    rows: impl IntoIterator<Item = &'r RunRow>,
+) -> Vec<(&'r str, Vec<&'r RunRow>)> {
+    let mut all = grouped(rows, |row| row.world.as_str());
+    all.sort_by_key(|&(world, _)| (world.len(), world));
     all
 }
 
@@ -192,7 +200,8 @@ impl Group {
 
     /// The figures of runs that are not compared with other groups.
     #[must_use]
-    pub fn of(name: &str, rows: &[&RunRow]) -> Self {
+    pub fn of<'r>(name: &str, rows: impl IntoIterator<Item = &'r RunRow>) -> Self {
+        let rows: Vec<&RunRow> = rows.into_iter().collect();
         let count = |is: &dyn Fn(&RunRow) -> bool| rows.iter().filter(|row| is(row)).count();
         let ended = |outcome| count(&|row| row.outcome == outcome);
         let caused = |cause| count(&|row| row.contact_cause == Some(cause));

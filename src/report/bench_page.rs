@@ -171,7 +171,7 @@ fn sections(report: &BenchReport) -> Vec<Section> {
 
 /// Runs, the share that reached its goal, and contacts that the robot caused.
 fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
-    let all = Group::of("", &rows.iter().collect::<Vec<_>>());
+    let all = Group::of("", rows);
     vec![
         (format!("{of}: runs"), all.runs.to_string(), ""),
         (format!("{of}: goal reached"), fixed(100.0 * all.reached_share, 1), "%"),
@@ -181,8 +181,7 @@ fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
 }
 
 fn barn_tiles(rows: &[RunRow]) -> Vec<Tile> {
-    let all: Vec<&RunRow> = rows.iter().collect();
-    let (score, all) = (OverWorlds::of(&all).score, Group::of("", &all));
+    let (score, all) = (OverWorlds::of(rows).score, Group::of("", rows));
     let mut tiles = run_tiles("BARN", rows);
     tiles.extend([
         ("BARN: score".to_owned(), fixed(score, 4), "of 0.5"),
@@ -197,8 +196,7 @@ fn barn_tiles(rows: &[RunRow]) -> Vec<Tile> {
 }
 
 fn barn_worlds(rows: &[RunRow]) -> Worlds<'_> {
-    let all: Vec<&RunRow> = rows.iter().collect();
-    let (all, means) = (Group::of("", &all), OverWorlds::of(&all));
+    let (all, means) = (Group::of("", rows), OverWorlds::of(rows));
     Worlds {
         title: "BARN by world",
         time_title: "Time over the optimal time, runs that reached the goal (logarithmic)",
@@ -218,7 +216,7 @@ fn barn_worlds(rows: &[RunRow]) -> Worlds<'_> {
 }
 
 fn dynabarn_worlds(rows: &[RunRow]) -> Worlds<'_> {
-    let all = Group::of("", &rows.iter().collect::<Vec<_>>());
+    let all = Group::of("", rows);
     Worlds {
         title: "DynaBARN by world",
         time_title: "Time of the runs that reached the goal, s (logarithmic)",

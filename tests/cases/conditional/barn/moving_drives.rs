@@ -125,7 +125,7 @@ fn counts() {
         row(5, RunOutcome::Failed, None),
         row(5, RunOutcome::Contact, Some(ContactCause::Other)),
     ];
-    let summary = Group::of("all", &rows.iter().collect::<Vec<_>>());
+    let summary = Group::of("all", &rows);
     assert_eq!((summary.worlds, summary.runs, summary.reached), (5, 8, 2));
     assert_eq!(
         (
@@ -138,9 +138,9 @@ fn counts() {
     );
     assert_eq!((summary.timeouts, summary.failed), (1, 1));
     assert_eq!((summary.reached_share, summary.attributed_share), (0.25, Some(2.0 / 6.0)));
-    let only = Group::of("all", &[&rows[2]]);
+    let only = Group::of("all", [&rows[2]]);
     assert_eq!((only.reached_share, only.attributed_share), (0.0, None));
-    assert_eq!(Group::of("", &[]), Group::default());
+    assert_eq!(Group::of("", []), Group::default());
 }
 
 pub fn trial() -> Trial {
