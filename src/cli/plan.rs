@@ -157,7 +157,7 @@ pub fn unusable(
         _ => None,
     };
     let unknown = config.unknown == UnknownPolicy::Blocked
-        && place.is_some_and(|cell| map.cells()[map.frame().index(cell)] == UNKNOWN);
+        && place.and_then(|cell| map.get(cell)) == Some(&UNKNOWN);
     let hint = if unknown {
         "; this cell is unknown in the map: --unknown free counts unknown cells as free"
     } else if is_free_with_swapped_axes(error, map, config, radius_m) {

@@ -276,6 +276,20 @@ impl<T> Grid<T> {
     pub fn cells(&self) -> &[T] {
         &self.cells
     }
+
+    /// The value at a cell; none outside the grid.
+    #[must_use]
+    pub fn get(&self, cell: Cell) -> Option<&T> {
+        self.frame.contains(cell).then(|| &self.cells[self.frame.index(cell)])
+    }
+
+    /// Sets the value at a cell. A cell outside the grid is ignored.
+    pub fn set(&mut self, cell: Cell, value: T) {
+        if self.frame.contains(cell) {
+            let index = self.frame.index(cell);
+            self.cells[index] = value;
+        }
+    }
 }
 
 /// A ROS occupancy grid: a probability of 0 to 100 percent for each cell, or [`UNKNOWN`].
@@ -312,14 +326,6 @@ impl ObstacleGrid {
     #[must_use]
     pub fn is_blocked(&self, cell: Cell) -> bool {
         !self.frame.contains(cell) || self.cells[self.frame.index(cell)]
-    }
-
-    /// Sets or clears a cell. A cell outside the grid is ignored.
-    pub fn set(&mut self, cell: Cell, blocked: bool) {
-        if self.frame.contains(cell) {
-            let index = self.frame.index(cell);
-            self.cells[index] = blocked;
-        }
     }
 
     /// Sets every cell whose centre lies within a disc, metres in the map frame.

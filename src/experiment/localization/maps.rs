@@ -41,7 +41,7 @@ pub(super) fn coarsened(map: &OccupancyGrid) -> OccupancyGrid {
         origin: fine.origin,
     };
     let is_occupied = |column: i32, row: i32| {
-        map.cells()[fine.index(Cell::new(column, row))] >= OCCUPIED_THRESHOLD
+        map.get(Cell::new(column, row)).is_some_and(|value| *value >= OCCUPIED_THRESHOLD)
     };
     OccupancyGrid::from_fn(frame, |Cell { column, row }| {
         let occupied = [(0, 0), (1, 0), (0, 1), (1, 1)]

@@ -33,17 +33,17 @@ pub(crate) struct Areas {
 impl Areas {
     /// Zones that are closed or have a speed limit.
     pub(crate) fn of_zones(zones: Option<&Zones>) -> Self {
-        Self { cells: zones.map(Zones::to_grid), kinds: ZONES }
+        Self { cells: zones.map(|zones| zones.grid().clone()), kinds: ZONES }
     }
 
     /// What has changed on a map.
     pub(crate) fn of_changes(changes: Option<&MapChanges>, frame: &GridFrame) -> Self {
         let cells = changes.map(|changes| {
-            let mut cells = vec![0; frame.len()];
+            let mut cells = OccupancyGrid::filled(*frame, 0);
             for (changed, value) in [(&changes.appeared, 1), (&changes.vanished, 2)] {
-                changed.iter().for_each(|cell| cells[frame.index(*cell)] = value);
+                changed.iter().for_each(|cell| cells.set(*cell, value));
             }
-            OccupancyGrid::new(*frame, cells)
+            cells
         });
         Self { cells, kinds: CHANGES }
     }
