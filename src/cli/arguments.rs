@@ -133,11 +133,14 @@ pub fn duration(text: &str) -> Result<f64, String> {
     real(above_zero(1e9), "seconds, above zero and at most 1e9")(text)
 }
 
+/// Reads a value, or says what is wrong with its text.
+type Parse<T> = dyn Fn(&str) -> Result<T, String> + Send + Sync;
+
 /// Parses a value by a function and lists keywords for the help and for shell completion.
 #[derive(Clone)]
 pub struct KeywordParser<T> {
     keywords: Vec<&'static str>,
-    parse: Arc<dyn Fn(&str) -> Result<T, String> + Send + Sync>,
+    parse: Arc<Parse<T>>,
 }
 
 impl<T: Clone + Send + Sync + 'static> KeywordParser<T> {

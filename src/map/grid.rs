@@ -97,6 +97,7 @@ impl GridFrame {
     }
 
     /// All cells, in the order of their indices.
+    #[must_use]
     pub fn cells(self) -> impl DoubleEndedIterator<Item = Cell> {
         (0..self.len()).map(move |index| self.cell_at(index))
     }
