@@ -121,9 +121,7 @@ fn distance_field(criterion: &mut Criterion) {
     let origin = inbye::geometry::Pose::default();
     let frame = GridFrame { width: side, height: side, resolution_m: 0.05, origin };
     let scene = |is_blocked: fn(i32, i32) -> bool| {
-        let cells = (0..frame.len()).map(|index| frame.cell_at(index));
-        let blocked = cells.map(|cell| is_blocked(cell.column, cell.row));
-        ObstacleGrid::new(frame, blocked.collect())
+        ObstacleGrid::from_fn(frame, |cell| is_blocked(cell.column, cell.row))
     };
     let scenes = [
         ("drift", roadway_obstacles()),

@@ -2,6 +2,7 @@
 
 mod support {
     pub mod mcap_copy;
+    pub mod room;
 }
 
 mod cases {

@@ -11,6 +11,7 @@ mod support {
     pub mod batch_trials;
     pub mod browser;
     pub mod carried;
+    pub mod changed_engine;
     pub mod cpu_trials;
     pub mod extremes;
     pub mod gap;
@@ -25,6 +26,8 @@ mod support {
     pub mod python;
     pub mod radv;
     pub mod requirements;
+    pub mod room;
+    pub mod trials;
 }
 
 mod cases {

@@ -1,7 +1,9 @@
 //! Measurements and experiments: density and quality of sampling, contacts, times, the paper, cells and their records, and the soak.
 
 mod support {
+    pub mod changed_engine;
     pub mod gap;
+    pub mod room;
 }
 
 mod cases {

@@ -77,9 +77,8 @@ fn public(name: &str) -> Option<TimedMap> {
 fn made(name: &str, mut is_blocked: impl FnMut(i32, i32, &mut Pcg64Mcg) -> bool) -> TimedMap {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let frame = GridFrame::new(SIDE, SIDE, 1.0, Pose::default()).expect("a sound size");
-    let cells = (0..frame.len()).map(|index| frame.cell_at(index));
-    let blocked = cells.map(|cell| is_blocked(cell.column, cell.row, &mut random));
-    let obstacles = ObstacleGrid::new(frame, blocked.collect());
+    let obstacles =
+        ObstacleGrid::from_fn(frame, |Cell { column, row }| is_blocked(column, row, &mut random));
     let space = FreeSpace::new(&obstacles, 0.0);
     let mut searcher = Searcher::default();
     let mut queries = Vec::new();

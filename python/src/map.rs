@@ -113,7 +113,7 @@ impl Map {
     /// A copy of the zones on the cells of the map, if it has any: 0 no zone, 1 to 99 a speed limit in percent, 100 closed.
     #[getter]
     fn zones<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<i8>>>> {
-        self.zones.as_ref().map(|zones| cells(py, &zones.to_grid())).transpose()
+        self.zones.as_ref().map(|zones| cells(py, zones.grid())).transpose()
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<MapParts<'py>> {

@@ -299,6 +299,29 @@ impl CommandCounter {
     }
 }
 
+/// Times the periodic reports of a controller; the first one is due at once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReportTimer {
+    period_s: f64,
+    next_s: f64,
+}
+
+impl ReportTimer {
+    pub(super) const fn new(period_s: f64) -> Self {
+        Self { period_s, next_s: f64::NEG_INFINITY }
+    }
+
+    /// Whether a report is due now; the next one is then due a period after this one was. There is no burst of reports after a pause.
+    pub(super) fn is_due(&mut self, now_s: f64) -> bool {
+        let is_due = now_s >= self.next_s;
+        if is_due {
+            let next_s = self.next_s + self.period_s;
+            self.next_s = if next_s > now_s { next_s } else { now_s + self.period_s };
+        }
+        is_due
+    }
+}
+
 /// State of the machine as its controller measures it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MachineState {

@@ -8,7 +8,7 @@ use super::encoder_speed::max_plausible_speed;
 use super::frame_decoder::Frame;
 #[doc(hidden)]
 pub use super::frame_decoder::FrameDecoder as Decoder;
-use super::protocol::{CommandCounter, SessionCore};
+use super::protocol::{CommandCounter, ReportTimer, SessionCore};
 use super::tilt::TiltFilter;
 use super::{
     BaseError, BaseSettings, CommandStats, DeviceProtocol, Feedback, MachineState, Session, Tilt,
@@ -272,7 +272,7 @@ pub struct WheeltecDevice {
     drive: TrackedDrive,
     decoder: Decoder<Command>,
     set: Twist,
-    next_report_s: f64,
+    reports: ReportTimer,
     commands: CommandCounter,
 }
 
@@ -287,7 +287,7 @@ impl WheeltecDevice {
             drive: TrackedDrive { track_width_m: settings.track_width_m },
             decoder: Decoder::default(),
             set: Twist::STOP,
-            next_report_s: f64::NEG_INFINITY,
+            reports: ReportTimer::new(REPORT_PERIOD_S),
             commands: CommandCounter::default(),
         })
     }
@@ -304,10 +304,7 @@ impl DeviceProtocol for WheeltecDevice {
 
     fn step(&mut self, now_s: f64, machine: &MachineState, line: &mut Vec<u8>) -> TrackSpeeds {
         let stopped = machine.button_pressed || !machine.faults.is_empty();
-        if now_s >= self.next_report_s {
-            let next_s = self.next_report_s + REPORT_PERIOD_S;
-            // No burst of reports after a pause.
-            self.next_report_s = if next_s > now_s { next_s } else { now_s + REPORT_PERIOD_S };
+        if self.reports.is_due(now_s) {
             let report = Report {
                 motors_disabled: stopped,
                 twist: self.drive.twist(&machine.speeds),

@@ -3,21 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 use super::columns::columns;
-use super::density::{DensityPlan, raise_clock};
+use super::density::MIN_REPETITIONS;
 use super::quality::{grid_counts, usual_shape};
 use super::roadway::{Roadway, roadway_field};
-use super::timing::Latencies;
-use super::{BenchError, EvaluationDigest};
+use super::verify::FirstAnswers;
+use super::{BenchError, DensityPlan, EvaluationDigest};
 use crate::local::{Detail, Engine, Evaluation, QuantizedProblem, Sampler};
 
 /// Numbers of decisions in a batch: 256 is the largest of one submission to a GPU.
 const SIZES: [usize; 5] = [1, 8, 64, 256, 1024];
 /// Samples of each decision: the usual number of one robot.
 const SAMPLES: usize = 1024;
-/// Least and greatest number of batches that are timed, and the number of an engine that is too slow for the least.
-const MIN_BATCHES: usize = 20;
-const MAX_BATCHES: usize = 5000;
-const MIN_SLOW_BATCHES: usize = 3;
 
 columns! {
     /// One engine with batches of one size.
@@ -69,23 +65,18 @@ pub fn measure_batches(
         })
         .collect::<Result<_, _>>()?;
     let mut rows = Vec::new();
-    let mut expected: [Option<(String, String)>; SIZES.len()] = Default::default();
+    let mut first: [FirstAnswers; SIZES.len()] = Default::default();
     for engine in engines {
-        for (&size, expected) in SIZES.iter().zip(&mut expected) {
+        let engine = engine.as_mut();
+        for (&size, first) in SIZES.iter().zip(&mut first) {
             let problems = &problems[..size];
-            let digest = digest(&decide(engine.as_mut(), problems)?);
-            match expected {
-                None => *expected = Some((engine.name(), digest)),
-                Some((first, answers)) if *answers != digest => {
-                    let which = format!("a batch of {size} of {}", roadway.name());
-                    let (engine, first) = (engine.name(), first.clone());
-                    return Err(BenchError::Differs { which, engine, first });
-                }
-                Some(_) => {}
-            }
-            raise_clock(engine.as_mut(), plan, clock, |engine| decide(engine, problems))?;
-            let (latencies, batches) = time(engine.as_mut(), problems, plan, clock)?;
+            let mut answers = EvaluationDigest::default();
+            decide(engine, problems)?.iter().for_each(|evaluation| answers.add(evaluation));
+            first.check(engine, answers, || format!("a batch of {size} of {}", roadway.name()))?;
+            plan.raise_clock(engine, clock, |engine| decide(engine, problems))?;
+            let (latencies, _) = plan.time(clock, |_| decide(engine, problems))?;
             let summary = latencies.summary().unwrap_or_default();
+            let batches = summary.count as usize;
             rows.push(BatchRow {
                 name: engine.name(),
                 engine: engine.kind().to_owned(),
@@ -97,7 +88,7 @@ pub fn measure_batches(
                 decisions_hz: size as f64 / (summary.p50_ms / 1e3),
                 batches,
             });
-            if batches < MIN_BATCHES {
+            if batches < MIN_REPETITIONS {
                 break;
             }
         }
@@ -114,35 +105,4 @@ fn decide(
         let which = format!("a batch of {}", problems.len());
         BenchError::Engine { which, error }
     })
-}
-
-fn digest(evaluations: &[Evaluation]) -> String {
-    let mut digest = EvaluationDigest::default();
-    evaluations.iter().for_each(|evaluation| digest.add(evaluation));
-    digest.hex()
-}
-
-fn time(
-    engine: &mut dyn Engine,
-    problems: &[QuantizedProblem],
-    plan: &DensityPlan,
-    clock: &mut dyn FnMut() -> f64,
-) -> Result<(Latencies, usize), BenchError> {
-    let mut latencies = Latencies::default();
-    let began = clock();
-    let mut batches = 0;
-    while batches < MAX_BATCHES {
-        let before = clock();
-        decide(engine, problems)?;
-        let after = clock();
-        latencies.record(after - before)?;
-        batches += 1;
-        let passed_s = after - began;
-        let is_enough = batches >= MIN_BATCHES && passed_s > plan.seconds;
-        let is_too_slow = batches >= MIN_SLOW_BATCHES && passed_s > plan.max_seconds;
-        if is_enough || is_too_slow {
-            break;
-        }
-    }
-    Ok((latencies, batches))
 }

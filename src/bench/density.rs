@@ -10,6 +10,7 @@ use super::columns::columns;
 use super::quality::{arcs, grid_counts, usual_shape};
 use super::roadway::{Roadway, roadway_field};
 use super::timing::{Latencies, Misses};
+use super::verify::FirstAnswers;
 use super::{BenchError, EvaluationDigest};
 use crate::local::{ClearanceField, Engine, Sampler};
 
@@ -61,6 +62,34 @@ impl DensityRow {
     /// The columns of a short table, separated by spaces.
     pub const SUMMARY: &str = "name sampler samples steps p50_ms p95_ms p99_ms max_ms missed_20_hz missed_50_hz missed_100_hz \
         decisions";
+
+    fn new(
+        engine: &dyn Engine,
+        roadway: &Roadway,
+        (latencies, misses): &(Latencies, Misses),
+    ) -> Self {
+        let summary = latencies.summary().unwrap_or_default();
+        let (samples, steps) = (roadway.samples(), roadway.steps as usize);
+        let [missed_20_hz, missed_50_hz, missed_100_hz] = misses.counts();
+        Self {
+            engine: engine.kind().to_owned(),
+            adapter: (engine.kind() == "gpu").then(|| engine.name()),
+            threads: engine.threads(),
+            sampler: roadway.sampler.name().to_owned(),
+            samples,
+            steps,
+            p50_ms: summary.p50_ms,
+            p95_ms: summary.p95_ms,
+            p99_ms: summary.p99_ms,
+            max_ms: summary.max_ms,
+            decisions: summary.count as usize,
+            steps_per_s: (samples * steps) as f64 / (summary.p50_ms / 1000.0),
+            name: engine.name(),
+            missed_20_hz,
+            missed_50_hz,
+            missed_100_hz,
+        }
+    }
 }
 
 /// A cell that was not measured.
@@ -110,16 +139,58 @@ impl DensityPlan {
             max_seconds: (MAX_TIME_FACTOR * seconds).max(MIN_MAX_TIME_S),
         }
     }
+
+    /// Lets a GPU work for the measuring time without timing it: one that was idle needs up to half a second until its clock is high.
+    pub(super) fn raise_clock<T>(
+        &self,
+        engine: &mut dyn Engine,
+        clock: &mut dyn FnMut() -> f64,
+        mut work: impl FnMut(&mut dyn Engine) -> Result<T, BenchError>,
+    ) -> Result<(), BenchError> {
+        if engine.kind() != "gpu" {
+            return Ok(());
+        }
+        let began = clock();
+        for _ in 0..MAX_REPETITIONS {
+            if clock() - began >= self.seconds {
+                break;
+            }
+            work(engine)?;
+        }
+        Ok(())
+    }
+
+    /// Times repetitions of some work, which gets their number.
+    pub(super) fn time<T>(
+        &self,
+        clock: &mut dyn FnMut() -> f64,
+        mut work: impl FnMut(usize) -> Result<T, BenchError>,
+    ) -> Result<(Latencies, Misses), BenchError> {
+        let (mut latencies, mut misses) = (Latencies::default(), Misses::default());
+        let began = clock();
+        for repetition in 0..MAX_REPETITIONS {
+            let before = clock();
+            work(repetition)?;
+            let after = clock();
+            latencies.record(after - before)?;
+            misses.record(after - before);
+            let (timed, passed_s) = (repetition + 1, after - began);
+            let is_enough = timed >= MIN_REPETITIONS && passed_s > self.seconds;
+            let is_too_slow = timed >= MIN_SLOW_REPETITIONS && passed_s > self.max_seconds;
+            if is_enough || is_too_slow {
+                break;
+            }
+        }
+        Ok((latencies, misses))
+    }
 }
 
 /// Decisions taken before timing starts.
 const WARM_UP: usize = 3;
-/// Largest number of decisions timed in one cell.
-const MAX_DECISIONS: usize = 5000;
-/// Smallest number of decisions timed in one cell.
-const MIN_DECISIONS: usize = 20;
-/// The same for an engine that is too slow for [`MIN_DECISIONS`].
-const MIN_SLOW_DECISIONS: usize = 3;
+/// Most and least repetitions that are timed, and the least of an engine that is too slow for these.
+const MAX_REPETITIONS: usize = 5000;
+pub(super) const MIN_REPETITIONS: usize = 20;
+const MIN_SLOW_REPETITIONS: usize = 3;
 
 /// The measured and the skipped cells.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -155,7 +226,7 @@ pub fn measure_density(
         last.iter_mut().for_each(|last| {
             last.take_if(|last| last.sampler != sampler.name());
         });
-        let mut expected: Option<(String, String)> = None;
+        let mut first = FirstAnswers::default();
         for (engine, last) in engines.iter_mut().zip(&mut last) {
             let skipped = last.as_ref().and_then(|last| predict_skip(last, &roadway, plan));
             if let Some(skipped) = skipped {
@@ -163,16 +234,12 @@ pub fn measure_density(
                 density.skipped.push(skipped);
                 continue;
             }
-            let digest = warm_up(engine.as_mut(), &roadway, &field, plan, clock)?;
-            match &expected {
-                None => expected = Some((engine.name(), digest)),
-                Some((first, answer)) if *answer != digest => {
-                    let (engine, first) = (engine.name(), first.clone());
-                    return Err(BenchError::Differs { which: roadway.name(), engine, first });
-                }
-                Some(_) => {}
-            }
-            let row = time(engine.as_mut(), &roadway, &field, plan, clock)?;
+            let engine = engine.as_mut();
+            let answers = warm_up(engine, &roadway, &field)?;
+            plan.raise_clock(engine, clock, |engine| roadway.decide(engine, &field, 0))?;
+            first.check(engine, answers, || roadway.name())?;
+            let timed = plan.time(clock, |tick| roadway.decide(engine, &field, tick))?;
+            let row = DensityRow::new(engine, &roadway, &timed);
             done(Ok(&row));
             *last = Some(row.clone());
             density.rows.push(row);
@@ -181,31 +248,11 @@ pub fn measure_density(
     Ok(density)
 }
 
-/// Lets a GPU work for the measuring time without timing it: one that was idle needs up to half a second until its clock is high.
-pub(super) fn raise_clock<T>(
-    engine: &mut dyn Engine,
-    plan: &DensityPlan,
-    clock: &mut dyn FnMut() -> f64,
-    mut work: impl FnMut(&mut dyn Engine) -> Result<T, BenchError>,
-) -> Result<(), BenchError> {
-    if engine.kind() != "gpu" {
-        return Ok(());
-    }
-    let began = clock();
-    for _ in 0..MAX_DECISIONS {
-        if clock() - began >= plan.seconds {
-            break;
-        }
-        work(engine)?;
-    }
-    Ok(())
-}
-
 /// The reason why an engine is not measured at a density, predicted from a lower one; none if it is measured.
 fn predict_skip(last: &DensityRow, roadway: &Roadway, plan: &DensityPlan) -> Option<SkippedCell> {
     let samples = roadway.samples();
     let decision_s = last.p50_ms / 1e3 * samples as f64 / last.samples as f64;
-    let fewest = WARM_UP + MIN_SLOW_DECISIONS;
+    let fewest = WARM_UP + MIN_SLOW_REPETITIONS;
     (decision_s * fewest as f64 > plan.max_seconds).then(|| SkippedCell {
         name: last.name.clone(),
         sampler: last.sampler.clone(),
@@ -225,61 +272,12 @@ fn warm_up(
     engine: &mut dyn Engine,
     roadway: &Roadway,
     field: &Arc<ClearanceField>,
-    plan: &DensityPlan,
-    clock: &mut dyn FnMut() -> f64,
-) -> Result<String, BenchError> {
-    let mut digest = EvaluationDigest::default();
+) -> Result<EvaluationDigest, BenchError> {
+    let mut answers = EvaluationDigest::default();
     for tick in 0..WARM_UP {
-        digest.add(&roadway.decide(engine, field, tick)?.evaluation);
+        answers.add(&roadway.decide(engine, field, tick)?.evaluation);
     }
-    raise_clock(engine, plan, clock, |engine| roadway.decide(engine, field, 0))?;
-    Ok(digest.hex())
-}
-
-fn time(
-    engine: &mut dyn Engine,
-    roadway: &Roadway,
-    field: &Arc<ClearanceField>,
-    plan: &DensityPlan,
-    clock: &mut dyn FnMut() -> f64,
-) -> Result<DensityRow, BenchError> {
-    let mut latencies = Latencies::default();
-    let mut misses = Misses::default();
-    let began = clock();
-    for tick in 0..MAX_DECISIONS {
-        let before = clock();
-        roadway.decide(engine, field, tick)?;
-        let after = clock();
-        latencies.record(after - before)?;
-        misses.record(after - before);
-        let (decisions, passed_s) = (tick + 1, after - began);
-        let enough = decisions >= MIN_DECISIONS && passed_s > plan.seconds;
-        let too_slow = decisions >= MIN_SLOW_DECISIONS && passed_s > plan.max_seconds;
-        if enough || too_slow {
-            break;
-        }
-    }
-    let summary = latencies.summary().unwrap_or_default();
-    let (samples, steps) = (roadway.samples(), roadway.steps as usize);
-    let [missed_20_hz, missed_50_hz, missed_100_hz] = misses.counts();
-    Ok(DensityRow {
-        engine: engine.kind().to_owned(),
-        adapter: (engine.kind() == "gpu").then(|| engine.name()),
-        threads: engine.threads(),
-        sampler: roadway.sampler.name().to_owned(),
-        samples,
-        steps,
-        p50_ms: summary.p50_ms,
-        p95_ms: summary.p95_ms,
-        p99_ms: summary.p99_ms,
-        max_ms: summary.max_ms,
-        decisions: summary.count as usize,
-        steps_per_s: (samples * steps) as f64 / (summary.p50_ms / 1000.0),
-        name: engine.name(),
-        missed_20_hz,
-        missed_50_hz,
-        missed_100_hz,
-    })
+    Ok(answers)
 }
 
 /// The density at which a GPU's median falls below the best CPU engine's.

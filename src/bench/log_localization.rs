@@ -19,10 +19,45 @@ const SAME_TIME_S: f64 = 0.02;
 /// Ground truth of a log besides its corrected poses.
 #[derive(Clone, Debug)]
 pub struct LogRelations {
-    /// The relations.
-    pub relations: Vec<Relation>,
-    /// What is added to the times of the log to get those of the relations, seconds.
-    pub offset_s: f64,
+    relations: Vec<Relation>,
+    /// Those whose times name one record of the log each.
+    definite: Vec<Relation>,
+    offset_s: f64,
+}
+
+impl LogRelations {
+    /// The relations of a log. `offset_s` is added to the times of the log to get those of the relations, seconds.
+    #[must_use]
+    pub fn new(log: &LidarLog, relations: Vec<Relation>, offset_s: f64) -> Self {
+        let odometry =
+            log.records.iter().map(|it| TimedPose { time_s: it.time_s, pose: it.odometry });
+        let definite = definite_relations(&odometry.collect::<Vec<_>>(), &relations, offset_s);
+        Self { relations, definite, offset_s }
+    }
+
+    /// Whether there is no relation.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.relations.is_empty()
+    }
+
+    /// Errors of estimated poses, one or none for each record of the log. Between two estimates, the trajectory follows odometry.
+    /// None if the stamps of the log do not advance, or no relation has both of its times on the log.
+    #[must_use]
+    pub fn errors(&self, log: &LidarLog, estimates: &[Option<Pose>]) -> Option<RelationErrors> {
+        let logged = |(record, estimate): (&LogRecord, &Option<Pose>)| LoggedPose {
+            time_s: record.time_s,
+            odometry: record.odometry,
+            estimate: *estimate,
+        };
+        let poses: Vec<LoggedPose> = log.records.iter().zip(estimates).map(logged).collect();
+        let bridged = bridge(&poses);
+        let error = |relations: &[Relation]| {
+            relation_error(&bridged, relations, self.offset_s, SAME_TIME_S)
+        };
+        let all = error(&self.relations).filter(|_| log.has_times)?;
+        Some(RelationErrors { all, definite: error(&self.definite) })
+    }
 }
 
 /// What a localizer achieved over a log. Figures are null where the log has nothing to compare with.
@@ -107,7 +142,6 @@ pub fn localize_log(
         }
     }
     let pairs = corrected_pairs(log, &estimates);
-    let truth = truth.filter(|_| log.has_times);
     let corrected: Vec<Option<Pose>> = log.records.iter().map(|record| record.corrected).collect();
     Ok(LogLocalization {
         format: log.format,
@@ -118,33 +152,10 @@ pub fn localize_log(
         lost_s: log.has_times.then_some(lost_s),
         absolute: absolute_error(&pairs),
         relative: relative_error(&pairs),
-        relations: truth.and_then(|truth| against(log, &estimates, truth)),
-        corrected_relations: truth.and_then(|truth| against(log, &corrected, truth)),
+        relations: truth.and_then(|truth| truth.errors(log, &estimates)),
+        corrected_relations: truth.and_then(|truth| truth.errors(log, &corrected)),
         scan_us: percentiles(times_us, [0.5, 0.99]),
     })
-}
-
-/// Errors of estimated poses, one or none for each record of a log, against relations. Between two estimates, the trajectory
-/// follows odometry.
-#[must_use]
-pub fn against(
-    log: &LidarLog,
-    estimates: &[Option<Pose>],
-    truth: &LogRelations,
-) -> Option<RelationErrors> {
-    let logged = |(record, estimate): (&LogRecord, &Option<Pose>)| LoggedPose {
-        time_s: record.time_s,
-        odometry: record.odometry,
-        estimate: *estimate,
-    };
-    let poses: Vec<LoggedPose> = log.records.iter().zip(estimates).map(logged).collect();
-    let odometry = poses.iter().map(|it| TimedPose { time_s: it.time_s, pose: it.odometry });
-    let odometry: Vec<TimedPose> = odometry.collect();
-    let definite = definite_relations(&odometry, &truth.relations, truth.offset_s);
-    let bridged = bridge(&poses);
-    let error =
-        |relations: &[Relation]| relation_error(&bridged, relations, truth.offset_s, SAME_TIME_S);
-    Some(RelationErrors { all: error(&truth.relations)?, definite: error(&definite) })
 }
 
 /// The estimated poses of a log that have a corrected one, each with it.

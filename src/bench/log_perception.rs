@@ -82,7 +82,7 @@ pub fn perceive_log(
 ) -> Result<LogPerception, MappingError> {
     let mapped = map_log(log, &mut || ())?;
     let surfaces = mapped.map.obstacles(UnknownPolicy::Free);
-    let nothing = ObstacleGrid::new(*surfaces.frame(), vec![false; surfaces.frame().len()]);
+    let nothing = ObstacleGrid::filled(*surfaces.frame(), false);
     let mut last_s = None;
     let scans: Vec<PlacedScan> = log_scans(log)
         .iter()

@@ -24,7 +24,7 @@ pub use density::{
 pub use engine_times::{DecisionSize, EngineRequest, EngineTime, measure_engines, open_requested};
 pub use error::BenchError;
 pub use log_localization::{
-    LogLocalization, LogRelations, RelationErrors, against, corrected_pairs, localize_log,
+    LogLocalization, LogRelations, RelationErrors, corrected_pairs, localize_log,
 };
 pub use log_perception::{LogPerception, Perceived, perceive_log};
 pub use problems::random_problem;

@@ -130,8 +130,7 @@ fn random_field(rng: &mut Pcg64Mcg) -> ClearanceField {
         ),
     };
     let density = *pick(rng, &[0.0, 0.0005, 0.002, 0.01, 0.05]);
-    let blocked = (0..frame.len()).map(|_| rng.random_bool(density)).collect();
-    let obstacles = ObstacleGrid::new(frame, blocked);
+    let obstacles = ObstacleGrid::from_fn(frame, |_| rng.random_bool(density));
     ClearanceField::new(&obstacles).expect("a resolution within the range")
 }
 

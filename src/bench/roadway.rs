@@ -9,7 +9,7 @@ use crate::local::{
     ClearanceField, DecisionInput, Detail, Engine, Evaluation, LocalSettings, Problem,
     QuantizedProblem, Sampler, Terms,
 };
-use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
+use crate::map::{Cell, GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::{Disc, Footprint, Limits};
 
 /// Cells along each side.
@@ -62,16 +62,13 @@ pub fn roadway_obstacles() -> ObstacleGrid {
         GridFrame { width: SIDE, height: SIDE, resolution_m: CELL_M, origin: Pose::default() };
     // Up to 0.3 m from the wall's line, constant over a few columns.
     let rough = |column: i32, salt: i32| ((column / 5) * 7919 + salt).rem_euclid(13) / 2;
-    let blocked = (0..frame.len()).map(|index| {
-        let cell = frame.cell_at(index);
-        let (column, row) = (cell.column, cell.row);
+    ObstacleGrid::from_fn(frame, |Cell { column, row }| {
         let in_drift = (160 + rough(column, 3)..240 - rough(column, 8)).contains(&row);
         let in_side_drift =
             (190..260).contains(&column) && row > 200 || (40..100).contains(&column) && row < 200;
         let rubble = column % 61 < 4 && (row - 170).rem_euclid(52) < 3;
         !(in_drift || in_side_drift) || rubble
-    });
-    ObstacleGrid::new(frame, blocked.collect())
+    })
 }
 
 /// The distance field of [`roadway_obstacles`].

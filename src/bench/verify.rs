@@ -49,6 +49,27 @@ impl EvaluationDigest {
     }
 }
 
+/// The name of the first engine and the digest of its answers, with which those of the others are compared.
+#[derive(Default)]
+pub(super) struct FirstAnswers(Option<(String, String)>);
+
+impl FirstAnswers {
+    /// Takes the answers of the first engine; those of a further one must be the same. `which` names the work.
+    pub(super) fn check(
+        &mut self,
+        engine: &dyn Engine,
+        answers: EvaluationDigest,
+        which: impl FnOnce() -> String,
+    ) -> Result<(), BenchError> {
+        let (engine, digest) = (engine.name(), answers.hex());
+        let (first, expected) = self.0.get_or_insert_with(|| (engine.clone(), digest.clone()));
+        if *expected == digest {
+            return Ok(());
+        }
+        Err(BenchError::Differs { which: which(), engine, first: first.clone() })
+    }
+}
+
 /// The first bits in which two evaluations of one problem differ.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]

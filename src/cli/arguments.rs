@@ -2,7 +2,9 @@
 
 use core::f64::consts::TAU;
 use std::ffi::OsStr;
+use std::ops::{Bound, RangeBounds};
 use std::str::FromStr;
+use std::sync::Arc;
 
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args, Command, Error};
@@ -42,7 +44,7 @@ pub fn decision_size(config: &Config) -> DecisionSize {
 }
 
 /// Largest coordinate, metres.
-const MAX_COORDINATE: f64 = 1e9;
+pub const MAX_COORDINATE: f64 = 1e9;
 
 /// A yaw beyond a whole turn is probably in degrees.
 const WHOLE_TURN: f64 = TAU + 0.01;
@@ -105,89 +107,94 @@ pub fn whole<T: TryFrom<u64>>(
     }
 }
 
-/// Parses a length above zero, metres.
-pub fn length(text: &str) -> Result<f64, String> {
-    let is_valid = |metres: f64| metres > 0.0 && metres <= MAX_COORDINATE;
-    number(text, is_valid, "metres, above zero and at most 1e9")
+/// Returns a parser of numbers in a range; the error names the expected numbers.
+pub fn real(
+    range: impl RangeBounds<f64> + Clone + Send + Sync,
+    expected: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    move |text| {
+        let number = text.parse().ok().filter(|number| range.contains(number));
+        number.ok_or_else(|| format!("it must be a number: {expected}"))
+    }
 }
 
-/// Parses a distance, metres.
-pub fn distance(text: &str) -> Result<f64, String> {
-    let is_valid = |metres: f64| (0.0..=MAX_COORDINATE).contains(&metres);
-    number(text, is_valid, "metres, 0 to 1e9")
+/// The range of numbers above zero.
+pub const fn above_zero(most: f64) -> (Bound<f64>, Bound<f64>) {
+    (Bound::Excluded(0.0), Bound::Included(most))
+}
+
+/// Parses a length above zero, metres.
+pub fn length(text: &str) -> Result<f64, String> {
+    real(above_zero(MAX_COORDINATE), "metres, above zero and at most 1e9")(text)
 }
 
 /// Parses a duration above zero, seconds.
 pub fn duration(text: &str) -> Result<f64, String> {
-    let is_valid = |seconds: f64| seconds > 0.0 && seconds <= 1e9;
-    number(text, is_valid, "seconds, above zero and at most 1e9")
+    real(above_zero(1e9), "seconds, above zero and at most 1e9")(text)
 }
 
-/// Parses a number; the error names the expected numbers.
-pub fn number(text: &str, is_valid: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(number) if is_valid(number) => Ok(number),
-        _ => Err(format!("it must be a number: {expected}")),
-    }
-}
+/// Reads a value, or says what is wrong with its text.
+type Parse<T> = dyn Fn(&str) -> Result<T, String> + Send + Sync;
 
 /// Parses a value by a function and lists keywords for the help and for shell completion.
 #[derive(Clone)]
 pub struct KeywordParser<T> {
     keywords: Vec<&'static str>,
-    parse: fn(&str) -> Result<T, String>,
+    parse: Arc<Parse<T>>,
+}
+
+impl<T: Clone + Send + Sync + 'static> KeywordParser<T> {
+    /// A parser of a keyword for each value; of another text the error says that it is `neither` of them.
+    fn of<const N: usize>(values: [(&'static str, T); N], neither: impl Into<String>) -> Self {
+        let neither = neither.into();
+        let keywords = values.iter().map(|(keyword, _)| *keyword).collect();
+        let parse = move |text: &str| {
+            let value = values.iter().find(|(keyword, _)| *keyword == text);
+            let value = value.map(|(_, value)| value.clone());
+            value.ok_or_else(|| format!("`{text}` is {neither}"))
+        };
+        Self { keywords, parse: Arc::new(parse) }
+    }
 }
 
 /// Parses an engine: `auto`, `cpu`, `gpu`, or `gpu:` with part of an adapter's name.
 pub fn engine() -> KeywordParser<EngineRequest> {
-    KeywordParser { keywords: vec!["auto", "cpu", "gpu"], parse: str::parse }
+    KeywordParser { keywords: vec!["auto", "cpu", "gpu"], parse: Arc::new(str::parse) }
 }
 
 /// Parses a base's protocol.
 pub fn protocol() -> KeywordParser<Protocol> {
-    KeywordParser { keywords: Protocol::ALL.map(Protocol::name).to_vec(), parse: str::parse }
+    let keywords = Protocol::ALL.map(Protocol::name).to_vec();
+    KeywordParser { keywords, parse: Arc::new(str::parse) }
 }
 
 /// Parses the policy for unknown cells.
 pub fn unknown() -> KeywordParser<UnknownPolicy> {
-    let parse = |text: &str| match text {
-        "blocked" => Ok(UnknownPolicy::Blocked),
-        "free" => Ok(UnknownPolicy::Free),
-        _ => Err(format!("`{text}` is neither blocked nor free")),
-    };
-    KeywordParser { keywords: vec!["blocked", "free"], parse }
+    let policies = [("blocked", UnknownPolicy::Blocked), ("free", UnknownPolicy::Free)];
+    KeywordParser::of(policies, "neither blocked nor free")
 }
 
 /// Parses the name of a built-in scene.
 pub fn scene() -> KeywordParser<&'static str> {
-    let parse = |text: &str| {
-        let name = SCENE_NAMES.iter().find(|name| **name == text);
-        name.copied().ok_or_else(|| format!("`{text}` is none of {}", SCENE_NAMES.join(", ")))
-    };
-    KeywordParser { keywords: SCENE_NAMES.to_vec(), parse }
+    let neither = format!("none of {}", SCENE_NAMES.join(", "));
+    KeywordParser::of(SCENE_NAMES.map(|name| (name, name)), neither)
 }
 
 /// Parses the source of the pose.
 pub fn pose_source() -> KeywordParser<PoseSource> {
-    let parse = |text: &str| match text {
-        "fixes" => Ok(PoseSource::Fixes),
-        "scans" => Ok(PoseSource::Scans),
-        _ => Err(format!("`{text}` is neither fixes nor scans")),
-    };
-    KeywordParser { keywords: vec!["fixes", "scans"], parse }
+    let sources = [("fixes", PoseSource::Fixes), ("scans", PoseSource::Scans)];
+    KeywordParser::of(sources, "neither fixes nor scans")
 }
 
 /// Parses a choice of simulated robots; the kinds in the order of the rows.
 pub fn plants() -> KeywordParser<&'static [PlantKind]> {
-    let parse = |text: &str| -> Result<&'static [PlantKind], String> {
-        match text {
-            "agreeing" => Ok(&[PlantKind::Agreeing]),
-            "disagreeing" => Ok(&[PlantKind::Disagreeing]),
-            "both" => Ok(&[PlantKind::Disagreeing, PlantKind::Agreeing]),
-            _ => Err(format!("`{text}` is none of agreeing, disagreeing and both")),
-        }
-    };
-    KeywordParser { keywords: vec!["agreeing", "disagreeing", "both"], parse }
+    use PlantKind::{Agreeing, Disagreeing};
+    let plants: [(_, &[PlantKind]); 3] = [
+        ("agreeing", &[Agreeing]),
+        ("disagreeing", &[Disagreeing]),
+        ("both", &[Disagreeing, Agreeing]),
+    ];
+    KeywordParser::of(plants, "none of agreeing, disagreeing and both")
 }
 
 impl<T: Clone + Send + Sync + 'static> TypedValueParser for KeywordParser<T> {
@@ -199,7 +206,7 @@ impl<T: Clone + Send + Sync + 'static> TypedValueParser for KeywordParser<T> {
         argument: Option<&Arg>,
         value: &OsStr,
     ) -> Result<T, Error> {
-        let parse = self.parse;
+        let parse = Arc::clone(&self.parse);
         TypedValueParser::parse_ref(&move |text: &str| parse(text), command, argument, value)
     }
 

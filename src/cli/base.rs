@@ -13,7 +13,7 @@ use inbye::geometry::Twist;
 use inbye::runtime::hardware::{SerialLine, stop_cause};
 use serde_json::{Value, json};
 
-use super::arguments::{Place, duration, length, number, protocol, whole};
+use super::arguments::{Place, duration, length, protocol, real, whole};
 use super::base_calibrate::CalibrateArguments;
 use super::emulated_person::EmulatedPerson;
 use super::machine::interrupt_flag;
@@ -126,16 +126,16 @@ pub struct EmulateArguments {
     #[arg(long, value_name = "S", allow_negative_numbers = true, requires = "lidar_map", value_parser = duration)]
     pub lidar_until: Option<f64>,
     /// Further lag of the motors, a time constant in seconds.
-    #[arg(long, default_value_t = 0.0, value_name = "S", allow_negative_numbers = true, value_parser = motor_lag)]
+    #[arg(long, default_value_t = 0.0, value_name = "S", allow_negative_numbers = true, value_parser = real(0.0..=10.0, "seconds, 0 to 10"))]
     pub motor_lag: f64,
     /// True effective track width divided by that of the settings: above 1 the base turns less than its tracks indicate.
-    #[arg(long, default_value_t = 1.0, value_name = "RATIO", allow_negative_numbers = true, value_parser = width_ratio)]
+    #[arg(long, default_value_t = 1.0, value_name = "RATIO", allow_negative_numbers = true, value_parser = real(0.5..=5.0, "0.5 to 5"))]
     pub width_ratio: f64,
     /// Mean share of the travel of each track that is lost on the ground. It varies by the seed.
-    #[arg(long, default_value_t = 0.0, value_name = "SHARE", allow_negative_numbers = true, value_parser = slip)]
+    #[arg(long, default_value_t = 0.0, value_name = "SHARE", allow_negative_numbers = true, value_parser = real(0.0..=0.5, "0 to 0.5"))]
     pub slip: f64,
     /// Set speed of a track below which its motor stands, m/s.
-    #[arg(long, default_value_t = 0.0, value_name = "V", allow_negative_numbers = true, value_parser = deadband)]
+    #[arg(long, default_value_t = 0.0, value_name = "V", allow_negative_numbers = true, value_parser = real(0.0..=1.0, "m/s, 0 to 1"))]
     pub deadband: f64,
     /// Seed of noise and faults.
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
@@ -169,10 +169,10 @@ pub struct SendArguments {
     #[command(flatten)]
     pub line: LineArguments,
     /// Forward speed, m/s.
-    #[arg(long, default_value_t = 0.0, value_name = "V", allow_negative_numbers = true, value_parser = speed)]
+    #[arg(long, default_value_t = 0.0, value_name = "V", allow_negative_numbers = true, value_parser = real(-MAX_SPEED..=MAX_SPEED, "m/s or rad/s, -100 to 100"))]
     pub linear: f64,
     /// Turn rate, rad/s, counter-clockwise.
-    #[arg(long, default_value_t = 0.0, value_name = "W", allow_negative_numbers = true, value_parser = speed)]
+    #[arg(long, default_value_t = 0.0, value_name = "W", allow_negative_numbers = true, value_parser = real(-MAX_SPEED..=MAX_SPEED, "m/s or rad/s, -100 to 100"))]
     pub angular: f64,
     /// Duration, seconds.
     #[arg(long = "for", value_name = "S", default_value_t = 1.0, allow_negative_numbers = true, value_parser = duration)]
@@ -195,27 +195,6 @@ pub struct MonitorArguments {
     /// End after this time, seconds [default: at Ctrl-C].
     #[arg(long = "for", value_name = "S", allow_negative_numbers = true, value_parser = duration)]
     pub for_s: Option<f64>,
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    let is_valid = |speed: f64| speed.abs() <= MAX_SPEED;
-    number(text, is_valid, "m/s or rad/s, -100 to 100")
-}
-
-fn motor_lag(text: &str) -> Result<f64, String> {
-    number(text, |lag_s| (0.0..=10.0).contains(&lag_s), "seconds, 0 to 10")
-}
-
-fn width_ratio(text: &str) -> Result<f64, String> {
-    number(text, |ratio| (0.5..=5.0).contains(&ratio), "0.5 to 5")
-}
-
-fn slip(text: &str) -> Result<f64, String> {
-    number(text, |share| (0.0..=0.5).contains(&share), "0 to 0.5")
-}
-
-fn deadband(text: &str) -> Result<f64, String> {
-    number(text, |speed| (0.0..=1.0).contains(&speed), "m/s, 0 to 1")
 }
 
 /// Returns a base with the settings of a file, or with the default ones.

@@ -11,7 +11,7 @@ use inbye::robot::{Limits, MotionEstimate, MotionIdentifier, PerTrack, travel_m}
 use inbye::runtime::hardware::stop_cause;
 use serde_json::{Value, json};
 
-use super::arguments::number;
+use super::arguments::{above_zero, real};
 use super::base::{self, LineArguments};
 use super::output;
 
@@ -45,29 +45,17 @@ pub struct CalibrateArguments {
     #[arg(long)]
     pub yes: bool,
     /// Turns on the spot, by the encoders; 0 for none.
-    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true, value_parser = turns)]
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true, value_parser = real(0.0..=20.0, "0 to 20 turns"))]
     pub turns: f64,
     /// Distance to drive straight ahead, by the encoders, metres; 0 for none.
-    #[arg(long, value_name = "M", default_value_t = 1.0, allow_negative_numbers = true, value_parser = distance)]
+    #[arg(long, value_name = "M", default_value_t = 1.0, allow_negative_numbers = true, value_parser = real(0.0..=10.0, "metres, 0 to 10"))]
     pub distance: f64,
     /// The real turn, degrees, if it is known from an earlier calibration with the same settings.
-    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true, value_parser = real(above_zero(10_000.0), "above zero"))]
     pub turned: Option<f64>,
     /// The real distance, metres, if it is known from an earlier calibration with the same settings.
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = positive)]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = real(above_zero(10_000.0), "above zero"))]
     pub driven: Option<f64>,
-}
-
-fn turns(text: &str) -> Result<f64, String> {
-    number(text, |turns| (0.0..=20.0).contains(&turns), "0 to 20 turns")
-}
-
-fn distance(text: &str) -> Result<f64, String> {
-    number(text, |metres| (0.0..=10.0).contains(&metres), "metres, 0 to 10")
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    number(text, |value| value > 0.0 && value <= 10_000.0, "above zero")
 }
 
 /// What a base measured of its own motion.

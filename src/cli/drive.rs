@@ -20,7 +20,7 @@ use inbye::runtime::{
 use inbye::sim::{MovingObstacles, SimError, Simulation};
 use serde_json::{Value, json};
 
-use super::arguments::{EngineArguments, Place, duration, number, whole};
+use super::arguments::{EngineArguments, Place, above_zero, duration, real, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
 use super::files::{command_line, open_file};
@@ -83,7 +83,7 @@ pub struct DriveArguments {
     /// its age, and repeated misses reduce the sampling. Such a run is not repeatable. Waiting for plans counts, unless the
     /// settings have `wait_for_plans = false` [default: the configuration's `deadline_s`; without it none in simulation, one control
     /// period on a real base].
-    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = milliseconds)]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = real(above_zero(1e6), "milliseconds, above zero and at most 1e6"))]
     pub deadline: Option<f64>,
     /// Time limit of the drive, seconds of simulated time.
     #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
@@ -95,7 +95,7 @@ pub struct DriveArguments {
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true, value_parser = whole::<u16>(0, 65_535))]
     pub live: Option<u16>,
     /// Simulated seconds per second [default: 1 with --live, else as fast as possible].
-    #[arg(long, value_name = "FACTOR", conflicts_with = "port", allow_negative_numbers = true, value_parser = factor)]
+    #[arg(long, value_name = "FACTOR", conflicts_with = "port", allow_negative_numbers = true, value_parser = real(0.01..=1000.0, "0.01 to 1000"))]
     pub real_time_factor: Option<f64>,
     /// Record the drive in this file. If its name ends in .mcap, it has ROS 2 messages for Foxglove, `ros2 bag` and `inbye replay`,
     /// else a line of JSON for each tick. A full disk stops the recording, never the drive: then the exit status is 1, and
@@ -129,16 +129,6 @@ impl FromStr for Obstacles {
             .map(Self::Count)
             .map_err(|expected| format!("{expected}, or the name of a JSON or TOML file"))
     }
-}
-
-fn milliseconds(text: &str) -> Result<f64, String> {
-    let is_valid = |milliseconds: f64| milliseconds > 0.0 && milliseconds <= 1e6;
-    number(text, is_valid, "milliseconds, above zero and at most 1e6")
-}
-
-fn factor(text: &str) -> Result<f64, String> {
-    let is_valid = |factor: f64| (0.01..=1000.0).contains(&factor);
-    number(text, is_valid, "0.01 to 1000")
 }
 
 /// The pose comes from scans with a real lidar; only then, or where the settings say so, a robot finds its own start.

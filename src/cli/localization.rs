@@ -14,7 +14,7 @@ use inbye::runtime::{Config, PoseSource};
 use inbye::sim::roadway;
 use serde_json::json;
 
-use super::arguments::{Place, length, number, whole};
+use super::arguments::{Place, length, real, whole};
 use super::log_localization::{self, LogArguments};
 use super::runs::{RunArguments, unreached};
 use super::{config, map_file, output};
@@ -69,10 +69,10 @@ pub struct LocalizationArguments {
     #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, 1_000_000_000))]
     pub seed: u64,
     /// Smallest length of a tour, metres.
-    #[arg(long, default_value_t = 300.0, allow_negative_numbers = true, value_parser = tour_length)]
+    #[arg(long, default_value_t = 300.0, allow_negative_numbers = true, value_parser = real(1.0..=10_000.0, "metres, 1 to 10000"))]
     pub tour: f64,
     /// Share of each track's speed that is lost to slip.
-    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true, value_parser = slip)]
+    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true, value_parser = real(0.0..=0.9, "0 to 0.9"))]
     pub slip: f64,
     #[command(flatten)]
     pub log: LogArguments,
@@ -86,14 +86,6 @@ fn case(text: &str) -> Result<LocalizationCase, String> {
         let words = LocalizationCase::ALL.map(LocalizationCase::name);
         format!("it is one of {}", words.join(", "))
     })
-}
-
-fn tour_length(text: &str) -> Result<f64, String> {
-    number(text, |metres| (1.0..=10_000.0).contains(&metres), "metres, 1 to 10000")
-}
-
-fn slip(text: &str) -> Result<f64, String> {
-    number(text, |share| (0.0..=0.9).contains(&share), "0 to 0.9")
 }
 
 /// Drives all cases. Returns false when a tour was not within its bounds, or a drive did not start.

@@ -11,7 +11,7 @@ use inbye::map::OccupancyGrid;
 use inbye::mapping::{log_scans, render};
 use inbye::trajectory::{ErrorStatistics, RelationError, read_relations};
 
-use super::arguments::number;
+use super::arguments::real;
 use super::localization::{LocalizationArguments, settings};
 use super::log_file::LogFileArguments;
 use super::{machine, map_file, output};
@@ -38,25 +38,25 @@ pub struct TruthArguments {
     #[arg(long, value_name = "FILE")]
     pub relations: Option<PathBuf>,
     /// Time of the relations minus time of the log, seconds.
-    #[arg(long, value_name = "S", default_value_t = 0.0, allow_hyphen_values = true, requires = "relations", value_parser = offset)]
+    #[arg(long, value_name = "S", default_value_t = 0.0, allow_hyphen_values = true, requires = "relations", value_parser = real(f64::MIN..=f64::MAX, "seconds"))]
     pub time_offset: f64,
 }
 
 impl TruthArguments {
-    /// The ground truth, if it is named.
-    pub fn read(&self) -> anyhow::Result<Option<LogRelations>> {
+    /// The ground truth of a log, if it is named.
+    pub fn read(&self, log: &LidarLog) -> anyhow::Result<Option<LogRelations>> {
         let Some(file) = &self.relations else {
             return Ok(None);
         };
         let relations = read_relations(file).context("--relations")?;
-        Ok(Some(LogRelations { relations, offset_s: self.time_offset }))
+        Ok(Some(LogRelations::new(log, relations, self.time_offset)))
     }
 
     /// Warns if the ground truth was compared with nothing.
     pub fn warn_if_unused(&self, log: &LidarLog, truth: &LogRelations, is_used: bool) {
         let why = if is_used {
             return;
-        } else if truth.relations.is_empty() {
+        } else if truth.is_empty() {
             "the file holds no relation"
         } else if !log.has_times {
             "the stamps of the log do not advance"
@@ -68,14 +68,10 @@ impl TruthArguments {
     }
 }
 
-fn offset(text: &str) -> Result<f64, String> {
-    number(text, f64::is_finite, "seconds")
-}
-
 /// Localizes over a log. Returns false if the localizer was lost after the last scan.
 pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow::Result<bool> {
     let log = arguments.log.file.read(file).context("--log")?;
-    let truth = arguments.log.truth.read()?;
+    let truth = arguments.log.truth.read(&log)?;
     let config = settings(arguments)?;
     let map = match &arguments.map {
         Some(map) => map_file::load(map, arguments.resolution)?,

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use inbye::bench::{against, corrected_pairs, percentiles};
+use inbye::bench::{corrected_pairs, percentiles};
 use inbye::lidar_log::LidarLog;
 use inbye::mapping::{MappedLog, map_log};
 use inbye::trajectory::{ErrorStatistics, absolute_error};
@@ -39,7 +39,7 @@ pub struct MapLogArguments {
 /// Makes the map and writes it.
 pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     let log = arguments.file.read(&arguments.log)?;
-    let truth = arguments.truth.read()?;
+    let truth = arguments.truth.read(&log)?;
     if log.scans() == 0 {
         bail!("{}: it has no scans", arguments.log.display());
     }
@@ -60,8 +60,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
     warn_of_unmatched(&arguments.log, &log, &mapped);
     let image = output.write(&mapped.map)?;
     let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
-    let relations = truth.as_ref().filter(|_| log.has_times);
-    let relations = relations.and_then(|truth| against(&log, &mapped.poses, truth));
+    let relations = truth.as_ref().and_then(|truth| truth.errors(&log, &mapped.poses));
     if let Some(truth) = &truth {
         arguments.truth.warn_if_unused(&log, truth, relations.is_some());
     }

@@ -14,7 +14,7 @@ use inbye::report::BenchReport;
 use inbye::runtime::Config;
 use serde_json::json;
 
-use super::arguments::{number, whole};
+use super::arguments::{real, whole};
 use super::files::{ReportFolder, has_extension};
 use super::own_programs::ProgramArguments;
 use super::refusal::refused;
@@ -31,7 +31,7 @@ pub struct MissionsArguments {
     #[arg(long, default_value_t = 1, allow_negative_numbers = true, value_parser = whole::<u64>(0, 1 << 60))]
     pub seed: u64,
     /// Longest path, metres.
-    #[arg(long, default_value_t = 60.0, allow_negative_numbers = true, value_parser = metres)]
+    #[arg(long, default_value_t = 60.0, allow_negative_numbers = true, value_parser = real(4.0..=10_000.0, "metres, 4 to 10000"))]
     pub longest: f64,
     /// Largest number of moving obstacles in a mission.
     #[arg(long, default_value_t = 4, allow_negative_numbers = true, value_parser = whole::<usize>(0, 100))]
@@ -43,15 +43,6 @@ pub struct MissionsArguments {
     pub programs: ProgramArguments,
     #[command(flatten)]
     pub run: RunArguments,
-}
-
-fn metres(text: &str) -> Result<f64, String> {
-    number(text, |metres| (4.0..=10_000.0).contains(&metres), "metres, 4 to 10000")
-}
-
-/// Parses a share.
-pub fn share(text: &str) -> Result<f64, String> {
-    number(text, |share| (0.0..=1.0).contains(&share), "0 to 1")
 }
 
 impl MissionsArguments {
@@ -80,6 +71,11 @@ impl MissionsArguments {
         }
         narrow.iter().for_each(|error| output::note(format!("left out: {error}")));
         Ok((config, roomy))
+    }
+
+    /// Drives the missions of a grid, and writes the record. Returns the rows by settings, map and seed.
+    pub fn drive(&self, grid: &Grid) -> anyhow::Result<Vec<RunRow>> {
+        self.run.run(grid, sort)
     }
 
     fn worlds(&self, rules: Rules) -> anyhow::Result<Vec<World>> {
@@ -153,7 +149,7 @@ pub struct AblationArguments {
     #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_parser = whole::<usize>(1, 1_000_000))]
     pub missions: usize,
     /// Share of missions, 0 to 1, with boxes or pillars on the path that the map does not show.
-    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = real(0.0..=1.0, "0 to 1"))]
     pub unmapped: f64,
     /// Write `index.html`, its charts as SVG and its rows as CSV and JSON into this folder.
     #[arg(long, value_name = "DIR")]
@@ -168,7 +164,7 @@ pub fn ablation(arguments: &AblationArguments, json: bool) -> anyhow::Result<boo
     let variants = ABLATION_VARIANTS.iter();
     let setups: Vec<Setup> = variants.map(|variant| variant.setup(&config)).collect();
     let grid = Grid::of_missions("ablation", &worlds, &setups, *count, missions.seed)?;
-    let rows = missions.run.run(&grid, sort)?;
+    let rows = missions.drive(&grid)?;
     let table = ablation_groups(&rows);
     let maps: Vec<&str> = worlds.iter().map(|world| world.name.as_str()).collect();
     let intro = format!(

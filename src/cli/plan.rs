@@ -11,7 +11,7 @@ use inbye::navigator::NavigationMap;
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
-use super::arguments::{Place, distance};
+use super::arguments::{MAX_COORDINATE, Place, real};
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::output;
 use super::own_programs::GlobalPlannerArgument;
@@ -37,7 +37,7 @@ pub struct PlanArguments {
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
     pub via: Vec<Place>,
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
-    #[arg(long, allow_negative_numbers = true, value_parser = distance)]
+    #[arg(long, allow_negative_numbers = true, value_parser = real(0.0..=MAX_COORDINATE, "metres, 0 to 1e9"))]
     pub radius: Option<f64>,
     #[command(flatten)]
     pub global_planner: GlobalPlannerArgument,
@@ -157,7 +157,7 @@ pub fn unusable(
         _ => None,
     };
     let unknown = config.unknown == UnknownPolicy::Blocked
-        && place.is_some_and(|cell| map.cells()[map.frame().index(cell)] == UNKNOWN);
+        && place.and_then(|cell| map.get(cell)) == Some(&UNKNOWN);
     let hint = if unknown {
         "; this cell is unknown in the map: --unknown free counts unknown cells as free"
     } else if is_free_with_swapped_axes(error, map, config, radius_m) {

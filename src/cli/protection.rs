@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::arguments::whole;
 use super::files::ReportFolder;
-use super::missions::{MissionsArguments, sort};
+use super::missions::MissionsArguments;
 use super::output;
 use super::runs::{group_table, unreached};
 
@@ -59,7 +59,7 @@ pub fn run(arguments: &ProtectionArguments, json: bool) -> anyhow::Result<bool> 
     let setups = [Setup::named(WITH, config), Setup::named(WITHOUT, unprotected)];
     let count = arguments.missions;
     let grid = Grid::of_missions("protection", &worlds, &setups, count, missions.seed)?;
-    let rows = missions.run.run(&grid, sort)?;
+    let rows = missions.drive(&grid)?;
     let table = groups(&rows);
     let is_protected = |name: &Option<String>| name.as_deref() == Some(WITH);
     let mut protected = table.iter().filter(|group| is_protected(&group.config));

@@ -14,10 +14,10 @@ use inbye::report::BenchReport;
 use inbye::runtime::{Config, PlantKind, PoseSource};
 use serde_json::json;
 
-use super::arguments::{decision_size, engine, plants, pose_source, whole};
+use super::arguments::{decision_size, engine, plants, pose_source, real, whole};
 use super::files::{PAGE, ReportFolder, open_file};
 use super::machine::{self, wall_clock};
-use super::missions::{MissionsArguments, share, sort};
+use super::missions::MissionsArguments;
 use super::runs::{group_table, in_memory, run_text, unreached};
 use super::{engine_selection, output, recording, run_page};
 
@@ -55,7 +55,7 @@ pub struct SoakArguments {
     #[arg(long, value_parser = pose_source())]
     pub pose_source: Option<PoseSource>,
     /// Share of missions, 0 to 1, with boxes or pillars on the path that the map does not show.
-    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = share)]
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true, value_parser = real(0.0..=1.0, "0 to 1"))]
     pub unmapped: f64,
     /// Engine, or gpu:NAME for an adapter whose name contains NAME; a CPU engine has one thread.
     #[arg(long, default_value = "cpu", value_parser = engine())]
@@ -108,7 +108,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         "gpu" => grid.on_engine(&format!("gpu:{}", first.name())),
         _ => grid,
     };
-    let rows = missions.run.run(&grid, sort)?;
+    let rows = missions.drive(&grid)?;
     let comparisons = compare(arguments, &first.name(), &grid, &rows)?;
     let summary = SoakSummary::of(&rows, &comparisons);
     let is_sound = summary.is_sound();
@@ -182,7 +182,7 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
         [
             ("reached", &summary.reached),
             ("contacts by the robot", &summary.contacts_robot),
-            ("contacts by people who do not yield", &summary.contacts_of_heedless),
+            ("contacts by people who do not yield", &summary.contacts_of_non_yielding),
         ]
         .map(|(name, share)| share_text(name, share)),
     );

@@ -10,13 +10,12 @@ use inbye::experiment::barn::{self, BarnSummary, OverWorlds, barn_config};
 use inbye::experiment::dynabarn::{self, dynabarn_config};
 use inbye::experiment::{Grid, Group, RunRow, Setup, World, check_programs};
 use inbye::local::CpuEngine;
-use inbye::map::OccupancyGrid;
 use inbye::report::{BenchReport, DriveView, drive_svg};
 use inbye::runtime::{Config, MissionResult, Observer};
 use inbye::sim::Simulation;
 use serde_json::json;
 
-use super::arguments::{number, whole};
+use super::arguments::{above_zero, real, whole};
 use super::config::changed;
 use super::drive_text::one_line;
 use super::files::{Output, ReportFolder, open_file};
@@ -141,10 +140,7 @@ impl WorldsArguments {
 fn picture(title: &str, simulation: &Simulation, result: &MissionResult) -> String {
     let solid = |&blocked: &bool| if blocked { 100 } else { 0 };
     let mission = &simulation.mission;
-    let truth = simulation
-        .truth
-        .as_ref()
-        .map(|truth| OccupancyGrid::new(*truth.frame(), truth.cells().iter().map(solid).collect()));
+    let truth = simulation.truth.as_ref().map(|truth| truth.map(solid));
     drive_svg(&DriveView {
         title,
         caption: &one_line(result),
@@ -171,13 +167,8 @@ pub struct BarnArguments {
     #[command(flatten)]
     pub worlds_of: WorldsArguments,
     /// Highest speed, m/s; the published baseline has 0.5.
-    #[arg(long, default_value_t = 2.0, allow_negative_numbers = true, value_parser = speed)]
+    #[arg(long, default_value_t = 2.0, allow_negative_numbers = true, value_parser = real(above_zero(10.0), "metres per second, above zero and at most 10"))]
     pub max_speed: f64,
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    let is_valid = |speed: f64| speed > 0.0 && speed <= 10.0;
-    number(text, is_valid, "metres per second, above zero and at most 10")
 }
 
 /// The simulator of a configuration, and its limits.
@@ -288,7 +279,7 @@ pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<boo
     }
     let intro = format!("Driven in {DYNABARN_SIMULATOR}.");
     let (rows, folder) = of.drive("DynaBARN", &worlds, config)?;
-    let summary = Group::of("all", &rows.iter().collect::<Vec<_>>());
+    let summary = Group::of("all", &rows);
     let object = json!({ "summary": summary, "simulator": DYNABARN_SIMULATOR, "rows": rows });
     let attributed = summary.attributed_share;
     let attributed = attributed.map_or_else(|| "none".to_owned(), |share| format!("{share:.3}"));

@@ -141,29 +141,41 @@ pub fn groups(rows: &[RunRow]) -> Vec<Group> {
             mean_shared_time_s,
             shared_time_p50_s,
             shared_time_p90_s,
-            ..Group::of("", rows)
+            ..Group::of("", rows.iter().copied())
         }
     };
     all.iter().zip(&times).map(of).collect()
 }
 
 /// Groups runs by a name, in the order of the names.
-pub(crate) fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Vec<Group> {
+pub(super) fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Vec<Group> {
     let mut all = grouped(rows, |row| name(row));
     all.sort_by(|one, other| one.0.cmp(&other.0));
-    let of = |(name, rows): &(String, Vec<&RunRow>)| Group::of(name, rows);
-    all.iter().map(of).collect()
+    all.into_iter().map(|(name, rows)| Group::of(&name, rows)).collect()
 }
 
-fn grouped<K: PartialEq>(rows: &[RunRow], key: impl Fn(&RunRow) -> K) -> Vec<(K, Vec<&RunRow>)> {
-    let mut all: Vec<(K, Vec<&RunRow>)> = Vec::new();
+/// Rows with the same key together, in the order in which the keys first occur.
+pub(crate) fn grouped<R, K: PartialEq>(
+    rows: impl IntoIterator<Item = R>,
+    key: impl Fn(&R) -> K,
+) -> Vec<(K, Vec<R>)> {
+    let mut all: Vec<(K, Vec<R>)> = Vec::new();
     for row in rows {
-        let key = key(row);
+        let key = key(&row);
         match all.iter_mut().find(|(known, _)| *known == key) {
             Some((_, group)) => group.push(row),
             None => all.push((key, vec![row])),
         }
     }
+    all
+}
+
+/// The runs of each world, numbered worlds by their numbers.
+pub(crate) fn by_world<'r>(
+    rows: impl IntoIterator<Item = &'r RunRow>,
+) -> Vec<(&'r str, Vec<&'r RunRow>)> {
+    let mut all = grouped(rows, |row| row.world.as_str());
+    all.sort_by_key(|&(world, _)| (world.len(), world));
     all
 }
 
@@ -188,7 +200,8 @@ impl Group {
 
     /// The figures of runs that are not compared with other groups.
     #[must_use]
-    pub fn of(name: &str, rows: &[&RunRow]) -> Self {
+    pub fn of<'r>(name: &str, rows: impl IntoIterator<Item = &'r RunRow>) -> Self {
+        let rows: Vec<&RunRow> = rows.into_iter().collect();
         let count = |is: &dyn Fn(&RunRow) -> bool| rows.iter().filter(|row| is(row)).count();
         let ended = |outcome| count(&|row| row.outcome == outcome);
         let caused = |cause| count(&|row| row.contact_cause == Some(cause));

@@ -239,7 +239,7 @@ fn compare(planner: &mut RankedPlanner, of_worlds: &[f64]) {
 }
 
 fn figures(kind: WorldKind, name: &str, rows: &[&RunRow]) -> RankedPlanner {
-    let group = Group::of(name, rows);
+    let group = Group::of(name, rows.iter().copied());
     let runs = rows.len();
     let share = |count: usize| count as f64 / runs.max(1) as f64;
     let [reached_low, reached_high] = wilson_interval(group.reached, runs);

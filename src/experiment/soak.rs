@@ -20,7 +20,7 @@ pub struct SoakSummary {
     /// Share of missions that ended in a contact that the robot caused.
     pub contacts_robot: Share,
     /// Share of missions among people who do not yield that ended in a contact that they caused.
-    pub contacts_of_heedless: Share,
+    pub contacts_of_non_yielding: Share,
     /// Number of missions by the name of their fault.
     pub faults: BTreeMap<String, usize>,
     /// Mean speed of the missions that reached their goal, m/s: all their distances over all their times.
@@ -148,7 +148,7 @@ impl SoakSummary {
         let sum = |figure: fn(&RunRow) -> f64| -> f64 { reached().map(&figure).sum::<f64>() };
         let (distance_m, time_s) = (sum(|row| row.travelled_m), sum(|row| row.time_s));
         let faults = faults(rows).into_iter();
-        let all = Group::of("all", &rows.iter().collect::<Vec<_>>());
+        let all = Group::of("all", rows);
         let non_yielding =
             || rows.iter().filter(|row| row.traffic == Some(TrafficKind::NonYielding));
         let caused = |row: &&RunRow| row.contact_cause == Some(ContactCause::Other);
@@ -157,7 +157,7 @@ impl SoakSummary {
         Self {
             reached: Share::new(all.reached, all.runs),
             contacts_robot: Share::new(all.contacts_robot, all.runs),
-            contacts_of_heedless: Share::new(
+            contacts_of_non_yielding: Share::new(
                 non_yielding().filter(caused).count(),
                 non_yielding().count(),
             ),

@@ -240,7 +240,7 @@ impl WorldSource {
                 add_map(&mut digest, &route.map);
                 if let Some(zones) = &route.zones {
                     digest.text("zones");
-                    add_map(&mut digest, &zones.to_grid());
+                    add_map(&mut digest, zones.grid());
                 }
                 if let Some(truth) = &route.truth {
                     digest.text("truth");

@@ -28,11 +28,11 @@ impl ClearanceCosts {
         let frame = *obstacles.frame();
         let field = DistanceField::new(obstacles);
         let full = weight.clamp(0.0, MAX_CLEARANCE_WEIGHT) * PARTS as f64;
-        let extra = |index| {
-            let clearance_m = field.distance_m(frame.cell_at(index)) - frame.resolution_m / 2.0;
+        let extra = |cell| {
+            let clearance_m = field.distance_m(cell) - frame.resolution_m / 2.0;
             (full * (1.0 - clearance_m.max(0.0) / preferred_m)).max(0.0) as u8
         };
-        Self { frame, extra: (0..frame.len()).map(extra).collect() }
+        Self { frame, extra: frame.cells().map(extra).collect() }
     }
 
     /// The cost, including clearance, of a move with a base cost to the cell at an index.

@@ -191,9 +191,9 @@ fn nearest_free(space: &FreeSpace, point: &Point) -> String {
     space.nearest_free(point).map_or_else(
         || {
             // The centre of an open cell of this size keeps the radius, but not all points of the cell do.
-            let is_open = |index| !space.is_obstacle(frame.cell_at(index));
+            let is_open = |cell| !space.is_obstacle(cell);
             let is_coarse = frame.resolution_m > 2.0 * space.radius_m();
-            let remedy = if is_coarse && (0..frame.len()).any(is_open) {
+            let remedy = if is_coarse && frame.cells().any(is_open) {
                 format!("cells of {} m are too coarse for it, use smaller ones", frame.resolution_m)
             } else {
                 "a smaller radius may have one".to_owned()
@@ -209,8 +209,6 @@ fn nearest_free(space: &FreeSpace, point: &Point) -> String {
 
 /// The free cell that is reachable from `start` and nearest to `goal` by its centre; ties go to the first in storage order.
 /// None if the start is not free or outside the grid.
-///
-/// Only straight moves are needed: a diagonal move requires both adjacent cells to be free, so two straight moves replace it.
 #[must_use]
 pub fn nearest_reachable(space: &FreeSpace, start: Cell, goal: &Point) -> Option<Cell> {
     if !space.is_free(start) {
@@ -220,19 +218,9 @@ pub fn nearest_reachable(space: &FreeSpace, start: Cell, goal: &Point) -> Option
     let goal = frame.to_cell_units(goal);
     let key = |cell: Cell| ((cell.center() - goal).norm_squared(), frame.index(cell));
     let mut best = (key(start), start);
-    let mut seen = vec![false; frame.len()];
-    seen[frame.index(start)] = true;
-    let mut open = vec![start];
-    while let Some(cell) = open.pop() {
+    for (cell, _) in space.flood(start, &mut vec![false; frame.len()]) {
         if key(cell) < best.0 {
             best = (key(cell), cell);
-        }
-        for (dx, dy) in [(1, 0), (0, 1), (-1, 0), (0, -1)] {
-            let next = Cell::new(cell.column + dx, cell.row + dy);
-            if space.is_free(next) && !seen[frame.index(next)] {
-                seen[frame.index(next)] = true;
-                open.push(next);
-            }
         }
     }
     Some(best.1)

@@ -465,12 +465,12 @@ mod tests {
         assert_ne!(compare(&case.search(1_000_000), &all), Ok(()));
     }
 
-    /// A map without surfaces, 14 million kilometres high: its cells are few and large.
+    /// A map without surfaces, 14,000 km high: its cells are few and large.
     #[test]
     fn very_high_map_is_searched_to_its_end() {
         let (width, height, origin) = (1, 32_767, Pose::default());
         let frame = GridFrame { width, height, resolution_m: 436.92, origin };
-        let map = SignedDistanceField::new(&ObstacleGrid::new(frame, vec![false; frame.len()]));
+        let map = SignedDistanceField::new(&ObstacleGrid::filled(frame, false));
         let (scores, settings) = (MapScores::new(&map), LocalizationSettings::default());
         let mut search = GlobalSearch::new(&DeskewedScan::default(), &Pose::default(), &scores);
         let found = (0..20).find_map(|_| search.step(&map, &scores, &settings, 150_000));

@@ -40,8 +40,7 @@ impl SignedDistanceField {
             let cells = (f64::from(squared).sqrt() - 0.5).clamp(-0.5, MAX_CELLS);
             (cells * STEPS_PER_CELL).round() as i16
         };
-        let free = obstacles.cells().iter().map(|blocked| !blocked).collect();
-        for (grid, sign) in [(obstacles, 1), (&ObstacleGrid::new(frame, free), -1)] {
+        for (grid, sign) in [(obstacles, 1), (&obstacles.map(|blocked| !blocked), -1)] {
             DistanceField::for_each_row(grid, |row, squared| {
                 for (out, &squared) in signed[row * width..].iter_mut().zip(squared) {
                     // A blocked cell of a grid has distance zero to itself, and its value comes from the other grid.
@@ -138,7 +137,7 @@ mod tests {
     /// Free space from 1 m to 3 m along both axes, surrounded by obstacles, in cells of 0.1 m.
     fn room(origin: Pose) -> SignedDistanceField {
         let frame = GridFrame { width: 40, height: 40, resolution_m: 0.1, origin };
-        let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, true);
         for row in 10..30 {
             for column in 10..30 {
                 obstacles.set(Cell::new(column, row), false);

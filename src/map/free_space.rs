@@ -1,5 +1,8 @@
 //! The free configuration space of a round robot: obstacles dilated by an exact distance.
 
+use core::{iter, mem};
+use std::collections::VecDeque;
+
 use super::bit_grid::{BitGrid, clear_padding};
 use super::{Cell, GridFrame, ObstacleGrid};
 use crate::geometry::Point;
@@ -142,6 +145,29 @@ impl FreeSpace {
         best.map(|(_, cell)| cell)
     }
 
+    /// The free cells that moves along rows and columns reach from a free cell, itself first, with the numbers of these moves in
+    /// ascending order. A diagonal move needs both adjacent cells free, so these moves reach all cells that a search does. Cells
+    /// that were already seen are left out.
+    pub(crate) fn flood(
+        &self,
+        start: Cell,
+        seen: &mut [bool],
+    ) -> impl Iterator<Item = (Cell, u32)> {
+        let frame = self.frame;
+        seen[frame.index(start)] = true;
+        let mut open = VecDeque::from([(start, 0)]);
+        iter::from_fn(move || {
+            let (cell, moves) = open.pop_front()?;
+            for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
+                let next = Cell::new(cell.column + right, cell.row + up);
+                if self.is_free(next) && !mem::replace(&mut seen[frame.index(next)], true) {
+                    open.push_back((next, moves + 1));
+                }
+            }
+            Some((cell, moves))
+        })
+    }
+
     /// Number of free cells.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -244,7 +270,7 @@ impl DilatedRow {
             let behind = if index < last { self.words[index + 1] } else { 0 };
             *to = here | here << step | before >> back | here >> step | behind << back;
         }
-        core::mem::swap(&mut self.words, &mut self.spare);
+        mem::swap(&mut self.words, &mut self.spare);
     }
 }
 
@@ -263,12 +289,9 @@ mod tests {
         let mut clear = [0; 2];
         for share in [0.01, 0.05] {
             let frame = GridFrame::new(50, 40, 0.05, Pose::new(1.0, -2.0, 0.4)).expect("a size");
-            let cells = (0..frame.len()).map(|_| random.random_bool(share)).collect();
-            let obstacles = ObstacleGrid::new(frame, cells);
-            let blocked: Vec<Point> = (0..frame.len())
-                .filter(|&index| obstacles.cells()[index])
-                .map(|index| frame.cell_at(index).corner())
-                .collect();
+            let obstacles = ObstacleGrid::from_fn(frame, |_| random.random_bool(share));
+            let blocked = frame.cells().filter(|&cell| obstacles.is_blocked(cell));
+            let blocked: Vec<Point> = blocked.map(Cell::corner).collect();
             let radius_m = 0.17;
             let [whole, at_center] = FreeSpace::for_radii(&obstacles, [radius_m, radius_m - 0.025]);
             for _ in 0..4000 {

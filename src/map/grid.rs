@@ -99,6 +99,12 @@ impl GridFrame {
         cell.row as usize * self.width as usize + cell.column as usize
     }
 
+    /// All cells, in the order of their indices.
+    #[must_use]
+    pub fn cells(self) -> impl DoubleEndedIterator<Item = Cell> {
+        (0..self.len()).map(move |index| self.cell_at(index))
+    }
+
     /// The cell at a row-major index.
     #[must_use]
     pub const fn cell_at(&self, index: usize) -> Cell {
@@ -242,6 +248,27 @@ impl<T> Grid<T> {
         Self { frame, cells }
     }
 
+    /// Creates a grid from the value at each cell.
+    #[must_use]
+    pub fn from_fn(frame: GridFrame, value: impl FnMut(Cell) -> T) -> Self {
+        Self { frame, cells: frame.cells().map(value).collect() }
+    }
+
+    /// Creates a grid with the same value at all cells.
+    #[must_use]
+    pub fn filled(frame: GridFrame, value: T) -> Self
+    where
+        T: Clone,
+    {
+        Self { frame, cells: vec![value; frame.len()] }
+    }
+
+    /// The grid of the values that a function makes of these.
+    #[must_use]
+    pub fn map<U>(&self, value: impl FnMut(&T) -> U) -> Grid<U> {
+        Grid { frame: self.frame, cells: self.cells.iter().map(value).collect() }
+    }
+
     /// Size and pose of the grid.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
@@ -252,6 +279,20 @@ impl<T> Grid<T> {
     #[must_use]
     pub fn cells(&self) -> &[T] {
         &self.cells
+    }
+
+    /// The value at a cell; none outside the grid.
+    #[must_use]
+    pub fn get(&self, cell: Cell) -> Option<&T> {
+        self.frame.contains(cell).then(|| &self.cells[self.frame.index(cell)])
+    }
+
+    /// Sets the value at a cell. A cell outside the grid is ignored.
+    pub fn set(&mut self, cell: Cell, value: T) {
+        if self.frame.contains(cell) {
+            let index = self.frame.index(cell);
+            self.cells[index] = value;
+        }
     }
 }
 
@@ -277,11 +318,10 @@ impl OccupancyGrid {
     /// The obstacles: cells of at least [`OCCUPIED_THRESHOLD`] percent, and unknown cells according to the policy.
     #[must_use]
     pub fn obstacles(&self, unknown: UnknownPolicy) -> ObstacleGrid {
-        let blocked = |&value: &i8| match value {
+        self.map(|&value| match value {
             UNKNOWN => unknown == UnknownPolicy::Blocked,
             value => value >= OCCUPIED_THRESHOLD,
-        };
-        ObstacleGrid::new(self.frame, self.cells.iter().map(blocked).collect())
+        })
     }
 }
 
@@ -290,14 +330,6 @@ impl ObstacleGrid {
     #[must_use]
     pub fn is_blocked(&self, cell: Cell) -> bool {
         !self.frame.contains(cell) || self.cells[self.frame.index(cell)]
-    }
-
-    /// Sets or clears a cell. A cell outside the grid is ignored.
-    pub fn set(&mut self, cell: Cell, blocked: bool) {
-        if self.frame.contains(cell) {
-            let index = self.frame.index(cell);
-            self.cells[index] = blocked;
-        }
     }
 
     /// Sets every cell whose centre lies within a disc, metres in the map frame.

@@ -286,8 +286,7 @@ mod tests {
         for (share, origin) in [(0.0, 0.0), (0.002, 0.4), (0.03, -2.0), (0.3, 0.0)] {
             let frame = GridFrame::new(130, 90, 0.05, Pose::new(1.0, -2.0, origin));
             let frame = frame.expect("a valid size");
-            let cells = (0..frame.len()).map(|_| random.random::<f64>() < share).collect();
-            let obstacles = ObstacleGrid::new(frame, cells);
+            let obstacles = ObstacleGrid::from_fn(frame, |_| random.random::<f64>() < share);
             let caster = RayCaster::new(&obstacles);
             #[cfg(feature = "sim")]
             assert_eq!(caster, RayCaster::of_field(&DistanceField::new(&obstacles)));

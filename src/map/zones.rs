@@ -9,16 +9,14 @@ use super::{Cell, GridFrame, ObstacleGrid, OccupancyGrid};
 use crate::geometry::Point;
 
 /// The value of a cell in which the robot must not drive.
-const KEEPOUT: u8 = 100;
+const KEEPOUT: i8 = 100;
 /// Two grids of the same cells differ by rounding: a smaller overlap of two cells is none, in cells.
 const ROUNDING: f64 = 1e-6;
 
 /// For each cell of a map whether it is closed, or how fast the robot may drive there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Zones {
-    frame: GridFrame,
-    /// 0 for no zone, 1 to 99 for a speed in percent of the robot's largest, 100 for a closed cell.
-    cells: Vec<u8>,
+    grid: OccupancyGrid,
     has_speed_limits: bool,
 }
 
@@ -26,32 +24,32 @@ impl Zones {
     /// No zones on a map.
     #[must_use]
     pub fn new(map: &GridFrame) -> Self {
-        Self { frame: *map, cells: vec![0; map.len()], has_speed_limits: false }
+        Self { grid: OccupancyGrid::filled(*map, 0), has_speed_limits: false }
     }
 
-    /// The zones that [`Self::to_grid`] returned; other values are no zones.
+    /// The zones of [`Self::grid`]; other values are no zones.
     #[must_use]
     pub fn from_grid(grid: &OccupancyGrid) -> Self {
-        let cells: Vec<u8> = grid.cells().iter().map(|&value| value.max(0) as u8).collect();
-        let has_speed_limits = cells.iter().any(|cell| (1..KEEPOUT).contains(cell));
-        Self { frame: *grid.frame(), cells, has_speed_limits }
+        let grid = grid.map(|&value| value.max(0));
+        let has_speed_limits = grid.cells().iter().any(|cell| (1..KEEPOUT).contains(cell));
+        Self { grid, has_speed_limits }
     }
 
     /// The zones as a map: 0 for no zone, 1 to 99 for a speed in percent of the robot's largest, 100 for a closed cell.
     #[must_use]
-    pub fn to_grid(&self) -> OccupancyGrid {
-        OccupancyGrid::new(self.frame, self.cells.iter().map(|&cell| cell as i8).collect())
+    pub const fn grid(&self) -> &OccupancyGrid {
+        &self.grid
     }
 
     /// Size and pose of the map.
     #[must_use]
     pub const fn frame(&self) -> &GridFrame {
-        &self.frame
+        self.grid.frame()
     }
 
     /// Closes every cell that an occupied cell of a mask touches: those of 100 percent, as in Nav2's keepout filter.
     pub fn close(&mut self, mask: &OccupancyGrid) {
-        self.mark(mask, |value| (value >= KEEPOUT as i8).then_some(KEEPOUT));
+        self.mark(mask, |value| (value >= KEEPOUT).then_some(KEEPOUT));
     }
 
     /// Limits the speed in every cell that a cell of a mask touches; of several limits the lowest counts. `percent` is the limit for a
@@ -60,15 +58,15 @@ impl Zones {
     pub fn limit_speed(&mut self, mask: &OccupancyGrid, percent: impl Fn(i8) -> Option<f64>) {
         let limit = |value: i8| {
             let percent = percent(value).filter(|percent| *percent > 0.0 && *percent < 100.0)?;
-            Some((percent as u8).max(1))
+            Some((percent as i8).max(1))
         };
         self.mark(mask, limit);
-        self.has_speed_limits |= self.cells.iter().any(|cell| (1..KEEPOUT).contains(cell));
+        self.has_speed_limits |= self.grid.cells().iter().any(|cell| (1..KEEPOUT).contains(cell));
     }
 
     /// Sets the cells that a mask touches: closed cells stay closed, and of two limits the lower stays.
-    fn mark(&mut self, mask: &OccupancyGrid, new: impl Fn(i8) -> Option<u8>) {
-        let by_value: Vec<Option<u8>> = (i8::MIN..=i8::MAX).map(new).collect();
+    fn mark(&mut self, mask: &OccupancyGrid, new: impl Fn(i8) -> Option<i8>) {
+        let by_value: Vec<Option<i8>> = (i8::MIN..=i8::MAX).map(new).collect();
         for (index, &value) in mask.cells().iter().enumerate() {
             let Some(new) = by_value[(i16::from(value) - i16::from(i8::MIN)) as usize] else {
                 continue;
@@ -76,11 +74,11 @@ impl Zones {
             let (columns, rows) = self.touched(mask.frame(), mask.frame().cell_at(index));
             for row in rows {
                 for column in columns.clone() {
-                    let index = self.frame.index(Cell::new(column, row));
-                    let before = self.cells[index];
-                    let is_stricter = before == 0 || new == KEEPOUT || new < before;
-                    if before != KEEPOUT && is_stricter {
-                        self.cells[index] = new;
+                    let cell = Cell::new(column, row);
+                    let is_stricter = |&before: &i8| before == 0 || new == KEEPOUT || new < before;
+                    let is_open = |before: &&i8| **before != KEEPOUT;
+                    if self.grid.get(cell).filter(is_open).is_some_and(is_stricter) {
+                        self.grid.set(cell, new);
                     }
                 }
             }
@@ -91,7 +89,7 @@ impl Zones {
     fn touched(&self, mask: &GridFrame, cell: Cell) -> (RangeInclusive<i32>, RangeInclusive<i32>) {
         let (x, y) = (f64::from(cell.column), f64::from(cell.row));
         let corners = [(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)]
-            .map(|(x, y)| self.frame.to_cell_units(&mask.from_cell_units(&Point::new(x, y))));
+            .map(|(x, y)| self.frame().to_cell_units(&mask.from_cell_units(&Point::new(x, y))));
         let range = |along: fn(&Point) -> f64, cells: i32| {
             let low = corners.iter().map(along).fold(f64::INFINITY, f64::min);
             let high = corners.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
@@ -99,13 +97,14 @@ impl Zones {
             let last = (high - ROUNDING).floor().min(f64::from(cells - 1)) as i32;
             first..=last
         };
-        (range(|point| point.x, self.frame.width), range(|point| point.y, self.frame.height))
+        let GridFrame { width, height, .. } = *self.frame();
+        (range(|point| point.x, width), range(|point| point.y, height))
     }
 
     /// Whether no cell is closed.
     #[must_use]
     pub fn is_open(&self) -> bool {
-        !self.cells.contains(&KEEPOUT)
+        !self.grid.cells().contains(&KEEPOUT)
     }
 
     /// Whether a cell has a speed limit.
@@ -117,7 +116,7 @@ impl Zones {
     /// The closed cells.
     #[must_use]
     pub fn closed(&self) -> ObstacleGrid {
-        ObstacleGrid::new(self.frame, self.cells.iter().map(|&cell| cell == KEEPOUT).collect())
+        self.grid.map(|&cell| cell == KEEPOUT)
     }
 
     /// The obstacles of the map together with the closed cells.
@@ -126,16 +125,17 @@ impl Zones {
     /// Panics if the obstacles have another number of cells.
     #[must_use]
     pub fn with_obstacles(&self, obstacles: &ObstacleGrid) -> ObstacleGrid {
-        assert_eq!(obstacles.cells().len(), self.cells.len(), "zones of the same map");
-        let is_blocked = |(&cell, &blocked): (&u8, &bool)| blocked || cell == KEEPOUT;
-        let cells = self.cells.iter().zip(obstacles.cells());
-        ObstacleGrid::new(self.frame, cells.map(is_blocked).collect())
+        let cells = self.grid.cells();
+        assert_eq!(obstacles.cells().len(), cells.len(), "zones of the same map");
+        let is_blocked = |(&cell, &blocked): (&i8, &bool)| blocked || cell == KEEPOUT;
+        let blocked = cells.iter().zip(obstacles.cells()).map(is_blocked);
+        ObstacleGrid::new(*self.frame(), blocked.collect())
     }
 
     /// The speed limit at a place, m/s, for a robot with this largest speed; none without a limit.
     #[must_use]
     pub fn speed_limit(&self, place: &Point, max_speed: f64) -> Option<f64> {
-        let cell = self.cells[self.frame.index(self.frame.cell_of(place)?)];
+        let cell = *self.grid.get(self.frame().cell_of(place)?)?;
         (1..KEEPOUT).contains(&cell).then(|| f64::from(cell) / 100.0 * max_speed)
     }
 
@@ -146,18 +146,18 @@ impl Zones {
         if !self.has_speed_limits {
             return max_speed;
         }
-        let resolution_m = self.frame.resolution_m;
-        let at = self.frame.to_cell_units(place);
+        let GridFrame { width, height, resolution_m, .. } = *self.frame();
+        let at = self.frame().to_cell_units(place);
         let reach = max_speed * max_speed / (2.0 * braking_m_s2 * resolution_m);
         let range = |at: f64, cells: i32| {
             let last = f64::from(cells - 1);
             ((at - reach).floor().max(0.0) as i32)..=((at + reach).floor().min(last) as i32)
         };
-        let columns = range(at.x, self.frame.width);
+        let columns = range(at.x, width);
         let mut least2 = max_speed * max_speed;
-        for row in range(at.y, self.frame.height) {
+        for row in range(at.y, height) {
             for column in columns.clone() {
-                let cell = self.cells[self.frame.index(Cell::new(column, row))];
+                let Some(&cell) = self.grid.get(Cell::new(column, row)) else { continue };
                 if !(1..KEEPOUT).contains(&cell) {
                     continue;
                 }
@@ -183,14 +183,14 @@ mod tests {
 
     /// A mask whose only cell with a value is the given one.
     fn mask(frame: GridFrame, cell: Cell, value: i8) -> OccupancyGrid {
-        let mut cells = vec![0; frame.len()];
-        cells[frame.index(cell)] = value;
-        OccupancyGrid::new(frame, cells)
+        let mut mask = OccupancyGrid::filled(frame, 0);
+        mask.set(cell, value);
+        mask
     }
 
     fn closed_cells(zones: &Zones) -> Vec<(i32, i32)> {
         let closed = zones.closed();
-        let all = (0..closed.frame().len()).map(|index| closed.frame().cell_at(index));
+        let all = closed.frame().cells();
         all.filter(|cell| closed.is_blocked(*cell)).map(|cell| (cell.column, cell.row)).collect()
     }
 
@@ -243,7 +243,7 @@ mod tests {
         zones.limit_speed(&values, percent);
         assert_eq!(closed_cells(&zones), [(1, 0)]);
         assert_eq!(limit(&zones, 1.5), None);
-        assert_eq!(Zones::from_grid(&zones.to_grid()), zones);
+        assert_eq!(Zones::from_grid(zones.grid()), zones);
         let obstacles = ObstacleGrid::new(map, vec![true, false, false, false]);
         assert_eq!(zones.with_obstacles(&obstacles).cells(), [true, true, false, false]);
     }

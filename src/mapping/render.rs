@@ -131,7 +131,7 @@ mod tests {
         let map = render([(Pose::new(0.0, 0.0, 0.0), &scan)].into_iter()).expect("a small map");
         let value = |x: f64, y: f64| {
             let cell = map.frame().cell_of(&Point::new(x, y)).expect("inside");
-            map.cells()[map.frame().index(cell)]
+            *map.get(cell).expect("inside")
         };
         assert_eq!(value(1.025, 0.02), OCCUPIED);
         assert_eq!(value(0.5, 0.01), FREE);

@@ -145,7 +145,7 @@ mod tests {
 
     fn async_planner() -> AsyncPlanner<u32> {
         let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a valid size");
-        let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let known = ObstacleGrid::filled(frame, false);
         let footprint = Footprint::round(0.3).expect("a valid radius");
         let settings = NavigatorSettings::default();
         let route_planner = RoutePlanner::new(&footprint, &settings, Settings::default(), 0.1);

@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn gap_is_the_distance_to_the_nearest_square() {
         let frame = GridFrame::new(40, 40, 0.1, Pose::new(1.0, 2.0, 0.3)).expect("a valid size");
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, false);
         obstacles.set(Cell::new(30, 20), true);
         let field = ClearanceField::new(&obstacles).expect("a valid resolution");
         let footprint = Footprint::round(0.3).expect("a valid radius");
@@ -156,8 +156,8 @@ mod tests {
         let mut kept = [0; 2];
         for share in [0.002, 0.03, 0.4] {
             let frame = GridFrame::new(60, 60, 0.05, Pose::new(1.0, 2.0, 0.7)).expect("a size");
-            let cells = (0..frame.len()).map(|_| random.random_bool(share)).collect();
-            let field = ClearanceField::new(&ObstacleGrid::new(frame, cells)).expect("a field");
+            let obstacles = ObstacleGrid::from_fn(frame, |_| random.random_bool(share));
+            let field = ClearanceField::new(&obstacles).expect("a field");
             let place = frame.origin.transform(&Point::new(1.5, 1.5));
             let clearance = ExactClearance::new(&field, &place, 1.1);
             for _ in 0..200 {

@@ -76,8 +76,7 @@ mod tests {
     /// A robot of 0.8 by 0.4 m in a corridor along x, 0.6 m wide.
     fn check(yaw: Option<f64>) -> Result<(), PlanError> {
         let frame = GridFrame::new(100, 26, 0.1, Pose::new(-5.0, -1.3, 0.0)).expect("a size");
-        let is_wall = |index: usize| !(10..16).contains(&frame.cell_at(index).row);
-        let ground = ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect());
+        let ground = ObstacleGrid::from_fn(frame, |cell| !(10..16).contains(&cell.row));
         let body = Polygon::rectangle(0.8, 0.4).expect("a body");
         let robot = RobotModel { limits: Limits::default(), footprint: Footprint::covering(body) };
         let goal = Goal { position: Point::new(0.0, 0.0), yaw };

@@ -149,7 +149,7 @@ mod tests {
                 resolution_m,
                 origin: Pose::new(rng.random_range(-9.0..9.0), 3.0, angle(rng)),
             };
-            let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+            let mut obstacles = ObstacleGrid::filled(frame, false);
             for _ in 0..rng.random_range(1..25) {
                 let (left, bottom) = (rng.random_range(0..side), rng.random_range(0..side));
                 let (wide, high) = (rng.random_range(1..6), rng.random_range(1..6));
@@ -287,7 +287,7 @@ mod tests {
             let needed_m = 2.0 * (robot.footprint.max_disc_radius_m() + 0.056) + 2.0 * cell_m;
             let wide = (needed_m / resolution_m).ceil() as i32;
             let frame = GridFrame::new(200, 80, resolution_m, Pose::default()).expect("a size");
-            let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
+            let mut obstacles = ObstacleGrid::filled(frame, true);
             for row in 20..20 + wide {
                 (0..200).for_each(|column| obstacles.set(Cell::new(column, row), false));
             }
@@ -318,7 +318,7 @@ mod tests {
         now: &PredictedState,
     ) -> (InflatedBodies, ClearanceField, f64) {
         let frame = GridFrame::new(201, 201, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, false);
         (0..201).for_each(|row| obstacles.set(Cell::new(200, row), true));
         let field = ClearanceField::of_areas(&obstacles, 1).expect("a field");
         let limits = Limits::default();

@@ -51,7 +51,7 @@ impl NarrowPassages {
         let mut spaces = FreeSpace::for_radii(obstacles, [self.radius_m, at_center_m]);
         if !transient.is_empty() {
             let frame = *obstacles.frame();
-            let mut passing = ObstacleGrid::new(frame, vec![false; frame.len()]);
+            let mut passing = ObstacleGrid::filled(frame, false);
             for disc in transient {
                 passing.fill_disc(&disc.center(), disc.radius);
             }

@@ -108,7 +108,7 @@ mod tests {
     /// A roadway along x, 3 m wide, with a side gallery from x = 6 to x = 8 m to the left where it is open.
     fn roadway(has_gallery: bool) -> ObstacleGrid {
         let frame = GridFrame::new(120, 80, 0.1, Pose::default()).expect("a valid size");
-        let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, true);
         for row in 10..75 {
             for column in 2..118 {
                 let in_gallery = has_gallery && (60..80).contains(&column);
@@ -170,11 +170,10 @@ mod tests {
     ) -> Vec<MovingDisc> {
         let frame = GridFrame::new(200, 200, 0.1, Pose::default()).expect("a valid size");
         let pose = Pose::new(10.0, 10.0, 1.5);
-        let blocked = (0..frame.len()).map(|index| {
-            let own = pose.inverse_transform(&frame.center_of(frame.cell_at(index)));
+        let obstacles = ObstacleGrid::from_fn(frame, |cell| {
+            let own = pose.inverse_transform(&frame.center_of(cell));
             is_blocked(own.x, own.y)
         });
-        let obstacles = ObstacleGrid::new(frame, blocked.collect());
         let scan = Scan {
             angle_min: -core::f64::consts::PI,
             angle_increment: TAU / 360.0,

@@ -355,7 +355,7 @@ mod tests {
     /// The robot finds no path at places apart by this, metres.
     fn after(places: u32, apart_m: f64) -> Replanner {
         let frame = GridFrame::new(20, 20, 0.1, Pose::default()).expect("a size");
-        let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let known = ObstacleGrid::filled(frame, false);
         let footprint = Footprint::round(0.3).expect("a radius");
         let settings = NavigatorSettings::default();
         let planner = RoutePlanner::new(&footprint, &settings, global::Settings::default(), 0.1);

@@ -247,11 +247,9 @@ mod tests {
         let side = (side_m / 0.1) as i32;
         let origin = Pose::new(-side_m / 2.0, -side_m / 2.0, 0.0);
         let frame = GridFrame::new(side, side, 0.1, origin).expect("a valid size");
-        let is_wall = |index: usize| {
-            let cell = frame.cell_at(index);
+        ObstacleGrid::from_fn(frame, |cell| {
             [cell.column, cell.row].iter().any(|&at| at == 0 || at == side - 1)
-        };
-        ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect())
+        })
     }
 
     /// A scan with a return in each direction where this holds.
@@ -357,8 +355,7 @@ mod tests {
     #[test]
     fn gap_that_hides_the_edges_of_a_long_roadway_is_blind() {
         let frame = GridFrame::new(400, 50, 0.1, Pose::new(-20.0, -2.5, 0.0)).expect("a size");
-        let is_wall = |index: usize| !(10..40).contains(&frame.cell_at(index).row);
-        let roadway = ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect());
+        let roadway = ObstacleGrid::from_fn(frame, |cell| !(10..40).contains(&cell.row));
         // The walls are more than 6 m away within 0.25 rad of the axis.
         for (half_width, blind) in [(0.25, 0), (0.3, 0), (0.5, 3)] {
             let covered = scan(
@@ -464,7 +461,7 @@ mod tests {
     fn expected_surfaces_turn_with_robot_and_map() {
         let origin = Pose::new(6.0, -6.0, core::f64::consts::FRAC_PI_2);
         let frame = GridFrame::new(120, 120, 0.1, origin).expect("a valid size");
-        let mut known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut known = ObstacleGrid::filled(frame, false);
         (0..120).for_each(|row| known.set(Cell::new(100, row), true));
         // The wall is at y = 4 m.
         let nothing = scan(|_| false, f64::NAN);

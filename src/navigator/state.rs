@@ -453,7 +453,7 @@ mod tests {
         let footprint = Footprint::round(0.3).expect("a radius");
         let robot = RobotModel { footprint, limits: Limits::default() };
         let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
-        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let ground = ObstacleGrid::filled(frame, false);
         let person = MovingDisc { x: 0.6 + person_m, y: 0.0, radius: 0.3, vx: 0.0, vy: 0.0 };
         let twist = Twist::new(predicted, 0.0);
         let now = PredictedState { twist, may_come: vec![person], ..standing_at(Pose::default()) };

@@ -26,7 +26,7 @@ pub(super) fn with_state<R>(
     call: impl FnOnce(&mut State<'_>) -> R,
 ) -> R {
     let field = ClearanceField::new(ground).expect("a field");
-    let free = ObstacleGrid::new(*ground.frame(), vec![false; ground.frame().len()]);
+    let free = ObstacleGrid::filled(*ground.frame(), false);
     let goal = Goal::at(Point::new(3.0, 0.0));
     let mut planner =
         RoutePlanner::new(&robot.footprint, settings, global::Settings::default(), 0.1);

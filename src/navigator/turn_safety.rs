@@ -58,7 +58,7 @@ mod tests {
         let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
         let robot = RobotModel { footprint: Footprint::covering(body), limits };
         let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
-        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let ground = ObstacleGrid::filled(frame, false);
         let person = |speed| MovingDisc { x: -0.3, y: -0.8, radius: 0.3, vx: speed, vy: 0.0 };
         let now = PredictedState {
             may_come: vec![person(person_speed)],
@@ -89,7 +89,7 @@ mod tests {
         let footprint = Footprint::round(0.5).expect("a radius");
         let robot = RobotModel { footprint, limits: Limits::default() };
         let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
-        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let ground = ObstacleGrid::filled(frame, false);
         let turn = |settings: &NavigatorSettings, rate, person_m| {
             let person = MovingDisc { x: 0.8 + person_m, y: 0.0, radius: 0.3, vx: 0.0, vy: 0.0 };
             let now = PredictedState { may_come: vec![person], ..standing_at(Pose::default()) };

@@ -143,11 +143,9 @@ mod tests {
     #[test]
     fn blind_sectors_and_empty_scans_show_nothing() {
         let frame = GridFrame::new(80, 80, 0.1, Pose::new(-4.0, -4.0, 0.0)).expect("a size");
-        let wall = |index: usize| {
-            let at = frame.cell_at(index);
-            [at.column, at.row].iter().any(|&at| at == 0 || at == 79)
-        };
-        let known = ObstacleGrid::new(frame, (0..frame.len()).map(wall).collect());
+        let known = ObstacleGrid::from_fn(frame, |cell| {
+            [cell.column, cell.row].iter().any(|&at| at == 0 || at == 79)
+        });
         let known = RayCaster::new(&known);
         let mut scan = Scan { ranges: vec![4.0; 541], ..scan() };
         for beam in 0..541 {

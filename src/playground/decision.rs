@@ -181,8 +181,6 @@ fn check_limits(problem: &Problem) -> Result<(), HttpError> {
     Ok(())
 }
 
-/// The size of one unit of each term in SI units.
-/// The values of an axis, in order.
 /// Speeds by column and turn rates by row in the first control period.
 fn window(problem: &Problem) -> Value {
     let Window { vx, vtheta } = &problem.window;

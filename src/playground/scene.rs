@@ -172,8 +172,7 @@ impl Scene {
 }
 
 fn cells(map: &OccupancyGrid, obstacles: &ObstacleGrid, zones: Option<&Zones>) -> Bytes {
-    let zones = zones.map(Zones::to_grid);
-    let zone = |index: usize| zones.as_ref().map_or(0, |zones| zones.cells()[index]);
+    let zone = |index: usize| zones.map_or(0, |zones| zones.grid().cells()[index]);
     let both = map.cells().iter().zip(obstacles.cells()).enumerate();
     both.map(|(index, (&value, &blocked))| match (value, blocked, zone(index)) {
         (UNKNOWN, ..) => 2,

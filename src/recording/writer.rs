@@ -89,7 +89,7 @@ impl<W: Write> RecordingWriter<W> {
         };
         writer.write(&[entry(Topic::Map, &metadata.map)])?;
         if let Some(zones) = &metadata.zones {
-            writer.write(&[entry(Topic::Zones, &zones.to_grid())])?;
+            writer.write(&[entry(Topic::Zones, zones.grid())])?;
         }
         writer.end_chunk()?;
         Ok(writer)

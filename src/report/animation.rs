@@ -268,14 +268,12 @@ impl View {
             let (x, y) = (f64::from(number % width) + 0.5, f64::from(number / width) + 0.5);
             let point =
                 Point::new(self.top_left.x + x / self.scale, self.top_left.y - y / self.scale);
-            let frame = grid.frame();
-            let [red, green, blue] = match frame.cell_of(&point) {
+            let value = grid.frame().cell_of(&point).and_then(|cell| grid.get(cell));
+            let [red, green, blue] = match value {
                 None => OUTSIDE,
-                Some(cell) => match grid.cells()[frame.index(cell)] {
-                    UNKNOWN => UNKNOWN_GREY,
-                    value if value >= OCCUPIED_THRESHOLD => ROCK,
-                    _ => FREE,
-                },
+                Some(&UNKNOWN) => UNKNOWN_GREY,
+                Some(&value) if value >= OCCUPIED_THRESHOLD => ROCK,
+                Some(_) => FREE,
             };
             *pixel = [red, green, blue, u8::MAX];
         }

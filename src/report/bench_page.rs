@@ -12,7 +12,7 @@ use super::sample_charts::{NO_LATENCY, SampleRows, density_notes, density_tiles}
 use super::sweep_charts;
 use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 use crate::experiment::barn::OverWorlds;
-use crate::experiment::{Group, RunRow};
+use crate::experiment::{Group, RunRow, grouped};
 
 /// The content of a page on benchmarks. A section without rows is left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -158,8 +158,9 @@ fn sections(report: &BenchReport) -> Vec<Section> {
             .map(|section| section.with_tiles(run_tiles("soak", report.soak))),
         Section::new("ablation", report.ablation, mission_set_charts::ablation),
     ];
-    let sweeps = sweep_charts::by_kind(report.sweep).into_iter().filter_map(|groups| {
-        let (file, title) = sweep_charts::names(groups[0].kind);
+    let by_kind = grouped(report.sweep.iter().cloned(), |group| group.kind);
+    let sweeps = by_kind.into_iter().filter_map(|(kind, groups)| {
+        let (file, title) = sweep_charts::names(kind);
         Section::new(file, &groups, |groups| vec![sweep_charts::groups(title, groups)])
     });
     let latency = Section::new("latency-groups", report.sweep_latency, |rows| {
@@ -170,7 +171,7 @@ fn sections(report: &BenchReport) -> Vec<Section> {
 
 /// Runs, the share that reached its goal, and contacts that the robot caused.
 fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
-    let all = Group::of("", &rows.iter().collect::<Vec<_>>());
+    let all = Group::of("", rows);
     vec![
         (format!("{of}: runs"), all.runs.to_string(), ""),
         (format!("{of}: goal reached"), fixed(100.0 * all.reached_share, 1), "%"),
@@ -180,8 +181,7 @@ fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
 }
 
 fn barn_tiles(rows: &[RunRow]) -> Vec<Tile> {
-    let all: Vec<&RunRow> = rows.iter().collect();
-    let (score, all) = (OverWorlds::of(&all).score, Group::of("", &all));
+    let (score, all) = (OverWorlds::of(rows).score, Group::of("", rows));
     let mut tiles = run_tiles("BARN", rows);
     tiles.extend([
         ("BARN: score".to_owned(), fixed(score, 4), "of 0.5"),
@@ -196,8 +196,7 @@ fn barn_tiles(rows: &[RunRow]) -> Vec<Tile> {
 }
 
 fn barn_worlds(rows: &[RunRow]) -> Worlds<'_> {
-    let all: Vec<&RunRow> = rows.iter().collect();
-    let (all, means) = (Group::of("", &all), OverWorlds::of(&all));
+    let (all, means) = (Group::of("", rows), OverWorlds::of(rows));
     Worlds {
         title: "BARN by world",
         time_title: "Time over the optimal time, runs that reached the goal (logarithmic)",
@@ -217,7 +216,7 @@ fn barn_worlds(rows: &[RunRow]) -> Worlds<'_> {
 }
 
 fn dynabarn_worlds(rows: &[RunRow]) -> Worlds<'_> {
-    let all = Group::of("", &rows.iter().collect::<Vec<_>>());
+    let all = Group::of("", rows);
     Worlds {
         title: "DynaBARN by world",
         time_title: "Time of the runs that reached the goal, s (logarithmic)",

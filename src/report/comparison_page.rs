@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use super::figure::{Table, file_links};
+use super::figure::{Table, file_links, scrolling_table};
 use super::number::fixed;
 use super::page::{ReportFile, document, json_text, page_header, reproduction};
 use crate::bench::csv_text;
@@ -126,22 +126,16 @@ fn runs_table(
         }
     }
     let cell = |task, planner| runs.get(&(task, planner)).copied();
-    html! {
-        div class="scroll" tabindex="0" role="region" aria-label="every run" {
-            table {
-                thead { tr {
-                    th scope="col" { "world, seed" }
-                    @for planner in ranking { th scope="col" { (planner.planner) } }
-                } }
-                tbody { @for &task in &tasks { tr {
-                    td { (task.0) ", " (task.1) @if task.2 { ", latency" } }
-                    @for planner in ranking {
-                        td { @if let Some(row) = cell(task, planner.planner.as_str()) { (run_cell(report, row)) } @else { "-" } }
-                    }
-                } } }
+    let planners = || ranking.iter().map(|planner| planner.planner.as_str());
+    let rows = html! {
+        @for &task in &tasks { tr {
+            td { (task.0) ", " (task.1) @if task.2 { ", latency" } }
+            @for planner in planners() {
+                td { @if let Some(row) = cell(task, planner) { (run_cell(report, row)) } @else { "-" } }
             }
-        }
-    }
+        } }
+    };
+    scrolling_table("every run", None, ["world, seed"].into_iter().chain(planners()), &rows)
 }
 
 /// How a run ended, with a link to the page that plays it.

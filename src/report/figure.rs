@@ -1,6 +1,6 @@
 //! Figures and tables of a page.
 
-use maud::{Markup, html};
+use maud::{Markup, Render, html};
 use serde_json::Value;
 
 use super::number::NONE;
@@ -16,9 +16,12 @@ const MAX_TICK_ROWS: usize = 50;
 pub(super) type Column<R> = (&'static str, fn(&R) -> String);
 
 /// A table as text.
+#[derive(Default)]
 pub(super) struct Table {
     pub(super) title: String,
     pub(super) headers: Vec<String>,
+    /// Headers of the columns with texts, which are aligned left in [`Table::lines`].
+    pub(super) text_columns: &'static [&'static str],
     pub(super) rows: Vec<Vec<String>>,
 }
 
@@ -34,6 +37,7 @@ impl Table {
             title: title.into(),
             headers: columns.iter().map(|(header, _)| (*header).to_owned()).collect(),
             rows: rows.into_iter().map(texts).collect(),
+            ..Self::default()
         }
     }
 
@@ -53,6 +57,7 @@ impl Table {
             title: title.to_owned(),
             headers: columns.iter().map(|column| column.heading()).collect(),
             rows: rows.iter().map(texts).collect(),
+            ..Self::default()
         }
     }
 
@@ -76,22 +81,29 @@ impl Table {
     /// The table as lines of text: the title, if it has one, the headers and the rows.
     pub(super) fn lines(&self) -> Vec<String> {
         let lines = [std::slice::from_ref(&self.headers), &self.rows[..]].concat();
-        // A column of texts starts with a letter in its first row.
-        let is_text = |place: usize| {
-            let first = self.rows.first().and_then(|row| row[place].chars().next());
-            first.is_some_and(char::is_alphabetic)
-        };
+        let is_text = |place: usize| self.text_columns.contains(&&*self.headers[place]);
         let title = (!self.title.is_empty()).then(|| self.title.clone());
         title.into_iter().chain(aligned(&lines, is_text)).collect()
     }
 
     pub(super) fn markup(&self) -> Markup {
-        html! {
-            div class="scroll" tabindex="0" role="region" aria-label=(self.title) {
-                table {
-                    thead { tr { @for header in &self.headers { th scope="col" { (header) } } } }
-                    tbody { @for row in &self.rows { tr { @for cell in row { td { (cell) } } } } }
-                }
+        let rows = html! { @for row in &self.rows { tr { @for cell in row { td { (cell) } } } } };
+        scrolling_table(&self.title, None, &self.headers, &rows)
+    }
+}
+
+/// A table that scrolls where the page is narrow. Screen readers name it by its title.
+pub(super) fn scrolling_table(
+    title: &str,
+    class: Option<&str>,
+    headers: impl IntoIterator<Item: Render>,
+    rows: &Markup,
+) -> Markup {
+    html! {
+        div class="scroll" tabindex="0" role="region" aria-label=(title) {
+            table class=[class] {
+                thead { tr { @for header in headers { th scope="col" { (header) } } } }
+                tbody { (rows) }
             }
         }
     }

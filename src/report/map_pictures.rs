@@ -4,11 +4,10 @@ use maud::{Markup, html};
 
 use super::figure::{Table, figure};
 use super::map::{
-    Encounters, MapPanel, PAGE_RASTER, PLAYER_RASTER, PathStages, STANDALONE_RASTER,
+    Areas, Encounters, MapPanel, PAGE_RASTER, PLAYER_RASTER, PathStages, STANDALONE_RASTER,
     STANDALONE_TOLERANCE, StandaloneMap, Viewport, contacts, end_legend, goal_mark, ground,
-    ground_legend, labels, map_changes, map_changes_legend, nearest_mark, path, stage_legend,
-    stages, start_mark, stop_mark, top_speed, track, track_legend, trail_legend, trails, zones,
-    zones_legend,
+    ground_legend, labels, nearest_mark, path, stage_legend, stages, start_mark, stop_mark,
+    top_speed, track, track_legend, trail_legend, trails,
 };
 use super::mission_charts::closest;
 use super::mission_page::MissionView;
@@ -121,7 +120,7 @@ pub fn plan_svg(plan: &PlanView) -> String {
 fn plan_layers(plan: &PlanView, nearest: Option<Point>, view: &Viewport) -> Markup {
     html! {
         (ground(plan.map, view, STANDALONE_RASTER))
-        (zones(plan.zones, view))
+        (Areas::of_zones(plan.zones).draw(view))
         (stages(view, &plan.stages, STANDALONE_TOLERANCE))
         @for (index, stop) in plan.stops.iter().enumerate().filter(|(_, stop)| view.shows(stop)) {
             (stop_mark(view.at(stop), index + 1))
@@ -146,7 +145,7 @@ fn plan_legend(plan: &PlanView, has_nearest: bool, view: &Viewport) -> Vec<Legen
     if has_nearest {
         legend.push(LegendEntry::new(nearest_mark([14.0, 7.0]), "nearest reachable point"));
     }
-    legend.extend(zones_legend(plan.zones));
+    legend.extend(Areas::of_zones(plan.zones).legend());
     legend.extend(ground_legend(plan.map, view));
     legend
 }
@@ -185,9 +184,10 @@ pub fn drive_svg(drive: &DriveView) -> String {
     let driven = trace.rows.iter().map(|row| row.pose.position());
     let points = driven.chain(trace.paths.iter().flatten().copied()).chain([start, goal]);
     let view = &Viewport::around(points, drive.map.frame());
+    let zones = Areas::of_zones(drive.zones);
     let layers = html! {
         (ground(drive.map, view, STANDALONE_RASTER))
-        (zones(drive.zones, view))
+        (zones.draw(view))
         (trails(trace, view))
         @for planned in &trace.paths { (path(view, "planned", planned, STANDALONE_TOLERANCE)) }
         (track(&trace.rows, view))
@@ -204,7 +204,7 @@ pub fn drive_svg(drive: &DriveView) -> String {
         LegendEntry::line("track speed-3", format!("track, up to {fastest} m/s")),
     ]);
     legend.extend(trail_legend(trace, view));
-    legend.extend(zones_legend(drive.zones));
+    legend.extend(zones.legend());
     legend.extend(ground_legend(drive.map, view));
     let (title, caption) = (drive.title, drive.caption);
     StandaloneMap { title, caption, style: DRIVE_STYLE, layers, legend }.svg(view)
@@ -260,8 +260,8 @@ fn mission_layers(of: &MissionView, view: &Viewport, encounters: &Encounters) ->
     let raster_side = if of.playback.is_some() { PLAYER_RASTER } else { PAGE_RASTER };
     html! {
         (ground(&mission.map, view, raster_side))
-        (zones(mission.zones.as_deref(), view))
-        (map_changes(of.result.map_changes.as_ref(), mission.map.frame(), view))
+        (Areas::of_zones(mission.zones.as_deref()).draw(view))
+        (map_changes(of).draw(view))
         (trails(trace, view))
         (stages(view, &of.stages(), TOLERANCE))
         @for replanned in trace.paths.iter().skip(1) { (path(view, "replanned", replanned, TOLERANCE)) }
@@ -303,10 +303,15 @@ fn mission_legend(
         let mark = html! { path class="contact-mark" d="M9 2l10 10m0 -10l-10 10" {} };
         legend.push(LegendEntry::new(mark, "contact"));
     }
-    legend.extend(zones_legend(mission.mission.zones.as_deref()));
-    legend.extend(map_changes_legend(mission.result.map_changes.as_ref()));
+    legend.extend(Areas::of_zones(mission.mission.zones.as_deref()).legend());
+    legend.extend(map_changes(mission).legend());
     legend.extend(ground_legend(&mission.mission.map, view));
     legend
+}
+
+/// What has changed on the map of a mission.
+fn map_changes(view: &MissionView) -> Areas {
+    Areas::of_changes(view.result.map_changes.as_ref(), view.mission.map.frame())
 }
 
 fn mission_alt_text(view: &MissionView) -> String {

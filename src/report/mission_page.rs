@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::figure::Table;
+use super::figure::{Table, scrolling_table};
 use super::map::{PathStages, Viewport};
 use super::mission_charts::{self, Latency};
 use super::number::{fixed, optional, significant};
@@ -282,25 +282,20 @@ fn length_m(path: &[Point]) -> f64 {
 fn comparisons(comparisons: &[EngineComparison]) -> Markup {
     let agree = comparisons.iter().all(|engine| engine.agrees);
     let verdict = if agree { "all agree, bit for bit" } else { "they differ" };
+    let rows = html! {
+        @for engine in comparisons { tr {
+            td { (engine.name) }
+            td { (if engine.agrees { "yes" } else { "no" }) }
+            td { code { (engine.digest) } }
+        } }
+    };
+    let headers = ["engine", "agrees", "digest of all answers"];
     html! {
         section id="engines" {
             h2 { (ENGINES_TITLE) }
             p { (badge(agree, verdict)) }
             (tiles(&engine_tiles(comparisons)))
-            div class="scroll" tabindex="0" role="region" aria-label="engines" {
-                table class="words" {
-                    thead { tr {
-                        th scope="col" { "engine" }
-                        th scope="col" { "agrees" }
-                        th scope="col" { "digest of all answers" }
-                    } }
-                    tbody { @for engine in comparisons { tr {
-                        td { (engine.name) }
-                        td { (if engine.agrees { "yes" } else { "no" }) }
-                        td { code { (engine.digest) } }
-                    } } }
-                }
-            }
+            (scrolling_table("engines", Some("words"), headers, &rows))
         }
     }
 }

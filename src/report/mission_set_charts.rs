@@ -149,7 +149,7 @@ fn sets(rows: &[RunRow]) -> Vec<MissionSet<'_>> {
     }
     let set = |((kind, name, traffic), missions): ((_, &str, Option<TrafficKind>), Vec<_>)| {
         let name = if let Some(traffic) = traffic { traffic_text(traffic) } else { name };
-        let counts = Group::of(name, &missions);
+        let counts = Group::of(name, missions.iter().copied());
         MissionSet { kind, counts, missions }
     };
     all.into_iter().map(set).collect()

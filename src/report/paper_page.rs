@@ -243,7 +243,7 @@ fn drive_maps(report: &PaperReport, table: &DriveTable) -> MapsSideBySide {
         | TrafficKind::SteppingOut => ["figure_13", "Fig. 13: pedestrians that stop for the robot"],
 
         TrafficKind::NonYielding => {
-            ["figure_13_heedless", "Fig. 13 again: pedestrians that ignore the robot"]
+            ["figure_13_non_yielding", "Fig. 13 again: pedestrians that ignore the robot"]
         }
     };
     paper_maps::drives(names, report.courses, shown, report.footprint)

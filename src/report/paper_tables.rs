@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::figure::Table;
+use super::figure::{Table, scrolling_table};
 use super::number::{NONE, fixed, optional, significant};
 use crate::bench::paper::{
     AblationTable, Measure, PathTable, PublishedRow, Reduced, Reduction, label_of, targets,
@@ -52,6 +52,7 @@ pub(super) fn path_table(table: &PathTable) -> Table {
             ("raw path over shortest, %", |row| fixed(100.0 * row.over_shortest, 2)),
         ],
     );
+    paths.text_columns = &["scene or path", "variant"];
     let columns = paths.headers.len();
     paths.rows.extend(table.paper.iter().map(|row| published_path(row, columns)));
     paths
@@ -71,31 +72,38 @@ fn dash() -> String {
     NONE.to_owned()
 }
 
+/// Header of the column that names a reduction.
+const REDUCTION: &str = "change of the sums (mean change of the rows)";
+
+/// The headers of a table of reductions.
+fn reduction_headers() -> impl Iterator<Item = &'static str> {
+    [REDUCTION].into_iter().chain(Measure::ALL.map(Measure::word))
+}
+
+/// The measured reductions with their names, and those of the paper with whether they are its.
+fn named_reductions(table: &PathTable) -> impl Iterator<Item = (String, &Reduction, bool)> {
+    let name = |found: &Reduction| {
+        format!("{} against {}", label_of(found.variant), label_of(found.against))
+    };
+    let measured = table.reductions.iter().map(move |found| (name(found), found, false));
+    measured.chain(table.paper_reductions.iter().map(|found| ("paper".to_owned(), found, true)))
+}
+
 /// Changes of the sums, coloured by whether they reach those of the paper.
 pub(super) fn reduction_table(table: &PathTable) -> Markup {
     let targets = targets(&table.paper);
-    html! {
-        div class="scroll" tabindex="0" role="region" aria-label=(format!("Reductions: {}", table.title)) {
-            table class="reductions" {
-                thead { tr {
-                    th scope="col" { "change of the sums (mean change of the rows)" }
-                    @for measure in Measure::ALL { th scope="col" { (measure.word()) } }
-                } }
-                tbody {
-                    @for found in &table.reductions { tr {
-                        td { (label_of(found.variant)) " against " (label_of(found.against)) }
-                        @for (measure, target) in targets {
-                            (change(measure, found.of(measure), Some(target)))
-                        }
-                    } }
-                    @for found in &table.paper_reductions { tr class="published-row" {
-                        td { "paper" }
-                        @for measure in Measure::ALL { (change(measure, found.of(measure), None)) }
-                    } }
+    let rows = html! {
+        @for (name, found, is_published) in named_reductions(table) {
+            tr class=[is_published.then_some("published-row")] {
+                td { (name) }
+                @for (measure, target) in targets {
+                    (change(measure, found.of(measure), (!is_published).then_some(target)))
                 }
             }
         }
-    }
+    };
+    let title = format!("Reductions: {}", table.title);
+    scrolling_table(&title, Some("reductions"), reduction_headers(), &rows)
 }
 
 /// The cell of a reduction. With a target, it shows whether the reduction reaches it.
@@ -117,20 +125,15 @@ fn change_text(measure: Measure, reduced: Reduced) -> String {
 
 /// Changes of the sums, as text.
 fn reduction_text(table: &PathTable) -> Table {
-    let label = |found: &Reduction| {
-        format!("{} against {}", label_of(found.variant), label_of(found.against))
-    };
-    let measured = table.reductions.iter().map(|found| (label(found), found));
-    let published = table.paper_reductions.iter().map(|found| ("paper".to_owned(), found));
-    let row = |(label, found): (String, &Reduction)| {
+    let row = |(name, found, _): (String, &Reduction, bool)| {
         let changes = Measure::ALL.map(|measure| change_text(measure, found.of(measure)));
-        [label].into_iter().chain(changes).collect()
+        [name].into_iter().chain(changes).collect()
     };
-    let headers = ["change of the sums (mean change of the rows)"].into_iter();
     Table {
-        title: String::new(),
-        headers: headers.chain(Measure::ALL.map(Measure::word)).map(str::to_owned).collect(),
-        rows: measured.chain(published).map(row).collect(),
+        headers: reduction_headers().map(str::to_owned).collect(),
+        text_columns: &[REDUCTION],
+        rows: named_reductions(table).map(row).collect(),
+        ..Table::default()
     }
 }
 
@@ -146,7 +149,7 @@ fn signed(reduction: f64, decimals: usize) -> String {
 
 /// The values after each step.
 pub(super) fn step_table(table: &AblationTable) -> Table {
-    Table::new(
+    let steps = Table::new(
         table.title.as_str(),
         &table.rows,
         &[
@@ -159,7 +162,8 @@ pub(super) fn step_table(table: &AblationTable) -> Table {
             ("raw paths over shortest, %", |row| fixed(100.0 * row.over_shortest, 2)),
             ("worst, %", |row| fixed(100.0 * row.worst_over_shortest, 1)),
         ],
-    )
+    );
+    Table { text_columns: &["step"], ..steps }
 }
 
 /// Sentences as a list.
@@ -194,6 +198,7 @@ pub(super) fn summary_table(table: &DriveTable) -> Table {
             ("time lost per person, s", |summary| optional(summary.time_lost_per_person_s, 2)),
         ],
     );
+    summaries.text_columns = &["drives"];
     let columns = summaries.headers.len();
     let published = |name: &str, number: String, spread: [Deviation; 2]| {
         let mut cells = vec![name.to_owned(), number, String::new(), String::new()];
@@ -230,7 +235,7 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
             (run, paper.map_or([f64::NAN; 3], |row| row.to_array()))
         })
         .collect();
-    Table::new(
+    let drives = Table::new(
         format!("{}: every drive", table.title),
         &rows,
         &[
@@ -253,7 +258,8 @@ pub(super) fn run_table(table: &DriveTable) -> Table {
             ("time lost to people, s", |(run, _)| optional(run.people_time_lost_s, 1)),
             ("end", |(run, _)| run.outcome.text().to_owned()),
         ],
-    )
+    );
+    Table { text_columns: &["scene, seed", "end"], ..drives }
 }
 
 /// A published value; empty if the paper has no drive.

@@ -1,7 +1,5 @@
 //! The ends of runs, and the chart of benchmark worlds from the easiest to the hardest.
 
-use std::collections::BTreeMap;
-
 use maud::html;
 
 use super::chart::{Axis, Bar, Chart, Mark, Panel, RowMark, Tick, XAxis, range};
@@ -9,7 +7,7 @@ use super::figure::Table;
 use super::number::{fixed, optional, significant};
 use super::svg::LegendEntry;
 use crate::bench::percentiles;
-use crate::experiment::{Group, RunRow};
+use crate::experiment::{Group, RunRow, by_world};
 
 /// An end of runs, as the charts distinguish them.
 pub(super) struct RunEnd {
@@ -186,21 +184,15 @@ impl Worlds<'_> {
 
     /// The worlds from the easiest to the hardest.
     fn sorted(&self) -> Vec<World> {
-        let mut by_name: BTreeMap<(usize, &str), Vec<&RunRow>> = BTreeMap::new();
-        for run in self.runs {
-            // Numbers are sorted by their value.
-            let key = (run.world.len(), run.world.as_str());
-            by_name.entry(key).or_default().push(run);
-        }
-        let world = |((_, name), runs): ((usize, &str), Vec<&RunRow>)| {
+        let world = |(name, runs): (&str, Vec<&RunRow>)| {
             let reached = || runs.iter().filter(|run| run.reached());
             World {
-                counts: Group::of(name, &runs),
+                counts: Group::of(name, runs.iter().copied()),
                 times_s: spread(reached().map(|run| run.time_s)).unwrap_or([f64::NAN; 3]),
                 charted_times: spread(reached().map(|run| (self.charted_time)(run))),
             }
         };
-        let mut worlds: Vec<World> = by_name.into_iter().map(world).collect();
+        let mut worlds: Vec<World> = by_world(self.runs).into_iter().map(world).collect();
         // A world without a run that reached the goal has no median.
         let median =
             |world: &World| world.charted_times.map_or(f64::INFINITY, |[_, median, _]| median);

@@ -8,18 +8,6 @@ use super::number::significant;
 use super::sample_charts::{AllSeries, reached_percent, reached_text};
 use crate::experiment::{Group, RunRow, WorldKind};
 
-/// The groups of each kind of worlds, in the order in which the kinds first occur.
-pub(super) fn by_kind(groups: &[Group]) -> Vec<Vec<Group>> {
-    let mut all: Vec<Vec<Group>> = Vec::new();
-    for group in groups {
-        match all.iter_mut().find(|of| of[0].kind == group.kind) {
-            Some(of) => of.push(group.clone()),
-            None => all.push(vec![group.clone()]),
-        }
-    }
-    all
-}
-
 /// File name without extension, and title, of the groups of a kind of worlds.
 pub(super) const fn names(kind: WorldKind) -> (&'static str, &'static str) {
     match kind {

@@ -97,7 +97,7 @@ mod tests {
     fn map(is_walled: bool) -> ObstacleGrid {
         let origin = Pose::new(0.0, -10.0, 0.0);
         let frame = GridFrame::new(600, 200, 0.1, origin).expect("a valid size");
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, false);
         (0..600).for_each(|column| obstacles.set(Cell::new(column, 110), is_walled));
         obstacles
     }

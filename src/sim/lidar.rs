@@ -340,7 +340,7 @@ mod tests {
     #[test]
     fn beam_that_is_not_tested_hits_no_moving_obstacle() {
         let frame = GridFrame::new(10, 10, 1.0, Pose::default()).expect("a valid size");
-        let mut world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+        let mut world = World::new(ObstacleGrid::filled(frame, false));
         let mut random = Pcg64Mcg::seed_from_u64(3);
         let mut untested = 0;
         for case in 0..500 {

@@ -415,7 +415,7 @@ mod tests {
     #[test]
     fn obstacle_out_of_sight_appears_behind_a_wall_only() {
         let frame = GridFrame::new(60, 60, 0.1, Pose::default()).expect("a valid size");
-        let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut ground = ObstacleGrid::filled(frame, false);
         (0..60).filter(|row| !(25..35).contains(row)).for_each(|row| {
             ground.set(Cell::new(30, row), true);
         });

@@ -61,11 +61,9 @@ mod tests {
     /// A roadway of 20 by 3 m with cells of 5 cm.
     fn roadway() -> ObstacleGrid {
         let frame = GridFrame::new(400, 100, 0.05, Pose::default()).expect("a valid size");
-        let is_wall = |index: usize| {
-            let Cell { column, row } = frame.cell_at(index);
+        ObstacleGrid::from_fn(frame, |Cell { column, row }| {
             !(20..80).contains(&row) || !(5..395).contains(&column)
-        };
-        ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect())
+        })
     }
 
     #[test]

@@ -45,7 +45,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 resolution_m,
                 origin: Pose::new(-3.0, 5.0, 0.4),
             };
-            let mut grid = ObstacleGrid::new(frame, vec![false; frame.len()]);
+            let mut grid = ObstacleGrid::filled(frame, false);
             for cell in &blocked {
                 grid.set(*cell, true);
             }

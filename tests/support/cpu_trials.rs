@@ -3,14 +3,14 @@
 
 use inbye::bench::{Difference, GOLDEN_DIGEST, compare, random_problem, verify, verify_golden};
 use inbye::local::{
-    Axis, CpuEngine, Detail, Engine, EngineError, Evaluation, InstructionSet, Problem,
-    QuantizedProblem, Window,
+    Axis, CpuEngine, Detail, Engine, Evaluation, InstructionSet, Problem, QuantizedProblem, Window,
 };
 use libtest_mimic::{Failed, Trial};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::batch_trials::random_batches;
+use super::changed_engine::ChangedEngine;
 use super::operations::{OPERATIONS, cases, differences};
 
 pub fn trials() -> Vec<Trial> {
@@ -136,37 +136,6 @@ pub fn agree(engines: &mut [Box<dyn Engine>], problems: u64, seed: u64) -> Resul
     .into())
 }
 
-/// A CPU engine that falsifies the answer to one problem.
-struct Falsified {
-    inner: CpuEngine,
-    asked: u64,
-    case: u64,
-    falsify: fn(&mut Evaluation),
-}
-
-impl Engine for Falsified {
-    fn name(&self) -> String {
-        "falsified".to_owned()
-    }
-
-    fn threads(&self) -> usize {
-        1
-    }
-
-    fn evaluate(
-        &mut self,
-        problem: &QuantizedProblem,
-        detail: Detail,
-    ) -> Result<Evaluation, EngineError> {
-        let mut evaluation = self.inner.evaluate(problem, detail)?;
-        if self.asked == self.case {
-            (self.falsify)(&mut evaluation);
-        }
-        self.asked += 1;
-        Ok(evaluation)
-    }
-}
-
 /// Number of the problem, falsification of its evaluation, and expected report: quantity and flipped bits.
 type Falsification = (fn(&mut Evaluation), &'static str, u64);
 
@@ -206,7 +175,13 @@ fn one_flipped_bit_is_reported() -> Result<(), Failed> {
     let seed = 33;
     let case = case_with_a_winner(seed)?;
     for (falsify, quantity, bits) in FALSIFICATIONS {
-        let falsified = Falsified { inner: CpuEngine::single_threaded(), asked: 0, case, falsify };
+        let mut asked = 0;
+        let falsified = ChangedEngine::new(move |_, evaluation| {
+            if asked == case {
+                falsify(evaluation);
+            }
+            asked += 1;
+        });
         let mut engines: [Box<dyn Engine>; 2] =
             [Box::new(CpuEngine::single_threaded()), Box::new(falsified)];
         let verification = verify(&mut engines, case + 2, seed, |_| {})?;
@@ -220,7 +195,7 @@ fn one_flipped_bit_is_reported() -> Result<(), Failed> {
             .into());
         };
         let flipped = number(expected)? ^ number(found)?;
-        if (engine.as_str(), *at, what.as_str(), flipped) != ("falsified", case, quantity, bits) {
+        if (engine.as_str(), *at, what.as_str(), flipped) != ("changed", case, quantity, bits) {
             return Err(format!("{quantity}: reported as {:#?}", verification.differences).into());
         }
         if verification.agree() || verification.digests[0] == verification.digests[1] {

@@ -16,7 +16,7 @@ const RESOLUTION_M: f64 = 0.124_99;
 /// A square grid with its corner at the map's origin, free except for these cells (column and row).
 pub fn field(side: i32, resolution_m: f64, blocked: &[[i32; 2]]) -> Arc<ClearanceField> {
     let frame = GridFrame { width: side, height: side, resolution_m, origin: Pose::default() };
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     for &[column, row] in blocked {
         obstacles.set(Cell::new(column, row), true);
     }

@@ -27,7 +27,7 @@ pub fn obstacles(random: &mut Pcg64Mcg, most_side: i32) -> ObstacleGrid {
         resolution_m: RESOLUTIONS_M[random.random_range(0..RESOLUTIONS_M.len())],
         origin,
     };
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     if random.random_bool(0.5) {
         let share = random.random_range(0.0..0.35);
         for index in 0..frame.len() {

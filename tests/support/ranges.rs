@@ -62,7 +62,7 @@ fn resolution_out_of_range_is_rejected() {
     for (inside, outside) in [(0.001, 0.000_999), (2.0, 2.001)] {
         let with = |resolution_m| {
             let frame = GridFrame { resolution_m, ..*plain().field.frame() };
-            ClearanceField::new(&ObstacleGrid::new(frame, vec![false; frame.len()]))
+            ClearanceField::new(&ObstacleGrid::filled(frame, false))
         };
         let unit_m = with(inside).expect("just inside").unit_m();
         assert!((1.22e-4..=2.4415e-4).contains(&unit_m), "{unit_m}");

@@ -63,7 +63,7 @@ impl Scene {
         let blocked: Vec<Cell> = (0..[0, 4, 40, 150][rng.random_range(0..4)])
             .map(|_| frame.cell_at(rng.random_range(0..frame.len())))
             .collect();
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, false);
         for cell in &blocked {
             obstacles.set(*cell, true);
         }

@@ -132,11 +132,11 @@ impl RevolutionAssembler {
         let expected_s = 360.0 / f64::from(self.speed_deg_s.max(1));
         let is_complete = !self.beams.is_empty()
             && (0.5 * expected_s..MAX_REVOLUTION_S).contains(&(last_s - first_s));
-        let sweep = is_complete.then(|| TimedScan {
+        let scan = is_complete.then(|| TimedScan {
             beams: self.beams.clone(),
             range_max: RANGE_MAX_M + self.mount.position().to_vector().norm(),
         });
         self.beams.clear();
-        sweep
+        scan
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::frames::{Command, Decoder, Report};
 use super::{BAUD, REPORT_PERIOD_S, WATCHDOG_S};
-use crate::base::protocol::{CommandCounter, SessionCore};
+use crate::base::protocol::{CommandCounter, ReportTimer, SessionCore};
 use crate::base::{
     BaseError, BaseSettings, CommandStats, DeviceProtocol, Faults, Feedback, MachineState, Session,
 };
@@ -163,7 +163,7 @@ pub struct NativeDevice {
     stopped: bool,
     /// Whether to release the stop in the next cycle, unless the button is pressed.
     release: bool,
-    next_report_s: f64,
+    reports: ReportTimer,
     sequence: u16,
     commands: CommandCounter,
 }
@@ -182,7 +182,7 @@ impl NativeDevice {
             accepted: None,
             stopped: false,
             release: false,
-            next_report_s: f64::NEG_INFINITY,
+            reports: ReportTimer::new(REPORT_PERIOD_S),
             sequence: 0,
             commands: CommandCounter::default(),
         })
@@ -224,10 +224,7 @@ impl DeviceProtocol for NativeDevice {
             || !machine.faults.is_empty();
         let silent = self.accepted.is_none_or(|(_, at_s)| now_s - at_s >= WATCHDOG_S);
         self.commands.watchdog(silent && !self.stopped && self.set != TrackSpeeds::default());
-        if now_s >= self.next_report_s {
-            let next_s = self.next_report_s + REPORT_PERIOD_S;
-            // No burst of reports after a pause.
-            self.next_report_s = if next_s > now_s { next_s } else { now_s + REPORT_PERIOD_S };
+        if self.reports.is_due(now_s) {
             self.sequence = self.sequence.wrapping_add(1);
             let report = Report {
                 sequence: self.sequence,

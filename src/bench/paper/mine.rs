@@ -53,13 +53,12 @@ pub fn made_mine(seed: u64) -> OccupancyGrid {
         }
     }
     workings.fallen_rock();
-    OccupancyGrid::new(workings.frame, workings.cells)
+    workings.map
 }
 
 /// Solid rock with the roadways cut so far.
 struct Workings {
-    frame: GridFrame,
-    cells: Vec<i8>,
+    map: OccupancyGrid,
     rng: Pcg64Mcg,
     /// Middle lines: ends, metres.
     cut: Vec<[[f64; 2]; 2]>,
@@ -75,8 +74,7 @@ impl Workings {
             origin: Pose::default(),
         };
         Self {
-            frame,
-            cells: vec![100; frame.len()],
+            map: OccupancyGrid::filled(frame, 100),
             rng: Pcg64Mcg::seed_from_u64(seed),
             cut: Vec::new(),
         }
@@ -129,7 +127,8 @@ impl Workings {
                 let aside = (f64::from(offset) + 0.5) * RESOLUTION_M - middle;
                 let wall = &walls[usize::from(aside > 0.0)];
                 if aside.abs() < WIDTH_M / 2.0 + wall.height_at(at) {
-                    self.set(if along == 0 { [step, offset] } else { [offset, step] }, 0);
+                    let [column, row] = if along == 0 { [step, offset] } else { [offset, step] };
+                    self.map.set(Cell::new(column, row), 0);
                 }
             }
         }
@@ -159,25 +158,17 @@ impl Workings {
             );
             let radius_m = self.draw(HEAP_M);
             let reach = (radius_m / RESOLUTION_M).ceil() as i32;
-            let Some(middle) = self.frame.cell_of(&center) else {
+            let Some(middle) = self.map.frame().cell_of(&center) else {
                 continue;
             };
             for row in middle.row - reach..=middle.row + reach {
                 for column in middle.column - reach..=middle.column + reach {
-                    let cell_center = self.frame.center_of(Cell::new(column, row));
-                    if (cell_center - center).norm() < radius_m {
-                        self.set([column, row], 100);
+                    let cell = Cell::new(column, row);
+                    if (self.map.frame().center_of(cell) - center).norm() < radius_m {
+                        self.map.set(cell, 100);
                     }
                 }
             }
-        }
-    }
-
-    fn set(&mut self, [column, row]: [i32; 2], value: i8) {
-        let cell = Cell::new(column, row);
-        if self.frame.contains(cell) {
-            let index = self.frame.index(cell);
-            self.cells[index] = value;
         }
     }
 }

@@ -192,32 +192,17 @@ fn farthest_points(space: &FreeSpace, count: usize, seed: u64) -> Option<Vec<Cel
     Some(chosen)
 }
 
-/// The largest connected set of free cells. A diagonal move needs both adjacent cells, so moves to the four neighbours
-/// suffice.
+/// The largest connected set of free cells.
 fn largest_part(space: &FreeSpace) -> Vec<Cell> {
     let frame = space.frame();
     let mut seen = vec![false; frame.len()];
     let mut largest = Vec::new();
-    for index in 0..frame.len() {
-        let first = frame.cell_at(index);
-        if seen[index] || !space.is_free(first) {
-            continue;
-        }
-        seen[index] = true;
-        let mut part = vec![first];
-        let mut next = 0;
-        while let Some(&Cell { column, row }) = part.get(next) {
-            next += 1;
-            for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
-                let neighbour = Cell::new(column + right, row + up);
-                if space.is_free(neighbour) && !seen[frame.index(neighbour)] {
-                    seen[frame.index(neighbour)] = true;
-                    part.push(neighbour);
-                }
+    for first in frame.cells() {
+        if !seen[frame.index(first)] && space.is_free(first) {
+            let part: Vec<Cell> = space.flood(first, &mut seen).map(|(cell, _)| cell).collect();
+            if part.len() > largest.len() {
+                largest = part;
             }
-        }
-        if part.len() > largest.len() {
-            largest = part;
         }
     }
     largest

@@ -94,7 +94,7 @@ const MARGIN_M: f64 = 3.0;
 /// Fails when the world is too large for a grid.
 pub fn truth(cylinders: &[Cylinder], course: &Course) -> Result<ObstacleGrid, MapError> {
     let frame = frame(cylinders, course, TRUTH_RESOLUTION_M)?;
-    let mut grid = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut grid = ObstacleGrid::filled(frame, false);
     for cylinder in cylinders {
         fill(&mut grid, cylinder);
     }
@@ -107,7 +107,7 @@ pub fn truth(cylinders: &[Cylinder], course: &Course) -> Result<ObstacleGrid, Ma
 /// Fails when the world is too large for a grid.
 pub fn empty_map(cylinders: &[Cylinder], course: &Course) -> Result<OccupancyGrid, MapError> {
     let frame = frame(cylinders, course, MAP_RESOLUTION_M)?;
-    Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))
+    Ok(OccupancyGrid::filled(frame, 0))
 }
 
 /// A grid over all cylinders, the start and the goal, with a margin.

@@ -1,11 +1,9 @@
 //! Figures over all BARN runs.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
 use super::{BarnWorld, Published};
-use crate::experiment::group::mean;
+use crate::experiment::group::{by_world, mean};
 use crate::experiment::{Group, RunRow};
 
 /// Figures of all runs, and those of the worlds with published figures next to the published ones.
@@ -64,11 +62,10 @@ impl BarnSummary {
             .collect();
         let is_official = |row: &&RunRow| figures.iter().any(|(world, _)| *world == row.world);
         let official: Vec<&RunRow> = rows.iter().filter(is_official).collect();
-        let all: Vec<&RunRow> = rows.iter().collect();
         Self {
-            all: Group::of("all", &all),
-            over_worlds: OverWorlds::of(&all),
-            official: (!official.is_empty()).then(|| OverWorlds::of(&official)),
+            all: Group::of("all", rows),
+            over_worlds: OverWorlds::of(rows),
+            official: (!official.is_empty()).then(|| OverWorlds::of(official)),
             published: (!figures.is_empty()).then(|| published(&figures)),
         }
     }
@@ -77,20 +74,16 @@ impl BarnSummary {
 impl OverWorlds {
     /// The means of rows.
     #[must_use]
-    pub fn of(rows: &[&RunRow]) -> Self {
-        // The worlds are in the order of their numbers, as listed.
-        let mut by_world: BTreeMap<(usize, &str), Vec<&RunRow>> = BTreeMap::new();
-        for row in rows {
-            let world = row.world.as_str();
-            by_world.entry((world.len(), world)).or_default().push(row);
-        }
+    pub fn of<'r>(rows: impl IntoIterator<Item = &'r RunRow>) -> Self {
+        let by_world = by_world(rows);
         let over_worlds = |figure: fn(&RunRow) -> f64| {
-            let of_world = |rows: &Vec<&RunRow>| mean(rows.iter().map(|row| figure(row)));
-            mean(by_world.values().filter_map(of_world)).unwrap_or_default()
+            let of_world =
+                |(_, rows): &(&str, Vec<&RunRow>)| mean(rows.iter().map(|row| figure(row)));
+            mean(by_world.iter().filter_map(of_world)).unwrap_or_default()
         };
         Self {
             worlds: by_world.len(),
-            runs: rows.len(),
+            runs: by_world.iter().map(|(_, rows)| rows.len()).sum(),
             success: over_worlds(|row| f64::from(u8::from(row.reached()))),
             score: over_worlds(|row| row.score.unwrap_or_default()),
         }

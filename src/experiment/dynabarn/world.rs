@@ -265,7 +265,7 @@ fn empty_map(world: &DynaBarnWorld) -> Result<OccupancyGrid, MapError> {
         RESOLUTION_M,
         [low.x - MARGIN_M, low.y - MARGIN_M, 0.0].into(),
     )?;
-    Ok(OccupancyGrid::new(frame, vec![0; frame.len()]))
+    Ok(OccupancyGrid::filled(frame, 0))
 }
 
 const fn state(row: &TraceRow) -> State {

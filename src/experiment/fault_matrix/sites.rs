@@ -107,14 +107,11 @@ fn hall_mission(
 fn hall(is_wall: impl Fn(&Point) -> bool) -> Result<OccupancyGrid, ExperimentError> {
     let (width, height) = ((HALL_M.0 / RESOLUTION_M) as i32, (HALL_M.1 / RESOLUTION_M) as i32);
     let frame = GridFrame::new(width, height, RESOLUTION_M, Pose::default())?;
-    let value = |index: usize| {
-        let cell = frame.cell_at(index);
+    Ok(OccupancyGrid::from_fn(frame, |cell| {
         let is_border =
             cell.column == 0 || cell.row == 0 || cell.column == width - 1 || cell.row == height - 1;
         if is_border || is_wall(&frame.center_of(cell)) { 100 } else { 0 }
-    };
-    let cells = (0..frame.len()).map(value).collect();
-    Ok(OccupancyGrid::new(frame, cells))
+    }))
 }
 
 fn mission(map: OccupancyGrid, start: Pose, goal: Point, seed: u64) -> Simulation {

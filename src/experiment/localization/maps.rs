@@ -23,10 +23,12 @@ pub(super) fn roadways(length_m: f64, lower_m: &[f64], width_m: f64) -> Occupanc
         let along = place.x > 1.0 && place.x < 1.0 + length_m;
         along && lower_m.iter().any(|&low| place.y > low && place.y < low + width_m)
     };
-    let cell = |index| {
-        if is_open(&frame.center_of(frame.cell_at(index))) { FREE } else { OCCUPIED }
-    };
-    OccupancyGrid::new(frame, (0..frame.len()).map(cell).collect())
+    OccupancyGrid::from_fn(
+        frame,
+        |cell| {
+            if is_open(&frame.center_of(cell)) { FREE } else { OCCUPIED }
+        },
+    )
 }
 
 /// The map with cells of twice the size, occupied where half of the area or more is.
@@ -39,15 +41,13 @@ pub(super) fn coarsened(map: &OccupancyGrid) -> OccupancyGrid {
         origin: fine.origin,
     };
     let is_occupied = |column: i32, row: i32| {
-        map.cells()[fine.index(Cell::new(column, row))] >= OCCUPIED_THRESHOLD
+        map.get(Cell::new(column, row)).is_some_and(|value| *value >= OCCUPIED_THRESHOLD)
     };
-    let value = |index: usize| {
-        let Cell { column, row } = frame.cell_at(index);
+    OccupancyGrid::from_fn(frame, |Cell { column, row }| {
         let occupied = [(0, 0), (1, 0), (0, 1), (1, 1)]
             .iter()
             .filter(|(right, up)| is_occupied(2 * column + right, 2 * row + up))
             .count();
         if occupied >= 2 { OCCUPIED } else { FREE }
-    };
-    OccupancyGrid::new(frame, (0..frame.len()).map(value).collect())
+    })
 }

@@ -1,7 +1,6 @@
 //! A map for random missions, and the mission of a seed.
 
 use core::f64::consts::PI;
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
@@ -54,9 +53,8 @@ impl MissionSite {
             (rim..frame.width - rim).contains(&cell.column)
                 && (rim..frame.height - rim).contains(&cell.row)
         };
-        let free_cells = (0..frame.len())
-            .filter(|&index| free.is_free(frame.cell_at(index)) && is_inner(frame.cell_at(index)))
-            .collect();
+        let is_usable = |cell: &Cell| free.is_free(*cell) && is_inner(*cell);
+        let free_cells = frame.cells().filter(is_usable).map(|cell| frame.index(cell)).collect();
         Self { name: name.to_owned(), map: Arc::new(map), obstacles, free, free_cells }
     }
 
@@ -113,16 +111,19 @@ impl MissionSite {
         rng: &mut Pcg64Mcg,
     ) -> Result<(Point, Point, Plan), ExperimentError> {
         let frame = *self.free.frame();
-        let most_steps = (rules.longest_m / frame.resolution_m) as u32;
+        let most_moves = (rules.longest_m / frame.resolution_m) as u32;
         let attempts = if self.free_cells.is_empty() { 0 } else { ATTEMPTS };
         for _ in 0..attempts {
             let first = frame.cell_at(self.free_cells[rng.random_range(0..self.free_cells.len())]);
             let start = frame.center_of(first);
-            let mut reached = flood_fill(&self.free, first, most_steps);
-            reached.retain(|&cell| {
+            let is_usable = |&cell: &Cell| {
                 let is_inner = self.free_cells.binary_search(&frame.index(cell)).is_ok();
                 is_inner && (frame.center_of(cell) - start).norm() >= rules.min_m
-            });
+            };
+            let mut seen = vec![false; frame.len()];
+            let reached = self.free.flood(first, &mut seen);
+            let reached = reached.take_while(|&(_, moves)| moves <= most_moves);
+            let reached: Vec<Cell> = reached.map(|(cell, _)| cell).filter(is_usable).collect();
             if reached.is_empty() {
                 continue;
             }
@@ -144,29 +145,4 @@ impl MissionSite {
             ),
         })
     }
-}
-
-/// Returns the free cells within this number of moves along rows and columns from a free cell, the cell itself first. A
-/// diagonal move needs both adjacent cells free, so these moves reach all cells that a search does, in up to 1.41 times the
-/// length.
-fn flood_fill(space: &FreeSpace, start: Cell, most_steps: u32) -> Vec<Cell> {
-    let frame = space.frame();
-    let mut seen = vec![false; frame.len()];
-    seen[frame.index(start)] = true;
-    let mut reached = vec![start];
-    let mut queue = VecDeque::from([(start, 0)]);
-    while let Some((Cell { column, row }, steps)) = queue.pop_front() {
-        if steps == most_steps {
-            continue;
-        }
-        for (right, up) in [(1, 0), (-1, 0), (0, 1), (0, -1)] {
-            let next = Cell::new(column + right, row + up);
-            if space.is_free(next) && !seen[frame.index(next)] {
-                seen[frame.index(next)] = true;
-                reached.push(next);
-                queue.push_back((next, steps + 1));
-            }
-        }
-    }
-    reached
 }

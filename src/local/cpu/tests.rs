@@ -50,8 +50,8 @@ fn random_problem(case: u64, start: (f64, f64), reach: f64) -> Problem {
         ),
     };
     let density = [0.0, 0.0005, 0.002, 0.01][rng.random_range(0..4)];
-    let blocked = (0..frame.len()).map(|_| rng.random_bool(density)).collect();
-    let field = ClearanceField::new(&ObstacleGrid::new(frame, blocked)).expect("in range");
+    let obstacles = ObstacleGrid::from_fn(frame, |_| rng.random_bool(density));
+    let field = ClearanceField::new(&obstacles).expect("in range");
     let (width, height) = (f64::from(frame.width), f64::from(frame.height));
     let mut within = |least: f64, most: f64| {
         let column = rng.random_range(least..most) * width;

@@ -249,7 +249,7 @@ mod tests {
         let body = Polygon::rectangle(length_m, width_m).expect("a rectangle");
         let robot = RobotModel { footprint: Footprint::covering(body), limits };
         let frame = GridFrame::new(200, 200, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
-        let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut ground = ObstacleGrid::filled(frame, false);
         (0..200).for_each(|row| ground.set(Cell::new(110, row), true));
         let now = standing_at(*pose);
         with_state(&settings, &robot, &ground, &now, (Twist::STOP, Twist::STOP), |state| {
@@ -283,7 +283,7 @@ mod tests {
         let footprint = Footprint::round(0.3).expect("a radius");
         let robot = RobotModel { footprint, limits: Limits::default() };
         let frame = GridFrame::new(200, 200, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
-        let ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let ground = ObstacleGrid::filled(frame, false);
         for (speed, heading_error, escapes) in
             [(0.3, 0.0, false), (0.07, 0.0, true), (0.3, 2.0, true)]
         {

@@ -185,11 +185,8 @@ mod tests {
         let body = Polygon::rectangle(0.8, 0.4).expect("a body");
         let robot = RobotModel { footprint: Footprint::covering(body), limits: Limits::default() };
         let frame = GridFrame::new(100, 60, 0.1, Pose::new(-2.0, -3.0, 0.0)).expect("a size");
-        let is_wall = |index: usize| {
-            let center = frame.center_of(frame.cell_at(index));
-            center.y.abs() > 0.5 * width_m
-        };
-        let ground = ObstacleGrid::new(frame, (0..frame.len()).map(is_wall).collect());
+        let is_wall = |cell| frame.center_of(cell).y.abs() > 0.5 * width_m;
+        let ground = ObstacleGrid::from_fn(frame, is_wall);
         let settings = NavigatorSettings::default();
         let goal = Goal { position: Point::new(3.0, 0.0), yaw: Some(1.4) };
         let goal: &'static Goal = Box::leak(Box::new(goal));

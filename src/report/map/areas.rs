@@ -11,69 +11,63 @@ use crate::map::{GridFrame, OccupancyGrid, Zones};
 use crate::report::number::coordinate;
 use crate::report::svg::LegendEntry;
 
-/// The classes of zones with their legends, and the values of their cells.
-const KINDS: [(&str, &str, [i8; 2]); 2] =
+/// A kind of areas: its class, its legend, and the least and greatest value of its cells.
+type Kind = (&'static str, &'static str, [i8; 2]);
+
+const ZONES: [Kind; 2] =
     [("slow-zone", "zone with a speed limit", [1, 99]), ("closed-zone", "closed zone", [100, 100])];
+const CHANGES: [Kind; 2] = [
+    ("appeared", "appeared, not on the map", [1, 1]),
+    ("vanished", "vanished, still on the map", [2, 2]),
+];
 
 /// A rectangle of cells: columns and rows, the upper ends exclusive.
 type Rectangle = [i32; 4];
 
-/// The areas of each kind.
-pub(crate) fn zones(zones: Option<&Zones>, view: &Viewport) -> Markup {
-    let grid = zones.map(Zones::to_grid);
-    html! {
-        @if let Some(grid) = &grid {
-            @for (class, _, values) in KINDS {
-                @let outline = outline(grid, values, view);
-                @if !outline.is_empty() { path class=(class) d=(outline) {} }
+/// Areas of two kinds.
+pub(crate) struct Areas {
+    cells: Option<OccupancyGrid>,
+    kinds: [Kind; 2],
+}
+
+impl Areas {
+    /// Zones that are closed or have a speed limit.
+    pub(crate) fn of_zones(zones: Option<&Zones>) -> Self {
+        Self { cells: zones.map(|zones| zones.grid().clone()), kinds: ZONES }
+    }
+
+    /// What has changed on a map.
+    pub(crate) fn of_changes(changes: Option<&MapChanges>, frame: &GridFrame) -> Self {
+        let cells = changes.map(|changes| {
+            let mut cells = OccupancyGrid::filled(*frame, 0);
+            for (changed, value) in [(&changes.appeared, 1), (&changes.vanished, 2)] {
+                changed.iter().for_each(|cell| cells.set(*cell, value));
+            }
+            cells
+        });
+        Self { cells, kinds: CHANGES }
+    }
+
+    /// The areas of each kind.
+    pub(crate) fn draw(&self, view: &Viewport) -> Markup {
+        html! {
+            @if let Some(cells) = &self.cells {
+                @for (class, _, values) in self.kinds {
+                    @let outline = outline(cells, values, view);
+                    @if !outline.is_empty() { path class=(class) d=(outline) {} }
+                }
             }
         }
     }
-}
 
-/// The legend of the zones.
-pub(crate) fn zones_legend(zones: Option<&Zones>) -> Vec<LegendEntry> {
-    let has = zones.map_or([false; 2], |zones| [zones.has_speed_limits(), !zones.is_open()]);
-    let present = KINDS.iter().zip(has).filter(|(_, has)| *has);
-    present.map(|((class, text, _), _)| LegendEntry::area(class, *text)).collect()
-}
-
-/// The classes of changed cells with their legends, and the values of such cells.
-const CHANGES: [(&str, &str, i8); 2] =
-    [("appeared", "appeared, not on the map", 1), ("vanished", "vanished, still on the map", 2)];
-
-/// The cells of a map that have changed, with the values of [`CHANGES`].
-fn changed_cells(changes: &MapChanges, frame: &GridFrame) -> OccupancyGrid {
-    let mut cells = vec![0; frame.len()];
-    for (changed, value) in [(&changes.appeared, 1), (&changes.vanished, 2)] {
-        changed.iter().for_each(|cell| cells[frame.index(*cell)] = value);
+    /// The legend of the kinds that occur.
+    pub(crate) fn legend(&self) -> Vec<LegendEntry> {
+        let cells = self.cells.as_ref().map_or(&[][..], OccupancyGrid::cells);
+        let occurs =
+            |(.., [low, high]): &&Kind| cells.iter().any(|cell| (low..=high).contains(&cell));
+        let occurring = self.kinds.iter().filter(occurs);
+        occurring.map(|(class, text, _)| LegendEntry::area(class, *text)).collect()
     }
-    OccupancyGrid::new(*frame, cells)
-}
-
-/// What has changed on a map.
-pub(crate) fn map_changes(
-    changes: Option<&MapChanges>,
-    frame: &GridFrame,
-    view: &Viewport,
-) -> Markup {
-    let grid = changes.filter(|it| !it.is_empty()).map(|changes| changed_cells(changes, frame));
-    html! {
-        @if let Some(grid) = &grid {
-            @for (class, _, value) in CHANGES {
-                path class=(class) d=(outline(grid, [value, value], view)) {}
-            }
-        }
-    }
-}
-
-/// The legend of what has changed.
-pub(crate) fn map_changes_legend(changes: Option<&MapChanges>) -> Vec<LegendEntry> {
-    let has = |value: i8| {
-        changes.is_some_and(|it| !if value == 1 { &it.appeared } else { &it.vanished }.is_empty())
-    };
-    let present = CHANGES.iter().filter(|(_, _, value)| has(*value));
-    present.map(|(class, text, _)| LegendEntry::area(class, *text)).collect()
 }
 
 /// The rectangles of cells with these values as one path.

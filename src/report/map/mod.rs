@@ -8,7 +8,7 @@ mod raster;
 mod standalone;
 mod viewport;
 
-pub(super) use areas::{map_changes, map_changes_legend, zones, zones_legend};
+pub(super) use areas::Areas;
 pub(super) use decorations::{
     end_legend, goal_mark, labels, nearest_mark, node_mark, scaled, start_mark, stop_mark,
 };

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use crate::support::room;
 use serde_json::{Value, json};
 
 use super::program::{Workplace, assert_fields};
@@ -9,10 +10,7 @@ use super::program::{Workplace, assert_fields};
 /// A room of 12 by 5.2 m with 0.2 m cells and a pillar between start and goal.
 fn room() -> Workplace {
     let place = Workplace::new();
-    let row = |pillar: &str| format!("#{:.<58}#\n", format!("{:.<27}{pillar}", ""));
-    let wall = "#".repeat(60) + "\n";
-    let rows = [wall.clone(), row("").repeat(10), row("###").repeat(4), row("").repeat(10), wall];
-    place.write("room.txt", rows.concat());
+    place.write("room.txt", room::rows(60, 26, &[(28..31, 11..15)]).join("\n"));
     place
 }
 

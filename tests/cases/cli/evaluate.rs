@@ -1,5 +1,6 @@
 //! `inbye evaluate`, compared with arithmetic by hand.
 
+use crate::support::room;
 use serde_json::{Value, json};
 
 use super::program::{Workplace, assert_fields};
@@ -9,12 +10,8 @@ const TOLERANCE: f64 = 1e-3;
 
 /// A room of 41 by 41 cells of 0.1 m with the robot in the centre; three speeds and three turn rates.
 fn room() -> Value {
-    let inside = format!("#{}#", ".".repeat(39));
-    let mut rows = vec![inside; 41];
-    rows[0] = "#".repeat(41);
-    rows[40] = "#".repeat(41);
     json!({
-        "map": {"resolution_m": 0.1, "rows": rows},
+        "map": {"resolution_m": 0.1, "rows": room::rows(41, 41, &[])},
         "robot": {"pose": [2.05, 2.05, 0.0], "velocity": [0.2, 0.0],
                   "footprint": [{"x": 0.0, "y": 0.0, "radius": 0.1}]},
         "limits": {"min_vel_x": 0.0, "max_vel_x": 1.0, "max_vel_theta": 1.0, "acc_lim_x": 0.5,

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::program::{Workplace, assert_fields};
+use crate::support::room;
 
 #[test]
 fn scene_gives_map_start_and_goal() {
@@ -104,8 +105,7 @@ fn degrees_and_swapped_axes_are_noticed() {
     let occupied = place.refusal("plan --scene mine --start 30,31");
     assert!(!occupied.contains("swapped"), "{occupied}");
     // The swapped place must be free for the radius that failed, and another place.
-    let (wall, row) = ("#".repeat(40) + "\n", format!("#{}#\n", ".".repeat(38)));
-    place.write("strip.txt", [&wall, &row.repeat(18), &wall].map(String::as_str).concat());
+    place.write("strip.txt", room::rows(40, 20, &[]).join("\n"));
     let strip = "plan --map strip.txt --resolution 0.1 --goal 3,1 --radius 0.8 --start";
     let swapped = place.refusal(&format!("{strip} 1,2.5"));
     assert!(swapped.contains("swapped"), "{swapped}");

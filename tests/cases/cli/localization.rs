@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::program::{Workplace, assert_fields};
+use crate::support::room;
 
 #[test]
 fn localization_drives_a_case_and_resumes_from_its_folder() {
@@ -40,9 +41,7 @@ fn localization_drives_a_case_and_resumes_from_its_folder() {
 #[test]
 fn localization_fails_when_a_drive_cannot_start() {
     let place = Workplace::new();
-    let wall = "#".repeat(30);
-    let free = format!("#{}#\n", ".".repeat(28)).repeat(18);
-    place.write("room.txt", format!("{wall}\n{free}{wall}\n"));
+    place.write("room.txt", room::rows(30, 20, &[]).join("\n"));
     let bench =
         "bench localization --map room.txt --resolution 0.2 --start 1.5,2 --goal 4,2 --seeds 1";
     // A case that is named twice is driven once.

@@ -177,7 +177,7 @@ fn updated_map_has_what_the_scans_contradicted() {
         updated.extend(reader.take_updated_map().map(|map| (tick.tick, map)));
     }
     let is_occupied = |map: &OccupancyGrid, x, y| {
-        map.cells()[map.frame().index(map.frame().cell_of(&Point::new(x, y)).unwrap())] == 100
+        map.get(map.frame().cell_of(&Point::new(x, y)).unwrap()) == Some(&100)
     };
     let has_no_pillar = |map| is_occupied(map, 2.0, 0.1) && !is_occupied(map, 8.2, 2.25);
     assert!(updated.iter().any(|(_, map)| has_no_pillar(map)));

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use crate::support::room;
 use assert_cmd::Command;
 use image::{GrayImage, Luma};
 use serde_json::Value;
@@ -71,9 +72,7 @@ impl Workplace {
     /// A workplace with `room.txt`, cells of 0.2 m: a room of 6 by 3 m without obstacles.
     pub fn with_room() -> Self {
         let place = Self::new();
-        let wall = "#".repeat(30) + "\n";
-        let rows = format!("#{}#\n", ".".repeat(28)).repeat(13);
-        place.write("room.txt", format!("{wall}{rows}{wall}"));
+        place.write("room.txt", room::rows(30, 15, &[]).join("\n"));
         place
     }
 

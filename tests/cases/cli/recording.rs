@@ -6,14 +6,14 @@ use serde_json::{Value, json};
 
 use super::program::{Workplace, assert_fields};
 use crate::support::mcap_copy::{altered, chunk_ends};
+use crate::support::room;
 
 const DRIVE: &str = "drive --map room.txt --resolution 0.2 --start 1.5,2.5 --goal 10.5,2.5 --obstacles 1 --seed 4 \
     --time-limit 30 --engine cpu";
 
 fn room() -> Workplace {
     let place = Workplace::new();
-    let (wall, row) = ("#".repeat(60) + "\n", format!("#{:.<58}#\n", ""));
-    place.write("room.txt", [wall.clone(), row.repeat(24), wall].concat());
+    place.write("room.txt", room::rows(60, 26, &[]).join("\n"));
     place
 }
 

@@ -19,7 +19,7 @@ fn soak_reports_every_mission() {
          summary.final_error.p95_m real, summary.final_error.mean_yaw_rad real, summary.final_error.p95_yaw_rad real, \
          summary.travelled_m real, summary.time_s real, summary.worlds[].name text, summary.worlds[].runs whole, \
          summary.traffic[].name text, summary.plants[].name text, summary.reached.interval_95 list, \
-         summary.contacts_robot.interval_95 list, summary.contacts_of_heedless.of whole, summary.digests_compared whole, summary.digests_equal whole, sound bool, \
+         summary.contacts_robot.interval_95 list, summary.contacts_of_non_yielding.of whole, summary.digests_compared whole, summary.digests_equal whole, sound bool, \
          comparisons[].equal bool, rows[].world text, rows[].seed whole, rows[].traffic text, rows[].plant text, rows[].braking_ratio real, rows[].outcome text, \
          rows[].time_s real, rows[].path_m real, rows[].travelled_m real, rows[].min_clearance_m real, \
          rows[].final_error_m real, rows[].final_yaw_error_rad real, rows[].plans whole, rows[].ticks whole, \

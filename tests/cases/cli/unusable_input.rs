@@ -5,6 +5,7 @@ use std::fs;
 use serde_json::{Value, json};
 
 use super::program::Workplace;
+use crate::support::room;
 
 /// A folder with unusable files of every kind.
 fn place() -> Workplace {
@@ -78,9 +79,7 @@ fn start_and_goal_outside_map_or_in_obstacle_are_rejected() {
     for command in ["plan", "drive", "drive --obstacles 1"] {
         assert_table(&place, &format!("{command} --map mine.yaml"), table);
     }
-    let row = format!("#{}#\n", ".".repeat(11));
-    let wall = "#".repeat(13) + "\n";
-    place.write("cabin.txt", [wall.clone(), row.repeat(11), wall].concat());
+    place.write("cabin.txt", room::rows(13, 13, &[]).join("\n"));
     let crowded =
         "drive --map cabin.txt --resolution 0.2 --start 1.3,1.3 --goal 1.3,1.4 --obstacles 9";
     assert!(place.refusal(crowded).contains("of 9 moving obstacles"));

@@ -11,11 +11,10 @@ mod public;
 mod records;
 mod scoring;
 
-/// A test by its name.
-type Test = (&'static str, fn());
+use crate::support::trials::{Test, plain};
 
 pub fn trials() -> Vec<Trial> {
-    let tests = [
+    let mut trials = plain([
         driving::TESTS,
         dynabarn::TESTS,
         files::TESTS,
@@ -23,17 +22,9 @@ pub fn trials() -> Vec<Trial> {
         moving_drives::TESTS,
         records::TESTS,
         scoring::TESTS,
-    ];
-    let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
+    ]);
     trials.push(public::trial());
     trials.push(dynabarn::trial());
     trials.push(moving_drives::trial());
     trials
-}
-
-fn trial(&(name, test): &Test) -> Trial {
-    Trial::test(name, move || {
-        test();
-        Ok(())
-    })
 }

@@ -5,11 +5,10 @@
 use std::path::Path;
 
 use inbye::map::{LoadOptions, UnknownPolicy, load};
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
 use crate::support::carried::{Answers, Belief, carry};
-
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
+use crate::support::trials::with_data;
 
 /// Maps with narrow and wide, unique and repeated places, and the robots on each. The sandbox is symmetric: a robot that believes
 /// to be at the twin of its place cannot know better.
@@ -26,22 +25,17 @@ const SEED: u64 = 21;
 
 pub fn trials() -> Vec<Trial> {
     let trial = |(name, robots, beliefs): (&'static str, u32, &'static [Belief])| {
-        Trial::ignorable_test(format!("robots carried on {name}"), move || {
-            found(name, robots, beliefs)
-        })
+        let test = move |map: &Path| found(name, map, robots, beliefs);
+        with_data(format!("robots carried on {name}"), name, test)
     };
     MAPS.map(trial).into()
 }
 
-fn found(name: &str, robots: u32, beliefs: &[Belief]) -> Result<Completion, Failed> {
-    let path = Path::new(DATA).join(name);
-    if !path.exists() {
-        return Ok(Completion::ignored_with("the development data are missing"));
-    }
-    let map = load(&path, &LoadOptions::default())?.obstacles(UnknownPolicy::Blocked);
+fn found(name: &str, map: &Path, robots: u32, beliefs: &[Belief]) -> Result<(), Failed> {
+    let obstacles = load(map, &LoadOptions::default())?.obstacles(UnknownPolicy::Blocked);
     let mut right = 0;
     for &belief in beliefs {
-        let answers = carry(&map, robots, belief, SEED)?;
+        let answers = carry(&obstacles, robots, belief, SEED)?;
         #[expect(clippy::print_stdout, reason = "figures for the book")]
         {
             println!("{name}, {belief:?}: {answers:?}");
@@ -55,5 +49,5 @@ fn found(name: &str, robots: u32, beliefs: &[Belief]) -> Result<Completion, Fail
     if right == 0 {
         return Err("every robot was refused".into());
     }
-    Ok(Completion::Completed)
+    Ok(())
 }

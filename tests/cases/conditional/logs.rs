@@ -2,16 +2,19 @@
 //!
 //! The logs are expected next to the repository; without them the trials are ignored.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use inbye::bench::localize_log;
 use inbye::lidar_log::LidarLog;
 use inbye::localization::LocalizationSettings;
 use inbye::map::UnknownPolicy;
 use inbye::mapping::{log_scans, render};
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
-const LOGS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/lidar_logs");
+use crate::support::trials::with_data;
+
+/// The folder of the logs, in the development data.
+const LOGS: &str = "lidar_logs";
 
 /// Files and their numbers of scans.
 const FILES: [(&str, usize); 5] = [
@@ -23,36 +26,23 @@ const FILES: [(&str, usize); 5] = [
 ];
 
 pub fn trials() -> Vec<Trial> {
-    let mut trials: Vec<Trial> = FILES
-        .iter()
-        .map(|&(file, scans)| {
-            Trial::ignorable_test(format!("{file} is read to its end"), move || {
-                with_log(file, |log| {
-                    if log.scans() == scans {
-                        Ok(())
-                    } else {
-                        Err(format!("{} scans instead of {scans}", log.scans()).into())
-                    }
-                })
-            })
+    let is_whole = |(file, scans): (&'static str, usize)| {
+        with_log(format!("{file} is read to its end"), file, move |log| match log.scans() {
+            found if found == scans => Ok(()),
+            found => Err(format!("{found} scans instead of {scans}").into()),
         })
-        .collect();
-    trials.push(Trial::ignorable_test("the localizer follows a real log", || {
-        with_log("intel.gfs.log", |log| follows(&log))
-    }));
+    };
+    let mut trials: Vec<Trial> = FILES.map(is_whole).into();
+    trials.push(with_log("the localizer follows a real log", "intel.gfs.log", follows));
     trials
 }
 
 fn with_log(
+    name: impl Into<String>,
     file: &str,
-    trial: impl FnOnce(LidarLog) -> Result<(), Failed>,
-) -> Result<Completion, Failed> {
-    let path: PathBuf = Path::new(LOGS).join(file);
-    if !path.exists() {
-        return Ok(Completion::ignored_with("the development data are missing"));
-    }
-    trial(LidarLog::read(&path)?)?;
-    Ok(Completion::Completed)
+    test: impl FnOnce(&LidarLog) -> Result<(), Failed> + Send + 'static,
+) -> Trial {
+    with_data(name, Path::new(LOGS).join(file), |path| test(&LidarLog::read(path)?))
 }
 
 /// The bounds are far from what is measured, so that they hold for other builds of the localizer as well.

@@ -12,17 +12,17 @@ use std::process::Command;
 
 use crate::support::map_kinds::{KINDS, Kind};
 use crate::support::python::Python;
+use crate::support::trials::{DATA, with_data};
 use inbye::geometry::Pose;
 use inbye::map::{
     Cell, GridFrame, LoadOptions, OccupancyGrid, cell_from_top_left, load, read_scen,
 };
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 use sha2::{Digest, Sha256};
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/reference_map_reader.py");
 static PYTHON: Python =
     Python::with("numpy, PIL", "INBYE_PYTHON", &["python3", "/usr/bin/python3"], "python");
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
 
 pub fn trials() -> Vec<Trial> {
     let mut trials: Vec<Trial> = KINDS.iter().map(generated).collect();
@@ -76,9 +76,7 @@ fn public() -> Vec<Trial> {
     maps.extend(files(&data.join("mine"), "map"));
     maps.extend(files(&data.join("movingai/dao"), "map"));
     if maps.is_empty() {
-        return vec![Trial::ignorable_test("public maps", || {
-            Ok(Completion::ignored_with("the development data are missing"))
-        })];
+        return vec![with_data("public maps", "rosmaps", |_| Err("it has no map".into()))];
     }
     let scenarios = Trial::test("public: queries start and end on free cells", || {
         queries_fit_their_maps(Path::new(DATA))
@@ -101,8 +99,7 @@ fn queries_fit_their_maps(data: &Path) -> Result<(), Failed> {
             let frame = grid.frame();
             for query in read_scen(&scen)? {
                 let ends = [query.start, query.goal].map(|end| cell_from_top_left(frame, end));
-                let free =
-                    |&cell: &Cell| frame.contains(cell) && grid.cells()[frame.index(cell)] == 0;
+                let free = |&cell: &Cell| grid.get(cell) == Some(&0);
                 if (query.width, query.height) != (frame.width, frame.height)
                     || !ends.iter().all(free)
                 {

@@ -6,6 +6,7 @@
 use libtest_mimic::Trial;
 
 use crate::support::adapters;
+use crate::support::trials::{Test, plain};
 
 mod audit;
 mod changed_walls;
@@ -21,11 +22,8 @@ mod script;
 mod traces;
 mod zones;
 
-/// A test by its name.
-type Test = (&'static str, fn());
-
 pub fn trials() -> Vec<Trial> {
-    let tests = [
+    let mut trials = plain([
         audit::TESTS,
         changed_walls::TESTS,
         doors::TESTS,
@@ -36,17 +34,9 @@ pub fn trials() -> Vec<Trial> {
         observation_faults::TESTS,
         traces::TESTS,
         zones::TESTS,
-    ];
-    let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
+    ]);
     trials.push(mine::trial());
     trials.push(mine::trial_by_scans());
     trials.extend(adapters::trials(&traces::GPU_TESTS));
     trials
-}
-
-fn trial(&(name, test): &Test) -> Trial {
-    Trial::test(name, move || {
-        test();
-        Ok(())
-    })
 }

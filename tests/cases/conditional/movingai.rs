@@ -9,19 +9,10 @@ mod legality;
 mod public;
 mod sample;
 
-/// A test by its name.
-type Test = (&'static str, fn());
+use crate::support::trials::{Test, plain};
 
 pub fn trials() -> Vec<Trial> {
-    let tests = exact::TESTS.iter().chain(&legality::TESTS);
-    let mut trials: Vec<Trial> = tests.map(trial).collect();
+    let mut trials = plain([&exact::TESTS[..], &legality::TESTS[..]]);
     trials.extend(public::trials());
     trials
-}
-
-fn trial(&(name, test): &Test) -> Trial {
-    Trial::test(name, move || {
-        test();
-        Ok(())
-    })
 }

@@ -7,13 +7,16 @@ use inbye::global::{PlanError, PlanningSpace, SearchMethod, Searcher, Settings, 
 use inbye::map::{
     FreeSpace, LoadOptions, ObstacleGrid, UnknownPolicy, cell_from_top_left, load, read_scen,
 };
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::fs;
 use std::path::{Path as FilePath, PathBuf};
 
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
+use crate::support::trials::{DATA, with_data};
+
+/// The map of a mine with 0.25 m cells, in the development data.
+const MINE: &str = "mine/niosh_sr_025m.map";
 
 /// Paths planned on each map.
 const PATHS: usize = 24;
@@ -23,30 +26,9 @@ pub fn trials() -> Vec<Trial> {
     collect(FilePath::new(DATA), &mut maps);
     maps.sort();
     let mut trials: Vec<Trial> = maps.into_iter().map(keeps_clear).collect();
-    if trials.is_empty() {
-        trials.push(Trial::ignorable_test("public maps", || Ok(absent())));
-    }
-    trials.push(Trial::ignorable_test("an obstacle on a path is detected", || {
-        with_mine(|mine| is_noticed(&mine))
-    }));
-    trials.push(Trial::ignorable_test("paths in the mine are short", || {
-        with_mine(|mine| are_short(&mine))
-    }));
+    trials.push(with_data("an obstacle on a path is detected", MINE, is_noticed));
+    trials.push(with_data("paths in the mine are short", MINE, are_short));
     trials
-}
-
-fn absent() -> Completion {
-    Completion::ignored_with("the development data are missing")
-}
-
-/// Runs a trial on the mine map with 0.25 m cells.
-fn with_mine(trial: impl FnOnce(PathBuf) -> Result<(), Failed>) -> Result<Completion, Failed> {
-    let mine = FilePath::new(DATA).join("mine/niosh_sr_025m.map");
-    if !mine.exists() {
-        return Ok(absent());
-    }
-    trial(mine)?;
-    Ok(Completion::Completed)
 }
 
 /// The map files below a folder.

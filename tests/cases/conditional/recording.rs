@@ -14,25 +14,17 @@ mod protection;
 mod python;
 mod rewritten;
 
-/// A test and its name.
-type Test = (&'static str, fn());
+use crate::support::trials::{Test, plain};
 
 pub fn trials() -> Vec<Trial> {
-    let trial = |&(name, test): &Test| {
-        Trial::test(name, move || {
-            test();
-            Ok(())
-        })
-    };
-    let tests = [
+    let mut trials = plain([
         agreement::TESTS,
         disks::TESTS,
         late_loop::TESTS,
         metadata::TESTS,
         protection::TESTS,
         rewritten::TESTS,
-    ];
-    let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
+    ]);
     trials.extend(python::trials());
     trials.extend(crate::support::adapters::trials(&agreement::GPU_TESTS));
     trials

@@ -10,18 +10,10 @@ mod plan_folder;
 mod plans;
 mod tables;
 
-/// A test by its name.
-type Test = (&'static str, fn());
+use crate::support::trials::{Test, plain};
 
 pub fn trials() -> Vec<Trial> {
-    let trial = |&(name, test): &Test| {
-        Trial::test(name, move || {
-            test();
-            Ok(())
-        })
-    };
-    let tests = [interruptions::TESTS, latencies::TESTS, plans::TESTS, tables::TESTS];
-    let mut trials: Vec<Trial> = tests.into_iter().flatten().map(trial).collect();
+    let mut trials = plain([interruptions::TESTS, latencies::TESTS, plans::TESTS, tables::TESTS]);
     trials.extend(cluster::trials());
     trials
 }

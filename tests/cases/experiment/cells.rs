@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::support::room;
 use inbye::digest::BitDigest;
 use inbye::experiment::{
     Cell, CellFile, Grid, LocalizationCase, LocalizationSite, Manifest, RunOutcome, RunRow, Setup,
@@ -14,10 +15,7 @@ use inbye::map::OccupancyGrid;
 
 /// A grid of one drive among people in a room that is too small for them.
 fn crowded() -> Grid {
-    let wall = "#".repeat(30);
-    let mut rows = vec![format!("#{}#", ".".repeat(28)); 20];
-    rows[0].clone_from(&wall);
-    rows[19] = wall;
+    let rows = room::rows(30, 20, &[]);
     let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default()).expect("a map");
     let site = Arc::new(LocalizationSite {
         name: "room".to_owned(),

@@ -9,7 +9,7 @@ use inbye::sim::World;
 /// 10 by 10 m, solid from x = 8 m on.
 fn world(moving: &[MovingDisc]) -> World {
     let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a sound size");
-    let mut ground = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut ground = ObstacleGrid::filled(frame, false);
     for column in 80..100 {
         (0..100).for_each(|row| ground.set(Cell::new(column, row), true));
     }

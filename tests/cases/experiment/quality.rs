@@ -6,9 +6,10 @@ use inbye::bench::{
 };
 use inbye::local::internals::Header;
 use inbye::local::{
-    Counts, CpuEngine, Detail, Engine, EngineError, Evaluation, QuantizedProblem, Sampler, Terms,
-    Totals, Winner,
+    Counts, CpuEngine, Detail, Engine, Evaluation, QuantizedProblem, Sampler, Terms, Totals, Winner,
 };
+
+use crate::support::changed_engine::ChangedEngine;
 
 /// Terms 0, 1, 2 and 5 of velocity, and 3, 3, 3 and 1 of the distance to the key node, by hand.
 fn densest() -> Evaluation {
@@ -118,38 +119,6 @@ fn densest_sampling_has_no_regret() {
     }
 }
 
-/// An engine that finds no command for a number of samples in one of its decisions, and otherwise answers like the CPU.
-struct Silent {
-    engine: CpuEngine,
-    samples: usize,
-    decisions_left: usize,
-}
-
-impl Engine for Silent {
-    fn name(&self) -> String {
-        "silent".to_owned()
-    }
-
-    fn threads(&self) -> usize {
-        1
-    }
-
-    fn evaluate(
-        &mut self,
-        problem: &QuantizedProblem,
-        detail: Detail,
-    ) -> Result<Evaluation, EngineError> {
-        let mut answer = self.engine.evaluate(problem, detail)?;
-        if problem.len() == self.samples {
-            if self.decisions_left == 0 {
-                answer.winner = None;
-            }
-            self.decisions_left = self.decisions_left.wrapping_sub(1);
-        }
-        Ok(answer)
-    }
-}
-
 #[test]
 fn losses_are_distances_from_the_best_command() {
     let (steps, window_s, ticks) = (10, 0.1, 3);
@@ -161,7 +130,14 @@ fn losses_are_distances_from_the_best_command() {
         windows_s: vec![window_s],
         ticks,
     };
-    let mut engine = Silent { engine: CpuEngine::single_threaded(), samples: 4, decisions_left: 1 };
+    // It finds no command of four samples in the second decision.
+    let mut decisions = 0;
+    let mut engine = ChangedEngine::new(move |problem, answer| {
+        if problem.len() == 4 {
+            answer.winner = answer.winner.take().filter(|_| decisions != 1);
+            decisions += 1;
+        }
+    });
     let rows = measure_quality(&mut engine, &plan, || ()).expect("a sound plan");
     let row = &rows[0];
     let field = roadway_field();

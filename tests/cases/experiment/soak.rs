@@ -8,13 +8,13 @@ use inbye::experiment::{
     ablation_groups, compare_digests, groups, run_cell, sampling_setups, spread_evenly,
 };
 use inbye::global::Searcher;
-use inbye::local::{
-    CpuEngine, Detail, Engine, EngineError, Evaluation, InstructionSet, QuantizedProblem, Sampler,
-};
+use inbye::local::{CpuEngine, Engine, InstructionSet, Sampler};
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
 use inbye::runtime::{Config, Observer, PlantKind};
 use inbye::sim::{crossing, draw_plant, roadway};
+
+use crate::support::changed_engine::ChangedEngine;
 
 fn site(config: &Config) -> MissionSite {
     MissionSite::new("crossing", crossing().map, config)
@@ -105,37 +105,6 @@ fn ground_without_room_and_rules_out_of_range_are_refused() {
     assert!(error.to_string().contains("unmapped_share is 1.5"), "{error}");
 }
 
-/// An engine that answers like the CPU, except for one bit of one answer.
-struct Flipped {
-    engine: CpuEngine,
-    decisions_left: u32,
-}
-
-impl Engine for Flipped {
-    fn name(&self) -> String {
-        "flipped".to_owned()
-    }
-
-    fn threads(&self) -> usize {
-        1
-    }
-
-    fn evaluate(
-        &mut self,
-        problem: &QuantizedProblem,
-        detail: Detail,
-    ) -> Result<Evaluation, EngineError> {
-        let mut answer = self.engine.evaluate(problem, detail)?;
-        if let Some(winner) = &mut answer.winner {
-            if self.decisions_left == 0 {
-                winner.index ^= 1;
-            }
-            self.decisions_left = self.decisions_left.wrapping_sub(1);
-        }
-        Ok(answer)
-    }
-}
-
 #[test]
 fn flipped_bit_changes_the_trace_digest() {
     let config = Config::default();
@@ -147,7 +116,13 @@ fn flipped_bit_changes_the_trace_digest() {
     };
     let row = run(Box::new(CpuEngine::single_threaded()));
     let scalar = CpuEngine::with_instruction_set(InstructionSet::Scalar, 1).expect("always there");
-    let flipped = Flipped { engine: CpuEngine::single_threaded(), decisions_left: 12 };
+    let mut decisions = 0;
+    let flipped = ChangedEngine::new(move |_, answer| {
+        if let Some(winner) = &mut answer.winner {
+            winner.index ^= u32::from(decisions == 12);
+            decisions += 1;
+        }
+    });
     let again = [run(Box::new(scalar)), run(Box::new(flipped))];
     let rows = [row];
     let compared = compare_digests(&rows, &again);

@@ -47,11 +47,10 @@ fn case(random: &mut Pcg64Mcg, number: usize, most_side: i32) -> Option<Case> {
     let search_m = cells * frame.resolution_m;
     let proof_m = search_m * [1.0, 0.5, 0.8, 0.0][random.random_range(0..4)];
     let [search, proof] = FreeSpace::for_radii(&obstacles, [search_m, proof_m]);
-    let free: Vec<usize> =
-        (0..frame.len()).filter(|&index| search.is_free(frame.cell_at(index))).collect();
+    let free: Vec<Cell> = frame.cells().filter(|&cell| search.is_free(cell)).collect();
     let any_free = |random: &mut Pcg64Mcg| {
-        let index = free.get(random.random_range(0..free.len().max(1)))?;
-        Some(point_in(random, &frame, frame.cell_at(*index)))
+        let cell = free.get(random.random_range(0..free.len().max(1)))?;
+        Some(point_in(random, &frame, *cell))
     };
     let (start, goal) = (any_free(random)?, any_free(random)?);
     let settings = Settings::default()
@@ -242,7 +241,7 @@ fn path(points: &[(f64, f64)]) -> Path {
 #[test]
 fn pruning_merges_collinear_nodes_and_leaves_a_line_where_that_is_shorter() {
     let frame = GridFrame { width: 20, height: 20, resolution_m: 1.0, origin: Pose::default() };
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     let space = FreeSpace::new(&obstacles, 0.0);
     let straight = path(&[(0.5, 0.5), (1.5, 0.5), (2.5, 0.5), (7.5, 0.5)]);
     let ends = [(0.5, 0.5), (7.5, 0.5)];

@@ -151,7 +151,7 @@ fn search_handles_the_longest_grids() {
     let mut searcher = Searcher::default();
     for (width, height) in [(32_767, 3), (3, 32_767), (32_767, 1), (1, 32_767)] {
         let frame = GridFrame::new(width, height, 0.1, Pose::default()).expect("valid sides");
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, false);
         // Posts that leave a free lane.
         if width > 1 && height > 1 {
             for at in (10..32_700).step_by(7) {

@@ -14,12 +14,13 @@ fn space(rows: &[&str]) -> FreeSpace {
 fn nearest_reachable_equals_the_nearest_cell_found_by_search() {
     let space = space(&[".#..#...", "..#.#.#.", "#...##.#", "..#..#.."]);
     let frame = *space.frame();
-    let all = || (0..frame.len()).map(|index| frame.cell_at(index));
     let mut searcher = Searcher::default();
-    for start in all() {
-        let reached: Vec<Cell> =
-            all().filter(|&cell| searcher.jump_points(&space, start, cell).is_ok()).collect();
-        for goal in all().map(|cell| frame.center_of(cell)) {
+    for start in frame.cells() {
+        let reached: Vec<Cell> = frame
+            .cells()
+            .filter(|&cell| searcher.jump_points(&space, start, cell).is_ok())
+            .collect();
+        for goal in frame.cells().map(|cell| frame.center_of(cell)) {
             let distance = |cell: Cell| (frame.center_of(cell) - goal).norm_squared();
             let nearest = reached
                 .iter()

@@ -7,7 +7,7 @@ use inbye::map::{Cell, FreeSpace, GridFrame, ObstacleGrid};
 /// Free space of 40 m by 40 m in cells of 0.1 m, with rectangular obstacles: columns, rows.
 fn ground(rock: &[[core::ops::Range<i32>; 2]]) -> FreeSpace {
     let frame = GridFrame { width: 400, height: 400, resolution_m: 0.1, origin: Pose::default() };
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     for [columns, rows] in rock {
         for column in columns.clone() {
             rows.clone().for_each(|row| obstacles.set(Cell::new(column, row), true));

@@ -17,13 +17,12 @@ fn drive(width_m: f64, seed: u64, config: &Config) -> MissionResult {
     let cells = |metres: f64| (metres / CELL_M).round() as i32;
     let frame = GridFrame::new(cells(LENGTH_M), cells(width_m + 1.0), CELL_M, Pose::default())
         .expect("a valid size");
-    let is_wall = |index: usize| {
-        let center = frame.center_of(frame.cell_at(index));
+    let map = OccupancyGrid::from_fn(frame, |cell| {
+        let center = frame.center_of(cell);
         let along = 0.5..LENGTH_M - 0.5;
-        !(along.contains(&center.x) && (0.5..width_m + 0.5).contains(&center.y))
-    };
-    let solid = |index: usize| if is_wall(index) { 100 } else { 0 };
-    let map = OccupancyGrid::new(frame, (0..frame.len()).map(solid).collect());
+        let is_open = along.contains(&center.x) && (0.5..width_m + 0.5).contains(&center.y);
+        if is_open { 0 } else { 100 }
+    });
     let middle_m = 0.5 + width_m / 2.0;
     let goal = Goal::at(Point::new(LENGTH_M - 2.5, middle_m));
     let mission = Mission::new(Arc::new(map), Pose::new(2.0, middle_m, 0.0), goal);

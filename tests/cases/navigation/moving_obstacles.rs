@@ -35,7 +35,7 @@ fn assert_at(disc: &MovingDisc, center: [f64; 2], velocity: [f64; 2]) {
 
 /// A world with a wall from the bottom to a gap 1.2 m wide at the top, 5 m from the left.
 fn two_halves() -> ObstacleGrid {
-    let mut ground = ObstacleGrid::new(FRAME, vec![false; FRAME.len()]);
+    let mut ground = ObstacleGrid::filled(FRAME, false);
     for row in 0..76 {
         ground.set(inbye::map::Cell::new(100, row), true);
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use inbye::geometry::{Point, Pose, bearing, wrap_angle};
 use inbye::global::{self, Plan, PlanError};
 use inbye::local::CpuEngine;
-use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid};
+use inbye::map::{Cell, GridFrame, MovingDisc, ObstacleGrid};
 use inbye::navigator::{GlobalPlanner, Goal, NavigatorSettings, RoutePlanner};
 use inbye::robot::{Footprint, Limits, Polygon};
 use inbye::runtime::{Config, Mission, MissionResult, Observer};
@@ -18,7 +18,7 @@ use rand_pcg::Pcg64Mcg;
 fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
     let frame =
         GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::new(0.0, 0.0, yaw) };
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     let rows = (door_m / 0.05).round() as i32;
     let door = 60 - rows / 2..60 - rows / 2 + rows;
     for row in (0..120).filter(|row| !door.contains(row)) {
@@ -29,9 +29,8 @@ fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
 }
 
 fn add_border(obstacles: &mut ObstacleGrid) {
-    for index in 0..obstacles.frame().len() {
-        let frame = obstacles.frame();
-        let cell = frame.cell_at(index);
+    let frame = *obstacles.frame();
+    for cell in frame.cells() {
         let (last_column, last_row) = (frame.width - 1, frame.height - 1);
         let is_border =
             cell.column.min(cell.row) == 0 || cell.column == last_column || cell.row == last_row;
@@ -135,7 +134,7 @@ fn usual_path_is_kept_unless_it_is_much_longer() {
 /// Three walls with doors at random places, and posts next to them.
 fn doors(random: &mut Pcg64Mcg) -> ObstacleGrid {
     let frame = GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::default() };
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     for column in [80, 120, 160] {
         let first = random.random_range(10..90);
         let door = first..first + random.random_range(16..22);
@@ -187,8 +186,7 @@ fn drive_with(
     start: Pose,
     goal: Point,
 ) -> MissionResult {
-    let cells = obstacles.cells().iter().map(|blocked| if *blocked { 100 } else { 0 }).collect();
-    let map = Arc::new(OccupancyGrid::new(*obstacles.frame(), cells));
+    let map = Arc::new(obstacles.map(|&blocked| if blocked { 100 } else { 0 }));
     let mission = Mission::new(map, start, Goal::at(goal));
     let simulation = Simulation::new(Mission { time_limit_s: 90.0, ..mission });
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
@@ -242,8 +240,7 @@ fn bend(width_m: f64, turn: f64) -> ObstacleGrid {
         let is_room = first.x < -1.5 || second.x > 1.5 && first.x > -1.2;
         is_first || is_second || is_room || first.norm() <= width_m / 2.0
     };
-    let cells = (0..frame.len()).map(|index| !is_free(frame.cell_at(index)));
-    let mut obstacles = ObstacleGrid::new(frame, cells.collect());
+    let mut obstacles = ObstacleGrid::from_fn(frame, |cell| !is_free(cell));
     add_border(&mut obstacles);
     obstacles
 }
@@ -262,8 +259,7 @@ fn robot_drives_through_bends_in_which_it_cannot_turn_on_the_spot() {
 fn dead_end(width_m: f64) -> ObstacleGrid {
     let frame = GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::default() };
     let is_free = |at: Point| at.x < 6.0 || at.x < 10.0 && (at.y - 3.0).abs() < width_m / 2.0;
-    let cells = (0..frame.len()).map(|index| !is_free(frame.center_of(frame.cell_at(index))));
-    let mut obstacles = ObstacleGrid::new(frame, cells.collect());
+    let mut obstacles = ObstacleGrid::from_fn(frame, |cell| !is_free(frame.center_of(cell)));
     add_border(&mut obstacles);
     obstacles
 }

@@ -11,7 +11,7 @@ const BEAMS: usize = 360;
 fn navigator() -> Navigator {
     let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a small map");
     let (start, goal) = (Point::new(3.0, 5.0), Point::new(7.0, 5.0));
-    let known = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let known = ObstacleGrid::filled(frame, false);
     let waypoints = Waypoints { start, goals: vec![Goal::at(goal)] };
     let engine = Box::new(CpuEngine::single_threaded());
     let navigator = Config::default().new_navigator(known, &waypoints, engine, &mut || 0.0);

@@ -57,7 +57,7 @@ impl<R: Robot> Robot for Operated<R> {
 #[test]
 fn robot_that_waits_for_its_operator_is_not_stuck() {
     let frame = GridFrame::new(240, 120, 0.05, Pose::default()).expect("a valid size");
-    let map = OccupancyGrid::new(frame, vec![0; frame.len()]);
+    let map = OccupancyGrid::filled(frame, 0);
     let (start, goal) = (Pose::new(2.0, 3.0, 0.0), Goal::at(Point::new(10.0, 3.0)));
     let mission = Mission { time_limit_s: 300.0, ..Mission::new(Arc::new(map), start, goal) };
     let config = Config::default();

@@ -7,7 +7,7 @@ use std::time::Instant;
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::global::PlanError;
 use inbye::local::CpuEngine;
-use inbye::map::{GridFrame, ObstacleGrid, OccupancyGrid, UnknownPolicy};
+use inbye::map::{Cell, GridFrame, ObstacleGrid, OccupancyGrid, UnknownPolicy};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, GroundTruth, Mission, Observer, Robot, SensorData, TickEvent};
 use inbye::sim::{SimBase, Simulation};
@@ -24,14 +24,11 @@ const SHARE: f64 = 0.25;
 /// A hall of 56 by 30 m, and a room behind a door.
 fn hall(is_open: bool) -> OccupancyGrid {
     let frame = GridFrame::new(COLUMNS, ROWS, RESOLUTION_M, Pose::default()).expect("a valid size");
-    let is_solid = |index: i32| {
-        let (column, row) = (index % COLUMNS, index / COLUMNS);
+    OccupancyGrid::from_fn(frame, |Cell { column, row }| {
         let is_border = column == 0 || row == 0 || column == COLUMNS - 1 || row == ROWS - 1;
         let is_wall = WALL.contains(&column) && !(is_open && DOOR.contains(&row));
-        is_border || is_wall
-    };
-    let cells = (0..COLUMNS * ROWS).map(|index| if is_solid(index) { 100 } else { 0 });
-    OccupancyGrid::new(frame, cells.collect())
+        if is_border || is_wall { 100 } else { 0 }
+    })
 }
 
 /// A simulated base that counts as a real one, with the time of its clock, seconds. Its ticks follow each other without a pause.

@@ -9,7 +9,7 @@ use inbye::robot::Footprint;
 #[test]
 fn path_from_a_start_near_a_wall_keeps_the_comfort_margin() {
     let frame = GridFrame { width: 400, height: 80, resolution_m: 0.05, origin: Pose::default() };
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     for column in 0..400 {
         // A roadway 3 m wide with a pillar in the middle.
         let is_pillar = (190..210).contains(&column);
@@ -34,7 +34,7 @@ fn path_from_a_start_near_a_wall_keeps_the_comfort_margin() {
 #[test]
 fn comfort_margin_is_worth_a_limited_detour() {
     let frame = GridFrame::new(200, 100, 0.1, Pose::default()).expect("a sound size");
-    let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, false);
     // A wall with a narrow door near both ends, and a wide one far away.
     for row in (0..100).filter(|row| !(10..23).contains(row) && *row < 80) {
         obstacles.set(Cell::new(100, row), true);
@@ -56,7 +56,7 @@ fn comfort_margin_is_worth_a_limited_detour() {
 fn used_planner_plans_as_a_new_one() {
     let frame = GridFrame::new(100, 60, 0.1, Pose::default()).expect("a sound size");
     let walled = |column: i32| {
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, false);
         (0..40).for_each(|row| obstacles.set(Cell::new(column, row), true));
         obstacles
     };
@@ -93,7 +93,7 @@ fn window_rejects_an_excessive_size_and_accepts_a_place_outside_the_map() {
 /// Numbers of marks after 2.9 s and after 3.2 s, of returns at 130 degrees of a lidar that sees up to 135 degrees to each side.
 fn marks_at_the_edge_of_view(returns_m: &[&[f64]]) -> [usize; 2] {
     let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a small map");
-    let mut model = ObstacleModel::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+    let mut model = ObstacleModel::new(ObstacleGrid::filled(frame, false));
     let pose = Pose::new(5.03, 5.03, 0.0);
     let mut marks = [0; 2];
     for tick in 0..=32 {

@@ -325,15 +325,13 @@ fn large_map_is_cropped_or_scaled_down() {
 fn pillars_of(width: i32, height: i32) -> OccupancyGrid {
     let frame =
         GridFrame { width, height, resolution_m: 0.125, origin: Pose::new(-2.0, -2.0, 0.0) };
-    let cells = (0..frame.len()).map(|index| {
-        let cell = frame.cell_at(index);
+    OccupancyGrid::from_fn(frame, |cell| {
         let (x, y) = (f64::from(cell.column), f64::from(cell.row));
         let rough =
             5.0 * libm::sin(x / 7.0) * libm::cos(y / 5.0) + 3.0 * libm::sin((x + 2.0 * y) / 3.0);
         let pillar = (x + rough) % 90.0 > 30.0 && (y - rough) % 70.0 > 25.0;
         i8::from(pillar) * 100
-    });
-    OccupancyGrid::new(frame, cells.collect())
+    })
 }
 
 /// Compares one small picture byte by byte. `INBYE_BLESS=1` renews the file after a reviewed change.

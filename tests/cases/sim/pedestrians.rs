@@ -208,7 +208,7 @@ const FRAME: GridFrame =
 
 /// Ten by five metres of free ground.
 fn open_ground() -> ObstacleGrid {
-    ObstacleGrid::new(FRAME, vec![false; FRAME.len()])
+    ObstacleGrid::filled(FRAME, false)
 }
 
 const ONE_WALKER: &str =
@@ -331,7 +331,7 @@ fn obstacle_file_errors_are_one_line_with_place() {
 
 #[test]
 fn spawner_without_space_is_an_error() {
-    let narrow = ObstacleGrid::new(FRAME, vec![true; FRAME.len()]);
+    let narrow = ObstacleGrid::filled(FRAME, true);
     let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
     let spawn = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[]);
     assert!(matches!(spawn(2), Err(SimError::NoRoom { placed: 0, asked: 2, .. })));

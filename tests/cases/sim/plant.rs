@@ -225,7 +225,7 @@ fn hall() -> World {
         resolution_m: 0.1,
         origin: Pose::new(-10.0, -10.0, 0.0),
     };
-    World::new(ObstacleGrid::new(frame, vec![false; frame.len()]))
+    World::new(ObstacleGrid::filled(frame, false))
 }
 
 #[test]

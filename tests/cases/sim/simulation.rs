@@ -270,7 +270,7 @@ fn lidar_sees_the_front_obstacle_only() {
 fn range_noise_has_configured_deviation_and_zero_draws_nothing() {
     let frame =
         GridFrame { width: 60, height: 60, resolution_m: RESOLUTION_M, origin: Pose::default() };
-    let world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+    let world = World::new(ObstacleGrid::filled(frame, false));
     let pose = Pose::new(3.0, 3.0, 0.3);
     let seeded = || Pcg64Mcg::seed_from_u64(9);
     let exact = quiet_lidar(20_000);
@@ -293,7 +293,7 @@ fn range_noise_has_configured_deviation_and_zero_draws_nothing() {
 fn room() -> World {
     let frame =
         GridFrame { width: 60, height: 60, resolution_m: RESOLUTION_M, origin: Pose::default() };
-    World::new(ObstacleGrid::new(frame, vec![false; frame.len()]))
+    World::new(ObstacleGrid::filled(frame, false))
 }
 
 #[test]
@@ -360,7 +360,7 @@ fn lidar_rejects_bad_settings_by_name() {
 #[test]
 fn contact_between_two_ticks_is_found() {
     let frame = GridFrame::new(100, 100, RESOLUTION_M, Pose::default()).expect("a valid size");
-    let map = Arc::new(OccupancyGrid::new(frame, vec![0; frame.len()]));
+    let map = Arc::new(OccupancyGrid::filled(frame, 0));
     let start = Pose::new(5.0, 5.0, 0.0);
     let least_gap_m = |x: f64| {
         let keys = [(0.0, Point::new(x, 3.5)), (0.3, Point::new(x, 6.5))];
@@ -389,7 +389,7 @@ fn contact_between_two_ticks_is_found() {
 fn contact_is_a_gap_at_or_below_zero() {
     let frame =
         GridFrame { width: 20, height: 20, resolution_m: RESOLUTION_M, origin: Pose::default() };
-    let world = World::new(ObstacleGrid::new(frame, vec![false; frame.len()]));
+    let world = World::new(ObstacleGrid::filled(frame, false));
     let gap = |x| world.gap_m(&robot(0.25), &Pose::new(x, 1.0, 0.0));
     assert!((gap(0.5) - 0.25).abs() < 1e-12, "the ground outside the map is solid");
     assert!(gap(0.2) < 0.0);

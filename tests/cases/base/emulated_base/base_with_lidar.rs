@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::processes::{Emulated, Ended, Process};
+use crate::support::room;
 
 /// A hall of 14 by 8 m with 0.1 m cells, a pillar between start and goal, a block and two niches; and settings of a base whose
 /// encoders count 5 % too much.
@@ -157,10 +158,7 @@ fn blind_or_frozen_lidar_stops_robot_with_cause() {
 fn robot_with_wrong_map_is_lost_and_stands() {
     let hall = hall();
     let robot = robot(&hall, "");
-    let wall = "#".repeat(60) + "\n";
-    let open = format!("#{}#\n", ".".repeat(58));
-    let rows = [wall.clone(), open.repeat(58), wall].concat();
-    fs::write(hall.path().join("hall.txt"), rows).expect("written");
+    fs::write(hall.path().join("hall.txt"), room::rows(60, 60, &[]).join("\n")).expect("written");
     fs::write(hall.path().join("patience.toml"), "[navigator]\nlocalization_patience_s = 2.0\n")
         .expect("written");
     let map = file(&hall, "hall.txt");

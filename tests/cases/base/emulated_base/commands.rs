@@ -4,13 +4,9 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use super::processes::{Emulated, Process};
+use super::processes::{Emulated, Process, number};
 
 const PROTOCOLS: [&str; 4] = ["native", "wheeltec", "roboclaw", "arduino"];
-
-fn number(object: &Value, name: &str) -> f64 {
-    object[name].as_f64().unwrap_or_else(|| panic!("{name} in {object}"))
-}
 
 #[test]
 fn send_drives_in_every_protocol() {

@@ -7,17 +7,13 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use super::processes::{Emulated, Process};
+use super::processes::{Emulated, Process, number};
 
 /// Start of a fault by the base's clock, seconds.
 const FROM_S: f64 = 2.0;
 
 /// Time by which a busy machine may delay a process, seconds.
 const MARGIN_S: f64 = 1.5;
-
-fn number(object: &Value, name: &str) -> f64 {
-    object[name].as_f64().unwrap_or_else(|| panic!("{name} in {object}"))
-}
 
 /// Drives with a fault. Returns the results of the host and of the base.
 fn drive_with(protocol: &'static str, fault: &str, time_s: f64) -> (Value, Value) {

@@ -4,19 +4,17 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
+use crate::support::room;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::processes::{Emulated, Process};
+use super::processes::{Emulated, Process, number};
 
 /// A room of 7.2 by 4.4 m with 0.2 m cells and an obstacle between start and goal.
 fn room() -> TempDir {
     let folder = tempfile::tempdir().expect("a place for temporary files");
-    let wall = "#".repeat(36) + "\n";
-    let open = format!("#{}#\n", ".".repeat(34));
-    let block = format!("#{}###{}#\n", ".".repeat(15), ".".repeat(16));
-    let rows = [wall.clone(), open.repeat(9), block.repeat(4), open.repeat(7), wall];
-    fs::write(folder.path().join("room.txt"), rows.concat()).expect("written");
+    let rows = room::rows(36, 22, &[(16..19, 10..14)]);
+    fs::write(folder.path().join("room.txt"), rows.join("\n")).expect("written");
     folder
 }
 
@@ -25,10 +23,6 @@ fn drive(room: &TempDir, more: &str) -> String {
         "drive --map {} --resolution 0.2 --start 1.2,2,0 --goal 4.8,2 --engine cpu --threads 1 --simulated-senses --arm {more}",
         room.path().join("room.txt").display()
     )
-}
-
-fn number(object: &Value, name: &str) -> f64 {
-    object[name].as_f64().unwrap_or_else(|| panic!("{name} in {object}"))
 }
 
 #[track_caller]

@@ -29,6 +29,12 @@ impl Ended {
     }
 }
 
+/// A number of an object by its name.
+#[track_caller]
+pub fn number(object: &Value, name: &str) -> f64 {
+    object[name].as_f64().unwrap_or_else(|| panic!("{name} in {object}"))
+}
+
 impl Process {
     /// Starts the program with arguments separated by spaces.
     pub fn start(arguments: &str) -> Self {

@@ -3,6 +3,7 @@
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
+use crate::support::room;
 use inbye::base::{
     BaseSettings, Emulator, OutgoingCommand, Protocol, SafetyController, Session,
     SupervisorSettings,
@@ -127,10 +128,7 @@ fn drive(
     stall_s: impl Fn(usize) -> f64,
     stops_sender: bool,
 ) -> (MissionResult, Vec<String>) {
-    let wall = "#".repeat(200);
-    let open = format!("#{}#", ".".repeat(198));
-    let rows: Vec<&str> =
-        (0..30).map(|row| if row % 29 == 0 { wall.as_str() } else { open.as_str() }).collect();
+    let rows = room::rows(200, 30, &[]);
     let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default()).expect("a map");
     let goal = Goal::at(Point::new(37.0, 3.0));
     let mission = Mission { time_limit_s, ..Mission::new(Arc::new(map), START, goal) };

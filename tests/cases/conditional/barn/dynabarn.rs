@@ -11,9 +11,10 @@ use inbye::experiment::dynabarn::{
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::map::MovingDisc;
 use inbye::sim::TimedPath;
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
 use super::Test;
+use crate::support::trials::with_data;
 
 pub const TESTS: &[Test] = &[
     ("a script repeats from keyframe to keyframe", plays),
@@ -23,8 +24,6 @@ pub const TESTS: &[Test] = &[
     ("a contact without an avoiding command is attributed to the other", run_over),
     ("the state before a contact is the latest one with enough time to react", before),
 ];
-
-const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
 
 fn plays() {
     let keys =
@@ -188,19 +187,11 @@ fn before() {
 }
 
 pub fn trial() -> Trial {
-    Trial::ignorable_test("the worlds of DynaBARN are read", || {
-        if !Path::new(WORLDS).exists() {
-            return Ok(Completion::ignored_with(
-                "the development data are not next to the repository",
-            ));
-        }
-        all_are_read()?;
-        Ok(Completion::Completed)
-    })
+    with_data("the worlds of DynaBARN are read", "dynabarn", all_are_read)
 }
 
-fn all_are_read() -> Result<(), Failed> {
-    let worlds = read_worlds(Path::new(WORLDS), None)?;
+fn all_are_read(worlds: &Path) -> Result<(), Failed> {
+    let worlds = read_worlds(worlds, None)?;
     assert_eq!(worlds.len(), 30);
     for world in &worlds {
         assert_eq!(world.start.position(), Point::new(11.0, 0.0));

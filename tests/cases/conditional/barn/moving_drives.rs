@@ -8,9 +8,10 @@ use inbye::geometry::{Point, Pose};
 use inbye::local::CpuEngine;
 use inbye::runtime::{Config, Observer};
 use inbye::sim::TimedPath;
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
 use super::Test;
+use crate::support::trials::with_data;
 
 pub const TESTS: &[Test] = &[
     ("a cylinder that crosses is passed", passes),
@@ -18,8 +19,6 @@ pub const TESTS: &[Test] = &[
     ("a contact that cannot be avoided is not attributed to the robot", run_over),
     ("contacts are counted by their cause", counts),
 ];
-
-const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/dynabarn");
 
 /// A world with these cylinders and a course of six metres along x.
 fn world(cylinders: Vec<ScriptedCylinder>) -> DynaBarnWorld {
@@ -126,7 +125,7 @@ fn counts() {
         row(5, RunOutcome::Failed, None),
         row(5, RunOutcome::Contact, Some(ContactCause::Other)),
     ];
-    let summary = Group::of("all", &rows.iter().collect::<Vec<_>>());
+    let summary = Group::of("all", &rows);
     assert_eq!((summary.worlds, summary.runs, summary.reached), (5, 8, 2));
     assert_eq!(
         (
@@ -139,25 +138,17 @@ fn counts() {
     );
     assert_eq!((summary.timeouts, summary.failed), (1, 1));
     assert_eq!((summary.reached_share, summary.attributed_share), (0.25, Some(2.0 / 6.0)));
-    let only = Group::of("all", &[&rows[2]]);
+    let only = Group::of("all", [&rows[2]]);
     assert_eq!((only.reached_share, only.attributed_share), (0.0, None));
-    assert_eq!(Group::of("", &[]), Group::default());
+    assert_eq!(Group::of("", []), Group::default());
 }
 
 pub fn trial() -> Trial {
-    Trial::ignorable_test("a world of the benchmark that moves is crossed", || {
-        if !Path::new(WORLDS).exists() {
-            return Ok(Completion::ignored_with(
-                "the development data are not next to the repository",
-            ));
-        }
-        crosses()?;
-        Ok(Completion::Completed)
-    })
+    with_data("a world of the benchmark that moves is crossed", "dynabarn", crosses)
 }
 
-fn crosses() -> Result<(), Failed> {
-    let worlds = read_worlds(Path::new(WORLDS), Some(&[16]))?;
+fn crosses(worlds: &Path) -> Result<(), Failed> {
+    let worlds = read_worlds(worlds, Some(&[16]))?;
     let row = run(&worlds[0], &dynabarn_config());
     assert_eq!(row.outcome, RunOutcome::Reached, "{row:?}");
     assert!(row.travelled_m > 18.5, "{row:?}");

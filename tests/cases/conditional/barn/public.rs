@@ -6,25 +6,17 @@ use inbye::experiment::barn::{barn_config, read_worlds};
 use inbye::experiment::{RunOutcome, World};
 use inbye::local::CpuEngine;
 use inbye::runtime::Observer;
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
-const WORLDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/barn");
+use crate::support::trials::with_data;
 
 pub fn trial() -> Trial {
-    Trial::ignorable_test("two worlds of the benchmark are crossed", || {
-        if !Path::new(WORLDS).exists() {
-            return Ok(Completion::ignored_with(
-                "the development data are not next to the repository",
-            ));
-        }
-        crosses()?;
-        Ok(Completion::Completed)
-    })
+    with_data("two worlds of the benchmark are crossed", "barn", crosses)
 }
 
-fn crosses() -> Result<(), Failed> {
-    assert_eq!(read_worlds(Path::new(WORLDS), None)?.len(), 150);
-    for world in read_worlds(Path::new(WORLDS), Some(&[0, 12]))? {
+fn crosses(worlds: &Path) -> Result<(), Failed> {
+    assert_eq!(read_worlds(worlds, None)?.len(), 150);
+    for world in read_worlds(worlds, Some(&[0, 12]))? {
         let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
         let engine = Box::new(CpuEngine::single_threaded());
         let run = World::barn(world, 2.0).drive(0, &barn_config(2.0), engine, &mut observer)?;

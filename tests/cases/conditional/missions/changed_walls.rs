@@ -28,7 +28,7 @@ fn changed(map: &ObstacleGrid, seed: u64) -> (ObstacleGrid, f64) {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let frame = *map.frame();
     let to_wall = DistanceField::new(map);
-    let free = ObstacleGrid::new(frame, map.cells().iter().map(|blocked| !blocked).collect());
+    let free = map.map(|blocked| !blocked);
     let to_room = DistanceField::new(&free);
     let piece = (PIECE_M / frame.resolution_m).round() as i32;
     let columns = frame.width / piece + 1;

@@ -10,30 +10,22 @@ use inbye::map::{LoadOptions, UnknownPolicy, load};
 use inbye::navigator::Goal;
 use inbye::runtime::{Config, Mission, Observer};
 use inbye::sim::{PedestrianSpawner, Simulation};
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
 use super::driving::{arrive, story};
+use crate::support::trials::with_data;
 
-const MAP: &str =
-    concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data/mine/niosh_sr_coal_mine.yaml");
+const MAP: &str = "mine/niosh_sr_coal_mine.yaml";
 
 /// More than 300 m, with wheel odometry that slips 5 % and scans alone.
 pub fn trial_by_scans() -> Trial {
-    Trial::ignorable_test("robot tours the mine with scan matching", || {
-        if !Path::new(MAP).exists() {
-            return Ok(Completion::ignored_with(
-                "the development data are not next to the repository",
-            ));
-        }
-        tours_by_scans()?;
-        Ok(Completion::Completed)
-    })
+    with_data("robot tours the mine with scan matching", MAP, tours_by_scans)
 }
 
-fn tours_by_scans() -> Result<(), Failed> {
+fn tours_by_scans(map: &Path) -> Result<(), Failed> {
     let site = Arc::new(LocalizationSite {
         name: "mine".to_owned(),
-        map: Arc::new(load(Path::new(MAP), &LoadOptions::default())?),
+        map: Arc::new(load(map, &LoadOptions::default())?),
         start: Pose::new(57.37, 93.86, 0.0),
         goal: Point::new(210.86, 169.48),
         tour_m: 300.0,
@@ -53,19 +45,11 @@ fn tours_by_scans() -> Result<(), Failed> {
 }
 
 pub fn trial() -> Trial {
-    Trial::ignorable_test("robot crosses the mine among five pedestrians", || {
-        if !Path::new(MAP).exists() {
-            return Ok(Completion::ignored_with(
-                "the development data are not next to the repository",
-            ));
-        }
-        crosses()?;
-        Ok(Completion::Completed)
-    })
+    with_data("robot crosses the mine among five pedestrians", MAP, crosses)
 }
 
-fn crosses() -> Result<(), Failed> {
-    let map = load(Path::new(MAP), &LoadOptions::default())?;
+fn crosses(map: &Path) -> Result<(), Failed> {
+    let map = load(map, &LoadOptions::default())?;
     let config = Config::default();
     let (start, goal) = (Pose::new(57.37, 93.86, 0.0), Point::new(210.86, 169.48));
     let obstacles = map.obstacles(UnknownPolicy::Blocked);

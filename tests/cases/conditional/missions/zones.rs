@@ -38,12 +38,11 @@ const EXCESS: f64 = 0.06;
 
 /// A mask with a value in a rectangle, metres.
 fn mask(frame: &GridFrame, [left, low, right, high]: [f64; 4], value: i8) -> OccupancyGrid {
-    let cell = |index: usize| {
-        let Point { x, y } = frame.center_of(frame.cell_at(index));
+    OccupancyGrid::from_fn(*frame, |cell| {
+        let Point { x, y } = frame.center_of(cell);
         let is_in = (left..right).contains(&x) && (low..high).contains(&y);
         if is_in { value } else { 0 }
-    };
-    OccupancyGrid::new(*frame, (0..frame.len()).map(cell).collect())
+    })
 }
 
 fn with_zones(mut task: Simulation, zones: Zones) -> Simulation {

@@ -3,19 +3,18 @@
 use std::path::Path;
 
 use inbye::bench::movingai::{ALGORITHMS, Algorithm, Bench, Files, find};
-use libtest_mimic::{Completion, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
-const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
+use crate::support::trials::{DATA, with_data};
+
 /// Number of scenarios of each map, spread over its file.
 const SOME: usize = 20;
 
 /// One trial for each map, or one ignored trial where the data are absent.
 pub fn trials() -> Vec<Trial> {
     let folders = ["movingai", "mine"].map(|folder| Path::new(DATA).join(folder));
-    if folders.iter().any(|folder| !folder.exists()) {
-        return vec![Trial::ignorable_test("public maps", || {
-            Ok(Completion::ignored_with("the development data are not next to the repository"))
-        })];
+    if let Some(absent) = folders.iter().find(|folder| !folder.exists()) {
+        return vec![with_data("public maps", absent, |_| Ok(()))];
     }
     let mut trials = Vec::new();
     for folder in folders {

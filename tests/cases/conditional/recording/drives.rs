@@ -3,6 +3,7 @@
 use std::io::{self, Cursor, Write};
 use std::sync::{Arc, Mutex};
 
+use crate::support::room;
 use inbye::geometry::{Point, Pose};
 use inbye::local::{CpuEngine, Engine};
 use inbye::map::OccupancyGrid;
@@ -36,12 +37,7 @@ impl Write for Memory {
 
 /// Rows of a room of 12 by 5.2 m with a pillar, highest first, in cells of 0.2 m.
 pub fn rows() -> Vec<String> {
-    let row = |index: usize| match index {
-        0 | 25 => "#".repeat(60),
-        11..=14 => format!("#{}###{}#", ".".repeat(27), ".".repeat(28)),
-        _ => format!("#{}#", ".".repeat(58)),
-    };
-    (0..26).map(row).collect()
+    room::rows(60, 26, &[(28..31, 11..15)])
 }
 
 /// A drive through the room with a waypoint and a crossing pedestrian.

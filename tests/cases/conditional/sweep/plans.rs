@@ -6,6 +6,7 @@ use inbye::experiment::Plan;
 
 use super::Test;
 use super::plan_folder::{CELLS, PLAN, PlanFolder};
+use crate::support::room;
 
 pub const TESTS: &[Test] = &[
     ("the documented plan equals the default", documented),
@@ -152,11 +153,7 @@ fn refusals() {
 fn errors_are_rows() {
     let place = PlanFolder::new();
     // 12 by 8 m in cells of 0.25 m, with a small closed room.
-    let wall = "#".repeat(48);
-    let row = format!("#{}#", ".".repeat(46));
-    let room: Vec<&str> =
-        [wall.as_str()].into_iter().chain([row.as_str(); 30]).chain([wall.as_str()]).collect();
-    place.write("room.txt", room.join("\n") + "\n");
+    place.write("room.txt", room::rows(48, 32, &[]).join("\n"));
     place.write("closet.txt", "#####\n#...#\n#...#\n#####\n");
     place.write(
         "routes.toml",

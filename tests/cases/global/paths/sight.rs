@@ -17,8 +17,7 @@ fn exact_grid(random: &mut Pcg64Mcg, density: f64) -> FreeSpace {
         resolution_m: [0.25, 1.0][random.random_range(0..2)],
         origin: Pose::default(),
     };
-    let blocked = (0..frame.len()).map(|_| random.random_bool(density)).collect();
-    FreeSpace::new(&ObstacleGrid::new(frame, blocked), 0.0)
+    FreeSpace::new(&ObstacleGrid::from_fn(frame, |_| random.random_bool(density)), 0.0)
 }
 
 fn point(space: &FreeSpace, (x, y): LatticePoint) -> Point {
@@ -71,7 +70,7 @@ fn line_of_sight_distinguishes_passing_from_touching_on_long_segments() {
     let mut outcomes = [0, 0];
     for _ in 0..2000 {
         let cell = Cell::new(random.random_range(60..140), random.random_range(60..140));
-        let mut obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let mut obstacles = ObstacleGrid::filled(frame, false);
         obstacles.set(cell, true);
         let space = FreeSpace::new(&obstacles, 0.0);
         // Through a corner of the obstacle, or a lattice step next to it.
@@ -113,7 +112,7 @@ fn clearance_equals_the_minimum_over_small_steps() {
         let frame = *obstacles.frame();
         if case % 3 == 0 {
             // A single obstacle, far from most of the path.
-            obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+            obstacles = ObstacleGrid::filled(frame, false);
             obstacles.set(random_grid::cell(&mut random, &frame), true);
         }
         let mut place = |_| {

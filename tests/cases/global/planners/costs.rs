@@ -15,8 +15,8 @@ use crate::support::random_grid;
 /// The documented cost formula, with a brute-force distance.
 fn expected_cost(obstacles: &ObstacleGrid, cell: Cell, preferred_m: f64, weight: f64) -> u64 {
     let frame = obstacles.frame();
-    let distance_m = (0..frame.len())
-        .map(|index| frame.cell_at(index))
+    let distance_m = frame
+        .cells()
         .filter(|&other| obstacles.is_blocked(other))
         .map(|other| (frame.center_of(other) - frame.center_of(cell)).norm())
         .fold(f64::INFINITY, f64::min);

@@ -53,8 +53,8 @@ fn plan_error_names_the_nearest_free_cell() {
     let bad = Point::new(-9.6, 23.4);
     let error = query(&space, bad, bad).expect_err("a bad end");
     let named = (last_point_of(&error.to_string()) - bad).norm();
-    let nearest = (0..frame.len())
-        .map(|index| frame.cell_at(index))
+    let nearest = frame
+        .cells()
         .filter(|&cell| space.is_free(cell))
         .map(|cell| (frame.center_of(cell) - bad).norm())
         .fold(f64::INFINITY, f64::min);

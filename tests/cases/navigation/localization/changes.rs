@@ -11,8 +11,7 @@ use super::room::{ROOM, ground, lidar};
 
 /// The map as its robot has it.
 fn known(obstacles: &ObstacleGrid) -> OccupancyGrid {
-    let value = |&blocked: &bool| if blocked { 100 } else { 0 };
-    OccupancyGrid::new(*obstacles.frame(), obstacles.cells().iter().map(value).collect())
+    obstacles.map(|&blocked| if blocked { 100 } else { 0 })
 }
 
 /// Where the robot is on its round through the room.

@@ -15,7 +15,7 @@ pub use crate::support::carried::lidar;
 /// Free boxes in solid rock, each from lower left to upper right corner, metres in the grid's frame; cells of 5 cm.
 pub fn ground(origin: Pose, boxes: &[[f64; 4]]) -> ObstacleGrid {
     let frame = GridFrame::new(400, 300, 0.05, origin).expect("a frame");
-    let mut obstacles = ObstacleGrid::new(frame, vec![true; frame.len()]);
+    let mut obstacles = ObstacleGrid::filled(frame, true);
     for row in 0..frame.height {
         for column in 0..frame.width {
             let center = Cell::new(column, row).center().to_vector() * frame.resolution_m;

@@ -49,16 +49,15 @@ pub fn ground(width_m: f64, height_m: f64, is_blocked: impl Fn(f64, f64) -> bool
     let cells = |side_m: f64| (side_m / 0.05).round() as i32;
     let frame = GridFrame::new(cells(width_m), cells(height_m), 0.05, Pose::default());
     let frame = frame.expect("a sound frame");
-    let blocked = |index| {
-        let center = frame.center_of(frame.cell_at(index));
+    ObstacleGrid::from_fn(frame, |cell| {
+        let center = frame.center_of(cell);
         is_blocked(center.x, center.y)
-    };
-    ObstacleGrid::new(frame, (0..frame.len()).map(blocked).collect())
+    })
 }
 
 /// A grid of the same size without obstacles.
 pub fn empty(like: &ObstacleGrid) -> ObstacleGrid {
-    ObstacleGrid::new(*like.frame(), vec![false; like.frame().len()])
+    ObstacleGrid::filled(*like.frame(), false)
 }
 
 impl Stage {

@@ -13,7 +13,7 @@ fn picture(path: &[Point], width: i32, height: i32) -> String {
     let (first, last) = (path[0], path[path.len() - 1]);
     plan_svg(&PlanView {
         title: "A plan on a free map",
-        map: &OccupancyGrid::new(frame, vec![0; frame.len()]),
+        map: &OccupancyGrid::filled(frame, 0),
         zones: None,
         start: Pose::new(first.x, first.y, 0.0),
         stops: &[],

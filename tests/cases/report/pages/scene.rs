@@ -34,16 +34,14 @@ pub fn pillars(resolution_m: f64) -> OccupancyGrid {
         resolution_m,
         origin: Pose::new(-2.0, -2.0, 0.0),
     };
-    let cells = (0..frame.len()).map(|index| {
-        let Cell { column, row } = frame.cell_at(index);
+    OccupancyGrid::from_fn(frame, |Cell { column, row }| {
         let x = f64::from(column) * resolution_m;
         let y = f64::from(row) * resolution_m;
         let edge = !(0.4..35.6).contains(&x) || !(0.4..19.6).contains(&y);
         let pillar = x % 9.0 > 3.5 && y % 7.0 > 3.2;
         let unknown = x > 30.0 && y < 3.2;
         if unknown { -1 } else { i8::from(edge || pillar) * 100 }
-    });
-    OccupancyGrid::new(frame, cells.collect())
+    })
 }
 
 /// A run around the pillars.
