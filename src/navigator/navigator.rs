@@ -11,6 +11,8 @@ use super::base_response::BaseResponse;
 use super::behaviours::Behaviours;
 use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
+use super::first_problem::check_first_problem;
+use super::global_planner::checked_plan;
 use super::goal_yaw::check_yaws;
 use super::inflated_bodies::InflatedBodies;
 use super::observation::ObservationValidator;
@@ -76,11 +78,13 @@ pub struct Navigator {
     fault: Option<Fault>,
 }
 
+crate::settings::opaque_debug!(Navigator);
+
 impl Navigator {
     /// Plans a path to every goal. Times the planner's stages by `clock`, in seconds.
     ///
     /// # Errors
-    /// When there is no path to a goal, or the planning thread does not start.
+    /// When a setting, a limit or a goal is out of range, there is no path to a goal, or the planning thread does not start.
     pub fn new(
         map: impl Into<NavigationMap>,
         waypoints: &Waypoints,
@@ -90,10 +94,13 @@ impl Navigator {
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
+        robot.limits.validate().map_err(|error| error.in_table("limits").in_table("robot"))?;
+        planner.settings().validate().map_err(|error| error.in_table("local"))?;
+        settings.validate().map_err(|error| error.in_table("navigator"))?;
         let map = map.into();
         let closed = map.closed();
         let (queue, plan) = WaypointQueue::planned(waypoints, |from, to| {
-            global_planner.plan(&closed, &[], from, to, clock)
+            checked_plan(&mut *global_planner, &closed, &[], [from, to], clock)
         })?;
         let period_s = planner.settings().control_period_s;
         let is_tracking = settings.features.tracking;
@@ -106,12 +113,15 @@ impl Navigator {
         let zones = map.zones.clone();
         let mut obstacles = new_model(map);
         check_yaws(&waypoints.goals, &obstacles, &robot, &settings)?;
+        let window_half_m = window_half_m(&settings, planner.settings(), &robot);
+        let ground = (&obstacles, window_half_m);
+        check_first_problem(waypoints.start, ground, &robot, (&settings, planner.settings()))?;
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
             tick_clock: TickClock::new(period_s),
             tick: period_s.into(),
             faulty_late_s: 0.0,
-            window_half_m: window_half_m(&settings, planner.settings(), &robot),
+            window_half_m,
             validator: ObservationValidator::default(),
             obstacles,
             people: RecentPeople::default(),
