@@ -99,10 +99,10 @@ impl SettingError {
     }
 }
 
-/// Formats a number; from 1e9, and below 1e-6, in exponential notation.
+/// Formats a number; from 1e9, and below 1e-9, in exponential notation.
 pub(crate) fn compact(value: f64) -> String {
     let size = value.abs();
-    let is_long = value.is_finite() && (size >= 1e9 || size > 0.0 && size < 1e-6);
+    let is_long = value.is_finite() && (size >= 1e9 || size > 0.0 && size < 1e-9);
     if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
