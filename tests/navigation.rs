@@ -6,6 +6,7 @@ mod support {
 
 mod cases {
     mod navigation {
+        mod boundaries;
         mod corridor;
         mod deadlines;
         mod footprint;

@@ -7,6 +7,8 @@
 
 #include "inbye.h"
 
+INBYE_CONTROLLER_ABI
+
 extern "C" void *inbye_controller_create(const InbyeRobot *robot) { return new InbyeRobot(*robot); }
 
 extern "C" void inbye_controller_destroy(void *controller) { delete static_cast<InbyeRobot *>(controller); }

@@ -2,7 +2,7 @@
  *
  * Metres, seconds and radians; x forward, y left, yaw counter-clockwise (REP-103). What a function returns as a pointer belongs to
  * the caller, who frees it with the function of its type. A function that fails returns NULL or false, and inbye_last_error() says
- * why. Objects may move between threads; only one thread at a time may use one.
+ * why. Objects may move between threads; only one thread at a time may use one, but any number of threads a map or a configuration.
  *
  * cbindgen makes this file of the sources in c/src. */
 
@@ -16,7 +16,7 @@
 #include <stdlib.h>
 
 /*
- Number of this interface. It changes when a program that was compiled for it must be compiled again.
+ Number of this interface. It changes when a program or a controller that was compiled for it must be compiled again.
  */
 #define INBYE_ABI_VERSION 1
 
@@ -31,7 +31,7 @@ typedef enum InbyeMode {
    */
   INBYE_MODE_FAILED,
   /*
-   It brakes: the observation is faulty.
+   It brakes: the observation is faulty, and inbye_navigator_fault says why.
    */
   INBYE_MODE_SENSOR_FAULT,
 } InbyeMode;
@@ -425,14 +425,29 @@ bool inbye_navigator_step(struct InbyeNavigator *navigator,
                           struct InbyeCommand *command);
 
 /*
- Returns why the mission failed; empty if it did not. It stays valid until the next step.
+ Returns why the mission failed, or what is wrong with the last observation; empty where both are sound. It stays valid until the
+ next step.
 
  Precondition: `navigator` is alive.
  */
 const char *inbye_navigator_fault(const struct InbyeNavigator *navigator);
 
 /* A controller in a shared library has the following functions. `inbye-controller-host LIBRARY` calls them, as in
- *   inbye drive --scene mine --controller "inbye-controller-host ./libmy_controller.so" */
+ *   inbye drive --scene mine --controller "inbye-controller-host ./libmy_controller.so"
+ *
+ * The library runs in a process of its own. What it prints to the standard output goes to the standard error output. */
+
+/* Write INBYE_CONTROLLER_ABI once in a library, outside all functions: the host refuses a library of another version. */
+#ifdef __cplusplus
+#define INBYE_CONTROLLER_ABI \
+    extern "C" uint32_t inbye_controller_abi_version() { return INBYE_ABI_VERSION; }
+#else
+#define INBYE_CONTROLLER_ABI \
+    uint32_t inbye_controller_abi_version(void) { return INBYE_ABI_VERSION; }
+#endif
+
+/* INBYE_CONTROLLER_ABI defines it. */
+uint32_t inbye_controller_abi_version(void);
 
 /* Makes a controller for a robot. Null is a failure. */
 void *inbye_controller_create(const struct InbyeRobot *robot);

@@ -66,6 +66,9 @@ pub unsafe fn array<'a, T>(pointer: *const T, count: usize, name: &str) -> Resul
     if pointer.is_null() {
         return Err(format!("{name} is null"));
     }
+    if count > isize::MAX as usize / size_of::<T>().max(1) {
+        return Err(format!("{name}: {count} values do not fit into memory"));
+    }
     // SAFETY: it is not null, and the caller vouches for the values.
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }

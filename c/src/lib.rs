@@ -2,7 +2,7 @@
 //!
 //! Pointers that a function returns belong to the caller, who frees them with the function of their type. A function that fails
 //! returns null or false, and [`inbye_last_error`] says why. Objects may move between threads; only one thread at a time may use
-//! one.
+//! one, but any number of threads a map or a configuration.
 
 #![expect(
     unsafe_code,
@@ -10,14 +10,14 @@
 )]
 #![expect(clippy::doc_markdown, reason = "the header is read without markup")]
 
+mod abi;
 mod decision;
 mod error;
 mod map;
 mod navigator;
 mod values;
 
-/// Number of this interface. It changes when a program that was compiled for it must be compiled again.
-pub const INBYE_ABI_VERSION: u32 = 1;
+pub use abi::INBYE_ABI_VERSION;
 
 /// Returns INBYE_ABI_VERSION of the loaded library.
 #[unsafe(no_mangle)]

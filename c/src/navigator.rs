@@ -56,7 +56,7 @@ pub enum InbyeMode {
     Arrived,
     /// inbye_navigator_fault says why.
     Failed,
-    /// It brakes: the observation is faulty.
+    /// It brakes: the observation is faulty, and inbye_navigator_fault says why.
     SensorFault,
 }
 
@@ -159,7 +159,9 @@ pub unsafe extern "C" fn inbye_navigator_step(
             sent: None,
         };
         let decision = this.navigator.step(&observation);
-        let fault = this.navigator.fault().map(ToString::to_string).unwrap_or_default();
+        let fault = this.navigator.fault().map(ToString::to_string);
+        let faulty = || this.navigator.observation_fault().map(|fault| fault.to_string());
+        let fault = fault.or_else(faulty).unwrap_or_default();
         this.fault = CString::new(fault).unwrap_or_default();
         *answer = InbyeCommand {
             velocity: (&decision.command).into(),
@@ -176,7 +178,8 @@ pub unsafe extern "C" fn inbye_navigator_step(
     decided.is_some()
 }
 
-/// Returns why the mission failed; empty if it did not. It stays valid until the next step.
+/// Returns why the mission failed, or what is wrong with the last observation; empty where both are sound. It stays valid until the
+/// next step.
 ///
 /// # Safety
 /// `navigator` is alive.

@@ -230,17 +230,19 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
     let base = hardware.map(|hardware| hardware.end(late_ticks));
     let result = match driven {
         Ok(result) => result,
+        Err(SimError::Mission(MissionError::Fault(Fault::Choose(DecisionError::Problem(
+            error,
+        ))))) => {
+            // The source of the invalid setting.
+            let MapSettings { config: file, changes, .. } = &arguments.map.settings;
+            return Err(anyhow!(error)).with_context(|| match file {
+                Some(file) if changes.is_empty() => format!("{}: with {map_name}", file.display()),
+                None if changes.is_empty() => format!("{map_name}: with the default settings"),
+                _ => format!("{map_name}: with these settings"),
+            });
+        }
         Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
     };
-    if let Some(Fault::Choose(DecisionError::Problem(error))) = &result.fault {
-        // The source of the invalid setting.
-        let MapSettings { config: file, changes, .. } = &arguments.map.settings;
-        return Err(anyhow!(error.clone())).with_context(|| match file {
-            Some(file) if changes.is_empty() => format!("{}: with {map_name}", file.display()),
-            None if changes.is_empty() => format!("{map_name}: with the default settings"),
-            _ => format!("{map_name}: with these settings"),
-        });
-    }
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
     // The result comes first: a picture that cannot be written must not cost it.

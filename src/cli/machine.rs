@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use inbye::base::BaseSupervisor;
-use inbye::external::LineProcess;
+use inbye::external::{LineProcess, interrupt_by};
 use inbye::local::{AdapterSelection, CpuEngines, Engine, EngineError, open_engines};
 use serde_json::{Value, json};
 
@@ -47,6 +47,7 @@ pub fn interrupt_flag() -> anyhow::Result<Arc<AtomicBool>> {
         return Ok(Arc::clone(flag));
     }
     let flag = Arc::clone(INTERRUPT.get_or_init(Arc::default));
+    interrupt_by(Arc::clone(&flag));
     let is_set = Arc::clone(&flag);
     let handler = move || {
         if is_set.swap(true, Ordering::Relaxed) {

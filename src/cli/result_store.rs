@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use std::{process, thread};
 
 use anyhow::{Context, ensure};
-use inbye::experiment::{CellFile, Manifest};
+use inbye::experiment::{CellFile, Manifest, RunRow};
 use serde_json::json;
 
 use super::output;
@@ -92,7 +92,21 @@ impl ResultStore {
 
     /// Whether a cell has its result. A damaged result is an error.
     pub fn has(&self, key: &str) -> anyhow::Result<bool> {
-        Ok(read_cell(&self.path, key)?.is_some())
+        Ok(self.row(key)?.is_some())
+    }
+
+    /// The result of a cell, if it has one.
+    pub fn row(&self, key: &str) -> anyhow::Result<Option<RunRow>> {
+        Ok(read_cell(&self.path, key)?.map(|(_, file)| file.row))
+    }
+
+    /// Removes the result of a cell, so that it is driven again.
+    pub fn remove(&self, key: &str) -> anyhow::Result<()> {
+        match fs::remove_file(cell_path(&self.path, key)) {
+            // Another process may have removed it.
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(error.into()),
+            _ => Ok(()),
+        }
     }
 
     /// Claims a cell for this process; none where another process has it, unless `wait` is set.

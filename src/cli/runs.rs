@@ -160,14 +160,25 @@ impl Done {
 }
 
 impl Workers<'_> {
-    /// Checks the programs of the cells that have no result, then runs these cells, this many at a time, and then the latency cells, one at a time. Waits for cells
-    /// that other processes run, and runs them here if that process ends without a result.
+    /// Checks the programs of the cells that have no final result, then runs these cells, this many at a time, and then the latency
+    /// cells, one at a time. Waits for cells that other processes run, and runs them here if that process ends without a result.
     pub fn run(&self, cells: &[&Cell], jobs: usize) -> anyhow::Result<Vec<(String, Done)>> {
-        let mut open = Vec::new();
-        for &cell in cells {
-            if cell.has_programs() && !self.store.has(&cell.row.key)? {
-                open.push(cell);
+        let (mut open, mut failed) = (Vec::new(), 0);
+        for &cell in cells.iter().filter(|cell| cell.has_programs()) {
+            match self.store.row(&cell.row.key)? {
+                Some(row) if !cell.is_failed_by_machine(&row) => continue,
+                Some(_) => {
+                    self.store.remove(&cell.row.key)?;
+                    failed += 1;
+                }
+                None => {}
             }
+            open.push(cell);
+        }
+        if failed > 0 {
+            output::note(format!(
+                "{failed} earlier runs in which a program did not start or did not answer are driven again"
+            ));
         }
         check_programs(open)?;
         let bar = output::progress(cells.len() as u64, self.title, "runs");

@@ -3,12 +3,13 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
+use std::process::Stdio;
 use std::{fs, io};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::experiment::{Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, rankings};
-use inbye::external::ProgramSettings;
+use inbye::external::{ProgramSettings, run_in_group};
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::{Config, parse_toml};
 use serde_json::{Value, json};
@@ -234,9 +235,9 @@ fn run_elsewhere(
     write_whole(&plan, &toml::to_string(&sweep)?)?;
     let mut command = runner.to_command();
     // What it prints must not get into our result.
-    let command = command.arg(plan).arg("--out").arg(out).stdout(io::stderr());
-    let status =
-        command.status().with_context(|| format!("--runner {runner}: cannot be started"))?;
+    let command = command.arg(plan).arg("--out").arg(out).stdin(Stdio::null()).stdout(io::stderr());
+    let status = run_in_group(command, machine::is_interrupted)
+        .with_context(|| format!("--runner {runner}: cannot be started"))?;
     ensure!(status.success() || machine::is_interrupted(), "--runner {runner}: {status}");
     Ok(())
 }

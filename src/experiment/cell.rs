@@ -6,14 +6,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{ExperimentError, RunRow, World};
+use super::{ExperimentError, RunOutcome, RunRow, World};
 use crate::digest::BitDigest;
-use crate::external::ProgramSettings;
+use crate::external::{NO_ANSWER, ProgramSettings};
 use crate::runtime::Config;
 
 /// Number of the format of inputs and results. Raise it when the same inputs may give other results, or results are
 /// written differently, while the crate's version stays.
-pub const FORMAT: u32 = 4;
+pub const FORMAT: u32 = 5;
 
 /// Hex digits of a key: 128 bits of SHA-256.
 const KEY_DIGITS: usize = 32;
@@ -48,6 +48,15 @@ impl Cell {
     #[must_use]
     pub fn has_programs(&self) -> bool {
         programs(&self.config).iter().any(|program| program.is_set())
+    }
+
+    /// Whether a program did not start, or did not answer in time, in a run of this cell. That may depend on the machine and its load:
+    /// such a result is not final.
+    #[must_use]
+    pub fn is_failed_by_machine(&self, row: &RunRow) -> bool {
+        let is_sound = matches!(row.outcome, RunOutcome::Reached | RunOutcome::Contact);
+        let is_silent = || row.reason.as_ref().is_some_and(|reason| reason.contains(NO_ANSWER));
+        self.has_programs() && !is_sound && (row.ticks == 0 || is_silent())
     }
 
     /// Everything that its result depends on. Not kept: it takes 20 kB, and a plan may have 100,000 cells.

@@ -197,7 +197,7 @@ impl Grid {
 fn setups(plan: &Plan, base: &Config) -> Result<Vec<Setup>, ExperimentError> {
     let mut setups = vec![Setup::unnamed(base.clone())];
     setups = vary(setups, &plan.configs, |setup, (name, changes)| {
-        let changed = setup.config.with_changes(&changes.0.to_string());
+        let changed = setup.config.with_table(&changes.0);
         let unusable = |error: TomlError| ExperimentError::Unusable {
             place: format!("configs.{name}"),
             reason: error.to_string(),

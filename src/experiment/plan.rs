@@ -199,6 +199,16 @@ impl Plan {
         require(!self.worlds.is_empty(), "worlds", "empty", "at least one")?;
         let samplings: Vec<String> = self.sampling.iter().map(ToString::to_string).collect();
         distinct("sampling", &samplings)?;
+        for (key, name) in self
+            .configs
+            .keys()
+            .map(|name| ("configs", name))
+            .chain(self.weights.keys().map(|name| ("weights", name)))
+        {
+            // Tables and the terminal show it.
+            let is_shown = !name.chars().any(char::is_control);
+            require(is_shown, key, name, "a name without control characters")?;
+        }
         for engine in &self.engines {
             let is_one = engine.parse::<EngineChoice>().is_ok();
             let expected = "cpu, gpu or gpu:ADAPTER-NAME: a cell must name its engine";

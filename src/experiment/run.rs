@@ -7,6 +7,7 @@ use super::row_figures::fault_name;
 use super::world::WorldSource;
 use super::{Cell, CellFile, ExperimentError, RunOutcome, RunRow, World, WorldSimulation};
 use crate::local::{Engine, EngineChoice, EngineError, SharedEngines, open_with_fallback};
+use crate::navigator::Fault;
 use crate::runtime::{Config, Decider, MissionError, MissionResult, Observer, PoseSource};
 use crate::sim::SimError;
 
@@ -48,7 +49,9 @@ impl World {
             Run { row, simulation, result: None }
         };
         let mut generated = match self.simulation(seed, config) {
-            Err(ExperimentError::Simulation(SimError::Mission(MissionError::Fault(fault)))) => {
+            Err(ExperimentError::Simulation(SimError::Mission(MissionError::Fault(fault))))
+                if is_result(&fault) =>
+            {
                 return Ok(refused(row, fault.to_string(), None));
             }
             generated => generated?,
@@ -75,7 +78,7 @@ impl World {
             },
         };
         let result = match simulation.run(config, decider, &mut observer) {
-            Err(SimError::Mission(MissionError::Fault(fault))) => {
+            Err(SimError::Mission(MissionError::Fault(fault))) if is_result(&fault) => {
                 return Ok(refused(row, fault.to_string(), Some(generated)));
             }
             result => result?,
@@ -95,6 +98,11 @@ impl World {
         }
         Ok(Run { row, simulation: Some(generated), result: Some(result) })
     }
+}
+
+/// Whether the fault of a navigator that refuses to start is a result. Settings that it cannot use are none.
+const fn is_result(fault: &Fault) -> bool {
+    !matches!(fault, Fault::Setting(_) | Fault::Choose(_))
 }
 
 /// Opens the engine of a cell. Cells on a GPU share it, so the decisions of those that run side by side are evaluated in batches; a

@@ -28,6 +28,8 @@ pub struct ProcessController {
     late: Option<Duration>,
 }
 
+crate::settings::opaque_debug!(ProcessController);
+
 impl ProcessController {
     /// Starts the program for a robot with this control period, in seconds, on a map. With a budget, in seconds, an answer that
     /// takes longer is late: it is dropped when it comes. Without one the robot waits for each answer.

@@ -7,18 +7,15 @@ use super::{Program, ProgramSettings, REASON_CHARACTERS, shown};
 use crate::geometry::Point;
 use crate::global::{Path, Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
-use crate::navigator::{GlobalPlanner, RobotModel};
-
-/// Largest distance of the ends of a path from start and goal, metres. A program may plan between centres of cells.
-const END_TOLERANCE_M: f64 = 0.25;
-/// Distance between two checked points of a path, cells.
-const CHECK_STEP_CELLS: f64 = 0.5;
+use crate::navigator::{END_TOLERANCE_M, GlobalPlanner, RobotModel, check_cells, check_ends};
 
 /// A program that plans paths.
 pub struct ProcessPlanner {
     program: Program,
     least_radius_m: f64,
 }
+
+crate::settings::opaque_debug!(ProcessPlanner);
 
 impl ProcessPlanner {
     /// Starts the program for a robot whose path is to keep this distance from obstacles, metres. The control period, seconds, is
@@ -53,35 +50,16 @@ impl ProcessPlanner {
         &self,
         mut points: Vec<Point>,
         obstacles: &ObstacleGrid,
-        ends: [Point; 2],
+        [start, goal]: [Point; 2],
     ) -> Result<Path, PlanError> {
-        let [start, goal] = ends;
-        if points.len() < 2 || points.iter().any(|point| !point.is_finite()) {
-            return Err(self.invalid("a path has at least two points, all finite".to_owned()));
+        if points.len() < 2 {
+            return Err(self.invalid("a path has at least two points".to_owned()));
         }
+        check_ends(&points, [start, goal], END_TOLERANCE_M).map_err(|why| self.invalid(why))?;
         let last = points.len() - 1;
-        for (index, end, name) in [(0, start, "start"), (last, goal, "goal")] {
-            let off_m = (points[index] - end).norm();
-            if off_m > END_TOLERANCE_M {
-                return Err(self.invalid(format!(
-                    "the path ends {off_m:.2} m from the {name}; at most {END_TOLERANCE_M} m are allowed"
-                )));
-            }
-            points[index] = end;
-        }
-        let frame = obstacles.frame();
-        // A straight line between two points of the map is on the map, and so of finite length.
-        if let Some(index) = points.iter().position(|point| frame.cell_of(point).is_none()) {
-            return Err(self.invalid(format!("point {index} of the path is not on the map")));
-        }
+        (points[0], points[last]) = (start, goal);
         let path = Path::new(points);
-        let is_blocked =
-            |point: &Point| frame.cell_of(point).is_none_or(|cell| obstacles.is_blocked(cell));
-        let step_m = CHECK_STEP_CELLS * frame.resolution_m;
-        let blocked = path.samples(step_m).find(is_blocked);
-        if let Some(Point { x, y }) = blocked {
-            return Err(self.invalid(format!("the path crosses an obstacle at ({x:.2}, {y:.2})")));
-        }
+        check_cells(&path, obstacles).map_err(|why| self.invalid(why))?;
         Ok(path)
     }
 }

@@ -210,6 +210,36 @@ impl LineProcess {
     }
 }
 
+/// Runs a command with a process group of its own and returns its status. Once `is_interrupted` is true, the group gets SIGTERM, and
+/// the call waits for its end. What is left of the group then is killed.
+///
+/// # Errors
+/// When it cannot be started.
+pub fn run_in_group(
+    command: &mut Command,
+    is_interrupted: impl Fn() -> bool,
+) -> io::Result<ExitStatus> {
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(command, 0);
+    let mut process = command.spawn()?;
+    let id = process.id();
+    running().insert(id);
+    let mut was_told = false;
+    let status = loop {
+        if let Some(status) = process.try_wait().transpose() {
+            break status;
+        }
+        if !was_told && is_interrupted() {
+            was_told = true;
+            end_group(id);
+        }
+        thread::sleep(END_POLL);
+    };
+    running().remove(&id);
+    kill_group(id);
+    status
+}
+
 impl Drop for LineProcess {
     fn drop(&mut self) {
         self.end();
@@ -223,15 +253,27 @@ fn running() -> MutexGuard<'static, BTreeSet<u32>> {
 /// Kills the processes of the group with this leader.
 #[cfg(unix)]
 fn kill_group(leader: u32) {
-    use nix::sys::signal::{Signal, killpg};
-    use nix::unistd::Pid;
+    signal_group(leader, nix::sys::signal::Signal::SIGKILL);
+}
+
+/// Asks the processes of the group with this leader to end.
+#[cfg(unix)]
+fn end_group(leader: u32) {
+    signal_group(leader, nix::sys::signal::Signal::SIGTERM);
+}
+
+#[cfg(unix)]
+fn signal_group(leader: u32, signal: nix::sys::signal::Signal) {
     // A group without processes needs no signal.
-    let _ = killpg(Pid::from_raw(leader.cast_signed()), Signal::SIGKILL);
+    let _ = nix::sys::signal::killpg(nix::unistd::Pid::from_raw(leader.cast_signed()), signal);
 }
 
 /// Elsewhere there are no groups: the process itself is killed by its handle.
 #[cfg(not(unix))]
 const fn kill_group(_leader: u32) {}
+
+#[cfg(not(unix))]
+const fn end_group(_leader: u32) {}
 
 /// Writes lines on a thread until there are no more.
 fn write_lines(mut stdin: ChildStdin) -> Sender<String> {
@@ -367,6 +409,19 @@ mod tests {
         assert!(began.elapsed() < LONG / 2);
         let signal = process.status().and_then(|status| status.signal());
         assert_eq!(signal, Some(11));
+    }
+
+    #[test]
+    fn interrupted_command_gets_sigterm_with_its_group() {
+        let mut command = Command::new("sh");
+        let began = Instant::now();
+        let script = "trap 'exit 5' TERM; sleep 1000 & wait";
+        let is_late = || began.elapsed() > Duration::from_millis(300);
+        let status = run_in_group(command.args(["-c", script]), is_late).expect("a shell");
+        assert!(began.elapsed() < LONG && status.code() == Some(5), "{status}");
+        let mut command = Command::new("sh");
+        let status = run_in_group(command.args(["-c", "exit 3"]), || false).expect("a shell");
+        assert_eq!(status.code(), Some(3));
     }
 
     #[test]

@@ -15,15 +15,29 @@ mod settings;
 pub use controller::ProcessController;
 pub use global_planner::ProcessPlanner;
 #[doc(hidden)]
-pub use line_process::{LineError, LineProcess, interruptible};
+pub use line_process::{LineError, LineProcess, interruptible, run_in_group};
 pub use protocol::PROTOCOL;
 pub use settings::ProgramSettings;
 
 use std::path::Path;
 use std::process::ExitStatus;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
+#[cfg(doc)]
+use crate::navigator::ControllerError;
 use protocol::{Ready, Request};
+
+/// Ends all waits for answers once it is set.
+static INTERRUPT: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Sets the flag that ends all waits for answers of programs, in every thread, as a handler of Ctrl-C sets it. Only the first flag
+/// counts.
+#[doc(hidden)]
+pub fn interrupt_by(flag: Arc<AtomicBool>) {
+    let _ = INTERRUPT.set(flag);
+}
 
 /// A program that has answered the first message.
 pub(crate) struct Program {
@@ -32,6 +46,9 @@ pub(crate) struct Program {
     wants: Vec<protocol::Want>,
     pub timeout: Duration,
 }
+
+/// Beginning of the reason where a program gave no answer in time, also in [`ControllerError::TimedOut`].
+pub(crate) const NO_ANSWER: &str = "no answer";
 
 /// Why a program gave no answer.
 pub(crate) enum NoAnswer {
@@ -55,7 +72,7 @@ impl Program {
             Ok(ready) => ready,
             Err(NoAnswer::Silent) => {
                 let limit_s = (START_FACTOR * timeout).as_secs_f64();
-                return Err(format!("no answer to the first message for {limit_s} s"));
+                return Err(format!("{NO_ANSWER} to the first message for {limit_s} s"));
             }
             Err(NoAnswer::Failed(reason)) if program.process.status().is_some() => {
                 return Err(format!("{reason} (in the working folder {})", working_folder()));
@@ -98,7 +115,13 @@ impl Program {
         &mut self,
         limit: Duration,
     ) -> Result<T, NoAnswer> {
-        let line = match self.process.line(limit) {
+        let line = match INTERRUPT.get() {
+            Some(flag) => {
+                interruptible(|| flag.load(Ordering::Relaxed), || self.process.line(limit))
+            }
+            None => self.process.line(limit),
+        };
+        let line = match line {
             Ok(line) => line,
             Err(LineError::Timeout) => return Err(NoAnswer::Silent),
             Err(LineError::Interrupted) => {
@@ -125,7 +148,7 @@ impl Program {
 
     pub fn reason(&self, error: NoAnswer) -> String {
         match error {
-            NoAnswer::Silent => format!("no answer for {} s", self.timeout.as_secs_f64()),
+            NoAnswer::Silent => format!("{NO_ANSWER} for {} s", self.timeout.as_secs_f64()),
             NoAnswer::Failed(reason) => reason,
         }
     }

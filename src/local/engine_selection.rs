@@ -47,6 +47,8 @@ pub struct SelectedEngine {
     pub description: String,
 }
 
+crate::settings::opaque_debug!(SelectedEngine);
+
 /// Opens the chosen engine. A CPU engine gets `threads` threads.
 ///
 /// # Errors

@@ -18,6 +18,8 @@ pub struct LocalPlanner {
     answer: Option<Evaluation>,
 }
 
+crate::settings::opaque_debug!(LocalPlanner);
+
 impl LocalPlanner {
     /// Creates a planner that owns its engine.
     #[must_use]

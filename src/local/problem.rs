@@ -328,7 +328,7 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     // A cap below one unit of length rounds to zero, and every sample collides.
     let cap = problem.max_clearance_m;
     let cap_fits = cap >= 0.001 && cap.is_finite();
-    in_range("clearance cap", cap, "m", cap_fits, "finite and at least 0.001 m")?;
+    in_range("max_clearance_m", cap, "m", cap_fits, "finite and at least 0.001 m")?;
     let motions = problem.motions();
     if problem.sampler != Sampler::Arcs {
         check_sampler_inputs(&problem.sampler_inputs)?;

@@ -330,7 +330,7 @@ fn fill_discs(discs: &mut Vec<QuantizedDisc>, problem: &Problem) -> Result<(), P
     for disc in problem.footprint.discs() {
         at_most("disc offset", disc.x.abs().max(disc.y.abs()) / unit_m, MAX_OFFSET_UNITS, unit_m)?;
         let sum = (problem.max_clearance_m + disc.radius) / unit_m;
-        at_most("clearance cap plus disc radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
+        at_most("max_clearance_m plus disc radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
         discs.push(QuantizedDisc {
             x: round_i32(disc.x / unit_m),
             y: round_i32(disc.y / unit_m),
@@ -370,7 +370,7 @@ fn fill_obstacles(
             continue;
         }
         let sum = (problem.max_clearance_m + largest_disc + disc.radius) / unit_m;
-        at_most("clearance cap plus disc and obstacle radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
+        at_most("max_clearance_m plus disc and obstacle radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
         let moved = (center.norm() + velocity.norm() * time_s) / unit_m;
         at_most("distance of a moving obstacle", moved, 2.0_f64.powi(22), unit_m)?;
         let in_256ths = |metres: f64| round_i32(metres / unit_m * 256.0);

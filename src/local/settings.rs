@@ -28,8 +28,9 @@ settings! {
         pub sim_time_s: f64 = 2.5, ["s", above 0 to 1000];
         /// Time between two checked poses, at most `sim_time_s`.
         pub sim_step_s: f64 = 0.1, ["s", above 0 to 1000];
-        /// Cap of the clearance: more clearance does not improve the score.
-        pub max_clearance_m: f64 = 3.0, ["m", above 0 to 1000];
+        /// Cap of the clearance: more clearance does not improve the score. Together with the radii of the robot's discs and of moving
+        /// obstacles at most 5.6 to 11.3 m, by the resolution of the map: 9 m for cells of 5 cm.
+        pub max_clearance_m: f64 = 3.0, ["m", above 0 to 11];
         /// State of cells outside the local field: `obstacle` or `free`.
         pub outside: Outside = Outside::default();
         /// Weights of the terms.

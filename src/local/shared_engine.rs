@@ -17,6 +17,8 @@ pub struct SharedEngine {
     shared: Arc<Shared>,
 }
 
+crate::settings::opaque_debug!(SharedEngine);
+
 struct Shared {
     name: String,
     threads: usize,

@@ -14,6 +14,8 @@ pub struct SharedEngines {
     gpus: Mutex<Vec<(EngineChoice, SharedEngine)>>,
 }
 
+crate::settings::opaque_debug!(SharedEngines);
+
 impl SharedEngines {
     /// Opens the engine of a robot. A GPU has the CPU as fallback, with `threads` threads as a CPU engine has.
     ///

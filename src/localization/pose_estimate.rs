@@ -94,12 +94,28 @@ impl PoseEstimate {
     pub fn sigma_m(&self) -> f64 {
         let [[a, b, _], [_, c, _], _] = self.covariance;
         let (mean, half) = (f64::midpoint(a, c), (a - c) / 2.0);
-        (mean + (half * half + b * b).sqrt()).max(0.0).sqrt()
+        sigma(mean + (half * half + b * b).sqrt())
     }
 
     /// Standard deviation of the yaw, radians.
     #[must_use]
     pub fn sigma_rad(&self) -> f64 {
-        self.covariance[2][2].max(0.0).sqrt()
+        sigma(self.covariance[2][2])
+    }
+}
+
+/// The standard deviation of a variance. One that was computed from numbers without a limit is infinite: the pose is unknown.
+fn sigma(variance: f64) -> f64 {
+    if variance.is_nan() { f64::INFINITY } else { variance.max(0.0).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_variance_is_not_certain() {
+        assert_eq!([f64::NAN, f64::INFINITY].map(sigma), [f64::INFINITY; 2]);
+        assert!((sigma(0.04) - 0.2).abs() < 1e-12 && sigma(-1e-20) == 0.0);
     }
 }

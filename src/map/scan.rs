@@ -13,13 +13,14 @@ pub struct Scan {
     pub angle_increment: f64,
     /// Largest range of the sensor, metres, above zero.
     pub range_max: f64,
-    /// A range for each beam, metres. Infinite: nothing within `range_max`. NaN: no measurement.
+    /// A range for each beam, metres. Infinite: nothing within `range_max`. NaN, zero and below: no measurement.
     pub ranges: Vec<f64>,
 }
 
 impl Scan {
     /// Creates a full-turn scan of `beams` equal angles from measurements in any direction, each a direction in radians and
-    /// a range in metres. Each beam has its smallest range, or NaN without a measurement.
+    /// a range in metres. Each beam has its smallest range, or NaN without a measurement. A range that is NaN, zero or below, and a
+    /// direction that is not finite, are no measurement.
     #[must_use]
     pub fn from_measurements(
         beams: usize,
@@ -28,13 +29,13 @@ impl Scan {
     ) -> Self {
         let angle_increment = TAU / beams.max(1) as f64;
         let mut ranges = vec![f64::NAN; beams];
-        for (direction, range) in measured {
+        for (direction, range) in measured.filter(is_measured) {
             // The nearest beam: an evenly spaced lidar measures in the directions of the beams, and no rounding may put
             // two of its measurements into one beam and none into the next.
             let beam = ((direction + PI) / angle_increment).round();
             let beam = beam.rem_euclid(beams as f64) as usize;
             if let Some(smallest) = ranges.get_mut(beam.min(beams.saturating_sub(1))) {
-                // `f64::min` ignores NaN.
+                // `f64::min` ignores the NaN of a beam without a measurement.
                 *smallest = smallest.min(range);
             }
         }
@@ -54,7 +55,7 @@ impl Scan {
         let before = (half_unseen / angle_increment).ceil() as usize;
         let mut ranges = vec![f64::NAN; beams + 2 * before];
         let mut seen = before..before + beams;
-        for (direction, range) in measured {
+        for (direction, range) in measured.filter(is_measured) {
             let turned = (direction - from + half_unseen).rem_euclid(TAU) - half_unseen;
             let beam = (turned / angle_increment).round() + before as f64;
             let beam = (beam.max(0.0) as usize).min(ranges.len() - 1);
@@ -82,17 +83,26 @@ impl Scan {
                 && self.range_max > 0.0)
     }
 
-    /// The beam end points in the map frame, for a robot at this pose. Beams without a return, and ranges outside 0 to
-    /// `range_max`, give no point.
+    /// Whether a range is that of a return: above zero and at most [`Self::range_max`].
+    #[must_use]
+    pub fn is_return(&self, range: f64) -> bool {
+        range > 0.0 && range <= self.range_max
+    }
+
+    /// The beam end points in the map frame, for a robot at this pose. Beams without a return give no point.
     pub fn hits(&self, pose: &Pose) -> impl Iterator<Item = Point> + '_ {
         let pose = *pose;
-        let within = |range: &f64| (0.0..=self.range_max).contains(range);
         let beams = self.ranges.iter().enumerate();
-        beams.filter(move |(_, range)| within(range)).map(move |(beam, &range)| {
+        beams.filter(|(_, range)| self.is_return(**range)).map(move |(beam, &range)| {
             let (sin, cos) = libm::sincos(pose.yaw + self.angle(beam));
             Point::new(pose.x + range * cos, pose.y + range * sin)
         })
     }
+}
+
+/// Whether a direction and a range are a measurement.
+fn is_measured(&(direction, range): &(f64, f64)) -> bool {
+    direction.is_finite() && range > 0.0
 }
 
 /// A single lidar measurement, relative to the robot's origin at its time.
@@ -100,20 +110,21 @@ impl Scan {
 pub struct Beam {
     /// Direction in the robot's frame, radians, counter-clockwise.
     pub angle: f64,
-    /// Range, metres. Infinite: nothing within [`TimedScan::range_max`]. NaN: no measurement.
+    /// Range, metres. Infinite: nothing within [`TimedScan::range_max`]. NaN, zero and below: no measurement.
     pub range: f64,
     /// Time of the measurement, seconds.
     pub time_s: f64,
 }
 
 impl Beam {
-    /// Converts a measurement from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there. A range that is
-    /// not finite, or below zero, stays as it is.
+    /// Converts a measurement from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there. A range
+    /// that is no measurement becomes NaN.
     #[must_use]
     pub fn from_mount(self, mount: &Pose) -> Self {
         let angle = wrap_angle(mount.yaw + self.angle);
-        if !(0.0..f64::INFINITY).contains(&self.range) {
-            return Self { angle, ..self };
+        let is_measured = self.range > 0.0;
+        if !is_measured || self.range.is_infinite() {
+            return Self { angle, range: if is_measured { self.range } else { f64::NAN }, ..self };
         }
         let (sin, cos) = libm::sincos(angle);
         let (x, y) = (mount.x + self.range * cos, mount.y + self.range * sin);

@@ -6,6 +6,7 @@
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
+use super::global_planner::checked_plan;
 use super::{Fault, GlobalPlanner};
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
@@ -111,8 +112,8 @@ fn work(
 ) {
     for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
-        let plan =
-            planner.plan(&obstacles, &request.transient, request.start, request.goal, &mut || 0.0);
+        let ends = [request.start, request.goal];
+        let plan = checked_plan(&mut *planner, &obstacles, &request.transient, ends, &mut || 0.0);
         if answers.send((number, plan)).is_err() {
             return;
         }

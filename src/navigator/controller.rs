@@ -51,6 +51,41 @@ pub struct ControllerInput<'a> {
     pub goal: &'a Goal,
 }
 
+impl<'a> ControllerInput<'a> {
+    /// The input of a robot that stands at a pose at time zero, with a control period of 0.1 s and no moving obstacles, for the tests
+    /// of a controller. Every field can be changed afterwards.
+    #[must_use]
+    pub const fn new(
+        pose: Pose,
+        (limits, footprint): (&'a Limits, &'a Footprint),
+        scan: &'a Scan,
+        local_grid: &'a ClearanceField,
+        path: &'a Path,
+        goal: &'a Goal,
+    ) -> Self {
+        Self {
+            time_s: 0.0,
+            period_s: 0.1,
+            pose,
+            twist: Twist::STOP,
+            odometry_s: 0.0,
+            predicted_pose: pose,
+            predicted_twist: Twist::STOP,
+            last_command: Twist::STOP,
+            limits,
+            footprint,
+            scan,
+            scan_s: 0.0,
+            local_grid,
+            moving_obstacles: &[],
+            path,
+            path_progress_m: 0.0,
+            local_target: goal.position,
+            goal,
+        }
+    }
+}
+
 /// Chooses the velocity of a robot that follows a global path.
 ///
 /// The navigator does the rest, for every controller alike: it rejects faulty observations, marks and tracks obstacles, plans

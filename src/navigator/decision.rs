@@ -65,8 +65,8 @@ pub enum Fault {
     /// There is no global path, or an end of it lies on an obstacle or off the map.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The local planner failed.
-    #[error(transparent)]
+    /// The local planner failed: a quantity was out of range, or the engine gave no answer.
+    #[error("NO_DECISION: {0}")]
     Choose(#[from] DecisionError),
     /// The robot found no admissible velocity for longer than `movement_time_allowance`, and no escape.
     #[error(

@@ -13,6 +13,7 @@ mod controller_host;
 mod deadline;
 mod decision;
 mod exact_clearance;
+mod first_problem;
 mod frozen_scan;
 mod global_planner;
 mod goal_yaw;
@@ -47,6 +48,8 @@ pub use controller::{Controller, ControllerError, ControllerInput, ControllerRep
 pub use deadline::{COMMAND_LIFETIME_S, DeadlineStats};
 pub use decision::{Decision, Fault, Mode};
 pub use global_planner::GlobalPlanner;
+#[cfg(feature = "sim")]
+pub(crate) use global_planner::{END_TOLERANCE_M, check_cells, check_ends};
 pub use map_update::PreparedMap;
 pub use navigation_map::NavigationMap;
 pub use navigator::Navigator;

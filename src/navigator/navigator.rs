@@ -11,6 +11,8 @@ use super::base_response::BaseResponse;
 use super::behaviours::Behaviours;
 use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
+use super::first_problem::check_first_problem;
+use super::global_planner::checked_plan;
 use super::goal_yaw::check_yaws;
 use super::inflated_bodies::InflatedBodies;
 use super::narrow_passages::OVERLOOKED_M;
@@ -29,7 +31,6 @@ use super::{
     NavigationMap, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
     Waypoints,
 };
-use crate::geometry::Twist;
 use crate::global::Plan;
 use crate::local::{LocalPlanner, step_that_overlooks};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
@@ -50,7 +51,7 @@ pub struct Navigator {
     base: BaseResponse,
     tick_clock: TickClock,
     /// Time since the last tick, one period at least.
-    tick: TickTime,
+    pub(super) tick: TickTime,
     /// Lateness of the faulty observations since the last valid one, seconds.
     faulty_late_s: f64,
     /// Time between two checked poses of the local planner, seconds.
@@ -79,11 +80,13 @@ pub struct Navigator {
     fault: Option<Fault>,
 }
 
+crate::settings::opaque_debug!(Navigator);
+
 impl Navigator {
     /// Plans a path to every goal. Times the planner's stages by `clock`, in seconds.
     ///
     /// # Errors
-    /// When there is no path to a goal, or the planning thread does not start.
+    /// When a setting, a limit or a goal is out of range, there is no path to a goal, or the planning thread does not start.
     pub fn new(
         map: impl Into<NavigationMap>,
         waypoints: &Waypoints,
@@ -93,10 +96,13 @@ impl Navigator {
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
+        robot.limits.validate().map_err(|error| error.in_table("limits").in_table("robot"))?;
+        planner.settings().validate().map_err(|error| error.in_table("local"))?;
+        settings.validate().map_err(|error| error.in_table("navigator"))?;
         let map = map.into();
         let closed = map.closed();
         let (queue, plan) = WaypointQueue::planned(waypoints, |from, to| {
-            global_planner.plan(&closed, &[], from, to, clock)
+            checked_plan(&mut *global_planner, &closed, &[], [from, to], clock)
         })?;
         let period_s = planner.settings().control_period_s;
         let is_tracking = settings.features.tracking;
@@ -109,13 +115,16 @@ impl Navigator {
         let zones = map.zones.clone();
         let mut obstacles = new_model(map);
         check_yaws(&waypoints.goals, &obstacles, &robot, &settings)?;
+        let window_half_m = window_half_m(&settings, planner.settings(), &robot);
+        let ground = (&obstacles, window_half_m);
+        check_first_problem(waypoints.start, ground, &robot, (&settings, planner.settings()))?;
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
             tick_clock: TickClock::new(period_s),
             tick: period_s.into(),
             faulty_late_s: 0.0,
             step_s: planner.settings().sim_step_s,
-            window_half_m: window_half_m(&settings, planner.settings(), &robot),
+            window_half_m,
             validator: ObservationValidator::default(),
             obstacles,
             people: RecentPeople::default(),
@@ -337,6 +346,7 @@ impl Navigator {
             self.leave_waypoint(now.time_s);
             return self.brake_from(&now.twist);
         }
+        self.set_step();
         match self.drive(&now, observation) {
             Ok(decision) => {
                 self.mode = decision.mode;
@@ -369,7 +379,6 @@ impl Navigator {
         now: &PredictedState,
         observation: &Observation,
     ) -> Result<Decision, Fault> {
-        self.set_step();
         let robot = now.pose.position();
         let off_path_m = self.route.advance(&robot);
         let cover = if self.is_narrow { &self.slim } else { &self.robot.footprint };
@@ -481,15 +490,5 @@ impl Navigator {
         } else {
             self.step_s
         });
-    }
-
-    /// A command, or the same arc at this speed, m/s, as far as the base reaches it.
-    fn at_most(&self, fastest: f64, command: &Twist, twist: &Twist) -> Twist {
-        if command.linear.abs() <= fastest {
-            return *command;
-        }
-        let share = fastest / command.linear.abs();
-        let slower = Twist::new(share * command.linear, share * command.angular);
-        self.robot.limits.reachable(twist, &slower, self.tick)
     }
 }

@@ -28,6 +28,8 @@ const UNCONFIRMED_S: f64 = 3.0;
 const SETTLED_S: f64 = 2.5;
 /// Largest number of cells along a side of the local window: it takes two bytes per cell, and is built at each decision.
 const MAX_WINDOW_CELLS: f64 = 4095.0;
+const WINDOW_LIMIT: &str = "at most 4095 cells: lower sim_time_s or the highest of max_vel_x, min_vel_x and escape_speed, or use a \
+    coarser map";
 /// Marks are forgotten farther away from the robot than this, metres.
 const FORGET_BEYOND_M: f64 = 1.0;
 /// Larger cells of the map are divided in the local window, metres: a clearance is good to the diagonal of a part.
@@ -213,7 +215,7 @@ impl ObstacleModel {
                 quantity: "side of the local window",
                 value: side_cells,
                 unit: "cells",
-                limit: "at most 4095 cells, by a lower speed, a shorter horizon or a coarser map",
+                limit: WINDOW_LIMIT,
             });
         }
         let (half, side) = (half_cells as i32, side_cells as i32);

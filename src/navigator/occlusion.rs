@@ -46,10 +46,10 @@ pub(super) fn hidden_people(
     let mut before: Option<(usize, f64)> = None;
     for beam in 0..beams {
         let range = scan.ranges[beam];
-        if range.is_nan() {
+        if range.is_nan() || range <= 0.0 {
             continue;
         }
-        let range = range.clamp(0.0, scan.range_max);
+        let range = range.min(scan.range_max);
         if let Some((other, other_m)) = before.replace((beam, range))
             && beam - other <= MAX_GAP
             && (range - other_m).abs() >= MIN_JUMP_M

@@ -9,6 +9,7 @@ use crate::global::{
 };
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
+use crate::settings::{SettingError, require};
 
 /// Within this many margins of start and goal, a path need not keep the comfort margin. Start and goal may be at any safe place, and
 /// this must not make the path between them worse.
@@ -26,6 +27,8 @@ const NARROW_WEIGHT: f64 = 15.0;
 #[derive(Clone, Debug)]
 pub struct RoutePlanner {
     settings: global::Settings,
+    /// Whether the settings of the navigator and the resolution are in range: the first plan says so.
+    checked: Result<(), SettingError>,
     searcher: Searcher,
     /// Terrain of the last plan, for the next one on the same map.
     terrain: Option<Terrain>,
@@ -70,8 +73,12 @@ impl RoutePlanner {
         let least_radius_m =
             footprint.body_radius_m() + navigator.safety_margin_m + lookup_margin_m(resolution_m);
         let comfortable_radius_m = least_radius_m + navigator.comfort_margin_m;
+        let is_valid = resolution_m.is_finite() && resolution_m > 0.0;
+        let resolution = require(is_valid, "resolution_m", resolution_m, "finite and above zero");
+        let checked = navigator.validate().map_err(|error| error.in_table("navigator"));
         Self {
             settings,
+            checked: checked.and(resolution),
             searcher: Searcher::default(),
             terrain: None,
             inscribed_radius_m: footprint.inscribed_radius_m(),
@@ -103,7 +110,7 @@ impl RoutePlanner {
     /// lead through passages that the robot fits only lengthwise.
     ///
     /// # Errors
-    /// When there is no path even at the least radius.
+    /// When a setting or the resolution is out of range, or there is no path even at the least radius.
     pub fn plan(
         &mut self,
         obstacles: &ObstacleGrid,
@@ -249,6 +256,7 @@ impl GlobalPlanner for RoutePlanner {
         goal: Point,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Plan, PlanError> {
+        self.checked.clone()?;
         let is_this = |terrain: &Terrain| terrain.obstacles == *obstacles;
         let terrain = self.terrain.take().filter(is_this);
         let terrain = terrain.unwrap_or_else(|| self.terrain(obstacles));

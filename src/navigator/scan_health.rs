@@ -134,7 +134,7 @@ impl ScanHealth {
     pub fn masked(&self, scan: &Scan, body: &Footprint) -> Option<Scan> {
         let ends_alone_within = ends_alone_within(body, scan);
         let mut beams = (0..scan.ranges.len()).filter(|&beam| {
-            let sees_nothing = || !is_return(scan, scan.ranges[beam]);
+            let sees_nothing = || !scan.is_return(scan.ranges[beam]);
             ends_alone_within(beam)
                 || self.dark_scans[sector_of(scan.angle(beam))] > 0 && sees_nothing()
         });
@@ -166,10 +166,6 @@ fn sector_of(direction: f64) -> usize {
     (((turns - turns.floor()) * SECTORS as f64) as usize).min(SECTORS - 1)
 }
 
-fn is_return(scan: &Scan, range: f64) -> bool {
-    (0.0..=scan.range_max).contains(&range)
-}
-
 /// A beam that is compared with the map.
 #[derive(Clone, Copy, Debug)]
 struct Ray {
@@ -192,7 +188,7 @@ fn coverage(pose: &Pose, scan: &Scan, rays: &RayCaster) -> [Coverage; SECTORS] {
     let compare = |(ray, on_map): (usize, RayEnd)| {
         let beam = beam_of(ray);
         let (direction, range_m) = (scan.angle(beam), scan.ranges[beam]);
-        let returns = is_return(scan, range_m);
+        let returns = scan.is_return(range_m);
         let is_expected = matches!(on_map, RayEnd::Blocked(on_map_m) if on_map_m >= MIN_RANGE_M);
         let is_on_map = is_expected || range_m > sure_m;
         let is_far = returns && is_on_map && range_m >= OPEN_SHARE * sure_m;

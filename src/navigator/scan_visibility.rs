@@ -52,7 +52,7 @@ fn ends_within(body: &Footprint, scan: &Scan) -> impl Fn(usize) -> bool {
     let reach_m = body.body_radius_m() + OWN_BODY_MARGIN_M;
     move |beam| {
         let range_m = scan.ranges[beam];
-        (0.0..=reach_m).contains(&range_m) && {
+        range_m > 0.0 && range_m <= reach_m && {
             let (sin, cos) = libm::sincos(scan.angle(beam));
             let end = Point::new(range_m * cos, range_m * sin);
             body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0

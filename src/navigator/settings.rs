@@ -24,7 +24,7 @@ settings! {
         pub parking_timeout_s: f64 = 30.0, ["s", 0 to 10000];
         /// Least speed of a parking robot that moves (Nav2: `min_approach_linear_velocity`). It must be above the speed at which
         /// the base starts to move.
-        pub min_approach_linear_velocity: f64 = 0.05, ["m/s", above 0 to 10000];
+        pub min_approach_linear_velocity: f64 = 0.05, ["m/s", above 0 to 15.99];
         /// Least turn rate of a parking robot that rotates (Nav2: `min_rotational_vel`), likewise.
         pub min_rotational_vel: f64 = 0.08, ["rad/s", above 0 to 10000];
         /// The robot has stopped when speed and turn rate have been measured as nearly zero for this long.
@@ -40,13 +40,13 @@ settings! {
         pub unidentified_delay_s: f64 = 0.3, ["s", 0 to 2];
         /// Speed of a walking person (ISO 13855). A person behind a corner may come out at this speed, and a standing person
         /// may reach it.
-        pub pedestrian_speed: f64 = 1.6, ["m/s", 0 to 10000];
+        pub pedestrian_speed: f64 = 1.6, ["m/s", 0 to 100];
         /// Least assumed radius of a moving obstacle: a lidar at the height of shins sees only the legs of a person.
-        pub pedestrian_radius_m: f64 = 0.3, ["m", 0 to 10];
+        pub pedestrian_radius_m: f64 = 0.3, ["m", 0 to 2];
         /// Acceleration of a person or another moving obstacle.
         pub pedestrian_acceleration: f64 = 1.0, ["m/s^2", 0 to 10000];
         /// The robot drives at least this fast past places that may hide a person.
-        pub occlusion_min_speed: f64 = 0.3, ["m/s", above 0 to 10000];
+        pub occlusion_min_speed: f64 = 0.3, ["m/s", above 0 to 15.99];
         /// Whether the robot may reverse, evade and escape into space that its lidar does not see. Only for a robot without a
         /// view to the back, in a place without people.
         pub may_enter_unseen: bool = false;
@@ -57,7 +57,7 @@ settings! {
         /// Distance that the robot keeps to an obstacle that came within that margin: enough to pass slowly.
         pub passing_margin_m: f64 = 0.15, ["m", 0 to 10000];
         /// Highest speed while an obstacle is within its margin.
-        pub passing_speed: f64 = 0.3, ["m/s", above 0 to 10000];
+        pub passing_speed: f64 = 0.3, ["m/s", above 0 to 15.99];
         /// Additional distance to walls that the global path keeps where there is room.
         pub comfort_margin_m: f64 = 0.25, ["m", 0 to 10000];
         /// A path that keeps it may be at most this many times as long as one that does not.
@@ -107,7 +107,7 @@ settings! {
         /// The mission fails after this long without progress (Nav2: `movement_time_allowance`).
         pub movement_time_allowance: f64 = 90.0, ["s", above 0 to 10000];
         /// Speed at which the robot escapes.
-        pub escape_speed: f64 = 0.25, ["m/s", above 0 to 10000];
+        pub escape_speed: f64 = 0.25, ["m/s", above 0 to 15.99];
         /// Features beyond the dynamic window.
         pub features: NavigatorFeatures = NavigatorFeatures::default();
     }

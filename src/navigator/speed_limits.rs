@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Navigator;
-use crate::geometry::Point;
+use crate::geometry::{Point, Twist};
 use crate::map::Zones;
 
 /// Share of the braking limit with which the robot slows down before a zone with a speed limit.
@@ -26,5 +26,15 @@ impl Navigator {
         let in_zones = |zones: &Arc<Zones>| zones.fastest(place, limits.max_vel_x, braking_m_s2);
         let in_zones = self.zones.as_ref().map_or(f64::INFINITY, in_zones);
         in_zones.min(self.speed_limit.unwrap_or(f64::INFINITY))
+    }
+
+    /// A command, or the same arc at this speed, m/s, as far as the base reaches it.
+    pub(super) fn at_most(&self, fastest: f64, command: &Twist, twist: &Twist) -> Twist {
+        if command.linear.abs() <= fastest {
+            return *command;
+        }
+        let share = fastest / command.linear.abs();
+        let slower = Twist::new(share * command.linear, share * command.angular);
+        self.robot.limits.reachable(twist, &slower, self.tick)
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
+use crate::settings::{SettingError, require};
 
 /// A position to reach, and optionally the yaw to stand there with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,12 @@ impl Goal {
     #[must_use]
     pub const fn at(position: Point) -> Self {
         Self { position, yaw: None }
+    }
+
+    /// Rejects a yaw that is not finite: the robot would turn at the goal for ever.
+    pub(crate) fn check_yaw(&self) -> Result<(), SettingError> {
+        let yaw = self.yaw.unwrap_or_default();
+        require(yaw.is_finite(), "yaw of a goal", yaw, "finite")
     }
 }
 
@@ -47,7 +54,7 @@ impl WaypointQueue {
     /// the first goal.
     ///
     /// # Errors
-    /// Where there is no path to a goal.
+    /// Where there is no path to a goal, or its yaw is not finite.
     pub fn planned(
         waypoints: &Waypoints,
         mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
@@ -55,6 +62,7 @@ impl WaypointQueue {
         let mut ahead = Vec::with_capacity(waypoints.goals.len());
         let mut from = waypoints.start;
         for goal in &waypoints.goals {
+            goal.check_yaw()?;
             ahead.push((*goal, plan(from, goal.position)?));
             from = goal.position;
         }

@@ -44,7 +44,8 @@ pub struct DriveSummary {
 }
 
 impl DriveMetadata {
-    /// The metadata of a mission with these settings and the controller that they name.
+    /// The metadata of a mission with these settings and the controller that they name. For a drive with a controller object, set
+    /// [`Self::controller`] to its name.
     #[must_use]
     pub fn new(mission: &Mission, config: &Config, engine: String) -> Self {
         Self {

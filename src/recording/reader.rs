@@ -27,6 +27,8 @@ pub struct Reader<R> {
     is_truncated: bool,
 }
 
+crate::settings::opaque_debug!(Reader<R>);
+
 /// The parts of the metadata that were read so far.
 #[derive(Default)]
 struct Parts {

@@ -18,6 +18,7 @@ use crate::runtime::TickEvent;
 /// Maximum number of ticks that wait for the disk: 6.4 s at 10 Hz. It limits the memory.
 const QUEUE_TICKS: usize = 64;
 const TOO_SLOW: &str = "the disk is too slow for the drive";
+const WRONG_CONTROLLER: &str = "DriveMetadata::controller must name the controller that decides, and none where inbye's behaviours do";
 /// Markers of a recording remain until the next tick replaces them.
 const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 0 };
 
@@ -52,10 +53,13 @@ pub struct Recorder {
     report: RecordingReport,
     policy: BackpressurePolicy,
     engine: String,
+    has_controller: bool,
     range_min_m: f64,
     ticks: u64,
     plans: usize,
 }
+
+crate::settings::opaque_debug!(Recorder);
 
 enum Job {
     Tick(Vec<Entry>),
@@ -86,17 +90,24 @@ impl Recorder {
             report: RecordingReport::default(),
             policy,
             engine: metadata.engine.clone(),
+            has_controller: metadata.controller.is_some(),
             range_min_m: metadata.config.simulation.lidar.range_min_m,
             ticks: 0,
             plans: 0,
         })
     }
 
-    /// Records a tick. Returns false if the recording ends with it: [`Self::stopped`] has the cause.
+    /// Records a tick. Returns false if the recording ends with it: [`Self::stopped`] has the cause. It ends at once where a controller
+    /// decides and [`DriveMetadata::controller`] has no name, or the other way round: it could not be replayed.
     pub fn record(&mut self, event: &TickEvent<'_>) -> bool {
         let Some(queue) = &self.queue else {
             return true;
         };
+        if event.navigator.controller_name().is_some() != self.has_controller {
+            self.queue = None;
+            self.report.stopped = Some(WRONG_CONTROLLER.to_owned());
+            return false;
+        }
         let job = Job::Tick(self.entries(event));
         self.ticks += 1;
         self.plans = event.navigator.plans().len();

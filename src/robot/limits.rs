@@ -12,9 +12,9 @@ settings! {
     #[serde(deny_unknown_fields, default)]
     pub struct Limits {
         /// Smallest forward speed; a negative value permits reversing. Every robot may stand.
-        pub min_vel_x: f64 = 0.0, ["m/s", at_most 0];
+        pub min_vel_x: f64 = 0.0, ["m/s", -15.99 to 0];
         /// Largest forward speed.
-        pub max_vel_x: f64 = 1.0, ["m/s", at_least 0];
+        pub max_vel_x: f64 = 1.0, ["m/s", 0 to 15.99];
         /// Largest turn rate in both directions.
         pub max_vel_theta: f64 = 1.0, ["rad/s", above 0];
         /// Largest forward acceleration.

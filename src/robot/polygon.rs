@@ -43,8 +43,11 @@ impl Polygon {
     /// Creates a rectangle around the origin from its length along x and its width along y, metres.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// As [`Self::new`], and when a length is not above zero.
     pub fn rectangle(length_m: f64, width_m: f64) -> Result<Self, RobotError> {
+        if !(length_m > 0.0 && width_m > 0.0) {
+            return Err(RobotError::BadBody { reason: "a side is not above zero" });
+        }
         Self::new(rectangle_corners(length_m, width_m))
     }
 

@@ -247,6 +247,8 @@ pub struct HardwareRobot {
     last_report_s: f64,
 }
 
+crate::settings::opaque_debug!(HardwareRobot);
+
 struct Lidar {
     reader: Arc<LidarReader>,
     /// The newest revolution by the clock of the mission, and its number.

@@ -15,7 +15,7 @@ use crate::navigator::{
     ObservationFault,
 };
 use crate::robot::MotionEstimate;
-use crate::settings::SettingError;
+use crate::settings::{SettingError, require};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,6 +59,25 @@ impl Mission {
             done_within_m: None,
             interrupt: None,
         }
+    }
+
+    /// Checks every number but the positions of the stops: the planner rejects those that are not on the map.
+    ///
+    /// # Errors
+    /// Names the first number out of range.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let Pose { x, y, yaw } = self.start;
+        for (name, value) in
+            [("x of the start", x), ("y of the start", y), ("yaw of the start", yaw)]
+        {
+            require(value.is_finite(), name, value, "finite")?;
+        }
+        self.stops().iter().try_for_each(Goal::check_yaw)?;
+        let limit_s = self.time_limit_s;
+        require(limit_s >= 0.0, "time_limit_s", limit_s, "at least zero")?;
+        let within_m = self.done_within_m.unwrap_or_default();
+        let is_valid = within_m.is_finite() && within_m >= 0.0;
+        require(is_valid, "done_within_m", within_m, "finite and at least zero")
     }
 
     /// The map for the navigator.
@@ -235,13 +254,13 @@ impl MissionResult {
         if self.reached {
             return None;
         }
-        let why = match &self.fault {
-            Some(fault) => fault.to_string(),
-            None => match (self.early_end, &self.robot_fault) {
-                (None, _) => "the time was up".to_owned(),
-                (Some(EarlyEnd::RobotStopped), Some(fault)) => fault.clone(),
-                (Some(early_end), _) => early_end.text().to_owned(),
-            },
+        let why = match (self.early_end, &self.fault, &self.robot_fault) {
+            // An interrupt also ends the wait for a program, and so the mission.
+            (Some(EarlyEnd::Interrupted), ..) => EarlyEnd::Interrupted.text().to_owned(),
+            (_, Some(fault), _) => fault.to_string(),
+            (None, None, _) => "the time was up".to_owned(),
+            (Some(EarlyEnd::RobotStopped), None, Some(fault)) => fault.clone(),
+            (Some(early_end), None, None) => early_end.text().to_owned(),
         };
         let Some((last, earlier)) = self.trace.rows.split_last() else {
             return Some(format!("{why} before the first tick"));
@@ -345,6 +364,8 @@ pub enum Decider {
     /// This controller.
     Controller(Box<dyn Controller>),
 }
+
+crate::settings::opaque_debug!(Decider);
 
 impl From<Box<dyn Engine>> for Decider {
     fn from(engine: Box<dyn Engine>) -> Self {

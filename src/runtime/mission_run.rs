@@ -76,6 +76,8 @@ pub struct MissionRun<R> {
     is_over: bool,
 }
 
+crate::settings::opaque_debug!(MissionRun<R>);
+
 impl<R: Robot> MissionRun<R> {
     /// Prepares a mission of a robot that stands at the mission's start.
     ///
@@ -89,6 +91,7 @@ impl<R: Robot> MissionRun<R> {
         observer: &mut Observer<'_>,
     ) -> Result<Self, MissionError> {
         config.validate()?;
+        mission.validate()?;
         let map = mission.navigation_map(config.unknown);
         let pose_estimator = PoseEstimator::new(&config, &map.obstacles, &mission)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
@@ -161,10 +164,13 @@ impl<R: Robot> MissionRun<R> {
             || row.gap_m <= 0.0
             || has_stopped
             || self.mission.is_done(&row.pose);
-        // The robot may end by the same signal before the mission does.
-        let is_interrupted = self.mission.is_interrupted();
-        let why = if is_interrupted { EarlyEnd::Interrupted } else { EarlyEnd::RobotStopped };
-        self.early_end = has_stopped.then_some(why);
+        // The robot, or the wait for a program, may end by the same signal before the mission does.
+        let has_ended = has_stopped || row.mode == Mode::Failed;
+        self.early_end = if has_ended && self.mission.is_interrupted() {
+            Some(EarlyEnd::Interrupted)
+        } else {
+            has_stopped.then_some(EarlyEnd::RobotStopped)
+        };
         self.trace.rows.push(row);
         self.is_over |= self.is_time_up();
         if self.is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -40,6 +40,12 @@ impl Config {
     pub fn with_changes(&self, toml: &str) -> Result<Self, TomlError> {
         parse_toml(toml, self, Self::validate)
     }
+
+    /// As [`Self::with_changes`], of a table in another file: errors name no line.
+    #[cfg(feature = "experiment")]
+    pub(crate) fn with_table(&self, changes: &Table) -> Result<Self, TomlError> {
+        merged(changes.clone(), self, Self::validate)
+    }
 }
 
 /// Parses and validates the text of a TOML file; keys that it does not name keep their value in `settings`.
@@ -55,13 +61,23 @@ pub fn parse_toml<T: Default + Serialize + DeserializeOwned, E: Display>(
     if let Err(error) = toml::from_str::<T>(text) {
         return Err(TomlError(one_line::<T>(&error, text)));
     }
+    let changes = toml::from_str(text).map_err(|error| TomlError::new(error.message()))?;
+    merged(changes, settings, validate)
+}
+
+/// Merges and validates a table of changes; keys that it does not name keep their value in `settings`.
+fn merged<T: Default + Serialize + DeserializeOwned, E: Display>(
+    changes: Table,
+    settings: &T,
+    validate: impl Fn(&T) -> Result<(), E>,
+) -> Result<T, TomlError> {
     // A table with missing keys must not get the defaults of its type, which may differ from those of its place.
     // The first line of the error is its message; the others quote the text.
-    let message_only = |error: toml::de::Error| TomlError::new(error.message());
-    let changes: Table = toml::from_str(text).map_err(message_only)?;
     let mut table = Table::try_from(settings).map_err(TomlError::new)?;
     merge_tables(&mut table, changes);
-    let settings = table.try_into().map_err(message_only)?;
+    let settings = table.try_into().map_err(|error: toml::de::Error| {
+        TomlError(plain_message(error.message(), table_of::<T>))
+    })?;
     validate(&settings).map_err(TomlError::new)?;
     Ok(settings)
 }

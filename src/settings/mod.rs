@@ -5,6 +5,7 @@
 
 #[cfg(feature = "sim")]
 mod document;
+mod opaque_debug;
 mod words;
 
 use std::collections::BTreeMap;
@@ -19,6 +20,7 @@ use serde_json::{Map, Value, json};
 pub use document::KeyDescription;
 #[cfg(feature = "sim")]
 pub(crate) use document::{commented_toml, keys, schema};
+pub(crate) use opaque_debug::opaque_debug;
 pub(crate) use words::words;
 
 /// Permitted values of a number. A number has to be finite in any case.
@@ -97,9 +99,10 @@ impl SettingError {
     }
 }
 
-/// Formats a number; from 1e9 in exponential notation.
+/// Formats a number; from 1e9, and below 1e-9, in exponential notation.
 pub(crate) fn compact(value: f64) -> String {
-    let is_long = value.is_finite() && value.abs() >= 1e9;
+    let size = value.abs();
+    let is_long = value.is_finite() && (size >= 1e9 || size > 0.0 && size < 1e-9);
     if is_long { format!("{value:e}") } else { value.to_string() }
 }
 

@@ -6,6 +6,7 @@ use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::map::Scan;
 use crate::robot::Limits;
 use crate::runtime::{CompensatedScan, Config, Mission, MissionEnd, Robot, SensorData};
+use crate::settings::require;
 
 /// A simulated robot on a mission without a navigator: it does what the caller commands, within the limits of its base and below
 /// its protective layer.
@@ -22,6 +23,8 @@ pub struct Episode {
     end: Option<MissionEnd>,
 }
 
+crate::settings::opaque_debug!(Episode);
+
 impl Episode {
     /// Puts the robot at the start of the mission.
     ///
@@ -29,6 +32,10 @@ impl Episode {
     /// Names the first setting that is out of range.
     pub fn new(simulation: &Simulation, config: &Config) -> Result<Self, SimError> {
         let mut robot = simulation.robot(config)?;
+        let goal = simulation.mission.goal.position;
+        for (name, value) in [("x of the goal", goal.x), ("y of the goal", goal.y)] {
+            require(value.is_finite(), name, value, "finite")?;
+        }
         let (mission, period_s) = (&simulation.mission, config.local.control_period_s);
         let sensed = robot.sense(0.0);
         let mut episode = Self {

@@ -17,6 +17,9 @@ use crate::runtime::{Config, GroundTruth, LidarData, OdometryReading, Robot, Sen
 
 use super::World;
 
+/// Largest coordinate of a pose of a simulator, metres.
+const FARTHEST_M: f64 = 1e6;
+
 /// The robot of a simulator. The simulator judges contacts; gaps are measured here, at the true poses of the ticks.
 pub(super) struct ProcessRobot {
     program: Program,
@@ -118,6 +121,19 @@ fn step(
         touches: truth.contact,
         moving: truth.moving.iter().map(|&[x, y, _]| Point::new(x, y)).collect(),
     };
+    let poses = [
+        ("odometry.pose", Some(state.odometry.pose)),
+        ("pose", state.pose),
+        ("truth.pose", Some(state.true_pose)),
+    ];
+    for (name, pose) in poses {
+        let far_m = pose.map_or(0.0, |pose| pose.x.abs().max(pose.y.abs()));
+        if far_m.is_finite() && far_m > FARTHEST_M {
+            return Err(format!(
+                "`{name}` is {far_m:e} m from the origin; at most {FARTHEST_M:e} m are allowed"
+            ));
+        }
+    }
     if !state.true_pose.is_finite() || !state.true_twist.is_finite() {
         return Err("the true pose is not finite".to_owned());
     }

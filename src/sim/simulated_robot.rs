@@ -54,6 +54,8 @@ pub struct SimulatedRobot<B = SimBase> {
     positioning: Option<SimulatedPositioning>,
 }
 
+crate::settings::opaque_debug!(SimulatedRobot<B>);
+
 impl<B: Robot> SimulatedRobot<B> {
     /// Puts a base, which stands at the mission's start, into the world of a simulation.
     pub(super) fn new(simulation: &Simulation, config: &Config, base: B) -> Result<Self, SimError> {

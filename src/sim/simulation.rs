@@ -50,6 +50,7 @@ impl Simulation {
     /// Names the first setting that is out of range.
     pub fn robot(&self, config: &Config) -> Result<SimulatedRobot, SimError> {
         config.validate()?;
+        self.mission.validate()?;
         SimulatedRobot::new(self, config, SimBase::of(config, self.mission.start, self.seed)?)
     }
 

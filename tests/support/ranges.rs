@@ -143,15 +143,15 @@ fn footprints_and_clearances_out_of_range_are_rejected() {
         problem.footprint = footprint(&[[0.1, -metres, 0.2]]);
     });
     let sum_m = 46_330.0 * unit_m;
-    limit("clearance cap plus disc radius", 0.999 * sum_m, 1.001 * sum_m, |problem, metres| {
+    limit("max_clearance_m plus disc radius", 0.999 * sum_m, 1.001 * sum_m, |problem, metres| {
         problem.max_clearance_m = metres - 0.2;
     });
-    let together = "clearance cap plus disc and obstacle radius";
+    let together = "max_clearance_m plus disc and obstacle radius";
     limit(together, 0.999 * sum_m, 1.001 * sum_m, |problem, metres| {
         problem.max_clearance_m = metres - 0.7;
         problem.obstacles = vec![body(4.0, 0.5, 0.0)];
     });
-    limit("clearance cap", 0.001, 0.000_9, |problem, metres| {
+    limit("max_clearance_m", 0.001, 0.000_9, |problem, metres| {
         problem.max_clearance_m = metres;
     });
     limit("number of discs", 8.0, 9.0, |problem, count| {
@@ -202,7 +202,7 @@ fn non_positive_numbers_are_rejected() {
         ("duration of a step", |problem, value| {
             problem.step_s = value;
         }),
-        ("clearance cap", |problem, value| {
+        ("max_clearance_m", |problem, value| {
             problem.max_clearance_m = value;
         }),
     ];

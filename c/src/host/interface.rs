@@ -66,6 +66,7 @@ pub struct InbyeControllerInput {
     pub moving_obstacle_count: usize,
 }
 
+pub type AbiVersion = unsafe extern "C" fn() -> u32;
 pub type Create = unsafe extern "C" fn(*const InbyeRobot) -> *mut c_void;
 pub type Compute =
     unsafe extern "C" fn(*mut c_void, *const InbyeControllerInput, *mut f64, *mut f64) -> bool;

@@ -8,7 +8,8 @@ use std::path::Path;
 
 use libloading::{Library as Loaded, Symbol};
 
-use crate::interface::{Compute, Create, Destroy, InbyeControllerInput, InbyeRobot};
+use crate::abi::INBYE_ABI_VERSION;
+use crate::interface::{AbiVersion, Compute, Create, Destroy, InbyeControllerInput, InbyeRobot};
 use crate::messages::{Start, Tick};
 
 /// A velocity, m/s and rad/s.
@@ -54,6 +55,17 @@ impl Library {
                 *function::<Destroy>(&loaded, file, "inbye_controller_destroy")?,
             )
         };
+        // SAFETY: likewise.
+        let version = unsafe {
+            let version = function::<AbiVersion>(&loaded, file, "inbye_controller_abi_version")?;
+            version()
+        };
+        if version != INBYE_ABI_VERSION {
+            return Err(format!(
+                "{}: it was compiled for version {version} of inbye.h, and this is version {INBYE_ABI_VERSION}: compile it again",
+                file.display()
+            ));
+        }
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, create, compute, destroy, _loaded: loaded })
     }

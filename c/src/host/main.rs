@@ -6,6 +6,8 @@
 //! inbye drive --scene mine --controller "inbye-controller-host ./libmy_controller.so"
 //! ```
 
+#[path = "../abi.rs"]
+mod abi;
 mod interface;
 mod library;
 mod messages;
@@ -52,11 +54,26 @@ fn serve() -> Result<(), String> {
         Some("--version" | "-V") => concat!("inbye-controller-host ", env!("CARGO_PKG_VERSION")),
         _ => return serve_library(file.as_ref()),
     };
-    print(text)
+    print(&mut io::stdout(), text)
+}
+
+/// The standard output for the answers. What the library prints there from now on goes to the standard error output.
+#[cfg(unix)]
+fn answer_stream() -> io::Result<impl Write> {
+    use std::os::fd::AsFd;
+    let stream = io::stdout().as_fd().try_clone_to_owned()?;
+    nix::unistd::dup2_stdout(io::stderr())?;
+    Ok(std::fs::File::from(stream))
+}
+
+#[cfg(not(unix))]
+fn answer_stream() -> io::Result<impl Write> {
+    Ok(io::stdout())
 }
 
 /// Answers messages by a controller of a library until the input ends.
 fn serve_library(file: &Path) -> Result<(), String> {
+    let mut out = answer_stream().map_err(|error| error.to_string())?;
     let library = Library::open(file)?;
     let mut controller = None;
     for line in io::stdin().lock().lines() {
@@ -65,31 +82,34 @@ fn serve_library(file: &Path) -> Result<(), String> {
         match message {
             Message::Start(start) => {
                 controller = Some(library.controller(&start)?);
-                answer(&Ready {
-                    protocol: PROTOCOL,
-                    name: library.name(),
-                    wants: ["moving_obstacles"],
-                })?;
+                answer(
+                    &mut out,
+                    &Ready {
+                        protocol: PROTOCOL,
+                        name: library.name(),
+                        wants: ["moving_obstacles"],
+                    },
+                )?;
             }
             Message::Tick(tick) => {
                 let controller = controller.as_mut().ok_or("a tick came before the start")?;
-                answer(&match library.velocity(controller, &tick)? {
+                let velocity = match library.velocity(controller, &tick)? {
                     Some(twist) => {
                         Answer::Velocity { linear: twist.linear, angular: twist.angular }
                     }
                     None => Answer::Error { error: "no valid velocity".to_owned() },
-                })?;
+                };
+                answer(&mut out, &velocity)?;
             }
         }
     }
     Ok(())
 }
 
-fn answer(answer: &impl serde::Serialize) -> Result<(), String> {
-    print(&serde_json::to_string(answer).map_err(|error| error.to_string())?)
+fn answer(out: &mut impl Write, answer: &impl serde::Serialize) -> Result<(), String> {
+    print(out, &serde_json::to_string(answer).map_err(|error| error.to_string())?)
 }
 
-fn print(line: &str) -> Result<(), String> {
-    let mut out = io::stdout().lock();
+fn print(out: &mut impl Write, line: &str) -> Result<(), String> {
     writeln!(out, "{line}").and_then(|()| out.flush()).map_err(|error| error.to_string())
 }

@@ -57,6 +57,8 @@ pub struct CpuEngine {
     alone: Vec<Mutex<Evaluator>>,
 }
 
+crate::settings::opaque_debug!(CpuEngine);
+
 impl CpuEngine {
     /// An engine that works in the caller's thread.
     #[must_use]

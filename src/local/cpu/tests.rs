@@ -305,7 +305,7 @@ fn every_visited_cell_is_in_the_reachable_region() {
 #[test]
 fn more_threads_than_an_engine_may_have_are_an_error() {
     let most = CpuEngine::MAX_THREADS;
-    let error = CpuEngine::with_threads(most + 1).err().expect("too many");
+    let error = CpuEngine::with_threads(most + 1).expect_err("too many");
     assert_eq!(error, EngineError::TooManyThreads { threads: most + 1, most });
     assert_eq!(error.to_string(), "1025 CPU threads: an engine has at most 1024");
 }

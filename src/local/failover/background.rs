@@ -33,6 +33,8 @@ pub struct BackgroundOpener {
     pending: Option<Receiver<Outcome>>,
 }
 
+crate::settings::opaque_debug!(BackgroundOpener);
+
 impl BackgroundOpener {
     /// Creates a source that opens engines with this function.
     #[must_use]

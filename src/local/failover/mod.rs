@@ -34,6 +34,8 @@ pub struct Failover {
     incidents: Incidents,
 }
 
+crate::settings::opaque_debug!(Failover);
+
 impl Failover {
     /// Creates the engine from a GPU, or the error that prevents one; a source of GPUs for later; and the fallback.
     #[must_use]

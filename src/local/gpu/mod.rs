@@ -43,6 +43,8 @@ pub struct GpuEngine {
     timeout: Duration,
 }
 
+crate::settings::opaque_debug!(GpuEngine);
+
 impl GpuEngine {
     /// Opens an adapter, creates the pipelines and takes a first tiny decision. The first decision of the robot then
     /// takes no longer than later ones, except for buffers that must grow.

@@ -148,7 +148,7 @@ impl Tracker {
     fn collect(&mut self, pose: &Pose, scan: &Scan, origin: impl Fn(&Point) -> ReturnOrigin) {
         self.returns.clear();
         for (beam, &range_m) in scan.ranges.iter().enumerate() {
-            if !(0.0..=scan.range_max.min(FARTHEST_M)).contains(&range_m) {
+            if !(scan.is_return(range_m) && range_m <= FARTHEST_M) {
                 continue;
             }
             let (sin, cos) = libm::sincos(pose.yaw + scan.angle(beam));

@@ -165,6 +165,13 @@ fn ctrl_c_reaches_no_program_and_stores_no_failure() {
     assert_eq!(status, 1, "{stdout}{stderr}");
     assert!(stdout.contains("the drive was interrupted"), "{stdout}");
     assert!(!stdout.contains("INVALID_CONTROLLER"), "{stdout}");
+    // One that does not answer any more: the wait ends, long before its time is up.
+    script(&place, "stands.sh", "sleep 100");
+    let began = Instant::now();
+    let (status, stdout, stderr) =
+        place.interrupted(&format!("{DRIVE} --config own.toml --report deaf"), "deaf");
+    assert!(status == 1 && began.elapsed() < Duration::from_secs(8), "{stdout}{stderr}");
+    assert!(stdout.contains("the drive was interrupted"), "{stdout}");
     // A program that ends after Ctrl-C for a reason of its own.
     script(&place, "stands.sh", "sleep 3; exit 1");
     let soak = "bench soak --missions 1 --longest 15 --threads 1 --config own.toml --out runs";
@@ -277,6 +284,15 @@ fn simulator_that_fails_ends_the_drive_with_its_reason() {
     assert_eq!(status, 1, "{object}");
     let why = text(&object, "why");
     assert!(why.contains("the simulator failed: the program ended (exit status 0)"), "{why}");
+    // An absurd pose is the simulator's failure, not that of the settings.
+    place.write("far.json", state.replace("[1, 1.5, 0]", "[1e300, 0, 0]") + "\n");
+    script(&place, "stands.sh", "cat state.json; read -r message; cat far.json");
+    let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
+    let why = text(&object, "why");
+    assert!(
+        status == 1 && why.contains("the simulator failed: `odometry.pose` is 1e300 m"),
+        "{why}"
+    );
     place.write("state.json", state.replace(r#""range_max": 9"#, r#""range_max": -9"#) + "\n");
     script(&place, "stands.sh", "cat state.json");
     let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
@@ -310,6 +326,57 @@ fn experiment_with_a_program_that_cannot_be_used_stores_nothing() {
     assert_eq!((status, &object["ranked"][1]["reached_share"]), (0, &json!(1.0)), "{object}");
     // Where every run has its result, no program is needed.
     place.json("bench compare plan.toml --out other");
+}
+
+/// A plan with a configuration `mine`, and the path to its only world.
+fn room_plan(mine: &str) -> String {
+    format!(
+        "seeds = [0]\n[configs.mine]\n{mine}\n[[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.2\n\
+         routes = [{{ start = [1, 1.5, 0], goal = [5, 1.5] }}]\n"
+    )
+}
+
+/// The load of the machine is not part of a cell's key.
+#[test]
+fn runs_whose_program_did_not_answer_are_driven_again() {
+    let place = Workplace::with_room();
+    script(&place, "slow.sh", r#"[ -e ready ] || sleep 9; echo '{"linear": 0.3, "angular": 0}'"#);
+    let plan = "controller.command = [\"sh\", \"slow.sh\"]\ncontroller.timeout_s = 0.3";
+    place.write("plan.toml", room_plan(plan));
+    let compare = "bench compare plan.toml --out cells --json";
+    let (_, failed) = object(&place.run(compare));
+    let faults = text(&failed["ranked"][0], "faults");
+    assert!(faults.contains("CONTROLLER_TIMED_OUT: 1"), "{failed}");
+    place.write("ready", "");
+    let run = place.run(compare);
+    let (status, ranked) = object(&run);
+    assert_eq!((status, &ranked["ranked"][0]["reached_share"]), (0, &json!(1.0)), "{run:?}");
+    let note = "1 earlier runs in which a program did not start or did not answer";
+    assert!(run.errors.iter().any(|line| line.contains(note)), "{run:?}");
+}
+
+#[test]
+fn settings_that_no_decision_can_use_do_not_start_and_errors_of_a_plan_name_no_line_of_another_text()
+ {
+    let place = Workplace::with_room();
+    place.write("plan.toml", room_plan("local.max_clearance_m = 11"));
+    let (_, object) = object(&place.run("bench compare plan.toml --json"));
+    let faults = text(&object["ranked"][0], "faults");
+    assert!(faults.starts_with("did not start: 1, NO_DECISION: max_clearance_m plus"), "{faults}");
+    for (mine, expected) in [
+        ("local = { vx = 1 }", "configs.mine: unknown field `vx`"),
+        (
+            "local = { vx_samples = \"a\" }",
+            "configs.mine: invalid type: string \"a\", expected a whole number",
+        ),
+    ] {
+        place.write("plan.toml", room_plan(mine));
+        let error = place.refusal("bench compare plan.toml");
+        assert!(error.contains(expected) && !error.contains("line "), "{error}");
+    }
+    place.write("plan.toml", room_plan("").replace("configs.mine", r#"configs."a\nb""#));
+    let error = place.refusal("bench compare plan.toml");
+    assert!(error.contains(r"configs is a\nb: it must be a name without control"), "{error}");
 }
 
 #[test]

@@ -111,7 +111,8 @@ fn unusable_flags_are_rejected() {
 --engine nonsense -> --engine; auto, cpu, gpu
 --real-time-factor 0 -> --real-time-factor; a number: 0.01 to 1000
 --set local.sim_step_s=5 -> --set local.sim_step_s=5: [local] sim_step_s is 5; at most sim_time_s
---set local.max_clearance_m=500 -> mine.yaml: with these settings; clearance cap
+--set local.max_clearance_m=500 -> [local] max_clearance_m is 500; at most 11
+--set local.max_clearance_m=11 -> mine.yaml: with these settings; max_clearance_m plus disc; at most
 --set controller.command=[''] -> --set controller.command; [controller] length of the program
 --set simulator.command=['','x'] -> --set simulator.command; [simulator] length of the program
 --controller '' -> --controller; a program and its arguments
@@ -228,9 +229,9 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [local]|sim_time_s = 999.0 -> [local]; steps; sim_time_s; 1 to 1023
 [local]|vx_samples = 9999|vtheta_samples = 9999 -> [local]; vx_samples; 1 to 4194304
 [local.weights]|heading = -1.0 -> [local.weights] heading is -1; 0 to 1e6
-[local]|max_clearance_m = 500.0 -> mine.yaml; clearance cap; at most
-[robot.limits]|max_vel_x = inf -> [robot.limits] max_vel_x is inf; finite
-[robot.limits]|min_vel_x = 0.1 -> [robot.limits] min_vel_x is 0.1; at most zero
+[local]|max_clearance_m = 11.0 -> mine.yaml; max_clearance_m plus disc; at most
+[robot.limits]|max_vel_x = inf -> [robot.limits] max_vel_x is inf; 0 to 15.99
+[robot.limits]|min_vel_x = 0.1 -> [robot.limits] min_vel_x is 0.1; -15.99 to 0
 [robot.limits]|decel_lim_x = 1.0 -> [robot.limits] decel_lim_x is 1; below zero
 [robot]|footprint = [] -> line 2; at least one
 [robot]|footprint = [{x = 0, y = 0, radius = -1}] -> line 2; radius above zero
@@ -299,7 +300,7 @@ fn unusable_problem_values_are_rejected() {
 /sim_time_s 500 -> sim_time_s; steps; 1 to 1023
 /sim_step_s 0 -> sim_step_s is 0; above zero
 /max_clearance_m 0 -> max_clearance_m is 0; above zero
-/max_clearance_m 900 -> clearance cap; at most
+/max_clearance_m 900 -> max_clearance_m is 900; at most 11
 /outside "wall" -> `wall`; `obstacle`; `free`
 /normalization "mean" -> `mean`; `sum`; `minmax`
 /stopping "never" -> `never`; `clearance`; `arc`
@@ -312,8 +313,8 @@ fn unusable_problem_values_are_rejected() {
 /weights/heading -1 -> heading is -1; 0 to 1e6
 /weights/pth 1 -> unknown field `pth`; did you mean `path`?
 /limits/max_vel 1 -> unknown field `max_vel`; did you mean `max_vel_x`?
-/limits/max_vel_x -1 -> limits: max_vel_x is -1; at least zero
-/limits/min_vel_x 0.1 -> limits: min_vel_x is 0.1; at most zero
+/limits/max_vel_x -1 -> limits: max_vel_x is -1; 0 to 15.99
+/limits/min_vel_x 0.1 -> limits: min_vel_x is 0.1; -15.99 to 0
 /limits/max_vel_theta 0 -> limits: max_vel_theta is 0; above zero
 /limits/acc_lim_x 0 -> limits: acc_lim_x is 0; above zero
 /limits/decel_lim_x 0.5 -> limits: decel_lim_x is 0.5; below zero

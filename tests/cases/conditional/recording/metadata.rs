@@ -60,7 +60,7 @@ fn error_after(from: &str, to: &str) -> RecordingError {
         assert!(text.contains(from), "{text}");
         attachment.copy_from_slice(text.replacen(from, to, 1).as_bytes());
     });
-    Reader::open(Cursor::new(&copy[..])).err().expect("it cannot be replayed")
+    Reader::open(Cursor::new(&copy[..])).expect_err("it cannot be replayed")
 }
 
 fn metadata_keeps_every_bit() {

@@ -121,7 +121,7 @@ fn compressed_recording_is_replayed() {
 
 fn error_of(records: &[u8]) -> RecordingError {
     let file = [MAGIC, &framed(1, &[0; 8]), records].concat();
-    Reader::open(Cursor::new(file)).err().expect("it is no recording")
+    Reader::open(Cursor::new(file)).expect_err("it is no recording")
 }
 
 fn crafted_lengths_are_rejected() {

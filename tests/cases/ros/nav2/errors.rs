@@ -41,12 +41,12 @@ fn invalid_values_are_rejected_with_their_path() {
         (
             "min_vel_x: -0.1",
             "min_vel_x: 0.05",
-            "FollowPath.min_vel_x; min_vel_x is 0.05; at most zero",
+            "FollowPath.min_vel_x; min_vel_x is 0.05; -15.99 to 0",
         ),
         (
             "max_vel_x: 0.45",
             "max_vel_x: -0.2",
-            "FollowPath.max_vel_x; max_vel_x is -0.2; at least zero",
+            "FollowPath.max_vel_x; max_vel_x is -0.2; 0 to 15.99",
         ),
         (
             "smoothing_frequency: 30.0",
