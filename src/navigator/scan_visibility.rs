@@ -370,8 +370,9 @@ mod tests {
             let ends_within = ends_within(&body, &scan);
             (0..1440).filter(|&beam| ends_within(beam)).count()
         };
-        assert_eq!([within(90.0, 0.0), within(90.0, 0.21), within(-90.0, 0.23)], [1, 1, 0]);
+        assert_eq!([within(90.0, 0.01), within(90.0, 0.21), within(-90.0, 0.23)], [1, 1, 0]);
         assert_eq!([within(0.0, 0.41), within(0.0, 0.43), within(0.0, f64::NAN)], [1, 0, 0]);
+        assert_eq!(within(90.0, 0.0), 0, "no measurement");
     }
 
     #[test]

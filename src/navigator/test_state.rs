@@ -28,8 +28,8 @@ pub(super) fn with_state<R>(
     let field = ClearanceField::new(ground).expect("a field");
     let free = ObstacleGrid::filled(*ground.frame(), false);
     let goal = Goal::at(Point::new(3.0, 0.0));
-    let mut planner =
-        RoutePlanner::new(&robot.footprint, settings, global::Settings::default(), 0.1);
+    let (usual, searches) = (NavigatorSettings::default(), global::Settings::default());
+    let mut planner = RoutePlanner::new(&robot.footprint, &usual, searches, 0.1);
     let plan = planner.plan(&free, Point::default(), goal.position, &mut || 0.0).expect("a path");
     let scan =
         Scan { angle_min: 0.0, angle_increment: 0.1, range_max: 10.0, ranges: vec![9.0; 63] };
