@@ -153,7 +153,7 @@ impl DeskewedScan {
         self.time_s = newest.map_or_else(|| scan.end_s().unwrap_or_default(), |(time_s, _)| time_s);
         let (sin_here, cos_here) = libm::sincos(here.yaw);
         for beam in &scan.beams {
-            let is_hit = beam.range > 0.0 && beam.range <= scan.range_max;
+            let is_hit = beam.is_return(scan.range_max);
             if !(is_hit || beam.range == f64::INFINITY) || !beam.angle.is_finite() {
                 self.unmeasured += 1;
                 continue;

@@ -86,7 +86,7 @@ impl Scan {
     /// Whether a range is that of a return: above zero and at most [`Self::range_max`].
     #[must_use]
     pub fn is_return(&self, range: f64) -> bool {
-        range > 0.0 && range <= self.range_max
+        is_return(range, self.range_max)
     }
 
     /// The beam end points in the map frame, for a robot at this pose. Beams without a return give no point.
@@ -98,6 +98,11 @@ impl Scan {
             Point::new(pose.x + range * cos, pose.y + range * sin)
         })
     }
+}
+
+/// Whether a range is that of a return, for a sensor with this largest range.
+fn is_return(range: f64, range_max: f64) -> bool {
+    range > 0.0 && range <= range_max
 }
 
 /// Whether a direction and a range are a measurement.
@@ -117,6 +122,11 @@ pub struct Beam {
 }
 
 impl Beam {
+    /// Whether the beam has a return, for a sensor with this largest range, metres.
+    pub(crate) fn is_return(&self, range_max: f64) -> bool {
+        is_return(self.range, range_max)
+    }
+
     /// Converts a measurement from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there. A range
     /// that is no measurement becomes NaN.
     #[must_use]

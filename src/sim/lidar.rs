@@ -26,10 +26,10 @@ pub struct LidarReturn {
 }
 
 impl Lidar {
-    /// Returns a scan of a lidar at a finite pose, in the lidar's own frame. A beam ends at the first obstacle; its range is zero if the lidar is inside
-    /// one. A beam without a hit within range reads infinite. A dropped beam, and one with a hit nearer than the
-    /// shortest range, reads NaN and makes no obstacle visible. (For a hit that is too near, REP-117 has minus infinity;
-    /// real scanners give zero, NaN or an error code.)
+    /// Returns a scan of a lidar at a finite pose, in the lidar's own frame. A beam ends at the first obstacle; its range is
+    /// zero if the lidar is inside one. A beam without a hit within range reads infinite. A dropped beam, and one with a hit
+    /// nearer than the shortest range, reads NaN and makes no obstacle visible. (For a hit that is too near, REP-117 has minus
+    /// infinity; real scanners give zero, NaN or an error code.)
     ///
     /// Noise is normal, independent for each beam and clamped to the shortest and longest range; visibility does not
     /// depend on it, nor on ghosts and mixed pixels. Without any of these and dropouts the scan uses no random numbers.

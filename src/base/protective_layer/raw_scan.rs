@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 use super::body::Body;
 use super::directions::{BINS, Largest, bin_of, polar};
-use super::thinning::{is_return, thinned};
+use super::thinning::thinned;
 use crate::geometry::{Frame, Point, Pose, Twist, wrap_angle};
 use crate::localization::PoseHistory;
 use crate::map::{Beam, ScanChange, TimedScan};
@@ -312,7 +312,7 @@ impl RawScans {
         let mut beams = [(0_u32, 0_u32); SECTORS];
         let mut return_count = 0;
         for beam in &scan.beams {
-            let is_return = is_return(beam, scan.range_max);
+            let is_return = beam.is_return(scan.range_max);
             return_count += usize::from(is_return);
             let is_measured = is_return || beam.range == f64::INFINITY;
             if let Some((all, measured)) = beams.get_mut(bin_of(beam.angle, SECTORS)) {

@@ -9,16 +9,11 @@ const DIRECTIONS: usize = 1440;
 /// Depth within which the returns of a direction count as one obstacle, metres.
 const DEPTH_M: f64 = 0.1;
 
-/// Whether a beam has a return.
-pub(super) fn is_return(beam: &Beam, range_max_m: f64) -> bool {
-    beam.range > 0.0 && beam.range <= range_max_m
-}
-
 /// The returns that the layer checks, each with the number of returns that it represents. A scan of at most 1440 beams keeps all
 /// returns. A larger scan keeps the nearest return of each direction, which represents the returns within 0.1 m behind it. The nearest
 /// surface is therefore never lost; returns farther behind it in the same direction do not count.
 pub(super) fn thinned(scan: &TimedScan) -> Vec<(Beam, usize)> {
-    let returns = scan.beams.iter().filter(|beam| is_return(beam, scan.range_max));
+    let returns = scan.beams.iter().filter(|beam| beam.is_return(scan.range_max));
     if scan.beams.len() <= DIRECTIONS {
         return returns.map(|beam| (*beam, 1)).collect();
     }

@@ -224,7 +224,7 @@ impl DdsNode {
     /// Takes what DDS reports. Of interest are publishers whose messages do not arrive, and those that should not be there.
     fn take_events(&mut self, all: &mut Vec<IncomingMessage>) {
         use DomainParticipantStatusEvent as Event;
-        let before = self.others.clone();
+        let were_present = self.present_others();
         let events = iter::from_fn(|| self.events.try_recv_status());
         for event in events.take(MAX_MESSAGES) {
             match event {
@@ -249,14 +249,18 @@ impl DdsNode {
                 _ => {}
             }
         }
-        for (_, topic) in &self.own_topics {
-            let has =
-                |others: &[(rustdds::GUID, &str)]| others.iter().any(|(_, other)| other == topic);
-            let is_present = has(&self.others);
-            if is_present != has(&before) {
+        let own_topics = self.own_topics.iter().zip(were_present).zip(self.present_others());
+        for (((_, topic), was_present), is_present) in own_topics {
+            if is_present != was_present {
                 all.push(IncomingMessage::OtherPublisher { topic, is_present });
             }
         }
+    }
+
+    /// Whether another node publishes on each of this node's own topics.
+    fn present_others(&self) -> [bool; 2] {
+        let is_present = |topic| self.others.iter().any(|(_, other)| *other == topic);
+        self.own_topics.each_ref().map(|(_, topic)| is_present(*topic))
     }
 
     /// Publishes a message without waiting. A message that cannot be sent immediately is dropped and counted.
