@@ -18,7 +18,7 @@
 /*
  Number of this interface. It changes when a program or a controller that was compiled for it must be compiled again.
  */
-#define INBYE_ABI_VERSION 1
+#define INBYE_ABI_VERSION 2
 
 /*
  What the navigator does.
@@ -185,6 +185,10 @@ typedef struct InbyeObservation {
    Time of the scan; unchanged where there is no newer one.
    */
   double scan_s;
+  /*
+   Place of the lidar in the robot's frame, metres: the ranges are from there.
+   */
+  struct InbyePoint lidar;
 } InbyeObservation;
 
 /*
@@ -282,6 +286,10 @@ typedef struct InbyeControllerInput {
    */
   const double *moving_obstacles;
   size_t moving_obstacle_count;
+  /*
+   Place of the lidar in the robot's frame, metres: the ranges are from there.
+   */
+  double lidar[2];
 } InbyeControllerInput;
 
 #ifdef __cplusplus

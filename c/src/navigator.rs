@@ -46,6 +46,8 @@ pub struct InbyeObservation {
     pub range_max: f64,
     /// Time of the scan; unchanged where there is no newer one.
     pub scan_s: f64,
+    /// Place of the lidar in the robot's frame, metres: the ranges are from there.
+    pub lidar: InbyePoint,
 }
 
 /// What the navigator does.
@@ -150,6 +152,7 @@ pub unsafe extern "C" fn inbye_navigator_step(
             odometry_s: seen.odometry_s,
             scan_changed_s: this.scan_change.update(seen.scan_s, ranges.iter().copied()),
             scan: Scan {
+                origin: inbye::geometry::Point::new(seen.lidar.x, seen.lidar.y),
                 angle_min: seen.angle_min,
                 angle_increment: seen.angle_increment,
                 range_max: seen.range_max,

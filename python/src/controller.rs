@@ -42,6 +42,7 @@ pub struct ControllerInput {
     /// Newest scan: infinite for nothing within range, NaN for no measurement.
     ranges: Py<PyArray1<f64>>,
     /// Direction of the first beam in the robot's frame.
+    lidar_position: (f64, f64),
     angle_min: f64,
     /// Angle between beams.
     angle_increment: f64,
@@ -185,6 +186,7 @@ impl PythonController {
             ),
             footprint: table(py, &discs)?.unbind(),
             ranges: PyArray1::from_slice(py, &input.scan.ranges).unbind(),
+            lidar_position: (input.scan.origin.x, input.scan.origin.y),
             angle_min: input.scan.angle_min,
             angle_increment: input.scan.angle_increment,
             range_max: input.scan.range_max,

@@ -50,7 +50,7 @@ struct Setup {
     jobs: Vec<Job>,
     count: usize,
     beams: usize,
-    /// Longest range from the robot's origin, metres.
+    /// Longest range of the lidar, metres.
     farthest_m: f64,
     is_navigator: bool,
     /// Whether a robot whose mission has ended begins the next one.
@@ -267,7 +267,7 @@ impl Environments {
             worlds: prepared,
             count,
             beams: lidar.beams,
-            farthest_m: lidar.range_max_m + lidar.mount().position().to_vector().norm(),
+            farthest_m: lidar.range_max_m,
             is_navigator: navigator,
             is_autoreset: autoreset,
             engine,
@@ -285,7 +285,7 @@ impl Environments {
         self.setup.beams
     }
 
-    /// Longest range of the lidar from the robot's origin.
+    /// Longest range of the lidar.
     #[getter]
     const fn range_max(&self) -> f64 {
         self.setup.farthest_m

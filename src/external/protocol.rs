@@ -269,6 +269,9 @@ pub(crate) struct SimulatedTruth {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SimulatedScan {
+    /// Place of the lidar in the robot's frame, metres.
+    #[serde(default)]
+    pub origin: [f64; 2],
     pub angle_min: f64,
     pub angle_increment: f64,
     pub range_max: f64,
@@ -278,13 +281,14 @@ pub(crate) struct SimulatedScan {
 
 impl SimulatedScan {
     pub fn into_scan(self) -> Scan {
-        let Self { angle_min, angle_increment, range_max, ranges } = self;
+        let Self { origin: [x, y], angle_min, angle_increment, range_max, ranges } = self;
         let range = |range: Option<f64>| match range {
             Some(range) if range >= range_max => f64::INFINITY,
             Some(range) => range,
             None => f64::NAN,
         };
         Scan {
+            origin: Point::new(x, y),
             angle_min,
             angle_increment,
             range_max,
@@ -295,6 +299,8 @@ impl SimulatedScan {
 
 #[derive(Serialize)]
 pub(crate) struct ScanMessage<'a> {
+    /// Place of the lidar in the robot's frame, metres.
+    origin: [f64; 2],
     angle_min: f64,
     angle_increment: f64,
     range_max: f64,
@@ -304,8 +310,9 @@ pub(crate) struct ScanMessage<'a> {
 
 impl<'a> ScanMessage<'a> {
     pub fn new(scan: &'a Scan) -> Self {
-        let Scan { angle_min, angle_increment, range_max, ref ranges } = *scan;
-        Self { angle_min, angle_increment, range_max, ranges: (ranges, range_max) }
+        let Scan { origin: Point { x, y }, angle_min, angle_increment, range_max, ref ranges } =
+            *scan;
+        Self { origin: [x, y], angle_min, angle_increment, range_max, ranges: (ranges, range_max) }
     }
 }
 
@@ -380,11 +387,12 @@ mod tests {
             angle_increment: 0.5,
             range_max: 8.0,
             ranges: vec![0.25, f64::NAN, f64::INFINITY, 9.0, -1.0],
+            ..Scan::default()
         };
         let text = serde_json::to_string(&ScanMessage::new(&scan)).expect("JSON");
         assert_eq!(
             text,
-            r#"{"angle_min":-1.0,"angle_increment":0.5,"range_max":8.0,"ranges":[0.25,null,8.0,8.0,-1.0]}"#
+            r#"{"origin":[0.0,0.0],"angle_min":-1.0,"angle_increment":0.5,"range_max":8.0,"ranges":[0.25,null,8.0,8.0,-1.0]}"#
         );
     }
 

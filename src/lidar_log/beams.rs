@@ -31,11 +31,12 @@ pub(super) fn scan(
     time_s: f64,
 ) -> LoggedScan {
     let beam = |(index, &range): (usize, &f64)| {
-        let range = if range > 0.0 && range <= range_max { range } else { f64::NAN };
-        Beam { angle: first + step * index as f64, range, time_s }.from_mount(mount)
+        let range = if (0.0..=range_max).contains(&range) { range } else { f64::NAN };
+        Beam { angle: first + step * index as f64, range, time_s }
     };
     let beams = readings.iter().enumerate().map(beam).collect();
-    LoggedScan { mount: *mount, beams: TimedScan { beams, range_max } }
+    let beams = TimedScan { beams, range_max, ..TimedScan::default() }.from_mount(mount);
+    LoggedScan { mount: *mount, beams }
 }
 
 /// Removes the limit of each lidar from its readings, see [`remove_limit`]. Each lidar has a place on the robot.
@@ -53,29 +54,20 @@ pub(super) fn remove_limits(records: &mut [LogRecord]) {
 pub(crate) fn remove_limit(scans: &mut [&mut LoggedScan]) {
     let mut counts: BTreeMap<u64, usize> = BTreeMap::new();
     let (mut readings, mut largest) = (0_usize, 0.0_f64);
-    // The mount is removed again, since the readings are equal in the lidar's frame.
-    let range_of = |mount: &Pose, beam: &Beam| {
-        let (x, y) = (beam.range * libm::cos(beam.angle), beam.range * libm::sin(beam.angle));
-        (libm::hypot(x - mount.x, y - mount.y) * 1000.0).round() / 1000.0
-    };
-    for scan in scans.iter() {
-        for beam in scan.beams.beams.iter().filter(|beam| beam.range.is_finite()) {
-            let range = range_of(&scan.mount, beam);
+    for beam in scans.iter().flat_map(|scan| &scan.beams.beams) {
+        if beam.range.is_finite() {
             readings += 1;
-            largest = largest.max(range);
-            *counts.entry(range.to_bits()).or_default() += 1;
+            largest = largest.max(beam.range);
+            *counts.entry(beam.range.to_bits()).or_default() += 1;
         }
     }
     let at_largest = counts.get(&largest.to_bits()).copied().unwrap_or_default();
     if at_largest < 10 || (at_largest as f64) < SATURATED_FRACTION * readings as f64 {
         return;
     }
-    for scan in scans {
-        let mount = scan.mount;
-        for beam in &mut scan.beams.beams {
-            if range_of(&mount, beam) == largest {
-                beam.range = f64::NAN;
-            }
+    for beam in scans.iter_mut().flat_map(|scan| &mut scan.beams.beams) {
+        if beam.range == largest {
+            beam.range = f64::NAN;
         }
     }
 }

@@ -258,12 +258,12 @@ mod tests {
         let scan = record.scan.as_ref().expect("a scan");
         assert!(near(&scan.mount, 0.1, 0.0, 0.0), "{:?}", scan.mount);
         assert_eq!((record.time_s, record.corrected), (1.5, None));
-        // Beams to the right, ahead and to the left; the lidar is 0.1 m before the robot's origin.
-        let ahead = scan.beams.beams[1];
-        assert!((ahead.angle.abs() + (ahead.range - 2.1).abs()) < 1e-9, "{ahead:?}");
-        let right = scan.beams.beams[0];
-        assert!((right.range - libm::hypot(0.1, 1.0)).abs() < 1e-9 && right.angle < -1.4);
-        assert!(scan.beams.beams[2].range.is_nan());
+        assert_eq!(scan.beams.origin, scan.mount.position());
+        // Beams to the right, ahead and to the left.
+        let [right, ahead, left] = scan.beams.beams[..] else { panic!("three beams") };
+        assert_eq!((ahead.angle, ahead.range), (0.0, 2.0));
+        assert!(right.range == 1.0 && right.angle < -1.5);
+        assert!(left.range.is_nan());
         assert_eq!(log.start(), Some(Pose::new(0.1, 0.0, 0.0)));
     }
 

@@ -77,8 +77,8 @@ fn scan(ranges_mm: &[f64], end_s: f64) -> LoggedScan {
             range: if is_measured { range } else { f64::NAN },
             time_s: end_s - SWEEP_S * (1.0 - fraction),
         }
-        .from_mount(&mount)
     };
     let beams = ranges_mm.iter().enumerate().map(beam).collect();
-    LoggedScan { mount, beams: TimedScan { beams, range_max: RANGE_M.1 + MOUNT_M } }
+    let beams = TimedScan { beams, range_max: RANGE_M.1, ..TimedScan::default() };
+    LoggedScan { mount, beams: beams.from_mount(&mount) }
 }

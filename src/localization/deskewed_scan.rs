@@ -110,6 +110,8 @@ pub struct DeskewedScan {
     pub open: Vec<Ray>,
     /// Beams without a measurement.
     pub unmeasured: usize,
+    /// Place of the lidar at the time of the scan, in the robot's frame.
+    pub(crate) origin: Point,
     /// Longest range of the sensor, metres.
     pub range_max: f64,
     /// Directions of all beams, radians.
@@ -144,7 +146,7 @@ impl DeskewedScan {
         self.open.clear();
         self.hits.reserve(scan.beams.len());
         self.open.reserve(scan.beams.len());
-        (self.unmeasured, self.range_max) = (0, scan.range_max);
+        (self.unmeasured, self.range_max, self.origin) = (0, scan.range_max, scan.origin);
         self.directions.clear();
         let directions = scan.beams.iter().map(|beam| wrap_angle(beam.angle));
         self.directions.extend(directions.filter(|direction| direction.is_finite()));
@@ -160,8 +162,13 @@ impl DeskewedScan {
             }
             let then = history.at(beam.time_s).unwrap_or(here);
             let (x, y) = (then.x - here.x, then.y - here.y);
-            let from = Point::new(cos_here * x + sin_here * y, cos_here * y - sin_here * x);
-            let (sin, cos) = libm::sincos(then.yaw - here.yaw + beam.angle);
+            let robot = Pose::new(
+                cos_here * x + sin_here * y,
+                cos_here * y - sin_here * x,
+                then.yaw - here.yaw,
+            );
+            let from = robot.transform(&scan.origin);
+            let (sin, cos) = libm::sincos(robot.yaw + beam.angle);
             let direction = Vector::new(cos, sin);
             if is_hit {
                 let end = from + direction * beam.range;
@@ -192,14 +199,16 @@ impl DeskewedScan {
     #[must_use]
     pub fn to_scan(&self, beams: usize) -> Scan {
         let open = |ray: &Ray| (libm::atan2(ray.direction.y, ray.direction.x), f64::INFINITY);
-        let hit = |hit: &Hit| (libm::atan2(hit.end.y, hit.end.x), hit.end.to_vector().norm());
+        let along = |hit: &Hit| hit.end - self.origin;
+        let hit = |along: Vector| (libm::atan2(along.y, along.x), along.norm());
         // Robot motion can increase a range beyond the sensor's.
-        let max_hit_m = self.hits.iter().map(|hit| hit.end.to_vector().norm());
+        let max_hit_m = self.hits.iter().map(|hit| along(hit).norm());
         let range_max = max_hit_m.fold(self.range_max, f64::max);
-        let measured = self.open.iter().map(open).chain(self.hits.iter().map(hit));
-        match self.field_of_view() {
+        let measured = self.open.iter().map(open).chain(self.hits.iter().map(along).map(hit));
+        let scan = match self.field_of_view() {
             Some(field) => Scan::from_measurements_within(field, beams, range_max, measured),
             None => Scan::from_measurements(beams, range_max, measured),
-        }
+        };
+        Scan { origin: self.origin, ..scan }
     }
 }

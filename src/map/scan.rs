@@ -2,11 +2,13 @@
 
 use core::f64::consts::{PI, TAU};
 
-use crate::geometry::{Point, Pose, wrap_angle};
+use crate::geometry::{Point, Pose, Vector, wrap_angle};
 
-/// Ranges measured at equal angles, counter-clockwise, from the robot's origin.
+/// Ranges measured at equal angles, counter-clockwise, from the place of the lidar.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Scan {
+    /// Place of the lidar in the robot's frame, metres.
+    pub origin: Point,
     /// Direction of the first beam in the robot's frame, radians.
     pub angle_min: f64,
     /// Angle between adjacent beams, radians, above zero.
@@ -18,8 +20,8 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Creates a full-turn scan of `beams` equal angles from measurements in any direction, each a direction in radians and
-    /// a range in metres. Each beam has its smallest range, or NaN without a measurement. A range that is NaN, zero or below, and a
+    /// Creates a full-turn scan of `beams` equal angles around the robot's origin from measurements in any direction, each a
+    /// direction in radians and a range in metres. Each beam has its smallest range, or NaN without a measurement. A range that is NaN, zero or below, and a
     /// direction that is not finite, are no measurement.
     #[must_use]
     pub fn from_measurements(
@@ -39,7 +41,7 @@ impl Scan {
                 *smallest = smallest.min(range);
             }
         }
-        Self { angle_min: -PI, angle_increment, range_max, ranges }
+        Self { angle_min: -PI, angle_increment, range_max, ranges, ..Self::default() }
     }
 
     /// As [`Self::from_measurements`], of a lidar that measures in `beams` directions of a field of view alone: from a direction
@@ -63,7 +65,15 @@ impl Scan {
             seen = seen.start.min(beam)..seen.end.max(beam + 1);
         }
         let angle_min = from + (seen.start as f64 - before as f64) * angle_increment;
-        Self { angle_min, angle_increment, range_max, ranges: ranges[seen].to_vec() }
+        let ranges = ranges[seen].to_vec();
+        Self { angle_min, angle_increment, range_max, ranges, ..Self::default() }
+    }
+
+    /// Converts a scan from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there.
+    #[must_use]
+    pub fn from_mount(self, mount: &Pose) -> Self {
+        let (origin, angle_min) = (mount.transform(&self.origin), self.angle_min + mount.yaw);
+        Self { origin, angle_min, ..self }
     }
 
     /// The direction of a beam in the robot's frame, radians.
@@ -72,11 +82,13 @@ impl Scan {
         self.angle_min + beam as f64 * self.angle_increment
     }
 
-    /// Whether every beam has a direction, and the sensor a largest range above zero. A scan without beams is valid.
+    /// Whether the lidar has a place, every beam a direction, and the sensor a largest range above zero. A scan without beams is
+    /// valid.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.ranges.is_empty()
-            || (self.angle_min.is_finite()
+            || (is_place(&self.origin)
+                && self.angle_min.is_finite()
                 && self.angle_increment.is_finite()
                 && self.angle_increment > 0.0
                 && self.range_max.is_finite()
@@ -91,11 +103,11 @@ impl Scan {
 
     /// The beam end points in the map frame, for a robot at this pose. Beams without a return give no point.
     pub fn hits(&self, pose: &Pose) -> impl Iterator<Item = Point> + '_ {
-        let pose = *pose;
+        let (from, yaw) = (pose.transform(&self.origin), pose.yaw);
         let beams = self.ranges.iter().enumerate();
         beams.filter(|(_, range)| self.is_return(**range)).map(move |(beam, &range)| {
-            let (sin, cos) = libm::sincos(pose.yaw + self.angle(beam));
-            Point::new(pose.x + range * cos, pose.y + range * sin)
+            let (sin, cos) = libm::sincos(yaw + self.angle(beam));
+            from + Vector::new(cos, sin) * range
         })
     }
 }
@@ -110,7 +122,12 @@ fn is_measured(&(direction, range): &(f64, f64)) -> bool {
     direction.is_finite() && range > 0.0
 }
 
-/// A single lidar measurement, relative to the robot's origin at its time.
+/// Whether a place is finite.
+fn is_place(place: &Point) -> bool {
+    place.x.is_finite() && place.y.is_finite()
+}
+
+/// A single lidar measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
     /// Direction in the robot's frame, radians, counter-clockwise.
@@ -126,25 +143,13 @@ impl Beam {
     pub(crate) fn is_return(&self, range_max: f64) -> bool {
         is_return(self.range, range_max)
     }
-
-    /// Converts a measurement from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there. A range
-    /// that is no measurement becomes NaN.
-    #[must_use]
-    pub fn from_mount(self, mount: &Pose) -> Self {
-        let angle = wrap_angle(mount.yaw + self.angle);
-        let is_measured = self.range > 0.0;
-        if !is_measured || self.range.is_infinite() {
-            return Self { angle, range: if is_measured { self.range } else { f64::NAN }, ..self };
-        }
-        let (sin, cos) = libm::sincos(angle);
-        let (x, y) = (mount.x + self.range * cos, mount.y + self.range * sin);
-        Self { angle: libm::atan2(y, x), range: libm::hypot(x, y), ..self }
-    }
 }
 
 /// The beams of one lidar revolution, each with its own time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TimedScan {
+    /// Place of the lidar in the robot's frame, metres.
+    pub origin: Point,
     /// The beams, in the order of measurement where the lidar keeps it.
     pub beams: Vec<Beam>,
     /// Largest range of the sensor, metres.
@@ -162,6 +167,7 @@ impl TimedScan {
             time_s: end_s - duration_s * (1.0 - index as f64 / gaps),
         };
         Self {
+            origin: scan.origin,
             beams: scan.ranges.iter().enumerate().map(beam).collect(),
             range_max: scan.range_max,
         }
@@ -170,21 +176,10 @@ impl TimedScan {
     /// Converts the beams from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there.
     #[must_use]
     pub fn from_mount(mut self, mount: &Pose) -> Self {
-        // The direction of a beam in the robot's frame depends on its range. One without a measurement has that of the beam before.
-        // With any other one, a lidar of less than a full turn seems to look, and to see nothing, beyond its field of view.
-        let mut ranges = self.beams.iter().map(|beam| beam.range);
-        let mut known = ranges.find(|range| !range.is_nan()).unwrap_or(f64::INFINITY);
+        self.origin = mount.transform(&self.origin);
         for beam in &mut self.beams {
-            let range = beam.range;
-            if !range.is_nan() {
-                known = range;
-            }
-            *beam = Beam { range: known, ..*beam }.from_mount(mount);
-            if range.is_nan() {
-                beam.range = range;
-            }
+            beam.angle = wrap_angle(mount.yaw + beam.angle);
         }
-        self.range_max += mount.position().to_vector().norm();
         self
     }
 
@@ -194,38 +189,10 @@ impl TimedScan {
         self.beams.iter().map(|beam| beam.time_s).reduce(f64::max)
     }
 
-    /// Whether every beam has a finite direction and time.
+    /// Whether the lidar has a place, and every beam a finite direction and time.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         let is_valid = |beam: &Beam| beam.angle.is_finite() && beam.time_s.is_finite();
-        self.range_max.is_finite() && self.beams.iter().all(is_valid)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A lidar behind the robot's origin that looks back, 0.7 m from the walls at both sides.
-    #[test]
-    fn beam_without_a_measurement_keeps_the_field_of_view_of_a_mounted_lidar() {
-        let mount = Pose::new(-0.25, 0.0, PI);
-        let beam = |angle: f64| Beam { angle, range: 0.7 / libm::sin(angle).abs(), time_s: 0.0 };
-        let beams: Vec<Beam> = (-9..=9).map(|step| beam(0.25 * f64::from(step) + 1e-3)).collect();
-        let scan = TimedScan { beams, range_max: 10.0 };
-        let ahead = |scan: &TimedScan| {
-            let angles = scan.beams.iter().map(|beam| beam.angle.abs());
-            angles.fold(f64::INFINITY, f64::min)
-        };
-        let whole = ahead(&scan.clone().from_mount(&mount));
-        let mut dropped = scan;
-        let last = dropped.beams.len() - 1;
-        for at in [0, last] {
-            dropped.beams[at].range = f64::NAN;
-        }
-        let dropped = dropped.from_mount(&mount);
-        assert!(dropped.beams[0].range.is_nan() && dropped.beams[last].range.is_nan());
-        assert!(ahead(&dropped) > whole - 0.1, "{} of {whole}", ahead(&dropped));
-        assert!((dropped.range_max - 10.25).abs() < 1e-12);
+        is_place(&self.origin) && self.range_max.is_finite() && self.beams.iter().all(is_valid)
     }
 }

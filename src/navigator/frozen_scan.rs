@@ -68,6 +68,7 @@ mod tests {
                     angle_increment: 0.1,
                     range_max: 9.0,
                     ranges: vec![1.0; 60],
+                    ..Scan::default()
                 },
                 scan_s: time_s,
                 scan_changed_s,

@@ -462,13 +462,13 @@ impl LocalMap {
             return;
         }
         let resolution_m = self.known.frame().resolution_m;
-        let robot = pose.position();
+        let lidar = pose.transform(&scan.origin);
         let beyond_m = resolution_m.max(SEEN_THROUGH_M);
         self.remove_where(|map, slot| {
             let mark = &mut map.marks[slot];
-            let distance = (mark.center - robot).norm();
+            let distance = (mark.center - lidar).norm();
             let half_angle = resolution_m / distance.max(resolution_m);
-            let direction = bearing(&robot, &mark.center);
+            let direction = bearing(&lidar, &mark.center);
             let seen_through = distance < scan.range_max.min(FARTHEST_M)
                 && measures_beyond(pose, scan, direction, half_angle, distance + beyond_m);
             mark.evidence -= u8::from(seen_through);

@@ -59,7 +59,7 @@ pub(super) fn hidden_people(
                 if range < other_m { (beam, range, 1.0) } else { (other, other_m, -1.0) };
             let depth_m = (range - other_m).abs();
             let (sin, cos) = libm::sincos(scan.angle(near));
-            let edge = space.pose.transform(&Point::new(near_m * cos, near_m * sin));
+            let edge = space.pose.transform(&(scan.origin + Vector::new(cos, sin) * near_m));
             let is_moving = moving
                 .iter()
                 .any(|disc| (disc.center() - edge).norm() <= disc.radius + MOVING_EDGE_M);
@@ -87,7 +87,7 @@ fn hidden_place(
     let along = Vector::new(cos, sin);
     let across = Vector::new(-sin, cos) * (aside * PERSON_RADIUS_M);
     BEHIND_M.iter().filter(|&&behind_m| behind_m < depth_m).find_map(|behind_m| {
-        let own = Point::new(0.0, 0.0) + along * (near_m + behind_m) + across;
+        let own = space.scan.origin + along * (near_m + behind_m) + across;
         let place = space.pose.transform(&own);
         let cell = room.frame().cell_of(&place)?;
         let can_stand = own.x >= BEHIND_ROBOT_M && room.is_free(cell);
@@ -127,6 +127,7 @@ mod tests {
             angle_increment: TAU / 450.0,
             range_max: 10.0,
             ranges: Vec::new(),
+            ..Scan::default()
         };
         for beam in 0..450 {
             let (sin, cos) = libm::sincos(scan.angle(beam) + pose.yaw);
@@ -179,6 +180,7 @@ mod tests {
             angle_increment: TAU / 360.0,
             range_max: 9.0,
             ranges: (-180..180).map(range).collect(),
+            ..Scan::default()
         };
         let (room, health) = (FreeSpace::new(&obstacles, PERSON_RADIUS_M), ScanHealth::default());
         let space = VisibleSpace { pose, scan: &scan, health: &health };

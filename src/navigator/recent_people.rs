@@ -95,10 +95,10 @@ impl RecentPeople {
 
 /// Whether a person may still be at a place: the scan from a pose did not see beyond it over its whole width.
 pub(super) fn may_be_there(pose: &Pose, scan: &Scan, person: &MovingDisc) -> bool {
-    let (robot, center) = (pose.position(), person.center());
-    let distance_m = (center - robot).norm();
+    let (lidar, center) = (pose.transform(&scan.origin), person.center());
+    let distance_m = (center - lidar).norm();
     let half_angle = libm::asin((person.radius / distance_m).min(1.0));
-    let seen_m = seen_to_m(pose, scan, bearing(&robot, &center), half_angle);
+    let seen_m = seen_to_m(pose, scan, bearing(&lidar, &center), half_angle);
     seen_m.is_none_or(|seen_m| seen_m < distance_m + person.radius)
 }
 
@@ -185,8 +185,13 @@ mod tests {
         let may_be = |range_m: f64| {
             let mut ranges = vec![5.0; 720];
             ranges[14] = range_m;
-            let scan =
-                Scan { angle_min: 0.0, angle_increment: TAU / 720.0, range_max: 10.0, ranges };
+            let scan = Scan {
+                angle_min: 0.0,
+                angle_increment: TAU / 720.0,
+                range_max: 10.0,
+                ranges,
+                ..Scan::default()
+            };
             may_be_there(&pose, &scan, &one)
         };
         assert!(may_be(2.0), "a leg");

@@ -8,11 +8,11 @@ use core::f64::consts::TAU;
 
 use super::ObservationFault;
 use super::scan_visibility::{ends_alone_within, is_full_turn};
-use crate::geometry::{Pose, bearing, wrap_angle};
+use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
 use crate::robot::Footprint;
 
-/// Sectors around the robot; the first is centred ahead.
+/// Sectors around the lidar; the first is centred in the direction of the robot's x axis.
 pub(super) const SECTORS: usize = 16;
 /// Beams that are compared with the map in each sector.
 const RAYS: usize = 12;
@@ -74,11 +74,14 @@ pub(super) struct ScanHealth {
     /// For each sector, the number of scans in a row that were dark.
     dark_scans: [u32; SECTORS],
     blind_scans: u32,
+    /// Place of the lidar in the robot's frame.
+    lidar: Point,
 }
 
 impl ScanHealth {
     /// Judges a new scan from a pose in the map.
     pub fn update(&mut self, pose: &Pose, scan: &Scan, known: &RayCaster) {
+        self.lidar = scan.origin;
         let sectors = coverage(pose, scan, known);
         let sum = |count: fn(&Coverage) -> u32| sectors.iter().map(count).sum::<u32>();
         let (expected, missing) = (sum(|one| one.expected), sum(|one| one.missing));
@@ -119,7 +122,7 @@ impl ScanHealth {
         self.dark_scans[sector] >= DARK_SCANS
     }
 
-    /// Whether the lidar sees nothing in a direction of the robot's frame, radians.
+    /// Whether the lidar sees nothing in a direction from its place, radians in the robot's frame.
     pub fn is_blind_towards(&self, direction: f64) -> bool {
         self.is_blind_sector(sector_of(direction))
     }
@@ -149,12 +152,12 @@ impl ScanHealth {
     /// Blocks the cells in blind sectors beyond a distance of the robot, metres.
     pub fn block_unseen(&self, grid: &mut ObstacleGrid, pose: &Pose, from_m: f64) {
         let frame = *grid.frame();
-        let robot = pose.position();
+        let (robot, lidar) = (pose.position(), pose.transform(&self.lidar));
         for index in 0..frame.len() {
             let cell = frame.cell_at(index);
             let center = frame.center_of(cell);
             let is_far = (center - robot).norm() >= from_m;
-            if is_far && self.is_blind_towards(bearing(&robot, &center) - pose.yaw) {
+            if is_far && self.is_blind_towards(bearing(&lidar, &center) - pose.yaw) {
                 grid.set(cell, true);
             }
         }
@@ -183,7 +186,7 @@ fn coverage(pose: &Pose, scan: &Scan, rays: &RayCaster) -> [Coverage; SECTORS] {
     let count = ((turn * (SECTORS * RAYS) as f64) as usize).clamp(1, SECTORS * RAYS).min(beams);
     let sure_m = SURE_RANGE_SHARE * scan.range_max;
     let beam_of = |ray: usize| ray * beams / count;
-    let start = pose.position();
+    let start = pose.transform(&scan.origin);
     let cast: Vec<_> = (0..count).map(|ray| (start, pose.yaw + scan.angle(beam_of(ray)))).collect();
     let compare = |(ray, on_map): (usize, RayEnd)| {
         let beam = beam_of(ray);
@@ -235,7 +238,6 @@ fn judge_gaps(rays: &[Ray], sectors: &mut [Coverage; SECTORS]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
     use crate::map::{Cell, GridFrame};
 
     /// A room of 8 by 8 m, or a hall of 40 by 40 m, with the robot in its middle.
@@ -255,6 +257,7 @@ mod tests {
             angle_increment: TAU / 360.0,
             range_max: 12.0,
             ranges: vec![otherwise; 360],
+            ..Scan::default()
         };
         for beam in 0..360 {
             if returns(wrap_angle(scan.angle(beam))) {

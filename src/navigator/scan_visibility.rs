@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
-use crate::geometry::{Point, Pose, bearing, wrap_angle};
+use crate::geometry::{Point, Pose, Vector, bearing, wrap_angle};
 use crate::map::Scan;
 use crate::robot::Footprint;
 
@@ -49,12 +49,12 @@ pub(super) fn is_in_view(pose: &Pose, scan: &Scan, direction: f64, half_angle: f
 
 /// Whether a beam ends within the robot's body.
 fn ends_within(body: &Footprint, scan: &Scan) -> impl Fn(usize) -> bool {
-    let reach_m = body.body_radius_m() + OWN_BODY_MARGIN_M;
+    let reach_m = body.body_radius_m() + scan.origin.to_vector().norm() + OWN_BODY_MARGIN_M;
     move |beam| {
         let range_m = scan.ranges[beam];
         range_m > 0.0 && range_m <= reach_m && {
             let (sin, cos) = libm::sincos(scan.angle(beam));
-            let end = Point::new(range_m * cos, range_m * sin);
+            let end = scan.origin + Vector::new(cos, sin) * range_m;
             body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0
         }
     }
@@ -131,27 +131,27 @@ pub(super) fn is_full_turn(scan: &Scan) -> bool {
 /// The ranges of two neighbouring beams to a wall at a flat angle differ much. The beams on both sides count, so that a small
 /// rotation of the robot does not let the scan see through the wall.
 pub(super) fn proves_free(pose: &Pose, scan: &Scan, point: &Point, apart: &Motion) -> bool {
-    let (direction, half_angle, distance_m) = beams_past(pose, point, apart);
+    let (direction, half_angle, distance_m) = beams_past(pose, scan, point, apart);
     sees_beyond(pose, scan, direction, half_angle, distance_m)
 }
 
 /// As [`proves_free`] for a point of the same scan, by the measured beams alone: see [`measures_beyond`].
 pub(super) fn shows_free(pose: &Pose, scan: &Scan, point: &Point) -> bool {
-    let (direction, half_angle, distance_m) = beams_past(pose, point, &Motion::default());
+    let (direction, half_angle, distance_m) = beams_past(pose, scan, point, &Motion::default());
     measures_beyond(pose, scan, direction, half_angle, distance_m)
 }
 
 /// The beams that pass a point for every pose within the error: their direction in the map frame, the angle to each side of it, and
 /// their least range, metres.
-fn beams_past(pose: &Pose, point: &Point, apart: &Motion) -> (f64, f64, f64) {
-    let robot = pose.position();
-    let distance = (point - robot).norm();
+fn beams_past(pose: &Pose, scan: &Scan, point: &Point, apart: &Motion) -> (f64, f64, f64) {
+    let lidar = pose.transform(&scan.origin);
+    let distance = (point - lidar).norm();
     let place_error_m = PLACE_ERROR_M + SLIP * apart.driven_m;
     let half_angle =
         YAW_ERROR + TURN_ERROR * apart.turned + place_error_m / distance.max(place_error_m);
     let drift_m = (DRIFT * apart.time_s).max(SLIP * apart.driven_m);
     let margin_m = FREE_MARGIN_M + drift_m + MARGIN_SHARE * distance;
-    (bearing(&robot, point), half_angle, distance + margin_m)
+    (bearing(&lidar, point), half_angle, distance + margin_m)
 }
 
 /// Interval of the kept scans, seconds, and their number.
@@ -256,9 +256,9 @@ impl History {
     fn was_hidden(&self, point: &Point) -> bool {
         self.selected.first().is_some_and(|&place| {
             let TimedPoseScan { pose, scan, .. } = &self.scans[place];
-            let robot = pose.position();
-            let farthest_m = (point - robot).norm() - HIDING_M;
-            seen_to_m(pose, scan, bearing(&robot, point), 0.0)
+            let lidar = pose.transform(&scan.origin);
+            let farthest_m = (point - lidar).norm() - HIDING_M;
+            seen_to_m(pose, scan, bearing(&lidar, point), 0.0)
                 .is_some_and(|seen_m| seen_m < farthest_m)
         })
     }
@@ -283,8 +283,8 @@ impl History {
         let oldest = if self.scans.len() >= KEPT { self.scans.pop_front() } else { None };
         let mut ranges = oldest.map_or_else(Vec::new, |oldest| oldest.scan.ranges);
         ranges.clone_from(&scan.ranges);
-        let Scan { angle_min, angle_increment, range_max, .. } = *scan;
-        let scan = Scan { angle_min, angle_increment, range_max, ranges };
+        let Scan { origin, angle_min, angle_increment, range_max, .. } = *scan;
+        let scan = Scan { origin, angle_min, angle_increment, range_max, ranges };
         let until_now = Motion::default();
         self.scans.push_back(TimedPoseScan { time_s, until_now, pose: *pose, scan });
     }
@@ -302,6 +302,7 @@ mod tests {
             angle_increment: TAU / 1440.0,
             range_max: 10.0,
             ranges: (-720..720).map(|beam| range(f64::from(beam) / 4.0)).collect(),
+            ..Scan::default()
         }
     }
 

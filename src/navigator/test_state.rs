@@ -31,8 +31,13 @@ pub(super) fn with_state<R>(
     let (usual, searches) = (NavigatorSettings::default(), global::Settings::default());
     let mut planner = RoutePlanner::new(&robot.footprint, &usual, searches, 0.1);
     let plan = planner.plan(&free, Point::default(), goal.position, &mut || 0.0).expect("a path");
-    let scan =
-        Scan { angle_min: 0.0, angle_increment: 0.1, range_max: 10.0, ranges: vec![9.0; 63] };
+    let scan = Scan {
+        angle_min: 0.0,
+        angle_increment: 0.1,
+        range_max: 10.0,
+        ranges: vec![9.0; 63],
+        ..Scan::default()
+    };
     let local = LocalSettings::default();
     call(&mut State {
         settings,

@@ -51,10 +51,10 @@ impl VisibleSpace<'_> {
         ranges.all(|range| range.is_some_and(|range| range < distance || range.is_nan()))
     }
 
-    /// Distance of a place and its direction in the robot's frame.
+    /// Distance of a place from the lidar, and its direction from there in the robot's frame.
     fn polar(&self, place: &Point) -> (f64, f64) {
-        let robot = self.pose.position();
-        ((place - robot).norm(), bearing(&robot, place) - self.pose.yaw)
+        let lidar = self.pose.transform(&self.scan.origin);
+        ((place - lidar).norm(), bearing(&lidar, place) - self.pose.yaw)
     }
 
     /// The ranges of the beams within half a width of a place, metres, and of two beams at least; `None` outside the field of
@@ -107,6 +107,7 @@ mod tests {
             angle_increment: 1.5 * core::f64::consts::PI / 540.0,
             range_max: 10.0,
             ranges: vec![f64::INFINITY; 541],
+            ..Scan::default()
         };
         for beam in 0..541 {
             if (scan.angle(beam) - 0.5).abs() < 0.1 {
@@ -228,6 +229,7 @@ mod tests {
             angle_increment: TAU / 36.0,
             range_max: 10.0,
             ranges: vec![3.0; 36],
+            ..Scan::default()
         };
         let health = ScanHealth::default();
         let space = VisibleSpace { pose: Pose::default(), scan: &turn, health: &health };
@@ -243,6 +245,7 @@ mod tests {
             angle_increment: TAU / 36.0,
             range_max: 10.0,
             ranges: vec![3.0; 36],
+            ..Scan::default()
         };
         turn.ranges[5] = 9.0;
         let health = ScanHealth::default();

@@ -186,4 +186,4 @@ impl From<Fault> for RecordingError {
 }
 
 /// The format that this version writes and reads.
-pub const FORMAT: u32 = 6;
+pub const FORMAT: u32 = 7;

@@ -2,7 +2,7 @@
 
 use super::tick;
 use crate::base::ProtectiveAction;
-use crate::geometry::Pose;
+use crate::geometry::{Point, Pose};
 use crate::map::{OccupancyGrid, Scan};
 use crate::navigator::Mode;
 use crate::ros::convert::{self, key_value};
@@ -109,8 +109,10 @@ const VOLATILE: u8 = 2;
 pub const MAP_FRAME: &str = "map";
 /// The frame of the odometry, in which the pose never jumps (REP-105).
 const ODOM_FRAME: &str = "odom";
-/// The robot's frame (REP-105). Scans are converted to it.
+/// The robot's frame (REP-105).
 pub const BASE_FRAME: &str = "base_link";
+/// The frame of the scans: the place of the lidar, with the axes of the robot's frame.
+const LIDAR_FRAME: &str = "lidar";
 
 /// A header with a time in seconds and a frame.
 pub fn header(time_s: f64, frame: &str) -> Header {
@@ -125,7 +127,7 @@ pub fn map(time_s: f64, grid: &OccupancyGrid) -> msg::OccupancyGrid {
 /// A scan of a lidar with a shortest range. All numbers are rounded to float32.
 pub fn laser_scan(time_s: f64, scan: &Scan, range_min_m: f64) -> LaserScan {
     LaserScan {
-        header: header(time_s, BASE_FRAME),
+        header: header(time_s, LIDAR_FRAME),
         angle_min: scan.angle_min as f32,
         angle_max: scan.angle(scan.ranges.len().saturating_sub(1)) as f32,
         angle_increment: scan.angle_increment as f32,
@@ -151,9 +153,14 @@ pub fn odometry(time_s: f64, reading: &OdometryReading) -> msg::Odometry {
     message
 }
 
-/// The transforms `map` to `odom` to `base_link` of a robot with an estimated pose in the map, if it has one, and a pose in its
-/// odometry.
-pub fn transforms(time_s: f64, estimate: Option<&Pose>, odometry: &Pose) -> TFMessage {
+/// The transforms `map` to `odom` to `base_link` to `lidar` of a robot with an estimated pose in the map, if it has one, a pose in
+/// its odometry, and a lidar at a place.
+pub fn transforms(
+    time_s: f64,
+    estimate: Option<&Pose>,
+    odometry: &Pose,
+    lidar: &Point,
+) -> TFMessage {
     let transform = |parent, child: &str, pose: &Pose| TransformStamped {
         header: header(time_s, parent),
         child_frame_id: child.to_owned(),
@@ -162,7 +169,8 @@ pub fn transforms(time_s: f64, estimate: Option<&Pose>, odometry: &Pose) -> TFMe
     let in_map =
         estimate.map(|pose| transform(MAP_FRAME, ODOM_FRAME, &pose.frame_origin(odometry)));
     let in_odometry = transform(ODOM_FRAME, BASE_FRAME, odometry);
-    TFMessage { transforms: in_map.into_iter().chain([in_odometry]).collect() }
+    let on_robot = transform(BASE_FRAME, LIDAR_FRAME, &Pose::new(lidar.x, lidar.y, 0.0));
+    TFMessage { transforms: in_map.into_iter().chain([in_odometry, on_robot]).collect() }
 }
 
 /// The state of the navigator and of the protective layer at a tick.

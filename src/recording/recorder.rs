@@ -181,7 +181,8 @@ impl Recorder {
         });
         // As the node: a lost robot has no pose in the map.
         let estimate = observation.lost.is_none().then_some(&observation.pose);
-        let transforms = messages::transforms(time_s, estimate, &odometry.pose);
+        let transforms =
+            messages::transforms(time_s, estimate, &odometry.pose, &observation.scan.origin);
         let fan = event.fan(SAMPLING);
         let moving = navigator.obstacle_model().moving();
         let markers = markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);

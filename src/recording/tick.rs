@@ -85,6 +85,10 @@ mod message {
             linear: f64,
             /// Measured velocity.
             angular: f64,
+            /// Place of the lidar in the robot's frame.
+            lidar_x: f64,
+            /// Place of the lidar in the robot's frame.
+            lidar_y: f64,
             /// Angle of the first beam.
             angle_min: f64,
             /// Angle between two beams.
@@ -182,6 +186,8 @@ impl RecordedTick {
             yaw: pose.yaw,
             linear: twist.linear,
             angular: twist.angular,
+            lidar_x: scan.origin.x,
+            lidar_y: scan.origin.y,
             angle_min: scan.angle_min,
             angle_increment: scan.angle_increment,
             range_max: scan.range_max,
@@ -240,6 +246,7 @@ impl RecordedTick {
                 twist: Twist::new(message.linear, message.angular),
                 odometry_s: message.odometry_s,
                 scan: Scan {
+                    origin: Point::new(message.lidar_x, message.lidar_y),
                     angle_min: message.angle_min,
                     angle_increment: message.angle_increment,
                     range_max: message.range_max,
@@ -296,6 +303,7 @@ mod tests {
                     angle_increment: 0.1,
                     range_max: 10.0,
                     ranges: vec![1.0 / 3.0, f64::INFINITY, 7.0],
+                    ..Scan::default()
                 },
                 scan_s: 12.25,
                 scan_changed_s: 12.15,

@@ -16,7 +16,7 @@ use super::mission_page::MissionView;
 use super::player::PlaybackRecorder;
 use super::player::playback_recorder::{Frame, MIN_SCORE, NO_RETURN, Window};
 use super::png::{PngError, draw_svg};
-use crate::geometry::{Point, Twist};
+use crate::geometry::{Point, Twist, Vector};
 use crate::map::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
 use crate::robot::Polygon;
 
@@ -341,7 +341,7 @@ impl View {
             }
             let range_m = f64::from(range) / f64::from(NO_RETURN - 1) * scan.range_max;
             let (sin, cos) = libm::sincos(scan.angle_min + beam as f64 * scan.angle_increment);
-            let [x, y] = self.at(&pose.transform(&Point::new(range_m * cos, range_m * sin)));
+            let [x, y] = self.at(&pose.transform(&(scan.origin + Vector::new(cos, sin) * range_m)));
             if let Some(dot) = Rect::from_xywh(x - 1.5, y - 1.5, 3.0, 3.0) {
                 picture.fill_rect(dot, &paint(RETURN, 1.0), Transform::identity(), None);
             }

@@ -38,6 +38,15 @@ impl LidarData {
         ranges.iter_mut().chain(beams.iter_mut().map(|beam| &mut beam.range))
     }
 
+    /// Converts the data from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there.
+    #[must_use]
+    pub fn from_mount(self, mount: &Pose) -> Self {
+        match self {
+            Self::Scan(scan) => Self::Scan(scan.from_mount(mount)),
+            Self::TimedScan(scan) => Self::TimedScan(scan.from_mount(mount)),
+        }
+    }
+
     /// Time of the newest beam, seconds, given that of the odometry; none before the first revolution.
     #[must_use]
     pub fn end_s(&self, odometry_s: f64) -> Option<f64> {

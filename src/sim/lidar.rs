@@ -1,6 +1,6 @@
 //! Simulated planar lidars, by exact ray casting in the world.
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -55,15 +55,11 @@ impl Lidar {
     }
 
     /// The ranges of a scan in the robot's frame, one for each beam, in directions that stay the same from scan to scan: those of
-    /// the beams of a lidar at the robot's origin; for any other one a full turn that begins behind the robot. The nearest of
-    /// several ranges counts, and a direction without a beam has NaN.
+    /// the beams of a robot that does not turn. The nearest of several ranges counts, and a direction without a beam has NaN.
     #[must_use]
     pub fn ranges_in_fixed_directions(&self, scan: &Scan) -> Vec<f64> {
-        let (first, increment) = if self.mount() == Pose::default() {
-            (-self.field_of_view_rad / 2.0, self.angle_increment())
-        } else {
-            (-PI, TAU / self.beams as f64)
-        };
+        let first = self.mount_yaw_rad - self.field_of_view_rad / 2.0;
+        let increment = self.angle_increment();
         let mut ranges = vec![f64::NAN; self.beams];
         for (beam, range) in scan.ranges.iter().enumerate() {
             let turned = (scan.angle(beam) - first + increment / 2.0).rem_euclid(TAU);
@@ -87,6 +83,7 @@ impl Lidar {
             angle_increment: self.angle_increment(),
             range_max: self.range_max_m,
             ranges: Vec::with_capacity(self.beams),
+            ..Scan::default()
         };
         let mut is_visible = vec![false; world.moving.len()];
         let poses: Vec<Pose> = (0..self.beams).map(pose_of).collect();

@@ -139,7 +139,8 @@ fn step(
     }
     if !state.scan.is_valid() {
         return Err(
-            "`scan`: angle_min must be finite, angle_increment and range_max above zero".to_owned()
+            "`scan`: origin and angle_min must be finite, angle_increment and range_max above zero"
+                .to_owned()
         );
     }
     Ok((state, radii_m))

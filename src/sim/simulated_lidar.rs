@@ -55,12 +55,10 @@ impl SimulatedLidar {
         }
         let measured = self.measure((world, true_poses), faults, (scan_s, stamp_s));
         // A fault happens in the lidar or its driver, which do not know the place of the lidar on the robot.
-        let sent = match (self.faulty.sent(faults, tick_s, stamp_s, measured), &self.mount) {
-            (LidarData::TimedScan(scan), Some(mount)) => {
-                LidarData::TimedScan(scan.from_mount(mount))
-            }
-            (sent, _) => sent,
-        };
+        let mut sent = self.faulty.sent(faults, tick_s, stamp_s, measured);
+        if let Some(mount) = &self.mount {
+            sent = sent.from_mount(mount);
+        }
         self.last = self.settings.scan_rate_hz.map(|_| (scan_s, sent.clone()));
         sent
     }
@@ -93,8 +91,8 @@ impl SimulatedLidar {
             scan.ranges[beam] = degraded(scan_s, scan.angle(beam), scan.ranges[beam]);
         }
         let scan = LidarData::Scan(scan);
-        // Beams of a lidar that is off the origin have no equal angles there, and a scan of an earlier time needs its stamp.
-        if mount.is_some() || lidar.scan_rate_hz.is_some() {
+        // A scan of an earlier time needs its stamp.
+        if lidar.scan_rate_hz.is_some() {
             return LidarData::TimedScan(scan.timed(stamp_s).into_owned());
         }
         scan

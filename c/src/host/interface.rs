@@ -64,6 +64,8 @@ pub struct InbyeControllerInput {
     /// Tracked moving obstacles: x, y, radius, vx and vy of each, and their number.
     pub moving_obstacles: *const f64,
     pub moving_obstacle_count: usize,
+    /// Place of the lidar in the robot's frame, metres: the ranges are from there.
+    pub lidar: [f64; 2],
 }
 
 pub type AbiVersion = unsafe extern "C" fn() -> u32;

@@ -128,6 +128,7 @@ impl Library {
             scan_s: tick.scan_s,
             moving_obstacles: moving.as_ptr(),
             moving_obstacle_count: moving.len() / 5,
+            lidar: tick.scan.origin,
         };
         let (mut linear, mut angular) = (0.0, 0.0);
         // SAFETY: the header declares the function so; all pointers are valid during the call.

@@ -45,6 +45,8 @@ pub struct Tick {
 
 #[derive(Deserialize)]
 pub struct Scan {
+    /// Place of the lidar in the robot's frame, metres.
+    pub origin: [f64; 2],
     pub angle_min: f64,
     pub angle_increment: f64,
     pub range_max: f64,

@@ -256,6 +256,9 @@ class ControllerInput:
     def ranges(self) -> Floats:
         """Newest scan: infinite for nothing within range, NaN for no measurement."""
     @property
+    def lidar_position(self) -> tuple[float, float]:
+        """Position of the lidar in the robot's frame, from which the ranges are."""
+    @property
     def angle_min(self) -> float:
         """Direction of the first beam in the robot's frame."""
     @property
@@ -442,9 +445,13 @@ class Localizer:
         angle_min: float,
         angle_increment: float,
         range_max: float,
+        lidar_position: tuple[float, float] = (0.0, 0.0),
         sweep_s: float = 0.0,
     ) -> PoseEstimate:
-        """Match a revolution that ended at a time and lasted ``sweep_s``, at most 1 s."""
+        """Match a revolution that ended at a time and lasted ``sweep_s``, at most 1 s.
+
+        The ranges are from the lidar's position in the robot's frame.
+        """
     @property
     def estimate(self) -> PoseEstimate:
         """The latest estimate."""
@@ -497,11 +504,15 @@ class Navigator:
         angle_min: float,
         angle_increment: float,
         range_max: float,
+        lidar_position: tuple[float, float] = (0.0, 0.0),
         pose_s: float | None = None,
         odometry_s: float | None = None,
         scan_s: float | None = None,
     ) -> NavigatorDecision:
-        """Decide what to do now. Times of measurements that are left out are that of the tick."""
+        """Decide what to do now. Times of measurements that are left out are that of the tick.
+
+        The ranges are from the lidar's position in the robot's frame.
+        """
     @property
     def path(self) -> Floats:
         """The global path that the robot follows."""

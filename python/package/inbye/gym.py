@@ -1,12 +1,10 @@
 """Gymnasium environments: one simulated robot, or many that are stepped together in Rust.
 
 The agent sees the ranges of the lidar (nothing within range reads as the longest one, no
-measurement as zero), the goal in the robot's frame, and the velocity. The ranges are those from the
-robot's origin, counter-clockwise: in the directions of the beams, or, where the settings place the
-lidar elsewhere, in those of a full turn that begins behind the robot. Its action is speed and turn
-rate, which the base clamps to its limits; the protective layer of the simulation stays below it.
-The reward is the progress along the first global path, metres, plus 10 at the goal and minus 10 at
-contact.
+measurement as zero), the goal in the robot's frame, and the velocity. The ranges are those of the
+beams from the place of the lidar, counter-clockwise. Its action is speed and turn rate, which the
+base clamps to its limits; the protective layer of the simulation stays below it. The reward is the
+progress along the first global path, metres, plus 10 at the goal and minus 10 at contact.
 
 Importing this module registers ``inbye/Scene-v0``, the built-in scenes, and ``inbye/Barn-v0`` and
 ``inbye/DynaBarn-v0``, which need ``path``, the folder of the benchmark's worlds.

@@ -118,12 +118,11 @@ impl RevolutionAssembler {
         let counter_clockwise = if self.settings.upside_down { clockwise } else { -clockwise };
         let range = f64::from(distance_mm) / 1e3;
         let is_measured = distance_mm != 0 && range >= self.settings.range_min_m;
-        let beam = Beam {
+        Beam {
             angle: counter_clockwise,
             range: if is_measured && range <= RANGE_MAX_M { range } else { f64::NAN },
             time_s,
-        };
-        beam.from_mount(&self.mount)
+        }
     }
 
     /// Returns the revolution so far, if it took a plausible time; the first one after a gap may be partial.
@@ -132,9 +131,10 @@ impl RevolutionAssembler {
         let expected_s = 360.0 / f64::from(self.speed_deg_s.max(1));
         let is_complete = !self.beams.is_empty()
             && (0.5 * expected_s..MAX_REVOLUTION_S).contains(&(last_s - first_s));
-        let scan = is_complete.then(|| TimedScan {
-            beams: self.beams.clone(),
-            range_max: RANGE_MAX_M + self.mount.position().to_vector().norm(),
+        let scan = is_complete.then(|| {
+            let beams = self.beams.clone();
+            let scan = TimedScan { beams, range_max: RANGE_MAX_M, ..TimedScan::default() };
+            scan.from_mount(&self.mount)
         });
         self.beams.clear();
         scan

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use super::body::Body;
 use super::directions::{BINS, Largest, bin_of, polar};
 use super::thinning::thinned;
-use crate::geometry::{Frame, Point, Pose, Twist, wrap_angle};
+use crate::geometry::{Frame, Point, Pose, Twist, Vector, wrap_angle};
 use crate::localization::PoseHistory;
 use crate::map::{Beam, ScanChange, TimedScan};
 
@@ -333,10 +333,11 @@ impl RawScans {
                 .unwrap_or_else(|| (beam.time_s, self.motion.pose_at(beam.time_s).to_frame()));
             at = Some((beam.time_s, frame));
             let (sin, cos) = libm::sincos(beam.angle);
-            frame.transform(&Point::new(beam.range * cos, beam.range * sin))
+            frame.transform(&(scan.origin + Vector::new(cos, sin) * beam.range))
         });
         let returns = returns.collect();
-        let seen = SeenSpace::new(stamp_s, pose, &free_m, returns);
+        let Point { x, y } = pose.transform(&scan.origin);
+        let seen = SeenSpace::new(stamp_s, Pose { x, y, ..pose }, &free_m, returns);
         let vanished = seen.vanished(references.iter().flatten().copied());
         let earlier: Vec<(&SeenSpace, Cow<'_, [f64]>)> =
             references.iter().flatten().map(|seen| (*seen, seen.nearest_free_m(&pose))).collect();
@@ -454,7 +455,7 @@ mod tests {
         let mut scans = RawScans::new();
         let at = |scans: &mut RawScans, time_s: f64| {
             let beams = vec![Beam { angle: 0.0, range: 1.0, time_s }];
-            scans.update_scan(&TimedScan { beams, range_max: 9.0 }, time_s);
+            scans.update_scan(&TimedScan { beams, range_max: 9.0, ..TimedScan::default() }, time_s);
         };
         for tick in 0..200 {
             at(&mut scans, 100.0 + 0.1 * f64::from(tick));

@@ -47,7 +47,7 @@ mod tests {
             range: range(index),
             time_s: 0.0,
         };
-        TimedScan { beams: (0..beams).map(beam).collect(), range_max: 10.0 }
+        TimedScan { beams: (0..beams).map(beam).collect(), range_max: 10.0, ..TimedScan::default() }
     }
 
     #[test]

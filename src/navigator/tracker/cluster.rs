@@ -276,27 +276,27 @@ impl Cluster {
     }
 
     /// The approximate centre of a disc of this radius, by its direction and nearest return.
-    pub fn rough_center(&self, robot: &Point, radius_m: f64, increment: f64) -> Point {
+    pub fn rough_center(&self, lidar: &Point, radius_m: f64, increment: f64) -> Point {
         let (direction, _) = self.toward(radius_m, increment);
         let (sin, cos) = libm::sincos(direction);
-        robot + Vector::new(cos, sin) * (self.near_m + radius_m)
+        lidar + Vector::new(cos, sin) * (self.near_m + radius_m)
     }
 
     /// The disc of this radius that fits returns and edges best, by least squares (Gauss-Newton).
-    pub fn fit(&self, returns: &[Return], robot: &Point, radius_m: f64, increment: f64) -> Fit {
+    pub fn fit(&self, returns: &[Return], lidar: &Point, radius_m: f64, increment: f64) -> Fit {
         let (direction, lateral_m) = self.toward(radius_m, increment);
         let (sin, cos) = libm::sincos(direction);
         let ahead = Vector::new(cos, sin);
         let across = Vector::new(-sin, cos).to_column();
         let distance = self.near_m + radius_m;
-        let rough = robot + ahead * distance;
+        let rough = lidar + ahead * distance;
         let mut center = rough;
         let outline = OUTLINE_DEVIATION_M.powi(2).recip();
         let lateral = lateral_m.max(PLACE_DEVIATION_M / 2.0).powi(2).recip();
         let mut spread = Matrix2::identity();
         for _ in 0..STEPS {
             let mut normal = across * across.transpose() * lateral;
-            let mut wanted = across * (-across.dot(&(center - robot).to_column()) * lateral);
+            let mut wanted = across * (-across.dot(&(center - lidar).to_column()) * lateral);
             for Return { point, .. } in self.returns(returns, 1) {
                 let outward = center - point;
                 let apart = outward.norm().max(1e-6);

@@ -147,12 +147,13 @@ impl Tracker {
 
     fn collect(&mut self, pose: &Pose, scan: &Scan, origin: impl Fn(&Point) -> ReturnOrigin) {
         self.returns.clear();
+        let lidar = pose.transform(&scan.origin);
         for (beam, &range_m) in scan.ranges.iter().enumerate() {
             if !(scan.is_return(range_m) && range_m <= FARTHEST_M) {
                 continue;
             }
             let (sin, cos) = libm::sincos(pose.yaw + scan.angle(beam));
-            let point = pose.position() + Vector::new(cos, sin) * range_m;
+            let point = lidar + Vector::new(cos, sin) * range_m;
             let origin = origin(&point);
             if origin == ReturnOrigin::Mapped {
                 continue;
@@ -177,7 +178,7 @@ impl Tracker {
 
     /// Assigns each cluster to the nearest track that it may belong to.
     fn associate(&mut self, pose: &Pose, scan: &Scan) {
-        let robot = pose.position();
+        let lidar = pose.transform(&scan.origin);
         self.pairs.clear();
         for (place, cluster) in self.clusters.iter().enumerate() {
             if cluster.count < MIN_RETURNS || cluster.length_m > LONGEST_M {
@@ -186,11 +187,11 @@ impl Tracker {
             for (number, track) in self.tracks.iter().enumerate() {
                 let radius_m = track.radius.radius_m;
                 let gate_m = if track.has_moved { GATE_M } else { FIRST_GATE_M };
-                let rough = cluster.rough_center(&robot, radius_m, scan.angle_increment);
+                let rough = cluster.rough_center(&lidar, radius_m, scan.angle_increment);
                 if (rough - track.center()).norm() > gate_m {
                     continue;
                 }
-                let fit = cluster.fit(&self.returns, &robot, radius_m, scan.angle_increment);
+                let fit = cluster.fit(&self.returns, &lidar, radius_m, scan.angle_increment);
                 let sudden = if track.has_moved { SUDDEN_M2 } else { 0.0 };
                 let cost = track.filter.squared_deviations(&Fit {
                     covariance: fit.covariance + Matrix2::identity() * sudden,
@@ -222,14 +223,14 @@ impl Tracker {
 
     /// Updates each track with its cluster and with the evidence of motion.
     fn update_tracks(&mut self, (time_s, gap_s): (f64, f64), pose: &Pose, scan: &Scan) {
-        let robot = pose.position();
+        let lidar = pose.transform(&scan.origin);
         for pair in &self.pairs {
             let cluster = &self.clusters[pair.cluster];
             let track = &mut self.tracks[pair.track];
-            let distance_m = (pair.fit.center - robot).norm() - track.radius.radius_m;
+            let distance_m = (pair.fit.center - lidar).norm() - track.radius.radius_m;
             let seen = cluster.radius(distance_m, scan.angle_increment);
             let sample = cluster.sample(&self.returns);
-            track.update((time_s, gap_s), &pair.fit, seen, &robot, sample);
+            track.update((time_s, gap_s), &pair.fit, seen, &lidar, sample);
             // A cluster connected to a settled mark is a part of it, even if its ends seem to move.
             let stands_alone = cluster.joins == [false, false];
             let evidence = if stands_alone && track.seems_moving() {
@@ -266,7 +267,7 @@ impl Tracker {
         scan: &Scan,
         origin: impl Fn(&Point) -> ReturnOrigin,
     ) {
-        let robot = pose.position();
+        let lidar = pose.transform(&scan.origin);
         let mut number = 0;
         let Self { pairs, standing, tracks, .. } = self;
         tracks.retain(|track| {
@@ -275,9 +276,9 @@ impl Tracker {
             if is_updated {
                 return true;
             }
-            let distance = (track.center() - robot).norm();
+            let distance = (track.center() - lidar).norm();
             let half_angle = libm::atan2(track.radius.radius_m / 2.0, distance);
-            let direction = bearing(&robot, &track.center());
+            let direction = bearing(&lidar, &track.center());
             let is_gone = sees_beyond(pose, scan, direction, half_angle, distance);
             let is_in_wall = origin(&track.center()) == ReturnOrigin::Mapped;
             let is_over = is_in_wall || track.is_over(time_s, is_gone);
@@ -292,7 +293,7 @@ impl Tracker {
 
     /// Starts a track for each cluster that belongs to none.
     fn start_tracks(&mut self, time_s: f64, pose: &Pose, scan: &Scan) {
-        let robot = pose.position();
+        let lidar = pose.transform(&scan.origin);
         for (cluster, taken) in self.clusters.iter().zip(&self.taken) {
             let may_be_disc = cluster.joins != [true, true]
                 && cluster.count >= MIN_NEW_RETURNS
@@ -302,7 +303,7 @@ impl Tracker {
             }
             let increment = scan.angle_increment;
             let radius = Track::first_radius(cluster.radius(cluster.near_m, increment));
-            let fit = cluster.fit(&self.returns, &robot, radius.radius_m, increment);
+            let fit = cluster.fit(&self.returns, &lidar, radius.radius_m, increment);
             self.tracks.push(Track::new(time_s, &fit, radius, cluster.sample(&self.returns)));
         }
     }
@@ -346,6 +347,7 @@ mod tests {
             angle_increment: TAU / 1440.0,
             range_max: 10.0,
             ranges: (-720..720).map(range).collect(),
+            ..Scan::default()
         }
     }
 

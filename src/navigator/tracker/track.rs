@@ -130,13 +130,13 @@ impl Track {
         self.filter.center()
     }
 
-    /// Updates with a fit from a robot at a place, at a time and this long after the last scan, both in seconds.
+    /// Updates with a fit from a lidar at a place, at a time and this long after the last scan, both in seconds.
     pub fn update(
         &mut self,
         (time_s, gap_s): (f64, f64),
         fit: &Fit,
         seen: Option<Radius>,
-        robot: &Point,
+        lidar: &Point,
         points: [Point; 3],
     ) {
         let deviations = self.filter.squared_deviations(fit);
@@ -150,7 +150,7 @@ impl Track {
             let before_m = self.radius.radius_m;
             self.radius.variance += RADIUS_NOISE;
             self.radius = merged(self.radius, seen);
-            let away = self.center() - robot;
+            let away = self.center() - lidar;
             let distance = away.norm();
             if distance > 1e-6 {
                 let shift = away / distance * (self.radius.radius_m - before_m);

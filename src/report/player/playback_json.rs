@@ -56,6 +56,7 @@ pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
         "protection": part.events.as_ref().map(|(_, protection)| protection.json(part.shape.stride)),
         "lidar": {
             "beams": beams,
+            "place": scan.map_or([0.0; 2], |scan| [scan.origin.x, scan.origin.y]),
             "angle_min": scan.map_or(0.0, |scan| scan.angle_min),
             "angle_increment": scan.map_or(0.0, |scan| scan.angle_increment),
             "range_max": scan.map_or(0.0, |scan| scan.range_max),

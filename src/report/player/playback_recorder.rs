@@ -108,6 +108,7 @@ pub(in crate::report) struct Frame {
 /// A scan with fewer beams.
 #[derive(Clone, Debug, Default)]
 pub(in crate::report) struct ThinnedScan {
+    pub(in crate::report) origin: Point,
     pub(in crate::report) angle_min: f64,
     pub(in crate::report) angle_increment: f64,
     pub(in crate::report) range_max: f64,
@@ -254,6 +255,7 @@ impl ThinnedScan {
         let middle = (group - 1) as f64 / 2.0;
         let beams = scan.ranges.chunks(group);
         Self {
+            origin: scan.origin,
             angle_min: scan.angle_min + middle * scan.angle_increment,
             angle_increment: scan.angle_increment * group as f64,
             range_max: scan.range_max,
@@ -365,6 +367,7 @@ mod tests {
             angle_increment: 0.01,
             range_max: 10.0,
             ranges: (0..240).map(|beam| f64::from(beam % 7) + 1.0).collect(),
+            ..Scan::default()
         };
         let thinned = ThinnedScan::new(&scan);
         assert_eq!(thinned.ranges.len(), 120);

@@ -5,7 +5,7 @@ use super::frames::{FramePose, Frames};
 use super::incoming::{MapInput, OdometryInput, frame_name};
 use super::notices::{MessageError, MissingInput};
 use super::odometry_check::SpeedCheck;
-use super::scan::{deskew, laser_scan, level_range, timed_scan, to_robot_frame};
+use super::scan::{deskew, laser_scan, level_range, timed_scan};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::localization::{LostReason, PoseHistory};
 use crate::map::{Scan, ScanChange, TimedScan};
@@ -183,7 +183,7 @@ impl LatestInputs {
         });
         match moved {
             Some(timed) => deskew(&input.scan, timed, mount, &self.history),
-            None => to_robot_frame(input.scan.clone(), mount),
+            None => input.scan.clone().from_mount(mount),
         }
     }
 
@@ -321,7 +321,7 @@ mod ages;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
+    use crate::geometry::{Point, Vector};
     use crate::map::{GridFrame, OccupancyGrid};
     use crate::ros::msg::{self, Header, TFMessage, Transform, TransformStamped};
 
@@ -418,7 +418,7 @@ mod tests {
                 assert_eq!(raw.beams.len(), BEAMS);
                 for beam in &raw.beams {
                     let (sin, cos) = libm::sincos(beam.angle);
-                    let point = Point::new(beam.range * cos, beam.range * sin);
+                    let point = raw.origin + Vector::new(cos, sin) * beam.range;
                     let hit = pose_at(beam.time_s).transform(&point);
                     let error_m = (hit.to_vector().norm() - RADIUS_M).abs();
                     assert!(error_m < 1e-4, "{mount:?}, clockwise {clockwise}: {error_m}");

@@ -11,8 +11,6 @@ use crate::settings::require;
 
 /// Tolerance of the number of beams: drivers round the angles.
 const BEAM_COUNT_TOLERANCE: f64 = 2.0;
-/// A lidar within this distance of the robot's origin, metres, is at the origin.
-const AT_ORIGIN_M: f64 = 1e-3;
 /// Longest revolution, seconds. A larger time between beams is ignored.
 const MAX_REVOLUTION_S: f64 = 1.0;
 /// Maximum number of beams of a converted scan.
@@ -47,7 +45,7 @@ pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
         ranges.reverse();
         angle_min = first + found.saturating_sub(1) as f64 * step;
     }
-    Ok(Scan { angle_min, angle_increment: step.abs(), range_max, ranges })
+    Ok(Scan { angle_min, angle_increment: step.abs(), range_max, ranges, ..Scan::default() })
 }
 
 /// The distance in the robot's plane of a return of a tilted lidar. `lean` is the horizontal part of the robot's upward axis in the
@@ -76,7 +74,8 @@ pub fn timed_scan(message: &LaserScan, scan: &Scan) -> Option<TimedScan> {
             time_s: stamp.seconds() + index as f64 * step_s,
         }
     };
-    Some(TimedScan { beams: (0..count).map(beam).collect(), range_max: scan.range_max })
+    let beams = (0..count).map(beam).collect();
+    Some(TimedScan { beams, range_max: scan.range_max, ..TimedScan::default() })
 }
 
 /// A range by REP-117: a detection below the limits becomes the shortest range, any other value outside the limits NaN.
@@ -94,28 +93,12 @@ fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
 /// is the lidar's pose on the robot.
 pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistory) -> Scan {
     // Twice the number of directions: the new direction of a beam is off by at most a quarter of the old increment.
-    resampled(timed, mount, history, 0.5 * scan.angle_increment)
-}
-
-/// The beams from where the lidar was at their times, at equal angles of at most an increment, radians.
-fn resampled(timed: &TimedScan, mount: &Pose, history: &PoseHistory, increment: f64) -> Scan {
+    let increment = 0.5 * scan.angle_increment;
     let mut deskewed = DeskewedScan::default();
     deskewed.deskew(&timed.clone().from_mount(mount), history);
     let angles = |turn: f64| (turn / increment).ceil();
     let directions = deskewed.field_of_view().map_or(angles(TAU), |(_, turn)| angles(turn) + 1.0);
     deskewed.to_scan(directions.clamp(1.0, MAX_BEAMS) as usize)
-}
-
-/// The scan in the robot's frame, the nearest return in each direction. `mount` is the lidar's pose on the robot.
-pub fn to_robot_frame(scan: Scan, mount: &Pose) -> Scan {
-    if mount.position().to_vector().norm() <= AT_ORIGIN_M {
-        return Scan { angle_min: scan.angle_min + mount.yaw, ..scan };
-    }
-    if scan.ranges.is_empty() {
-        return scan;
-    }
-    let timed = TimedScan::from_scan(&scan, 0.0, 0.0);
-    resampled(&timed, mount, &PoseHistory::default(), scan.angle_increment)
 }
 
 fn finite(field: &'static str, value: f32) -> Result<f64, MessageError> {
@@ -126,7 +109,6 @@ fn finite(field: &'static str, value: f32) -> Result<f64, MessageError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
 
     fn message(ranges: &[f32]) -> LaserScan {
         LaserScan {
@@ -160,42 +142,16 @@ mod tests {
     }
 
     #[test]
-    fn scan_of_mounted_lidar_keeps_its_points() {
-        let ranges: Vec<f32> = (0..12).map(|beam| 2.0 + 0.1 * beam as f32).collect();
-        let scan = laser_scan(&message(&ranges)).expect("valid");
-        let mount = Pose::new(0.3, -0.2, 1.0);
-        let moved = to_robot_frame(scan.clone(), &mount);
-        let hits: Vec<Point> = moved.hits(&Pose::default()).collect();
-        // Of two returns in one direction the nearer remains.
-        let error = |point: &Point| {
-            let nearest = hits.iter().map(|hit| (hit - point).norm());
-            nearest.fold(f64::INFINITY, f64::min) / point.to_vector().norm()
-        };
-        let errors: Vec<f64> = scan.hits(&mount).map(|point| error(&point)).collect();
-        assert_eq!(errors.len(), 12);
-        // Within half an increment, or within a whole one where another return was nearer.
-        let near = errors.iter().filter(|error| **error <= 0.27).count();
-        assert!(near >= hits.len() && hits.len() >= 10, "{errors:?}");
-        assert!(errors.iter().all(|error| *error <= 0.55), "{errors:?}");
-        let turned = to_robot_frame(scan.clone(), &Pose::new(0.0, 0.0, 1.0));
-        assert_eq!((turned.angle_min, &turned.ranges), (1.0, &scan.ranges));
-        let empty = laser_scan(&message(&[f32::INFINITY; 12])).expect("valid");
-        let open = to_robot_frame(empty, &mount);
-        assert!(open.ranges.iter().any(|range| range.is_infinite()));
-        assert!(open.hits(&Pose::default()).next().is_none());
-    }
-
-    /// With motion, and for a lidar that is not at the robot's origin.
-    #[test]
     fn converted_scan_keeps_the_field_of_view() {
         let mut part = message(&[2.0; 181]);
         (part.angle_min, part.angle_max, part.angle_increment) = (-1.5, 1.5, 0.016_666_7);
         let scan = laser_scan(&part).expect("valid");
         let timed = TimedScan::from_scan(&scan, 0.1, 0.1);
         let turn = |scan: &Scan| scan.ranges.len() as f64 * scan.angle_increment;
-        let deskewed = deskew(&scan, &timed, &Pose::default(), &PoseHistory::default());
-        assert!((turn(&deskewed) - 3.0).abs() < 0.02, "{}", turn(&deskewed));
-        let moved = to_robot_frame(scan, &Pose::new(0.2, 0.0, 0.0));
-        assert!((turn(&moved) - 2.8).abs() < 0.05, "{}", turn(&moved));
+        for mount in [Pose::default(), Pose::new(0.2, -0.1, 2.0)] {
+            let deskewed = deskew(&scan, &timed, &mount, &PoseHistory::default());
+            assert!((turn(&deskewed) - 3.0).abs() < 0.02, "{}", turn(&deskewed));
+            assert_eq!(deskewed.origin, mount.position());
+        }
     }
 }

@@ -120,8 +120,8 @@ fn unusable_recordings_are_rejected_with_one_line() {
     damaged[ends[2] - 5000] ^= 1;
     place.write("damaged.mcap", damaged);
     let newer = altered(&file, "drive.toml", 0, |text| {
-        let format = text.windows(10).position(|bytes| bytes == b"format = 6");
-        text[format.expect("the format is stated") + 9] = b'7';
+        let format = text.windows(10).position(|bytes| bytes == b"format = 7");
+        text[format.expect("the format is stated") + 9] = b'8';
     });
     place.write("newer.mcap", newer);
     for (name, words) in [
@@ -130,7 +130,7 @@ fn unusable_recordings_are_rejected_with_one_line() {
         ("empty.mcap", "no recording of"),
         ("head.mcap", "no tick"),
         ("damaged.mcap", "damaged after"),
-        ("newer.mcap", "format 6"),
+        ("newer.mcap", "format 7"),
     ] {
         let line = place.refusal(&format!("replay {name} --engine cpu"));
         assert!(line.contains(name) && line.contains(words), "{name}: {line}");

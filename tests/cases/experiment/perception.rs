@@ -49,7 +49,11 @@ fn log(unmeasured: f64, has_person: bool) -> LidarLog {
             let range = if is_measured { range_to(angle, &discs) + noise_m } else { f64::NAN };
             Beam { angle, range, time_s }
         };
-        let beams = TimedScan { beams: (0..BEAMS).map(beam).collect(), range_max: 10.0 };
+        let beams = TimedScan {
+            beams: (0..BEAMS).map(beam).collect(),
+            range_max: 10.0,
+            ..TimedScan::default()
+        };
         LogRecord {
             time_s,
             odometry: Pose::default(),

@@ -1,6 +1,6 @@
 //! Lidar scans.
 
-use inbye::geometry::Pose;
+use inbye::geometry::{Point, Pose};
 use inbye::localization::{DeskewedScan, PoseHistory};
 use inbye::map::{Scan, TimedScan};
 
@@ -11,6 +11,7 @@ fn timed_scan_from_scan_ends_at_the_given_time() {
         angle_increment: 0.5,
         range_max: 8.0,
         ranges: vec![1.0, f64::INFINITY, 3.0],
+        ..Scan::default()
     };
     let timed = TimedScan::from_scan(&scan, 7.0, 0.1);
     let angles: Vec<f64> = timed.beams.iter().map(|beam| beam.angle).collect();
@@ -55,6 +56,7 @@ fn deskewed_scan_keeps_the_field_of_view() {
             angle_increment: PI / 180.0,
             range_max: 20.0,
             ranges: (0..beams).map(|beam| 1.0 + 0.01 * f64::from(beam)).collect(),
+            ..Scan::default()
         };
         (scan.ranges[3], scan.ranges[7]) = (f64::INFINITY, f64::NAN);
         let still = deskewed(&scan, 0.0);
@@ -74,7 +76,46 @@ fn deskewed_scan_keeps_the_field_of_view() {
         angle_increment: PI / 180.0,
         range_max: 20.0,
         ranges: vec![2.0; 360],
+        ..Scan::default()
     };
     full.ranges[100..200].fill(f64::NAN);
     assert_eq!(deskewed(&full, 0.0).ranges.len(), 360, "measurements are missing, not beams");
+}
+
+/// Near and far ranges, of which some are missing: the directions of the beams do not depend on them.
+#[test]
+fn scan_of_a_mounted_lidar_keeps_its_points_and_its_field_of_view() {
+    let ranges = [0.1, f64::NAN, 5.0, 0.0, f64::INFINITY, 2.0, 0.3, f64::NAN];
+    let scan = Scan {
+        angle_min: -1.5,
+        angle_increment: 0.02,
+        range_max: 10.0,
+        ranges: ranges.into_iter().cycle().take(151).collect(),
+        ..Scan::default()
+    };
+    for mount in [Pose::new(-0.25, 0.0, 3.0), Pose::new(0.3, 0.2, 0.785)] {
+        let own: Vec<Point> = scan.hits(&mount).collect();
+        let moved = scan.clone().from_mount(&mount);
+        let mut still = DeskewedScan::default();
+        let timed = TimedScan::from_scan(&scan, 0.0, 0.0).from_mount(&mount);
+        assert_eq!((timed.origin, timed.range_max), (mount.position(), 10.0));
+        still.deskew(&timed, &PoseHistory::default());
+        let resampled = still.to_scan(151);
+        for scan in [moved, resampled] {
+            assert_eq!((scan.origin, scan.ranges.len()), (mount.position(), 151));
+            let points: Vec<Point> = scan.hits(&Pose::default()).collect();
+            assert_eq!(points.len(), own.len());
+            let nearest = |point: &Point| {
+                own.iter().map(|other| (other - point).norm()).fold(f64::INFINITY, f64::min)
+            };
+            assert!(points.iter().all(|point| nearest(point) < 1e-9));
+        }
+        // The lidar's place turns with the robot.
+        let robot = Pose::new(3.0, -1.0, 2.0);
+        let place = robot.transform_pose(&mount);
+        let points: Vec<Point> = scan.clone().from_mount(&mount).hits(&robot).collect();
+        for (point, other) in points.iter().zip(scan.hits(&place)) {
+            assert!((point - other).norm() < 1e-9);
+        }
+    }
 }

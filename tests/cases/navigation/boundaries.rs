@@ -5,7 +5,7 @@ use std::sync::Arc;
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::global::{self, Path, Plan, PlanError};
 use inbye::local::{ClearanceField, CpuEngine, LocalPlanner, LocalSettings};
-use inbye::map::{Beam, GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid, Scan};
+use inbye::map::{GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid, Scan};
 use inbye::navigator::{
     Controller, ControllerInput, ControllerReply, Fault, GlobalPlanner, Goal, Navigator,
     NavigatorSettings, RobotModel, RoutePlanner, Waypoints,
@@ -189,13 +189,9 @@ fn values_for_no_measurement_make_and_hide_no_obstacle() {
     for nothing in [-1.0, 0.0, f64::NEG_INFINITY, f64::NAN] {
         let scan = Scan::from_measurements(360, 10.0, [(0.0, 1.2), (0.001, nothing)].into_iter());
         assert_eq!(scan.ranges[180].to_bits(), 1.2_f64.to_bits(), "{nothing}");
-        let beam = Beam { angle: 0.0, range: nothing, time_s: 0.0 };
-        assert!(beam.from_mount(&Pose::new(0.4, 0.0, 0.0)).range.is_nan(), "{nothing}");
         let scan = Scan { ranges: vec![nothing; 360], ..scan };
         assert_eq!(scan.hits(&Pose::default()).count(), 0, "{nothing}");
     }
-    let open = Beam { angle: 0.5, range: f64::INFINITY, time_s: 0.0 };
-    assert_eq!(open.from_mount(&Pose::new(0.4, 0.0, 0.0)), open);
     for direction in [f64::NAN, f64::INFINITY] {
         let scan = Scan::from_measurements(360, 10.0, [(direction, 0.5)].into_iter());
         assert!(scan.ranges.iter().all(|range| range.is_nan()));

@@ -102,6 +102,7 @@ fn marks_at_the_edge_of_view(returns_m: &[&[f64]]) -> [usize; 2] {
             angle_increment: core::f64::consts::PI / 180.0,
             range_max: 20.0,
             ranges: vec![9.0; 271],
+            ..Scan::default()
         };
         for (beam, range_m) in returns_m.get(tick).into_iter().copied().flatten().enumerate() {
             scan.ranges[265 + beam] = *range_m;

@@ -4,13 +4,11 @@ use core::f64::consts::PI;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use inbye::geometry::{Point, Pose, Twist};
+use inbye::geometry::{Point, Pose, Twist, Vector};
 use inbye::local::CpuEngine;
 use inbye::map::{OccupancyGrid, TimedScan, UnknownPolicy};
 use inbye::navigator::Goal;
-use inbye::runtime::{
-    Config, LidarData, Mission, Observer, PoseSource, Robot, SensorData, TickEvent,
-};
+use inbye::runtime::{Config, Mission, Observer, PoseSource, Robot, SensorData, TickEvent};
 use inbye::sim::{Episode, Lidar, Simulation, World, scenes};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -47,17 +45,14 @@ fn to_wall_m(place: &Point) -> f64 {
     sides.into_iter().map(f64::abs).fold(f64::INFINITY, f64::min)
 }
 
-fn sweep(sensed: SensorData) -> TimedScan {
-    match sensed.lidar {
-        Some(LidarData::TimedScan(scan)) => scan,
-        other => panic!("no scan with times: {other:?}"),
-    }
+fn timed(sensed: SensorData) -> TimedScan {
+    sensed.lidar.expect("a scan").timed(0.0).into_owned()
 }
 
 fn hits<'a>(scan: &'a TimedScan, robot: &'a Pose) -> impl Iterator<Item = Point> + 'a {
     scan.beams.iter().filter(|beam| beam.range.is_finite()).map(|beam| {
         let (sin, cos) = libm::sincos(beam.angle);
-        robot.transform(&Point::new(beam.range * cos, beam.range * sin))
+        robot.transform(&(scan.origin + Vector::new(cos, sin) * beam.range))
     })
 }
 
@@ -65,11 +60,11 @@ fn hits<'a>(scan: &'a TimedScan, robot: &'a Pose) -> impl Iterator<Item = Point>
 fn scan_is_that_of_the_lidar_s_place_in_the_robot_s_frame() {
     let (start, lidar) = (Pose::new(3.0, 2.0, 0.4), mounted(quiet(), &MOUNT));
     let (simulation, config) = room(lidar, start);
-    let scan = sweep(simulation.robot(&config).expect("valid settings").sense(0.0));
+    let scan = timed(simulation.robot(&config).expect("valid settings").sense(0.0));
     let world = World::new(simulation.mission.map.obstacles(UnknownPolicy::Blocked));
     let place = start.transform_pose(&MOUNT);
     let own = lidar.scan(&world, &place, &mut Pcg64Mcg::seed_from_u64(0)).scan;
-    assert_eq!(scan, TimedScan::from_scan(&own, 0.0, 0.0).from_mount(&MOUNT));
+    assert_eq!(scan, TimedScan::from_scan(&own.from_mount(&MOUNT), 0.0, 0.0));
     assert_eq!(hits(&scan, &start).count(), 360);
     assert!(hits(&scan, &start).all(|end| to_wall_m(&end) < 1e-6));
     // From the robot's origin it would be another one.
@@ -89,7 +84,7 @@ fn scan_rate_is_its_own_and_each_scan_has_its_time_and_place() {
         let (mut stamps, mut poses) = (BTreeSet::new(), Vec::new());
         for tick in 0..40 {
             let time_s = 0.1 * f64::from(tick);
-            let scan = sweep(robot.sense(time_s));
+            let scan = timed(robot.sense(time_s));
             poses.push((time_s, robot.ground_truth().expect("a simulated robot").pose));
             let end_s = scan.end_s().expect("beams");
             let age_s = time_s - delay_s - end_s;
@@ -103,7 +98,7 @@ fn scan_rate_is_its_own_and_each_scan_has_its_time_and_place() {
                 let next = (tick + 1).min(poses.len() - 1);
                 let share = (beam.time_s - poses[tick].0) / 0.1;
                 let then = poses[tick].1.interpolate(&poses[next].1, share);
-                let one = TimedScan { beams: vec![*beam], range_max: scan.range_max };
+                let one = TimedScan { beams: vec![*beam], ..scan.clone() };
                 assert!(hits(&one, &then).all(|end| to_wall_m(&end) < 1e-3), "{beam:?}");
             }
             let _ = robot.drive(&Twist::new(1.0, 0.3), 0.1);
@@ -123,11 +118,12 @@ fn protective_layer_stops_at_the_same_gap_with_any_mounting() {
             episode.step(&Twist::new(0.3, 0.0)).expect("a finite command");
         }
         assert!(episode.twist().stands(), "{:?}", episode.twist());
-        // What an agent is shown: the range ahead is that from the robot's origin.
+        // What an agent is shown: the range ahead is that from the lidar.
         let ranges = lidar.ranges_in_fixed_directions(episode.scan());
         assert_eq!(ranges.len(), 360);
-        let ahead_m = 8.5 - episode.pose().x;
-        assert!(ranges[179..182].iter().any(|range| (range - ahead_m).abs() < 0.02), "{ahead_m}");
+        let ahead_m = 8.5 - episode.pose().x - lidar.mount_x_m;
+        let ahead = (180.0 - lidar.mount_yaw_rad.to_degrees()).round().rem_euclid(360.0) as usize;
+        assert!((ranges[ahead] - ahead_m).abs() < 0.02, "{ahead_m}: {}", ranges[ahead]);
         episode.gap_m()
     };
     let centred_m = gap_m(quiet());
@@ -170,6 +166,8 @@ fn drive_all_scenes(lidar: Lidar, sees_ahead: bool) {
         let is_blind = why.as_ref().is_some_and(|why| why.contains("blind sector"));
         let ended = result.reached || !sees_ahead && is_blind;
         assert!(ended && !result.collided, "{name}: {why:?} at {} s", result.time_s);
+        // What a near person hides from the lidar's place is no fault of the lidar.
+        assert!(result.observation_faults.is_empty(), "{name}: {:?}", result.observation_faults);
         // The rest are people, and beams that end between two surfaces.
         let share = near_walls as f64 / ends as f64;
         assert!(share > if sees_ahead { 0.85 } else { 0.97 }, "{name}: {share}");
@@ -183,6 +181,12 @@ fn drive_all_scenes(lidar: Lidar, sees_ahead: bool) {
 #[test]
 fn robot_with_a_lidar_ahead_of_its_origin_arrives() {
     drive_all_scenes(Lidar::default().mount_x_m(0.25), true);
+}
+
+#[test]
+fn robot_with_a_lidar_at_its_corner_arrives() {
+    let lidar = Lidar::default().field_of_view_rad(THREE_QUARTERS);
+    drive_all_scenes(mounted(lidar, &Pose::new(0.3, 0.2, 0.25 * PI)), true);
 }
 
 #[test]
@@ -206,20 +210,20 @@ fn robot_with_a_lidar_of_another_rate_arrives() {
 }
 
 #[test]
-fn fixed_directions_of_a_mounted_lidar_are_a_full_turn() {
-    let lidar = quiet().beams(180).field_of_view_rad(THREE_QUARTERS);
-    let rear = mounted(lidar, &Pose::new(-0.25, 0.0, PI));
+fn fixed_directions_are_those_of_the_lidar() {
+    let lidar = quiet().beams(181).field_of_view_rad(THREE_QUARTERS);
     let ranges = |lidar: Lidar| {
         let (simulation, config) = room(lidar, Pose::new(4.5, 3.5, 0.0));
         let episode = Episode::new(&simulation, &config).expect("valid settings");
         lidar.ranges_in_fixed_directions(episode.scan())
     };
-    // Beam 0 looks back, beam 90 ahead, where this one sees nothing.
-    let seen = ranges(rear);
-    assert!((seen[0] - 4.0).abs() < 0.01 && seen[90].is_nan(), "{seen:?}");
-    // Beams of a lidar at the origin keep their directions: those of its field of view.
-    let (seen, middle) = (ranges(lidar), 89);
-    assert!((seen[middle] - 4.0).abs() < 0.01 && seen.iter().all(|range| range.is_finite()));
+    // The middle beam looks back.
+    let rear = mounted(lidar, &Pose::new(-0.25, 0.0, PI));
+    for (lidar, middle_m) in [(lidar, 4.0), (rear, 3.75)] {
+        let seen = ranges(lidar);
+        assert!((seen[90] - middle_m).abs() < 0.01, "{seen:?}");
+        assert!(seen.iter().all(|range| range.is_finite()), "{seen:?}");
+    }
 }
 
 #[test]

@@ -83,8 +83,10 @@ function createMap(canvas, playback, mapImage, isShown) {
   }
 
   function drawLidar(context, pixel, frame, colours) {
-    const { beams, angle_min, angle_increment, range_max } = playback.lidar;
-    const [x, y, yaw] = [data.x[frame], data.y[frame], data.yaw[frame]];
+    const { beams, place, angle_min, angle_increment, range_max } = playback.lidar;
+    const yaw = data.yaw[frame], [ahead, left] = place.map((distance) => distance * playback.scale);
+    const x = data.x[frame] + ahead * Math.cos(yaw) - left * Math.sin(yaw);
+    const y = data.y[frame] - ahead * Math.sin(yaw) - left * Math.cos(yaw);
     context.fillStyle = colours.bad;
     // About the size of the beam, as far as it stays visible and does not cover the map.
     const dot = Math.max(2 * pixel, Math.min(4 * pixel, 0.06 * playback.scale));

@@ -30,7 +30,7 @@ pub fn scan(stamp_s: f64, range: impl Fn(f64) -> f64) -> TimedScan {
         let angle = (f64::from(index) + 0.5) / 360.0 * TAU - PI;
         Beam { angle, range: range(angle), time_s: stamp_s }
     };
-    TimedScan { beams: (0..360).map(beam).collect(), range_max: 10.0 }
+    TimedScan { beams: (0..360).map(beam).collect(), range_max: 10.0, ..TimedScan::default() }
 }
 
 /// Range to a wall across the x axis at a distance ahead; nothing elsewhere but a wall far behind.
@@ -400,7 +400,11 @@ fn walking_person_is_detected_by_few_beams_at_whole_degrees_with_gaps() {
                 let range = if index % 11 == 0 { f64::NAN } else { range(angle) };
                 Beam { angle, range, time_s: stamp_s }
             };
-            let sweep = TimedScan { beams: (0..beams).map(beam).collect(), range_max: 10.0 };
+            let sweep = TimedScan {
+                beams: (0..beams).map(beam).collect(),
+                range_max: 10.0,
+                ..TimedScan::default()
+            };
             layer.update_motion(&Twist::STOP, stamp_s);
             layer.update_scan(&sweep, stamp_s);
         }

@@ -104,7 +104,7 @@ fn dense(near: usize) -> TimedScan {
         let is_near = (first..first + near as i32).contains(&index);
         Beam { angle, range: if is_near { 0.6 } else { 9.0 }, time_s: 0.0 }
     };
-    TimedScan { beams: (0..beams).map(beam).collect(), range_max: 10.0 }
+    TimedScan { beams: (0..beams).map(beam).collect(), range_max: 10.0, ..TimedScan::default() }
 }
 
 #[test]

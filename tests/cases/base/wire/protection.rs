@@ -39,7 +39,11 @@ impl Robot {
             let range = if range > RANGE_MAX_M { f64::INFINITY } else { range };
             Beam { angle, range, time_s: self.now_s }
         };
-        TimedScan { beams: (0..360).map(beam).collect(), range_max: RANGE_MAX_M }
+        TimedScan {
+            beams: (0..360).map(beam).collect(),
+            range_max: RANGE_MAX_M,
+            ..TimedScan::default()
+        }
     }
 
     /// A cycle with a target; scans come at 10 Hz.

@@ -256,7 +256,7 @@ fn base_drives_only_with_scans_of_its_lidar() {
                 Beam { angle: f64::from(index).to_radians(), range, time_s: now_s }
             };
             let beams = (0..360).map(beam).collect();
-            has_scans.then_some(TimedScan { beams, range_max: 12.0 })
+            has_scans.then_some(TimedScan { beams, range_max: 12.0, ..TimedScan::default() })
         });
         supervisor.protect(layer, Some(scans));
         if has_scans {

@@ -40,6 +40,7 @@ pub fn empty_scan() -> Scan {
         angle_increment: TAU / 72.0,
         range_max: 10.0,
         ranges: vec![f64::INFINITY; 72],
+        ..Scan::default()
     }
 }
 

@@ -51,7 +51,8 @@ fn deskewing_removes_motion_distortion_of_a_post() {
         let seen = start.after(&twist, time_s).inverse_transform(&post);
         Beam { angle: libm::atan2(seen.y, seen.x), range: seen.to_vector().norm(), time_s }
     };
-    let mut timed = TimedScan { beams: (0..=100).map(beam).collect(), range_max: 10.0 };
+    let mut timed =
+        TimedScan { beams: (0..=100).map(beam).collect(), range_max: 10.0, ..TimedScan::default() };
     timed.beams[50].range = f64::INFINITY;
     timed.beams[51].range = f64::NAN;
     timed.beams[52].range = -1.0;
