@@ -9,9 +9,6 @@ use inbye::sim::{MovingObstacle, TimedPath};
 /// Radius of a person, metres.
 const RADIUS_M: f64 = 0.3;
 
-/// Step of the search for a place with a gap, metres.
-const STEP_M: f64 = 0.005;
-
 /// Largest distance of a person, metres, largest speed, m/s, and longest wait, seconds.
 const FARTHEST_M: f64 = 100.0;
 const FASTEST_M_S: f64 = 10.0;
@@ -34,13 +31,7 @@ pub struct EmulatedPerson {
 impl EmulatedPerson {
     /// The person at the time of the appearance, with the robot at a pose.
     pub fn appear(&self, robot: &Pose, footprint: &Footprint) -> anyhow::Result<MovingObstacle> {
-        let gap_at = |ahead_m: f64| {
-            footprint.gap_to_disc_m(robot, &robot.transform(&Point::new(ahead_m, 0.0)), RADIUS_M)
-        };
-        let mut ahead_m = 0.0;
-        while gap_at(ahead_m) < self.gap_m {
-            ahead_m += STEP_M;
-        }
+        let ahead_m = footprint.distance_with_gap_m(0.0, RADIUS_M, self.gap_m);
         let at = |left_m: f64| robot.transform(&Point::new(ahead_m, left_m));
         let mut keys = vec![(0.0, at(self.left_m))];
         let walk_m = 2.0 * self.left_m.abs();

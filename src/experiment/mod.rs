@@ -43,6 +43,7 @@ pub use error::ExperimentError;
 pub use fault_matrix::{FaultRow, simulated_fault_names, simulated_faults};
 pub use grid::{Grid, Setup, sampling_setups};
 pub use group::{Group, faults, groups};
+#[cfg(feature = "report")]
 pub(crate) use group::{by_world, grouped};
 pub use localization::{LocalizationCase, LocalizationSite, localization_config};
 pub use missions::TrafficKind;

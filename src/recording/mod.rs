@@ -21,6 +21,7 @@ mod metadata;
 mod reader;
 mod recorder;
 mod replay;
+#[cfg(feature = "logs")]
 mod ros_log;
 mod tick;
 mod writer;
@@ -30,5 +31,6 @@ pub use metadata::{DriveMetadata, DriveSummary};
 pub use reader::Reader;
 pub use recorder::{BackpressurePolicy, Recorder, RecordingReport};
 pub use replay::{Difference, FieldValue, Replay, replay};
+#[cfg(feature = "logs")]
 pub use ros_log::{RosLogReader, RosLogWarning};
 pub use tick::RecordedTick;

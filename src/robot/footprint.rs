@@ -174,6 +174,20 @@ impl Footprint {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// The shortest distance from the robot's origin in a direction of its frame, radians, at which a disc has at least this gap to
+    /// the body, to 5 mm. All lengths in metres; radius and gap are finite.
+    #[must_use]
+    pub fn distance_with_gap_m(&self, direction: f64, radius_m: f64, gap_m: f64) -> f64 {
+        const STEP_M: f64 = 0.005;
+        let (sin, cos) = libm::sincos(direction);
+        let mut away_m = 0.0;
+        let center = |away_m: f64| Point::new(away_m * cos, away_m * sin);
+        while self.gap_to_disc_m(&Pose::default(), &center(away_m), radius_m) < gap_m {
+            away_m += STEP_M;
+        }
+        away_m
+    }
+
     /// Distance between the body at this pose and a moving obstacle, metres; zero or less means contact.
     #[must_use]
     pub fn gap_to_moving_m(&self, pose: &Pose, disc: &MovingDisc) -> f64 {

@@ -43,6 +43,7 @@ pub use pedestrian_spawner::PedestrianSpawner;
 #[cfg(feature = "experiment")]
 pub(crate) use pedestrian_spawner::first_path;
 pub use plant::draw_plant;
+#[cfg(feature = "experiment")]
 pub(crate) use route_sampler::is_in_sight;
 pub use scenes::{SCENE_NAMES, Scene, crossing, dead_end, mine, roadway, scene, scenes};
 pub use simulated_robot::SimulatedRobot;

@@ -153,6 +153,7 @@ impl MovingObstacle {
 
     /// Lets the obstacle appear only while the robot's origin cannot see its start over this space. A real
     /// obstacle cannot appear in the view of a robot.
+    #[cfg(feature = "experiment")]
     #[must_use]
     pub(crate) fn out_of_sight_over(self, transparent: Arc<FreeSpace>) -> Self {
         Self { seen_over: Some(transparent), ..self }

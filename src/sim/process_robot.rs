@@ -140,7 +140,7 @@ fn step(
     if !state.scan.is_valid() {
         return Err(
             "`scan`: origin and angle_min must be finite, angle_increment and range_max above zero"
-                .to_owned()
+                .to_owned(),
         );
     }
     Ok((state, radii_m))

@@ -140,14 +140,8 @@ pub(super) fn appear_around(
     let footprint = &config.robot.footprint;
     let body = |&(gap_m, direction): &(f64, f64)| {
         let (sin, cos) = libm::sincos(direction);
-        // From the outline outwards, until the gap is as wanted.
-        let at = |away_m: f64| robot.transform(&Point::new(away_m * cos, away_m * sin));
-        let gap_at = |away_m| footprint.gap_to_disc_m(&robot, &at(away_m), BODY_RADIUS_M);
-        let mut away_m = 0.0;
-        while gap_at(away_m) < gap_m {
-            away_m += STEP_M;
-        }
-        body_at(at(away_m))
+        let away_m = footprint.distance_with_gap_m(direction, BODY_RADIUS_M, gap_m);
+        body_at(robot.transform(&Point::new(away_m * cos, away_m * sin)))
     };
     let bodies: Vec<MovingObstacle> = sides.iter().map(body).collect::<Result<_, _>>()?;
     simulation.moving_obstacles = MovingObstacles::new(bodies);

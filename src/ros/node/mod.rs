@@ -31,13 +31,13 @@ mod scan;
 mod zones;
 
 pub use action::ActionUpdate;
-#[cfg(feature = "mcap")]
+#[cfg(all(feature = "mcap", feature = "logs"))]
 pub(crate) use frames::{Frames, NoPose};
 pub use incoming::IncomingMessage;
-#[cfg(feature = "mcap")]
+#[cfg(all(feature = "mcap", feature = "logs"))]
 pub(crate) use incoming::{frame_name, planar_pose};
 pub use lifecycle::LifecycleState;
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;
-#[cfg(feature = "mcap")]
+#[cfg(all(feature = "mcap", feature = "logs"))]
 pub(crate) use scan::{laser_scan, level_range, timed_scan};
