@@ -60,7 +60,7 @@ fn flipped_bit_is_reported_with_tick_and_field() {
     let file = fs::read(place.path("run.mcap")).expect("it is there");
     // The last bit of the commanded speed, after 360 ranges.
     let copy = altered(&file, "/inbye/tick", 11, |message| {
-        message[148 + 8 * 360] ^= 1;
+        message[164 + 8 * 360] ^= 1;
     });
     place.write("other.mcap", copy);
     let (status, replay) = place.json("replay other.mcap --engine cpu");

@@ -199,12 +199,14 @@ fn beams_run_counter_clockwise_and_follow_mounting() {
         assert!(times.clone().all(|step_s| (0.0..0.002).contains(&step_s)));
         assert!((times.sum::<f64>() - 449.0 / 4500.0).abs() < 2e-3);
     }
-    let mounted = |settings| post(&assemble(settings, &rotating(0.3, 9_040), |_| 0.0)[0]);
+    let mounted = |settings| assemble(settings, &rotating(0.3, 9_040), |_| 0.0)[0].clone();
     let plain = LidarSettings::default();
-    let (angle, _) = mounted(plain.upside_down(true));
+    let (angle, _) = post(&mounted(plain.upside_down(true)));
     assert!((angle - FRAC_PI_2).abs() < 0.008, "{angle}");
-    let (angle, range) = mounted(plain.mount_x_m(0.2).mount_yaw_rad(FRAC_PI_2));
-    assert!(angle.abs() < 0.008 && (range - 1.2).abs() < 1e-4, "{angle} {range}");
+    let scan = mounted(plain.mount_x_m(0.2).mount_yaw_rad(FRAC_PI_2));
+    let (angle, range) = post(&scan);
+    assert!(angle.abs() < 0.008 && (range - 1.0).abs() < 1e-9, "{angle} {range}");
+    assert_eq!((scan.origin.x, scan.origin.y), (0.2, 0.0));
 }
 
 /// Buffers deliver bytes in late bursts.

@@ -73,9 +73,9 @@ fn replay_repeats_late_decisions() {
     assert!(difference.is_some_and(|difference| difference.tick >= first as u64));
 }
 
-/// Offset of the commanded speed in a tick, after the ranges at offset 148.
+/// Offset of the commanded speed in a tick, after the ranges at offset 164.
 fn command_at(beams: usize) -> usize {
-    148 + 8 * beams
+    164 + 8 * beams
 }
 
 fn replay_reports_flipped_bit() {
