@@ -111,7 +111,7 @@ pub const MAP_FRAME: &str = "map";
 const ODOM_FRAME: &str = "odom";
 /// The robot's frame (REP-105).
 pub const BASE_FRAME: &str = "base_link";
-/// The frame of the scans: the place of the lidar, with the axes of the robot's frame.
+/// The frame of the scans of a lidar off the robot's origin: its place, with the axes of the robot's frame.
 const LIDAR_FRAME: &str = "lidar";
 
 /// A header with a time in seconds and a frame.
@@ -126,8 +126,9 @@ pub fn map(time_s: f64, grid: &OccupancyGrid) -> msg::OccupancyGrid {
 
 /// A scan of a lidar with a shortest range. All numbers are rounded to float32.
 pub fn laser_scan(time_s: f64, scan: &Scan, range_min_m: f64) -> LaserScan {
+    let frame = if is_at_robot(&scan.origin) { BASE_FRAME } else { LIDAR_FRAME };
     LaserScan {
-        header: header(time_s, LIDAR_FRAME),
+        header: header(time_s, frame),
         angle_min: scan.angle_min as f32,
         angle_max: scan.angle(scan.ranges.len().saturating_sub(1)) as f32,
         angle_increment: scan.angle_increment as f32,
@@ -153,8 +154,13 @@ pub fn odometry(time_s: f64, reading: &OdometryReading) -> msg::Odometry {
     message
 }
 
-/// The transforms `map` to `odom` to `base_link` to `lidar` of a robot with an estimated pose in the map, if it has one, a pose in
-/// its odometry, and a lidar at a place.
+/// Whether a lidar at this place needs no frame of its own.
+fn is_at_robot(lidar: &Point) -> bool {
+    *lidar == Point::default()
+}
+
+/// The transforms `map` to `odom` to `base_link` of a robot with an estimated pose in the map, if it has one, and a pose in its
+/// odometry; and to `lidar`, for a lidar off the robot's origin.
 pub fn transforms(
     time_s: f64,
     estimate: Option<&Pose>,
@@ -169,8 +175,9 @@ pub fn transforms(
     let in_map =
         estimate.map(|pose| transform(MAP_FRAME, ODOM_FRAME, &pose.frame_origin(odometry)));
     let in_odometry = transform(ODOM_FRAME, BASE_FRAME, odometry);
-    let on_robot = transform(BASE_FRAME, LIDAR_FRAME, &Pose::new(lidar.x, lidar.y, 0.0));
-    TFMessage { transforms: in_map.into_iter().chain([in_odometry, on_robot]).collect() }
+    let on_robot = || transform(BASE_FRAME, LIDAR_FRAME, &Pose::new(lidar.x, lidar.y, 0.0));
+    let on_robot = (!is_at_robot(lidar)).then(on_robot);
+    TFMessage { transforms: in_map.into_iter().chain([in_odometry]).chain(on_robot).collect() }
 }
 
 /// The state of the navigator and of the protective layer at a tick.
