@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for tick in 0..3000 {
         let time_s = f64::from(tick) * period_s;
         let sensed = robot.sense(time_s);
-        // The ranges of another lidar: `Scan::from_measurements`, with `Beam::from_mount` for one that is not at the robot's origin.
+        // The ranges of another lidar: `Scan::from_measurements`, with `Scan::from_mount` for one that is not at the robot's origin.
         let (Some(pose), Some(LidarData::Scan(scan))) = (sensed.pose, sensed.lidar) else {
             return Err("the simulated robot has a pose and a lidar".into());
         };

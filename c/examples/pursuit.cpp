@@ -21,10 +21,11 @@ extern "C" bool inbye_controller_compute_velocity(void *controller, const InbyeC
     double ahead = input->range_max;
     for (size_t beam = 0; beam < input->range_count; ++beam) {
         double direction = input->angle_min + beam * input->angle_increment, range = input->ranges[beam];
-        if (std::fabs(direction) < 0.5 && range < ahead) ahead = range;  // NaN is not less
+        double x = input->lidar[0] + range * std::cos(direction), y = input->lidar[1] + range * std::sin(direction);
+        double distance = std::hypot(x, y);
+        if (std::fabs(std::atan2(y, x)) < 0.5 && distance < ahead) ahead = distance;  // NaN is not less
     }
-    double gap = input->lidar[0] + ahead - robot.radius_m;
-    double fastest = std::min(robot.limits.max_vel_x, std::max(0.0, 0.6 * (gap - 0.1)));
+    double fastest = std::min(robot.limits.max_vel_x, std::max(0.0, 0.6 * (ahead - robot.radius_m - 0.1)));
     *linear = std::fabs(error) > 0.5 ? 0.0 : fastest;
     *angular = std::clamp(1.5 * error, -robot.limits.max_vel_theta, robot.limits.max_vel_theta);
     return true;

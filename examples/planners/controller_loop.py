@@ -35,7 +35,7 @@ def scan_points(tick, farthest_m=np.inf):
     ranges = np.array(scan["ranges"], dtype=float)  # no measurement: NaN
     angles = scan["angle_min"] + scan["angle_increment"] * np.arange(len(ranges))
     seen = ranges < min(scan["range_max"], farthest_m)
-    return (ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]))[seen]
+    return scan["origin"] + (ranges[:, None] * np.column_stack([np.cos(angles), np.sin(angles)]))[seen]
 
 
 def in_robot_frame(points, pose):

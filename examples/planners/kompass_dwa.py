@@ -3,7 +3,7 @@ import logging
 from types import SimpleNamespace
 
 import numpy as np
-from controller_loop import serve
+from controller_loop import scan_points, serve
 from kompass_core.control import DWA, DWAConfig
 from kompass_core.models import AngularCtrlLimits, LinearCtrlLimits, Robot, RobotCtrlLimits, RobotGeometry, RobotState, RobotType
 
@@ -24,12 +24,10 @@ def make(start):
             known[0] = tick["path"]
             place = lambda point: SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=point[0], y=point[1])))
             controller.set_path(SimpleNamespace(poses=[place(point) for point in tick["path"]]))
-        scan, (x, y, yaw), (v, w) = tick["scan"], tick["pose"], tick["twist"]
-        ranges = np.nan_to_num(np.array(scan["ranges"], dtype=float), nan=scan["range_max"])
-        angles = scan["angle_min"] + scan["angle_increment"] * np.arange(len(ranges))
-        seen = ranges < scan["range_max"]
+        points, (x, y, yaw), (v, w) = scan_points(tick), tick["pose"], tick["twist"]
+        ranges, angles = np.hypot(*points.T), np.arctan2(*points.T[::-1])
         state = RobotState(x=x, y=y, yaw=yaw, speed=v, vx=v, omega=w)
-        found = controller.loop_step(current_state=state, ranges=ranges[seen], angles=angles[seen])
+        found = controller.loop_step(current_state=state, ranges=ranges, angles=angles)
         return (controller.linear_x_control[0], controller.angular_control[0]) if found else None
 
     return decide

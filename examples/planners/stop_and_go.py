@@ -17,6 +17,6 @@ for line in sys.stdin:
             for beam, distance in enumerate(scan["ranges"])
             if distance is not None and abs(math.remainder(scan["angle_min"] + beam * scan["angle_increment"], math.tau)) < 0.4
         ]
-        clear = min(ahead, default=0.0) > 0.8
+        clear = scan["origin"][0] + min(ahead, default=0.0) > 0.8
         answer = {"linear": 0.4 if clear and abs(error) < 0.5 else 0.0, "angular": 1.5 * error}
     print(json.dumps(answer), flush=True)

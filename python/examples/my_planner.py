@@ -15,8 +15,10 @@ class MyPlanner:
     def compute_velocity(self, seen: inbye.ControllerInput) -> tuple[float, float]:
         """Return speed and turn rate."""
         x, y, yaw = seen.pose
-        angles = seen.angle_min + seen.angle_increment * np.arange(len(seen.ranges))
-        ranges = np.where(np.isfinite(seen.ranges), seen.ranges, seen.range_max)
+        beams = seen.angle_min + seen.angle_increment * np.arange(len(seen.ranges))
+        ends = np.where(np.isfinite(seen.ranges), seen.ranges, seen.range_max) * np.exp(1j * beams)
+        ends += complex(*seen.lidar_position)  # x + iy in the robot's frame
+        ranges, angles = np.abs(ends), np.angle(ends)
         wanted = np.arctan2(seen.local_target[1] - y, seen.local_target[0] - x) - yaw
         half_width = np.arctan2(0.45, np.minimum(ranges, 2.0))
         blocked = [np.min(ranges[np.abs(angles - angle) < half_width]) < 1.2 for angle in angles]

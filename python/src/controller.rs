@@ -41,8 +41,9 @@ pub struct ControllerInput {
     footprint: Py<PyArray2<f64>>,
     /// Newest scan: infinite for nothing within range, NaN for no measurement.
     ranges: Py<PyArray1<f64>>,
-    /// Direction of the first beam in the robot's frame.
+    /// Position of the lidar in the robot's frame, from which the ranges are.
     lidar_position: (f64, f64),
+    /// Direction of the first beam in the robot's frame.
     angle_min: f64,
     /// Angle between beams.
     angle_increment: f64,

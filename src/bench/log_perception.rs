@@ -1,16 +1,15 @@
 //! Perception over the log of a real robot: what counts as moving, and how long a mark outlasts its obstacle.
 
-use core::f64::consts::TAU;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 
-use super::{percentile, percentiles};
-use crate::geometry::{Point, Pose, bearing, wrap_angle};
+use super::percentiles;
+use crate::geometry::{Point, Pose, bearing};
 use crate::lidar_log::{LidarLog, LogFormat};
 use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, Scan, UnknownPolicy};
 use crate::mapping::{MappingError, log_scans, map_log};
-use crate::navigator::ObstacleModel;
+use crate::navigator::{ObstacleModel, measures_beyond};
 
 /// Motion is not seen over a longer time between two scans, seconds.
 const LONGEST_GAP_S: f64 = 1.0;
@@ -95,7 +94,7 @@ pub fn perceive_log(
                 time_s,
                 gap_s: if is_short { gap_s } else { 0.0 },
                 pose,
-                scan: scan.scan.to_scan(directions(logged.beams.beams.iter().map(|it| it.angle))),
+                scan: scan.scan.to_scan(logged.beams.beams.len()),
             })
         })
         .collect();
@@ -129,14 +128,6 @@ struct PlacedScan {
 /// Time in which motion is seen, seconds.
 fn tracked_s(scans: &[PlacedScan]) -> f64 {
     scans.iter().map(|scan| scan.gap_s).sum()
-}
-
-/// Number of directions of a full turn with the usual angle between neighbouring beams.
-fn directions(angles: impl Iterator<Item = f64>) -> usize {
-    let angles: Vec<f64> = angles.collect();
-    let steps = angles.windows(2).map(|pair| wrap_angle(pair[1] - pair[0]).abs());
-    let usual = percentile(steps.filter(|step| *step > 0.0).collect(), 0.5).unwrap_or(TAU);
-    (TAU / usual).round().clamp(1.0, 36_000.0) as usize
 }
 
 /// A moving obstacle of the last scan, with the numbers of its returns so far.
@@ -260,19 +251,9 @@ impl MarkTimes {
 
 /// Whether all measured beams towards a cell end behind it; at least half are measured.
 fn beams_pass(pose: &Pose, scan: &Scan, cell: &Point, side_m: f64) -> bool {
-    let robot = pose.position();
-    let distance_m = (cell - robot).norm();
-    if !(side_m..JUDGED_M).contains(&distance_m) || scan.ranges.is_empty() {
-        return false;
-    }
-    let beams = scan.ranges.len() as i64;
-    let direction = wrap_angle(bearing(&robot, cell) - pose.yaw - scan.angle_min);
-    let middle = (direction / scan.angle_increment).round() as i64;
-    let half = (side_m / 2.0 / distance_m / scan.angle_increment).ceil() as i64;
-    let around = middle - half..=middle + half;
-    let measured: Vec<f64> = around
-        .map(|beam| scan.ranges[beam.rem_euclid(beams) as usize])
-        .filter(|range| !range.is_nan())
-        .collect();
-    measured.len() as i64 > half && measured.iter().all(|range| *range > distance_m + PAST_M)
+    let lidar = pose.transform(&scan.origin);
+    let distance_m = (cell - lidar).norm();
+    let half_angle = side_m / 2.0 / distance_m;
+    (side_m..JUDGED_M).contains(&distance_m)
+        && measures_beyond(pose, scan, bearing(&lidar, cell), half_angle, distance_m + PAST_M)
 }

@@ -31,7 +31,7 @@ pub(super) fn scan(
     time_s: f64,
 ) -> LoggedScan {
     let beam = |(index, &range): (usize, &f64)| {
-        let range = if (0.0..=range_max).contains(&range) { range } else { f64::NAN };
+        let range = if range > 0.0 && range <= range_max { range } else { f64::NAN };
         Beam { angle: first + step * index as f64, range, time_s }
     };
     let beams = readings.iter().enumerate().map(beam).collect();

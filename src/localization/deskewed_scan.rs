@@ -114,8 +114,8 @@ pub struct DeskewedScan {
     pub(crate) origin: Point,
     /// Longest range of the sensor, metres.
     pub range_max: f64,
-    /// Directions of all beams, radians.
-    pub(crate) directions: Vec<f64>,
+    /// For each beam its direction in the robot's frame at its own time, and the heading of that frame in this one, radians.
+    pub(crate) directions: Vec<(f64, f64)>,
 }
 
 /// A beam with a return.
@@ -148,15 +148,12 @@ impl DeskewedScan {
         self.open.reserve(scan.beams.len());
         (self.unmeasured, self.range_max, self.origin) = (0, scan.range_max, scan.origin);
         self.directions.clear();
-        let directions = scan.beams.iter().map(|beam| wrap_angle(beam.angle));
-        self.directions.extend(directions.filter(|direction| direction.is_finite()));
         let newest = history.newest();
         let here = newest.map_or_else(Pose::default, |(_, pose)| pose);
         self.time_s = newest.map_or_else(|| scan.end_s().unwrap_or_default(), |(time_s, _)| time_s);
         let (sin_here, cos_here) = libm::sincos(here.yaw);
         for beam in &scan.beams {
-            let is_hit = beam.is_return(scan.range_max);
-            if !(is_hit || beam.range == f64::INFINITY) || !beam.angle.is_finite() {
+            if !beam.angle.is_finite() {
                 self.unmeasured += 1;
                 continue;
             }
@@ -167,6 +164,12 @@ impl DeskewedScan {
                 cos_here * y - sin_here * x,
                 then.yaw - here.yaw,
             );
+            self.directions.push((wrap_angle(beam.angle), robot.yaw));
+            let is_hit = beam.is_return(scan.range_max);
+            if !(is_hit || beam.range == f64::INFINITY) {
+                self.unmeasured += 1;
+                continue;
+            }
             let from = robot.transform(&scan.origin);
             let (sin, cos) = libm::sincos(robot.yaw + beam.angle);
             let direction = Vector::new(cos, sin);
@@ -179,19 +182,21 @@ impl DeskewedScan {
         }
     }
 
-    /// The first direction of the lidar's field of view, and its angle counter-clockwise from there, radians. `None` where it is a
-    /// full turn.
-    pub(crate) fn field_of_view(&self) -> Option<(f64, f64)> {
+    /// The first direction of the lidar's field of view at the time of the scan, and its angle counter-clockwise from there, radians.
+    /// `None` where it is a full turn.
+    fn field_of_view(&self) -> Option<(f64, f64)> {
         let mut directions = self.directions.clone();
-        directions.sort_unstable_by(f64::total_cmp);
-        let (first, last) = (directions.first()?, directions.last()?);
-        let between = directions.windows(2).map(|pair| (pair[1], pair[1] - pair[0]));
-        let (from, gap) = between.fold((*first, first + TAU - last), |widest, next| {
-            if next.1 > widest.1 { next } else { widest }
-        });
+        directions.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
+        let (first, last) = (*directions.first()?, *directions.last()?);
+        let pairs = directions.windows(2).map(|pair| (pair[0], pair[1], pair[1].0 - pair[0].0));
+        let around = (last, first, first.0 + TAU - last.0);
+        let (last, first, gap) =
+            pairs.fold(around, |widest, pair| if pair.2 > widest.2 { pair } else { widest });
         let mean = TAU / directions.len() as f64;
-        (gap > WIDEST_GAP.max(2.0 * mean) && TAU - gap >= NARROWEST_FIELD)
-            .then_some((from, TAU - gap))
+        let is_fan = gap > WIDEST_GAP.max(2.0 * mean) && TAU - gap >= NARROWEST_FIELD;
+        // The first and the last beam are from different times.
+        let turn = TAU - gap + last.1 - first.1;
+        (is_fan && turn > 0.0 && turn < TAU).then_some((first.0 + first.1, turn))
     }
 
     /// Resamples the beams to a scan of `beams` equal angles within the lidar's field of view, with the nearest return in each

@@ -20,9 +20,10 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// Creates a full-turn scan of `beams` equal angles around the robot's origin from measurements in any direction, each a
-    /// direction in radians and a range in metres. Each beam has its smallest range, or NaN without a measurement. A range that is NaN, zero or below, and a
-    /// direction that is not finite, are no measurement.
+    /// Creates a full-turn scan of `beams` equal angles from measurements of a lidar at the robot's origin in any direction, each a
+    /// direction in radians and a range in metres. Each beam has its smallest range, or NaN without a measurement. A range that is
+    /// NaN, zero or below, and a direction that is not finite, are no measurement. For a lidar elsewhere, measure in its own frame,
+    /// and convert the scan with [`Self::from_mount`].
     #[must_use]
     pub fn from_measurements(
         beams: usize,
@@ -45,38 +46,35 @@ impl Scan {
     }
 
     /// As [`Self::from_measurements`], of a lidar that measures in `beams` directions of a field of view alone: from a direction
-    /// counter-clockwise by an angle, both in radians. The scan is wider where measurements lie beyond that field.
+    /// counter-clockwise by an angle, both in radians. A measurement beyond that field, made from another place a moment ago,
+    /// counts in the nearest direction: nothing is known of the directions in between.
     pub(crate) fn from_measurements_within(
         (from, turn): (f64, f64),
         beams: usize,
         range_max: f64,
         measured: impl Iterator<Item = (f64, f64)>,
     ) -> Self {
-        let angle_increment = turn / (beams.max(2) - 1) as f64;
+        let beams = beams.max(2);
+        let angle_increment = turn / (beams - 1) as f64;
         let half_unseen = 0.5 * (TAU - turn);
-        let before = (half_unseen / angle_increment).ceil() as usize;
-        let mut ranges = vec![f64::NAN; beams + 2 * before];
-        let mut seen = before..before + beams;
+        let mut ranges = vec![f64::NAN; beams];
         for (direction, range) in measured.filter(is_measured) {
             let turned = (direction - from + half_unseen).rem_euclid(TAU) - half_unseen;
-            let beam = (turned / angle_increment).round() + before as f64;
-            let beam = (beam.max(0.0) as usize).min(ranges.len() - 1);
-            ranges[beam] = ranges[beam].min(range);
-            seen = seen.start.min(beam)..seen.end.max(beam + 1);
+            let beam = (turned / angle_increment).round().max(0.0) as usize;
+            let nearest = &mut ranges[beam.min(beams - 1)];
+            *nearest = nearest.min(range);
         }
-        let angle_min = from + (seen.start as f64 - before as f64) * angle_increment;
-        let ranges = ranges[seen].to_vec();
-        Self { angle_min, angle_increment, range_max, ranges, ..Self::default() }
+        Self { angle_min: from, angle_increment, range_max, ranges, ..Self::default() }
     }
 
     /// Converts a scan from the frame of a lidar to the robot's frame; `mount` is the pose of the lidar there.
     #[must_use]
     pub fn from_mount(self, mount: &Pose) -> Self {
-        let (origin, angle_min) = (mount.transform(&self.origin), self.angle_min + mount.yaw);
-        Self { origin, angle_min, ..self }
+        let origin = mount.transform(&self.origin);
+        Self { origin, angle_min: wrap_angle(self.angle_min + mount.yaw), ..self }
     }
 
-    /// The direction of a beam in the robot's frame, radians.
+    /// The direction of a beam in the robot's frame, radians: from [`Self::angle_min`] on, and beyond pi where the beams go on.
     #[must_use]
     pub fn angle(&self, beam: usize) -> f64 {
         self.angle_min + beam as f64 * self.angle_increment

@@ -61,3 +61,5 @@ pub use state::RobotModel;
 pub use waypoints::{Goal, Waypoints};
 
 pub(crate) use route::Route;
+#[cfg(feature = "experiment")]
+pub(crate) use scan_visibility::measures_beyond;

@@ -93,10 +93,12 @@ impl ScanHealth {
         }
         for (dark_scans, sector) in self.dark_scans.iter_mut().zip(&sectors) {
             match sector.is_dark() {
-                // The lidar was not shown to see again.
-                None => {}
                 Some(true) => *dark_scans += 1,
                 Some(false) => *dark_scans = 0,
+                // Beyond the field of view.
+                None if sector.beams == 0 => *dark_scans = 0,
+                // The lidar was not shown to see again.
+                None => {}
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Whether a lidar scan, or an earlier one, saw through a place.
 
 use core::f64::consts::TAU;
+use core::ops::RangeInclusive;
 use std::collections::VecDeque;
 
 use crate::geometry::{Point, Pose, Vector, bearing, wrap_angle};
@@ -15,36 +16,57 @@ const MARGIN_SHARE: f64 = 0.01;
 /// A return within this distance of the robot's body lies in it, metres: the noise of a range.
 const OWN_BODY_MARGIN_M: f64 = 0.02;
 
-/// The ranges of the beams within an angle of a direction in the map frame, metres, and of the two next to it at least. `None`
-/// where a direction has no beam.
+/// The first and the last beam within an angle of a direction in the map frame, and of the two next to it at least. They may lie
+/// beyond the field of view. `None` without beams.
+fn beams_towards(
+    pose: &Pose,
+    scan: &Scan,
+    direction: f64,
+    half_angle: f64,
+) -> Option<RangeInclusive<i64>> {
+    let (beams, increment) = (scan.ranges.len(), scan.angle_increment);
+    let turned = (direction - pose.yaw - scan.angle_min) / TAU;
+    let mut turned = (turned - turned.floor()) * TAU;
+    let field = beams.checked_sub(1)? as f64 * increment;
+    if !is_full_turn(scan) && turned > 0.5 * (field + TAU) {
+        turned -= TAU;
+    }
+    let half_angle = half_angle.max(increment);
+    let from = ((turned - half_angle) / increment).ceil() as i64;
+    let to = ((turned + half_angle) / increment).floor() as i64;
+    Some(from..=to)
+}
+
+/// The ranges of the beams of [`beams_towards`], metres; NaN beyond the field of view. `None` without beams.
 fn ranges_towards<'a>(
     pose: &Pose,
     scan: &'a Scan,
     direction: f64,
     half_angle: f64,
 ) -> Option<impl Iterator<Item = f64> + 'a> {
-    let beams = scan.ranges.len() as i64;
-    if beams == 0 {
-        return None;
-    }
-    let increment = scan.angle_increment;
-    let turned = (direction - pose.yaw - scan.angle_min) / TAU;
-    let turned = (turned - turned.floor()) * TAU;
-    let half_angle = half_angle.max(increment);
-    let from = ((turned - half_angle) / increment).ceil() as i64;
-    let to = ((turned + half_angle) / increment).floor() as i64;
-    let is_full_turn = is_full_turn(scan);
-    if !is_full_turn && (from < 0 || to >= beams) {
-        return None;
-    }
-    let first = from.rem_euclid(beams) as usize;
-    let count = (to - from + 1).max(0) as usize;
-    Some(scan.ranges[first..].iter().chain(scan.ranges.iter().cycle()).take(count).copied())
+    let (beams, is_full_turn) = (scan.ranges.len() as i64, is_full_turn(scan));
+    let range = move |beam: i64| {
+        // In a full turn the first beam follows the last.
+        let beam = match beam {
+            ..0 if is_full_turn => beam + beams,
+            beam if is_full_turn && beam >= beams => beam - beams,
+            beam => beam,
+        };
+        usize::try_from(beam)
+            .ok()
+            .and_then(|beam| scan.ranges.get(beam))
+            .copied()
+            .unwrap_or(f64::NAN)
+    };
+    Some(beams_towards(pose, scan, direction, half_angle)?.map(range))
 }
 
 /// Whether a scan has beams in all directions within an angle of a direction in the map frame.
 pub(super) fn is_in_view(pose: &Pose, scan: &Scan, direction: f64, half_angle: f64) -> bool {
-    ranges_towards(pose, scan, direction, half_angle).is_some()
+    let is_within =
+        |beams: RangeInclusive<i64>| *beams.start() >= 0 && *beams.end() < scan.ranges.len() as i64;
+    beams_towards(pose, scan, direction, half_angle)
+        .is_some_and(|beams| is_full_turn(scan) || is_within(beams))
 }
 
 /// Whether a beam ends within the robot's body.
@@ -109,7 +131,7 @@ pub(super) fn sees_beyond(
 
 /// As [`sees_beyond`], by the measured beams alone, which are at least half of them. Surfaces that absorb or deflect a beam leave
 /// gaps in the scans of real lidars, everywhere: what left a place in front of them would otherwise never be gone.
-pub(super) fn measures_beyond(
+pub(crate) fn measures_beyond(
     pose: &Pose,
     scan: &Scan,
     direction: f64,
@@ -394,6 +416,30 @@ mod tests {
         assert_eq!(shown(&|degree| if degree == 0.0 { f64::NAN } else { 9.0 }), (true, false));
         assert_eq!(shown(&|degree| if degree == 0.25 { 2.5 } else { 9.0 }), (false, false));
         assert_eq!(shown(&|_| f64::NAN), (false, false));
+    }
+
+    /// A fan of 90 degrees to each side, at the place of a lidar ahead of the robot's origin.
+    #[test]
+    fn edge_of_the_field_shows_what_at_least_half_of_the_beams_pass() {
+        let ranges = vec![9.0; 721];
+        let angle_min = -core::f64::consts::FRAC_PI_2;
+        let fan = Scan { origin: Point::new(0.4, 0.0), angle_min, ranges, ..wall(9.0) };
+        let pose = Pose::default();
+        for (x, is_shown, is_proved) in
+            [(0.5, true, true), (0.402, true, false), (0.39, false, false)]
+        {
+            for y in [-0.5, 0.5] {
+                let place = Point::new(x, y);
+                let proved = proves_free(&pose, &fan, &place, &Motion::default());
+                assert_eq!(
+                    (shows_free(&pose, &fan, &place), proved),
+                    (is_shown, is_proved),
+                    "{x} {y}"
+                );
+            }
+        }
+        assert!(is_in_view(&pose, &fan, 1.5, 0.01) && !is_in_view(&pose, &fan, 1.57, 0.01));
+        assert!(!is_in_view(&pose, &fan, -1.57, 0.01) && !is_in_view(&pose, &fan, 3.1, 0.01));
     }
 
     /// Tracks slip: after a drive of 2 m, scans may be 10 cm apart.

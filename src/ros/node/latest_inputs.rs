@@ -182,7 +182,7 @@ impl LatestInputs {
             then.zip(self.history.newest()).is_some_and(|(then, (_, now))| has_moved(&then, &now))
         });
         match moved {
-            Some(timed) => deskew(&input.scan, timed, mount, &self.history),
+            Some(timed) => deskew(timed, mount, &self.history),
             None => input.scan.clone().from_mount(mount),
         }
     }

@@ -1,7 +1,5 @@
 //! Converts a scan to the navigator's form: counter-clockwise, in the robot's frame.
 
-use core::f64::consts::TAU;
-
 use super::notices::MessageError;
 use crate::geometry::{Pose, Vector};
 use crate::localization::{DeskewedScan, PoseHistory};
@@ -13,8 +11,6 @@ use crate::settings::require;
 const BEAM_COUNT_TOLERANCE: f64 = 2.0;
 /// Longest revolution, seconds. A larger time between beams is ignored.
 const MAX_REVOLUTION_S: f64 = 1.0;
-/// Maximum number of beams of a converted scan.
-const MAX_BEAMS: f64 = 65_536.0;
 
 /// A scan in the lidar's own frame.
 ///
@@ -89,16 +85,12 @@ fn measured(range: f64, range_min: f64, range_max: f64) -> f64 {
     f64::NAN
 }
 
-/// The scan in the robot's frame at the newest pose of its history. Each beam starts where the lidar was at its time. `mount`
-/// is the lidar's pose on the robot.
-pub fn deskew(scan: &Scan, timed: &TimedScan, mount: &Pose, history: &PoseHistory) -> Scan {
-    // Twice the number of directions: the new direction of a beam is off by at most a quarter of the old increment.
-    let increment = 0.5 * scan.angle_increment;
+/// The scan with the directions of the robot's frame at the newest pose of its history. Each beam starts where the lidar was at its
+/// time. `mount` is the lidar's pose on the robot.
+pub fn deskew(timed: &TimedScan, mount: &Pose, history: &PoseHistory) -> Scan {
     let mut deskewed = DeskewedScan::default();
     deskewed.deskew(&timed.clone().from_mount(mount), history);
-    let angles = |turn: f64| (turn / increment).ceil();
-    let directions = deskewed.field_of_view().map_or(angles(TAU), |(_, turn)| angles(turn) + 1.0);
-    deskewed.to_scan(directions.clamp(1.0, MAX_BEAMS) as usize)
+    deskewed.to_scan(timed.beams.len())
 }
 
 fn finite(field: &'static str, value: f32) -> Result<f64, MessageError> {
@@ -149,7 +141,7 @@ mod tests {
         let timed = TimedScan::from_scan(&scan, 0.1, 0.1);
         let turn = |scan: &Scan| scan.ranges.len() as f64 * scan.angle_increment;
         for mount in [Pose::default(), Pose::new(0.2, -0.1, 2.0)] {
-            let deskewed = deskew(&scan, &timed, &mount, &PoseHistory::default());
+            let deskewed = deskew(&timed, &mount, &PoseHistory::default());
             assert!((turn(&deskewed) - 3.0).abs() < 0.02, "{}", turn(&deskewed));
             assert_eq!(deskewed.origin, mount.position());
         }

@@ -108,6 +108,21 @@ fn extension_in_capitals_is_that_of_a_recording() {
     assert_eq!((status, &map["format"]), (0, &json!("ros2")), "{map}");
 }
 
+/// Other tools find the lidar by its frame.
+#[test]
+fn recording_of_a_lidar_off_the_origin_is_replayed_and_mapped() {
+    let place = room();
+    let lidar = "--set simulation.lidar.mount_x_m=0.3 --set simulation.lidar.mount_yaw_rad=2 --set simulation.lidar.sweep_s=0.1";
+    let (status, drive) = place.json(&format!("{DRIVE} {lidar} --record run.mcap"));
+    assert_eq!(status, 0, "{drive}");
+    let (status, replay) = place.json("replay run.mcap --engine cpu");
+    assert_eq!((status, &replay["agree"]), (0, &json!(true)), "{replay}");
+    let (status, map) = place.json("map run.mcap --out ROOM.YAML");
+    assert_eq!(status, 0, "{map}");
+    let farthest_m = map["absolute"]["position_m"]["max"].as_f64();
+    assert!(farthest_m.is_some_and(|farthest_m| farthest_m < 0.05), "{map}");
+}
+
 #[test]
 fn unusable_recordings_are_rejected_with_one_line() {
     let place = room();

@@ -67,9 +67,14 @@ fn deskewed_scan_keeps_the_field_of_view() {
             let off = inbye::geometry::wrap_angle(scan.angle(beam) - still.angle(beam));
             assert!(same && off.abs() < 1e-9, "beam {beam}: {range} m, {kept} m");
         }
-        // The first beams are turned by 6 degrees out of the field.
-        let turned = deskewed(&scan, 0.105);
-        assert_eq!(turned.ranges.len(), scan.ranges.len() + 6);
+        // The first beams are turned by 6 degrees out of the field, which is as much smaller or wider.
+        for (turn, degrees) in [(0.105, -6.0), (-0.105, 6.0)] {
+            let turned = deskewed(&scan, turn);
+            let field = |scan: &Scan| (scan.ranges.len() - 1) as f64 * scan.angle_increment;
+            assert!((field(&turned) - field(&scan) + turn).abs() < 1e-9, "{degrees}");
+            assert!((turned.angle_min - scan.angle_min + turn).abs() < 1e-9, "{degrees}");
+            assert_eq!(turned.ranges.iter().filter(|range| range.is_nan()).count(), 1);
+        }
     }
     let mut full = Scan {
         angle_min: -PI,
@@ -118,4 +123,24 @@ fn scan_of_a_mounted_lidar_keeps_its_points_and_its_field_of_view() {
             assert!((point - other).norm() < 1e-9);
         }
     }
+}
+
+/// A grain of dust at the edge of the field, seen from 0.1 m farther back, lies behind the lidar at the time of the scan.
+#[test]
+fn near_return_does_not_widen_the_field_of_view() {
+    let mut ranges = vec![8.0; 271];
+    ranges[0] = 0.03;
+    let angle_min = (-135.0_f64).to_radians();
+    let angle_increment = 1.0_f64.to_radians();
+    let scan = Scan { angle_min, angle_increment, range_max: 10.0, ranges, ..Scan::default() };
+    let mut history = PoseHistory::new();
+    history.record(0.0, &Pose::default());
+    history.record(0.1, &Pose::new(0.1, 0.0, 0.0));
+    let mut deskewed = DeskewedScan::default();
+    deskewed.deskew(&TimedScan::from_scan(&scan, 0.1, 0.1), &history);
+    let seen = deskewed.to_scan(271);
+    assert_eq!(seen.ranges.len(), 271);
+    assert!((seen.angle_min - angle_min).abs() < 1e-9);
+    assert!((0.1..0.15).contains(&seen.ranges[0]), "{}", seen.ranges[0]);
+    assert!(seen.ranges[1..].iter().filter(|range| range.is_nan()).count() <= 2);
 }
