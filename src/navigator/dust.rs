@@ -20,6 +20,8 @@ const CONFIRMS_S: f64 = 0.25;
 const MEAN_SCANS: f64 = 20.0;
 /// Share of grains among the beams from which the air is dusty. In clean air it stays below half of this.
 const DUSTY: f64 = 0.002;
+/// The same from which grains often look like people who come.
+const HEAVY: f64 = 0.004;
 
 /// Finds the grains of dust in scans, one after the other.
 #[derive(Debug, Default)]
@@ -41,6 +43,11 @@ impl DustFilter {
     /// The share of grains among the beams, where the air is dusty.
     pub fn dusty_share(&self) -> Option<f64> {
         (self.share > DUSTY).then_some(self.share)
+    }
+
+    /// Whether there are so many grains that they look like people who come.
+    pub const fn is_heavy(&self) -> bool {
+        self.share > HEAVY
     }
 
     /// The scan of a time, seconds, without the beams that end on grains of dust; `None` where there are none.

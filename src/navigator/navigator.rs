@@ -433,8 +433,7 @@ impl Navigator {
             self.progress.update(now.time_s, left_m, radius_m, escapes);
             let Progress { stuck_s, bounded_s, since_nearer_s, .. } = self.progress;
             self.stuck_ticks.restart_if(bounded_s == 0.0);
-            // Grains of dust look like people who come.
-            if state.waits_for_people() && self.dust.dusty_share().is_none() {
+            if state.waits_for_people() && !self.dust.is_heavy() {
                 self.progress.wait(self.tick.elapsed_s());
             }
             let counted_s = self.progress.counted_s(self.robot.limits.max_vel_x);
