@@ -427,26 +427,17 @@ impl Navigator {
             None => self.behaviours.is_at_goal(&state),
         };
         if !state.is_at_goal {
-            let radius_m = self.settings.required_movement_radius;
-            let left_m = state.route.left_m();
-            let escapes = self.mode == Mode::Escaping;
-            self.progress.update(now.time_s, left_m, radius_m, escapes);
-            let Progress { stuck_s, bounded_s, since_nearer_s, .. } = self.progress;
-            self.stuck_ticks.restart_if(bounded_s == 0.0);
-            if state.waits_for_people() && !self.dust.is_heavy() {
-                self.progress.wait(self.tick.elapsed_s());
+            let is_stuck = self.progress.check(&mut state, self.dust.is_heavy());
+            self.stuck_ticks.restart_if(self.progress.bounded_s == 0.0);
+            if is_stuck {
+                return Err(self.why_stuck(self.progress.bounded_s, &robot));
             }
-            let counted_s = self.progress.counted_s(self.robot.limits.max_vel_x);
-            if counted_s > self.settings.movement_time_allowance {
-                return Err(self.why_stuck(bounded_s, &robot));
-            }
-            (state.stuck_s, state.since_nearer_s) = (stuck_s, since_nearer_s);
             if self.settings.features.replanning {
                 if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
                     let route = new_route.insert(Route::new(&plan, &self.settings));
                     route.advance(&robot);
                     self.plans.push(plan);
-                    self.progress.rebase(left_m, route.left_m());
+                    self.progress.rebase(state.route.left_m(), route.left_m());
                     state.follow(route);
                     has_new_route = true;
                 }

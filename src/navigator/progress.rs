@@ -12,7 +12,8 @@
 //! Between two such places all progress together is thus at most the longest detour. A robot among obstacles that come and go fails
 //! in the end, and one that finds one passage after the other blocked does not.
 
-use super::state::WAITING_PATIENCES;
+use super::Mode;
+use super::state::{State, WAITING_PATIENCES};
 
 /// At most so much of the way back counts as no progress, metres: escapes are shorter, and a robot that was carried starts again.
 const MAX_RETREAT_M: f64 = 5.0;
@@ -35,16 +36,31 @@ pub(super) struct Progress {
     /// Length left beyond the reference of the bounded progress, metres.
     behind_m: f64,
     /// Time since the last progress along the present path, seconds.
-    pub stuck_s: f64,
+    stuck_s: f64,
     /// Time since the last progress that new plans do not renew, seconds.
     pub bounded_s: f64,
-    /// Time since the robot last came nearer to its goal than it has been since its last escape, seconds.
-    pub since_nearer_s: f64,
 }
 
 impl Progress {
+    /// Updates with the state of a tick and sets its times without progress. Returns whether the mission fails: it made no progress for
+    /// longer than it may. Where the air is full of dust, no time is spared for people, whom grains look like.
+    pub fn check(&mut self, state: &mut State<'_>, is_in_dust: bool) -> bool {
+        let (now_s, left_m) = (state.now.time_s, state.route.left_m());
+        self.update(now_s, left_m, state.settings.required_movement_radius);
+        if state.mode == Mode::Escaping {
+            self.approach = Reference::default();
+        }
+        state.since_nearer_s = self.approach.stuck_s(now_s, left_m, APPROACHED_M);
+        state.stuck_s = self.stuck_s;
+        if state.waits_for_people() && !is_in_dust {
+            self.waited_s += state.tick.elapsed_s();
+        }
+        let counted_s = self.counted_s(state.robot.limits.max_vel_x);
+        counted_s > state.settings.movement_time_allowance
+    }
+
     /// Updates with the length of path left, metres, and the shortest advance that counts.
-    pub fn update(&mut self, now_s: f64, left_m: f64, radius_m: f64, escapes: bool) {
+    fn update(&mut self, now_s: f64, left_m: f64, radius_m: f64) {
         self.stuck_s = self.recent.stuck_s(now_s, left_m, radius_m);
         self.bounded_s = self.bounded.stuck_s(now_s, left_m, radius_m);
         self.behind_m =
@@ -52,20 +68,11 @@ impl Progress {
         if self.bounded_s == 0.0 {
             self.waited_s = 0.0;
         }
-        if escapes {
-            self.approach = Reference::default();
-        }
-        self.since_nearer_s = self.approach.stuck_s(now_s, left_m, APPROACHED_M);
-    }
-
-    /// Adds a time for which the robot waited for people, seconds.
-    pub fn wait(&mut self, elapsed_s: f64) {
-        self.waited_s += elapsed_s;
     }
 
     /// The time without progress that counts, seconds. A part of the time with people does not, nor does what the robot needs to
     /// drive before it can make progress, by its highest speed, m/s.
-    pub fn counted_s(&self, highest_speed: f64) -> f64 {
+    fn counted_s(&self, highest_speed: f64) -> f64 {
         let spared_s = self.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
         self.bounded_s - spared_s - self.behind_m / (DETOUR_SPEED * highest_speed)
     }
@@ -228,7 +235,7 @@ mod tests {
         {
             for _ in 0..(10.0 * drives_m) as u32 {
                 (left_m, time_s) = (left_m - 0.1, time_s + 0.1);
-                progress.update(time_s, left_m, RADIUS_M, false);
+                progress.update(time_s, left_m, RADIUS_M);
                 longest_s = longest_s.max(progress.counted_s(1.0));
             }
             progress.rebase(left_m, then_m);
