@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn grains_are_left_out_in_dusty_air_only() {
-        let one = scan(&Pose::default(), NO_POST, &[(90, 1.0)]);
+        let one = scan(&Pose::default(), NO_POST, &[(10, 1.0)]);
         let mut clear = DustFilter::default();
         clear.without_dust(0.0, &Pose::default(), &scan(&Pose::default(), NO_POST, &[]));
         assert_eq!(clear.without_dust(0.1, &Pose::default(), &one), None);
@@ -162,9 +162,9 @@ mod tests {
         let mut dusty = after(20);
         assert!(dusty.dusty_share().is_some_and(|share| share > 0.004), "{dusty:?}");
         let left = dusty.without_dust(2.0, &Pose::default(), &one).expect("without the grain");
-        assert!(left.ranges[90].is_nan() && left.ranges[91] == 9.0);
+        assert!(left.ranges[10].is_nan() && left.ranges[11] == 9.0);
         // A second return next to it is no grain, nor is one that another one follows.
-        let two = scan(&Pose::default(), NO_POST, &[(180, 1.0), (181, 1.02)]);
+        let two = scan(&Pose::default(), NO_POST, &[(12, 1.0), (13, 1.02)]);
         assert_eq!(dusty.without_dust(2.1, &Pose::default(), &two), None);
         assert_eq!(dusty.without_dust(2.2, &Pose::default(), &one), None);
     }
