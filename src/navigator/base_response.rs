@@ -8,6 +8,9 @@ use crate::robot::{Limits, MotionEstimate, MotionIdentifier};
 /// No base is commanded to turn by more than the inverse of this ratio: a wrong estimate must not spin it.
 const MIN_TURN_RATIO: f64 = 0.5;
 
+/// A command below this share of the decided speed is slowed.
+const SLOWED: f64 = 0.9;
+
 /// The commands so far, and the response of the base that was identified from them.
 pub(super) struct BaseResponse {
     /// The limits of the settings.
@@ -23,6 +26,8 @@ pub(super) struct BaseResponse {
     sent: Option<(f64, Twist)>,
     /// The last command, without the correction of the turn rate.
     pub last_command: Twist,
+    /// Whether the sender sent a slower command than the last one decided, and not that to stand: its protective layer limits it.
+    pub is_slowed: bool,
 }
 
 impl BaseResponse {
@@ -36,6 +41,7 @@ impl BaseResponse {
             in_flight: CommandsInFlight::default(),
             sent: None,
             last_command: Twist::STOP,
+            is_slowed: false,
         }
     }
 
@@ -78,6 +84,8 @@ impl BaseResponse {
     pub fn record_sent(&mut self, observation: &Observation) {
         if let Some((sent_s, decided)) = self.sent {
             let command = observation.sent.filter(Twist::is_finite).unwrap_or(decided);
+            let speed = command.linear.abs();
+            self.is_slowed = speed > 0.0 && speed < SLOWED * decided.linear.abs();
             self.set_sent(sent_s, &command);
             self.sent = None;
             self.in_flight.record(sent_s, &self.last_command);

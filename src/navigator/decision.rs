@@ -78,7 +78,7 @@ pub enum Fault {
         stuck_s: f64,
         /// Remaining length of the path, metres.
         left_m: f64,
-        /// What kept the controller from deciding; none for the navigator's own behaviours.
+        /// What kept the controller from deciding, or that the air is dusty.
         reason: Option<String>,
     },
     /// The robot made no progress along the path for longer than `movement_time_allowance`.

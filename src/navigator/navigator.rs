@@ -11,6 +11,7 @@ use super::base_response::BaseResponse;
 use super::behaviours::Behaviours;
 use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
+use super::dust::DustFilter;
 use super::first_problem::check_first_problem;
 use super::global_planner::checked_plan;
 use super::goal_yaw::check_yaws;
@@ -19,10 +20,10 @@ use super::narrow_passages::OVERLOOKED_M;
 use super::observation::ObservationValidator;
 use super::obstacle_model::window_half_m;
 use super::occlusion::standing_room;
+use super::progress::Progress;
 use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
-use super::route::ProgressChecker;
-use super::state::{Measured, PredictedState, RobotModel, State, WAITING_PATIENCES};
+use super::state::{Measured, PredictedState, RobotModel, State};
 use super::stuck_ticks::StuckTicks;
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
@@ -59,6 +60,7 @@ pub struct Navigator {
     /// Half the side of the local window, metres.
     window_half_m: f64,
     validator: ObservationValidator,
+    dust: DustFilter,
     pub(super) obstacles: ObstacleModel,
     people: RecentPeople,
     /// Where the map has room for a person; `None` if hidden people are not considered.
@@ -69,7 +71,7 @@ pub struct Navigator {
     waypoints: WaypointQueue,
     route: Route,
     plans: Vec<Plan>,
-    progress: ProgressChecker,
+    progress: Progress,
     stuck_ticks: StuckTicks,
     pub(super) replanner: Replanner,
     behaviours: Behaviours,
@@ -126,6 +128,7 @@ impl Navigator {
             step_s: planner.settings().sim_step_s,
             window_half_m,
             validator: ObservationValidator::default(),
+            dust: DustFilter::default(),
             obstacles,
             people: RecentPeople::default(),
             standing_room,
@@ -134,7 +137,7 @@ impl Navigator {
             waypoints: queue,
             route: Route::new(&plan, &settings),
             plans: vec![plan],
-            progress: ProgressChecker::default(),
+            progress: Progress::default(),
             stuck_ticks: StuckTicks::default(),
             replanner: Replanner::new(closed, global_planner)?,
             behaviours: Behaviours::new(planner),
@@ -292,7 +295,7 @@ impl Navigator {
     /// Forgets the time without progress, and the attempts to escape and to park. Call it after each tick at which an operator
     /// keeps the robot standing: it is not stuck, and must not escape or give up.
     pub fn restart_progress(&mut self) {
-        self.progress = ProgressChecker::default();
+        self.progress = Progress::default();
         self.behaviours.start_leg();
     }
 
@@ -317,10 +320,13 @@ impl Navigator {
         // Marks of the time before may be at wrong places.
         if take(&mut self.validator.is_relocated) {
             self.obstacles.forget(*time_s, &pose.position());
+            self.dust.forget();
         }
         if has_new_scan && !self.is_over() {
             let masked = self.validator.health.masked(scan, &self.robot.footprint);
-            self.obstacles.update(*time_s, pose, masked.as_ref().unwrap_or(scan));
+            let scan = masked.as_ref().unwrap_or(scan);
+            let clear = self.dust.without_dust(*time_s, pose, scan);
+            self.obstacles.update(*time_s, pose, clear.as_ref().unwrap_or(scan));
         }
         let moving = self.obstacles.bodies(&self.settings);
         let mut now = PredictedState::new(
@@ -356,20 +362,6 @@ impl Navigator {
                 self.fail(fault);
                 self.brake_from(&now.twist)
             }
-        }
-    }
-
-    /// Starts the next leg when the pause is over.
-    fn leave_waypoint(&mut self, now_s: f64) {
-        if let Some(plan) = self.waypoints.next(now_s) {
-            self.replanner.start_leg();
-            self.route = Route::new(&plan, &self.settings);
-            self.plans.push(plan);
-            self.restart_progress();
-            if let Some(host) = &mut self.controller {
-                host.start_leg(&self.route.path);
-            }
-            self.mode = Mode::Driving;
         }
     }
 
@@ -423,6 +415,8 @@ impl Navigator {
             mode: self.mode,
             is_at_goal: false,
             stuck_s: 0.0,
+            since_nearer_s: 0.0,
+            is_slowed: self.base.is_slowed,
             fastest: fastest.min(self.robot.limits.max_vel_x),
             speed_limit: fastest,
         };
@@ -433,17 +427,11 @@ impl Navigator {
             None => self.behaviours.is_at_goal(&state),
         };
         if !state.is_at_goal {
-            let radius_m = self.settings.required_movement_radius;
-            let stuck_s = self.progress.stuck_s(now.time_s, state.route.left_m(), radius_m);
-            self.stuck_ticks.restart_if(stuck_s == 0.0);
-            if state.waits_for_people() {
-                self.progress.waited_s += self.tick.elapsed_s();
+            let is_stuck = self.progress.check(&mut state, self.dust.is_heavy());
+            self.stuck_ticks.restart_if(self.progress.bounded_s == 0.0);
+            if is_stuck {
+                return Err(self.why_stuck(self.progress.bounded_s, &robot));
             }
-            let spared_s = self.progress.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
-            if stuck_s - spared_s > self.settings.movement_time_allowance {
-                return Err(self.why_stuck(stuck_s, &robot));
-            }
-            state.stuck_s = stuck_s;
             if self.settings.features.replanning {
                 if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
                     let route = new_route.insert(Route::new(&plan, &self.settings));

@@ -1,4 +1,4 @@
-//! The path that the robot follows, the key node it drives to, and its progress.
+//! The path that the robot follows, and the key node it drives to.
 
 use super::{NavigatorFeatures, NavigatorSettings};
 use crate::geometry::{Point, Pose};
@@ -24,8 +24,6 @@ pub(crate) struct Route {
 /// itself.
 const SEARCH_BACK_M: f64 = 1.0;
 const SEARCH_AHEAD_M: f64 = 3.0;
-/// At most so much of the way back counts as no progress, metres: escapes are shorter, and a robot that was carried starts again.
-const MAX_RETREAT_M: f64 = 5.0;
 /// Distance at which a key node is touched, metres. The paper gives none.
 const TOUCH_M: f64 = 0.5;
 
@@ -61,6 +59,12 @@ impl Route {
             last = node;
         }
         Self { path, radius_m, key_nodes_m, progress_m: 0.0, behind_m: 0.0, touched: None }
+    }
+
+    /// A route along a path without other key nodes, for tests.
+    #[cfg(test)]
+    pub(super) fn straight(path: Path) -> Self {
+        Self::with_nodes(path, Vec::new(), 1.0, 0.3)
     }
 
     /// The key nodes in order, the goal last.
@@ -131,37 +135,6 @@ impl Route {
     }
 }
 
-/// Measures the time since the last progress along the path, as Nav2's progress checker.
-#[derive(Clone, Debug, Default)]
-pub(super) struct ProgressChecker {
-    least_left_m: Option<f64>,
-    since_s: f64,
-    /// Time since then for which the robot waited for people, seconds.
-    pub waited_s: f64,
-}
-
-impl ProgressChecker {
-    /// Measures along a new path from now on, given the lengths left on the path before and on this one, metres. A new path alone is
-    /// no progress, and undoes none: the robot may have come nearer by less than what counts, or have backed away.
-    pub fn rebase(&mut self, before_m: f64, left_m: f64) {
-        let gained_m = self.least_left_m.map_or(0.0, |least_m| least_m - before_m);
-        self.least_left_m = Some(left_m + gained_m.max(-MAX_RETREAT_M));
-    }
-
-    /// Leaves out a time in which the robot could not make progress, seconds.
-    pub fn pause(&mut self, pause_s: f64) {
-        self.since_s += pause_s;
-    }
-
-    /// Updates with the length of path left and returns the time since it last shrank by `radius_m`, seconds.
-    pub fn stuck_s(&mut self, now_s: f64, left_m: f64, radius_m: f64) -> f64 {
-        if self.least_left_m.is_none_or(|least| left_m <= least - radius_m) {
-            *self = Self { least_left_m: Some(left_m), since_s: now_s, ..Self::default() };
-        }
-        now_s - self.since_s
-    }
-}
-
 /// Measures how long a condition has held without a break.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConditionTimer(Option<f64>);
@@ -183,62 +156,10 @@ mod tests {
 
     use super::*;
 
-    const RADIUS_M: f64 = 0.5;
-
-    /// Seconds without progress of a robot with these lengths left, one per second, on paths that are a metre longer than the one
-    /// before from the given seconds on.
-    fn stuck_s(left_m: &[f64], replaced: &[usize]) -> f64 {
-        let (mut progress, mut longer_m, mut stuck_s) = (ProgressChecker::default(), 0.0, 0.0);
-        for (second, left_m) in left_m.iter().enumerate() {
-            stuck_s = progress.stuck_s(second as f64, left_m + longer_m, RADIUS_M);
-            if replaced.contains(&second) {
-                progress.rebase(left_m + longer_m, left_m + longer_m + 1.0);
-                longer_m += 1.0;
-            }
-        }
-        stuck_s
-    }
-
-    #[test]
-    fn new_paths_are_no_progress_and_undo_none() {
-        let slow = [9.0, 8.8, 8.6, 8.4];
-        let to_and_fro = [9.0, 10.0, 12.0, 9.1, 12.0, 9.1, 12.0, 8.6];
-        let every_second: Vec<usize> = (0..8).collect();
-        for replaced in [&[][..], &every_second] {
-            assert_eq!(stuck_s(&slow, replaced), 0.0);
-            assert_eq!(stuck_s(&to_and_fro, replaced), 7.0);
-        }
-        // A robot that was carried far back starts again.
-        assert_eq!(stuck_s(&[9.0, 30.0, 25.1, 24.4], &[1]), 0.0);
-    }
-
-    /// The robot drives 0.4 m to and fro at 0.2 m/s, 10 m before its goal. Each plan begins where it was a moment ago.
-    #[test]
-    fn driving_to_and_fro_on_new_paths_is_no_progress() {
-        let at = |tick: i32| Point::new(0.02 * f64::from((tick % 40 - 20).abs()), 0.0);
-        let route_from = |start| {
-            let path = Path::new(vec![start, Point::new(10.0, 0.0)]);
-            Route::with_nodes(path, Vec::new(), 1.0, 0.3)
-        };
-        let (mut route, mut progress, mut stuck_s) =
-            (route_from(at(0)), ProgressChecker::default(), 0.0);
-        for tick in 0..1200 {
-            route.advance(&at(tick));
-            stuck_s = progress.stuck_s(0.1 * f64::from(tick), route.left_m(), RADIUS_M);
-            if tick % 5 == 4 {
-                let mut next = route_from(at(tick - 1));
-                next.advance(&at(tick));
-                progress.rebase(route.left_m(), next.left_m());
-                route = next;
-            }
-        }
-        assert!(stuck_s > 119.0, "{stuck_s} s");
-    }
-
     #[test]
     fn heading_along_a_path_changes_at_its_corner() {
         let corner = vec![Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(1.0, 1.0)];
-        let route = Route::with_nodes(Path::new(corner), Vec::new(), 1.0, 0.3);
+        let route = Route::straight(Path::new(corner));
         let yaws: Vec<f64> = route.poses_ahead(2.0, 0.4).map(|pose| pose.yaw).collect();
         assert_eq!(yaws, [0.0, 0.0, 0.0, FRAC_PI_2, FRAC_PI_2, FRAC_PI_2]);
     }

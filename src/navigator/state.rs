@@ -207,6 +207,10 @@ pub(super) struct State<'a> {
     pub is_at_goal: bool,
     /// Time since the last progress along the path, seconds.
     pub stuck_s: f64,
+    /// Time since the robot last came nearer to its goal than it has been since its last escape, seconds.
+    pub since_nearer_s: f64,
+    /// Whether the protective layer slowed the last command.
+    pub is_slowed: bool,
     /// Highest forward speed of the robot here, by its limits and the zones, m/s.
     pub fastest: f64,
     /// Highest forward speed that the behaviours with higher priority allow, m/s.

@@ -67,6 +67,8 @@ pub(super) fn with_state<R>(
         mode: Mode::Driving,
         is_at_goal: false,
         stuck_s: 0.0,
+        since_nearer_s: f64::INFINITY,
+        is_slowed: false,
         fastest: robot.limits.max_vel_x,
         speed_limit: f64::INFINITY,
     })

@@ -164,7 +164,13 @@ settings! {
         let is_valid = !layer.enabled || navigator.safety_margin_m >= layer.margin_m;
         let expected = "at least that of the protective layer, margin_m in [collision_monitor]";
         require(is_valid, "safety_margin_m", navigator.safety_margin_m, expected)
-            .map_err(|error| error.in_table("navigator"))
+            .map_err(|error| error.in_table("navigator"))?;
+        // The sender follows a command for this time. A robot among people could not brake for them in time between two decisions:
+        // it waits for them instead, for ever at 0.5 s.
+        let period_s = config.local.control_period_s;
+        require(period_s <= 0.3, "control_period_s", period_s, "at most 0.3 in a drive")
+            .map_err(|error| error.in_table("local"))?;
+        config.check_scan_age()
     }
 }
 
@@ -174,6 +180,26 @@ pub fn renamed_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 impl Config {
+    /// Checks that a scan of the simulated lidar is not old by its stamp before the next one comes: otherwise the robot would stop
+    /// again and again.
+    fn check_scan_age(&self) -> Result<(), SettingError> {
+        let SimulationSettings { lidar, sensing_delay_s, stamps_sensing_delay, .. } =
+            &self.simulation;
+        if self.simulator.is_set() || !stamps_sensing_delay {
+            return Ok(());
+        }
+        let period_s = lidar.scan_rate_hz.map_or(0.0, f64::recip);
+        let layer = &self.collision_monitor;
+        let layer_s = if layer.enabled { layer.source_timeout } else { f64::INFINITY };
+        // Rounded for the message.
+        let largest_s =
+            ((self.navigator.scan_timeout_s.min(layer_s) - period_s) * 1e6).round() / 1e6;
+        let expected = "at most scan_timeout_s in [navigator] and source_timeout in [collision_monitor], less the time \
+            between two scans";
+        require(*sensing_delay_s <= largest_s + 1e-9, "sensing_delay_s", *sensing_delay_s, expected)
+            .map_err(|error| error.with_bound(largest_s).in_table("simulation"))
+    }
+
     /// Creates the protective layer of this robot's sender, which sends a command in each period, seconds. It is not armed.
     ///
     /// # Errors

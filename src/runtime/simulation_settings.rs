@@ -120,8 +120,10 @@ settings! {
         let is_above = lidar.range_max_m > lidar.range_min_m;
         require(is_above, "range_max_m", lidar.range_max_m, "finite and above range_min_m")?;
         // A revolution begins after the one before has ended.
-        let fits = lidar.scan_rate_hz.is_none_or(|rate_hz| lidar.sweep_s * rate_hz <= 1.0 + 1e-6);
+        let longest_s = lidar.scan_rate_hz.map_or(f64::INFINITY, f64::recip);
+        let fits = lidar.sweep_s <= longest_s + 1e-6;
         require(fits, "sweep_s", lidar.sweep_s, "at most 1 / scan_rate_hz")
+            .map_err(|error| error.with_bound(longest_s))
     }
 }
 

@@ -71,7 +71,12 @@ impl Range {
 
 /// A number out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{}{name} is {}: it must be {expected}", in_brackets(table), compact(*value))]
+#[error(
+    "{}{name} is {}: it must be {expected}{}",
+    in_brackets(table),
+    compact(*value),
+    bound.map_or_else(String::new, |bound| format!(", {}", compact(bound)))
+)]
 #[non_exhaustive]
 pub struct SettingError {
     /// Path of the table from the settings that were checked; empty for a key of their own.
@@ -82,11 +87,19 @@ pub struct SettingError {
     pub value: f64,
     /// The permitted range in words.
     pub expected: &'static str,
+    /// The bound by the other settings, where that is a number.
+    pub bound: Option<f64>,
 }
 
 impl SettingError {
     pub(crate) const fn new(name: &'static str, value: f64, expected: &'static str) -> Self {
-        Self { table: String::new(), name, value, expected }
+        Self { table: String::new(), name, value, expected, bound: None }
+    }
+
+    /// The same error with the bound that other settings give.
+    pub(crate) const fn with_bound(mut self, bound: f64) -> Self {
+        self.bound = Some(bound);
+        self
     }
 
     /// The same error, seen from the table that has the checked one as its key.

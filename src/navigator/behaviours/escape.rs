@@ -101,12 +101,16 @@ impl Escape {
         }
         self.breadcrumbs.push(&now.pose.position());
         let slow = |(speed, share): (f64, f64)| speed.min(share * state.fastest);
-        let creeps = now.twist.linear.abs() < slow(CREEPING);
+        let comes_nearer = state.since_nearer_s < state.stuck_patience_s();
+        // A robot that the protective layer slows is as fast as it may be: where the lidar does not see ahead, it only creeps.
+        let is_slowed = state.is_slowed && comes_nearer;
+        let creeps = now.twist.linear.abs() < slow(CREEPING) && !is_slowed;
         let held_up_s = self.held_up.update(now.time_s, creeps);
         // A robot that approaches its target again has what an escape is to bring.
         let towards = now.twist.linear * libm::cos(state.heading_error);
+        let approaches = towards >= slow(APPROACHING) || comes_nearer;
         let stuck_s = state.stuck_s - self.rotated_s;
-        let wiggles = stuck_s > WIGGLING_PATIENCES * patience_s && towards < slow(APPROACHING);
+        let wiggles = stuck_s > WIGGLING_PATIENCES * patience_s && !approaches;
         let is_patient = held_up_s <= patience_s && !wiggles;
         if is_patient || self.next_s.is_some_and(|next_s| now.time_s < next_s) {
             return;
@@ -297,6 +301,37 @@ mod tests {
                 escape.propose(state).expect("no fault")
             });
             assert_eq!(proposal.is_some(), escapes, "{speed} m/s, {heading_error}");
+        }
+    }
+
+    /// It drives where the lidar does not see ahead, and the protective layer slows it.
+    #[test]
+    fn robot_that_the_layer_slows_does_not_escape_while_it_comes_nearer() {
+        let settings = NavigatorSettings::default();
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let frame = GridFrame::new(200, 200, 0.05, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::filled(frame, false);
+        for (speed, since_nearer_s, is_slowed, escapes) in [
+            (0.07, 2.0, true, false),
+            (0.07, 4.0, true, true),
+            (0.03, 2.0, true, false),
+            (0.03, 2.0, false, true),
+        ] {
+            let twist = Twist::new(speed, 0.0);
+            let mut escape = Escape::default();
+            // Longer than the patience for creeping.
+            for tick in 0..40 {
+                let time_s = 0.1 * f64::from(tick);
+                let now = PredictedState { time_s, twist, ..standing_at(Pose::default()) };
+                with_state(&settings, &robot, &ground, &now, (twist, twist), |state| {
+                    (state.stuck_s, state.since_nearer_s) = (10.0, since_nearer_s);
+                    state.is_slowed = is_slowed;
+                    let drives = Decision::new(twist, Mode::Driving, state.local_target);
+                    escape.observe(state, &drives);
+                });
+            }
+            assert_eq!(escape.attempts > 0, escapes, "{speed} m/s, {since_nearer_s} s");
         }
     }
 

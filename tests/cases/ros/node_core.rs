@@ -167,7 +167,7 @@ fn node_aborts_goal_without_a_first_scan() {
 
 #[test]
 fn node_rejects_a_control_period_that_it_would_take_for_a_pause() {
-    for (period_s, is_valid) in [(0.25, true), (0.26, false), (0.4, false)] {
+    for (period_s, is_valid) in [(0.25, true), (0.26, false), (0.3, false)] {
         let mut settings = NodeSettings::default();
         settings.config.local.control_period_s = period_s;
         let created = NodeCore::new(settings, Box::new(CpuEngine::single_threaded()));

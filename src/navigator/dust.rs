@@ -1,0 +1,195 @@
+//! Returns of dust, fog or rain in a scan.
+//!
+//! A grain returns one beam of one scan. Its neighbours go beyond it, and so did the scan before. A thin post far away can look the
+//! same, when some scans miss it. Therefore such a return counts once one of the next scans has another one near it, and all count
+//! where the air is clear: the filter acts only while many such returns were followed by none.
+
+use std::mem::take;
+
+use super::scan_visibility::{is_full_turn, shows_free};
+use crate::geometry::{Point, Pose, Vector};
+use crate::map::Scan;
+
+/// The neighbours of a grain go beyond it by this, metres.
+const APART_M: f64 = 0.3;
+/// A return confirms an earlier one within this distance, metres, and this time, seconds: a leg that walks at 1.6 m/s returns single
+/// beams from 6 m on.
+const CONFIRMS_M: f64 = 0.3;
+const CONFIRMS_S: f64 = 0.25;
+/// The mean share of grains among the beams is that of about this many scans.
+const MEAN_SCANS: f64 = 20.0;
+/// Share of grains among the beams from which the air is dusty. In clean air it stays below half of this.
+const DUSTY: f64 = 0.002;
+/// The same from which grains often look like people who come.
+const HEAVY: f64 = 0.004;
+
+/// Finds the grains of dust in scans, one after the other.
+#[derive(Debug, Default)]
+pub(super) struct DustFilter {
+    last: Option<(f64, Pose, Scan)>,
+    /// Single returns that no later one has confirmed yet, with their times, seconds.
+    single: Vec<(f64, Point)>,
+    /// Mean share of grains among the beams.
+    share: f64,
+}
+
+impl DustFilter {
+    /// Forgets the last scan, where the pose was wrong.
+    pub fn forget(&mut self) {
+        self.last = None;
+        self.single.clear();
+    }
+
+    /// The share of grains among the beams, where the air is dusty.
+    pub fn dusty_share(&self) -> Option<f64> {
+        (self.share > DUSTY).then_some(self.share)
+    }
+
+    /// Whether there are so many grains that they look like people who come.
+    pub const fn is_heavy(&self) -> bool {
+        self.share > HEAVY
+    }
+
+    /// The scan of a time, seconds, without the beams that end on grains of dust; `None` where there are none.
+    pub fn without_dust(&mut self, time_s: f64, pose: &Pose, scan: &Scan) -> Option<Scan> {
+        let last = self.last.replace((time_s, *pose, scan.clone()));
+        let is_recent = |then_s: f64| (0.0..=CONFIRMS_S).contains(&(time_s - then_s));
+        let (before_s, before, last_scan) = last.filter(|(then_s, ..)| is_recent(*then_s))?;
+        let mut single = Vec::new();
+        for beam in 0..scan.ranges.len() {
+            if is_single(scan, beam) {
+                let point = end_of(pose, scan, beam);
+                if shows_free(&before, &last_scan, &point) {
+                    single.push((beam, point));
+                }
+            }
+        }
+        let is_near =
+            |point: &Point, (_, other): &(f64, Point)| (point - other).norm() < CONFIRMS_M;
+        let confirms = |point: &Point| self.single.iter().any(|one| is_near(point, one));
+        let grains: Vec<usize> =
+            single.iter().filter(|(_, point)| !confirms(point)).map(|(beam, _)| *beam).collect();
+        // A grain of the last scan that no return of this one is near to was dust.
+        let is_followed = |one: &(f64, Point)| scan.hits(pose).any(|hit| is_near(&hit, one));
+        let dust = self.single.iter().filter(|one| one.0 == before_s && !is_followed(one)).count();
+        let share = dust as f64 / scan.ranges.len().max(1) as f64;
+        self.share += (share - self.share) / MEAN_SCANS;
+        let earlier = take(&mut self.single).into_iter().filter(|one| is_recent(one.0));
+        self.single = earlier.chain(single.into_iter().map(|(_, point)| (time_s, point))).collect();
+        if grains.is_empty() || self.dusty_share().is_none() {
+            return None;
+        }
+        let mut clear = scan.clone();
+        for beam in grains {
+            clear.ranges[beam] = f64::NAN;
+        }
+        Some(clear)
+    }
+}
+
+/// Whether both beams next to a return go beyond it. A neighbour without a measurement counts as such a beam.
+fn is_single(scan: &Scan, beam: usize) -> bool {
+    let (range_m, count) = (scan.ranges[beam], scan.ranges.len());
+    let is_at_end = beam == 0 || beam + 1 == count;
+    scan.is_return(range_m)
+        && (!is_at_end || is_full_turn(scan))
+        && [beam + 1, beam + count - 1].iter().all(|next| {
+            let next_m = scan.ranges[next % count];
+            !(next_m > 0.0 && next_m <= range_m + APART_M)
+        })
+}
+
+fn end_of(pose: &Pose, scan: &Scan, beam: usize) -> Point {
+    let (sin, cos) = libm::sincos(pose.yaw + scan.angle(beam));
+    pose.transform(&scan.origin) + Vector::new(cos, sin) * scan.ranges[beam]
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::TAU;
+
+    use super::*;
+
+    const BEAMS: usize = 360;
+
+    /// A scan of a lidar at x = 0, in a round hall with a radius of 9 m around it, of a post on the x axis. The grains are beams with
+    /// their ranges, metres.
+    fn scan(pose: &Pose, post: (Point, f64), grains: &[(usize, f64)]) -> Scan {
+        let increment = TAU / BEAMS as f64;
+        let (center, radius_m) = post;
+        let towards = center - pose.position();
+        let range_m = |beam: usize| {
+            let (sin, cos) = libm::sincos(pose.yaw + increment * beam as f64);
+            let (ahead_m, aside_m) =
+                (towards.x * cos + towards.y * sin, towards.y * cos - towards.x * sin);
+            if ahead_m > 0.0 && aside_m.abs() < radius_m { ahead_m } else { 9.0 }
+        };
+        let mut ranges: Vec<f64> = (0..BEAMS).map(range_m).collect();
+        for &(beam, range_m) in grains {
+            ranges[beam] = range_m;
+        }
+        Scan { angle_increment: increment, range_max: 10.0, ranges, ..Scan::default() }
+    }
+
+    const NO_POST: (Point, f64) = (Point { x: 100.0, y: 0.0 }, 0.01);
+
+    /// The grains of a scan of 1 % dust, at changing places.
+    fn dust(number: usize) -> [(usize, f64); 4] {
+        [0, 1, 2, 3].map(|grain| {
+            let beam = 40 + (number * 97 + grain * 83) % 280;
+            (beam, 0.7 + ((number * 31 + grain * 17) % 60) as f64 * 0.1)
+        })
+    }
+
+    /// A filter after this many dusty scans, one each 0.1 s.
+    fn after(scans: usize) -> DustFilter {
+        let mut filter = DustFilter::default();
+        for number in 0..scans {
+            let dusty = scan(&Pose::default(), NO_POST, &dust(number));
+            filter.without_dust(0.1 * number as f64, &Pose::default(), &dusty);
+        }
+        filter
+    }
+
+    #[test]
+    fn grains_are_left_out_in_dusty_air_only() {
+        let one = scan(&Pose::default(), NO_POST, &[(10, 1.0)]);
+        let mut clear = DustFilter::default();
+        clear.without_dust(0.0, &Pose::default(), &scan(&Pose::default(), NO_POST, &[]));
+        assert_eq!(clear.without_dust(0.1, &Pose::default(), &one), None);
+        assert_eq!(clear.dusty_share(), None);
+        let mut dusty = after(20);
+        assert!(dusty.dusty_share().is_some_and(|share| share > 0.004), "{dusty:?}");
+        let left = dusty.without_dust(2.0, &Pose::default(), &one).expect("without the grain");
+        assert!(left.ranges[10].is_nan() && left.ranges[11] == 9.0);
+        // A second return next to it is no grain, nor is one that another one follows.
+        let two = scan(&Pose::default(), NO_POST, &[(12, 1.0), (13, 1.02)]);
+        assert_eq!(dusty.without_dust(2.1, &Pose::default(), &two), None);
+        assert_eq!(dusty.without_dust(2.2, &Pose::default(), &one), None);
+    }
+
+    /// A post of 2 cm in dusty air, from 6 m away: at 2 m its gap between two beams is wider than the post. The robot comes at 1 m/s,
+    /// with the post ahead or beside its course.
+    #[test]
+    fn thin_post_is_seen_in_dust_before_it_is_near() {
+        for aside in 0..20 {
+            let post = (Point::new(6.0, 0.013 * f64::from(aside)), 0.01);
+            let mut filter = after(20);
+            let (mut first_m, mut filtered_first_m) = (0.0_f64, 0.0_f64);
+            for number in 20..75 {
+                let pose = Pose::new(0.1 * (number - 20) as f64, 0.0, 0.0);
+                let raw = scan(&pose, post, &dust(number));
+                let filtered = filter.without_dust(0.1 * number as f64, &pose, &raw);
+                let filtered = filtered.unwrap_or_else(|| raw.clone());
+                let sees = |scan: &Scan| scan.hits(&pose).any(|hit| (hit - post.0).norm() < 0.05);
+                let away_m = (post.0 - pose.position()).norm();
+                first_m = first_m.max(if sees(&raw) { away_m } else { 0.0 });
+                filtered_first_m = filtered_first_m.max(if sees(&filtered) { away_m } else { 0.0 });
+            }
+            assert!(
+                filtered_first_m > 2.5 || filtered_first_m > first_m - 0.25,
+                "{aside}: {filtered_first_m} of {first_m} m"
+            );
+        }
+    }
+}
