@@ -342,6 +342,7 @@ impl Navigator {
         let entered: Vec<MovingDisc> =
             self.obstacles.entered_bodies(&self.settings).filter(is_outside).collect();
         now.may_come.extend(&entered);
+        now.may_start = self.obstacles.bodies_that_may_start(&self.settings);
         let seen = [moving, entered].concat();
         self.people.update(*time_s, &seen, |person| may_be_there(pose, scan, person));
         now.near_turn = self.people.near_turn(&now, self.settings.pedestrian_speed);

@@ -133,6 +133,13 @@ impl ObstacleModel {
         })
     }
 
+    /// Objects that stand alone and may be people who start to walk. They are marked too.
+    pub(super) fn bodies_that_may_start(&self, settings: &NavigatorSettings) -> Vec<MovingDisc> {
+        let objects = self.tracker.iter().flat_map(Tracker::free_standing);
+        let at = |place| obstacle_that_may_come(place, settings.pedestrian_radius_m, 0.0);
+        objects.map(at).collect()
+    }
+
     /// Sets whether what comes out of hiding may be a person.
     pub(super) const fn set_hides_people(&mut self, hides_people: bool) {
         if let Some(tracker) = &mut self.tracker {
@@ -162,13 +169,7 @@ impl ObstacleModel {
     pub(super) fn recent_marks(&self, time_s: f64) -> impl Iterator<Item = MovingDisc> + '_ {
         let radius = core::f64::consts::FRAC_1_SQRT_2 * self.map.known.frame().resolution_m;
         let recent = self.map.marks.iter().filter(move |mark| mark.first_s > time_s);
-        recent.map(move |mark| MovingDisc {
-            x: mark.center.x,
-            y: mark.center.y,
-            radius,
-            vx: 0.0,
-            vy: 0.0,
-        })
+        recent.map(move |mark| obstacle_that_may_come(mark.center, radius, 0.0))
     }
 
     /// The distance field between areas of a square window around a point, `half_m` to each side, aligned with the map's cells.

@@ -136,6 +136,7 @@ mod tests {
             moving: vec![disc],
             may_come: vec![disc],
             near_turn: vec![disc],
+            may_start: Vec::new(),
             since_scan_s: 0.0,
         }
     }

@@ -146,7 +146,8 @@ settings! {
         pub pairs_of_legs: bool = true;
         /// The lidar is compared with the map: the robot stands where it is blind, and keeps out of blind sectors.
         pub scan_health: bool = true;
-        /// The robot slows down where a person may come out of a place that it cannot see, and for what has just come out of one.
+        /// The robot slows down where a person may come out of a place that it cannot see, for what has just come out of one, and
+        /// next to a narrow object that stands alone: it may be a person who starts to walk. Off among such posts without people.
         pub occlusion_speed: bool = true;
         /// With `pose_source = "scans"`, paths consider what the scans contradict in the map for a minute: an obstacle that appeared, or
         /// one that vanished. Off: the map stays as it is, and the changes are only reported. Switch it off where the map has

@@ -107,6 +107,8 @@ pub(super) struct PredictedState {
     /// The people whom a turn in place may meet: `may_come`, where people who have not stood for long may walk, and people whom
     /// the tracker lost.
     pub near_turn: Vec<MovingDisc>,
+    /// Objects that stand alone: each may be a post, or a person who starts to walk.
+    pub may_start: Vec<MovingDisc>,
     /// Time from the scan to the effect of the command, seconds.
     pub since_scan_s: f64,
 }
@@ -143,6 +145,7 @@ impl PredictedState {
             twist,
             may_come: moving.clone(),
             near_turn: moving.clone(),
+            may_start: Vec::new(),
             moving,
             since_scan_s,
         }

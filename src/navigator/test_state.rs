@@ -83,6 +83,7 @@ pub(super) fn standing_at(pose: Pose) -> PredictedState {
         moving: Vec::new(),
         may_come: Vec::new(),
         near_turn: Vec::new(),
+        may_start: Vec::new(),
         since_scan_s: 0.1,
     }
 }

@@ -68,6 +68,21 @@ pub(super) struct Cluster {
     pub length_m: f64,
 }
 
+/// An object whose neighbouring beams on both sides go beyond it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NarrowObject {
+    /// Its middle return.
+    pub middle: Point,
+    /// Its centre, if it is as deep as wide.
+    pub center: Point,
+    /// Range of that return, metres.
+    pub range_m: f64,
+    /// Distance from its first return to its last, metres.
+    pub width_m: f64,
+    /// Number of returns.
+    pub count: usize,
+}
+
 /// Returns of neighbouring beams belong together within this distance, metres, plus this many beam spacings. Two people who
 /// pass each other are 0.1 m apart, and a person and the wall behind are farther apart.
 const NEAR_M: f64 = 0.1;
@@ -125,9 +140,8 @@ impl ScanReturns<'_> {
         }
     }
 
-    /// The middle returns of objects that stand alone, are at most this wide, metres, and have at least this many returns;
-    /// settled marks too.
-    pub fn narrow_objects(&self, widest_m: f64, min_returns: usize) -> Vec<Point> {
+    /// The objects that stand alone and are at most this wide, metres; settled marks too.
+    pub fn narrow_objects(&self, widest_m: f64) -> Vec<NarrowObject> {
         let mut found = Vec::new();
         let mut first = 0;
         for end in 1..=self.returns.len() {
@@ -138,8 +152,13 @@ impl ScanReturns<'_> {
             let (right, left) = (&object[0], &object[object.len() - 1]);
             let is_alone = is_edge(self.scan, right, false) && is_edge(self.scan, left, true);
             let width_m = (left.point - right.point).norm();
-            if is_alone && width_m <= widest_m && object.len() >= min_returns {
-                found.push(object[object.len() / 2].point);
+            if is_alone && width_m <= widest_m {
+                let Return { point: middle, range_m, .. } = object[object.len() / 2];
+                let lidar = self.pose.transform(&self.scan.origin);
+                let away = (middle - lidar) / range_m;
+                let center = middle + away * (width_m / 2.0);
+                let count = object.len();
+                found.push(NarrowObject { middle, center, range_m, width_m, count });
             }
             first = end;
         }

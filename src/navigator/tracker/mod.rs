@@ -8,6 +8,7 @@
 mod cluster;
 mod entered;
 mod filter;
+mod free_standing;
 mod standing;
 mod track;
 
@@ -20,6 +21,7 @@ use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Owner, Return, ScanReturns};
 use entered::EnteredPlaces;
 use filter::Fit;
+use free_standing::FreeStandingObjects;
 use standing::StandingPeople;
 use track::Track;
 
@@ -68,6 +70,7 @@ pub(super) struct Tracker {
     /// Discs that a moving obstacle covered, and the begin of its track, seconds.
     pub swept: Vec<(MovingDisc, f64)>,
     entered: EnteredPlaces,
+    free_standing: FreeStandingObjects,
     /// Whether what comes out of hiding may be a person.
     pub hides_people: bool,
     returns: Vec<Return>,
@@ -94,6 +97,7 @@ impl Tracker {
             self.history.clear();
             self.entered.clear();
             self.standing.clear();
+            self.free_standing.clear();
         } else if gap_s > 0.0 {
             for track in &mut self.tracks {
                 track.predict(gap_s);
@@ -106,7 +110,8 @@ impl Tracker {
         self.entered.update(time_s, &self.returns);
         let returns = ScanReturns { pose, scan, returns: &self.returns };
         returns.find_clusters(&mut self.runs, &mut self.clusters);
-        let narrow = returns.narrow_objects(standing::LEG_WIDTH_M, standing::LEGS_RETURNS);
+        let narrow = returns.narrow_objects(free_standing::WIDEST_M);
+        self.free_standing.update(time_s, scan.angle_increment, &narrow);
         self.standing.sight_pairs(time_s, &narrow);
         self.associate(pose, scan);
         self.update_tracks((time_s, gap_s), pose, scan);
@@ -138,6 +143,11 @@ impl Tracker {
     /// Pairs of narrow objects, which may be people who have stood there all the time.
     pub fn pairs_of_legs(&self) -> impl Iterator<Item = MovingDisc> + '_ {
         self.standing.pairs()
+    }
+
+    /// Objects as narrow as a person that stand alone: each may be a person who has stood there all the time.
+    pub fn free_standing(&self) -> impl Iterator<Item = Point> + '_ {
+        self.free_standing.places()
     }
 
     /// The returns of the last scan, up to a distance, that neither the map nor a person who stands explains.
@@ -409,6 +419,34 @@ mod tests {
             assert!(tracker.moving.iter().all(|disc| disc.y > -0.1), "{:?}", tracker.moving);
         }
         assert!(walked > 3, "{walked}");
+    }
+
+    type Disc = (f64, f64, f64);
+
+    /// One leg, two legs that the robot saw from the beginning, a whole body, and a pillar that is wider than a person.
+    #[test]
+    fn object_as_narrow_as_a_person_that_stands_alone_may_be_one() {
+        const LEG: Disc = (2.5, 0.0, 0.05);
+        let legs: &[Disc] = &[LEG, (2.5, 0.3, 0.05)];
+        let at_wall: &[Disc] = &[LEG, (2.5, 0.4, 0.4), (2.5, -0.4, 0.4)];
+        let objects: [(&[Disc], usize); 5] = [
+            (&[LEG], 1),
+            (legs, 2),
+            (&[(2.5, 0.0, 0.29)], 1),
+            (&[(2.5, 0.0, 0.4)], 0),
+            (at_wall, 0),
+        ];
+        for (discs, expected) in objects {
+            let mut tracker = Tracker::default();
+            for tick in 0..60 {
+                see(&mut tracker, tick, discs);
+                let found: Vec<Point> = tracker.free_standing().collect();
+                let expected = if tick == 0 { 0 } else { expected };
+                assert_eq!(found.len(), expected, "{discs:?} at tick {tick}: {found:?}");
+                let near = |one: &Point| (one - Point::new(2.5, 0.0)).norm() < 0.35;
+                assert!(found.iter().all(near), "{discs:?}: {found:?}");
+            }
+        }
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! Standing people. A scan shows too little of them for a track.
 
 use super::super::scan_visibility::Earlier;
-use super::cluster::{Cluster, Return};
+use super::cluster::{Cluster, NarrowObject, Return};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
 /// Two legs next to each other are at most this wide, metres, and have at least this many returns.
 const LEGS_WIDTH_M: f64 = 0.3;
-pub(super) const LEGS_RETURNS: usize = 3;
+const LEGS_RETURNS: usize = 3;
 /// New returns within this distance of a place are legs of the person there, metres.
 const LEGS_REACH_M: f64 = 0.4;
 /// Legs count as a person after this many scans, each within this time of the previous one, seconds. One scan is not enough:
@@ -20,7 +20,7 @@ const SHIFTS_M: f64 = 0.4;
 const HIDDEN_FOR_S: f64 = 5.0;
 /// Two objects as narrow as a leg and at most this far apart may be a person who has stood there all the time, metres. A robot
 /// fits between no such pair.
-pub(super) const LEG_WIDTH_M: f64 = 0.2;
+const LEG_WIDTH_M: f64 = 0.2;
 const PAIR_M: f64 = 0.45;
 /// Largest number of places.
 const MAX_PLACES: usize = 16;
@@ -65,9 +65,12 @@ impl StandingPeople {
     }
 
     /// Adds the pairs of legs among the narrow objects of a scan at a time, seconds.
-    pub fn sight_pairs(&mut self, time_s: f64, narrow: &[Point]) {
-        for (number, one) in narrow.iter().enumerate() {
-            for other in narrow[..number].iter().filter(|other| (**other - one).norm() <= PAIR_M) {
+    pub fn sight_pairs(&mut self, time_s: f64, narrow: &[NarrowObject]) {
+        let may_be_leg =
+            |one: &&NarrowObject| one.width_m <= LEG_WIDTH_M && one.count >= LEGS_RETURNS;
+        let legs: Vec<Point> = narrow.iter().filter(may_be_leg).map(|one| one.middle).collect();
+        for (number, one) in legs.iter().enumerate() {
+            for other in legs[..number].iter().filter(|other| (**other - one).norm() <= PAIR_M) {
                 let middle = *one + (*other - one) * 0.5;
                 self.sight(Place { is_pair: true, ..Place::new(time_s, &middle, 1) });
             }
@@ -249,7 +252,13 @@ mod tests {
             for one in &mut returns {
                 (one.is_candidate, one.earlier) = (false, Earlier::Unknown);
             }
-            let legs = [Point::new(1.0, 0.0), Point::new(1.0, apart_m)];
+            let legs = [0.0, apart_m].map(|y| NarrowObject {
+                middle: Point::new(1.0, y),
+                center: Point::new(1.03, y),
+                range_m: 1.0,
+                width_m: 0.06,
+                count: 3,
+            });
             for tick in 0..9 {
                 let time_s = f64::from(tick) * 0.1;
                 standing.sight_pairs(time_s, &legs);
