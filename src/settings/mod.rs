@@ -97,6 +97,7 @@ impl SettingError {
     }
 
     /// The same error with the bound that other settings give.
+    #[cfg(feature = "sim")]
     pub(crate) const fn with_bound(mut self, bound: f64) -> Self {
         self.bound = Some(bound);
         self
