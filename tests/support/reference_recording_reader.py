@@ -71,7 +71,7 @@ def check_command(message, tick):
 
 
 def check_scan(scan, tick):
-    assert scan.header.frame_id == "base_link"
+    assert scan.header.frame_id == "base_link" and tick.lidar_x == tick.lidar_y == 0.0
     assert scan.angle_min == rounded(tick.angle_min)
     assert scan.angle_increment == rounded(tick.angle_increment)
     assert scan.angle_max == rounded(tick.angle_min + (len(tick.ranges) - 1) * tick.angle_increment)

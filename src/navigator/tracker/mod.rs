@@ -123,7 +123,7 @@ impl Tracker {
             self.swept.push((track.disc(), track.born_s));
         }
         let is_free = |point: &Point| shows_free(pose, scan, point);
-        self.standing.update(time_s, &self.clusters, &mut self.returns, is_free);
+        self.standing.update((time_s, gap_s), &self.clusters, &mut self.returns, is_free);
         self.moving.extend(self.standing.discs());
         self.history.push(time_s, pose, scan);
     }

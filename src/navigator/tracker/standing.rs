@@ -10,10 +10,12 @@ const LEGS_WIDTH_M: f64 = 0.3;
 const LEGS_RETURNS: usize = 3;
 /// New returns within this distance of a place are legs of the person there, metres.
 const LEGS_REACH_M: f64 = 0.4;
-/// Legs count as a person after this many scans, each within this time of the previous one, seconds. One scan is not enough:
-/// after an error of the pose, a post may seem to stand on free ground for one scan.
+/// Legs count as a person after this many scans. One scan is not enough: after an error of the pose, a post may seem to stand on
+/// free ground for one scan.
 const MIN_SIGHTINGS: u32 = 5;
+/// Each of these is within this time of the previous one, seconds, or within as many intervals of the scans: two in a row may miss a leg.
 const SIGHTED_S: f64 = 0.25;
+const SIGHTED_INTERVALS: f64 = 2.5;
 /// A person who stands shifts their weight by at most this, metres. Farther away, the returns are those of something else.
 const SHIFTS_M: f64 = 0.4;
 /// A person who is hidden stays for this long, seconds.
@@ -97,16 +99,17 @@ impl StandingPeople {
         self.0.clear();
     }
 
-    /// Updates the places with the clusters and returns of a scan at a time, seconds; `is_free` returns whether the scan saw
-    /// through a point.
+    /// Updates the places with the clusters and returns of a scan at a time and this long after the last one, both in seconds;
+    /// `is_free` returns whether the scan saw through a point.
     pub fn update(
         &mut self,
-        time_s: f64,
+        (time_s, gap_s): (f64, f64),
         clusters: &[Cluster],
         returns: &mut [Return],
         is_free: impl Fn(&Point) -> bool,
     ) {
-        let is_recent = |place: &Place| (0.0..=SIGHTED_S).contains(&(time_s - place.seen_s));
+        let sighted_s = SIGHTED_S.max(SIGHTED_INTERVALS * gap_s);
+        let is_recent = |place: &Place| (0.0..=sighted_s).contains(&(time_s - place.seen_s));
         self.0.retain(|place| place.sightings >= MIN_SIGHTINGS || is_recent(place));
         let came = |cluster: &Cluster| {
             let free =
@@ -214,18 +217,18 @@ mod tests {
         let mut standing = StandingPeople::default();
         let (clusters, mut returns) = scan(&[(1.0, 0.0), (1.0, 0.3)], 0.06);
         for (time_s, people) in [(0.0, 0), (0.1, 0), (0.2, 0), (0.3, 0), (0.4, 1)] {
-            standing.update(time_s, &clusters, &mut returns, |_| true);
+            standing.update((time_s, 0.1), &clusters, &mut returns, |_| true);
             assert_eq!(count(&standing), people, "at {time_s} s");
         }
         assert!(returns.iter().all(|one| one.is_of_standing), "{returns:?}");
         let center = standing.discs().next().map(|disc| disc.center());
         assert!(center.is_some_and(|at| (at - Point::new(1.0, 0.15)).norm() < 1e-9), "{center:?}");
         // One leg hides the other, and shows too little to be new.
-        standing.update(5.0, &[], &mut returns[..1], |_| true);
+        standing.update((5.0, 0.1), &[], &mut returns[..1], |_| true);
         assert_eq!(count(&standing), 1);
         // An obstacle that was there before is no person.
         returns[0].is_candidate = false;
-        standing.update(5.1, &[], &mut returns[..1], |_| true);
+        standing.update((5.1, 0.1), &[], &mut returns[..1], |_| true);
         assert_eq!(count(&standing), 0);
     }
 
@@ -238,7 +241,7 @@ mod tests {
         }
         standing.add(0.1, &Point::new(1.0, 0.1));
         let (clusters, mut returns) = scan(&people, 0.06);
-        standing.update(0.1, &clusters, &mut returns, |_| true);
+        standing.update((0.1, 0.1), &clusters, &mut returns, |_| true);
         let found: Vec<f64> = standing.discs().map(|disc| disc.y).collect();
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].abs() < 1e-9 && (found[1] - 0.5).abs() < 1e-9, "{found:?}");
@@ -246,7 +249,8 @@ mod tests {
 
     #[test]
     fn pair_of_legs_that_was_there_all_the_time_is_a_person_and_a_mark() {
-        for (apart_m, people) in [(0.3, 1), (0.6, 0)] {
+        // Two scans in a row miss the legs.
+        for (apart_m, period_s, people) in [(0.3, 0.1, 1), (0.3, 0.2, 1), (0.6, 0.1, 0)] {
             let mut standing = StandingPeople::default();
             let (clusters, mut returns) = scan(&[(1.0, 0.0), (1.0, apart_m)], 0.06);
             for one in &mut returns {
@@ -259,12 +263,12 @@ mod tests {
                 width_m: 0.06,
                 count: 3,
             });
-            for tick in 0..9 {
-                let time_s = f64::from(tick) * 0.1;
-                standing.sight_pairs(time_s, &legs);
-                standing.update(time_s, &clusters, &mut returns, |_| true);
+            for tick in 0..7 {
+                let time_s = f64::from(tick) * period_s;
+                standing.sight_pairs(time_s, if (4..6).contains(&tick) { &[] } else { &legs });
+                standing.update((time_s, period_s), &clusters, &mut returns, |_| true);
             }
-            assert_eq!(standing.pairs().count(), people, "{apart_m} m");
+            assert_eq!(standing.pairs().count(), people, "{apart_m} m, {period_s} s");
             assert_eq!(count(&standing), 0, "{apart_m} m");
             assert!(returns.iter().all(|one| !one.is_of_standing), "{returns:?}");
         }
@@ -279,7 +283,8 @@ mod tests {
             let (clusters, mut returns) = scan(&[(1.0, 0.0)], width_m);
             returns.iter_mut().for_each(|one| one.earlier = earlier);
             for tick in 0..9 {
-                standing.update(f64::from(tick) * period_s, &clusters, &mut returns, |_| true);
+                standing
+                    .update((f64::from(tick) * period_s, 0.1), &clusters, &mut returns, |_| true);
             }
             assert_eq!(count(&standing), 0, "{width_m} {earlier:?} {period_s}");
         }
@@ -297,7 +302,7 @@ mod tests {
                 if !is_sighted {
                     returns.iter_mut().for_each(|one| one.earlier = Earlier::Unknown);
                 }
-                standing.update(time_s, &clusters, &mut returns, |_| false);
+                standing.update((time_s, 0.1), &clusters, &mut returns, |_| false);
             }
             assert_eq!(count(&standing), people, "sighted: {is_sighted}");
         }
@@ -308,18 +313,18 @@ mod tests {
         let mut standing = StandingPeople::default();
         standing.add(0.0, &Point::new(1.0, 0.0));
         let (clusters, mut returns) = scan(&[(1.2, 0.0)], 0.06);
-        standing.update(0.1, &clusters, &mut returns, |_| true);
+        standing.update((0.1, 0.1), &clusters, &mut returns, |_| true);
         let place = standing.discs().next().expect("a place");
         assert!((place.x - 1.2).abs() < 1e-9 && place.vx == 0.0, "{place:?}");
         // A walker passes in front; the person goes; a person is hidden.
         let owner = Some(Owner { track: 0, is_moving: true });
         returns.iter_mut().for_each(|one| one.owner = owner);
-        standing.update(0.2, &clusters, &mut returns, |_| false);
+        standing.update((0.2, 0.1), &clusters, &mut returns, |_| false);
         assert_eq!(count(&standing), 1);
-        standing.update(0.3, &clusters, &mut returns, |_| true);
+        standing.update((0.3, 0.1), &clusters, &mut returns, |_| true);
         assert_eq!(count(&standing), 0);
         standing.add(1.0, &Point::new(1.0, 0.0));
-        standing.update(1.0 + HIDDEN_FOR_S + 0.1, &[], &mut [], |_| false);
+        standing.update((1.0 + HIDDEN_FOR_S + 0.1, 0.1), &[], &mut [], |_| false);
         assert_eq!(count(&standing), 0);
     }
 }

@@ -55,7 +55,7 @@ pub fn trials() -> Vec<Trial> {
                 ("/cmd_vel", 70),
                 ("/odom", 46),
                 ("/scan", 61),
-                ("/inbye/tick", 120),
+                ("/inbye/tick", 136),
                 ("/map", 300),
                 ("/tf", 41),
             ] {
