@@ -112,7 +112,7 @@ impl Localizer {
     }
 
     /// Matches a revolution that ended at a time, seconds, and lasted `sweep_s`, at most 1 s.
-    #[pyo3(signature = (time_s, ranges, *, angle_min, angle_increment, range_max, lidar_position=(0.0, 0.0), sweep_s=0.0))]
+    #[pyo3(signature = (time_s, ranges, *, angle_min, angle_increment, range_max, lidar_position=None, sweep_s=0.0))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn update(
         &self,
@@ -122,10 +122,16 @@ impl Localizer {
         angle_min: f64,
         angle_increment: f64,
         range_max: f64,
-        lidar_position: (f64, f64),
+        lidar_position: Option<(f64, f64)>,
         sweep_s: f64,
     ) -> PyResult<PoseEstimate> {
-        let scan = scan(ranges, lidar_position, angle_min, angle_increment, range_max)?;
+        let scan = scan(
+            ranges,
+            lidar_position.unwrap_or_default(),
+            angle_min,
+            angle_increment,
+            range_max,
+        )?;
         if !(0.0..=MAX_SWEEP_S).contains(&sweep_s) {
             return Err(raise(format!("sweep_s is {sweep_s}: it must be 0 to {MAX_SWEEP_S}")));
         }

@@ -90,7 +90,7 @@ impl Navigator {
     }
 
     /// Decides what to do at a time, seconds. Times that are left out are that of the tick.
-    #[pyo3(signature = (time_s, pose, velocity, ranges, *, angle_min, angle_increment, range_max, lidar_position=(0.0, 0.0), pose_s=None, odometry_s=None, scan_s=None))]
+    #[pyo3(signature = (time_s, pose, velocity, ranges, *, angle_min, angle_increment, range_max, lidar_position=None, pose_s=None, odometry_s=None, scan_s=None))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn step(
         &self,
@@ -102,12 +102,18 @@ impl Navigator {
         angle_min: f64,
         angle_increment: f64,
         range_max: f64,
-        lidar_position: (f64, f64),
+        lidar_position: Option<(f64, f64)>,
         pose_s: Option<f64>,
         odometry_s: Option<f64>,
         scan_s: Option<f64>,
     ) -> PyResult<NavigatorDecision> {
-        let scan = scan(ranges, lidar_position, angle_min, angle_increment, range_max)?;
+        let scan = scan(
+            ranges,
+            lidar_position.unwrap_or_default(),
+            angle_min,
+            angle_increment,
+            range_max,
+        )?;
         let odometry_s = odometry_s.unwrap_or(time_s);
         let scan_s = scan_s.unwrap_or(time_s);
         let (pose, twist) = (self::pose(pose)?, twist(velocity)?);

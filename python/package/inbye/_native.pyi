@@ -445,12 +445,12 @@ class Localizer:
         angle_min: float,
         angle_increment: float,
         range_max: float,
-        lidar_position: tuple[float, float] = (0.0, 0.0),
+        lidar_position: tuple[float, float] | None = None,
         sweep_s: float = 0.0,
     ) -> PoseEstimate:
         """Match a revolution that ended at a time and lasted ``sweep_s``, at most 1 s.
 
-        The ranges are from the lidar's position in the robot's frame.
+        The ranges are from the lidar's position in the robot's frame; none is the origin.
         """
     @property
     def estimate(self) -> PoseEstimate:
@@ -504,14 +504,14 @@ class Navigator:
         angle_min: float,
         angle_increment: float,
         range_max: float,
-        lidar_position: tuple[float, float] = (0.0, 0.0),
+        lidar_position: tuple[float, float] | None = None,
         pose_s: float | None = None,
         odometry_s: float | None = None,
         scan_s: float | None = None,
     ) -> NavigatorDecision:
         """Decide what to do now. Times of measurements that are left out are that of the tick.
 
-        The ranges are from the lidar's position in the robot's frame.
+        The ranges are from the lidar's position in the robot's frame; none is the origin.
         """
     @property
     def path(self) -> Floats:
