@@ -77,15 +77,16 @@ pub fn moving_discs(rows: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<MovingDisc>
     Ok(rows.rows().into_iter().map(disc).collect())
 }
 
-/// A scan from ranges in metres at equal angles, of a lidar at a place on the robot.
+/// A scan from ranges in metres at equal angles, of a lidar at a place on the robot, by default its origin.
 pub fn scan(
     ranges: &Bound<'_, PyAny>,
-    (x, y): (f64, f64),
+    lidar_position: Option<(f64, f64)>,
     angle_min: f64,
     angle_increment: f64,
     range_max: f64,
 ) -> PyResult<Scan> {
     let ranges = real_array::<Ix1>("ranges", ranges)?.as_array().iter().copied().collect();
+    let (x, y) = lidar_position.unwrap_or_default();
     let scan = Scan { origin: Point::new(x, y), angle_min, angle_increment, range_max, ranges };
     if scan.is_valid() {
         return Ok(scan);

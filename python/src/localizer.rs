@@ -125,13 +125,7 @@ impl Localizer {
         lidar_position: Option<(f64, f64)>,
         sweep_s: f64,
     ) -> PyResult<PoseEstimate> {
-        let scan = scan(
-            ranges,
-            lidar_position.unwrap_or_default(),
-            angle_min,
-            angle_increment,
-            range_max,
-        )?;
+        let scan = scan(ranges, lidar_position, angle_min, angle_increment, range_max)?;
         if !(0.0..=MAX_SWEEP_S).contains(&sweep_s) {
             return Err(raise(format!("sweep_s is {sweep_s}: it must be 0 to {MAX_SWEEP_S}")));
         }

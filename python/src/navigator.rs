@@ -107,13 +107,7 @@ impl Navigator {
         odometry_s: Option<f64>,
         scan_s: Option<f64>,
     ) -> PyResult<NavigatorDecision> {
-        let scan = scan(
-            ranges,
-            lidar_position.unwrap_or_default(),
-            angle_min,
-            angle_increment,
-            range_max,
-        )?;
+        let scan = scan(ranges, lidar_position, angle_min, angle_increment, range_max)?;
         let odometry_s = odometry_s.unwrap_or(time_s);
         let scan_s = scan_s.unwrap_or(time_s);
         let (pose, twist) = (self::pose(pose)?, twist(velocity)?);

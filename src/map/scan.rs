@@ -103,10 +103,14 @@ impl Scan {
     pub fn hits(&self, pose: &Pose) -> impl Iterator<Item = Point> + '_ {
         let (from, yaw) = (pose.transform(&self.origin), pose.yaw);
         let beams = self.ranges.iter().enumerate();
-        beams.filter(|(_, range)| self.is_return(**range)).map(move |(beam, &range)| {
-            let (sin, cos) = libm::sincos(yaw + self.angle(beam));
-            from + Vector::new(cos, sin) * range
-        })
+        let returns = beams.filter(|(_, range)| self.is_return(**range));
+        returns.map(move |(beam, _)| self.end_from(&from, yaw, beam))
+    }
+
+    /// The end of a beam with a return, for a lidar at this place on a robot with this yaw, radians.
+    pub(crate) fn end_from(&self, lidar: &Point, yaw: f64, beam: usize) -> Point {
+        let (sin, cos) = libm::sincos(yaw + self.angle(beam));
+        *lidar + Vector::new(cos, sin) * self.ranges[beam]
     }
 }
 

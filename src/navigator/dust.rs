@@ -7,7 +7,7 @@
 use std::mem::take;
 
 use super::scan_visibility::{is_full_turn, shows_free};
-use crate::geometry::{Point, Pose, Vector};
+use crate::geometry::{Point, Pose};
 use crate::map::Scan;
 
 /// The neighbours of a grain go beyond it by this, metres.
@@ -45,7 +45,7 @@ impl DustFilter {
         (self.share > DUSTY).then_some(self.share)
     }
 
-    /// Whether there are so many grains that they look like people who come.
+    /// Whether the air is so full of grains that they look like people who come.
     pub const fn is_heavy(&self) -> bool {
         self.share > HEAVY
     }
@@ -55,10 +55,11 @@ impl DustFilter {
         let last = self.last.replace((time_s, *pose, scan.clone()));
         let is_recent = |then_s: f64| (0.0..=CONFIRMS_S).contains(&(time_s - then_s));
         let (before_s, before, last_scan) = last.filter(|(then_s, ..)| is_recent(*then_s))?;
+        let lidar = pose.transform(&scan.origin);
         let mut single = Vec::new();
         for beam in 0..scan.ranges.len() {
             if is_single(scan, beam) {
-                let point = end_of(pose, scan, beam);
+                let point = scan.end_from(&lidar, pose.yaw, beam);
                 if shows_free(&before, &last_scan, &point) {
                     single.push((beam, point));
                 }
@@ -97,11 +98,6 @@ fn is_single(scan: &Scan, beam: usize) -> bool {
             let next_m = scan.ranges[next % count];
             !(next_m > 0.0 && next_m <= range_m + APART_M)
         })
-}
-
-fn end_of(pose: &Pose, scan: &Scan, beam: usize) -> Point {
-    let (sin, cos) = libm::sincos(pose.yaw + scan.angle(beam));
-    pose.transform(&scan.origin) + Vector::new(cos, sin) * scan.ranges[beam]
 }
 
 #[cfg(test)]

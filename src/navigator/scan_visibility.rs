@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 use core::ops::RangeInclusive;
 use std::collections::VecDeque;
 
-use crate::geometry::{Point, Pose, Vector, bearing, wrap_angle};
+use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::Scan;
 use crate::robot::Footprint;
 
@@ -75,8 +75,7 @@ fn ends_within(body: &Footprint, scan: &Scan) -> impl Fn(usize) -> bool {
     move |beam| {
         let range_m = scan.ranges[beam];
         range_m > 0.0 && range_m <= reach_m && {
-            let (sin, cos) = libm::sincos(scan.angle(beam));
-            let end = scan.origin + Vector::new(cos, sin) * range_m;
+            let end = scan.end_from(&scan.origin, 0.0, beam);
             body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0
         }
     }
@@ -305,8 +304,7 @@ impl History {
         let oldest = if self.scans.len() >= KEPT { self.scans.pop_front() } else { None };
         let mut ranges = oldest.map_or_else(Vec::new, |oldest| oldest.scan.ranges);
         ranges.clone_from(&scan.ranges);
-        let Scan { origin, angle_min, angle_increment, range_max, .. } = *scan;
-        let scan = Scan { origin, angle_min, angle_increment, range_max, ranges };
+        let scan = Scan { ranges, ..*scan };
         let until_now = Motion::default();
         self.scans.push_back(TimedPoseScan { time_s, until_now, pose: *pose, scan });
     }

@@ -16,7 +16,7 @@ use nalgebra::Matrix2;
 
 use super::obstacle_model::ReturnOrigin;
 use super::scan_visibility::{Earlier, History, proves_free, sees_beyond, shows_free};
-use crate::geometry::{Point, Pose, Vector, bearing};
+use crate::geometry::{Point, Pose, bearing};
 use crate::map::{MovingDisc, Scan};
 use cluster::{Cluster, LONGEST_M, Owner, Return, ScanReturns};
 use entered::EnteredPlaces;
@@ -162,8 +162,7 @@ impl Tracker {
             if !(scan.is_return(range_m) && range_m <= FARTHEST_M) {
                 continue;
             }
-            let (sin, cos) = libm::sincos(pose.yaw + scan.angle(beam));
-            let point = lidar + Vector::new(cos, sin) * range_m;
+            let point = scan.end_from(&lidar, pose.yaw, beam);
             let origin = origin(&point);
             if origin == ReturnOrigin::Mapped {
                 continue;
