@@ -11,8 +11,8 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::files::Output;
-use super::input_file::read_text;
 use super::{config, output, own_file};
+use crate::input_file::read_text;
 
 /// `inbye config`.
 #[derive(Debug, Args)]

@@ -10,8 +10,8 @@ use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::json;
 
 use super::files::{Output, ReportFolder, command_line};
-use super::input_file::read_bytes;
 use super::output;
+use crate::input_file::read_bytes;
 
 /// Largest record, bytes: a million rows.
 const MAX_RECORD_BYTES: u64 = 1 << 28;
@@ -92,9 +92,8 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 fn read(path: &Path) -> anyhow::Result<Record> {
-    let remedy = "name a CSV file that `inbye bench` wrote";
     let bytes =
-        read_bytes(path, MAX_RECORD_BYTES, remedy).with_context(|| path.display().to_string())?;
+        read_bytes(path, MAX_RECORD_BYTES).with_context(|| path.display().to_string())?;
     Ok(read_record(&bytes, path)?)
 }
 

@@ -17,7 +17,7 @@ use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::{
     Config, Mission, MissionError, MissionResult, Observer, PoseSource, TickEvent, run_mission,
 };
-use inbye::sim::{MovingObstacles, SimError, Simulation};
+use inbye::sim::{SimError, Simulation};
 use serde_json::{Value, json};
 
 use super::arguments::{EngineArguments, Place, above_zero, duration, real, whole};
@@ -32,7 +32,7 @@ use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
 use super::refusal::refused;
-use super::{output, plan};
+use super::{obstacle_file, output, plan};
 
 /// `inbye drive`.
 #[derive(Debug, Args)]
@@ -203,9 +203,17 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         interrupt: Some(interrupt),
         ..Mission::new(Arc::new(map), start.pose(), stop(&goal))
     };
-    let moving_obstacles = match moving_obstacles(&obstacles, seed, &mission, &config) {
-        Ok(moving_obstacles) => moving_obstacles,
-        Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
+    let moving_obstacles = match &obstacles {
+        Obstacles::File(file) => {
+            obstacle_file::read(file, &mission.map.obstacles(config.unknown), seed)?
+        }
+        Obstacles::Count(count) => {
+            let spawner = config.simulation.pedestrians.spawner(*count, seed);
+            match spawner.spawn_on_route(&mission, &config) {
+                Ok(moving_obstacles) => moving_obstacles,
+                Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
+            }
+        }
     };
     let truth = truth(arguments, &mission.map, &config)?;
     let files = DriveFiles::create(arguments)?;
@@ -441,22 +449,4 @@ fn no_path_or(
     object["fault"] = json!(reason);
     output::result(json, &object, [reason])?;
     Ok(false)
-}
-
-/// Moving obstacles from a file, or a number of pedestrians along the robot's route.
-fn moving_obstacles(
-    obstacles: &Obstacles,
-    seed: u64,
-    mission: &Mission,
-    config: &Config,
-) -> Result<MovingObstacles, SimError> {
-    match obstacles {
-        Obstacles::Count(count) => {
-            let spawner = config.simulation.pedestrians.spawner(*count, seed);
-            spawner.spawn_on_route(mission, config)
-        }
-        Obstacles::File(file) => {
-            MovingObstacles::read(file, &mission.map.obstacles(config.unknown), seed)
-        }
-    }
 }

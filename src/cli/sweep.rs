@@ -6,15 +6,15 @@ use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
 use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard, check_programs};
 use inbye::local::SharedEngines;
-use inbye::runtime::parse_toml;
+use inbye::runtime::{TomlError, parse_toml};
 use serde_json::json;
 
 use super::arguments::whole;
-use super::input_file::read_text;
 use super::result_store::ResultStore;
 use super::runs::{Done, Workers, run_alone};
 use super::sweep_merge::{self, MergeArguments};
 use super::{machine, output};
+use crate::input_file::read_text;
 
 /// Folder of the results, where none is named.
 const FOLDER: &str = "inbye-sweep";
@@ -143,7 +143,7 @@ pub fn read(file: &Path) -> anyhow::Result<Grid> {
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &Plan::default(), Plan::check).with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    Grid::new(&plan, folder).with_context(place)
+    Grid::new(&plan, folder).map_err(|error| TomlError::in_text(&error, &text)).with_context(place)
 }
 
 /// The requested cells, each key once.

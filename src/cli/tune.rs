@@ -11,16 +11,16 @@ use clap::Args;
 use inbye::experiment::{Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, rankings};
 use inbye::external::{ProgramSettings, run_in_group};
 use inbye::report::{ComparisonReport, comparison_files};
-use inbye::runtime::{Config, parse_toml};
+use inbye::runtime::{Config, TomlError, parse_toml};
 use serde_json::{Value, json};
 
 use super::files::{Output, ReportFolder, command_line};
-use super::input_file::read_text;
 use super::own_file::TUNED_SETTINGS;
 use super::own_programs::{Words, words};
 use super::runs::RunArguments;
 use super::whole_file::write_whole;
 use super::{machine, output};
+use crate::input_file::read_text;
 
 /// Name of the settings without changes.
 const DEFAULT: &str = "default";
@@ -92,7 +92,9 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
-    plan.check_worlds(file.parent().unwrap_or(Path::new(""))).with_context(place)?;
+    plan.check_worlds(file.parent().unwrap_or(Path::new("")))
+        .map_err(|error| TomlError::in_text(&error, &text))
+        .with_context(place)?;
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
 

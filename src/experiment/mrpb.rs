@@ -17,6 +17,7 @@ use super::world::Route;
 use super::{ExperimentError, World, WorldKind};
 use crate::base::CollisionMonitorSettings;
 use crate::geometry::{Point, Pose};
+use crate::input_file::read_text;
 use crate::local::LocalSettings;
 use crate::map::{LoadOptions, OccupancyGrid, UnknownPolicy, load};
 use crate::navigator::{Goal, NavigatorSettings};
@@ -145,8 +146,7 @@ fn routes<'a>(
 
 /// The tests of a file of launch arguments.
 fn tests(file: &Path) -> Result<Vec<Test>, ExperimentError> {
-    let text = fs::read_to_string(file);
-    let text = text.map_err(|error| ExperimentError::file(file, error.to_string()))?;
+    let text = read_text(file).map_err(|error| ExperimentError::file(file, error.to_string()))?;
     parse(&text).map_err(|reason| ExperimentError::file(file, reason))
 }
 

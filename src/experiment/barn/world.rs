@@ -1,12 +1,12 @@
 //! The worlds of a folder: `worlds.csv` lists them, `worlds/world_NNN.csv` holds the cylinders of each.
 
-use std::fs;
 use std::path::Path;
 
 use super::{Course, Cylinder};
 use crate::experiment::ExperimentError;
 use crate::experiment::csv_file::{CsvFile, CsvLine};
 use crate::experiment::plan_worlds::select_worlds;
+use crate::input_file::read_text;
 
 /// A world and its published figures.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,12 +64,7 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
 }
 
 fn read(file: &Path) -> Result<String, ExperimentError> {
-    let unreadable = |reason: &str| {
-        let cure = "name a folder that holds worlds.csv and worlds/world_NNN.csv";
-        ExperimentError::file(file, format!("cannot be read ({reason}): {cure}"))
-    };
-    let bytes = fs::read(file).map_err(|error| unreadable(&error.to_string()))?;
-    String::from_utf8(bytes).map_err(|_| unreadable("it is no text"))
+    read_text(file).map_err(|error| ExperimentError::file(file, error.to_string()))
 }
 
 fn empty(file: &Path, what: &str) -> ExperimentError {

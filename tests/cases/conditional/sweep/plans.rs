@@ -43,7 +43,7 @@ fn content_decides() {
     let first = keys(&place, "plan.toml");
     assert_eq!(first.len(), CELLS);
     for (name, text) in [
-        ("worlds.csv", "barn/worlds.csv"),
+        ("worlds.0.csv", "barn/worlds.csv"),
         ("worlds/world_003.csv", "barn/worlds/world_003.csv"),
         ("worlds/world_012.csv", "barn/worlds/world_012.csv"),
     ] {
@@ -97,21 +97,21 @@ fn refusals() {
         ("kind = \"barn\"", "kind = \"burn\"", "did you mean `barn`?"),
         ("path = \"barn\"", "path = \"nowhere\"", "nowhere/worlds.csv"),
         ("path = \"barn\"", "path = \"barn\"\nonly = [4]", "world 4 is not among"),
-        ("path = \"barn\"", "routes = []", "worlds.path is missing"),
+        ("path = \"barn\"", "routes = []", "worlds.0.path is missing"),
         // Keys without an effect on worlds of this kind.
         (
             "path = \"barn\"",
             "path = \"barn\"\npeople = 9",
-            "worlds.people is 9: it must be left out",
+            "worlds.0.people is 9: it must be left out",
         ),
-        ("path = \"barn\"", "path = \"barn\"\ntime_limit_s = 2", "worlds.time_limit_s is 2"),
-        ("path = \"barn\"", "path = \"barn\"\nresolution_m = 0.5", "worlds.resolution_m is 0.5"),
-        ("path = \"barn\"", "path = \"barn\"\nlongest_m = 5", "worlds.longest_m is 5"),
-        ("path = \"barn\"", "path = \"barn\"\nunmapped_share = 1", "worlds.unmapped_share is 1"),
+        ("path = \"barn\"", "path = \"barn\"\ntime_limit_s = 2", "worlds.0.time_limit_s is 2"),
+        ("path = \"barn\"", "path = \"barn\"\nresolution_m = 0.5", "worlds.0.resolution_m is 0.5"),
+        ("path = \"barn\"", "path = \"barn\"\nlongest_m = 5", "worlds.0.longest_m is 5"),
+        ("path = \"barn\"", "path = \"barn\"\nunmapped_share = 1", "worlds.0.unmapped_share is 1"),
         (
             "kind = \"barn\"\npath = \"barn\"",
             "kind = \"scenes\"\nmax_speed_m_s = 1",
-            "worlds.max_speed_m_s is 1",
+            "worlds.0.max_speed_m_s is 1",
         ),
         ("title", "engines = [\"auto\"]\ntitle", "a cell must name its engine"),
         ("velocity = 0.4", "velocity = -1.0", "weights.fast"),
