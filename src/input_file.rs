@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -79,4 +79,17 @@ pub(crate) fn text(bytes: Vec<u8>) -> Result<String, InputFileError> {
         text.drain(..'\u{feff}'.len_utf8());
     }
     Ok(text)
+}
+
+/// The files and folders in a folder, sorted by name.
+///
+/// # Errors
+/// The folder cannot be read.
+#[doc(hidden)]
+pub fn list(folder: &Path) -> Result<Vec<PathBuf>, InputFileError> {
+    let entries = fs::read_dir(folder).map_err(unreadable)?;
+    let paths = entries.map(|entry| Ok(entry.map_err(unreadable)?.path()));
+    let mut paths = paths.collect::<Result<Vec<_>, _>>()?;
+    paths.sort();
+    Ok(paths)
 }

@@ -113,8 +113,8 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    pub(super) fn file(file: &Path, reason: impl Into<String>) -> Self {
-        Self::BadFile { file: file.to_owned(), reason: reason.into() }
+    pub(super) fn file(file: &Path, reason: impl ToString) -> Self {
+        Self::BadFile { file: file.to_owned(), reason: reason.to_string() }
     }
 
     /// The same error, seen from the plan that has the checked table as its key.

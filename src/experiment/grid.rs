@@ -232,9 +232,7 @@ fn vary<V>(
 fn checked(setup: Setup, place: String) -> Result<Setup, ExperimentError> {
     match setup.config.validate() {
         Ok(()) => Ok(setup),
-        Err(error) => {
-            Err(ExperimentError::BadSettings { place, error: TomlError::of_key(&error) })
-        }
+        Err(error) => Err(ExperimentError::BadSettings { place, error: TomlError::of_key(&error) }),
     }
 }
 

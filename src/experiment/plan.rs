@@ -294,12 +294,7 @@ impl PlanWorlds {
             "left out: it is for missions",
         )?;
         let expected = "left out: it is for map, missions and mrpb; worlds of other kinds have their own people";
-        require(
-            is(&[Map, Missions, Mrpb]) || self.people == 0,
-            "people",
-            self.people,
-            expected,
-        )
+        require(is(&[Map, Missions, Mrpb]) || self.people == 0, "people", self.people, expected)
     }
 }
 

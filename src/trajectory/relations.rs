@@ -192,10 +192,10 @@ mod tests {
     fn bad_line_of_relations_is_named() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.relations");
-        fs::write(&path, "# two\n1 2 0.5 0 0 0 0 0.1\n1 2 0.5 0 0 0 0\n").expect("written");
+        std::fs::write(&path, "# two\n1 2 0.5 0 0 0 0 0.1\n1 2 0.5 0 0 0 0\n").expect("written");
         let error = read_relations(&path).expect_err("a number is missing");
         assert!(error.to_string().contains("line 3: not eight finite numbers"), "{error}");
-        fs::write(&path, "1 2 0.5 0 0 0 0 0.1\n").expect("written");
+        std::fs::write(&path, "1 2 0.5 0 0 0 0 0.1\n").expect("written");
         let relations = read_relations(&path).expect("it is complete");
         assert_eq!(relations[0].motion, Pose::new(0.5, 0.0, 0.1));
     }

@@ -64,7 +64,7 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
 }
 
 fn read(file: &Path) -> Result<String, ExperimentError> {
-    read_text(file).map_err(|error| ExperimentError::file(file, error.to_string()))
+    read_text(file).map_err(|error| ExperimentError::file(file, error))
 }
 
 fn empty(file: &Path, what: &str) -> ExperimentError {

@@ -1,7 +1,6 @@
 //! A world of scripted cylinders: its file, its simulation, and the cause of a contact in it.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -11,7 +10,7 @@ use crate::experiment::plan::require;
 use crate::experiment::plan_worlds::select_worlds;
 use crate::experiment::{ContactCause, ExperimentError};
 use crate::geometry::{Point, Pose};
-use crate::input_file::read_text;
+use crate::input_file::{list, read_text};
 use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::{Config, Contact, Mission, MissionResult, TraceRow};
@@ -73,16 +72,11 @@ pub fn read_worlds(
     folder: &Path,
     only: Option<&[u32]>,
 ) -> Result<Vec<DynaBarnWorld>, ExperimentError> {
-    let unreadable = |error| unreadable(folder, &error);
-    let mut files: Vec<PathBuf> = Vec::new();
-    for entry in fs::read_dir(folder).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
+    let mut files = list(folder).map_err(|error| ExperimentError::file(folder, error))?;
+    files.retain(|path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let is_json = path.extension().is_some_and(|ending| ending == "json");
-        if name.starts_with("world_") && is_json {
-            files.push(path);
-        }
-    }
+        name.starts_with("world_") && path.extension().is_some_and(|ending| ending == "json")
+    });
     if files.is_empty() {
         let reason = "holds no world_NN.json: check that it is the right folder";
         return Err(ExperimentError::file(folder, reason));
@@ -100,13 +94,8 @@ pub fn read_worlds(
 /// Fails when the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
 #[doc(hidden)]
 pub fn read_world(file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
-    let text = read_text(file).map_err(|error| ExperimentError::file(file, error.to_string()))?;
+    let text = read_text(file).map_err(|error| ExperimentError::file(file, error))?;
     parse_world(&text, file)
-}
-
-fn unreadable(file: &Path, error: &std::io::Error) -> ExperimentError {
-    let cure = "check the path and its permissions";
-    ExperimentError::file(file, format!("cannot be read ({error}): {cure}"))
 }
 
 /// A world from the text of its file.
@@ -156,7 +145,12 @@ fn cylinder(obstacle: ObstacleFile) -> Result<ScriptedCylinder, ExperimentError>
     for (index, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
         let key = format!("keyframes_t_x_y.{index}");
         let ascends = time_s >= 0.0 && time_s > latest_s;
-        require(ascends, &key, time_s, "a time of at least zero and after the one before, and x, y")?;
+        require(
+            ascends,
+            &key,
+            time_s,
+            "a time of at least zero and after the one before, and x, y",
+        )?;
         all_near(&key, &[time_s, x, y])?;
         latest_s = time_s;
     }
