@@ -174,7 +174,7 @@ fn truth(
 }
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
-pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     let MapInput { name: map_name, map, zones, mut config, scene } =
         map_file::read(&arguments.map)?;
     let (start, goal) = arguments.ends.resolve(scene.as_ref())?;
@@ -211,7 +211,7 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
             let spawner = config.simulation.pedestrians.spawner(*count, seed);
             match spawner.spawn_on_route(&mission, &config) {
                 Ok(moving_obstacles) => moving_obstacles,
-                Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
+                Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
             }
         }
     };
@@ -249,13 +249,13 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
                 _ => format!("{map_name}: with these settings"),
             });
         }
-        Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
+        Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
     };
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
     // The result comes first: a picture that cannot be written must not cost it.
     let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
         output.write(&changes.applied_to(&mission.map))?;
     }
@@ -434,7 +434,6 @@ fn no_path_or(
     map_name: &str,
     map: &OccupancyGrid,
     config: &Config,
-    json: bool,
 ) -> anyhow::Result<bool> {
     let SimError::Mission(MissionError::Fault(Fault::Plan(error))) = error else {
         return Err(error.into());
@@ -447,6 +446,6 @@ fn no_path_or(
     object["reached"] = json!(false);
     object["collided"] = json!(false);
     object["fault"] = json!(reason);
-    output::result(json, &object, [reason])?;
+    output::result(&object, [reason])?;
     Ok(false)
 }
