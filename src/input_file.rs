@@ -1,7 +1,7 @@
 //! Reads input files, each with a limit: a device or a pipe may never end.
 
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -33,8 +33,10 @@ pub enum InputFileError {
     },
 }
 
-fn unreadable(reason: impl ToString) -> InputFileError {
-    InputFileError::Unreadable { reason: reason.to_string() }
+impl From<io::Error> for InputFileError {
+    fn from(error: io::Error) -> Self {
+        Self::Unreadable { reason: error.to_string() }
+    }
 }
 
 /// Reads a file of at most `limit` bytes.
@@ -44,8 +46,7 @@ fn unreadable(reason: impl ToString) -> InputFileError {
 #[doc(hidden)]
 pub fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, InputFileError> {
     let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
-    read.map_err(unreadable)?;
+    File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit {
         return Err(InputFileError::TooLarge { limit });
     }
@@ -54,8 +55,8 @@ pub fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, InputFileError> {
 
 /// Like [`read_bytes`], of a file on a disk: opening a pipe waits for its writer, possibly for ever.
 pub(crate) fn read_regular_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, InputFileError> {
-    if !fs::metadata(path).map_err(unreadable)?.is_file() {
-        return Err(unreadable("it is no regular file"));
+    if !fs::metadata(path)?.is_file() {
+        return Err(InputFileError::Unreadable { reason: "it is no regular file".to_owned() });
     }
     read_bytes(path, limit)
 }
@@ -87,9 +88,8 @@ pub(crate) fn text(bytes: Vec<u8>) -> Result<String, InputFileError> {
 /// The folder cannot be read.
 #[doc(hidden)]
 pub fn list(folder: &Path) -> Result<Vec<PathBuf>, InputFileError> {
-    let entries = fs::read_dir(folder).map_err(unreadable)?;
-    let paths = entries.map(|entry| Ok(entry.map_err(unreadable)?.path()));
-    let mut paths = paths.collect::<Result<Vec<_>, _>>()?;
+    let entries = fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
+    let mut paths = entries.collect::<io::Result<Vec<_>>>()?;
     paths.sort();
     Ok(paths)
 }

@@ -46,15 +46,12 @@ mod on_pseudo_terminal {
         // Bytes that hosts write to the device that has replaced the base.
         let mut replaced_bytes = None;
         let lidar_port = surroundings.as_ref().map(|lidar| lidar.port().to_owned());
-        if output::is_json() {
-            let mut ports = json!({ "port": port, "protocol": kind.protocol.name() });
-            if let Some(lidar_port) = &lidar_port {
-                ports["lidar"] = json!(lidar_port);
-            }
-            output::print_json(&ports)?;
-        } else {
-            output::line(&port);
-            lidar_port.iter().for_each(output::line);
+        let mut ports = json!({ "port": port, "protocol": kind.protocol.name() });
+        if let Some(lidar_port) = &lidar_port {
+            ports["lidar"] = json!(lidar_port);
+        }
+        output::result(&ports, [&port].into_iter().chain(&lidar_port))?;
+        if !output::is_json() {
             output::note(format!("speaks {}; Ctrl-C ends it", kind.protocol));
         }
         let mut machine = Machine { emulator, surroundings, motion: MotionLog::default() };

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::bench::paper::PaperError;
+use crate::input_file::read_text;
 use crate::map::MapError;
 use crate::runtime::TomlError;
 use crate::settings::{KeyError, SettingError};
@@ -113,8 +114,13 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    pub(super) fn file(file: &Path, reason: impl ToString) -> Self {
-        Self::BadFile { file: file.to_owned(), reason: reason.to_string() }
+    /// The text of a file of worlds.
+    pub(super) fn read(file: &Path) -> Result<String, Self> {
+        read_text(file).map_err(|error| Self::file(file, error.to_string()))
+    }
+
+    pub(super) fn file(file: &Path, reason: impl Into<String>) -> Self {
+        Self::BadFile { file: file.to_owned(), reason: reason.into() }
     }
 
     /// The same error, seen from the plan that has the checked table as its key.

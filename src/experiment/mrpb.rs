@@ -16,7 +16,7 @@ use super::world::Route;
 use super::{ExperimentError, World, WorldKind};
 use crate::base::CollisionMonitorSettings;
 use crate::geometry::{Point, Pose};
-use crate::input_file::{list, read_text};
+use crate::input_file::list;
 use crate::local::LocalSettings;
 use crate::map::{LoadOptions, OccupancyGrid, UnknownPolicy, load};
 use crate::navigator::{Goal, NavigatorSettings};
@@ -90,8 +90,8 @@ struct Test {
 /// # Errors
 /// [`ExperimentError`] names the file and what is wrong with it.
 pub(super) fn read_worlds(folder: &Path, people: usize) -> Result<Vec<World>, ExperimentError> {
-    let paths = list(folder).map_err(|error| ExperimentError::file(folder, error))?;
-    let settings = config().map_err(|error| ExperimentError::file(folder, error))?;
+    let paths = list(folder).map_err(|error| ExperimentError::file(folder, error.to_string()))?;
+    let settings = config().map_err(|error| ExperimentError::file(folder, error.to_string()))?;
     let (settings, mut worlds) = (Arc::new(settings), Vec::new());
     for path in paths {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -141,8 +141,7 @@ fn routes<'a>(
 
 /// The tests of a file of launch arguments.
 fn tests(file: &Path) -> Result<Vec<Test>, ExperimentError> {
-    let text = read_text(file).map_err(|error| ExperimentError::file(file, error))?;
-    parse(&text).map_err(|reason| ExperimentError::file(file, reason))
+    parse(&ExperimentError::read(file)?).map_err(|reason| ExperimentError::file(file, reason))
 }
 
 /// The arguments of a test, in any order; a repeated one begins the next test.

@@ -4,6 +4,8 @@ use core::fmt::{self, Display, Formatter};
 
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
+use super::SettingError;
+
 /// An error of a value, which names the key of the value.
 #[doc(hidden)]
 pub trait KeyError: Display {
@@ -11,12 +13,18 @@ pub trait KeyError: Display {
     fn key_path(&self) -> Option<String>;
 }
 
+impl KeyError for SettingError {
+    fn key_path(&self) -> Option<String> {
+        let separator = if self.table.is_empty() { "" } else { "." };
+        Some([&self.table, separator, self.name].concat())
+    }
+}
+
 /// Deserializes nothing and stops with an error at a key. Each format adds the place to its errors, so that one search serves all.
 #[derive(Clone, Copy)]
 struct StopAt<'p>(&'p str);
 
 /// The line, from one, of a key in a valid TOML text, or of its table if the text does not have the key.
-#[cfg(feature = "sim")]
 #[must_use]
 pub fn line_in_toml(path: &str, text: &str) -> Option<usize> {
     let parse = |stop: StopAt| stop.deserialize(toml::Deserializer::parse(text)?);
@@ -25,7 +33,6 @@ pub fn line_in_toml(path: &str, text: &str) -> Option<usize> {
 }
 
 /// The line, from one, of a key in a valid JSON text, or of its object if the text does not have the key.
-#[cfg(feature = "sim")]
 #[must_use]
 pub fn line_in_json(path: &str, text: &str) -> Option<usize> {
     let parse = |stop: StopAt| stop.deserialize(&mut serde_json::Deserializer::from_str(text));
@@ -89,34 +96,5 @@ impl<'de> Visitor<'de> for StopAt<'_> {
             }
         }
         Ok(())
-    }
-}
-
-#[cfg(all(test, feature = "sim"))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn line_is_that_of_the_key_or_its_table() {
-        let toml = "top = 1\n[a.b]\nc = 2\n\n[[list]]\nx = 1\n[[list]]\nx = [\n 1,\n 2]\n[\"dot.ted\"]\ny = {z = 1}\n";
-        for (path, line) in [
-            ("top", Some(1)),
-            ("a.b.c", Some(3)),
-            ("a.b.missing", Some(2)),
-            ("list.0.x", Some(6)),
-            ("list.1.y", Some(7)),
-            ("list.1.x.1", Some(10)),
-            ("dot.ted.y.z", Some(12)),
-            ("top.deeper", Some(1)),
-            ("gone.x", None),
-        ] {
-            assert_eq!(line_in_toml(path, toml), line, "{path}");
-        }
-        let json = "[\n{\"x\": 1,\n\"y\":\n2},\n{\"x\": [\n3,\n4]}\n]";
-        for (path, line) in
-            [("0.x", Some(2)), ("0.y", Some(4)), ("1.", Some(5)), ("1.x.1", Some(7)), ("2", None)]
-        {
-            assert_eq!(line_in_json(path, json), line, "{path}");
-        }
     }
 }

@@ -5,6 +5,7 @@
 
 #[cfg(feature = "sim")]
 mod document;
+#[cfg(feature = "sim")]
 mod key_place;
 mod opaque_debug;
 mod words;
@@ -21,11 +22,9 @@ use serde_json::{Map, Value, json};
 pub use document::KeyDescription;
 #[cfg(feature = "sim")]
 pub(crate) use document::{commented_toml, keys, schema};
-#[doc(hidden)]
-pub use key_place::KeyError;
 #[cfg(feature = "sim")]
 #[doc(hidden)]
-pub use key_place::{line_in_json, line_in_toml};
+pub use key_place::{KeyError, line_in_json, line_in_toml};
 pub(crate) use opaque_debug::opaque_debug;
 pub(crate) use words::words;
 
@@ -116,13 +115,6 @@ impl SettingError {
         let separator = if self.table.is_empty() { "" } else { "." };
         self.table = [key, separator, &self.table].concat();
         self
-    }
-}
-
-impl KeyError for SettingError {
-    fn key_path(&self) -> Option<String> {
-        let separator = if self.table.is_empty() { "" } else { "." };
-        Some([&self.table, separator, self.name].concat())
     }
 }
 

@@ -6,7 +6,6 @@ use super::{Course, Cylinder};
 use crate::experiment::ExperimentError;
 use crate::experiment::csv_file::{CsvFile, CsvLine};
 use crate::experiment::plan_worlds::select_worlds;
-use crate::input_file::read_text;
 
 /// A world and its published figures.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +48,7 @@ const LISTED_S: f64 = 6e-4;
 /// Fails when a file is missing or a field does not fit its column; the message names the file and the line.
 pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>, ExperimentError> {
     let file = folder.join("worlds.csv");
-    let mut worlds = parse_list(&read(&file)?, &file)?;
+    let mut worlds = parse_list(&ExperimentError::read(&file)?, &file)?;
     if worlds.is_empty() {
         return Err(empty(&file, "world"));
     }
@@ -58,13 +57,9 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
     for world in &mut worlds {
         let name = format!("world_{:03}.csv", world.number);
         let file = folder.join("worlds").join(name);
-        world.cylinders = parse_cylinders(&read(&file)?, &file)?;
+        world.cylinders = parse_cylinders(&ExperimentError::read(&file)?, &file)?;
     }
     Ok(worlds)
-}
-
-fn read(file: &Path) -> Result<String, ExperimentError> {
-    read_text(file).map_err(|error| ExperimentError::file(file, error))
 }
 
 fn empty(file: &Path, what: &str) -> ExperimentError {

@@ -10,7 +10,7 @@ use crate::experiment::plan::require;
 use crate::experiment::plan_worlds::select_worlds;
 use crate::experiment::{ContactCause, ExperimentError};
 use crate::geometry::{Point, Pose};
-use crate::input_file::{list, read_text};
+use crate::input_file::list;
 use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::{Config, Contact, Mission, MissionResult, TraceRow};
@@ -72,7 +72,8 @@ pub fn read_worlds(
     folder: &Path,
     only: Option<&[u32]>,
 ) -> Result<Vec<DynaBarnWorld>, ExperimentError> {
-    let mut files = list(folder).map_err(|error| ExperimentError::file(folder, error))?;
+    let mut files =
+        list(folder).map_err(|error| ExperimentError::file(folder, error.to_string()))?;
     files.retain(|path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.starts_with("world_") && path.extension().is_some_and(|ending| ending == "json")
@@ -94,8 +95,7 @@ pub fn read_worlds(
 /// Fails when the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
 #[doc(hidden)]
 pub fn read_world(file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
-    let text = read_text(file).map_err(|error| ExperimentError::file(file, error))?;
-    parse_world(&text, file)
+    parse_world(&ExperimentError::read(file)?, file)
 }
 
 /// A world from the text of its file.

@@ -206,6 +206,6 @@ fn breach_of_each_rule_is_found() {
     assert_eq!(named("map/grid.rs", tests), [""; 0]);
     assert!(!source("map/grid.rs", tests).code.contains("unwrap"));
     assert!(source("map/grid.rs", "x.unwrap()").code.contains("unwrap"));
-    assert_eq!(source("numeric.rs", "").module(), Some(2));
+    assert_eq!(source("numeric.rs", "").module(), Some(3));
     assert_eq!(source("helpers.rs", "").module(), None);
 }

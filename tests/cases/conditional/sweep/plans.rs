@@ -43,7 +43,7 @@ fn content_decides() {
     let first = keys(&place, "plan.toml");
     assert_eq!(first.len(), CELLS);
     for (name, text) in [
-        ("worlds.0.csv", "barn/worlds.csv"),
+        ("worlds.csv", "barn/worlds.csv"),
         ("worlds/world_003.csv", "barn/worlds/world_003.csv"),
         ("worlds/world_012.csv", "barn/worlds/world_012.csv"),
     ] {
