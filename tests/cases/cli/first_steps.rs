@@ -158,7 +158,7 @@ fn error_is_json_too() {
         (
             format!("drive --map hall.txt {ends} --obstacles gone.json"),
             "gone.json",
-            "check its name and permissions",
+            "check the path and its permissions",
         ),
         (
             format!("drive --map hall.txt {ends} --keepout zone.txt"),
