@@ -1,12 +1,13 @@
 //! Times one decision on each engine at several sampling densities, batches, opening an engine, and the distance field.
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use inbye::bench::{Roadway, grid_counts, roadway_field, roadway_obstacles, usual_shape};
 use inbye::local::{
     AdapterSelection, ClearanceField, CpuEngine, CpuEngines, Detail, Engine, EngineChoice,
-    QuantizedProblem, Sampler, open_engine, open_engines,
+    Evaluation, QuantizedProblem, Sampler, open_engine, open_engines,
 };
 use inbye::map::{GridFrame, ObstacleGrid};
 
@@ -23,6 +24,11 @@ fn engines(threads: usize) -> Vec<Box<dyn Engine>> {
     opened.expect("threads")
 }
 
+fn decide(engine: &mut dyn Engine, roadway: &Roadway, field: &Arc<ClearanceField>) -> Evaluation {
+    let quantized = QuantizedProblem::new(&roadway.problem(field, 0)).expect("within the ranges");
+    black_box(engine.evaluate(&quantized, Detail::Answer).expect("an answer"))
+}
+
 fn decisions(criterion: &mut Criterion) {
     let field = roadway_field();
     let mut engines = engines(2);
@@ -33,11 +39,7 @@ fn decisions(criterion: &mut Criterion) {
         group.sample_size(20);
         for engine in &mut engines {
             group.bench_function(BenchmarkId::from_parameter(engine.name()), |bencher| {
-                bencher.iter(|| {
-                    let quantized = QuantizedProblem::new(&roadway.problem(&field, 0))
-                        .expect("within the ranges");
-                    black_box(engine.evaluate(&quantized, Detail::Answer).expect("an answer"))
-                });
+                bencher.iter(|| decide(&mut **engine, &roadway, &field));
             });
         }
         group.finish();
@@ -57,11 +59,7 @@ fn samplers(criterion: &mut Criterion) {
             let roadway = Roadway { vx_samples, vtheta_samples, sampler, ..plain };
             let name = format!("{}, window {window_s} s", sampler.name());
             group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
-                bencher.iter(|| {
-                    let quantized = QuantizedProblem::new(&roadway.problem(&field, 0))
-                        .expect("within the ranges");
-                    black_box(engine.evaluate(&quantized, Detail::Answer).expect("an answer"))
-                });
+                bencher.iter(|| decide(&mut engine, &roadway, &field));
             });
         }
     }

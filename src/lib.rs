@@ -45,6 +45,7 @@
 #[doc(hidden)]
 pub mod digest;
 pub mod geometry;
+pub mod input_file;
 #[doc(hidden)]
 pub mod numeric;
 pub mod settings;

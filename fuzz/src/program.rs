@@ -2,9 +2,5 @@
 
 #![expect(dead_code, reason = "the functions that open files are used by the program only")]
 
-#[path = "../../src/cli/input_file.rs"]
-pub mod input_file;
 #[path = "../../src/cli/problem_file.rs"]
 pub mod problem_file;
-#[path = "../../src/cli/refusal.rs"]
-mod refusal;

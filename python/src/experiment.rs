@@ -1,7 +1,6 @@
 //! Plans of experiments, run with controllers in Python.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -10,6 +9,7 @@ use inbye::experiment::{
     Cell, ExperimentError, Grid, Plan, RunRow, check_programs, open_engine,
     planner_names as names_of, rankings, run_cell, run_in_order_checked,
 };
+use inbye::input_file::read_text;
 use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::{Decider, parse_toml};
@@ -30,9 +30,9 @@ fn read(plan: &Bound<'_, PyAny>) -> PyResult<(Plan, PathBuf)> {
     }
     let path: PathBuf =
         plan.extract().map_err(|_| raise("a plan is the path of a TOML file, or a dictionary"))?;
-    let text = fs::read_to_string(&path);
-    let text = text.map_err(|error| raise(format!("{}: {error}", path.display())))?;
-    let plan = parse(&text).map_err(|error| raise(format!("{}: {error}", path.display())))?;
+    let in_file = |error: &dyn std::fmt::Display| raise(format!("{}: {error}", path.display()));
+    let text = read_text(&path).map_err(|error| in_file(&error))?;
+    let plan = parse(&text).map_err(|error| in_file(&error))?;
     Ok((plan, path.parent().unwrap_or(Path::new("")).to_owned()))
 }
 

@@ -150,7 +150,7 @@ def test_plan_has_paths_scalars_of_numpy_and_any_mapping(tmp_path: Path) -> None
     more = inbye.Config({"local": settings["local"]})
     (plain,) = inbye.bench.run(plan | {"configs": {"more": more}})
     assert plain["trace_digest"] == row["trace_digest"]
-    with pytest.raises(inbye.InbyeError, match=r"worlds\.path is missing"):
+    with pytest.raises(inbye.InbyeError, match=r"worlds\.0\.path is missing"):
         inbye.bench.worlds({"worlds": [{"kind": "map", "path": None}]})
     endless: dict[str, object] = {}
     endless["local"] = endless

@@ -228,7 +228,7 @@ pub fn open(
 }
 
 /// Commands a motion. Returns false if the base was stopped before the time was over.
-pub fn send(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
+pub fn send(arguments: &SendArguments) -> anyhow::Result<bool> {
     let (line, supervisor) = open(&arguments.line, arguments.release)?;
     let asked = Twist::new(arguments.linear, arguments.angular);
     // The supervisor limits every target likewise.
@@ -273,7 +273,7 @@ pub fn send(arguments: &SendArguments, json: bool) -> anyhow::Result<bool> {
     let (travelled_m, commands) = (status.travelled_m, status.counters.commands);
     let summary = format!("{outcome}; {travelled_m:.2} m in {driven_s:.1} s, {commands} commands");
     let feedback = status.feedback.as_ref().map(feedback_line);
-    output::result(json, &object, [summary].into_iter().chain(feedback))?;
+    output::result(&object, [summary].into_iter().chain(feedback))?;
     Ok(done)
 }
 
@@ -301,7 +301,7 @@ fn is_still(status: &SupervisorStatus) -> bool {
 }
 
 /// Prints a base's reports. Returns false if the base is silent at the end.
-pub fn monitor(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool> {
+pub fn monitor(arguments: &MonitorArguments) -> anyhow::Result<bool> {
     let (_, supervisor) = open(&arguments.line, false)?;
     let start_s = supervisor.now_s();
     loop {
@@ -314,7 +314,7 @@ pub fn monitor(arguments: &MonitorArguments, json: bool) -> anyhow::Result<bool>
         let mut object = status_object(&status);
         object["time_s"] = json!(time_s);
         let text = status.feedback.as_ref().map_or_else(|| drive_status(&status), feedback_line);
-        output::result(json, &object, [format!("{time_s:7.1} s  {text}")])?;
+        output::result(&object, [format!("{time_s:7.1} s  {text}")])?;
         thread::sleep(LINE_PERIOD);
     }
 }

@@ -108,7 +108,7 @@ impl Meter {
 }
 
 /// Calibrates a base. Returns false if a motion was not completed on one connection.
-pub fn run(arguments: &CalibrateArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &CalibrateArguments) -> anyhow::Result<bool> {
     ensure!(
         arguments.turns > 0.0 || arguments.distance > 0.0,
         "--turns and --distance are both 0: there is nothing to do"
@@ -156,7 +156,7 @@ pub fn run(arguments: &CalibrateArguments, json: bool) -> anyhow::Result<bool> {
              firmware"
         ));
     }
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     Ok(why.is_none())
 }
 

@@ -35,7 +35,7 @@ mod on_pseudo_terminal {
     const MAX_STEP_S: f64 = 0.01;
 
     /// Emulates a base until the time is over or a signal arrives.
-    pub fn run(arguments: &EmulateArguments, json: bool) -> anyhow::Result<bool> {
+    pub fn run(arguments: &EmulateArguments) -> anyhow::Result<bool> {
         let kind = &arguments.kind;
         let settings = config::load_base("--base-config", kind.base_config.as_deref())?;
         let emulator = emulator(arguments, settings.base)?;
@@ -46,15 +46,12 @@ mod on_pseudo_terminal {
         // Bytes that hosts write to the device that has replaced the base.
         let mut replaced_bytes = None;
         let lidar_port = surroundings.as_ref().map(|lidar| lidar.port().to_owned());
-        if json {
-            let mut ports = json!({ "port": port, "protocol": kind.protocol.name() });
-            if let Some(lidar_port) = &lidar_port {
-                ports["lidar"] = json!(lidar_port);
-            }
-            output::print_json(&ports)?;
-        } else {
-            output::line(&port);
-            lidar_port.iter().for_each(output::line);
+        let mut ports = json!({ "port": port, "protocol": kind.protocol.name() });
+        if let Some(lidar_port) = &lidar_port {
+            ports["lidar"] = json!(lidar_port);
+        }
+        output::result(&ports, [&port].into_iter().chain(&lidar_port))?;
+        if !output::is_json() {
             output::note(format!("speaks {}; Ctrl-C ends it", kind.protocol));
         }
         let mut machine = Machine { emulator, surroundings, motion: MotionLog::default() };
@@ -92,7 +89,7 @@ mod on_pseudo_terminal {
                 pair.write(&line)?;
             }
         }
-        print(&machine, replaced_bytes, json)?;
+        print(&machine, replaced_bytes)?;
         Ok(true)
     }
 
@@ -157,7 +154,7 @@ mod on_pseudo_terminal {
         }
     }
 
-    fn print(machine: &Machine, replaced_bytes: Option<usize>, json: bool) -> anyhow::Result<()> {
+    fn print(machine: &Machine, replaced_bytes: Option<usize>) -> anyhow::Result<()> {
         let Machine { emulator, surroundings, motion } = machine;
         let surroundings = surroundings.as_ref();
         let (stats, twist) = (emulator.command_stats(), emulator.twist());
@@ -186,6 +183,6 @@ mod on_pseudo_terminal {
             "{time_s:.1} s, {} commands, the last {} zero; {} watchdog stops; {travelled_m:.2} m",
             stats.commands, stats.final_zero_commands, stats.watchdog_stops,
         );
-        output::result(json, &object, [summary])
+        output::result(&object, [summary])
     }
 }

@@ -42,7 +42,7 @@ pub struct CompareArguments {
 }
 
 /// Compares the planners of a plan.
-pub fn run(arguments: &CompareArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
     let grid = sweep::read(&arguments.plan)?.with_times();
     let folder = ReportFolder::create(arguments.report.as_deref())?;
     let rows = arguments.run.run(&grid, |_| {})?;
@@ -59,7 +59,7 @@ pub fn run(arguments: &CompareArguments, json: bool) -> anyhow::Result<bool> {
         planner.faults.as_ref().map(|faults| format!("{}: faults: {faults}", planner.planner))
     });
     let lines = lines.chain(verdicts).chain(left_out).chain(faults);
-    output::result(json, &json!({ "ranked": ranked, "rows": rows }), lines)?;
+    output::result(&json!({ "ranked": ranked, "rows": rows }), lines)?;
     let plays = match &arguments.report {
         Some(report) => play(&grid.distinct(), &rows, arguments.play, report)?,
         None => BTreeMap::new(),

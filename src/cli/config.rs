@@ -4,13 +4,13 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow};
 use inbye::base::BaseConfig;
+use inbye::input_file::read_text;
 use inbye::runtime::{Config, NodeConfig, is_other_variant, parse_toml};
-use inbye::settings::SettingError;
+use inbye::settings::{KeyError, SettingError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::input_file::read_text;
 use super::output;
 
 /// Loads settings from the TOML file of a flag, or returns the defaults. Unknown keys and numbers out of range are errors. With
@@ -54,9 +54,9 @@ pub fn changed(settings: Config, file: Option<&Path>) -> anyhow::Result<Config> 
         settings.validate()?;
         return Ok(settings);
     };
-    read_text(file)
-        .and_then(|text| Ok(settings.with_changes(&text)?))
-        .with_context(|| file.display().to_string())
+    let place = || file.display().to_string();
+    let text = read_text(file).with_context(place)?;
+    settings.with_changes(&text).with_context(place)
 }
 
 /// Returns settings with the changes of `--set`, each `key=value`, where the value is TOML or a bare word. Of two changes of one
@@ -98,9 +98,8 @@ fn change_of<'c>(error: &SettingError, changes: &'c [String]) -> &'c str {
         let key = |change: &String| change.split('=').next().unwrap_or_default().trim().to_owned();
         changes.iter().rfind(|change| is_cause(&key(change)))
     };
-    let path = format!("{}.{}", error.table, error.name);
-    let path = path.trim_start_matches('.');
-    let change = last(&|key| is_in(path, key)).or_else(|| last(&|key| is_in(key, &error.table)));
+    let path = error.key_path().unwrap_or_default();
+    let change = last(&|key| is_in(&path, key)).or_else(|| last(&|key| is_in(key, &error.table)));
     change.or(changes.last()).map_or("", String::as_str)
 }
 

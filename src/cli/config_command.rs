@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Subcommand};
 use inbye::base::BaseConfig;
+use inbye::input_file::read_text;
 use inbye::ros::nav2::{Import, Mapped, MappedSetting, Nav2Error, import};
 use inbye::runtime::Config;
 use serde_json::json;
 
 use super::files::Output;
-use super::input_file::read_text;
 use super::{config, output, own_file};
 
 /// `inbye config`.
@@ -87,10 +87,10 @@ pub struct ImportArguments {
 }
 
 /// Prints, checks or imports a configuration.
-pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &ConfigArguments) -> anyhow::Result<bool> {
     let (action, base) = (&arguments.action, arguments.base);
     if let Some(ConfigCommand::ImportNav2(command)) = &arguments.command {
-        import_nav2(command, json)?;
+        import_nav2(command)?;
     } else if let Some(file) = &action.check {
         if base {
             config::load_base("--check", Some(file))?;
@@ -99,7 +99,7 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
             config::warn_of_period(&config);
         }
         let name = file.display().to_string();
-        output::result(json, &json!({ "file": name, "ok": true }), [format!("{name}: ok")])?;
+        output::result(&json!({ "file": name, "ok": true }), [format!("{name}: ok")])?;
     } else if !(action.schema || action.print) {
         bail!(
             "config: nothing to do: write --print, --schema, --check FILE.toml, or the command import-nav2 FILE; see --help"
@@ -112,13 +112,13 @@ pub fn run(arguments: &ConfigArguments, json: bool) -> anyhow::Result<bool> {
         } else {
             (Config::documented(), Config::keys())
         };
-        output::result(json, &json!({ "config": text, "keys": keys }), [text.trim_end()])?;
+        output::result(&json!({ "config": text, "keys": keys }), [text.trim_end()])?;
     }
     Ok(true)
 }
 
 /// Imports a Nav2 file.
-fn import_nav2(arguments: &ImportArguments, json: bool) -> anyhow::Result<()> {
+fn import_nav2(arguments: &ImportArguments) -> anyhow::Result<()> {
     let file = &arguments.file;
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
@@ -134,7 +134,7 @@ fn import_nav2(arguments: &ImportArguments, json: bool) -> anyhow::Result<()> {
         Output::create("--base-output", arguments.base_output.as_deref(), &["toml"])?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let heading = heading(&name);
-    if json {
+    if output::is_json() {
         output::print_json(&imported)?;
     } else {
         if !written.is_requested() {

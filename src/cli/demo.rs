@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         let (request, cores) = (EngineRequest::Auto, machine::cores());
         let engine = engine_selection::open_to_drive(&request, &size, cores, false)?;
         let drive = Drive::new(scene, &config, engine)?;
-        if !arguments.json {
+        if !output::is_json() {
             let text = drive_text::coloured_line(&drive.result);
             output::line(format!("{:12} {text}", drive.scene.name));
         }
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         "quality": quality,
         "report": folder.join("index.html"),
     });
-    output::result(arguments.json, &object, lines)?;
+    output::result(&object, lines)?;
     report.write_page(|| {
         html(&Report {
             title: "inbye: the demo",

@@ -105,7 +105,7 @@ pub struct DensityArguments {
 }
 
 /// Measures latency and quality over sampling density.
-pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
     let (least, most) = (arguments.min_samples, arguments.max_samples);
     if least > most {
         bail!(
@@ -155,7 +155,7 @@ pub fn run(arguments: &DensityArguments, json: bool) -> anyhow::Result<bool> {
         lines.extend([String::new(), title.to_owned()]);
         lines.extend(text_table(&closed_loop, CLOSED_LOOP));
     }
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     record.write_rows(&density.rows)?;
     losses.write_rows(&quality)?;
     missions.write_rows(&driven)?;

@@ -59,13 +59,13 @@ impl fmt::Display for Check {
 }
 
 /// Looks at this machine. Returns false if something is to change.
-pub fn run(arguments: &DoctorArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &DoctorArguments) -> anyhow::Result<bool> {
     let (threads, fastest) = thread_counts(arguments.seconds)?;
     let mut checks = vec![processor(), threads, gpu(), engine()];
     checks.extend(serial_ports());
     checks.push(features());
     let object = json!({ "checks": checks, "threads": fastest });
-    output::result(json, &object, checks.iter().map(ToString::to_string))?;
+    output::result(&object, checks.iter().map(ToString::to_string))?;
     Ok(checks.iter().all(|check| check.ok))
 }
 

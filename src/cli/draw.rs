@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::experiment::{Record, RunRow, read_record};
+use inbye::input_file::read_bytes;
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::json;
 
 use super::files::{Output, ReportFolder, command_line};
-use super::input_file::read_bytes;
 use super::output;
 
 /// Largest record, bytes: a million rows.
@@ -57,7 +57,7 @@ fn add<'r>(report: &mut BenchReport<'r>, record: &'r Record) -> bool {
 }
 
 /// Draws records.
-pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &DrawArguments) -> anyhow::Result<bool> {
     ensure!(
         arguments.svg.is_some() || arguments.report.is_some(),
         "bench draw: nothing to write into: add --svg FILE.svg or --report DIR"
@@ -87,14 +87,12 @@ pub fn run(arguments: &DrawArguments, json: bool) -> anyhow::Result<bool> {
     let records = named()
         .map(|(path, record)| json!({ "file": path.to_string_lossy(), "title": record.title() }));
     let object = json!({ "records": records.collect::<Vec<_>>() });
-    output::result(json, &object, &sources)?;
+    output::result(&object, &sources)?;
     Ok(true)
 }
 
 fn read(path: &Path) -> anyhow::Result<Record> {
-    let remedy = "name a CSV file that `inbye bench` wrote";
-    let bytes =
-        read_bytes(path, MAX_RECORD_BYTES, remedy).with_context(|| path.display().to_string())?;
+    let bytes = read_bytes(path, MAX_RECORD_BYTES).with_context(|| path.display().to_string())?;
     Ok(read_record(&bytes, path)?)
 }
 

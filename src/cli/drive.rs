@@ -17,7 +17,7 @@ use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::{
     Config, Mission, MissionError, MissionResult, Observer, PoseSource, TickEvent, run_mission,
 };
-use inbye::sim::{MovingObstacles, SimError, Simulation};
+use inbye::sim::{SimError, Simulation};
 use serde_json::{Value, json};
 
 use super::arguments::{EngineArguments, Place, above_zero, duration, real, whole};
@@ -32,7 +32,7 @@ use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
 use super::refusal::refused;
-use super::{output, plan};
+use super::{obstacle_file, output, plan};
 
 /// `inbye drive`.
 #[derive(Debug, Args)]
@@ -174,7 +174,7 @@ fn truth(
 }
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
-pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     let MapInput { name: map_name, map, zones, mut config, scene } =
         map_file::read(&arguments.map)?;
     let (start, goal) = arguments.ends.resolve(scene.as_ref())?;
@@ -203,9 +203,17 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
         interrupt: Some(interrupt),
         ..Mission::new(Arc::new(map), start.pose(), stop(&goal))
     };
-    let moving_obstacles = match moving_obstacles(&obstacles, seed, &mission, &config) {
-        Ok(moving_obstacles) => moving_obstacles,
-        Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
+    let moving_obstacles = match &obstacles {
+        Obstacles::File(file) => {
+            obstacle_file::read(file, &mission.map.obstacles(config.unknown), seed)?
+        }
+        Obstacles::Count(count) => {
+            let spawner = config.simulation.pedestrians.spawner(*count, seed);
+            match spawner.spawn_on_route(&mission, &config) {
+                Ok(moving_obstacles) => moving_obstacles,
+                Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
+            }
+        }
     };
     let truth = truth(arguments, &mission.map, &config)?;
     let files = DriveFiles::create(arguments)?;
@@ -241,13 +249,13 @@ pub fn run(arguments: &DriveArguments, json: bool) -> anyhow::Result<bool> {
                 _ => format!("{map_name}: with these settings"),
             });
         }
-        Err(error) => return no_path_or(error, &map_name, &mission.map, &config, json),
+        Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
     };
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
     // The result comes first: a picture that cannot be written must not cost it.
     let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
         output.write(&changes.applied_to(&mission.map))?;
     }
@@ -426,7 +434,6 @@ fn no_path_or(
     map_name: &str,
     map: &OccupancyGrid,
     config: &Config,
-    json: bool,
 ) -> anyhow::Result<bool> {
     let SimError::Mission(MissionError::Fault(Fault::Plan(error))) = error else {
         return Err(error.into());
@@ -439,24 +446,6 @@ fn no_path_or(
     object["reached"] = json!(false);
     object["collided"] = json!(false);
     object["fault"] = json!(reason);
-    output::result(json, &object, [reason])?;
+    output::result(&object, [reason])?;
     Ok(false)
-}
-
-/// Moving obstacles from a file, or a number of pedestrians along the robot's route.
-fn moving_obstacles(
-    obstacles: &Obstacles,
-    seed: u64,
-    mission: &Mission,
-    config: &Config,
-) -> Result<MovingObstacles, SimError> {
-    match obstacles {
-        Obstacles::Count(count) => {
-            let spawner = config.simulation.pedestrians.spawner(*count, seed);
-            spawner.spawn_on_route(mission, config)
-        }
-        Obstacles::File(file) => {
-            MovingObstacles::read(file, &mission.map.obstacles(config.unknown), seed)
-        }
-    }
 }

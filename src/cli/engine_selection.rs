@@ -7,13 +7,13 @@ use std::time::Instant;
 
 use anyhow::Context;
 use inbye::bench::{DecisionSize, EngineRequest, EngineTime, measure_engines};
+use inbye::input_file::read_text;
 use inbye::local::{
     CpuEngine, Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_with_fallback,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::input_file::read_text;
 use super::whole_file::write_whole;
 use super::{machine, output};
 

@@ -35,7 +35,7 @@ pub struct EvaluateArguments {
 const DRAWN: Sampling = Sampling { vx_samples: 9, vtheta_samples: 33 };
 
 /// Takes one decision. Returns false if no sample is admissible.
-pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &EvaluateArguments) -> anyhow::Result<bool> {
     let svg = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
     let (problem, map) = problem_file::read(&arguments.problem, map_file::load)?;
     let quantized =
@@ -78,7 +78,7 @@ pub fn run(arguments: &EvaluateArguments, json: bool) -> anyhow::Result<bool> {
     })?;
     let samples = arguments.samples.then(|| explainer.samples(&evaluation));
     let counts = &evaluation.counts;
-    if json {
+    if output::is_json() {
         let mut object = json!({
             "winner": winner,
             "admissible": counts.admissible,

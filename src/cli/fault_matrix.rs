@@ -46,7 +46,7 @@ pub struct FaultsArguments {
 }
 
 /// Injects every fault. Returns false if a robot did not do what its row requires.
-pub fn run(arguments: &FaultsArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &FaultsArguments) -> anyhow::Result<bool> {
     let record = Output::of_rows::<FaultRow>("--record", arguments.record.as_deref())?;
     let seeds: Vec<u64> = (1..=arguments.seeds).collect();
     let names: Vec<&str> = if seeds.is_empty() {
@@ -70,7 +70,7 @@ pub fn run(arguments: &FaultsArguments, json: bool) -> anyhow::Result<bool> {
         format!("FAILED: {} ({}): {}", row.fault, row.place, row.reason.as_deref().unwrap_or("-"))
     });
     let lines = text_table(&rows, COLUMNS).into_iter().chain(reasons);
-    output::result(json, &json!({ "rows": rows, "passed": passed }), lines)?;
+    output::result(&json!({ "rows": rows, "passed": passed }), lines)?;
     record.write_rows(&rows)?;
     Ok(passed)
 }

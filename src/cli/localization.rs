@@ -89,9 +89,9 @@ fn case(text: &str) -> Result<LocalizationCase, String> {
 }
 
 /// Drives all cases. Returns false when a tour was not within its bounds, or a drive did not start.
-pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &LocalizationArguments) -> anyhow::Result<bool> {
     if let Some(log) = &arguments.log.log {
-        return log_localization::run(arguments, log, json);
+        return log_localization::run(arguments, log);
     }
     if arguments.log.truth.relations.is_some() {
         bail!("--relations belongs to --log: name the log");
@@ -108,7 +108,7 @@ pub fn run(arguments: &LocalizationArguments, json: bool) -> anyhow::Result<bool
     let rows = arguments.run.run(&grid, |_| {})?;
     let within = rows.iter().all(is_within);
     let lines = text_table(&rows, COLUMNS).into_iter().chain(unreached(&rows));
-    output::result(json, &json!({ "rows": rows, "within": within }), lines)?;
+    output::result(&json!({ "rows": rows, "within": within }), lines)?;
     Ok(within)
 }
 

@@ -1,11 +1,12 @@
 //! Logs of real robots: text files, and recordings of ROS 2.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
+use inbye::input_file::list;
 use inbye::lidar_log::LidarLog;
 
 use super::files::has_extension;
@@ -102,8 +103,7 @@ fn unreadable(path: &Path, error: &io::Error) -> anyhow::Error {
 
 /// The files of a folder in the order of their numbers: `run_2.mcap` before `run_10.mcap`.
 fn listed(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let entries = fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
-    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    let mut files = list(folder).with_context(|| folder.display().to_string())?;
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     Ok(files)
 }

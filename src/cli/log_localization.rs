@@ -69,7 +69,7 @@ impl TruthArguments {
 }
 
 /// Localizes over a log. Returns false if the localizer was lost after the last scan.
-pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &LocalizationArguments, file: &Path) -> anyhow::Result<bool> {
     let log = arguments.log.file.read(file).context("--log")?;
     let truth = arguments.log.truth.read(&log)?;
     let config = settings(arguments)?;
@@ -89,7 +89,7 @@ pub fn run(arguments: &LocalizationArguments, file: &Path, json: bool) -> anyhow
     if let Some(truth) = truth {
         arguments.log.truth.warn_if_unused(&log, truth, result.relations.is_some());
     }
-    output::result(json, &result, lines(&result))?;
+    output::result(&result, lines(&result))?;
     Ok(!result.is_lost_at_end)
 }
 

@@ -116,7 +116,7 @@ pub fn note_skipped(error: &EngineError) {
 }
 
 /// `inbye devices`: lists GPU adapters and CPU features.
-pub fn devices(json: bool) -> anyhow::Result<bool> {
+pub fn devices() -> anyhow::Result<bool> {
     let (adapters, features) = (adapters(), cpu_features());
     let (cores, architecture) = (cores(), std::env::consts::ARCH);
     let listed =
@@ -130,7 +130,7 @@ pub fn devices(json: bool) -> anyhow::Result<bool> {
         lines.push(format!("GPU: {}", adapter_text(adapter)));
     }
     let cpu = json!({ "cores": cores, "architecture": architecture, "features": features });
-    output::result(json, &json!({ "adapters": adapters, "cpu": cpu }), lines)?;
+    output::result(&json!({ "adapters": adapters, "cpu": cpu }), lines)?;
     Ok(true)
 }
 

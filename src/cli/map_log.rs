@@ -37,7 +37,7 @@ pub struct MapLogArguments {
 }
 
 /// Makes the map and writes it.
-pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &MapLogArguments) -> anyhow::Result<bool> {
     let log = arguments.file.read(&arguments.log)?;
     let truth = arguments.truth.read(&log)?;
     if log.scans() == 0 {
@@ -121,7 +121,7 @@ pub fn run(arguments: &MapLogArguments, json: bool) -> anyhow::Result<bool> {
             "time         {median:.0} us a scan (median), {tail:.0} us (p99), {total_s:.1} s in all"
         ));
     }
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     Ok(true)
 }
 

@@ -1,15 +1,15 @@
 //! Experiments of random missions: their common arguments, and `inbye bench ablation`.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use inbye::experiment::missions::Rules;
 use inbye::experiment::{
     ABLATION_VARIANTS, Grid, RunRow, Setup, World, ablation_groups, built_in_maps, faults,
 };
+use inbye::input_file::list;
 use inbye::report::BenchReport;
 use inbye::runtime::Config;
 use serde_json::json;
@@ -17,7 +17,6 @@ use serde_json::json;
 use super::arguments::{real, whole};
 use super::files::{ReportFolder, has_extension};
 use super::own_programs::ProgramArguments;
-use super::refusal::refused;
 use super::runs::{RunArguments, group_table};
 use super::{config, map_file, output};
 
@@ -118,15 +117,8 @@ fn files(maps: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 fn yaml_files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let paths = fs::read_dir(folder).and_then(|entries| {
-        entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<PathBuf>>>()
-    });
-    let mut files = paths.map_err(|error| {
-        let what = format!("--maps {}: cannot be read", folder.display());
-        refused(what, error, "name a folder of maps")
-    })?;
+    let mut files = list(folder).with_context(|| format!("--maps {}", folder.display()))?;
     files.retain(|path| has_extension(path, "yaml"));
-    files.sort();
     Ok(files)
 }
 
@@ -157,7 +149,7 @@ pub struct AblationArguments {
 }
 
 /// Drives the missions with each variant.
-pub fn ablation(arguments: &AblationArguments, json: bool) -> anyhow::Result<bool> {
+pub fn ablation(arguments: &AblationArguments) -> anyhow::Result<bool> {
     let report = ReportFolder::create(arguments.report.as_deref())?;
     let AblationArguments { missions_of: missions, missions: count, .. } = arguments;
     let (config, worlds) = missions.read(arguments.unmapped)?;
@@ -182,7 +174,7 @@ pub fn ablation(arguments: &AblationArguments, json: bool) -> anyhow::Result<boo
         format!("  {:30} mean time {time}", row.name)
     }));
     lines.extend(faults(&rows).into_iter().map(|(name, count)| format!("fault {name}: {count}")));
-    output::result(json, &json!({ "variants": table, "rows": rows }), lines)?;
+    output::result(&json!({ "variants": table, "rows": rows }), lines)?;
     report.write_bench(BenchReport {
         title: "inbye: effect of each part of the navigator",
         intro: &intro,

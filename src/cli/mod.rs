@@ -28,7 +28,6 @@ mod evaluate;
 mod fault_matrix;
 mod files;
 mod hardware_drive;
-mod input_file;
 mod invocation;
 mod latency_lock;
 mod localization;
@@ -41,6 +40,7 @@ mod map_output;
 mod missions;
 mod movingai;
 mod node;
+mod obstacle_file;
 mod operator;
 mod operator_port;
 mod output;
@@ -88,7 +88,7 @@ use anyhow::ensure;
 use base::BaseCommand;
 use clap::{Args, Parser, Subcommand};
 use inbye::runtime::hardware::HardwareError;
-use output::{GLOBAL_OPTIONS, Verbosity};
+use output::OutputArguments;
 
 /// The error of commands whose output is no result.
 const NO_JSON: &str = "--json: this command has no JSON output: leave the flag out";
@@ -106,11 +106,8 @@ const NO_JSON: &str = "--json: this command has no JSON output: leave the flag o
     Output to a terminal is coloured unless NO_COLOR=1 is set. `inbye man` prints manual pages, `inbye completions` shell completions."
 )]
 pub struct Arguments {
-    /// Print one JSON object on standard output instead of text.
-    #[arg(long, global = true, help_heading = GLOBAL_OPTIONS)]
-    pub json: bool,
     #[command(flatten)]
-    pub verbosity: Verbosity,
+    pub output: OutputArguments,
     /// Folder for the demo's report [default: inbye-report].
     #[arg(long)]
     pub report: Option<PathBuf>,
@@ -216,16 +213,16 @@ pub fn run_program(invocation: Invocation) -> u8 {
             return 0;
         }
         Err(error) => {
-            let is_json = invocation.arguments.iter().any(|argument| argument == "--json");
-            output::print_usage_error(&error, is_json);
+            output::set_json(invocation.arguments.iter().any(|argument| argument == "--json"));
+            output::print_usage_error(&error);
             return UNUSABLE;
         }
     };
     invocation.set();
-    if arguments.verbosity.verbose < 2 {
+    if arguments.output.verbose < 2 {
         vulkan_environment::silence_device_selection();
     }
-    arguments.verbosity.init_logging();
+    arguments.output.init();
     match run(&arguments) {
         Ok(is_done) => u8::from(!is_done),
         Err(error) => {
@@ -233,7 +230,7 @@ pub fn run_program(invocation: Invocation) -> u8 {
                 matches!(error.downcast_ref(), Some(HardwareError::Interrupted { .. }));
             let (status, kind) =
                 if interrupted { (1, "interrupted") } else { (UNUSABLE, "unusable_input") };
-            output::print_error(kind, &error, arguments.json);
+            output::print_error(kind, &error);
             status
         }
     }
@@ -241,7 +238,6 @@ pub fn run_program(invocation: Invocation) -> u8 {
 
 /// Runs a command. Returns true if it is done, false if it ran and the answer is no.
 fn run(arguments: &Arguments) -> anyhow::Result<bool> {
-    let json = arguments.json;
     let Some(command) = &arguments.command else {
         return demo::run(arguments);
     };
@@ -257,51 +253,47 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         _ => {}
     }
     match command {
-        Command::Plan(command) => plan::run(command, json),
-        Command::Map(command) => map_log::run(command, json),
-        Command::Drive(command) => drive::run(command, json),
-        Command::Replay(command) => replay::run(command, json),
-        Command::Evaluate(command) => evaluate::run(command, json),
-        Command::Verify(command) => verify::run(command, json),
-        Command::Devices => machine::devices(json),
-        Command::Doctor(command) => doctor::run(command, json),
-        Command::Config(command) => config_command::run(command, json),
-        Command::Node(command) => node::run(command, json),
-        Command::Playground(command) => playground::run(command, json),
-        Command::Completions(_) | Command::Man(_) if json => anyhow::bail!(NO_JSON),
+        Command::Plan(command) => plan::run(command),
+        Command::Map(command) => map_log::run(command),
+        Command::Drive(command) => drive::run(command),
+        Command::Replay(command) => replay::run(command),
+        Command::Evaluate(command) => evaluate::run(command),
+        Command::Verify(command) => verify::run(command),
+        Command::Devices => machine::devices(),
+        Command::Doctor(command) => doctor::run(command),
+        Command::Config(command) => config_command::run(command),
+        Command::Node(command) => node::run(command),
+        Command::Playground(command) => playground::run(command),
+        Command::Completions(_) | Command::Man(_) if output::is_json() => anyhow::bail!(NO_JSON),
         Command::Completions(command) => shell_integration::completions(command),
         Command::Man(command) => shell_integration::man(command),
-        Command::Sweep(command) => sweep::run(command, json),
-        Command::Tune(command) => {
-            tune::run(command, json).map(|done| done && !machine::is_interrupted())
-        }
+        Command::Sweep(command) => sweep::run(command),
+        Command::Tune(command) => tune::run(command).map(|done| done && !machine::is_interrupted()),
         Command::Base(base) => match &base.command {
-            BaseCommand::Emulate(command) => base_emulate::run(command, json),
-            BaseCommand::Send(command) => base::send(command, json),
-            BaseCommand::Monitor(command) => base::monitor(command, json),
-            BaseCommand::Calibrate(command) => base_calibrate::run(command, json),
+            BaseCommand::Emulate(command) => base_emulate::run(command),
+            BaseCommand::Send(command) => base::send(command),
+            BaseCommand::Monitor(command) => base::monitor(command),
+            BaseCommand::Calibrate(command) => base_calibrate::run(command),
         },
-        Command::Bench(bench) => {
-            run_bench(bench, json).map(|done| done && !machine::is_interrupted())
-        }
+        Command::Bench(bench) => run_bench(bench).map(|done| done && !machine::is_interrupted()),
     }
 }
 
-fn run_bench(bench: &BenchArguments, json: bool) -> anyhow::Result<bool> {
+fn run_bench(bench: &BenchArguments) -> anyhow::Result<bool> {
     match &bench.command {
-        BenchCommand::Ablation(command) => missions::ablation(command, json),
-        BenchCommand::Barn(command) => worlds::barn(command, json),
-        BenchCommand::Compare(command) => comparison::run(command, json),
-        BenchCommand::Density(command) => density::run(command, json),
-        BenchCommand::Draw(command) => draw::run(command, json),
-        BenchCommand::Dynabarn(command) => worlds::dynabarn(command, json),
-        BenchCommand::Faults(command) => fault_matrix::run(command, json),
-        BenchCommand::Localization(command) => localization::run(command, json),
-        BenchCommand::Movingai(command) => movingai::run(command, json),
-        BenchCommand::Paper(command) => paper::run(command, json),
-        BenchCommand::Perception(command) => perception::run(command, json),
-        BenchCommand::Protection(command) => protection::run(command, json),
-        BenchCommand::Soak(command) => soak::run(command, json),
+        BenchCommand::Ablation(command) => missions::ablation(command),
+        BenchCommand::Barn(command) => worlds::barn(command),
+        BenchCommand::Compare(command) => comparison::run(command),
+        BenchCommand::Density(command) => density::run(command),
+        BenchCommand::Draw(command) => draw::run(command),
+        BenchCommand::Dynabarn(command) => worlds::dynabarn(command),
+        BenchCommand::Faults(command) => fault_matrix::run(command),
+        BenchCommand::Localization(command) => localization::run(command),
+        BenchCommand::Movingai(command) => movingai::run(command),
+        BenchCommand::Paper(command) => paper::run(command),
+        BenchCommand::Perception(command) => perception::run(command),
+        BenchCommand::Protection(command) => protection::run(command),
+        BenchCommand::Soak(command) => soak::run(command),
     }
 }
 

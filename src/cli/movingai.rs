@@ -52,7 +52,7 @@ pub struct MovingAiArguments {
 }
 
 /// Compares grid search with published optimal lengths. Returns false when an answer was wrong.
-pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &MovingAiArguments) -> anyhow::Result<bool> {
     let record = Output::of_rows::<AlgorithmRow>("--record", arguments.record.as_deref())?;
     let Folder { files, skipped } = maps(arguments)?;
     for map in &skipped {
@@ -65,11 +65,11 @@ pub fn run(arguments: &MovingAiArguments, json: bool) -> anyhow::Result<bool> {
     algorithms.retain(|algorithm| arguments.all || algorithm.usual);
     let (maps, totals) = measure(&queries, &algorithms, arguments.passes)?;
     record.write_rows(&maps.iter().flat_map(|map| map.algorithms.clone()).collect::<Vec<_>>())?;
-    if json && arguments.folder.is_none() {
+    if output::is_json() && arguments.folder.is_none() {
         output::print_json(&maps.first())?;
     } else {
         let object = json!({ "maps": maps, "algorithms": totals, "skipped": skipped });
-        output::result(json, &object, text(&maps, &totals))?;
+        output::result(&object, text(&maps, &totals))?;
     }
     Ok(totals.iter().all(AlgorithmRow::passed))
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::process::exit;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
@@ -26,14 +27,20 @@ const ERROR: Style = AnsiColor::Red.on_default().bold();
 const GOOD: Style = AnsiColor::Green.on_default().bold();
 
 /// Heading of the flags that every command has.
-pub(super) const GLOBAL_OPTIONS: &str = "Global options";
+const GLOBAL_OPTIONS: &str = "Global options";
 
 /// Log target of this program, as opposed to libraries.
 const PROGRAM: &str = env!("CARGO_CRATE_NAME");
 
-/// Amount of messages on standard error.
+/// Whether results are printed as JSON: a flag of every command, like the level of messages.
+static IS_JSON: AtomicBool = AtomicBool::new(false);
+
+/// Form of results, and amount of messages on standard error.
 #[derive(Clone, Copy, Debug, Args)]
-pub struct Verbosity {
+pub struct OutputArguments {
+    /// Print one JSON object on standard output instead of text.
+    #[arg(long, global = true, help_heading = GLOBAL_OPTIONS)]
+    pub json: bool,
     /// Print warnings and errors only: no notes, no progress.
     #[arg(long, short, global = true, help_heading = GLOBAL_OPTIONS, conflicts_with = "verbose")]
     pub quiet: bool,
@@ -43,9 +50,10 @@ pub struct Verbosity {
     pub verbose: u8,
 }
 
-impl Verbosity {
-    /// Installs the logger. Earlier messages are lost.
-    pub fn init_logging(self) {
+impl OutputArguments {
+    /// Sets the form of results and installs the logger. Earlier messages are lost.
+    pub fn init(self) {
+        set_json(self.json);
         let (program, libraries) = match (self.quiet, self.verbose) {
             (true, _) => (LevelFilter::Warn, LevelFilter::Off),
             (false, 0) => (LevelFilter::Info, LevelFilter::Off),
@@ -74,13 +82,22 @@ fn write_record(out: &mut Formatter, record: &Record) -> io::Result<()> {
     writeln!(out, "{style}{mark}{style:#}{}", text.strip_prefix(mark).unwrap_or(&text))
 }
 
+/// Sets the form of results.
+pub fn set_json(is_json: bool) {
+    IS_JSON.store(is_json, Ordering::Relaxed);
+}
+
+/// Whether `--json` was given.
+pub fn is_json() -> bool {
+    IS_JSON.load(Ordering::Relaxed)
+}
+
 /// Prints a result, as one JSON object or as lines of text.
 pub fn result(
-    is_json: bool,
     object: &impl Serialize,
     lines: impl IntoIterator<Item: AsRef<str>>,
 ) -> anyhow::Result<()> {
-    if is_json {
+    if is_json() {
         return print_json(object);
     }
     lines.into_iter().for_each(line);
@@ -160,10 +177,10 @@ fn print_error_text(text: &str) {
 }
 
 /// Prints an error and its causes on one line, and as JSON with its kind also on standard output.
-pub fn print_error(kind: &str, error: &anyhow::Error, is_json: bool) {
+pub fn print_error(kind: &str, error: &anyhow::Error) {
     let message = in_one_line(&format!("{error:#}"));
     print_error_text(&message);
-    if is_json {
+    if is_json() {
         let place = error_text::place(&message, invocation::arguments());
         json_error(kind, &message, place);
     }
@@ -178,7 +195,7 @@ fn json_error(code: &str, message: &str, place: Option<&str>) {
 }
 
 /// Prints an error of the command line on one line.
-pub fn print_usage_error(error: &clap::Error, is_json: bool) {
+pub fn print_usage_error(error: &clap::Error) {
     let text = error.render().to_string();
     let mut paragraphs: Vec<String> = text.split("\n\n").map(in_one_line).collect();
     let starts = |with: &str| paragraphs.iter().find(|paragraph| paragraph.starts_with(with));
@@ -193,7 +210,7 @@ pub fn print_usage_error(error: &clap::Error, is_json: bool) {
     };
     let message = message.strip_prefix("error: ").unwrap_or(&message);
     print_error_text(&format!("{message}; see --help"));
-    if is_json {
+    if is_json() {
         json_error("usage", message, None);
     }
 }

@@ -54,7 +54,7 @@ pub struct PaperArguments {
 }
 
 /// Repeats the paper's tables. Returns false when a path or a drive has a fault.
-pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &PaperArguments) -> anyhow::Result<bool> {
     let report = ReportFolder::create(arguments.report.as_deref())?;
     let config = Config::default();
     let sites = Site::roadways(&config);
@@ -92,7 +92,7 @@ pub fn run(arguments: &PaperArguments, json: bool) -> anyhow::Result<bool> {
         }
     }
     let lines = tables.iter().flat_map(paper_text).chain(faults.clone());
-    output::result(json, &json!({ "tables": tables, "faults": faults }), lines)?;
+    output::result(&json!({ "tables": tables, "faults": faults }), lines)?;
     if arguments.report.is_some() {
         let traces = traces(arguments, &worlds, &config)?;
         report.write(|| {

@@ -25,7 +25,7 @@ pub struct PerceptionArguments {
 }
 
 /// Perceives the scans of a log.
-pub fn run(arguments: &PerceptionArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &PerceptionArguments) -> anyhow::Result<bool> {
     let log = arguments.file.read(&arguments.log)?;
     if log.scans() == 0 {
         bail!("{}: it has no scans: name a log with a lidar", arguments.log.display());
@@ -33,7 +33,7 @@ pub fn run(arguments: &PerceptionArguments, json: bool) -> anyhow::Result<bool> 
     let mut clock = machine::wall_clock();
     let result =
         perceive_log(&log, &mut clock).with_context(|| arguments.log.display().to_string())?;
-    output::result(json, &result, lines(&result))?;
+    output::result(&result, lines(&result))?;
     Ok(true)
 }
 

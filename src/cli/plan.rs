@@ -50,7 +50,7 @@ pub struct PlanArguments {
 }
 
 /// Finds a path. Returns false if there is none.
-pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &PlanArguments) -> anyhow::Result<bool> {
     let mut input = map_file::read(&arguments.map)?;
     arguments.global_planner.set(&mut input.config);
     let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
@@ -63,23 +63,18 @@ pub fn run(arguments: &PlanArguments, json: bool) -> anyhow::Result<bool> {
     let plan = plan_result::plan(&task, config, &known);
     drawing.write(&task, &input, &plan)?;
     if let Some(failure) = &plan.failure {
-        return no_path(failure, &input, arguments.radius, json);
+        return no_path(failure, &input, arguments.radius);
     }
     let mut object = plan.object();
     object["unknown"] = map_file::unknown_cells_json(map, config.unknown);
     let unknown = map_file::unknown_cells_text(map, config.unknown);
     let unknown = unknown.map(|text| format!("unknown   {text}"));
-    output::result(json, &object, unknown.into_iter().chain(plan.lines()))?;
+    output::result(&object, unknown.into_iter().chain(plan.lines()))?;
     Ok(true)
 }
 
 /// Prints that there is no path, which is an answer; an invalid start or goal is unusable input.
-fn no_path(
-    failure: &LegFailure,
-    input: &MapInput,
-    radius_m: Option<f64>,
-    json: bool,
-) -> anyhow::Result<bool> {
+fn no_path(failure: &LegFailure, input: &MapInput, radius_m: Option<f64>) -> anyhow::Result<bool> {
     let reason = failure.reason();
     if !matches!(failure.error, PlanError::NoValidPath { .. }) {
         let MapInput { name, map, config, .. } = input;
@@ -88,7 +83,7 @@ fn no_path(
     let mut object = no_path_json(&failure.error);
     object["reason"] = json!(reason);
     object["stop"] = json!(failure.stop);
-    output::result(json, &object, [reason])?;
+    output::result(&object, [reason])?;
     Ok(false)
 }
 

@@ -40,7 +40,7 @@ pub struct PlaygroundArguments {
 }
 
 #[cfg(not(feature = "playground"))]
-pub fn run(_arguments: &PlaygroundArguments, _json: bool) -> anyhow::Result<bool> {
+pub fn run(_arguments: &PlaygroundArguments) -> anyhow::Result<bool> {
     anyhow::bail!(
         "inbye playground: this program was built without the playground: build it with `cargo build --release --features playground`"
     )
@@ -70,7 +70,7 @@ mod server {
     const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
     /// Serves until Ctrl-C.
-    pub fn run(arguments: &PlaygroundArguments, json: bool) -> anyhow::Result<bool> {
+    pub fn run(arguments: &PlaygroundArguments) -> anyhow::Result<bool> {
         let scenes = scenes(arguments, &arguments.settings.load()?)?;
         let names: Vec<String> = scenes.iter().map(|scene| scene.name().to_owned()).collect();
         let end = machine::interrupt_flag()?;
@@ -81,8 +81,8 @@ mod server {
         let address = server.address();
         let url = format!("http://{address}/");
         let object = json!({ "url": url, "port": address.port(), "scenes": names });
-        output::result(json, &object, [&url])?;
-        if !json {
+        output::result(&object, [&url])?;
+        if !output::is_json() {
             output::note("open it in a browser; Ctrl-C ends it");
         }
         while !end.load(Ordering::Relaxed) {

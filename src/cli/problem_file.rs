@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, anyhow, bail};
 use inbye::geometry::{Point, Pose, Twist};
+use inbye::input_file::read_text;
 use inbye::local::{
     ClearanceField, DecisionInput, LocalSettings, Normalization, Outside, Problem, Sampler,
     Stopping, Weights,
@@ -12,9 +13,8 @@ use inbye::local::{
 use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
 use inbye::robot::{Footprint, Limits};
 use inbye::runtime::plain_message;
+use inbye::settings::{KeyError, SettingError, line_in_json};
 use serde::Deserialize;
-
-use super::input_file::read_text;
 
 /// The text under `inbye evaluate --help`.
 pub const HELP: &str = concat!(
@@ -122,8 +122,12 @@ pub fn parse_on(
 ) -> anyhow::Result<Problem> {
     let file: ProblemFile =
         serde_json::from_str(text).map_err(|error| anyhow!(one_line(&error, text)))?;
-    let field = field(&file.map, file.unknown)?;
-    problem(file, &field)
+    let at = |key: &str| format!("line {}", line_in_json(key, text).unwrap_or(1));
+    let field = field(&file.map, file.unknown).with_context(|| at("map"))?;
+    problem(file, &field).map_err(|error| {
+        let place = at(&error.key_path().unwrap_or_default());
+        anyhow!(error).context(place)
+    })
 }
 
 fn one_line(error: &serde_json::Error, text: &str) -> String {
@@ -137,8 +141,8 @@ fn one_line(error: &serde_json::Error, text: &str) -> String {
     format!("line {line}, column {column}, after `{}`: {message}", quote.trim())
 }
 
-fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Problem> {
-    file.limits.validate().context("limits")?;
+fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> Result<Problem, SettingError> {
+    file.limits.validate().map_err(|error| error.in_table("limits"))?;
     let mut settings = LocalSettings::default();
     settings.vx_samples = file.vx_samples.unwrap_or(settings.vx_samples);
     settings.vtheta_samples = file.vtheta_samples.unwrap_or(settings.vtheta_samples);
@@ -154,16 +158,8 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
     settings.normalization = file.normalization;
     settings.stopping = file.stopping;
     settings.validate()?;
-    let velocity = |name, [linear, angular]: [f64; 2]| {
-        let twist = Twist::new(linear, angular);
-        if twist.is_finite() {
-            Ok(twist)
-        } else {
-            Err(anyhow!("robot.{name} must be two finite numbers"))
-        }
-    };
-    let twist = velocity("velocity", file.robot.velocity)?;
-    let last_command = file.robot.last_command.map(|command| velocity("last_command", command));
+    let velocity = |[linear, angular]: [f64; 2]| Twist::new(linear, angular);
+    let twist = velocity(file.robot.velocity);
     let default_footprint = || inbye::runtime::RobotConfig::default().footprint;
     let footprint = file.robot.footprint.unwrap_or_else(default_footprint);
     let point = |[x, y]: [f64; 2]| Point::new(x, y);
@@ -171,7 +167,7 @@ fn problem(file: ProblemFile, field: &Arc<ClearanceField>) -> anyhow::Result<Pro
         field,
         pose: Pose::from(file.robot.pose),
         twist,
-        last_command: last_command.transpose()?.unwrap_or(twist),
+        last_command: file.robot.last_command.map_or(twist, velocity),
         obstacles: &file.obstacles,
         target: point(file.target),
         key_node: point(file.key_node.unwrap_or(file.target)),

@@ -47,7 +47,7 @@ pub struct ProtectionArguments {
 }
 
 /// Drives the missions. False when the robot caused a contact in spite of the layer.
-pub fn run(arguments: &ProtectionArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &ProtectionArguments) -> anyhow::Result<bool> {
     let missions = &arguments.missions_of;
     let report = ReportFolder::create(arguments.report.as_deref())?;
     let (mut config, worlds) = missions.read(0.0)?;
@@ -68,7 +68,7 @@ pub fn run(arguments: &ProtectionArguments, json: bool) -> anyhow::Result<bool> 
         rows.iter().filter(|row| is_protected(&row.config) && row.contact_cause.is_some());
     let lines = group_table(&table).into_iter().chain(unreached(contacts));
     let object = json!({ "groups": table, "sound": is_sound, "rows": rows });
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     report.write_bench(BenchReport {
         title: "inbye: the protective layer against wrong planners",
         intro: INTRO,

@@ -48,7 +48,7 @@ pub struct ReplayArguments {
 }
 
 /// Repeats the decisions of a recording. Returns false if a bit differs.
-pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
     let name = || format!("{}", arguments.file.display());
     let file = File::open(&arguments.file).map_err(|error| {
         refused(format!("{}: cannot be read", name()), error, "name a recording")
@@ -98,7 +98,7 @@ pub fn run(arguments: &ReplayArguments, json: bool) -> anyhow::Result<bool> {
         "first_difference": difference.map(difference_object),
         "complete": replay.is_complete,
     });
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     if let Some(playback) = &playback {
         let view = MissionView {
             title: &name(),

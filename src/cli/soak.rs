@@ -90,7 +90,7 @@ fn setups(arguments: &SoakArguments, mut config: Config) -> Vec<Setup> {
 }
 
 /// Drives the missions. False when the robot caused a contact, a goal was missed without a reason, or engines differ.
-pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &SoakArguments) -> anyhow::Result<bool> {
     let missions = &arguments.missions_of;
     let (config, worlds) = missions.read(arguments.unmapped)?;
     let size = decision_size(&config);
@@ -100,7 +100,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
         let Some(cell) = grid.cells.iter().find(|cell| cell.row.seed == seed) else {
             bail!("--replay {seed}: no mission of these has that seed");
         };
-        return replay(cell, folder, json);
+        return replay(cell, folder);
     }
     let report = ReportFolder::create(arguments.report.as_deref())?;
     let first = engine_selection::open(&arguments.engine, &size, 1)?;
@@ -115,7 +115,7 @@ pub fn run(arguments: &SoakArguments, json: bool) -> anyhow::Result<bool> {
     let object =
         json!({ "summary": summary, "sound": is_sound, "comparisons": comparisons, "rows": rows });
     let lines = text(&summary, &comparisons).into_iter();
-    output::result(json, &object, lines.chain(unreached(&rows)))?;
+    output::result(&object, lines.chain(unreached(&rows)))?;
     report.write_bench(BenchReport {
         title: "inbye: a soak of random missions",
         intro: INTRO,
@@ -247,13 +247,13 @@ fn share_text(name: &str, share: &Share) -> String {
 }
 
 /// Drives one mission again with a page and its ticks.
-fn replay(cell: &Cell, folder: &Path, json: bool) -> anyhow::Result<bool> {
+fn replay(cell: &Cell, folder: &Path) -> anyhow::Result<bool> {
     ReportFolder::create(Some(folder))?;
     let run = run_page::write(cell, cell.row.config.as_deref(), "--report", &folder.join(PAGE))?;
     output::note(format!("report: {}", folder.join(PAGE).display()));
     if let Some(result) = &run.result {
         recording::write_ticks("--report", open_file("--report", &folder.join(TICKS))?, result)?;
     }
-    output::result(json, &run.row, [run_text(&run.row)])?;
+    output::result(&run.row, [run_text(&run.row)])?;
     Ok(run.row.reached())
 }

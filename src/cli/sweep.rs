@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
 use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard, check_programs};
+use inbye::input_file::read_text;
 use inbye::local::SharedEngines;
-use inbye::runtime::parse_toml;
+use inbye::runtime::{TomlError, parse_toml};
 use serde_json::json;
 
 use super::arguments::whole;
-use super::input_file::read_text;
 use super::result_store::ResultStore;
 use super::runs::{Done, Workers, run_alone};
 use super::sweep_merge::{self, MergeArguments};
@@ -74,13 +74,13 @@ fn shard(text: &str) -> Result<Shard, ExperimentError> {
 }
 
 /// Runs the cells of a plan, or lists them.
-pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
     if let Some(SweepCommand::Merge(command)) = &arguments.command {
-        return sweep_merge::run(command, json);
+        return sweep_merge::run(command);
     }
     let Some(plan) = &arguments.plan else {
         let plan = Plan::documented();
-        output::result(json, &json!({ "plan": plan }), [plan.trim_end()])?;
+        output::result(&json!({ "plan": plan }), [plan.trim_end()])?;
         return Ok(true);
     };
     let grid = read(plan)?;
@@ -89,11 +89,11 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
     let out = arguments.out.as_deref();
     if arguments.list {
         let folder = out.map(|out| ResultStore::open(out, &manifest)).transpose()?;
-        return list(&cells, folder.as_ref(), json);
+        return list(&cells, folder.as_ref());
     }
     let machine = machine::description();
     if out.is_none() && !arguments.cells.is_empty() {
-        return print(&cells, &machine, json);
+        return print(&cells, &machine);
     }
     let out = out.unwrap_or(Path::new(FOLDER));
     let folder = ResultStore::open(out, &manifest)?;
@@ -133,7 +133,7 @@ pub fn run(arguments: &SweepArguments, json: bool) -> anyhow::Result<bool> {
         "cells": count, "found": found, "driven": driven, "errors": errors, "left": left,
         "out": out.to_string_lossy(),
     });
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     Ok(is_done)
 }
 
@@ -143,7 +143,7 @@ pub fn read(file: &Path) -> anyhow::Result<Grid> {
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &Plan::default(), Plan::check).with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
-    Grid::new(&plan, folder).with_context(place)
+    Grid::new(&plan, folder).map_err(|error| TomlError::in_text(&error, &text)).with_context(place)
 }
 
 /// The requested cells, each key once.
@@ -161,7 +161,7 @@ fn requested<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<V
 }
 
 /// Prints each cell, and whether it has its result in a folder.
-fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Result<bool> {
+fn list(cells: &[&Cell], folder: Option<&ResultStore>) -> anyhow::Result<bool> {
     let mut lines = Vec::new();
     for cell in cells {
         let mut line = cell.row.names();
@@ -170,7 +170,7 @@ fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Re
         }
         lines.push(line);
     }
-    if json {
+    if output::is_json() {
         output::print_json(&json!({ "cells": lines }))?;
     } else {
         lines.iter().try_for_each(output::print_json)?;
@@ -179,19 +179,19 @@ fn list(cells: &[&Cell], folder: Option<&ResultStore>, json: bool) -> anyhow::Re
 }
 
 /// Runs cells and prints the content of their files; as JSON also their rows.
-fn print(cells: &[&Cell], machine: &str, json: bool) -> anyhow::Result<bool> {
+fn print(cells: &[&Cell], machine: &str) -> anyhow::Result<bool> {
     let mut files = Vec::new();
     let engines = SharedEngines::default();
     check_programs(cells.iter().copied())?;
     for cell in cells {
         let file = run_alone(cell, &engines, machine)?;
-        if json {
+        if output::is_json() {
             files.push(json!({ "key": file.row.key, "row": file.row, "file": file.text() }));
         } else {
             output::line(file.text().trim_end());
         }
     }
-    if json {
+    if output::is_json() {
         output::print_json(&json!({ "cells": files }))?;
     }
     Ok(true)

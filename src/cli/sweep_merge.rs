@@ -36,7 +36,7 @@ pub struct MergeArguments {
 }
 
 /// Merges. Returns false when a cell is missing.
-pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &MergeArguments) -> anyhow::Result<bool> {
     let (manifest, Merged { rows, missing, .. }) = read(&arguments.folders)?;
     let folder = arguments.report.as_deref().unwrap_or(Path::new(FOLDER));
     let intro = match (manifest.cells.len(), rows.len()) {
@@ -69,7 +69,7 @@ pub fn run(arguments: &MergeArguments, json: bool) -> anyhow::Result<bool> {
         lines.push(format!("{} of {cells} cells are missing, such as {named}", missing.len()));
     }
     let object = json!({ "cells": cells, "missing": missing, "groups": groups });
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     Ok(missing.is_empty())
 }
 

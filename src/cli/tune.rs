@@ -10,12 +10,12 @@ use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::experiment::{Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, rankings};
 use inbye::external::{ProgramSettings, run_in_group};
+use inbye::input_file::read_text;
 use inbye::report::{ComparisonReport, comparison_files};
-use inbye::runtime::{Config, parse_toml};
+use inbye::runtime::{Config, TomlError, parse_toml};
 use serde_json::{Value, json};
 
 use super::files::{Output, ReportFolder, command_line};
-use super::input_file::read_text;
 use super::own_file::TUNED_SETTINGS;
 use super::own_programs::{Words, words};
 use super::runs::RunArguments;
@@ -83,16 +83,18 @@ struct Candidate {
 }
 
 /// Searches settings and judges the best ones.
-pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
     let Some(file) = &arguments.plan else {
         let plan = TuningPlan::documented();
-        output::result(json, &json!({ "plan": plan }), [plan.trim_end()])?;
+        output::result(&json!({ "plan": plan }), [plan.trim_end()])?;
         return Ok(true);
     };
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
-    plan.check_worlds(file.parent().unwrap_or(Path::new(""))).with_context(place)?;
+    plan.check_worlds(file.parent().unwrap_or(Path::new("")))
+        .map_err(|error| TomlError::in_text(&error, &text))
+        .with_context(place)?;
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
 
@@ -154,7 +156,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let before = all.iter().find(|candidate| candidate.point.is_none());
     let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
     let judge = [judged(DEFAULT), judged(TUNED)];
-    print(json, best, (train, judge), &ranked, &all)?;
+    print(best, (train, judge), &ranked, &all)?;
     save.write(|| {
         format!("{TUNED_SETTINGS}; all other settings have their defaults.\n\n{}", best.changes)
     })?;
@@ -173,7 +175,6 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
 }
 
 fn print(
-    json: bool,
     best: &Candidate,
     (train, judge): ([f64; 2], [f64; 2]),
     ranked: &[RankedPlanner],
@@ -198,7 +199,7 @@ fn print(
         lines.push("no candidate was better than the settings without changes".to_owned());
     }
     lines.extend(best.changes.lines().map(|line| format!("  {line}")));
-    output::result(json, &object, lines)
+    output::result(&object, lines)
 }
 
 /// Runs a sweep whose worlds are named as in the file of the plan; with --out each part keeps its results in a folder of its own.

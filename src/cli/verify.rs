@@ -22,7 +22,7 @@ pub struct VerifyArguments {
 }
 
 /// Compares all engines and CPU instruction sets on random problems. Returns false if a bit differs.
-pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &VerifyArguments) -> anyhow::Result<bool> {
     let mut all = machine::engines(CpuEngines::InstructionSets)?;
     let bar = output::progress(arguments.cases, "verifying", "problems");
     let done = |done| bar.set_position(done);
@@ -64,6 +64,6 @@ pub fn run(arguments: &VerifyArguments, json: bool) -> anyhow::Result<bool> {
         "differences": result.differences,
         "golden_differences": golden.differences,
     });
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     Ok(agree)
 }

@@ -114,7 +114,6 @@ impl WorldsArguments {
         title: &str,
         world: &World,
         config: &Config,
-        json: bool,
     ) -> anyhow::Result<bool> {
         let setup = Setup::unnamed(config.clone());
         let grid = Grid::of_worlds(title, slice::from_ref(world), &[setup], &[run.seed])?;
@@ -124,7 +123,7 @@ impl WorldsArguments {
         let mut observer = Observer { clock: &mut wall_clock(), on_tick: &mut |_| {} };
         let engine = Box::new(CpuEngine::single_threaded());
         let driven = world.drive(run.seed, config, engine, &mut observer)?;
-        output::result(json, &driven.row, [run_text(&driven.row)])?;
+        output::result(&driven.row, [run_text(&driven.row)])?;
         if let (Some(drawn), Some(result)) = (&driven.simulation, &driven.result) {
             let title = format!("{title} {}", run_name(&driven.row));
             svg.write(|| picture(&title, &drawn.simulation, result))?;
@@ -181,7 +180,7 @@ fn barn_simulator(config: &Config) -> String {
 }
 
 /// Drives the worlds of BARN.
-pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
+pub fn barn(arguments: &BarnArguments) -> anyhow::Result<bool> {
     let (of, max_speed) = (&arguments.worlds_of, arguments.max_speed);
     let mut config = changed(barn_config(max_speed), of.config.as_deref())?;
     of.programs.set(&mut config);
@@ -189,7 +188,7 @@ pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     let world = |world: &_| World::barn(Clone::clone(world), max_speed);
     let worlds: Vec<World> = listed.iter().map(world).collect();
     if let Some(run) = of.trace {
-        return of.one_run(run, "BARN", &worlds[0], &config, json);
+        return of.one_run(run, "BARN", &worlds[0], &config);
     }
     let simulator = barn_simulator(&config);
     let intro = format!("Driven at up to {max_speed} m/s in {simulator}.");
@@ -199,7 +198,7 @@ pub fn barn(arguments: &BarnArguments, json: bool) -> anyhow::Result<bool> {
     let object = json!({
         "summary": summary, "max_speed": max_speed, "simulator": simulator, "rows": rows,
     });
-    output::result(json, &object, lines)?;
+    output::result(&object, lines)?;
     folder.write_bench(BenchReport {
         title: "inbye: BARN",
         intro: &intro,
@@ -257,7 +256,7 @@ pub struct DynaBarnArguments {
 }
 
 /// Drives the worlds of `DynaBARN`.
-pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<bool> {
+pub fn dynabarn(arguments: &DynaBarnArguments) -> anyhow::Result<bool> {
     let of = &arguments.worlds_of;
     let mut config = changed(dynabarn_config(), of.config.as_deref())?;
     of.programs.set(&mut config);
@@ -275,7 +274,7 @@ pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<boo
     let worlds = dynabarn::read_worlds(&of.worlds, of.numbers().as_deref())?;
     let worlds: Vec<World> = worlds.into_iter().map(World::dynabarn).collect();
     if let Some(run) = of.trace {
-        return of.one_run(run, "DynaBARN", &worlds[0], &config, json);
+        return of.one_run(run, "DynaBARN", &worlds[0], &config);
     }
     let intro = format!("Driven in {DYNABARN_SIMULATOR}.");
     let (rows, folder) = of.drive("DynaBARN", &worlds, config)?;
@@ -288,7 +287,7 @@ pub fn dynabarn(arguments: &DynaBarnArguments, json: bool) -> anyhow::Result<boo
         "success without the runs whose contact the robot neither caused nor could avoid: {attributed}"
     ));
     lines.push(intro.clone());
-    output::result(json, &object, lines.into_iter().chain(unreached(&rows)))?;
+    output::result(&object, lines.into_iter().chain(unreached(&rows)))?;
     folder.write_bench(BenchReport {
         title: "inbye: DynaBARN",
         intro: &intro,

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::bench::paper::PaperError;
+use crate::input_file::read_text;
 use crate::map::MapError;
-use crate::settings::SettingError;
+use crate::runtime::TomlError;
+use crate::settings::{KeyError, SettingError};
 use crate::sim::SimError;
 
 /// An experiment that cannot be planned, run, resumed, merged or read.
@@ -16,8 +18,8 @@ pub enum ExperimentError {
     /// A value that cannot be used.
     #[error("{key} is {value}: it must be {expected}")]
     BadValue {
-        /// The key of the plan, or the name of the rule.
-        key: &'static str,
+        /// The path of the key in the plan, such as `worlds.0.path`, or the name of the rule.
+        key: String,
         /// As given.
         value: String,
         /// What is accepted.
@@ -26,7 +28,15 @@ pub enum ExperimentError {
     /// A number of the plan out of its range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// A world, or changes to settings, that cannot be used.
+    /// Settings of the plan that cannot be used.
+    #[error("{place}: {error}")]
+    BadSettings {
+        /// The key of the plan.
+        place: String,
+        /// What is wrong with them.
+        error: TomlError,
+    },
+    /// A world, or a part of the plan, that cannot be used.
     #[error("{place}: {reason}")]
     Unusable {
         /// The key of the plan, or the name of the world.
@@ -104,7 +114,40 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
+    /// The text of a file of worlds.
+    pub(super) fn read(file: &Path) -> Result<String, Self> {
+        read_text(file).map_err(|error| Self::file(file, error.to_string()))
+    }
+
     pub(super) fn file(file: &Path, reason: impl Into<String>) -> Self {
         Self::BadFile { file: file.to_owned(), reason: reason.into() }
+    }
+
+    /// The same error, seen from the plan that has the checked table as its key.
+    pub(super) fn in_table(self, table: &str) -> Self {
+        match self {
+            Self::Setting(error) => Self::Setting(error.in_table(table)),
+            Self::BadValue { key, value, expected } => {
+                Self::BadValue { key: format!("{table}.{key}"), value, expected }
+            }
+            Self::Unusable { place, reason } => {
+                Self::Unusable { place: format!("{table}.{place}"), reason }
+            }
+            other => other,
+        }
+    }
+}
+
+impl KeyError for ExperimentError {
+    fn key_path(&self) -> Option<String> {
+        match self {
+            Self::Setting(error) => error.key_path(),
+            Self::BadValue { key, .. } => Some(key.clone()),
+            Self::BadSettings { place, error } => {
+                Some(error.key_path().map_or_else(|| place.clone(), |key| format!("{place}.{key}")))
+            }
+            Self::Unusable { place, .. } => Some(place.clone()),
+            _ => None,
+        }
     }
 }

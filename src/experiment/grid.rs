@@ -198,11 +198,9 @@ fn setups(plan: &Plan, base: &Config) -> Result<Vec<Setup>, ExperimentError> {
     let mut setups = vec![Setup::unnamed(base.clone())];
     setups = vary(setups, &plan.configs, |setup, (name, changes)| {
         let changed = setup.config.with_table(&changes.0);
-        let unusable = |error: TomlError| ExperimentError::Unusable {
-            place: format!("configs.{name}"),
-            reason: error.to_string(),
-        };
-        Ok(Setup::named(name, changed.map_err(unusable)?))
+        let place = format!("configs.{name}");
+        let bad = |error| ExperimentError::BadSettings { place, error };
+        Ok(Setup::named(name, changed.map_err(bad)?))
     })?;
     setups = vary(setups, &plan.weights, |mut setup, (name, weights)| {
         setup.weights = Some(name.clone());
@@ -234,7 +232,7 @@ fn vary<V>(
 fn checked(setup: Setup, place: String) -> Result<Setup, ExperimentError> {
     match setup.config.validate() {
         Ok(()) => Ok(setup),
-        Err(error) => Err(ExperimentError::Unusable { place, reason: error.to_string() }),
+        Err(error) => Err(ExperimentError::BadSettings { place, error: TomlError::of_key(&error) }),
     }
 }
 

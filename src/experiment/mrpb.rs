@@ -9,14 +9,14 @@
 //! parameters of its DWA (`move_base_benchmark/params`). Its planners go through unknown cells, and so does inbye here.
 
 use core::f64::consts::PI;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use super::world::Route;
 use super::{ExperimentError, World, WorldKind};
 use crate::base::CollisionMonitorSettings;
 use crate::geometry::{Point, Pose};
+use crate::input_file::list;
 use crate::local::LocalSettings;
 use crate::map::{LoadOptions, OccupancyGrid, UnknownPolicy, load};
 use crate::navigator::{Goal, NavigatorSettings};
@@ -90,11 +90,7 @@ struct Test {
 /// # Errors
 /// [`ExperimentError`] names the file and what is wrong with it.
 pub(super) fn read_worlds(folder: &Path, people: usize) -> Result<Vec<World>, ExperimentError> {
-    let unreadable = |error: std::io::Error| ExperimentError::file(folder, error.to_string());
-    let entries = fs::read_dir(folder).map_err(unreadable)?;
-    let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| Ok(entry?.path())).collect();
-    let mut paths = paths.map_err(unreadable)?;
-    paths.sort();
+    let paths = list(folder).map_err(|error| ExperimentError::file(folder, error.to_string()))?;
     let settings = config().map_err(|error| ExperimentError::file(folder, error.to_string()))?;
     let (settings, mut worlds) = (Arc::new(settings), Vec::new());
     for path in paths {
@@ -145,9 +141,7 @@ fn routes<'a>(
 
 /// The tests of a file of launch arguments.
 fn tests(file: &Path) -> Result<Vec<Test>, ExperimentError> {
-    let text = fs::read_to_string(file);
-    let text = text.map_err(|error| ExperimentError::file(file, error.to_string()))?;
-    parse(&text).map_err(|reason| ExperimentError::file(file, reason))
+    parse(&ExperimentError::read(file)?).map_err(|reason| ExperimentError::file(file, reason))
 }
 
 /// The arguments of a test, in any order; a repeated one begins the next test.

@@ -196,7 +196,6 @@ impl Plan {
     pub fn check(&self) -> Result<(), ExperimentError> {
         listed("seeds", &self.seeds)?;
         listed("engines", &self.engines)?;
-        require(!self.worlds.is_empty(), "worlds", "empty", "at least one")?;
         let samplings: Vec<String> = self.sampling.iter().map(ToString::to_string).collect();
         distinct("sampling", &samplings)?;
         for (key, name) in self
@@ -215,38 +214,46 @@ impl Plan {
             require(is_one, "engines", engine, expected)?;
         }
         self.validate()?;
-        self.worlds.iter().try_for_each(PlanWorlds::check)
+        PlanWorlds::check_all("worlds", &self.worlds)
     }
 }
 
 impl PlanWorlds {
+    /// Checks the tables of a key, at least one.
+    pub(super) fn check_all(key: &'static str, all: &[Self]) -> Result<(), ExperimentError> {
+        require(!all.is_empty(), key, "empty", "at least one")?;
+        all.iter().enumerate().try_for_each(|(index, worlds)| {
+            worlds.check().map_err(|error| error.in_table(&format!("{key}.{index}")))
+        })
+    }
+
     fn check(&self) -> Result<(), ExperimentError> {
         use WorldKind::{Barn, DynaBarn, Localization, Map, Mrpb, Paper, Scenes};
-        self.validate().map_err(|error| error.in_table("worlds"))?;
+        self.validate()?;
         let kind = self.kind;
         let is = |kinds: &[WorldKind]| kinds.contains(&kind);
         let path = self.path.as_ref().map_or("missing", |_| "given");
         let needs = is(&[Map, Barn, DynaBarn, Mrpb]);
-        require(!needs || self.path.is_some(), "worlds.path", path, "given for this kind")?;
+        require(!needs || self.path.is_some(), "path", path, "given for this kind")?;
         require(
             !is(&[Scenes, Localization, Paper]) || self.path.is_none(),
-            "worlds.path",
+            "path",
             path,
             "left out: worlds of this kind are built in",
         )?;
         let only = self.only.len();
         let expected = "left out: only barn and dynabarn have numbered worlds";
-        require(only == 0 || is(&[Barn, DynaBarn]), "worlds.only", only, expected)?;
+        require(only == 0 || is(&[Barn, DynaBarn]), "only", only, expected)?;
         let routes = self.routes.len();
         let expected = "at least one route for \"map\", none for other kinds";
-        require((routes > 0) == is(&[Map]), "worlds.routes", routes, expected)?;
+        require((routes > 0) == is(&[Map]), "routes", routes, expected)?;
         self.check_unused(&is)?;
         let ends = |route: &PlanRoute| {
             let numbers = || route.start.iter().chain(&route.goal);
             (2..=3).contains(&route.goal.len()) && numbers().all(|number| number.abs() <= 1e9)
         };
         let expected = "start = [x, y, yaw], goal = [x, y] or [x, y, yaw], each -1e9 to 1e9";
-        require(self.routes.iter().all(ends), "worlds.routes", "malformed", expected)
+        require(self.routes.iter().all(ends), "routes", "malformed", expected)
     }
 
     /// Checks that keys without an effect on worlds of this kind have their defaults.
@@ -257,47 +264,42 @@ impl PlanWorlds {
             require(is(kinds) || value.total_cmp(&default).is_eq(), key, value, expected)
         };
         number(
-            "worlds.max_speed_m_s",
+            "max_speed_m_s",
             &[Barn],
             [self.max_speed_m_s, default.max_speed_m_s],
             "left out: it is for barn; set robot.limits.max_vel_x in [configs]",
         )?;
         number(
-            "worlds.resolution_m",
+            "resolution_m",
             &[Map, Missions],
             [self.resolution_m, default.resolution_m],
             "left out: it is for the maps of map and missions",
         )?;
         number(
-            "worlds.time_limit_s",
+            "time_limit_s",
             &[Map, Scenes],
             [self.time_limit_s, default.time_limit_s],
             "left out: it is for map and scenes; worlds of other kinds have their own limit",
         )?;
         number(
-            "worlds.longest_m",
+            "longest_m",
             &[Missions],
             [self.longest_m, default.longest_m],
             "left out: it is for missions",
         )?;
         number(
-            "worlds.unmapped_share",
+            "unmapped_share",
             &[Missions],
             [self.unmapped_share, default.unmapped_share],
             "left out: it is for missions",
         )?;
         let expected = "left out: it is for map, missions and mrpb; worlds of other kinds have their own people";
-        require(
-            is(&[Map, Missions, Mrpb]) || self.people == 0,
-            "worlds.people",
-            self.people,
-            expected,
-        )
+        require(is(&[Map, Missions, Mrpb]) || self.people == 0, "people", self.people, expected)
     }
 }
 
 /// Checks that a list is not empty and has no value twice.
-fn listed<T: Display>(name: &'static str, values: &[T]) -> Result<(), ExperimentError> {
+pub(super) fn listed<T: Display>(name: &'static str, values: &[T]) -> Result<(), ExperimentError> {
     require(!values.is_empty(), name, "empty", "at least one")?;
     distinct(name, values)
 }
@@ -311,9 +313,9 @@ fn distinct<T: Display>(name: &'static str, values: &[T]) -> Result<(), Experime
     Ok(())
 }
 
-fn require(
+pub(super) fn require(
     fits: bool,
-    key: &'static str,
+    key: &str,
     value: impl Display,
     expected: &'static str,
 ) -> Result<(), ExperimentError> {
@@ -321,7 +323,7 @@ fn require(
         return Ok(());
     }
     Err(ExperimentError::BadValue {
-        key,
+        key: key.to_owned(),
         value: value.to_string().escape_debug().to_string(),
         expected,
     })

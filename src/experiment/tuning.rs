@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use toml::Value;
 
+use super::plan::{listed, require};
 use super::{Changes, ExperimentError, Plan, PlanWorlds};
 use crate::base::standard_normal;
 use crate::settings::{commented_toml, setting_schema, settings};
@@ -95,21 +96,17 @@ impl TuningPlan {
     /// The error names the first key whose value cannot be used, and what is accepted.
     pub fn check(&self) -> Result<(), ExperimentError> {
         self.validate()?;
-        let require = |fits: bool, key, value: &str, expected| {
-            let value = value.escape_debug().to_string();
-            if fits { Ok(()) } else { Err(ExperimentError::BadValue { key, value, expected }) }
-        };
         require(!self.space.is_empty(), "space", "empty", "at least one key with its range")?;
         require(!self.judge.is_empty(), "judge", "empty", "other worlds than those of train")?;
         for (key, range) in &self.space {
-            let expected =
-                "a key with from below to, both above zero where log = true, or with values";
-            require(range.is_usable(), "space", key, expected)?;
+            let expected = "from below to, both above zero where log = true, or values";
+            let value = Value::try_from(range).map_or_else(|_| String::new(), |it| it.to_string());
+            let key = format!("space.{}", key.escape_debug());
+            require(range.is_usable(), &key, value, expected)?;
         }
-        for worlds in [&self.train, &self.judge] {
-            self.plan(worlds, BTreeMap::new()).check()?;
-        }
-        Ok(())
+        listed("seeds", &self.seeds)?;
+        PlanWorlds::check_all("train", &self.train)?;
+        PlanWorlds::check_all("judge", &self.judge)
     }
 
     /// Checks that no world of the judgement is one of the search: both have the same seeds. Paths are relative to this folder.
@@ -262,7 +259,7 @@ mod tests {
             "{ from = \"a\", to = \"b\" }",
         ] {
             let error = plan(&format!("key = {range}\n")).check().expect_err(range).to_string();
-            assert!(error.starts_with("space is key: "), "{error}");
+            assert!(error.starts_with("space.key is "), "{error}");
         }
         assert!(plan("").check().is_err(), "nothing is searched");
     }

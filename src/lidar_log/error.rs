@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::input_file::InputFileError;
+
 /// A lidar log that cannot be used. Each message is one line: file, line, cause and remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -16,24 +18,9 @@ pub enum LogError {
         /// The problem.
         problem: Box<LogError>,
     },
-    /// A file that the operating system cannot read.
-    #[error("cannot be read ({reason}): check the path and its permissions")]
-    Unreadable {
-        /// The operating system's message.
-        reason: String,
-    },
-    /// A file larger than the reader holds in memory.
-    #[error("holds more than {limit} bytes: split the log")]
-    TooLarge {
-        /// Largest size accepted, bytes.
-        limit: u64,
-    },
-    /// A file that is not UTF-8 text.
-    #[error("line {line}: not UTF-8 text: it is no CARMEN, GMapping or tinySLAM log")]
-    NotUtf8 {
-        /// First line that is not UTF-8, from one.
-        line: usize,
-    },
+    /// A file that cannot be read.
+    #[error(transparent)]
+    File(#[from] InputFileError),
     /// A file of no known format.
     #[error(
         "no line begins with FLASER, RLASER, ROBOTLASER1, LASER_READING or 706 numbers: it is no CARMEN, GMapping or tinySLAM log"

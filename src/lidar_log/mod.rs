@@ -17,8 +17,6 @@ mod fields;
 mod gmapping;
 mod tinyslam;
 
-use std::fs::{self, File};
-use std::io::Read;
 use std::path::Path;
 
 use serde::Serialize;
@@ -28,6 +26,7 @@ pub(crate) use beams::remove_limit;
 pub use error::LogError;
 
 use crate::geometry::Pose;
+use crate::input_file::{InputFileError, read_regular_bytes};
 use crate::map::TimedScan;
 
 /// Largest file accepted, bytes.
@@ -98,7 +97,9 @@ impl LidarLog {
     /// # Errors
     /// Returns an error if the file cannot be read, has an unknown format or a bad line; the message names file and line.
     pub fn read(path: &Path) -> Result<Self, LogError> {
-        let text = read_text(path).and_then(|text| Self::parse(&text));
+        let bytes = read_regular_bytes(path, MAX_BYTES);
+        let text = bytes.and_then(decoded).map_err(LogError::from);
+        let text = text.and_then(|text| Self::parse(&text));
         text.map_err(|problem| LogError::InFile {
             path: path.to_path_buf(),
             problem: Box::new(problem),
@@ -185,29 +186,13 @@ fn format_of(text: &str) -> Option<LogFormat> {
     })
 }
 
-fn read_text(path: &Path) -> Result<String, LogError> {
-    let unreadable = |reason: String| LogError::Unreadable { reason };
-    // Opening a pipe waits for its writer, possibly for ever.
-    let metadata = fs::metadata(path).map_err(|error| unreadable(error.to_string()))?;
-    if !metadata.is_file() {
-        return Err(unreadable("it is no regular file".to_owned()));
-    }
-    let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
-    read.map_err(|error| unreadable(error.to_string()))?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(LogError::TooLarge { limit: MAX_BYTES });
-    }
-    decoded(bytes)
-}
-
 /// The text of UTF-8. Only comments may have other characters.
-fn decoded(bytes: Vec<u8>) -> Result<String, LogError> {
+fn decoded(bytes: Vec<u8>) -> Result<String, InputFileError> {
     String::from_utf8(bytes).or_else(|error| {
         let bytes = error.as_bytes();
         let is_bad = |line: &[u8]| !line.starts_with(b"#") && core::str::from_utf8(line).is_err();
         match bytes.split(|byte| *byte == b'\n').position(is_bad) {
-            Some(index) => Err(LogError::NotUtf8 { line: index + 1 }),
+            Some(index) => Err(InputFileError::NotUtf8 { line: index + 1 }),
             None => Ok(String::from_utf8_lossy(bytes).into_owned()),
         }
     })
@@ -237,7 +222,7 @@ mod tests {
         let latin =
             |text: &str| decoded(text.replace('@', "\u{fc}").chars().map(|it| it as u8).collect());
         assert!(latin("# M@nchen\nODOM\n").is_ok_and(|text| text.ends_with("\nODOM\n")));
-        assert_eq!(latin("# M@nchen\nOD@M\n"), Err(LogError::NotUtf8 { line: 2 }));
+        assert_eq!(latin("# M@nchen\nOD@M\n"), Err(InputFileError::NotUtf8 { line: 2 }));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::{MAX_GRID_CELLS, MAX_GRID_SIDE, MAX_RESOLUTION_M};
+use crate::input_file::InputFileError;
 
 /// A map or scenario file that cannot be used. Each message is one line: file, place, cause and remedy.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -29,24 +30,9 @@ pub enum MapError {
         /// The problem.
         problem: Box<MapError>,
     },
-    /// A file that the operating system cannot read.
-    #[error("cannot be read ({reason}): check the path and its permissions")]
-    Unreadable {
-        /// The operating system's message.
-        reason: String,
-    },
-    /// A file larger than its format allows.
-    #[error("holds more than {limit} bytes, which no file of this format needs: check the path")]
-    TooLarge {
-        /// Largest size accepted, bytes.
-        limit: u64,
-    },
-    /// A file that is not UTF-8 text.
-    #[error("line {line}: not UTF-8 text: save it as UTF-8, or check that it is a map")]
-    NotUtf8 {
-        /// First line that is not UTF-8, from one.
-        line: usize,
-    },
+    /// A file that cannot be read.
+    #[error(transparent)]
+    File(#[from] InputFileError),
     /// An image given instead of its YAML file.
     #[error("an image alone has no scale: name the YAML file that belongs to it")]
     ImageWithoutYaml,

@@ -1,13 +1,12 @@
 //! Loading map files of all supported formats, and maps as rows of text.
 
-use std::fs::{self, File};
-use std::io::Read;
 use std::path::Path;
 
 use super::{
     GridFrame, MAX_GRID_CELLS, MapError, MapWarning, OccupancyGrid, UNKNOWN, map_server, movingai,
 };
 use crate::geometry::Pose;
+use crate::input_file::{self, read_regular_bytes};
 
 /// Values that a map file may not contain.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,31 +70,9 @@ fn read(
     }
 }
 
-/// Reads a file of at most `limit` bytes.
-pub(super) fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, MapError> {
-    let unreadable = |reason: String| MapError::Unreadable { reason };
-    // Opening a pipe waits for its writer, possibly for ever.
-    let metadata = fs::metadata(path).map_err(|error| unreadable(error.to_string()))?;
-    if !metadata.is_file() {
-        return Err(unreadable("it is no regular file".to_owned()));
-    }
-    let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes));
-    read.map_err(|error| unreadable(error.to_string()))?;
-    if bytes.len() as u64 > limit { Err(MapError::TooLarge { limit }) } else { Ok(bytes) }
-}
-
-/// Reads a text file of at most `limit` bytes and removes its byte order mark.
+/// Reads a text file of at most `limit` bytes.
 pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, MapError> {
-    let bytes = read_bytes(path, limit)?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        MapError::NotUtf8 { line: valid.split(|&byte| byte == b'\n').count() }
-    })?;
-    Ok(match text.strip_prefix('\u{feff}') {
-        Some(rest) => rest.to_owned(),
-        None => text,
-    })
+    Ok(input_file::text(read_regular_bytes(path, limit)?)?)
 }
 
 impl OccupancyGrid {

@@ -20,10 +20,10 @@ use serde_saphyr::Spanned;
 use strsim::levenshtein;
 
 use super::image::{GreyImage, MAX_BYTES, Pixel};
-use super::load::read_bytes;
 use super::yaml::{self, BadYaml};
 use super::{GridFrame, MAX_RESOLUTION_M, MapError, MapWarning, OccupancyGrid, UNKNOWN};
 use crate::geometry::Pose;
+use crate::input_file::read_regular_bytes;
 use crate::suggest::closest_name;
 
 /// Reads a map from the text of its YAML file and the image that the text names.
@@ -35,7 +35,7 @@ pub(super) fn read(
     let mut yaml = MapYaml::parse(text)?;
     yaml.warnings.drain(..).for_each(warn);
     let image_path = image_path(yaml_path, &yaml.image, env::home_dir().as_deref());
-    let bytes = read_bytes(&image_path, MAX_BYTES as u64);
+    let bytes = read_regular_bytes(&image_path, MAX_BYTES as u64).map_err(MapError::from);
     let image = bytes.and_then(|bytes| GreyImage::decode(&bytes));
     let image = image.map_err(|problem| MapError::InImage {
         line: yaml.image_line,

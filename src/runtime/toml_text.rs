@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::{Config, renamed_keys};
+use crate::settings::{KeyError, line_in_toml};
 use crate::suggest::{closest_name, in_one_line};
 
 /// Longest quotation of a line in an error, characters.
@@ -23,12 +24,35 @@ const TYPES: [(&str, &str); 4] = [
 
 /// What is wrong with a text of settings, on one line: the place if it is known, and how to correct it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct TomlError(String);
+#[error("{message}")]
+pub struct TomlError {
+    message: String,
+    /// Path of the key, for an error without a line.
+    key: Option<String>,
+}
 
 impl TomlError {
     fn new(error: impl Display) -> Self {
-        Self(error.to_string())
+        Self { message: error.to_string(), key: None }
+    }
+
+    pub(crate) fn of_key(error: &impl KeyError) -> Self {
+        Self { message: error.to_string(), key: error.key_path() }
+    }
+
+    /// The error with the line of its key, if it names one that the text has.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn in_text(error: &impl KeyError, text: &str) -> Self {
+        let message = error.to_string();
+        let number = error.key_path().and_then(|path| line_in_toml(&path, text));
+        Self::new(number.map_or_else(|| message.clone(), |number| in_line(number, text, &message)))
+    }
+}
+
+impl KeyError for TomlError {
+    fn key_path(&self) -> Option<String> {
+        self.key.clone()
     }
 }
 
@@ -41,7 +65,7 @@ impl Config {
         parse_toml(toml, self, Self::validate)
     }
 
-    /// As [`Self::with_changes`], of a table in another file: errors name no line.
+    /// As [`Self::with_changes`], of a table in another file: errors name the key, but no line.
     #[cfg(feature = "experiment")]
     pub(crate) fn with_table(&self, changes: &Table) -> Result<Self, TomlError> {
         merged(changes.clone(), self, Self::validate)
@@ -52,21 +76,23 @@ impl Config {
 ///
 /// # Errors
 /// As [`Config::with_changes`].
-pub fn parse_toml<T: Default + Serialize + DeserializeOwned, E: Display>(
+pub fn parse_toml<T: Default + Serialize + DeserializeOwned, E: KeyError>(
     text: &str,
     settings: &T,
     validate: impl Fn(&T) -> Result<(), E>,
 ) -> Result<T, TomlError> {
     // Only an error of the text itself has a line number; a merged table has none.
     if let Err(error) = toml::from_str::<T>(text) {
-        return Err(TomlError(one_line::<T>(&error, text)));
+        let message = plain_message(error.message(), table_of::<T>);
+        let number = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+        return Err(TomlError::new(in_line(number, text, &message)));
     }
     let changes = toml::from_str(text).map_err(|error| TomlError::new(error.message()))?;
-    merged(changes, settings, validate)
+    merged(changes, settings, validate).map_err(|error| TomlError::in_text(&error, text))
 }
 
 /// Merges and validates a table of changes; keys that it does not name keep their value in `settings`.
-fn merged<T: Default + Serialize + DeserializeOwned, E: Display>(
+fn merged<T: Default + Serialize + DeserializeOwned, E: KeyError>(
     changes: Table,
     settings: &T,
     validate: impl Fn(&T) -> Result<(), E>,
@@ -76,17 +102,16 @@ fn merged<T: Default + Serialize + DeserializeOwned, E: Display>(
     let mut table = Table::try_from(settings).map_err(TomlError::new)?;
     merge_tables(&mut table, changes);
     let settings = table.try_into().map_err(|error: toml::de::Error| {
-        TomlError(plain_message(error.message(), table_of::<T>))
+        TomlError::new(plain_message(error.message(), table_of::<T>))
     })?;
-    validate(&settings).map_err(TomlError::new)?;
+    validate(&settings).map_err(|error| TomlError::of_key(&error))?;
     Ok(settings)
 }
 
-fn one_line<T: Default + Serialize>(error: &toml::de::Error, text: &str) -> String {
-    let number = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+/// A message after the number and the beginning of the line that it is about.
+fn in_line(number: usize, text: &str, message: &str) -> String {
     let line = text.lines().nth(number - 1).unwrap_or_default().trim();
     let quote: String = line.chars().take(MAX_QUOTE).collect();
-    let message = plain_message(error.message(), table_of::<T>);
     format!("line {number}, `{quote}`: {message}")
 }
 

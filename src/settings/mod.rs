@@ -5,6 +5,8 @@
 
 #[cfg(feature = "sim")]
 mod document;
+#[cfg(feature = "sim")]
+mod key_place;
 mod opaque_debug;
 mod words;
 
@@ -20,6 +22,9 @@ use serde_json::{Map, Value, json};
 pub use document::KeyDescription;
 #[cfg(feature = "sim")]
 pub(crate) use document::{commented_toml, keys, schema};
+#[cfg(feature = "sim")]
+#[doc(hidden)]
+pub use key_place::{KeyError, line_in_json, line_in_toml};
 pub(crate) use opaque_debug::opaque_debug;
 pub(crate) use words::words;
 

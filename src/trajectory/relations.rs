@@ -1,6 +1,5 @@
 //! Relations between poses as ground truth, and the errors of a trajectory against them.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -10,6 +9,7 @@ use super::by_time::ByTime;
 use super::errors::difference;
 use super::{ErrorStatistics, TimedPose};
 use crate::geometry::{Pose, wrap_angle};
+use crate::input_file::{InputFileError, read_text};
 
 /// The motion of the robot between two times, as a person aligned the scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,12 +25,12 @@ pub struct Relation {
 #[non_exhaustive]
 pub enum RelationFileError {
     /// A file that cannot be read as text.
-    #[error("{}: cannot be read ({reason}): check the path", path.display())]
+    #[error("{}: {problem}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// The operating system's message.
-        reason: String,
+        /// The problem.
+        problem: InputFileError,
     },
     /// A line that is no relation.
     #[error("{}: line {line}: not eight finite numbers: write t1 t2 x y z roll pitch yaw", path.display())]
@@ -48,10 +48,8 @@ pub enum RelationFileError {
 /// # Errors
 /// Returns an error if the file cannot be read or a line is no relation.
 pub fn read_relations(path: &Path) -> Result<Vec<Relation>, RelationFileError> {
-    let text = fs::read_to_string(path).map_err(|error| RelationFileError::Unreadable {
-        path: path.to_path_buf(),
-        reason: error.to_string(),
-    })?;
+    let text = read_text(path)
+        .map_err(|problem| RelationFileError::Unreadable { path: path.to_path_buf(), problem })?;
     let mut relations = Vec::new();
     for (index, line) in text.lines().enumerate() {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
@@ -194,10 +192,10 @@ mod tests {
     fn bad_line_of_relations_is_named() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.relations");
-        fs::write(&path, "# two\n1 2 0.5 0 0 0 0 0.1\n1 2 0.5 0 0 0 0\n").expect("written");
+        std::fs::write(&path, "# two\n1 2 0.5 0 0 0 0 0.1\n1 2 0.5 0 0 0 0\n").expect("written");
         let error = read_relations(&path).expect_err("a number is missing");
         assert!(error.to_string().contains("line 3: not eight finite numbers"), "{error}");
-        fs::write(&path, "1 2 0.5 0 0 0 0 0.1\n").expect("written");
+        std::fs::write(&path, "1 2 0.5 0 0 0 0 0.1\n").expect("written");
         let relations = read_relations(&path).expect("it is complete");
         assert_eq!(relations[0].motion, Pose::new(0.5, 0.0, 0.1));
     }

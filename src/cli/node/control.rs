@@ -27,7 +27,7 @@ const END_S: f64 = 2.0;
 const RECOVER_S: f64 = 3.0;
 
 /// Runs the node until Ctrl-C.
-pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
     let config = config::load("--config", arguments.config.as_deref())?;
     if arguments.odom_is_map && config.pose_source == PoseSource::Scans {
         bail!(
@@ -73,7 +73,7 @@ pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
         thread::sleep(POLL_INTERVAL);
     }
     stop_robot(&core, &mut link, &mut clock);
-    report(&core, &link, json)?;
+    report(&core, &link)?;
     Ok(true)
 }
 
@@ -197,7 +197,7 @@ fn stop_robot(core: &NodeCore, link: &mut NetworkLink, clock: &mut dyn FnMut() -
     }
 }
 
-fn report(core: &NodeCore, link: &NetworkLink, json: bool) -> anyhow::Result<()> {
+fn report(core: &NodeCore, link: &NetworkLink) -> anyhow::Result<()> {
     let (stats, network) = (core.stats(), link.stats());
     let mut object = json!(stats);
     object["unsent"] = json!(network.unsent);
@@ -230,5 +230,5 @@ fn report(core: &NodeCore, link: &NetworkLink, json: bool) -> anyhow::Result<()>
     if !delays.is_empty() {
         lines.push(format!("{:<12} {}", "least delay", delays.join(", ")));
     }
-    output::result(json, &object, lines)
+    output::result(&object, lines)
 }

@@ -91,7 +91,7 @@ pub struct OperatorArguments {
 }
 
 #[cfg(not(feature = "ros2"))]
-pub fn run(_arguments: &NodeArguments, _json: bool) -> anyhow::Result<bool> {
+pub fn run(_arguments: &NodeArguments) -> anyhow::Result<bool> {
     anyhow::bail!(
         "inbye node: this program was built without ROS 2: build it with `cargo build --release --features ros2`"
     )
@@ -103,9 +103,9 @@ mod control;
 mod network_process;
 
 #[cfg(feature = "ros2")]
-pub fn run(arguments: &NodeArguments, json: bool) -> anyhow::Result<bool> {
+pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
     match arguments.network_memory_mib {
         Some(memory_mib) => network_process::run(arguments, memory_mib),
-        None => control::run(arguments, json),
+        None => control::run(arguments),
     }
 }

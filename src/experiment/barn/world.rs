@@ -1,6 +1,5 @@
 //! The worlds of a folder: `worlds.csv` lists them, `worlds/world_NNN.csv` holds the cylinders of each.
 
-use std::fs;
 use std::path::Path;
 
 use super::{Course, Cylinder};
@@ -49,7 +48,7 @@ const LISTED_S: f64 = 6e-4;
 /// Fails when a file is missing or a field does not fit its column; the message names the file and the line.
 pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>, ExperimentError> {
     let file = folder.join("worlds.csv");
-    let mut worlds = parse_list(&read(&file)?, &file)?;
+    let mut worlds = parse_list(&ExperimentError::read(&file)?, &file)?;
     if worlds.is_empty() {
         return Err(empty(&file, "world"));
     }
@@ -58,18 +57,9 @@ pub fn read_worlds(folder: &Path, only: Option<&[u32]>) -> Result<Vec<BarnWorld>
     for world in &mut worlds {
         let name = format!("world_{:03}.csv", world.number);
         let file = folder.join("worlds").join(name);
-        world.cylinders = parse_cylinders(&read(&file)?, &file)?;
+        world.cylinders = parse_cylinders(&ExperimentError::read(&file)?, &file)?;
     }
     Ok(worlds)
-}
-
-fn read(file: &Path) -> Result<String, ExperimentError> {
-    let unreadable = |reason: &str| {
-        let cure = "name a folder that holds worlds.csv and worlds/world_NNN.csv";
-        ExperimentError::file(file, format!("cannot be read ({reason}): {cure}"))
-    };
-    let bytes = fs::read(file).map_err(|error| unreadable(&error.to_string()))?;
-    String::from_utf8(bytes).map_err(|_| unreadable("it is no text"))
 }
 
 fn empty(file: &Path, what: &str) -> ExperimentError {

@@ -1,18 +1,20 @@
 //! A world of scripted cylinders: its file, its simulation, and the cause of a contact in it.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
 
 use super::{ContactAttribution, State};
+use crate::experiment::plan::require;
 use crate::experiment::plan_worlds::select_worlds;
 use crate::experiment::{ContactCause, ExperimentError};
 use crate::geometry::{Point, Pose};
+use crate::input_file::list;
 use crate::map::{GridFrame, MapError, MovingDisc, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::{Config, Contact, Mission, MissionResult, TraceRow};
+use crate::settings::{KeyError, line_in_json};
 use crate::sim::{MovingObstacle, MovingObstacles, Simulation, TimedPath};
 
 /// The goal is reached when the true pose is this close to it, metres: the rule of the BARN Challenge.
@@ -70,16 +72,12 @@ pub fn read_worlds(
     folder: &Path,
     only: Option<&[u32]>,
 ) -> Result<Vec<DynaBarnWorld>, ExperimentError> {
-    let unreadable = |error| unreadable(folder, &error);
-    let mut files: Vec<PathBuf> = Vec::new();
-    for entry in fs::read_dir(folder).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
+    let mut files =
+        list(folder).map_err(|error| ExperimentError::file(folder, error.to_string()))?;
+    files.retain(|path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let is_json = path.extension().is_some_and(|ending| ending == "json");
-        if name.starts_with("world_") && is_json {
-            files.push(path);
-        }
-    }
+        name.starts_with("world_") && path.extension().is_some_and(|ending| ending == "json")
+    });
     if files.is_empty() {
         let reason = "holds no world_NN.json: check that it is the right folder";
         return Err(ExperimentError::file(folder, reason));
@@ -97,17 +95,7 @@ pub fn read_worlds(
 /// Fails when the file cannot be read, is no world, or has a number out of range; the message names the file and the number.
 #[doc(hidden)]
 pub fn read_world(file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
-    let text = fs::read_to_string(file).map_err(|error| unreadable(file, &error))?;
-    parse_world(&text, file)
-}
-
-fn unreadable(file: &Path, error: &std::io::Error) -> ExperimentError {
-    let cure = "check the path and its permissions";
-    ExperimentError::file(file, format!("cannot be read ({error}): {cure}"))
-}
-
-fn not_a_world(file: &Path, reason: &str) -> ExperimentError {
-    ExperimentError::file(file, format!("no world of moving cylinders: {reason}"))
+    parse_world(&ExperimentError::read(file)?, file)
 }
 
 /// A world from the text of its file.
@@ -116,74 +104,66 @@ fn not_a_world(file: &Path, reason: &str) -> ExperimentError {
 /// Fails when it is no world, or has a number out of range; the message names the file and the number.
 #[doc(hidden)]
 pub fn parse_world(text: &str, file: &Path) -> Result<DynaBarnWorld, ExperimentError> {
-    let read: WorldFile =
-        serde_json::from_str(text).map_err(|error| not_a_world(file, &error.to_string()))?;
-    let near =
-        |place: &str, value: f64| check(file, place, value, value.abs() <= 1000.0, "-1000 to 1000");
-    for (name, value) in ["x", "y", "yaw"].iter().zip(read.start_x_y_yaw) {
-        near(&format!("start {name}"), value)?;
-    }
-    for (name, value) in ["x", "y"].iter().zip(read.goal_x_y) {
-        near(&format!("goal {name}"), value)?;
-    }
-    let obstacles = read.obstacles.into_iter().enumerate();
-    Ok(DynaBarnWorld {
-        number: read.world,
-        start: read.start_x_y_yaw.into(),
-        goal: read.goal_x_y.into(),
-        cylinders: obstacles
-            .map(|(index, obstacle)| cylinder(file, index, obstacle))
-            .collect::<Result<_, _>>()?,
+    let read: WorldFile = serde_json::from_str(text).map_err(|error| {
+        ExperimentError::file(file, format!("no world of moving cylinders: {error}"))
+    })?;
+    world(read).map_err(|error| {
+        let line = error.key_path().and_then(|path| line_in_json(&path, text)).unwrap_or(1);
+        ExperimentError::file(file, format!("line {line}: {error}"))
     })
 }
 
-fn cylinder(
-    file: &Path,
-    index: usize,
-    obstacle: ObstacleFile,
-) -> Result<ScriptedCylinder, ExperimentError> {
-    let check = |what: &str, value, fits, expected| {
-        check(file, &format!("obstacle {index}: {what}"), value, fits, expected)
-    };
-    let above_zero = "above zero and at most 1000";
+/// The world of a file; an error names the key.
+fn world(file: WorldFile) -> Result<DynaBarnWorld, ExperimentError> {
+    all_near("start_x_y_yaw", &file.start_x_y_yaw)?;
+    all_near("goal_x_y", &file.goal_x_y)?;
+    let obstacles = file.obstacles.into_iter().enumerate();
+    let cylinders = obstacles.map(|(index, obstacle)| {
+        cylinder(obstacle).map_err(|error| error.in_table(&format!("obstacles.{index}")))
+    });
+    Ok(DynaBarnWorld {
+        number: file.world,
+        start: file.start_x_y_yaw.into(),
+        goal: file.goal_x_y.into(),
+        cylinders: cylinders.collect::<Result<_, _>>()?,
+    })
+}
+
+/// Checks that coordinates are within 1000 m.
+fn all_near(key: &str, values: &[f64]) -> Result<(), ExperimentError> {
+    values.iter().enumerate().try_for_each(|(index, value)| {
+        require(value.abs() <= 1000.0, &format!("{key}.{index}"), value, "-1000 to 1000")
+    })
+}
+
+fn cylinder(obstacle: ObstacleFile) -> Result<ScriptedCylinder, ExperimentError> {
     let fits = |value: f64| value > 0.0 && value <= 1000.0;
     let ObstacleFile { radius_m, loop_s, keyframes_t_x_y } = obstacle;
-    check("radius_m", radius_m, fits(radius_m), above_zero)?;
-    let count = keyframes_t_x_y.len();
-    check("number of keyframes", count as f64, count > 0, "at least one")?;
+    require(fits(radius_m), "radius_m", radius_m, "above zero and at most 1000")?;
+    require(!keyframes_t_x_y.is_empty(), "keyframes_t_x_y", "empty", "at least one keyframe")?;
     let mut latest_s = -1.0;
-    for (key, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
-        let of = |what: &str| format!("keyframe {key}: {what}");
+    for (index, &[time_s, x, y]) in keyframes_t_x_y.iter().enumerate() {
+        let key = format!("keyframes_t_x_y.{index}");
         let ascends = time_s >= 0.0 && time_s > latest_s;
-        check(&of("time"), time_s, ascends, "at least zero and after the one before")?;
-        for (name, value) in [("x", x), ("y", y)] {
-            check(&of(name), value, value.abs() <= 1000.0, "-1000 to 1000")?;
-        }
+        require(
+            ascends,
+            &key,
+            time_s,
+            "a time of at least zero and after the one before, and x, y",
+        )?;
+        all_near(&key, &[time_s, x, y])?;
         latest_s = time_s;
     }
     let lasts = fits(loop_s) && loop_s >= latest_s;
     let expected = "above zero, at most 1000 and not before the last keyframe";
-    check("loop_s", loop_s, lasts, expected)?;
+    require(lasts, "loop_s", loop_s, expected)?;
     let key = |[time_s, x, y]: [f64; 3]| (time_s, Point::new(x, y));
     let keys: Vec<_> = keyframes_t_x_y.into_iter().map(key).collect();
-    let script = TimedPath::new(&keys, Some(loop_s))
-        .map_err(|error| not_a_world(file, &format!("obstacle {index}: {error}")))?;
+    let script = TimedPath::new(&keys, Some(loop_s)).map_err(|error| {
+        let (place, reason) = ("keyframes_t_x_y".to_owned(), error.to_string());
+        ExperimentError::Unusable { place, reason }
+    })?;
     Ok(ScriptedCylinder { radius_m, script: script.on_spline() })
-}
-
-/// Checks that a number of a file fits.
-fn check(
-    file: &Path,
-    place: &str,
-    value: f64,
-    fits: bool,
-    expected: &str,
-) -> Result<(), ExperimentError> {
-    if fits {
-        return Ok(());
-    }
-    let reason = format!("{place} is {value}: it must be {expected}");
-    Err(ExperimentError::file(file, reason))
 }
 
 impl ScriptedCylinder {

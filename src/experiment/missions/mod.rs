@@ -43,7 +43,8 @@ impl Rules {
             if (least..=most).contains(&value) {
                 return Ok(());
             }
-            Err(ExperimentError::BadValue { key: name, value: value.to_string(), expected })
+            let key = String::from(name);
+            Err(ExperimentError::BadValue { key, value: value.to_string(), expected })
         };
         within("min_m", self.min_m, 0.5, 1000.0, "0.5 to 1000")?;
         let expected = "min_m to 10000";

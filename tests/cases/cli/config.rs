@@ -84,7 +84,10 @@ fn check_reports_errors_of_the_commands() {
         ("--check bad.toml", "bad.toml: line 2; did you mean `vx_samples`?"),
         ("--check gone.toml", "--check gone.toml: cannot be read"),
         ("--check base.toml", "base.toml: line 1; unknown field `supervisor`"),
-        ("--base --check base.toml", "base.toml: [supervisor] rate_hz is 1; 10 to 1000"),
+        (
+            "--base --check base.toml",
+            "base.toml: line 2, `rate_hz = 1.0`: [supervisor] rate_hz is 1; 10 to 1000",
+        ),
         ("--base --check good.toml", "good.toml: line 1; unknown field `local`"),
         ("", "--print; --check; --help"),
         ("--print --check good.toml", "--print; --check"),
@@ -168,7 +171,7 @@ fn unusable_nav2_files_are_rejected() {
     place.write("keep.toml", "# kept\n");
     for (arguments, words) in [
         ("gone.yaml", "gone.yaml; cannot be read; check the path"),
-        ("mine.png", "mine.png; cannot be read as text"),
+        ("mine.png", "mine.png; not UTF-8 text"),
         ("empty.yaml", "empty.yaml; controller_server"),
         ("cut.yaml", "cut.yaml: line"),
         ("map.yaml", "map.yaml; ros__parameters"),

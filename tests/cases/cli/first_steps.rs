@@ -145,7 +145,11 @@ fn error_is_json_too() {
     // What the message begins with, and how it ends.
     let unusable = [
         (format!("plan --map gone.yaml {ends}"), "gone.yaml", "check the path and its permissions"),
-        ("plan --scene mine --config gone.toml".to_owned(), "--config gone.toml", "check the path"),
+        (
+            "plan --scene mine --config gone.toml".to_owned(),
+            "--config gone.toml",
+            "check the path and its permissions",
+        ),
         (
             "map empty.log --out a.yaml".to_owned(),
             "empty.log",
@@ -154,7 +158,7 @@ fn error_is_json_too() {
         (
             format!("drive --map hall.txt {ends} --obstacles gone.json"),
             "gone.json",
-            "check its name and permissions",
+            "check the path and its permissions",
         ),
         (
             format!("drive --map hall.txt {ends} --keepout zone.txt"),

@@ -356,23 +356,26 @@ fn runs_whose_program_did_not_answer_are_driven_again() {
 }
 
 #[test]
-fn settings_that_no_decision_can_use_do_not_start_and_errors_of_a_plan_name_no_line_of_another_text()
- {
+fn settings_that_no_decision_can_use_do_not_start_and_errors_of_a_plan_name_their_line() {
     let place = Workplace::with_room();
     place.write("plan.toml", room_plan("local.max_clearance_m = 11"));
     let (_, object) = object(&place.run("bench compare plan.toml --json"));
     let faults = text(&object["ranked"][0], "faults");
     assert!(faults.starts_with("did not start: 1, NO_DECISION: max_clearance_m plus"), "{faults}");
     for (mine, expected) in [
-        ("local = { vx = 1 }", "configs.mine: unknown field `vx`"),
+        (
+            "local = { vx_samples = 0 }",
+            "line 3, `local = { vx_samples = 0 }`: configs.mine: [local] vx_samples is 0",
+        ),
+        ("local = { vx = 1 }", "line 2, `[configs.mine]`: configs.mine: unknown field `vx`"),
         (
             "local = { vx_samples = \"a\" }",
-            "configs.mine: invalid type: string \"a\", expected a whole number",
+            "line 2, `[configs.mine]`: configs.mine: invalid type: string \"a\", expected a whole number",
         ),
     ] {
         place.write("plan.toml", room_plan(mine));
         let error = place.refusal("bench compare plan.toml");
-        assert!(error.contains(expected) && !error.contains("line "), "{error}");
+        assert!(error.contains(expected), "{error}");
     }
     place.write("plan.toml", room_plan("").replace("configs.mine", r#"configs."a\nb""#));
     let error = place.refusal("bench compare plan.toml");

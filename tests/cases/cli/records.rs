@@ -209,7 +209,7 @@ fn draw_rejects_files_that_are_no_records() {
     let table = "
 latency.csv -> --svg FILE.svg or --report DIR
  --svg a.svg -> RECORD.csv
-gone.csv --svg a.svg -> gone.csv: cannot be read; name a CSV
+gone.csv --svg a.svg -> gone.csv: cannot be read; check the path
 typo.csv --svg a.svg -> typo.csv: line 3: p50_ms: invalid float
 short.csv --svg a.svg -> short.csv: line 3: 10 fields; expected 11
 bare.csv --svg a.svg -> bare.csv: holds no row

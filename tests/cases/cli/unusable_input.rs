@@ -27,6 +27,11 @@ fn place() -> Workplace {
     place.write("binary.toml", b"\xff\xfe");
     place.write("list.json", r#"{"x": 1}"#);
     place.write("radius.json", r#"[{"x": 1.0, "y": 1.0, "radius": 0.0, "speed": 1.0}]"#);
+    let first = "[[obstacles]]\nx = 1.0\ny = 1.0\nradius = 0.3\nspeed = 1.0\n";
+    place.write(
+        "radius.toml",
+        format!("{first}[[obstacles]]\nx = 1.0\nradius = -1.0\ny = 1.0\nspeed = 1.0\n"),
+    );
     place.write("away.json", r#"[{"x": -9.0, "y": 1.0, "radius": 0.3, "speed": 1.0}]"#);
     place.write("key.toml", "[[obstacles]]\nx = 1.0\ny = 1.0\nradius = 0.3\nsped = 1.0\n");
     place
@@ -125,10 +130,11 @@ fn unusable_flags_are_rejected() {
 --time-limit 0 -> --time-limit; above zero
 --obstacles -1 -> --obstacles; 0 to 1024; name of a JSON
 --obstacles 1.5 -> --obstacles; 0 to 1024
---obstacles gone.json -> gone.json; check its name
+--obstacles gone.json -> gone.json; check the path
 --obstacles list.json -> list.json; expected a sequence; \"radius\"
---obstacles radius.json -> radius.json: obstacle 0; radius is 0; above zero
---obstacles away.json -> away.json: obstacle 0; outside the map
+--obstacles radius.json -> radius.json: line 1: obstacle 0; radius is 0; above zero
+--obstacles radius.toml -> radius.toml: line 8: obstacle 1; radius is -1; above zero
+--obstacles away.json -> away.json: line 1: obstacle 0; outside the map
 --obstacles key.toml -> key.toml; `sped`; `speed`; line 5
 --obstacles 5000 -> --obstacles; 0 to 1024
 --record gone/trace.jsonl -> --record gone/trace.jsonl; folder that exists
@@ -209,9 +215,13 @@ fn unusable_png_file_is_rejected() {
 fn unusable_configurations_are_rejected() {
     let place = place();
     let drive = "drive --map mine.yaml --start 10,5 --goal 80,40 --config";
-    for file in ["gone.toml", "binary.toml", "."] {
+    for (file, words) in [
+        ("gone.toml", "cannot be read"),
+        ("binary.toml", "line 1: not UTF-8 text"),
+        (".", "cannot be read"),
+    ] {
         let refusal = place.refusal(&format!("{drive} {file}"));
-        assert!(refusal.contains(&format!("--config {file}: cannot be read")), "{refusal}");
+        assert!(refusal.contains(&format!("--config {file}: {words}")), "{refusal}");
     }
     let table = "
 [robot.limits]|max_vel = 1.0 -> line 2; unknown field `max_vel`; did you mean `max_vel_x`?
@@ -224,20 +234,20 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [local]|sim_time_s = true -> line 2; expected a number
 [local]|weights = 5 -> line 2; expected a table
 [local -> line 1
-[local]|vx_samples = 0 -> [local] vx_samples is 0; at least 1
+[local]|vx_samples = 0 -> line 2, `vx_samples = 0`: [local] vx_samples is 0; at least 1
 [local]|sim_time_s = nan -> [local] sim_time_s; above zero
 [local]|sim_time_s = 999.0 -> [local]; steps; sim_time_s; 1 to 1023
 [local]|vx_samples = 9999|vtheta_samples = 9999 -> [local]; vx_samples; 1 to 4194304
-[local.weights]|heading = -1.0 -> [local.weights] heading is -1; 0 to 1e6
+[local.weights]|heading = -1.0 -> line 2, `heading = -1.0`: [local.weights] heading is -1; 0 to 1e6
 [local]|max_clearance_m = 11.0 -> mine.yaml; max_clearance_m plus disc; at most
-[robot.limits]|max_vel_x = inf -> [robot.limits] max_vel_x is inf; 0 to 15.99
+[robot.limits]|max_vel_x = inf -> line 2, `max_vel_x = inf`: [robot.limits] max_vel_x is inf; 0 to 15.99
 [robot.limits]|min_vel_x = 0.1 -> [robot.limits] min_vel_x is 0.1; -15.99 to 0
 [robot.limits]|decel_lim_x = 1.0 -> [robot.limits] decel_lim_x is 1; below zero
 [robot]|footprint = [] -> line 2; at least one
 [robot]|footprint = [{x = 0, y = 0, radius = -1}] -> line 2; radius above zero
 [robot]|track_width_m = 0.0 -> [robot] track_width_m is 0; above zero
 [global]|spline_degree = 0 -> [global] spline_degree is 0; 1 to 9
-[global.heuristic.normalized]|k = nan -> [global] heuristic.normalized.k; 0 to 1e6
+[global.heuristic.normalized]|k = nan -> line 2; [global] heuristic.normalized.k; 0 to 1e6
 [navigator]|lookahead_m = nan -> [navigator] lookahead_m; above zero
 [navigator]|safety_margin_m = -1.0 -> [navigator] safety_margin_m is -1; 0 to
 [navigator]|safety_margin_m = 0.02 -> [navigator] safety_margin_m is 0.02; at least; margin_m in [collision_monitor]
@@ -248,9 +258,9 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [navigator]|rotate_in_place_until = 3.0 -> [navigator] rotate_in_place_until is 3; at most rotate_in_place_from
 [simulation.lidar]|beams = 0 -> [simulation.lidar] beams is 0; 1 to
 [simulation.dynamics]|motor_lag_s = -1.0 -> [simulation.dynamics] motor_lag_s is -1; at least zero
-[simulation.pedestrians]|min_speed = 0.9|max_speed = 0.2 -> [simulation.pedestrians] max_speed is 0.2; at least min_speed
+[simulation.pedestrians]|min_speed = 0.9|max_speed = 0.2 -> line 3; [simulation.pedestrians] max_speed is 0.2; at least min_speed
 [local]|sim_step_s = 5.0 -> [local] sim_step_s is 5; at most sim_time_s
-[global_planner]|command = [' '] -> [global_planner] length of the program in command is 0; above zero
+[global_planner]|command = [' '] -> line 1; [global_planner] length of the program in command is 0; above zero
 [walkers]|radius_m = 0.2 -> line 1; `walkers` is now `simulation.pedestrians`
 [navigator]|patience_s = 1.0 -> line 2; `patience_s` is now `stuck_patience_s`
 ";
@@ -262,6 +272,41 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
         for word in words.split("; ") {
             assert!(refusal.contains(word), "{text}: no {word:?} in: {refusal}");
         }
+    }
+}
+
+/// A problem with a speed limit out of range in its fourth line.
+const LIMITS: &str = r#"{"map": {"resolution_m": 0.5, "rows": ["...."]},
+"robot": {"pose": [0.2, 0.2, 0]}, "target": [1, 0],
+"limits": {
+  "max_vel_x": 99}}"#;
+
+/// Editors of Windows begin a text with a byte order mark.
+#[test]
+fn byte_order_mark_is_accepted_in_every_text() {
+    let place = place();
+    let marked = |text: &str| format!("\u{feff}{text}");
+    place.write("problem.json", marked(&problem().to_string()));
+    place.write("mark.toml", marked("[local]\nvx_samples = 8\n"));
+    place.write("plan.toml", marked("[[worlds]]\nkind = \"scenes\"\n"));
+    let map = fs::read_to_string(place.path("mine.yaml")).expect("the map is there");
+    place.write("mark.yaml", marked(&map));
+    place.write("people.json", marked(r#"[{"x": 1.0, "y": 1.0, "radius": 0.2, "speed": 0.0}]"#));
+    place.write(
+        "people.toml",
+        marked("[[obstacles]]\nx = 1.0\ny = 1.0\nradius = 0.2\nspeed = 0.0\n"),
+    );
+    let drive =
+        "drive --map mark.yaml --start 10,5 --goal 11,5 --time-limit 0.2 --config mark.toml";
+    for arguments in [
+        "evaluate --problem problem.json",
+        "config --check mark.toml",
+        "sweep plan.toml --list",
+        &format!("{drive} --obstacles people.json"),
+        &format!("{drive} --obstacles people.toml"),
+    ] {
+        let run = place.run(arguments);
+        assert!(run.status != 2, "{arguments}: {run:?}");
     }
 }
 
@@ -288,7 +333,7 @@ fn unusable_problem_values_are_rejected() {
         "the problem is valid before the change"
     );
     let table = r#"
-/vx_samples 0 -> vx_samples is 0; at least 1
+/vx_samples 0 -> line 1: vx_samples is 0; at least 1
 /vtheta_samples 0 -> vtheta_samples is 0; at least 1
 /vx_samples -1 -> line 1; "vx_samples":-1; expected a whole number
 /vx_samples 1.5 -> "vx_samples":1.5; expected a whole number
@@ -313,11 +358,11 @@ fn unusable_problem_values_are_rejected() {
 /weights/heading -1 -> heading is -1; 0 to 1e6
 /weights/pth 1 -> unknown field `pth`; did you mean `path`?
 /limits/max_vel 1 -> unknown field `max_vel`; did you mean `max_vel_x`?
-/limits/max_vel_x -1 -> limits: max_vel_x is -1; 0 to 15.99
-/limits/min_vel_x 0.1 -> limits: min_vel_x is 0.1; -15.99 to 0
-/limits/max_vel_theta 0 -> limits: max_vel_theta is 0; above zero
-/limits/acc_lim_x 0 -> limits: acc_lim_x is 0; above zero
-/limits/decel_lim_x 0.5 -> limits: decel_lim_x is 0.5; below zero
+/limits/max_vel_x -1 -> [limits] max_vel_x is -1; 0 to 15.99
+/limits/min_vel_x 0.1 -> [limits] min_vel_x is 0.1; -15.99 to 0
+/limits/max_vel_theta 0 -> [limits] max_vel_theta is 0; above zero
+/limits/acc_lim_x 0 -> [limits] acc_lim_x is 0; above zero
+/limits/decel_lim_x 0.5 -> [limits] decel_lim_x is 0.5; below zero
 /robot/pose [0,0] -> "pose":[0,0]; length 3
 /robot/pose [1e300,0,0] -> distance; at most
 /robot/velocity [1] -> "velocity":[1]; length 2
@@ -365,6 +410,7 @@ fn unusable_problem_files_are_rejected() {
         ("{\"map\": NaN}", "line 1"),
         ("{\"target\": [1e999, 0]}", "line 1; out of range"),
         ("{\n\"target\": [1, 0]\n}", "line 3; missing field `map`"),
+        (LIMITS, "line 4: [limits] max_vel_x is 99"),
     ] {
         place.write("no.json", text);
         assert_error(&place, "no.json", text, words);

@@ -3,10 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The modules in the order in which data flows. A module may use those before it; the first five use no other.
-const MODULES: [&str; 27] = [
+/// The modules in the order in which data flows. A module may use those before it; the first six use no other.
+const MODULES: [&str; 28] = [
     "digest",
     "geometry",
+    "input_file",
     "numeric",
     "settings",
     "suggest",
@@ -34,7 +35,7 @@ const MODULES: [&str; 27] = [
     "cli",
 ];
 /// Number of modules that all others build on.
-const FOUNDATIONS: usize = 5;
+const FOUNDATIONS: usize = 6;
 /// Longest source file, lines.
 const MOST_LINES: usize = 500;
 
@@ -205,6 +206,6 @@ fn breach_of_each_rule_is_found() {
     assert_eq!(named("map/grid.rs", tests), [""; 0]);
     assert!(!source("map/grid.rs", tests).code.contains("unwrap"));
     assert!(source("map/grid.rs", "x.unwrap()").code.contains("unwrap"));
-    assert_eq!(source("numeric.rs", "").module(), Some(2));
+    assert_eq!(source("numeric.rs", "").module(), Some(3));
     assert_eq!(source("helpers.rs", "").module(), None);
 }

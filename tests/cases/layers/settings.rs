@@ -2,7 +2,7 @@
 
 use inbye::base::BaseConfig;
 use inbye::runtime::Config;
-use inbye::settings::{KeyDescription, Range};
+use inbye::settings::{KeyDescription, Range, line_in_json, line_in_toml};
 use serde::Serialize;
 use toml::{Table, Value};
 
@@ -291,4 +291,28 @@ fn defaults_in_descriptions_are_those_of_the_code() {
         }
     }
     assert!(compared > 40, "{compared}");
+}
+
+#[test]
+fn line_is_that_of_the_key_or_its_table() {
+    let toml = "top = 1\n[a.b]\nc = 2\n\n[[list]]\nx = 1\n[[list]]\nx = [\n 1,\n 2]\n[\"dot.ted\"]\ny = {z = 1}\n";
+    for (path, line) in [
+        ("top", Some(1)),
+        ("a.b.c", Some(3)),
+        ("a.b.missing", Some(2)),
+        ("list.0.x", Some(6)),
+        ("list.1.y", Some(7)),
+        ("list.1.x.1", Some(10)),
+        ("dot.ted.y.z", Some(12)),
+        ("top.deeper", Some(1)),
+        ("gone.x", None),
+    ] {
+        assert_eq!(line_in_toml(path, toml), line, "{path}");
+    }
+    let json = "[\n{\"x\": 1,\n\"y\":\n2},\n{\"x\": [\n3,\n4]}\n]";
+    for (path, line) in
+        [("0.x", Some(2)), ("0.y", Some(4)), ("1.", Some(5)), ("1.x.1", Some(7)), ("2", None)]
+    {
+        assert_eq!(line_in_json(path, json), line, "{path}");
+    }
 }

@@ -327,11 +327,7 @@ fn map_that_changes_every_two_seconds_does_not_stop_the_robot() {
 fn map_that_grows_keeps_the_robot_driving() {
     let mut robot = Robot::ready();
     robot.until(50, |robot| robot.speed() > 0.5);
-    let mut grown = map(&grid(29));
-    grown.info.height += 5;
-    grown.data.extend([-1; 5 * 60]);
-    robot.receive(&IncomingMessage::Map(grown));
-    robot.until_published(20, 2);
+    robot.receive_grown_map();
     assert!(robot.has_notice("60 by 35 cells"));
     robot.until(600, |robot| robot.has_notice("reached the goal"));
 }

@@ -69,27 +69,27 @@ fn reads() {
     for (from, to, words) in [
         ("\"goal_x_y\": [-9, 0], ", "", "missing field `goal_x_y`"),
         ("[-9, 0]", "[-9]", "invalid length 1"),
-        ("[11, 0,", "[1e9, 0,", "start x is 1000000000: it must be -1000 to 1000"),
+        ("[11, 0,", "[1e9, 0,", "line 1: start_x_y_yaw.0 is 1000000000: it must be -1000 to 1000"),
         (
             "\"radius_m\": 0.5, \"loop_s\": 9",
             "\"radius_m\": 0, \"loop_s\": 9",
-            "obstacle 1: radius_m is 0: it must be above zero",
+            "line 3: obstacles.1.radius_m is 0: it must be above zero",
         ),
-        ("[[0.0, 1, 1]]", "[]", "obstacle 1: number of keyframes is 0: it must be at least one"),
+        ("[[0.0, 1, 1]]", "[]", "obstacles.1.keyframes_t_x_y is empty: it must be at least one"),
         (
             "[1.5, -7.0",
             "[0.0, -7.0",
-            "obstacle 0: keyframe 1: time is 0: it must be at least zero and after",
+            "line 2: obstacles.0.keyframes_t_x_y.1 is 0: it must be a time of at least zero and after",
         ),
         (
             "[1.5, -7.0",
             "[4.5, -7.0",
-            "obstacle 0: loop_s is 3.5: it must be above zero, at most 1000 and not before",
+            "obstacles.0.loop_s is 3.5: it must be above zero, at most 1000 and not before",
         ),
         (
             "[1.5, -7.0",
             "[1.5, -7e9",
-            "obstacle 0: keyframe 1: x is -7000000000: it must be -1000 to 1000",
+            "obstacles.0.keyframes_t_x_y.1.1 is -7000000000: it must be -1000 to 1000",
         ),
     ] {
         assert!(WORLD.contains(from), "{from}");

@@ -110,5 +110,5 @@ fn refuses_folders() {
     assert!(error.contains("worlds.csv: cannot be read"), "{error}");
     fs::write(empty.path().join("worlds.csv"), [0xff, 0xfe, b'\n']).expect("a file");
     let error = read_worlds(empty.path(), None).expect_err("no text").to_string();
-    assert!(error.contains("it is no text"), "{error}");
+    assert!(error.contains("line 1: not UTF-8 text"), "{error}");
 }

@@ -188,11 +188,7 @@ fn wrong_initial_pose_leads_to_a_search_of_the_map() {
 fn robot_keeps_its_pose_on_a_map_that_grows() {
     let mut robot = localizing().with_goal();
     robot.until(900, |robot| robot.speed() > 0.5);
-    let mut grown = map(&grid(29));
-    grown.info.height += 5;
-    grown.data.extend([-1; 5 * 60]);
-    robot.receive(&IncomingMessage::Map(grown));
-    robot.until_published(20, 2);
+    robot.receive_grown_map();
     robot.until(600, |robot| robot.has_notice("reached the goal"));
     assert!(robot.away_m() < 0.1, "{:?}", robot.pose);
 }

@@ -289,6 +289,16 @@ impl Robot {
         });
     }
 
+    /// Receives a map with five more rows of unknown cells, and steps until its path is published.
+    #[track_caller]
+    pub fn receive_grown_map(&mut self) {
+        let mut grown = map(&grid(29));
+        grown.info.height += 5;
+        grown.data.extend([-1; 5 * 60]);
+        self.receive(&IncomingMessage::Map(grown));
+        self.until_published(20, 2);
+    }
+
     /// Distance to the goal of most tests.
     pub fn away_m(&self) -> f64 {
         libm::hypot(self.pose.x - GOAL.0, self.pose.y - GOAL.1)
