@@ -125,11 +125,13 @@ impl ObstacleModel {
     pub(super) fn entered_bodies(
         &self,
         settings: &NavigatorSettings,
-    ) -> impl Iterator<Item = MovingDisc> + '_ {
-        let NavigatorSettings { pedestrian_radius_m, pedestrian_speed, .. } = *settings;
-        self.tracker.iter().flat_map(Tracker::entered).map(move |(place, stands)| {
-            let speed = if stands { 0.0 } else { pedestrian_speed };
-            obstacle_that_may_come(place, pedestrian_radius_m, speed)
+    ) -> impl Iterator<Item = MovingDisc> {
+        self.tracker.iter().flat_map(Tracker::entered).map(|(place, since_stood_s)| {
+            // The legs of a person who stands are seen in turn, and seem to move. One who starts to walk gains speed.
+            let gained =
+                since_stood_s.map_or(f64::INFINITY, |s| settings.pedestrian_acceleration * s);
+            let speed = gained.min(settings.pedestrian_speed);
+            obstacle_that_may_come(place, settings.pedestrian_radius_m, speed)
         })
     }
 
@@ -152,8 +154,7 @@ impl ObstacleModel {
         &self.map.rays
     }
 
-    /// Forgets marks that no scan hit since a time, seconds, except those near the robot: where it has no path among them, or they
-    /// may be at wrong places.
+    /// Forgets marks that no scan hit since a time, seconds, except near the robot: it has no path, or they may be at wrong places.
     pub(super) fn forget(&mut self, since_s: f64, robot: &Point) {
         let is_far = |mark: &Mark| (mark.center - robot).norm() > FORGET_BEYOND_M;
         self.map
@@ -203,7 +204,7 @@ impl ObstacleModel {
         Ok(field)
     }
 
-    /// The obstacles of a square window around a point, `half_m` to each side.
+    /// The obstacles of a square window, as [`Self::window`].
     fn obstacles_around(&self, center: &Point, half_m: f64) -> Result<ObstacleGrid, ProblemError> {
         let known = self.map.closed.as_ref().unwrap_or(&self.map.known);
         let frame = *known.frame();

@@ -14,8 +14,10 @@
 //! in the end, and one that finds one passage after the other blocked does not.
 
 use super::Mode;
-use super::state::{State, WAITING_PATIENCES};
+use super::state::State;
 
+/// A robot that waits for people has this many times the time without progress.
+const WAITING_PATIENCES: f64 = 4.0;
 /// At most so much of the way back counts as no progress, metres: escapes are shorter, and a robot that was carried starts again.
 const MAX_RETREAT_M: f64 = 5.0;
 /// A robot that comes nearer to its goal by this on the path, metres, approaches it.

@@ -84,9 +84,12 @@ impl RecentPeople {
                 (disc.center() - stay.place).norm() < STAYS_M && time_s - stay.since_s >= STOOD_S
             })
         };
-        let seen = people.iter().map(|disc| {
+        let seen = people.iter().enumerate().map(|(number, disc)| {
+            // Those who are not tracked come last, and their velocity is not known.
+            let is_tracked = number < now.moving.len();
             let seems_to_stand = disc.vx == 0.0 && disc.vy == 0.0;
-            if seems_to_stand && !stood(disc) { walking(disc) } else { *disc }
+            let may_walk = seems_to_stand || !is_tracked;
+            if may_walk && !stood(disc) { walking(disc) } else { *disc }
         });
         let lost = self.seen.iter().filter(|last| last.time_s < time_s);
         seen.chain(lost.map(|last| walking(&last.disc))).collect()
@@ -128,7 +131,8 @@ mod tests {
     ) -> Vec<f64> {
         people.update(time_s, may_come, is_there);
         let may_come = may_come.to_vec();
-        let now = PredictedState { time_s, may_come, ..standing_at(Pose::default()) };
+        let moving = may_come.clone();
+        let now = PredictedState { time_s, moving, may_come, ..standing_at(Pose::default()) };
         people.near_turn(&now, WALKING).iter().map(|disc| disc.vx).collect()
     }
 
@@ -145,6 +149,20 @@ mod tests {
         }
         let moving = [person(1.0, 0.0, 0.5)];
         assert_eq!(speeds_at(&mut people, 4.0, &moving), [0.5], "it moves as tracked");
+    }
+
+    #[test]
+    fn person_who_is_not_tracked_may_walk_until_this_one_has_stood_for_long() {
+        let mut people = RecentPeople::default();
+        for tick in 0..40 {
+            let time_s = 0.1 * f64::from(tick);
+            let may_come = vec![person(1.0, 0.0, 0.2)];
+            people.update(time_s, &may_come, |_| true);
+            let now = PredictedState { time_s, may_come, ..standing_at(Pose::default()) };
+            let speed = people.near_turn(&now, WALKING)[0].vx;
+            let expected = if time_s < STOOD_S - 1e-9 { WALKING } else { 0.2 };
+            assert_eq!(speed, expected, "after {time_s} s");
+        }
     }
 
     /// Its legs stand in turn.

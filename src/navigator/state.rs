@@ -28,8 +28,7 @@ const MAX_PROBED_S: f64 = 1.0;
 /// it.
 const SCANS_TO_REACT: f64 = 2.0;
 
-/// A robot that waits for people has this many times the patience, and waits for people within this distance, metres.
-pub(super) const WAITING_PATIENCES: f64 = 4.0;
+/// A robot waits for people within this distance, metres.
 const WAITING_M: f64 = 2.0;
 
 /// A robot creeps if all its parts are at most this fast, m/s. Next to a person it stands still instead: creeping gains nothing,

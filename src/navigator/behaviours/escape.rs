@@ -7,7 +7,7 @@
 
 use super::super::exact_clearance::ExactClearance;
 use super::super::route::ConditionTimer;
-use super::super::state::{State, WAITING_PATIENCES};
+use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal, forward_escape};
 use crate::geometry::{Point, Pose, Twist};
@@ -17,6 +17,10 @@ const FIRST_ATTEMPT_S: f64 = 2.0;
 const MAX_DOUBLINGS: u32 = 3;
 /// A robot without progress for this many times the patience escapes too, even if it moves.
 const WIGGLING_PATIENCES: f64 = 3.0;
+/// A robot that waits for people escapes after this many times the patience: two who wait for each other would stand for long.
+const PEOPLE_PATIENCES: f64 = 2.0;
+/// Time between two attempts, in patiences: the path found after the first gets its chance.
+const PAUSE_PATIENCES: f64 = 2.0;
 /// A robot below this speed, m/s, and this share of its highest one that does not rotate is held up.
 const CREEPING: (f64, f64) = (0.05, 0.25);
 /// A robot whose target comes nearer by at least this, m/s, or this share of its highest speed does not wiggle.
@@ -97,7 +101,7 @@ impl Escape {
         let now = state.now;
         let mut patience_s = state.stuck_patience_s();
         if state.waits_for_people() {
-            patience_s *= WAITING_PATIENCES;
+            patience_s *= PEOPLE_PATIENCES;
         }
         self.breadcrumbs.push(&now.pose.position());
         let slow = |(speed, share): (f64, f64)| speed.min(share * state.fastest);
@@ -121,8 +125,7 @@ impl Escape {
         self.held_up = ConditionTimer::default();
         let until_s = now.time_s + FIRST_ATTEMPT_S * f64::from(1_u32 << doublings);
         self.until_s = Some(until_s);
-        // The path found after the attempt gets its chance before the next one.
-        self.next_s = Some(until_s + 2.0 * patience_s);
+        self.next_s = Some(until_s + PAUSE_PATIENCES * state.stuck_patience_s());
     }
 }
 

@@ -104,7 +104,8 @@ impl Behaviours {
         //    evasion: its samples are clear of moving obstacles.
         let evasion = evasion::replacement(&state, allowed);
         // 2. A robot that only creeps along its path rotates towards its target, and may then drive on.
-        let replacement = evasion.or_else(|| self.rotate_in_place.replacement(&state, allowed));
+        let rotate = || self.rotate_in_place.replacement(&state, allowed, &decision.command);
+        let replacement = evasion.or_else(rotate);
         let mut decision = replacement.unwrap_or(decision);
         // No behaviour reverses into what the lidar does not see.
         if decision.command.linear < 0.0 && !state.is_path_visible(&decision.command) {

@@ -45,8 +45,15 @@ impl Behaviour for RotateInPlace {
         if state.now.twist.linear.abs() >= MAX_SPEED {
             return Ok(Some(Proposal::SpeedLimit(MAX_SPEED / 2.0)));
         }
+        let rotation = decision(state, angle);
+        // Where people forbid the rotation, the robot may still drive to its target, unless it faces away from it.
+        if rotation.command == Twist::STOP
+            && state.heading_error.abs() <= settings.rotate_in_place_from
+        {
+            return Ok(None);
+        }
         self.proposed_until = if is_rotating { self.until } else { settings.rotate_in_place_until };
-        Ok(Some(Proposal::Decide(decision(state, angle), Override::ByEvasion)))
+        Ok(Some(Proposal::Decide(rotation, Override::ByEvasion)))
     }
 }
 
@@ -58,17 +65,27 @@ impl RotateInPlace {
         }
     }
 
-    /// A decision to rotate a robot that creeps along its path; `None` where it faces its target, or has no room.
-    pub fn replacement(&mut self, state: &State<'_>, allowed: Override) -> Option<Decision> {
+    /// A decision to rotate a robot that creeps along its path by this command; `None` where it faces its target, has no room, or
+    /// turns away from its target. It then drives around something, and would undo the rotation at the next tick.
+    pub fn replacement(
+        &mut self,
+        state: &State<'_>,
+        allowed: Override,
+        command: &Twist,
+    ) -> Option<Decision> {
         let may_rotate = state.settings.features.recovery
             && allowed == Override::ByEvasionOrRotation
-            && state.heading_error.abs() > CREEPING_UNTIL;
+            && state.heading_error.abs() > CREEPING_UNTIL
+            && command.angular * state.heading_error >= 0.0;
         if !may_rotate {
             return None;
         }
-        let angle = clear_rotation(state)?;
+        let rotation = decision(state, clear_rotation(state)?);
+        if rotation.command == Twist::STOP && *command != Twist::STOP {
+            return None;
+        }
         self.proposed_until = CREEPING_UNTIL;
-        Some(decision(state, angle))
+        Some(rotation)
     }
 }
 
@@ -115,4 +132,74 @@ pub(super) fn rotation(angle: f64, limits: &Limits) -> Twist {
         .min(RATE_PER_RAD * angle.abs())
         .min(limits.max_vel_theta);
     Twist::new(0.0, rate.copysign(angle))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::passive_safety::obstacle_that_may_come;
+    use super::super::super::state::PredictedState;
+    use super::super::super::test_state::{standing_at, with_state};
+    use super::super::super::{NavigatorSettings, RobotModel};
+    use super::*;
+    use crate::geometry::Point;
+    use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
+    use crate::robot::{Footprint, Polygon};
+
+    /// The result of a call with the state of a standing robot whose target lies off its heading by an angle, radians, next to
+    /// these people.
+    fn with_target_at<R>(
+        heading_error: f64,
+        people: &[MovingDisc],
+        call: impl FnOnce(&mut State<'_>) -> R,
+    ) -> R {
+        let settings = NavigatorSettings::default();
+        let body = Polygon::rectangle(0.7, 0.5).expect("a rectangle");
+        let robot = RobotModel { footprint: Footprint::covering(body), limits: Limits::default() };
+        let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::filled(frame, false);
+        let (may_come, near_turn) = (people.to_vec(), people.to_vec());
+        let now = PredictedState { may_come, near_turn, ..standing_at(Pose::default()) };
+        with_state(&settings, &robot, &ground, &now, (Twist::STOP, Twist::STOP), |state| {
+            state.heading_error = heading_error;
+            call(state)
+        })
+    }
+
+    fn replaces(command: Twist, people: &[MovingDisc]) -> bool {
+        with_target_at(0.3, people, |state| {
+            let allowed = Override::ByEvasionOrRotation;
+            RotateInPlace::default().replacement(state, allowed, &command).is_some()
+        })
+    }
+
+    /// A walker next to a corner that a turn in place moves towards this person.
+    fn walker() -> [MovingDisc; 1] {
+        [obstacle_that_may_come(Point::new(-0.5, -0.7), 0.3, 1.6)]
+    }
+
+    #[test]
+    fn creeping_robot_rotates_unless_it_drives_around_something() {
+        assert!(replaces(Twist::STOP, &[]));
+        assert!(replaces(Twist::new(0.03, 0.1), &[]), "towards its target");
+        assert!(!replaces(Twist::new(0.03, -0.1), &[]), "away from its target");
+    }
+
+    #[test]
+    fn creeping_robot_drives_on_where_people_forbid_the_rotation() {
+        assert!(!replaces(Twist::new(0.03, 0.1), &walker()));
+        assert!(replaces(Twist::STOP, &walker()), "it stands and waits");
+    }
+
+    #[test]
+    fn rotating_robot_drives_where_people_forbid_the_rotation_unless_it_faces_away() {
+        let proposes = |heading_error, people: &[MovingDisc]| {
+            with_target_at(heading_error, people, |state| {
+                let mut rotate = RotateInPlace { until: 0.05, proposed_until: 0.05 };
+                state.mode = Mode::Rotating;
+                rotate.propose(state).expect("no fault").is_some()
+            })
+        };
+        assert!(proposes(0.3, &[]) && !proposes(0.3, &walker()));
+        assert!(proposes(2.0, &[]) && proposes(2.0, &walker()));
+    }
 }

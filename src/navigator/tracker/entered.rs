@@ -22,7 +22,11 @@ const MAX_PLACES: usize = 16;
 
 /// Places that something entered.
 #[derive(Debug, Default)]
-pub(super) struct EnteredPlaces(Vec<Place>);
+pub(super) struct EnteredPlaces {
+    places: Vec<Place>,
+    /// Time of the last scan, seconds.
+    time_s: f64,
+}
 
 /// Returns of a scan that belong together.
 struct Group {
@@ -42,12 +46,15 @@ struct Place {
     /// Where it has stayed, since a time, seconds.
     stays_at: Point,
     stays_since_s: f64,
+    /// When it stood last, seconds.
+    stood_s: Option<f64>,
 }
 
 impl EnteredPlaces {
     /// Updates the places with the unexplained returns of a scan at a time, seconds, in the order of their beams.
     pub fn update(&mut self, time_s: f64, returns: &[Return]) {
-        self.0.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
+        self.time_s = time_s;
+        self.places.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
         let mut groups: Vec<Group> = Vec::new();
         for one in returns.iter().filter(|one| one.earlier != Earlier::Unknown) {
             let near = |group: &&mut Group| (one.point - group.center).norm() < TOGETHER_M;
@@ -63,31 +70,46 @@ impl EnteredPlaces {
             }
         }
         for Group { count, center, range_m } in groups {
-            let known = self.0.iter_mut().find(|place| (center - place.center).norm() < TOGETHER_M);
+            let known =
+                self.places.iter_mut().find(|place| (center - place.center).norm() < TOGETHER_M);
             if let Some(place) = known {
                 (place.center, place.seen_s, place.range_m) = (center, time_s, range_m);
                 if (center - place.stays_at).norm() > STAYS_M {
                     (place.stays_at, place.stays_since_s) = (center, time_s);
                 }
+                if time_s - place.stays_since_s >= STAYS_S {
+                    place.stood_s = Some(time_s);
+                }
             } else if count >= MIN_RETURNS {
                 let (stays_at, stays_since_s) = (center, time_s);
-                self.0.push(Place { center, range_m, seen_s: time_s, stays_at, stays_since_s });
+                self.places.push(Place {
+                    center,
+                    range_m,
+                    seen_s: time_s,
+                    stays_at,
+                    stays_since_s,
+                    stood_s: None,
+                });
             }
         }
-        if self.0.len() > MAX_PLACES {
-            self.0.sort_by(|one, other| one.range_m.total_cmp(&other.range_m));
-            self.0.truncate(MAX_PLACES);
+        if self.places.len() > MAX_PLACES {
+            self.places.sort_by(|one, other| one.range_m.total_cmp(&other.range_m));
+            self.places.truncate(MAX_PLACES);
         }
     }
 
     /// Forgets all places.
     pub fn clear(&mut self) {
-        self.0.clear();
+        self.places.clear();
     }
 
-    /// The places, each with whether what came stands there.
-    pub fn places(&self) -> impl Iterator<Item = (Point, bool)> + '_ {
-        self.0.iter().map(|place| (place.center, place.seen_s - place.stays_since_s >= STAYS_S))
+    /// The places, each with the time since what came stood there, seconds: zero while it stands, `None` before it has stood.
+    pub fn places(&self) -> impl Iterator<Item = (Point, Option<f64>)> + '_ {
+        let since_s = |place: &Place| {
+            let stands = place.seen_s - place.stays_since_s >= STAYS_S;
+            if stands { Some(0.0) } else { place.stood_s.map(|stood_s| self.time_s - stood_s) }
+        };
+        self.places.iter().map(move |place| (place.center, since_s(place)))
     }
 }
 
@@ -107,8 +129,8 @@ mod tests {
         for tick in 0..=5 {
             let posts = [(2.0, 1.0), (2.0, 1.1)];
             entered.update(f64::from(tick) * 0.1, &returns(&posts, Earlier::Hidden));
-            let stands: Vec<bool> = entered.places().map(|(_, stands)| stands).collect();
-            assert_eq!(stands, [tick == 5], "after {tick} ticks");
+            let stood: Vec<_> = entered.places().map(|(_, since_stood_s)| since_stood_s).collect();
+            assert_eq!(stood, [(tick == 5).then_some(0.0)], "after {tick} ticks");
         }
         entered.update(0.6, &returns(&[(2.0, 1.0), (2.0, 1.1)], Earlier::Unknown));
         assert_eq!(entered.places().count(), 1, "seen a moment ago");
@@ -124,7 +146,7 @@ mod tests {
         assert!((centers[0] - Point::new(2.1, 0.0)).norm() < 1e-9, "{centers:?}");
         // One leg hides the other, then both stand.
         entered.update(0.1, &returns(&[(1.9, 0.0)], Earlier::Free));
-        assert_eq!(entered.places().next(), Some((Point::new(1.9, 0.0), false)));
+        assert_eq!(entered.places().next(), Some((Point::new(1.9, 0.0), None)));
         entered.update(0.5, &returns(&legs, Earlier::Unknown));
         assert_eq!(entered.places().count(), 1);
         entered.update(0.7, &returns(&legs, Earlier::Unknown));
@@ -137,16 +159,20 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         let mut at = |time_s: f64, x: f64| {
             entered.update(time_s, &returns(&[(x, 0.1), (x, -0.1)], Earlier::Free));
-            entered.places().map(|(_, stands)| stands).collect::<Vec<bool>>()
+            let (_, since_stood_s) = entered.places().next().expect("a place");
+            since_stood_s
         };
         for tick in 0..10 {
             let walks = at(f64::from(tick) * 0.1, 3.0 - 0.15 * f64::from(tick));
-            assert_eq!(walks, [false], "walking at 1.5 m/s");
+            assert_eq!(walks, None, "walking at 1.5 m/s");
         }
-        assert_eq!(at(1.2, 1.65), [false]);
-        assert_eq!(at(1.5, 1.67), [true]);
-        assert_eq!(at(2.0, 1.62), [true]);
-        assert_eq!(at(2.1, 1.3), [false], "it goes on");
+        assert_eq!(at(1.2, 1.65), None);
+        assert_eq!(at(1.5, 1.67), Some(0.0));
+        assert_eq!(at(2.0, 1.62), Some(0.0));
+        for (time_s, x, since_s) in [(2.1, 1.3, 0.1), (2.3, 1.0, 0.3)] {
+            let since_stood_s = at(time_s, x).expect("it stood");
+            assert!((since_stood_s - since_s).abs() < 1e-9, "it goes on: {since_stood_s} s");
+        }
     }
 
     #[test]

@@ -128,9 +128,9 @@ impl Tracker {
         self.history.push(time_s, pose, scan);
     }
 
-    /// Places that something entered, or where it came out of hiding, within the last half second, each with whether it has
-    /// stood there since. A tracked disc that is wider than a leg explains them: the velocity of a leg is not that of its person.
-    pub fn entered(&self) -> impl Iterator<Item = (Point, bool)> + '_ {
+    /// Places that something entered, or where it came out of hiding, within the last half second, each with the time since it last
+    /// stood, seconds. A tracked disc that is wider than a leg explains them: the velocity of a leg is not that of its person.
+    pub fn entered(&self) -> impl Iterator<Item = (Point, Option<f64>)> + '_ {
         let explains = |track: &Track, place: &Point| {
             let within_m = track.radius.radius_m + ENTERED_M;
             track.is_moving && !track.is_leg() && (track.center() - place).norm() < within_m
