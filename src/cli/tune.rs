@@ -92,6 +92,7 @@ pub fn run(arguments: &TuneArguments, json: bool) -> anyhow::Result<bool> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
+    plan.check_values().with_context(place)?;
     plan.check_worlds(file.parent().unwrap_or(Path::new(""))).with_context(place)?;
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
