@@ -100,6 +100,11 @@ pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
     });
     output::result(&object, lines)?;
     if let Some(playback) = &playback {
+        // The recording does not tell what else ended a drive.
+        let drive = &replay.drive;
+        let is_known = drive.early_end.is_some() || drive.fault.is_some();
+        let why = drive.why().filter(|_| is_known).map(|why| ("Why not reached".to_owned(), why));
+        let facts: Vec<(String, String)> = why.into_iter().collect();
         let view = MissionView {
             title: &name(),
             command: &command_line(),
@@ -107,7 +112,7 @@ pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
             config: &config,
             result: &replay.drive,
             playback: Some(playback),
-            facts: &[],
+            facts: &facts,
         };
         pictures.write(REPLAYED, view, playback)?;
     }

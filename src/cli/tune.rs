@@ -92,7 +92,8 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
-    plan.check_worlds(file.parent().unwrap_or(Path::new("")))
+    plan.check_values()
+        .and_then(|()| plan.check_worlds(file.parent().unwrap_or(Path::new(""))))
         .map_err(|error| TomlError::in_text(&error, &text))
         .with_context(place)?;
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;

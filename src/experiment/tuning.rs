@@ -12,6 +12,7 @@ use toml::Value;
 use super::plan::{listed, require};
 use super::{Changes, ExperimentError, Plan, PlanWorlds};
 use crate::base::standard_normal;
+use crate::runtime::Config;
 use crate::settings::{commented_toml, setting_schema, settings};
 
 settings! {
@@ -107,6 +108,35 @@ impl TuningPlan {
         listed("seeds", &self.seeds)?;
         PlanWorlds::check_all("train", &self.train)?;
         PlanWorlds::check_all("judge", &self.judge)
+    }
+
+    /// Checks that each value of a list and both ends of a range are valid for a setting. A search leaves out settings that are not
+    /// valid together, and so it would leave out such a value without a word.
+    ///
+    /// # Errors
+    /// The error names the first key and value that is not valid, alone or with a value of another key.
+    pub fn check_values(&self) -> Result<(), ExperimentError> {
+        let error_of = |changes: &str| Config::default().with_changes(changes).err();
+        let line = |key: &str, value: &Value| format!("{key} = {value}\n");
+        for (key, range) in &self.space {
+            for value in range.extremes() {
+                let own = line(key, value);
+                let Some(error) = error_of(&own) else {
+                    continue;
+                };
+                let others = self.space.iter().filter(|(other, _)| *other != key);
+                let is_valid = others
+                    .flat_map(|(other, range)| range.extremes().map(|value| line(other, value)))
+                    .any(|other| error_of(&format!("{own}{other}")).is_none());
+                if !is_valid {
+                    return Err(ExperimentError::Unusable {
+                        place: format!("space: {}", own.trim_end()),
+                        reason: error.to_string(),
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Checks that no world of the judgement is one of the search: both have the same seeds. Paths are relative to this folder.
@@ -206,6 +236,11 @@ impl SearchRange {
         (from.is_finite() && to.is_finite() && from < to).then_some((from, to))
     }
 
+    /// The values of a list, or both ends.
+    fn extremes(&self) -> impl Iterator<Item = &Value> {
+        self.values.iter().chain(&self.from).chain(&self.to)
+    }
+
     fn is_usable(&self) -> bool {
         if !self.values.is_empty() {
             return self.from.is_none() && self.to.is_none() && !self.log;
@@ -262,6 +297,23 @@ mod tests {
             assert!(error.starts_with("space.key is "), "{error}");
         }
         assert!(plan("").check().is_err(), "nothing is searched");
+    }
+
+    #[test]
+    fn values_that_are_not_valid_are_rejected_by_key_and_value() {
+        for (space, place) in [
+            (
+                "\"local.sampler\" = { values = [\"arcs\", \"spirals\"] }",
+                "space: local.sampler = \"spirals\": ",
+            ),
+            ("\"local.vx_samples\" = { from = 0, to = 8 }", "space: local.vx_samples = 0: "),
+            ("\"local.vx_sample\" = { from = 1, to = 8 }", "space: local.vx_sample = 1: "),
+        ] {
+            let error = plan(space).check_values().expect_err(space).to_string();
+            assert!(error.starts_with(place), "{error}");
+        }
+        let valid = "\"local.sampler\" = { values = [\"arcs\", \"ramps\"] }\n\"local.vx_samples\" = { from = 8, to = 40 }";
+        assert_eq!(plan(valid).check_values(), Ok(()));
     }
 
     /// With a success that grows towards 0.8 the rounds come near it; the same seed gives the same points.

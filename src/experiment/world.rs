@@ -12,7 +12,7 @@ use crate::digest::BitDigest;
 use crate::geometry::Pose;
 use crate::map::{OccupancyGrid, Zones};
 use crate::navigator::Goal;
-use crate::runtime::{Config, Mission};
+use crate::runtime::{Config, Mission, check_start};
 use crate::sim::{SimError, Simulation, draw_plant, first_path};
 
 /// A world with the settings of its kind.
@@ -141,6 +141,18 @@ impl World {
 
     pub(super) fn route(kind: WorldKind, name: String, route: Route) -> Self {
         Self::new(kind, name, Config::default(), WorldSource::Route(route))
+    }
+
+    /// Rejects a route whose start has no room for the robot of some settings: an error of the plan, and no run that fails.
+    pub(super) fn check_start(&self, config: &Config) -> Result<(), ExperimentError> {
+        let WorldSource::Route(route) = self.source.as_ref() else {
+            return Ok(());
+        };
+        let obstacles = route.map.obstacles(config.unknown);
+        check_start(&route.start, &obstacles, &config.robot.footprint).map_err(|error| {
+            let (place, reason) = (self.name.clone(), error.to_string());
+            ExperimentError::Unusable { place, reason }
+        })
     }
 
     /// The row of a run before its start.

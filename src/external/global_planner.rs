@@ -89,7 +89,8 @@ impl GlobalPlanner for ProcessPlanner {
             }
             PlannedPath::Error(why) => {
                 let why = why.as_str().map_or_else(|| why.to_string(), str::to_owned);
-                let reason = format!("{}: {}", self.program.name, shown(&why, REASON_CHARACTERS));
+                let reason =
+                    format!("by {}: {}", self.program.name, shown(&why, REASON_CHARACTERS));
                 Err(PlanError::NoValidPath {
                     start,
                     goal,

@@ -2,6 +2,7 @@
 //! heading.
 
 use core::cmp::Reverse;
+use core::f64::consts::TAU;
 use core::iter::{once, successors};
 use std::collections::BinaryHeap;
 
@@ -68,6 +69,12 @@ impl BodySpace<'_> {
                         || self.narrow.is_free(cell) && self.narrow.is_clear(&center, self.radius_m)
                 })
             })
+    }
+
+    /// Whether the body fits at a place with some heading.
+    #[must_use]
+    pub fn fits(&self, place: &Point) -> bool {
+        (0..HEADINGS).any(|heading| self.fits_at(place, heading as f64 / HEADINGS as f64 * TAU))
     }
 
     /// Whether the body fits on a straight way along which it heads.

@@ -46,7 +46,7 @@ pub enum PlanError {
     #[error(
         "NO_VALID_PATH: no path from ({:.2}, {:.2}) to ({:.2}, {:.2}) {}",
         start.x, start.y, goal.x, goal.y,
-        reason.as_ref().map_or_else(|| search_text(*radius_m, *expanded, nearest.as_ref()), |it| format!("by {it}"))
+        reason.as_ref().map_or_else(|| search_text(*radius_m, *expanded, nearest.as_ref()), Clone::clone)
     )]
     NoValidPath {
         /// The start.
@@ -59,7 +59,8 @@ pub enum PlanError {
         expanded: u32,
         /// The reachable cell centre nearest to the goal.
         nearest: Option<Point>,
-        /// Name and reason of the user's own global planner, which did the search.
+        /// Why there is none, after "no path from here to there", where the search alone does not say it: the name and reason of the
+        /// user's own global planner, or the obstacles that the map does not show.
         reason: Option<String>,
     },
     /// The user's own global planner failed, or its path is unusable.

@@ -23,6 +23,7 @@ pub use heuristic::{DIAGONAL, Estimator, Heuristic, STRAIGHT};
 pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
 pub use path_clearance::PathClearance;
+pub(crate) use plan::nearest_reachable_within;
 pub use plan::{Plan, PlanningSpace, StageTimes, nearest_reachable, plan};
 pub use prune::prune;
 pub use search::{CellPath, NoPath, Searcher};

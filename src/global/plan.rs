@@ -211,17 +211,29 @@ fn nearest_free(space: &FreeSpace, point: &Point) -> String {
 /// None if the start is not free or outside the grid.
 #[must_use]
 pub fn nearest_reachable(space: &FreeSpace, start: Cell, goal: &Point) -> Option<Cell> {
+    nearest_reachable_within(space, space, start, goal)
+}
+
+/// As [`nearest_reachable`], of the cells that are free in another space too.
+pub(crate) fn nearest_reachable_within(
+    space: &FreeSpace,
+    within: &FreeSpace,
+    start: Cell,
+    goal: &Point,
+) -> Option<Cell> {
     if !space.is_free(start) {
         return None;
     }
     let frame = space.frame();
     let goal = frame.to_cell_units(goal);
-    let key = |cell: Cell| ((cell.center() - goal).norm_squared(), frame.index(cell));
-    let mut best = (key(start), start);
-    for (cell, _) in space.flood(start, &mut vec![false; frame.len()]) {
-        if key(cell) < best.0 {
-            best = (key(cell), cell);
-        }
-    }
-    Some(best.1)
+    let squared = |cell: Cell| (cell.center() - goal).norm_squared();
+    let mut is_seen = vec![false; frame.len()];
+    space
+        .flood(start, &mut is_seen)
+        .map(|(cell, _)| cell)
+        .filter(|&cell| within.is_free(cell))
+        .min_by(|&one, &other| {
+            let by_distance = squared(one).total_cmp(&squared(other));
+            by_distance.then(frame.index(one).cmp(&frame.index(other)))
+        })
 }

@@ -24,6 +24,7 @@ mod narrow_passages;
 mod navigation_map;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
 mod navigator;
+mod no_path;
 mod observation;
 mod obstacle_model;
 mod occlusion;

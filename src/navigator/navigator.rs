@@ -431,7 +431,7 @@ impl Navigator {
             let is_stuck = self.progress.check(&mut state, self.dust.is_heavy());
             self.stuck_ticks.restart_if(self.progress.bounded_s == 0.0);
             if is_stuck {
-                return Err(self.why_stuck(self.progress.bounded_s, &robot));
+                return Err(self.why_stuck(self.progress.bounded_s, &state));
             }
             if self.settings.features.replanning {
                 if let Some(plan) = self.replanner.receive(&state, &mut self.obstacles) {
@@ -458,7 +458,7 @@ impl Navigator {
         if let Some(route) = new_route {
             self.route = route;
         }
-        let mut decision = decided?;
+        let mut decision = decided.map_err(|fault| self.with_modes(fault))?;
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }

@@ -77,7 +77,9 @@ impl Progress {
     /// drive before it can make progress, by its highest speed, m/s.
     fn counted_s(&self, highest_speed: f64) -> f64 {
         let spared_s = self.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
-        self.bounded_s - spared_s - self.behind_m / (DETOUR_SPEED * highest_speed)
+        let detour_s = self.behind_m / (DETOUR_SPEED * highest_speed);
+        // A robot that cannot drive ahead drives nothing again.
+        self.bounded_s - spared_s - if highest_speed > 0.0 { detour_s } else { 0.0 }
     }
 
     /// Measures along a new path from now on, given the lengths left on the path before and on this one, metres.
@@ -225,6 +227,14 @@ mod tests {
             progress.rebase_bounded(before_m, left_m(second + 1));
         }
         assert!(longest_s < 30.0, "{longest_s} s");
+    }
+
+    #[test]
+    fn robot_that_cannot_drive_ahead_makes_no_progress() {
+        for behind_m in [0.0, 1.0] {
+            let progress = Progress { bounded_s: 91.0, behind_m, ..Progress::default() };
+            assert_eq!(progress.counted_s(0.0), 91.0);
+        }
     }
 
     /// The robot drives at 1 m/s, and finds one passage after the other blocked; each way back is longer than all before.

@@ -3,6 +3,7 @@
 use core::f64::consts::SQRT_2;
 
 use super::async_planner::{AsyncPlanner, PlanRequest};
+use super::no_path::NoPath;
 use super::route::ConditionTimer;
 use super::state::State;
 use super::{Fault, GlobalPlanner, Mode, ObstacleModel};
@@ -72,7 +73,7 @@ pub(super) struct Replanner {
     is_blocked: bool,
     blocked: ConditionTimer,
     /// Why there is no path to the goal, if the last request found none.
-    pub no_path: Option<PlanError>,
+    pub no_path: Option<NoPath>,
     retries: Retries,
     /// Number of answers received so far, plans and failures.
     pub received: u64,
@@ -139,7 +140,10 @@ impl Replanner {
     /// # Errors
     /// When it is time to give up: the map has no path, or none remained at too many places, one after the other.
     pub fn check_paths(&self) -> Result<(), Fault> {
-        let no_path = || self.no_path.as_ref().filter(|_| self.retries.count > RETRIES);
+        let no_path = || match &self.no_path {
+            Some(NoPath::Static(error)) if self.retries.count > RETRIES => Some(error),
+            _ => None,
+        };
         let reason = self.without_path.as_ref().or_else(no_path);
         reason.map_or(Ok(()), |error| Err(Fault::Plan(error.clone())))
     }
@@ -171,18 +175,23 @@ impl Replanner {
                     self.without_path = Some(error);
                     return None;
                 }
-                // The obstacles may have gone since: Nav2 clears its costmaps here.
-                if is_blocked {
-                    if self.is_map_given && reason == Reason::NewMap {
-                        self.due_on_map = Some(Reason::MapAlone);
-                    }
-                    let robot = state.now.pose.position();
-                    obstacles.forget(now_s - FORGET_AFTER_S, &robot);
-                    self.retries.add(&robot);
+                if is_blocked && self.is_map_given && reason == Reason::NewMap {
+                    self.due_on_map = Some(Reason::MapAlone);
                 }
                 // An obstacle too near to the robot says nothing about the path.
-                self.no_path =
-                    Some(error).filter(|error| !matches!(error, PlanError::StartOccupied { .. }));
+                self.no_path = (!matches!(error, PlanError::StartOccupied { .. }))
+                    .then(|| NoPath::new(error, reason, state, obstacles));
+                // The obstacles may have gone since: Nav2 clears its costmaps here.
+                if is_blocked {
+                    let robot = state.now.pose.position();
+                    obstacles.forget(now_s - FORGET_AFTER_S, &robot);
+                    // Moving obstacles, and the marks that they leave, go away. They end no mission.
+                    let is_lasting =
+                        reason != Reason::HeldUp && blocked_s > state.settings.detour_patience_s;
+                    if is_lasting || state.now.moving.is_empty() {
+                        self.retries.add(&robot);
+                    }
+                }
                 None
             }
         }
@@ -367,14 +376,14 @@ mod tests {
     fn fail(replanner: &mut Replanner, x: f64) {
         let (start, goal) = (Point::new(x, 0.0), Point::new(0.0, 50.0));
         replanner.retries.add(&start);
-        replanner.no_path = Some(PlanError::NoValidPath {
+        replanner.no_path = Some(NoPath::Static(PlanError::NoValidPath {
             start,
             goal,
             radius_m: 0.3,
             expanded: 0,
             nearest: None,
             reason: None,
-        });
+        }));
     }
 
     fn has_given_up(replanner: &Replanner) -> bool {
@@ -384,6 +393,10 @@ mod tests {
     #[test]
     fn robot_gives_up_after_no_path_remained_at_seven_places() {
         assert!(!has_given_up(&after(6, 3.1)) && has_given_up(&after(7, 3.1)));
+        // People are in the way now.
+        let mut replanner = after(7, 3.1);
+        replanner.no_path = Some(NoPath::Moving(Point::default()));
+        assert!(!has_given_up(&replanner));
         // A plan was found since.
         let mut replanner = after(7, 3.1);
         replanner.no_path = None;

@@ -6,6 +6,7 @@ use super::{GlobalPlanner, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{
     self, BodySpace, ClearanceCosts, Plan, PlanError, PlanningSpace, SearchMethod, Searcher,
+    nearest_reachable_within,
 };
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
@@ -177,29 +178,85 @@ impl RoutePlanner {
         let is_better = |plan: &Plan| self.comfort_detour * plan.smoothed.length_m() < length_m;
         match narrow.filter(is_better) {
             Some(plan) => Ok(plan),
-            None => usual.or_else(|error| self.squeezed(task, error)),
+            None => usual
+                .or_else(|error| self.squeezed(task, error))
+                .map_err(|error| self.with_narrow_passages(task, error)),
         }
     }
 
-    /// A path through narrow passages on which the robot fits.
+    /// The error of a search without narrow passages, as it is with them: the goal may be in such a passage, and the reachable point
+    /// nearest to it beyond some.
+    fn with_narrow_passages(&mut self, task: &mut Task<'_>, error: PlanError) -> PlanError {
+        let Some(passages) = self.narrow.clone() else {
+            return error;
+        };
+        let Terrain { obstacles, least, .. } = task.terrain;
+        let [whole, space] = passages.spaces(obstacles, task.transient);
+        let (discs, radius_m) = (&passages.discs[..], passages.radius_m);
+        let body = BodySpace { discs, radius_m, whole: &whole, narrow: &space, wide: least };
+        let (expanded, nearest) = match &error {
+            PlanError::NoValidPath { expanded, nearest, .. } => (*expanded, *nearest),
+            PlanError::GoalOccupied { .. } if body.fits(&task.goal) => (0, None),
+            _ => return error,
+        };
+        let (start, goal, frame) = (task.start, task.goal, *space.frame());
+        let from = frame.cell_of(&self.free_start(obstacles, &space, start));
+        let beyond = from
+            .and_then(|from| nearest_reachable_within(&space, least, from, &goal))
+            .map(|cell| frame.center_of(cell))
+            .filter(|place| {
+                nearest.is_none_or(|nearest| (goal - *place).norm() < (goal - nearest).norm())
+            })
+            .filter(|place| {
+                let (terrain, transient) = (task.terrain, task.transient);
+                let task =
+                    &mut Task { goal: *place, clock: &mut *task.clock, start, terrain, transient };
+                self.plan_on(task).is_ok() || self.narrow(task).is_some()
+            });
+        PlanError::NoValidPath {
+            start,
+            goal,
+            radius_m,
+            expanded,
+            nearest: beyond.or(nearest),
+            reason: None,
+        }
+    }
+
+    /// A path through narrow passages on which the robot fits. A robot that stands where its body cannot turn may also begin at the
+    /// nearest place where it can, as on other paths.
     fn narrow(&mut self, task: &mut Task<'_>) -> Option<Plan> {
-        let passages = self.narrow.as_ref()?;
+        let passages = self.narrow.clone()?;
         let Terrain { obstacles, least, .. } = task.terrain;
         let [whole, space] = passages.spaces(obstacles, task.transient);
         // Through the middle of a passage, and not round its corner.
         let costs = ClearanceCosts::new(obstacles, self.comfortable_radius_m, NARROW_WEIGHT);
-        let ground = PlanningSpace { search: &space, smoothing: &space, costs: Some(&costs) };
-        let settings = global::Settings { search: SearchMethod::AStar, ..self.settings.clone() };
-        let from = self.free_start(obstacles, &space, task.start);
-        let plan =
-            global::plan(&mut self.searcher, &ground, from, task.goal, &settings, task.clock);
-        let plan = Plan { radius_m: passages.radius_m, ..plan.ok()? };
-        let (discs, radius_m) = (&passages.discs, passages.radius_m);
+        let (discs, radius_m) = (&passages.discs[..], passages.radius_m);
         let body = BodySpace { discs, radius_m, whole: &whole, narrow: &space, wide: least };
+        let start = self.free_start(obstacles, &space, task.start);
+        let turning = self.free_start(obstacles, least, task.start);
+        self.narrow_from(start, task, &body, &costs).or_else(|| {
+            (turning != start).then(|| self.narrow_from(turning, task, &body, &costs)).flatten()
+        })
+    }
+
+    fn narrow_from(
+        &mut self,
+        start: Point,
+        task: &mut Task<'_>,
+        body: &BodySpace<'_>,
+        costs: &ClearanceCosts,
+    ) -> Option<Plan> {
+        let space = body.narrow;
+        let ground = PlanningSpace { search: space, smoothing: space, costs: Some(costs) };
+        let settings = global::Settings { search: SearchMethod::AStar, ..self.settings.clone() };
+        let plan =
+            global::plan(&mut self.searcher, &ground, start, task.goal, &settings, task.clock);
+        let plan = Plan { radius_m: body.radius_m, ..plan.ok()? };
         if body.fits_along(plan.smoothed.points()) {
             return Some(plan);
         }
-        let path = body.path_near(&plan.raw, &costs)?;
+        let path = body.path_near(&plan.raw, costs)?;
         let (expanded, time_s) = (plan.expanded, plan.time_s);
         let plan = Plan { expanded, time_s, ..Plan::of_path(path, plan.radius_m) };
         body.fits_along(plan.smoothed.points()).then_some(plan)

@@ -7,6 +7,11 @@ use super::Mode;
 /// Smaller shares of the time are left out.
 const NAMED_SHARE: f64 = 0.05;
 
+/// Name of the protective action for a lidar that sees too little, and its cause, which the name does not tell.
+const BLIND_SCAN: &str = "blind_scan";
+const BLIND_CAUSE: &str = "; too few beams have a return: the lidar is covered, or nothing is within its range, where a lidar that \
+    sees farther or collision_monitor.min_return_share = 0 helps";
+
 /// The ticks since the last progress.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StuckTicks {
@@ -49,8 +54,10 @@ impl StuckTicks {
         if actions.is_empty() {
             return format!("the robot was {modes} of the time");
         }
+        let blind = self.share(self.by_protection.get(BLIND_SCAN).copied());
+        let cause = if blind > 0.5 { BLIND_CAUSE } else { "" };
         format!(
-            "the robot was {modes} of the time, and the protective layer changed its commands: {actions} of the time"
+            "the robot was {modes} of the time, and the protective layer changed its commands: {actions} of the time{cause}"
         )
     }
 
@@ -96,10 +103,12 @@ mod tests {
         let mut ticks = after(&[(Mode::Driving, 100)]);
         (0..4).for_each(|_| ticks.count_protection("approach"));
         assert_eq!(ticks.text(), "the robot was driving 100 % of the time");
-        (0..88).for_each(|_| ticks.count_protection("blind_scan"));
-        assert_eq!(
-            ticks.text(),
-            "the robot was driving 100 % of the time, and the protective layer changed its commands: blind scan 88 % of the time"
-        );
+        (0..44).for_each(|_| ticks.count_protection("blind_scan"));
+        let held = "the robot was driving 100 % of the time, and the protective layer changed its commands: blind scan";
+        assert_eq!(ticks.text(), format!("{held} 44 % of the time"));
+        (0..44).for_each(|_| ticks.count_protection("blind_scan"));
+        let text = ticks.text();
+        assert!(text.starts_with(&format!("{held} 88 % of the time; too few beams")), "{text}");
+        assert!(text.contains("collision_monitor.min_return_share"), "{text}");
     }
 }

@@ -18,8 +18,8 @@ use crate::local::Engine;
 use crate::map::OccupancyGrid;
 use crate::navigator::{Controller, Decision, Goal, NavigationMap, Navigator};
 use crate::runtime::{
-    GroundTruth, Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace, TraceRow,
-    prepare,
+    EarlyEnd, GroundTruth, Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace,
+    TraceRow, prepare,
 };
 
 /// The result of a replay.
@@ -170,8 +170,10 @@ pub fn replay<R: Read + Seek>(
         None => (Vec::new(), Goal::at(place)),
     };
     let mission = Mission { zones, via, ..Mission::new(map, start, goal) };
-    let drive = MissionResult::of_drive(&mission, trace, &navigator, decision_s, engine.clone());
     let is_complete = reader.is_complete();
+    let early_end = (!is_complete).then_some(EarlyEnd::RecordingTruncated);
+    let drive = MissionResult::of_drive(&mission, trace, &navigator, decision_s, engine.clone());
+    let drive = MissionResult { early_end, ..drive };
     Ok(Replay { mission, drive, ticks, first_difference, is_complete, engine })
 }
 

@@ -117,6 +117,8 @@ pub enum EarlyEnd {
     Interrupted,
     /// The robot's base does not execute commands.
     RobotStopped,
+    /// The recording that is replayed ends before the drive did.
+    RecordingTruncated,
 }
 
 impl EarlyEnd {
@@ -124,6 +126,7 @@ impl EarlyEnd {
         match self {
             Self::Interrupted => "the drive was interrupted",
             Self::RobotStopped => "the base does not execute commands",
+            Self::RecordingTruncated => "the recording is truncated: it ends before the drive did",
         }
     }
 }
@@ -260,7 +263,7 @@ impl MissionResult {
             (_, Some(fault), _) => fault.to_string(),
             (None, None, _) => "the time was up".to_owned(),
             (Some(EarlyEnd::RobotStopped), None, Some(fault)) => fault.clone(),
-            (Some(early_end), None, None) => early_end.text().to_owned(),
+            (Some(early_end), None, _) => early_end.text().to_owned(),
         };
         let Some((last, earlier)) = self.trace.rows.split_last() else {
             return Some(format!("{why} before the first tick"));

@@ -10,6 +10,7 @@ use super::mission::{
     Decider, EarlyEnd, Mission, MissionError, MissionResult, Observer, StopError, TickEvent,
 };
 use super::pose_estimator::PoseEstimator;
+use super::start_pose::check_start;
 use super::{
     Config, Contact, Encounters, GroundTruth, LidarData, MissionEnd, ObstacleGap, OdometryReading,
     Robot, RobotConfig, Trace, TraceRow, ZoneCompliance,
@@ -17,7 +18,7 @@ use super::{
 use crate::geometry::Pose;
 use crate::local::{CpuEngine, Engine};
 use crate::map::{OccupancyGrid, ScanChange};
-use crate::navigator::{Mode, NavigationMap, Navigator, Observation, Waypoints};
+use crate::navigator::{Fault, Mode, NavigationMap, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
 const BRAKING_S: f64 = 3.0;
@@ -96,6 +97,11 @@ impl<R: Robot> MissionRun<R> {
         let pose_estimator = PoseEstimator::new(&config, &map.obstacles, &mission)?;
         let waypoints = Waypoints { start: mission.start.position(), goals: mission.stops() };
         let real_time = robot.now_s().map(|_| Config::clone(&config).in_real_time());
+        // A real robot stands where there is room, whatever the cells of its map cover.
+        if real_time.is_none() && !mission.is_start_unknown {
+            let footprint = &config.robot.footprint;
+            check_start(&mission.start, &map.obstacles, footprint).map_err(Fault::from)?;
+        }
         let navigator_config = real_time.as_ref().unwrap_or(&config);
         let (engine, controller) = match decider.into() {
             Decider::Navigator(engine) => (engine, navigator_config.new_controller(&map)?),

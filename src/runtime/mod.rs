@@ -14,6 +14,7 @@ pub(crate) mod plant_settings;
 mod pose_estimator;
 mod robot_interface;
 pub(crate) mod simulation_settings;
+mod start_pose;
 mod toml_text;
 mod trace;
 mod zone_compliance;
@@ -37,6 +38,8 @@ pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};
 pub use robot_interface::{GroundTruth, OdometryReading, Robot, SensorData};
 pub use simulation_settings::SimulationSettings;
+#[cfg(feature = "experiment")]
+pub(crate) use start_pose::check_start;
 pub use toml_text::{TomlError, parse_toml};
 #[doc(hidden)]
 pub use toml_text::{is_other_variant, plain_message};

@@ -3,6 +3,8 @@
 use super::Navigator;
 use crate::geometry::Point;
 use crate::navigator::controller_host::ControllerHost;
+use crate::navigator::no_path::NoPath;
+use crate::navigator::state::State;
 use crate::navigator::{Fault, Mode, Route};
 
 impl Navigator {
@@ -24,7 +26,15 @@ impl Navigator {
         }
     }
 
-    pub(super) fn fail(&mut self, fault: Fault) {
+    /// Ends the mission. Distances in the reason are to the present goal, which may be a stop on the way.
+    pub(super) fn fail(&mut self, mut fault: Fault) {
+        if self.waypoints.has_next()
+            && let Fault::NoProgress { held_by: why, .. }
+            | Fault::NoControl { reason: Some(why), .. } = &mut fault
+        {
+            let stop = self.waypoints.passed + 1;
+            *why = format!("{why}; this goal is stop {stop} of the mission");
+        }
         self.fault = Some(fault);
         self.mode = Mode::Failed;
     }
@@ -35,23 +45,45 @@ impl Navigator {
         self.stuck_ticks.count_protection(action);
     }
 
-    /// The fault of a robot that made no progress for this long, seconds.
-    pub(super) fn why_stuck(&self, stuck_s: f64, robot: &Point) -> Fault {
-        // A robot that strayed may be far from the end of its path.
-        let straight_m = (self.waypoints.goal.position - robot).norm();
-        let left_m = self.route.left_m().max(straight_m);
-        if let Some(error) = &self.replanner.no_path {
-            return Fault::Plan(error.clone());
+    /// The fault of a behaviour, with what the robot did since the last progress along its path.
+    pub(super) fn with_modes(&self, mut fault: Fault) -> Fault {
+        if let Fault::NoProgress { held_by, .. } = &mut fault {
+            *held_by = self.stuck_ticks.text();
         }
+        fault
+    }
+
+    /// The fault of a robot that made no progress for this long, seconds.
+    pub(super) fn why_stuck(&self, stuck_s: f64, state: &State<'_>) -> Fault {
+        // A robot that strayed may be far from the end of its path.
+        let straight_m = (self.waypoints.goal.position - state.now.pose.position()).norm();
+        let left_m = self.route.left_m().max(straight_m);
+        let people = match &self.replanner.no_path {
+            Some(NoPath::Static(error)) => return Fault::Plan(error.clone()),
+            Some(NoPath::Moving(Point { x, y })) => Some(format!(
+                "moving obstacles close every path, the nearest one at ({x:.2}, {y:.2})"
+            )),
+            None => None,
+        };
         let dust = self.dust.dusty_share().map(|share| {
-            format!("{:.1} % of the lidar's beams end on dust or drops in the air", 100.0 * share)
+            format!(
+                "at least {:.1} % of the lidar's beams end on dust or drops in the air",
+                100.0 * share
+            )
         });
+        let can_reverse = state.limits_in_sight().min_vel_x <= state.robot.limits.min_vel_x;
+        let unseen = (!can_reverse).then(|| {
+            "the lidar does not see the space behind the robot, which it may not enter: navigator.may_enter_unseen is false".to_owned()
+        });
+        let causes = || [people.clone(), unseen.clone(), dust.clone()].into_iter().flatten();
         if self.stuck_ticks.is_blocked() {
             let controller = self.controller.as_ref();
-            let reason = controller.and_then(ControllerHost::why_blocked).or_else(|| dust.clone());
+            let controller = controller.and_then(ControllerHost::why_blocked);
+            let reason = controller.into_iter().chain(causes()).collect::<Vec<_>>().join("; ");
+            let reason = (!reason.is_empty()).then_some(reason);
             return Fault::NoControl { stuck_s, left_m, reason };
         }
-        let held_by = [Some(self.stuck_ticks.text()), dust].into_iter().flatten();
+        let held_by = core::iter::once(self.stuck_ticks.text()).chain(causes());
         let held_by = held_by.collect::<Vec<_>>().join("; ");
         let radius_m = self.settings.required_movement_radius;
         Fault::NoProgress { stuck_s, radius_m, left_m, held_by }

@@ -53,7 +53,7 @@ fn layers() -> [(&'static str, LegendEntry); 8] {
             ),
         ),
         ("chosen", LegendEntry::line("chosen-trajectory", "chosen trajectory")),
-        ("moving", LegendEntry::circle("true-obstacle", 6.0, "moving obstacle, true position")),
+        ("moving", LegendEntry::circle("true-obstacle", 6.0, "moving obstacle, present position")),
         ("predictions", LegendEntry::new(predicted, "moving obstacle, predicted over the horizon")),
     ]
 }

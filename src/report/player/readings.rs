@@ -37,10 +37,10 @@ const GROUPS: [Group; 3] = [
         title: "Motion",
         readings: &[
             value(
-                "speed, true",
+                "speed",
                 "speed",
                 "m/s",
-                "Forward speed of the robot: the simulated truth, or as a real base measures it.",
+                "Forward speed of the robot: the simulated truth, or as the base measured it in a real or replayed drive.",
             ),
             value(
                 "speed, command",
@@ -49,10 +49,10 @@ const GROUPS: [Group; 3] = [
                 "Forward speed that was sent to the base in this tick. The base follows with a delay.",
             ),
             value(
-                "turn rate, true",
+                "turn rate",
                 "turn_rate",
                 "rad/s",
-                "Turn rate of the robot, counter-clockwise positive: the simulated truth, or as a real base measures it.",
+                "Turn rate of the robot, counter-clockwise positive: the simulated truth, or as the base measured it in a real or replayed drive.",
             ),
             value(
                 "turn rate, command",

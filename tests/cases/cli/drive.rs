@@ -199,6 +199,23 @@ fn met_deadline_changes_nothing_and_missed_deadline_stands() {
     assert!(refusal.contains("--deadline"), "{refusal}");
 }
 
+/// The robot is 0.7 m long and 0.5 m wide, and stands 0.32 m from the wall.
+#[test]
+fn start_with_the_body_in_a_wall_is_unusable_input() {
+    let place = room();
+    let drive = "drive --map room.txt --resolution 0.1 --engine cpu --goal 2.2,1.3 --start";
+    let refusal = place.refusal(&format!("{drive} 1.5,0.42,1.571"));
+    assert!(refusal.contains("START_OCCUPIED: start (1.50, 0.42) has no room"), "{refusal}");
+    assert!(refusal.contains("with yaw 1.57: the nearest yaw that fits is "), "{refusal}");
+    place.write(
+        "plan.toml",
+        "seeds = [0, 1]\n[[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.1\n\
+         routes = [{ start = [1.5, 0.42, 1.571], goal = [2.2, 1.3] }]\n",
+    );
+    let refusal = place.refusal("sweep plan.toml --list");
+    assert!(refusal.contains("room route 1: START_OCCUPIED: start (1.50, 0.42)"), "{refusal}");
+}
+
 #[test]
 fn unreachable_goal_is_an_answer() {
     let place = room();

@@ -94,8 +94,10 @@ fn truncated_recording_is_replayed_to_its_end() {
     assert!(
         replay["ticks"].as_u64() > Some(20) && replay["ticks"].as_u64() < drive["ticks"].as_u64()
     );
-    let run = place.run("replay truncated.mcap --engine cpu");
+    let run = place.run("replay truncated.mcap --engine cpu --report page");
     assert!(run.stdout.contains("the recording is truncated: it ends with tick "), "{run:?}");
+    let page = fs::read_to_string(place.path("page/index.html")).expect("the page");
+    assert!(page.contains("the recording is truncated: it ends before the drive did"));
 }
 
 #[test]

@@ -127,7 +127,7 @@ fn views_and_links(program: &Program) -> Result<(), Failed> {
         "sampled trajectories",
         "rejected samples",
         "chosen trajectory",
-        "true position",
+        "present position",
         "predicted",
         "robot",
         "key node",

@@ -100,6 +100,23 @@ fn body_passes_a_door_that_its_circle_does_not() {
     assert!(matches!(plan(&room(0.7, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
 }
 
+/// The circle around the body is free at each of these places, and some are too near to the walls for a path.
+#[test]
+fn path_through_a_narrow_passage_begins_near_a_wall_too() {
+    let (obstacles, mut planner) = (room(0.8, 0.0), planner(|_| {}));
+    let from_wall_m =
+        || (0..12).map(|step| 0.05 + footprint().body_radius_m() + 0.025 * f64::from(step));
+    let corner = from_wall_m().flat_map(|x| from_wall_m().map(move |y| Point::new(x, y)));
+    let side = from_wall_m().flat_map(|y| [1.3, 2.1, 4.4].map(|x| Point::new(x, y)));
+    for start in corner.chain(side) {
+        for goal in [Point::new(10.0, 1.5), Point::new(6.0, 3.0)] {
+            let plan = planner.plan(&obstacles, start, goal, &mut || 0.0);
+            let plan = plan.unwrap_or_else(|error| panic!("{start:?}: {error}"));
+            assert!(least_gap_m(&obstacles, plan.smoothed.points()) >= 0.05, "{start:?}");
+        }
+    }
+}
+
 #[test]
 fn passage_next_to_an_obstacle_that_may_leave_is_not_planned_through() {
     let obstacles = room(0.9, 0.0);

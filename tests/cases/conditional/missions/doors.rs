@@ -68,6 +68,8 @@ fn fails_with_a_reason() {
         "{}",
         story(&result)
     );
+    let why = result.why().unwrap_or_default();
+    assert!(why.contains("obstacles that the map does not show"), "{why}");
     // Well before the time limit, and standing.
     assert!(result.time_s < 200.0, "{}", story(&result));
     let last = result.trace.rows.last().expect("a drive has ticks");

@@ -1,0 +1,67 @@
+//! Whether the robot's body fits where a mission starts.
+
+use core::f64::consts::PI;
+
+use super::ObstacleGap;
+use crate::geometry::{Pose, wrap_angle};
+use crate::global::PlanError;
+use crate::map::ObstacleGrid;
+use crate::robot::Footprint;
+
+/// Step between the yaws that are tried for a hint, radians.
+const YAW_STEP: f64 = PI / 36.0;
+
+/// Rejects a start at which the body touches an obstacle of the map: the mission would end with contact before the robot moves. The
+/// planner checks only the robot's position, without its yaw.
+///
+/// # Errors
+/// [`PlanError::StartOccupied`], with the nearest yaw that fits.
+pub(crate) fn check_start(
+    start: &Pose,
+    obstacles: &ObstacleGrid,
+    footprint: &Footprint,
+) -> Result<(), PlanError> {
+    let place = start.position();
+    let is_free = obstacles.frame().cell_of(&place).is_some_and(|cell| !obstacles.is_blocked(cell));
+    let ground = ObstacleGap::new(obstacles.clone());
+    let fits = |yaw: f64| ground.gap_m(footprint, &Pose { yaw, ..*start }) > 0.0;
+    // The planner rejects a start outside the map or in an obstacle, and names the nearest free point.
+    if !is_free || fits(start.yaw) {
+        return Ok(());
+    }
+    let steps = (PI / YAW_STEP) as u32;
+    let nearest = (1..=steps)
+        .flat_map(|step| [1.0, -1.0].map(|side| start.yaw + side * f64::from(step) * YAW_STEP))
+        .find(|yaw| fits(*yaw));
+    let hint = nearest.map_or_else(
+        || "no yaw fits there".to_owned(),
+        |yaw| format!("the nearest yaw that fits is {:.2}", wrap_angle(yaw)),
+    );
+    let why = format!("has no room for the robot with yaw {:.2}: {hint}", start.yaw);
+    Err(PlanError::StartOccupied { place, why })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::GridFrame;
+    use crate::robot::Polygon;
+
+    /// A robot of 0.8 by 0.4 m in a corridor along x, 0.6 m wide.
+    #[test]
+    fn start_across_a_corridor_is_rejected_with_the_nearest_yaw_that_fits() {
+        let frame = GridFrame::new(100, 26, 0.1, Pose::new(-5.0, -1.3, 0.0)).expect("a size");
+        let ground = ObstacleGrid::from_fn(frame, |cell| !(10..16).contains(&cell.row));
+        let body = Footprint::covering(Polygon::rectangle(0.8, 0.4).expect("a body"));
+        let check = |x, y, yaw| check_start(&Pose::new(x, y, yaw), &ground, &body);
+        assert_eq!(
+            [check(0.0, 0.0, 0.0), check(0.0, 0.0, 0.2), check(9.0, 0.0, 0.0)],
+            [Ok(()), Ok(()), Ok(())]
+        );
+        let error = check(0.0, 0.0, 1.4).expect_err("no room").to_string();
+        assert!(error.starts_with("START_OCCUPIED: start (0.00, 0.00) has no room"), "{error}");
+        assert!(error.ends_with("with yaw 1.40: the nearest yaw that fits is 0.27"), "{error}");
+        let error = check(0.0, -0.25, 0.0).expect_err("no room").to_string();
+        assert!(error.ends_with("with yaw 0.00: no yaw fits there"), "{error}");
+    }
+}
