@@ -35,7 +35,11 @@ pub(super) const RANGE_M: f64 = 0.5;
 /// The robot approaches nothing to less than this, metres, or the safety margin if that is less: it must be able to leave each
 /// place that it drives into. It does not approach at all what is nearer already.
 const MIN_GAP_M: f64 = 0.04;
-/// The same for moving obstacles, metres.
+/// A robot within this gap, metres, or within the safety margin if that is less, only moves to a larger one, by this at least: along
+/// a wall it would come nearer by its slip and the error of its pose, a little in each attempt, until it touches.
+const LEAVES_WITHIN_M: f64 = 0.02;
+const LEAVES_BY_M: f64 = 0.005;
+/// The same as [`MIN_GAP_M`] for moving obstacles, metres.
 const MIN_MOVING_GAP_M: f64 = 0.1;
 /// More clearance than this has no further value, metres.
 pub(super) const ENOUGH_GAP_M: f64 = 0.25;
@@ -163,6 +167,12 @@ pub(super) fn least_gap_m(state: &State<'_>, present_m: f64) -> f64 {
     present_m.min(MIN_GAP_M).min(state.settings.safety_margin_m)
 }
 
+/// Whether a motion from one gap to static obstacles to another, metres, may be driven.
+pub(super) fn leaves_if_near(state: &State<'_>, present_m: f64, end_m: f64) -> bool {
+    let is_near = present_m < LEAVES_WITHIN_M.min(state.settings.safety_margin_m);
+    !is_near || end_m >= present_m + LEAVES_BY_M
+}
+
 /// The slow motion with the best end; standing where none is admissible. Standing is no candidate: a robot at the place with the
 /// best score would stand there for good, although another motion leads out.
 fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
@@ -184,6 +194,9 @@ fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
                 continue;
             };
             let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
+            if !leaves_if_near(state, present_m, gap_m) {
+                continue;
+            }
             // A turn on the spot that comes nearer to what is very near already leads nowhere, and the next tick turns back. A robot
             // that does not see where it came from would prefer it to every motion ahead.
             let leads_out = wanted.linear != 0.0 || gap_m >= present_m.min(MIN_GAP_M);
@@ -347,6 +360,19 @@ mod tests {
         assert_eq!(least_m(0.01, 0.3), 0.01);
         assert_eq!(least_m(0.05, 0.02), 0.02);
         assert_eq!(least_m(0.01, -0.01), -0.01);
+    }
+
+    /// Its body is parallel to the wall, at this gap, metres: every turn away leads a corner towards the wall.
+    #[test]
+    fn robot_that_nearly_touches_a_wall_does_not_drive_along_it() {
+        let moves = |gap_m: f64| {
+            let along = Pose::new(0.25 - gap_m, 0.0, core::f64::consts::FRAC_PI_2);
+            let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
+            let behind = Point::new(0.2, -2.0);
+            let motion = |state: &State<'_>| best_motion(state, &behind);
+            near_a_wall(0.05, &along, (0.7, 0.5), limits, motion) != Twist::STOP
+        };
+        assert!(moves(0.035) && !moves(0.01), "{} {}", moves(0.035), moves(0.01));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use core::f64::consts::{PI, TAU};
 
 use super::super::exact_clearance::ExactClearance;
 use super::super::state::State;
-use super::escape::{ENOUGH_GAP_M, RANGE_M, RETURN_WEIGHT, least_gap_m};
+use super::escape::{ENOUGH_GAP_M, RANGE_M, RETURN_WEIGHT, least_gap_m, leaves_if_near};
 use super::rotate_in_place::rotation;
 use crate::geometry::{Point, Pose, Twist};
 
@@ -26,7 +26,8 @@ pub(super) fn motion(state: &State<'_>, behind: &Point) -> Option<Twist> {
     let pose = &state.now.pose;
     let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
-    let least_m = least_gap_m(state, clearance.gap_m(footprint, pose));
+    let present_m = clearance.gap_m(footprint, pose);
+    let least_m = least_gap_m(state, present_m);
     let is_clear = |there: &Pose| {
         clearance.keeps_gap(footprint, there, least_m)
             && state.inflated.is_clear_of_moving(there, 0.0)
@@ -47,9 +48,12 @@ pub(super) fn motion(state: &State<'_>, behind: &Point) -> Option<Twist> {
             continue;
         }
         let end = drive(AHEAD_M);
-        let score = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M)
-            - RETURN_WEIGHT * (behind - end.position()).norm()
-            - TURN_WEIGHT * angle.abs();
+        let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
+        if !leaves_if_near(state, present_m, gap_m) {
+            continue;
+        }
+        let score =
+            gap_m - RETURN_WEIGHT * (behind - end.position()).norm() - TURN_WEIGHT * angle.abs();
         if best.is_none_or(|(most, _)| score > most) {
             best = Some((score, angle));
         }
