@@ -343,9 +343,9 @@ impl Navigator {
             self.obstacles.entered_bodies(&self.settings).filter(is_outside).collect();
         now.may_come.extend(&entered);
         now.may_start = self.obstacles.bodies_that_may_start(&self.settings);
-        let seen = [moving, entered].concat();
+        let seen = [&moving[..], &entered].concat();
         self.people.update(*time_s, &seen, |person| may_be_there(pose, scan, person));
-        now.near_turn = self.people.near_turn(&now, self.settings.pedestrian_speed);
+        now.near_turn = self.people.near_turn(&now, &entered, self.settings.pedestrian_speed);
         if self.is_over() {
             return self.brake_from(&now.twist);
         }

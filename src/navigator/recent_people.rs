@@ -74,25 +74,29 @@ impl RecentPeople {
         self.seen.extend(people.iter().map(|disc| Seen { disc: *disc, time_s }));
     }
 
-    /// The people whom a turn may meet: these, of whom the ones that have not stood for long may walk at a speed, m/s, and those
-    /// who are lost.
-    pub fn near_turn(&self, now: &PredictedState, speed: f64) -> Vec<MovingDisc> {
-        let (time_s, people) = (now.time_s, &now.may_come);
+    /// The people whom a turn may meet: those who are tracked, of whom the ones that seem to stand and have not stood for long may walk
+    /// at a speed, m/s; those who entered free ground, whose velocity is not known, likewise; and those who are lost.
+    pub fn near_turn(
+        &self,
+        now: &PredictedState,
+        entered: &[MovingDisc],
+        speed: f64,
+    ) -> Vec<MovingDisc> {
+        let time_s = now.time_s;
         let walking = |disc: &MovingDisc| obstacle_that_may_come(disc.center(), disc.radius, speed);
         let stood = |disc: &MovingDisc| {
             self.stays.iter().any(|stay| {
                 (disc.center() - stay.place).norm() < STAYS_M && time_s - stay.since_s >= STOOD_S
             })
         };
-        let seen = people.iter().enumerate().map(|(number, disc)| {
-            // Those who are not tracked come last, and their velocity is not known.
-            let is_tracked = number < now.moving.len();
+        let unless_stood = |disc: &MovingDisc| if stood(disc) { *disc } else { walking(disc) };
+        let tracked = now.moving.iter().map(|disc| {
             let seems_to_stand = disc.vx == 0.0 && disc.vy == 0.0;
-            let may_walk = seems_to_stand || !is_tracked;
-            if may_walk && !stood(disc) { walking(disc) } else { *disc }
+            if seems_to_stand { unless_stood(disc) } else { *disc }
         });
         let lost = self.seen.iter().filter(|last| last.time_s < time_s);
-        seen.chain(lost.map(|last| walking(&last.disc))).collect()
+        let lost = lost.map(|last| walking(&last.disc));
+        tracked.chain(entered.iter().map(unless_stood)).chain(lost).collect()
     }
 }
 
@@ -130,10 +134,9 @@ mod tests {
         is_there: impl Fn(&MovingDisc) -> bool,
     ) -> Vec<f64> {
         people.update(time_s, may_come, is_there);
-        let may_come = may_come.to_vec();
-        let moving = may_come.clone();
-        let now = PredictedState { time_s, moving, may_come, ..standing_at(Pose::default()) };
-        people.near_turn(&now, WALKING).iter().map(|disc| disc.vx).collect()
+        let moving = may_come.to_vec();
+        let now = PredictedState { time_s, moving, ..standing_at(Pose::default()) };
+        people.near_turn(&now, &[], WALKING).iter().map(|disc| disc.vx).collect()
     }
 
     #[test]
@@ -156,10 +159,10 @@ mod tests {
         let mut people = RecentPeople::default();
         for tick in 0..40 {
             let time_s = 0.1 * f64::from(tick);
-            let may_come = vec![person(1.0, 0.0, 0.2)];
-            people.update(time_s, &may_come, |_| true);
-            let now = PredictedState { time_s, may_come, ..standing_at(Pose::default()) };
-            let speed = people.near_turn(&now, WALKING)[0].vx;
+            let entered = [person(1.0, 0.0, 0.2)];
+            people.update(time_s, &entered, |_| true);
+            let now = PredictedState { time_s, ..standing_at(Pose::default()) };
+            let speed = people.near_turn(&now, &entered, WALKING)[0].vx;
             let expected = if time_s < STOOD_S - 1e-9 { WALKING } else { 0.2 };
             assert_eq!(speed, expected, "after {time_s} s");
         }

@@ -3,9 +3,9 @@
 use core::f64::consts::PI;
 
 use super::ObstacleGap;
-use crate::geometry::{Pose, wrap_angle};
+use crate::geometry::{Point, Pose, wrap_angle};
 use crate::global::PlanError;
-use crate::map::ObstacleGrid;
+use crate::map::{Cell, ObstacleGrid};
 use crate::robot::Footprint;
 
 /// Step between the yaws that are tried for a hint, radians.
@@ -23,10 +23,14 @@ pub(crate) fn check_start(
 ) -> Result<(), PlanError> {
     let place = start.position();
     let is_free = obstacles.frame().cell_of(&place).is_some_and(|cell| !obstacles.is_blocked(cell));
+    // The planner rejects a start outside the map or in an obstacle, and names the nearest free point. Most others are in the open: they
+    // need no distances of the whole map.
+    if !is_free || is_open(&place, obstacles, footprint.circumscribed_radius_m()) {
+        return Ok(());
+    }
     let ground = ObstacleGap::new(obstacles.clone());
     let fits = |yaw: f64| ground.gap_m(footprint, &Pose { yaw, ..*start }) > 0.0;
-    // The planner rejects a start outside the map or in an obstacle, and names the nearest free point.
-    if !is_free || fits(start.yaw) {
+    if fits(start.yaw) {
         return Ok(());
     }
     let steps = (PI / YAW_STEP) as u32;
@@ -41,11 +45,31 @@ pub(crate) fn check_start(
     Err(PlanError::StartOccupied { place, why })
 }
 
+/// Whether no obstacle touches the square around a place, this far to each side along the axes of the grid, metres.
+fn is_open(place: &Point, obstacles: &ObstacleGrid, half_m: f64) -> bool {
+    let frame = obstacles.frame();
+    let (middle, half) = (frame.to_cell_units(place), half_m / frame.resolution_m);
+    let cells = |at: f64| ((at - half).ceil() - 1.0) as i32..=(at + half).floor() as i32;
+    cells(middle.y)
+        .all(|row| cells(middle.x).all(|column| !obstacles.is_blocked(Cell::new(column, row))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::map::GridFrame;
     use crate::robot::Polygon;
+
+    /// A footprint may be larger than any map.
+    #[test]
+    fn square_beyond_all_cells_is_not_open() {
+        let frame = GridFrame::new(10, 10, 0.001, Pose::default()).expect("a size");
+        let ground = ObstacleGrid::filled(frame, false);
+        let middle = Point::new(0.005, 0.005);
+        for (half_m, expected) in [(0.001, true), (0.006, false), (1e300, false)] {
+            assert_eq!(is_open(&middle, &ground, half_m), expected, "{half_m} m");
+        }
+    }
 
     /// A robot of 0.8 by 0.4 m in a corridor along x, 0.6 m wide.
     #[test]

@@ -75,16 +75,17 @@ impl Navigator {
         let unseen = (!can_reverse).then(|| {
             "the lidar does not see the space behind the robot, which it may not enter: navigator.may_enter_unseen is false".to_owned()
         });
-        let causes = || [people.clone(), unseen.clone(), dust.clone()].into_iter().flatten();
+        let why = |first: Option<String>| {
+            let causes = [people, unseen, dust].into_iter().flatten();
+            first.into_iter().chain(causes).collect::<Vec<_>>().join("; ")
+        };
         if self.stuck_ticks.is_blocked() {
             let controller = self.controller.as_ref();
-            let controller = controller.and_then(ControllerHost::why_blocked);
-            let reason = controller.into_iter().chain(causes()).collect::<Vec<_>>().join("; ");
+            let reason = why(controller.and_then(ControllerHost::why_blocked));
             let reason = (!reason.is_empty()).then_some(reason);
             return Fault::NoControl { stuck_s, left_m, reason };
         }
-        let held_by = core::iter::once(self.stuck_ticks.text()).chain(causes());
-        let held_by = held_by.collect::<Vec<_>>().join("; ");
+        let held_by = why(Some(self.stuck_ticks.text()));
         let radius_m = self.settings.required_movement_radius;
         Fault::NoProgress { stuck_s, radius_m, left_m, held_by }
     }

@@ -22,11 +22,7 @@ const MAX_PLACES: usize = 16;
 
 /// Places that something entered.
 #[derive(Debug, Default)]
-pub(super) struct EnteredPlaces {
-    places: Vec<Place>,
-    /// Time of the last scan, seconds.
-    time_s: f64,
-}
+pub(super) struct EnteredPlaces(Vec<Place>);
 
 /// Returns of a scan that belong together.
 struct Group {
@@ -53,8 +49,7 @@ struct Place {
 impl EnteredPlaces {
     /// Updates the places with the unexplained returns of a scan at a time, seconds, in the order of their beams.
     pub fn update(&mut self, time_s: f64, returns: &[Return]) {
-        self.time_s = time_s;
-        self.places.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
+        self.0.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
         let mut groups: Vec<Group> = Vec::new();
         for one in returns.iter().filter(|one| one.earlier != Earlier::Unknown) {
             let near = |group: &&mut Group| (one.point - group.center).norm() < TOGETHER_M;
@@ -70,8 +65,7 @@ impl EnteredPlaces {
             }
         }
         for Group { count, center, range_m } in groups {
-            let known =
-                self.places.iter_mut().find(|place| (center - place.center).norm() < TOGETHER_M);
+            let known = self.0.iter_mut().find(|place| (center - place.center).norm() < TOGETHER_M);
             if let Some(place) = known {
                 (place.center, place.seen_s, place.range_m) = (center, time_s, range_m);
                 if (center - place.stays_at).norm() > STAYS_M {
@@ -82,7 +76,7 @@ impl EnteredPlaces {
                 }
             } else if count >= MIN_RETURNS {
                 let (stays_at, stays_since_s) = (center, time_s);
-                self.places.push(Place {
+                self.0.push(Place {
                     center,
                     range_m,
                     seen_s: time_s,
@@ -92,24 +86,25 @@ impl EnteredPlaces {
                 });
             }
         }
-        if self.places.len() > MAX_PLACES {
-            self.places.sort_by(|one, other| one.range_m.total_cmp(&other.range_m));
-            self.places.truncate(MAX_PLACES);
+        if self.0.len() > MAX_PLACES {
+            self.0.sort_by(|one, other| one.range_m.total_cmp(&other.range_m));
+            self.0.truncate(MAX_PLACES);
         }
     }
 
     /// Forgets all places.
     pub fn clear(&mut self) {
-        self.places.clear();
+        self.0.clear();
     }
 
-    /// The places, each with the time since what came stood there, seconds: zero while it stands, `None` before it has stood.
-    pub fn places(&self) -> impl Iterator<Item = (Point, Option<f64>)> + '_ {
-        let since_s = |place: &Place| {
-            let stands = place.seen_s - place.stays_since_s >= STAYS_S;
-            if stands { Some(0.0) } else { place.stood_s.map(|stood_s| self.time_s - stood_s) }
+    /// The places at a time, seconds, each with the time since what came stood there: zero if it stood in the last scan that showed it,
+    /// `None` before it has stood.
+    pub fn places(&self, time_s: f64) -> impl Iterator<Item = (Point, Option<f64>)> + '_ {
+        let since_s = move |place: &Place| {
+            let stood_s = place.stood_s?;
+            Some(if stood_s < place.seen_s { time_s - stood_s } else { 0.0 })
         };
-        self.places.iter().map(move |place| (place.center, since_s(place)))
+        self.0.iter().map(move |place| (place.center, since_s(place)))
     }
 }
 
@@ -128,12 +123,13 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         for tick in 0..=5 {
             let posts = [(2.0, 1.0), (2.0, 1.1)];
-            entered.update(f64::from(tick) * 0.1, &returns(&posts, Earlier::Hidden));
-            let stood: Vec<_> = entered.places().map(|(_, since_stood_s)| since_stood_s).collect();
+            let time_s = f64::from(tick) * 0.1;
+            entered.update(time_s, &returns(&posts, Earlier::Hidden));
+            let stood: Vec<_> = entered.places(time_s).map(|(_, since_s)| since_s).collect();
             assert_eq!(stood, [(tick == 5).then_some(0.0)], "after {tick} ticks");
         }
         entered.update(0.6, &returns(&[(2.0, 1.0), (2.0, 1.1)], Earlier::Unknown));
-        assert_eq!(entered.places().count(), 1, "seen a moment ago");
+        assert_eq!(entered.places(0.6).count(), 1, "seen a moment ago");
     }
 
     #[test]
@@ -141,16 +137,16 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         let legs = [(2.0, 0.1), (2.2, -0.1), (5.0, 5.0)];
         entered.update(0.0, &returns(&legs, Earlier::Free));
-        let centers: Vec<Point> = entered.places().map(|(center, _)| center).collect();
+        let centers: Vec<Point> = entered.places(0.0).map(|(center, _)| center).collect();
         assert_eq!(centers.len(), 1, "dust has one return: {centers:?}");
         assert!((centers[0] - Point::new(2.1, 0.0)).norm() < 1e-9, "{centers:?}");
         // One leg hides the other, then both stand.
         entered.update(0.1, &returns(&[(1.9, 0.0)], Earlier::Free));
-        assert_eq!(entered.places().next(), Some((Point::new(1.9, 0.0), None)));
+        assert_eq!(entered.places(0.1).next(), Some((Point::new(1.9, 0.0), None)));
         entered.update(0.5, &returns(&legs, Earlier::Unknown));
-        assert_eq!(entered.places().count(), 1);
+        assert_eq!(entered.places(0.5).count(), 1);
         entered.update(0.7, &returns(&legs, Earlier::Unknown));
-        assert_eq!(entered.places().count(), 0);
+        assert_eq!(entered.places(0.7).count(), 0);
     }
 
     /// Two legs that come, stand for a second, and go on.
@@ -159,7 +155,7 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         let mut at = |time_s: f64, x: f64| {
             entered.update(time_s, &returns(&[(x, 0.1), (x, -0.1)], Earlier::Free));
-            let (_, since_stood_s) = entered.places().next().expect("a place");
+            let (_, since_stood_s) = entered.places(time_s).next().expect("a place");
             since_stood_s
         };
         for tick in 0..10 {
@@ -180,7 +176,7 @@ mod tests {
         let mut entered = EnteredPlaces::default();
         let people = [(2.0, 0.0), (2.1, 0.0), (2.5, 0.0), (2.0, 3.0), (2.0, 3.2)];
         entered.update(0.0, &returns(&people, Earlier::Free));
-        let centers: Vec<Point> = entered.places().map(|(center, _)| center).collect();
+        let centers: Vec<Point> = entered.places(0.0).map(|(center, _)| center).collect();
         assert_eq!(centers.len(), 2, "{centers:?}");
         assert!((centers[0] - Point::new(2.2, 0.0)).norm() < 1e-9, "{centers:?}");
         assert!((centers[1] - Point::new(2.0, 3.1)).norm() < 1e-9, "{centers:?}");
@@ -197,7 +193,7 @@ mod tests {
         let mut all: Vec<Return> = (0..23).flat_map(|post| at(7.0, f64::from(post), 7.0)).collect();
         all.extend(at(2.0, 0.0, 2.0));
         entered.update(0.0, &all);
-        assert_eq!(entered.places().count(), MAX_PLACES);
-        assert!(entered.places().any(|(place, _)| place == Point::new(2.0, 0.0)));
+        assert_eq!(entered.places(0.0).count(), MAX_PLACES);
+        assert!(entered.places(0.0).any(|(place, _)| place == Point::new(2.0, 0.0)));
     }
 }

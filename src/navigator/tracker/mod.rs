@@ -137,7 +137,8 @@ impl Tracker {
         };
         let is_explained =
             move |place: &Point| self.tracks.iter().any(|track| explains(track, place));
-        self.entered.places().filter(move |(place, _)| !is_explained(place))
+        let places = self.last_s.into_iter().flat_map(|time_s| self.entered.places(time_s));
+        places.filter(move |(place, _)| !is_explained(place))
     }
 
     /// Pairs of narrow objects, which may be people who have stood there all the time.
