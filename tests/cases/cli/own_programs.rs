@@ -87,7 +87,14 @@ fn failing_controller_is_a_result_with_its_reason() {
         (r"printf '\033[31mred\n'", r"`\u{1b}[31mred` is no answer"),
         ("echo nonsense", "INVALID_CONTROLLER: a script: `nonsense` is no answer"),
         (r#"echo '{"linear": 0.5}'"#, "write either `linear` and `angular`, or `error`"),
-        (r#"echo '{"linear": 1e999, "angular": 0}'"#, "INVALID_CONTROLLER: a script: "),
+        (
+            r#"echo '{"linear": 1e999, "angular": 0}'"#,
+            "`{\"linear\": 1e999, \"angular\": 0}` is no answer: number out of range (column 16)",
+        ),
+        (
+            r#"echo '{"linear": NaN, "angular": 0}'"#,
+            "NaN in column 12 is not JSON: a velocity, like every number, must be finite",
+        ),
         ("sleep 100", "CONTROLLER_TIMED_OUT: a script: no answer for 0.5 s"),
     ];
     for (each, expected) in cases {
