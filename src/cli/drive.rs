@@ -17,7 +17,7 @@ use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::{
     Config, Mission, MissionError, MissionResult, Observer, PoseSource, TickEvent, run_mission,
 };
-use inbye::sim::{SimError, Simulation};
+use inbye::sim::{MovingObstacles, SimError, Simulation};
 use serde_json::{Value, json};
 
 use super::arguments::{EngineArguments, Place, above_zero, duration, real, whole};
@@ -32,7 +32,7 @@ use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
 use super::recording::{Ending, Recording};
 use super::refusal::refused;
-use super::{obstacle_file, output, plan};
+use super::{output, plan};
 
 /// `inbye drive`.
 #[derive(Debug, Args)]
@@ -205,7 +205,7 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     };
     let moving_obstacles = match &obstacles {
         Obstacles::File(file) => {
-            obstacle_file::read(file, &mission.map.obstacles(config.unknown), seed)?
+            MovingObstacles::read(file, &mission.map.obstacles(config.unknown), seed)?
         }
         Obstacles::Count(count) => {
             let spawner = config.simulation.pedestrians.spawner(*count, seed);

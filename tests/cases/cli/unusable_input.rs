@@ -131,7 +131,7 @@ fn unusable_flags_are_rejected() {
 --obstacles -1 -> --obstacles; 0 to 1024; name of a JSON
 --obstacles 1.5 -> --obstacles; 0 to 1024
 --obstacles gone.json -> gone.json; check the path
---obstacles list.json -> list.json; expected a sequence; \"radius\"
+--obstacles list.json -> list.json; expected a list; \"radius\"
 --obstacles radius.json -> radius.json: line 1: obstacle 0; radius is 0; above zero
 --obstacles radius.toml -> radius.toml: line 8: obstacle 1; radius is -1; above zero
 --obstacles away.json -> away.json: line 1: obstacle 0; outside the map
