@@ -30,6 +30,7 @@ use super::map_file::{self, EndArguments, MapArguments, MapInput, MapSettings};
 use super::map_output::MapOutput;
 use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
+use super::plan_result::stop_name;
 use super::recording::{Ending, Recording};
 use super::refusal::refused;
 use super::{output, plan};
@@ -211,7 +212,7 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
             let spawner = config.simulation.pedestrians.spawner(*count, seed);
             match spawner.spawn_on_route(&mission, &config) {
                 Ok(moving_obstacles) => moving_obstacles,
-                Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
+                Err(error) => return no_path_or(error, &map_name, &mission, &config),
             }
         }
     };
@@ -249,7 +250,7 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
                 _ => format!("{map_name}: with these settings"),
             });
         }
-        Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
+        Err(error) => return no_path_or(error, &map_name, mission, &config),
     };
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
@@ -428,24 +429,43 @@ pub fn drive(
     result
 }
 
+/// The intermediate stop at which an error of a plan is.
+fn stop_of(error: &PlanError, mission: &Mission) -> Option<String> {
+    let (PlanError::GoalOccupied { place, .. }
+    | PlanError::GoalOutsideMap { place, .. }
+    | PlanError::NoValidPath { goal: place, .. }) = error
+    else {
+        return None;
+    };
+    let index = mission.via.iter().position(|stop| stop.position == *place)?;
+    Some(stop_name(index + 1))
+}
+
 /// Prints a missing path, which is an answer; every other planning error is unusable input.
 fn no_path_or(
     error: SimError,
     map_name: &str,
-    map: &OccupancyGrid,
+    mission: &Mission,
     config: &Config,
 ) -> anyhow::Result<bool> {
     let SimError::Mission(MissionError::Fault(Fault::Plan(error))) = error else {
         return Err(error.into());
     };
-    let reason = error.to_string();
+    let stop = stop_of(&error, mission);
+    let reason = match &stop {
+        Some(stop) => format!("{stop}: {error}"),
+        None => error.to_string(),
+    };
     if !matches!(error, PlanError::NoValidPath { .. }) {
-        return Err(plan::unusable(&error, &reason, map_name, map, config, None));
+        return Err(plan::unusable(&error, &reason, map_name, &mission.map, config, None));
     }
-    let mut object = plan::no_path_json(&error);
+    let mut object = plan::no_path_json(&error, &reason);
+    object["stop"] = json!(stop);
     object["reached"] = json!(false);
     object["collided"] = json!(false);
+    object["interrupted"] = json!(false);
     object["fault"] = json!(reason);
+    object["why"] = json!(reason);
     output::result(&object, [reason])?;
     Ok(false)
 }

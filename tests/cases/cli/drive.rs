@@ -225,10 +225,31 @@ fn unreachable_goal_is_an_answer() {
     let (status, object) = place.json(DRIVE);
     assert_eq!(status, 1);
     assert_eq!((&object["reached"], &object["found"]), (&json!(false), &json!(false)));
-    assert_eq!(object["error"], "NO_VALID_PATH");
+    let error = &object["error"];
+    assert_eq!((&error["code"], &error["place"]), (&json!("NO_VALID_PATH"), &Value::Null));
+    assert!(error["hint"].as_str().is_some_and(|hint| hint.starts_with("choose ")), "{error}");
+    assert_eq!([&object["fault"], &object["why"]], [&error["message"]; 2]);
+    assert_eq!((&object["stop"], &object["interrupted"]), (&Value::Null, &json!(false)));
     let run = place.run(DRIVE);
     assert_eq!((run.status, run.stdout.lines().count()), (1, 1), "{run:?}");
     assert!(run.stdout.starts_with("NO_VALID_PATH: no path from "), "{run:?}");
+    // The goal of the first leg that fails is an intermediate stop.
+    let (_, object) = place.json(&format!("{DRIVE} --via 3,2.5 --via 10.5,1.5"));
+    assert_eq!(object["stop"], "stop 2 of --via");
+    let message = object["error"]["message"].as_str().expect("a message");
+    assert!(message.starts_with("stop 2 of --via: NO_VALID_PATH: "), "{message}");
+}
+
+#[test]
+fn unusable_stop_is_named() {
+    let place = room();
+    for (stops, expected) in [
+        ("--via 3,2.5 --via 5.9,2.5", "stop 2 of --via: GOAL_OCCUPIED: goal (5.90, 2.50)"),
+        ("--via 50,2.5 --obstacles 1", "stop 1 of --via: GOAL_OUTSIDE_MAP: goal (50.00, 2.50)"),
+    ] {
+        let refusal = place.refusal(&format!("{DRIVE} {stops}"));
+        assert!(refusal.contains(&format!("room.txt: {expected}")), "{refusal}");
+    }
 }
 
 #[test]
