@@ -266,6 +266,27 @@ fn obstacles_are_a_number_or_a_file() {
     assert_ne!(digest(&crowd), digest(&place.json(&format!("{DRIVE} --time-limit 1")).1));
 }
 
+/// The keys are those that the error of an unknown one lists.
+#[test]
+fn every_key_of_obstacle_files_is_in_the_book_and_in_the_example() {
+    let place = room();
+    place.write("key.json", r#"[{"none": 1}]"#);
+    let refusal = place.refusal(&format!("{DRIVE} --obstacles key.json"));
+    let (_, keys) = refusal.split_once("expected one of ").expect("the keys are listed");
+    let keys: Vec<&str> = keys.split('`').skip(1).step_by(2).collect();
+    assert_eq!(keys.len(), 11, "{keys:?}");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| fs::read_to_string(root.join(file)).expect("a text of the repository");
+    let (book, example) = (read("docs/src/cli.md"), read("examples/moving_obstacles.toml"));
+    let (_, section) = book.split_once("\n### Moving obstacles\n").expect("the section");
+    for key in keys {
+        let is_row = |line: &str| line.starts_with('|') && line.contains(&format!("`{key}`"));
+        assert!(section.lines().any(is_row), "{key} is in no row of the book");
+        let is_set = |line: &str| line.starts_with(&format!("{key} = "));
+        assert!(example.lines().any(is_set), "{key} is not in the example");
+    }
+}
+
 #[test]
 fn obstacle_inside_robot_collides_at_once() {
     let place = room();
