@@ -156,16 +156,17 @@ fn set_pose_source(
     Ok(())
 }
 
-/// The obstacles of the world, where it differs from the map.
+/// The obstacles of the world, where it differs from the map. `resolution_m` is the side of a cell of a map that does not state it.
 fn truth(
     arguments: &DriveArguments,
     map: &OccupancyGrid,
     config: &Config,
+    resolution_m: f64,
 ) -> anyhow::Result<Option<ObstacleGrid>> {
     let Some(file) = &arguments.truth else {
         return Ok(None);
     };
-    let truth = map_file::load(file, arguments.map.settings.resolution)?;
+    let truth = map_file::load(file, resolution_m)?;
     anyhow::ensure!(
         truth.frame() == map.frame(),
         "--truth {}: it must have the size, the resolution and the origin of --map",
@@ -176,8 +177,8 @@ fn truth(
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
-    let MapInput { name: map_name, map, zones, mut config, scene } =
-        map_file::read(&arguments.map)?;
+    let MapInput { name: map_name, map, zones, mut config, scene, resolution_m } =
+        map_file::read(&arguments.map, arguments.truth.as_deref())?;
     let (start, goal) = arguments.ends.resolve(scene.as_ref())?;
     arguments.map.zones.check(zones.as_deref(), (&start, &goal), &arguments.via)?;
     let seed = arguments.seed.or(scene.as_ref().map(|scene| scene.seed)).unwrap_or(0);
@@ -216,7 +217,7 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
             }
         }
     };
-    let truth = truth(arguments, &mission.map, &config)?;
+    let truth = truth(arguments, &mission.map, &config, resolution_m)?;
     let files = DriveFiles::create(arguments)?;
     let simulation = Simulation { truth, moving_obstacles, seed, ..Simulation::new(mission) };
     let mission = &simulation.mission;

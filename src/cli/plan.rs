@@ -51,7 +51,7 @@ pub struct PlanArguments {
 
 /// Finds a path. Returns false if there is none.
 pub fn run(arguments: &PlanArguments) -> anyhow::Result<bool> {
-    let mut input = map_file::read(&arguments.map)?;
+    let mut input = map_file::read(&arguments.map, None)?;
     arguments.global_planner.set(&mut input.config);
     let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
     let task = PlanTask { start, goal, via: &arguments.via, radius_m: arguments.radius };

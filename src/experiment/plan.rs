@@ -11,6 +11,7 @@ use toml::Table;
 
 use super::ExperimentError;
 use crate::local::{EngineChoice, Weights};
+use crate::map::has_own_resolution;
 use crate::settings::{choices, commented_toml, setting_schema, settings, words};
 
 settings! {
@@ -248,6 +249,10 @@ impl PlanWorlds {
         let expected = "at least one route for \"map\", none for other kinds";
         require((routes > 0) == is(&[Map]), "routes", routes, expected)?;
         self.check_unused(&is)?;
+        let is_needed = !self.path.as_deref().is_some_and(has_own_resolution);
+        let is_default = self.resolution_m.total_cmp(&Self::default().resolution_m).is_eq();
+        let expected = "left out: a .yaml map states its own";
+        require(is_needed || is_default, "resolution_m", self.resolution_m, expected)?;
         let ends = |route: &PlanRoute| {
             let numbers = || route.start.iter().chain(&route.goal);
             (2..=3).contains(&route.goal.len()) && numbers().all(|number| number.abs() <= 1e9)

@@ -108,11 +108,13 @@ fn unusable_flags_are_rejected() {
 --resolution nan -> --resolution; above zero
 --resolution -1 -> --resolution; above zero
 --unknown maybe -> --unknown; blocked; free
+--resolution 0.1 --start 10,5 --goal 80,40 -> --resolution 0.1: mine.yaml states its own resolution: leave the flag out
 --radius nan -> --radius; 0 to
 --radius -2 -> --radius; 0 to
 ";
     assert_table(&place, "plan --map mine.yaml", table);
     let table = "
+--resolution 0.25 --truth mine.yaml -> --resolution 0.25: mine.yaml states its own
 --engine nonsense -> --engine; auto, cpu, gpu
 --real-time-factor 0 -> --real-time-factor; a number: 0.01 to 1000
 --set local.sim_step_s=5 -> --set local.sim_step_s=5: [local] sim_step_s is 5; at most sim_time_s
@@ -152,6 +154,9 @@ evaluate -> --problem
 bench -> command; bench
 verify --cases 0 -> --cases; 1 to
 verify --seed x -> --seed; whole number
+plan --scene mine --resolution 1 -> --resolution 1: it is for a map file: leave the flag out
+bench localization --case tour --resolution 0.1 -> --resolution 0.1: it is for a map file
+bench localization --map mine.yaml --start 1,1 --goal 2,2 --resolution 0.1 -> --resolution 0.1: mine.yaml states
 bench density --steps 0 -> --steps; 1 to 1023
 bench density --steps 2000 -> --steps; 1 to 1023
 bench density --seconds nan -> --seconds; above zero
@@ -172,6 +177,16 @@ bench density --seconds 0 -> --seconds; above zero
 bench density --missions 0 --record-missions rows.csv -> --record-missions rows.csv; --missions
 ";
     assert_table(&place, "", table);
+}
+
+#[test]
+fn resolution_is_for_the_masks_of_a_map_with_its_own() {
+    let place = place();
+    place.write("mask.txt", "#.\n..\n");
+    let plan = "plan --map mine.yaml --start 10,5 --goal 80,40 --keepout";
+    assert_eq!(place.run(&format!("{plan} mask.txt --resolution 0.3")).status, 0);
+    let refusal = place.refusal(&format!("{plan} mine.yaml --resolution 0.3"));
+    assert!(refusal.contains("--resolution 0.3: mine.yaml states its own"), "{refusal}");
 }
 
 #[test]
@@ -384,6 +399,7 @@ fn unusable_problem_values_are_rejected() {
 /map/rows ["x"] -> map.rows: row 1, column 1; 'x'
 /map {} -> map; `rows`; `file`
 /map {"file":"gone.yaml"} -> gone.yaml; check the path
+/map {"file":"mine.yaml","resolution_m":0.1} -> map.resolution_m: mine.yaml states its own
 /map {"file":"mine.yaml","rows":["."]} -> map; `rows`; `file`
 /colour 1 -> unknown field `colour`; `target`
 /vx_sample 1 -> did you mean `vx_samples`?
