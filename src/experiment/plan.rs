@@ -187,7 +187,7 @@ impl Plan {
     /// The default plan as TOML, each key with a comment.
     #[must_use]
     pub fn documented() -> String {
-        commented_toml::<Self>(HEADING)
+        commented_toml(HEADING, &Self::default())
     }
 
     /// Checks every value without opening a file: lists, names, worlds, and the ranges of [`Plan::validate`].

@@ -88,7 +88,7 @@ impl TuningPlan {
     /// The default plan as TOML, each key with a comment.
     #[must_use]
     pub fn documented() -> String {
-        commented_toml::<Self>(HEADING)
+        commented_toml(HEADING, &Self::default().judge(vec![PlanWorlds::default()]))
     }
 
     /// Checks every value without opening a file.

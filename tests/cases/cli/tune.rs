@@ -102,6 +102,16 @@ fn world_of_the_search_cannot_judge() {
 }
 
 #[test]
+fn printed_plan_has_a_value_for_every_key() {
+    let text = place().run("tune --print-plan").stdout;
+    let judge = text.split_once("[[judge]]").expect("the worlds of the judgement").1;
+    for line in ["kind = \"scenes\"", "only = []", "people = 0", "# path = \"maps/mine.yaml\""] {
+        assert!(judge.lines().any(|found| found == line), "no {line:?} in: {judge}");
+    }
+    assert!(text.lines().all(|line| !line.trim_end().ends_with('=')), "{text}");
+}
+
+#[test]
 fn help_says_which_runs_are_recorded() {
     let help = place().run("tune --help").stdout;
     let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
