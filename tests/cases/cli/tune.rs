@@ -92,6 +92,17 @@ fn space_without_valid_settings_is_refused_with_the_reason() {
 }
 
 #[test]
+fn unusable_range_is_shown_as_written() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    place.write("plans/turned.toml", plan.replace("from = 2, to = 12", "from = 12, to = 2"));
+    let refusal = place.refusal("tune plans/turned.toml");
+    let shown = "plans/turned.toml: line 4, `\"local.vx_samples\" = { from = 12, to = 2 }`: \
+        space.local.vx_samples is { from = 12, to = 2 }: it must be { from = LESS, to = MORE }";
+    assert!(refusal.contains(shown), "{refusal}");
+}
+
+#[test]
 fn world_of_the_search_cannot_judge() {
     let place = place();
     let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
