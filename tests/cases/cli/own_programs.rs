@@ -107,6 +107,22 @@ fn failing_controller_is_a_result_with_its_reason() {
     }
 }
 
+/// The person does not yield, and walks into the robot from the side.
+#[test]
+fn person_who_walks_into_the_standing_robot_is_named_in_the_headline() {
+    let place = Workplace::with_room();
+    script(&place, "stands.sh", r#"echo '{"linear": 0, "angular": 0}'"#);
+    place.write("person.json", r#"[{"radius": 0.3, "keyframes": [[0, 1, 2.6], [2, 1, 1.5]]}]"#);
+    let more = "--controller 'sh stands.sh' --obstacles person.json";
+    let (status, object) = driven(&place, more);
+    assert_eq!((status, &object["collided"]), (1, &json!(true)), "{object}");
+    let words = DRIVE.split(' ').chain(["--controller", "sh stands.sh"]);
+    let words: Vec<&str> = words.chain(["--obstacles", "person.json"]).collect();
+    let text = place.run_words(&words).stdout;
+    let headline = "a moving obstacle ran into the standing robot: 0.0 m in ";
+    assert!(text.starts_with(headline) && text.contains("touched moving obstacle 0"), "{text}");
+}
+
 #[test]
 fn controller_without_a_valid_velocity_stands_until_the_navigator_gives_up() {
     let place = Workplace::with_room();
