@@ -75,6 +75,7 @@ fn unusable_maps_are_rejected() {
 fn start_and_goal_outside_map_or_in_obstacle_are_rejected() {
     let table = "
 --start -1,5 --goal 80,40 -> mine.yaml: START_OUTSIDE_MAP; (100.00, 60.00)
+--start 10,5 --goal 1e9,5 -> mine.yaml: GOAL_OUTSIDE_MAP; nearest free point is (; , 5.
 --start 10,5 --goal 80,4000 -> mine.yaml: GOAL_OUTSIDE_MAP; (100.00, 60.00)
 --start 50,5 --goal 80,40 -> mine.yaml: START_OCCUPIED; in an obstacle; nearest free point
 --start 10,5 --goal 50,40 -> mine.yaml: GOAL_OCCUPIED; in an obstacle; nearest free point
