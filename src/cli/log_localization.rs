@@ -148,16 +148,18 @@ fn lines(result: &LogLocalization) -> Vec<String> {
     )];
     if let Some(error) = &result.absolute {
         lines.push(format!(
-            "absolute     {}; {}",
+            "absolute     {}; {}, over {} of the scans",
             metres(&error.position_m),
-            degrees(&error.yaw_rad)
+            degrees(&error.yaw_rad),
+            error.poses
         ));
     }
     if let Some(error) = &result.relative {
         lines.push(format!(
-            "relative     {}; {}",
+            "relative     {}; {}, over {} motions",
             metres(&error.translation_m),
-            degrees(&error.rotation_rad)
+            degrees(&error.rotation_rad),
+            error.motions
         ));
     }
     let relations = [("relations", &result.relations), ("log's own", &result.corrected_relations)];
